@@ -1,6 +1,6 @@
 #pragma once
-// The book-keeping of an action server that does not depend on the action's type: which goals there are and
-// how each stands, by the state machine of ROS 2's action design (design.ros2.org/articles/actions.html).
+// The goals of an action server and their states, independent of the action's type, by the state machine of
+// ROS 2's action design (design.ros2.org/articles/actions.html). The loop's thread.
 
 #include <array>
 #include <cstdint>
@@ -33,31 +33,31 @@ constexpr bool is_terminal(GoalStatus status) {
 
 // "5f0c...": the id as 32 hexadecimal digits.
 DOPPEL_API std::string to_string(const GoalId& id);
-// Random, as RFC 4122 (version 4) wants it.
+// Random, version 4 of RFC 4122.
 DOPPEL_API GoalId new_goal_id();
 
 class DOPPEL_API ActionGoals {
  public:
-  // As rcl_action keeps them; the number keeps a flood of goals from filling the memory.
+  // The time is rcl_action's; the number limits the memory of a flood of goals.
   static constexpr Duration kResultTimeout{10'000'000'000};
   static constexpr std::size_t kKeptResults = 256;
 
-  // False: the id is in use.
+  // False: the id is already used.
   bool add(const GoalId& id, Time stamp);
   void remove(const GoalId& id);
   [[nodiscard]] GoalStatus status(const GoalId& id) const;  // unknown: no such goal
-  // False, and nothing happens, if the goal is unknown or the state machine does not lead from its status to
-  // `to`.
+  // False, without effect, if the goal is unknown or the state machine has no transition from its
+  // status to `to`.
   bool change(const GoalId& id, GoalStatus to);
-  // `now`: when it reached its end, from where its result is kept.
+  // `now`: when it ended, from which kResultTimeout is counted.
   void finished(const GoalId& id, Time now);
-  // Goals whose end lies kResultTimeout back, or beyond the last kKeptResults; they are forgotten here, their
-  // results are the caller's to forget.
+  // Removes and returns the goals that ended more than kResultTimeout ago, or before the last kKeptResults;
+  // the caller removes their results.
   std::vector<GoalId> forget_expired(Time now);
 
-  // Which goals a request means (a zero id and a zero stamp: all), asking `accept` for each that is not
-  // finished or canceling already. An accepted one is canceling afterwards, unless `accept` has finished it
-  // at once.
+  // Cancels the goals that a request selects (a zero id and a zero stamp: all): calls `accept` for each
+  // that is neither finished nor canceling. An accepted one is canceling afterwards, unless `accept`
+  // has finished it.
   action_msgs::srv::CancelGoal::Response cancel(const action_msgs::msg::GoalInfo& wanted,
                                                 const std::function<Status(const GoalId&)>& accept);
 

@@ -1,8 +1,8 @@
 #pragma once
-// In-process topics, services and parameters by ROS name and type. The loop's thread owns the bus: nodes live
-// on it, their callbacks run on it between steps. Edges (WebSocket, DDS, recorder) attach from other threads:
-// what the loop publishes reaches them through a lock-free ring each, what they send reaches the loop through
-// its inbox.
+// In-process topics, services and parameters by ROS name and type. The loop's thread owns the bus: nodes are
+// used on it, and their callbacks run on it between steps. Edges (WebSocket, DDS, recorder) attach from other
+// threads: published messages reach them through a lock-free ring each, and their messages and requests reach
+// the loop through its inbox.
 //
 // publish() neither allocates nor locks, and costs a load and a branch without subscribers.
 
@@ -36,18 +36,18 @@ struct TopicOps;
 struct ServiceEntry;
 }  // namespace bus_detail
 
-// What of ROS 2's quality of service a node requests; deadline and liveliness are never requested.
+// The quality of service of a node's endpoint, as in ROS 2, without deadline and liveliness.
 struct Qos {
-  std::size_t depth = 10;    // of the history that is kept
+  std::size_t depth = 10;    // of the history
   bool latched = false;      // transient local: the last message is kept for late joiners
   bool best_effort = false;  // else reliable
   bool keep_all = false;     // the history has no depth
 
-  // Transient local on a network, which keeps the history itself; the bus keeps nothing for late joiners.
+  // Transient local on a network, which keeps the history itself; the bus keeps no message for late joiners.
   bool latched_on_network = false;
-  Duration lifespan{};  // of a message on a network, by the wall clock; zero: forever
+  Duration lifespan{};  // of a message on a network, in wall-clock time; zero: unlimited
 
-  // The profiles that ROS 2 names. What it leaves to the system is as Jazzy's middleware (Fast DDS) has it.
+  // The profiles of ROS 2. System defaults are those of Jazzy's middleware (Fast DDS).
   static constexpr Qos sensor_data() { return {.depth = 5, .best_effort = true}; }
   static constexpr Qos system_default_publisher() { return {.depth = 1, .latched_on_network = true}; }
   static constexpr Qos system_default_subscription() { return {.depth = 1, .best_effort = true}; }
@@ -65,11 +65,11 @@ struct Qos {
 using TopicId = std::uint32_t;
 using ServiceId = std::uint32_t;
 
-// One who publishes or subscribes: a node of the bus, or somebody beyond an edge.
+// A publisher or subscriber: a node of the bus, or a participant behind an edge.
 struct EndpointInfo {
-  std::string node;  // "/arm"; beyond an edge, what the edge calls it
-  std::string edge;  // the name of the edge that it came through; empty: a node of the bus
-  Qos qos;           // as the node asked for it; beyond an edge, the default
+  std::string node;  // "/arm"; behind an edge, the name that the edge gives it
+  std::string edge;  // the name of its edge; empty: a node of the bus
+  Qos qos;           // as requested by the node; behind an edge, the default
 };
 
 struct TopicInfo {
@@ -77,7 +77,7 @@ struct TopicInfo {
   std::string name, type;
   bool latched = false;                               // the last message is kept for late joiners
   std::vector<EndpointInfo> publishers, subscribers;  // each node once
-  std::uint64_t received = 0;                         // messages that edges have sent in
+  std::uint64_t received = 0;                         // messages from edges
 };
 
 struct ServiceInfo {
@@ -85,7 +85,7 @@ struct ServiceInfo {
   std::string name, type, node;
 };
 
-// Answers a service request, now or later, once; from the loop's thread. Copyable; unanswered until called.
+// Responds to a service request once, now or later, on the loop's thread. Copyable.
 template <class Response>
 using Responder = std::function<void(const Response&)>;
 
@@ -94,17 +94,17 @@ class Publisher {
  public:
   Publisher() = default;
   void publish(const M& message, Time stamp) const;  // the loop's thread only
-  [[nodiscard]] bool has_listeners() const;          // false: publishing would reach nobody and keep nothing
+  [[nodiscard]] bool has_listeners() const;          // false: publishing would have no effect
 
  private:
   friend class Node;
   explicit Publisher(bus_detail::Topic* topic) : topic_(topic) {}
-  bus_detail::Topic* topic_ = nullptr;  // lives as long as the bus
+  bus_detail::Topic* topic_ = nullptr;  // valid as long as the bus
 };
 
-// A named participant: "/omarm_arm_controller". Destroying it removes all that it offered. The loop's thread
-// only. It must go before its bus does. Whatever it names goes through the bus's rules (name_rules.h), so
-// that everybody sees what `--ros-args -r` made of it.
+// A named participant: "/omarm_arm_controller". Its destructor removes its topics, services and parameters.
+// The loop's thread only. The bus outlives the node. All names are subject to the bus's rules (name_rules.h),
+// so that the graph shows them after `--ros-args -r`.
 class DOPPEL_API Node {
  public:
   Node(Bus& bus, std::string_view name);  // with its leading slash, before the rules
@@ -116,14 +116,14 @@ class DOPPEL_API Node {
   [[nodiscard]] const std::string& given_name() const { return given_name_; }  // before the rules: "/arm"
   [[nodiscard]] Bus& bus() const { return bus_; }
 
-  // "~/x" is under the node, "/x" absolute, "x" in the node's namespace.
-  // Throws std::logic_error if the topic has another type.
+  // "~/x" is below the node, "/x" absolute, "x" in the node's namespace. Throw std::logic_error if nodes use
+  // the topic with another type.
   template <Message M>
   Publisher<M> advertise(std::string_view topic, Qos qos = {});
   template <Message M>
   void subscribe(std::string_view topic, std::function<void(const M&)> callback, Qos qos = {});
-  // Serving a name again replaces one's own handler; throws std::logic_error if it is another node's. A
-  // caller whose responder is dropped unanswered gets an error; so is one whose handler throws.
+  // Serving a name again replaces the node's own handler; throws std::logic_error if another node serves it.
+  // If the handler throws, or all copies of the responder are destroyed uncalled, the caller gets an error.
   template <Service S>
   void serve(std::string_view service,
              std::function<void(const typename S::Request&, Responder<typename S::Response>)> handler);
@@ -143,46 +143,44 @@ class DOPPEL_API Node {
 
 struct EdgeOptions {
   std::size_t ring_bytes = std::size_t{8} << 20;  // how much it may lag before messages are dropped for it
-  // Whether what it sends in comes back to it where it subscribes. A network must not be told what it said.
+  // Whether an edge that subscribes to a topic also gets its own messages. A network must not get them back.
   bool receives_own = true;
 };
 
-// An edge's view: everything here may be called from the edge's one thread, wake() from any. It must go
-// before its bus does; replies that come after it are dropped, and none runs while or after it is destroyed.
+// The interface of an edge: all functions are called from the edge's one thread, wake() from any. The bus
+// outlives the edge; later replies are dropped, and none runs during or after its destruction.
 class DOPPEL_API Edge {
  public:
   virtual ~Edge() = default;
 
-  // Which topics this edge wants; takes effect at the loop's next step. Latched topics then deliver their
-  // last message.
+  // Takes effect at the loop's next step. Latched topics then deliver their last message.
   virtual void subscribe(TopicId topic) = 0;
   virtual void unsubscribe(TopicId topic) = 0;
 
-  // The oldest message not yet taken; `cdr` is valid until the next call. False: none.
+  // Takes the oldest message; `cdr` is valid until the next call. False: there is none.
   struct Incoming {
     TopicId topic = 0;
     Time stamp{};
     std::span<const std::byte> cdr;
   };
   virtual bool next(Incoming& message) = 0;
-  // Waits until next() would give something, wake() is called or the time is over.
+  // Waits until there is a message, wake() is called or the time is over.
   virtual void wait(std::chrono::milliseconds at_most) = 0;
   virtual void wake() = 0;
-  // A file descriptor that becomes readable when next() would give something (for event loops); drained by
-  // next().
+  // A file descriptor for event loops that becomes readable when there is a message; drained by next().
   [[nodiscard]] virtual int readable_fd() const = 0;
   [[nodiscard]] virtual std::uint64_t dropped() const = 0;
 
-  // Sends a message in from outside, as node `from`. Refused: a type that nobody knows or that is not the
-  // topic's, malformed bytes. Whoever subscribes gets it at the loop's next step; this edge too, unless it
-  // was attached as one that does not receive its own messages.
+  // Publishes a message on the bus as node `from`. Refuses an unknown type, a type other than the topic's,
+  // and malformed bytes. Subscribers get it at the loop's next step; this edge too, unless
+  // EdgeOptions::receives_own is false.
   virtual Status publish(std::string_view from, std::string_view topic, std::string_view type,
                          std::span<const std::byte> cdr) = 0;
-  // Calls a service; `reply` runs on the loop's thread with the response's CDR, or the reason why there is
-  // none.
+  // Calls a service; `reply` is called on the loop's thread with the response's CDR, or the reason
+  // for its absence.
   virtual void call(std::string_view service, std::span<const std::byte> request_cdr,
                     std::function<void(Status, Bytes)> reply) = 0;
-  // Parameters of nodes, "/node" and "name"; answers on the loop's thread.
+  // Parameters of nodes, "/node" and "name"; `reply` is called on the loop's thread.
   virtual void get_parameters(std::function<void(std::vector<NamedParameter>)> reply) = 0;
   virtual void set_parameter(std::string_view node, std::string_view name, const ParameterValue& value,
                              std::function<void(Status)> reply) = 0;
@@ -190,11 +188,11 @@ class DOPPEL_API Edge {
 
 struct BusOptions {
   NameRules names = {};
-  // Whether messages are stamped with simulated time, which /clock tells; else with the wall's. Everything on
-  // this side of the bus (now(), update(), publish()) is simulated time in either case.
+  // Whether messages are stamped with simulated time, which is published on /clock; else with wall-clock
+  // time. All times within the process (now(), update(), publish()) are simulated time in both cases.
   bool sim_time = true;
-  // Where the first exception of each topic's subscribers goes, as text: the loop continues. Empty:
-  // exceptions leave publish() and spin(), as in a program of one's own.
+  // Called with the text of the first exception of each topic's subscribers, and the loop continues. Empty:
+  // exceptions leave publish() and spin(), as a user program expects.
   std::function<void(const std::string&)> report = {};
 };
 
@@ -206,26 +204,25 @@ class DOPPEL_API Bus {
   Bus& operator=(const Bus&) = delete;
 
   // -- the loop's thread
-  // Runs what edges and other threads have sent; returns how many. Call it between steps. The fast path is
-  // one load.
+  // Runs the tasks of edges and other threads and returns their number. Called between steps. The fast path
+  // is one load.
   std::size_t spin() { return inbox_.run(); }
-  // For a loop that has no step of its own to make: waits until spin() has something to run, or the time is
-  // over (false).
+  // For a loop without steps: waits until spin() has a task, or the time is over (false).
   bool wait(std::chrono::nanoseconds at_most) { return inbox_.wait(at_most); }
   void set_now(Time now) { now_ = now; }
   [[nodiscard]] Time now() const { return now_; }
   [[nodiscard]] NameRules& names() { return names_; }
   [[nodiscard]] bool sim_time() const { return sim_time_; }
-  // By the logger's name, rcl's levels: below it, nothing reaches /rosout. The loop's thread.
+  // The lowest level of lines on /rosout by the logger's name, in rcl's numbers. The loop's thread.
   [[nodiscard]] std::map<std::string, std::uint32_t>& logger_levels() { return logger_levels_; }
-  // What a message's header says of a time here, and back. With the wall clock they lie set_stamp_offset()
-  // apart, which changes while time stands or runs at another speed.
+  // Conversion between the loop's time and a header's stamp. With wall-clock stamps they differ by
+  // set_stamp_offset(), which changes while time is paused or has another speed.
   [[nodiscard]] Time stamp(Time here) const { return here + stamp_offset_; }
   [[nodiscard]] Time from_stamp(Time there) const { return there - stamp_offset_; }
   [[nodiscard]] Time ros_now() const { return stamp(now_); }
   void set_stamp_offset(Duration offset) { stamp_offset_ = offset; }
 
-  // Every node, or every part of one.
+  // Visits every node, or every part of a node.
   void each_node(const std::function<void(Node&)>& visit) const;
 
   // -- any thread
@@ -233,10 +230,10 @@ class DOPPEL_API Bus {
   [[nodiscard]] std::vector<TopicInfo> topics() const;
   [[nodiscard]] std::vector<ServiceInfo> services() const;
   [[nodiscard]] std::vector<std::string> nodes() const;  // sorted
-  // Grows whenever a topic or who has it, a service or a node comes or goes, so that edges can tell.
+  // Increases with every change of topics, their nodes, services or nodes, so that edges detect changes.
   [[nodiscard]] std::uint64_t graph_version() const { return graph_version_.load(std::memory_order_acquire); }
-  // Messages that did not reach the edges that had requested them, because they do not keep up: what found an
-  // edge's ring full, and what edges say they skipped for clients of theirs.
+  // The number of messages that edges or their clients missed because they did not keep up: messages that
+  // found an edge's ring full, and those that edges have skipped for their clients.
   [[nodiscard]] std::uint64_t skipped() const { return skipped_.load(std::memory_order_relaxed); }
   void add_skipped(std::uint64_t messages) { skipped_.fetch_add(messages, std::memory_order_relaxed); }
   std::unique_ptr<Edge> attach(std::string name, EdgeOptions options = {});

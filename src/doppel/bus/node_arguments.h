@@ -1,6 +1,6 @@
 #pragma once
-// The arguments of one node among the many of a process, as a launch file or ros2_control's spawner
-// (--controller-ros-args) gives them.
+// The arguments of one node of a process, from a launch file or
+// ros2_control's spawner (--controller-ros-args).
 
 #include <string>
 #include <string_view>
@@ -14,13 +14,13 @@
 namespace doppel {
 
 struct NodeArguments {
-  std::vector<std::string> rules;                                            // each says whose it is
-  std::vector<std::variant<GivenParameter, GivenParameterFile>> parameters;  // in order: a later one wins
+  std::vector<std::string> rules;                                            // each with its node
+  std::vector<std::variant<GivenParameter, GivenParameterFile>> parameters;  // in order: the last one is used
 };
 
-// full_name: of the node before it is renamed, "/left/arm"; names: the rules of the process, which come
-// first. A --ros-args in front may be missing. Throws InputError, also for what one node cannot have for
-// itself here: a log level, an enclave, or a rule that names another node.
+// full_name: of the node before remapping, "/left/arm"; names: the rules of the process, which have priority.
+// A leading --ros-args is optional. Throws InputError, also for arguments that a single node cannot have
+// here: a log level, an enclave, or a rule for another node.
 DOPPEL_API NodeArguments read_node_arguments(std::vector<std::string> words, std::string_view full_name,
                                              NameRules names);
 

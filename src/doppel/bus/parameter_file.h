@@ -1,6 +1,6 @@
 #pragma once
 // ROS 2 parameter files: `node: ros__parameters: ...`, with wildcards, namespaces and nested names, each
-// value with its place in the YAML, so that a joint that does not exist is an error at file:line:column.
+// value with its place in the YAML, so that an unknown joint is an error at file:line:column.
 
 #include <filesystem>
 #include <string>
@@ -23,15 +23,15 @@ struct ParameterOverride {
   bool used = false;
 };
 
-// The overrides of one node. Taking one marks it used; what is left over at the end is a typo.
+// The overrides of one node. find() marks one as used; an unused one at the end is a typo.
 class DOPPEL_API ParameterOverrides {
  public:
   explicit ParameterOverrides(std::vector<ParameterOverride> all = {}) : all_(std::move(all)) {}
 
   [[nodiscard]] ParameterOverride* find(std::string_view name);
   [[nodiscard]] const std::vector<ParameterOverride>& all() const { return all_; }
-  // The distinct first parts of names below a prefix: children("gains") -> {"Revolute 1", ...}; marks
-  // nothing.
+  // The distinct first parts of names below a prefix: children("gains") -> {"Revolute 1", ...}. Does not mark
+  // any as used.
   [[nodiscard]] std::vector<std::string> children(std::string_view prefix) const;
 
  private:
@@ -39,7 +39,7 @@ class DOPPEL_API ParameterOverrides {
 };
 
 // Declares a parameter on a node with the override's value if there is one, else `initial`. Throws InputError
-// at the override's place where the type does not fit (an int is taken for a double) or `check` refuses.
+// at the override's place if the type does not match (an int is converted to a double) or `check` refuses.
 using DeclareOptions = ParameterOptions;
 DOPPEL_API ParameterValue declare_parameter(Parameters& parameters, ParameterOverrides* overrides,
                                             const std::string& name, ParameterValue initial,
@@ -51,7 +51,7 @@ T declare(Parameters& parameters, ParameterOverrides* overrides, const std::stri
       declare_parameter(parameters, overrides, name, ParameterValue(std::move(initial)), std::move(options)));
 }
 
-// A warning for each override that nobody took: its name is not a parameter; with the nearest valid one.
+// A warning for each unused override, whose name is not a parameter, with the nearest valid name.
 DOPPEL_API void report_unused(const ParameterOverrides& overrides, const std::string& node,
                               const std::vector<std::string>& valid_names, Diagnostics& diagnostics);
 
@@ -61,18 +61,18 @@ class DOPPEL_API ParameterFile {
   static ParameterFile load(const std::filesystem::path& file);
   static ParameterFile parse(const std::string& yaml, const std::string& name);
 
-  // What was said later than the file, for instance on the command line: it wins over what stands here.
+  // Adds values with priority over the present ones, for example of the command line.
   void add(ParameterFile later);
-  // node: empty for every node. text: where it was said.
+  // node: empty for all nodes. text: the source, for messages.
   void add(const std::string& node, const std::string& name, ParameterValue value, const std::string& text);
 
-  // The namespace ("left") in which its nodes stand: a section for "controller_manager" then counts for
-  // "/left/controller_manager" too, so that one file serves a robot in every namespace.
+  // The namespace ("left") of its nodes: a section for "controller_manager" then also applies to
+  // "/left/controller_manager", so that one file can be used for a robot in any namespace.
   void set_home(const std::string& name_space) { home_ = name_space.empty() ? "" : "/" + name_space; }
 
-  // Everything that applies to the node ("/left/controller_manager" or "controller_manager"): "/**" first,
-  // then exact. given_name: what it was called before it was renamed; sections for that name count too, so
-  // that a robot's own file holds in every namespace.
+  // All overrides of the node ("/left/controller_manager" or "controller_manager"): "/**" first, then exact
+  // names. given_name: its name before remapping; sections for that name apply, too, so that a robot's own
+  // file can be used in any namespace.
   [[nodiscard]] ParameterOverrides overrides_for(std::string_view node,
                                                  std::string_view given_name = {}) const;
   [[nodiscard]] std::vector<std::string> nodes() const;  // as written, wildcards left out
@@ -90,7 +90,7 @@ class DOPPEL_API ParameterFile {
   std::string home_;  // "/left"
 };
 
-// Adds what the command line specifies of nodes' parameters. Throws InputError: a file that cannot be read.
+// Adds the nodes' parameters of the command line. Throws InputError: a file that cannot be read.
 DOPPEL_API void add_ros_parameters(const RosArguments& arguments, ParameterFile& parameters);
 
 }  // namespace doppel

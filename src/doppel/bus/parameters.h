@@ -1,6 +1,6 @@
 #pragma once
-// The parameters of one node, as ROS 2 has them: declared with a default and a description, typed, some
-// read-only.
+// The parameters of one node, as in ROS 2: declared with a default and a description, typed, some read-only.
+// The loop's thread.
 
 #include <cstdint>
 #include <functional>
@@ -32,11 +32,11 @@ struct NamedParameter {
   ParameterValue value;
 };
 
-// What a number may be, ends included; describe_parameters tells it. An infinite end is none.
+// The closed range of a number, as in describe_parameters. An infinite end is no limit.
 struct ParameterRange {
   double from = 0, to = 0;
 };
-// Of an integer or a double, "-1.0 is below 0"; ok for everything else.
+// Refuses an integer or a double outside of the range: "-1.0 is below 0"; ok for all other types.
 DOPPEL_API Status check_range(const ParameterRange& range, const ParameterValue& value);
 
 struct ParameterOptions {
@@ -58,28 +58,28 @@ class DOPPEL_API Parameters {
     ParameterValue value;
     ParameterOptions options;
   };
-  // What became of a declaration or of one call of set(), for /parameter_events.
+  // The effect of a declaration or of one call of set(), for /parameter_events.
   struct Event {
     std::vector<const Declared*> declared, changed, deleted;
   };
 
   // rclcpp's allow_undeclared_parameters: setting an unknown name declares it, with dynamic typing, and
-  // asking for one is answered with "not set". At most kMaxUndeclared can be there.
+  // reading one gives "not set". At most kMaxUndeclared.
   void allow_undeclared() { allows_undeclared_ = true; }
   [[nodiscard]] bool allows_undeclared() const { return allows_undeclared_; }
   static constexpr std::size_t kMaxUndeclared = 1000;
 
-  // The value it has now: `initial`, or what was set before the declaration if undeclared names are allowed
-  // and it fits. Throws std::logic_error if declared before.
+  // Returns the parameter's value: `initial`, or the value set before the declaration if undeclared names are
+  // allowed and it is valid. Throws std::logic_error if it is already declared.
   ParameterValue declare(std::string name, ParameterValue initial, ParameterOptions options = {});
   [[nodiscard]] const Declared* find(std::string_view name) const;
-  // An int is taken for a double; every other change of type, an unknown name (with the nearest) or a
-  // read-only one is refused, and so is what the range or the check refuses. Listeners hear of it, but not of
-  // what is deleted.
+  // An int is converted to a double. Refuses any other change of type, an unknown name (with the nearest),
+  // a read-only parameter, and a value that the range or the check refuses. Listeners are called, except
+  // for deleted parameters.
   Status set(std::string_view name, ParameterValue value);
-  // All of them or, with the first reason against it, none.
+  // Sets all of them or, with the first reason for refusal, none.
   Status set_all(std::vector<std::pair<std::string, ParameterValue>> wanted);
-  // Whoever declared a read-only parameter says what it is now.
+  // For the owner of a read-only parameter.
   void update_read_only(std::string_view name, ParameterValue value);
   void on_change(Listener listener) { listeners_.push_back(std::move(listener)); }
   void on_event(std::function<void(const Event&)> listener) { on_event_ = std::move(listener); }
@@ -87,14 +87,14 @@ class DOPPEL_API Parameters {
   [[nodiscard]] std::vector<std::string> names() const;
 
  private:
-  // Why `value` cannot be set; it becomes what would be stored.
+  // Refuses with the reason why `value` cannot be set; converts it to the stored type.
   Status check(std::string_view name, ParameterValue& value) const;
   [[nodiscard]] Status check_undeclared(std::string_view name, std::size_t more) const;
   void store(const std::string& name, const ParameterValue& value, Event& event, std::list<Declared>& gone);
   Declared* find_mine(std::string_view name);
 
-  std::list<Declared> declared_;         // in order of declaration; they stay where they are
-  std::vector<std::string> undeclared_;  // those among them that only set() made
+  std::list<Declared> declared_;         // in order of declaration; a list, so that addresses stay valid
+  std::vector<std::string> undeclared_;  // names that were declared only by set()
   bool allows_undeclared_ = false;
   std::vector<Listener> listeners_;
   std::function<void(const Event&)> on_event_;

@@ -1,6 +1,6 @@
 #pragma once
-// What stands behind --ros-args on a command line, by ROS 2's rules (rcl's arguments): renamings, parameters
-// and parameter files, the log's level, the enclave.
+// The --ros-args of a command line, by ROS 2's rules (rcl's arguments): remapping rules, parameters and
+// parameter files, the log level, the enclave.
 
 #include <optional>
 #include <span>
@@ -17,7 +17,7 @@ namespace doppel {
 
 // -p NODE:NAME:=VALUE
 struct GivenParameter {
-  std::string node;  // empty: every node that has it
+  std::string node;  // empty: every node with this parameter
   std::string name;
   ParameterValue value;
   std::string text;  // as it was written
@@ -30,19 +30,20 @@ struct GivenParameterFile {
 
 struct DOPPEL_API RosArguments {
   NameRules names = {};
-  std::vector<std::variant<GivenParameter, GivenParameterFile>> parameters;  // in order: a later one wins
-  std::optional<Severity> log_level;                                         // nothing below it is reported
-  std::optional<std::string> enclave;                                        // "/left", told to the network
+  std::vector<std::variant<GivenParameter, GivenParameterFile>> parameters;  // in order: the last one is used
+  std::optional<Severity> log_level;                                         // lower levels are not reported
+  std::optional<std::string> enclave;                                        // "/left", for the network
   [[nodiscard]] bool empty() const { return names.empty() && parameters.empty() && !log_level && !enclave; }
 };
 
-// Takes everything from each "--ros-args" to the "--" behind it (or the end) out of `words`, and reads it.
-// Throws InputError, with every fault at once.
+// Removes everything from each "--ros-args" to the following "--" (or the end) from `words`, and reads it.
+// Throws InputError with all errors.
 DOPPEL_API RosArguments take_ros_arguments(std::vector<std::string>& words, NameRules names = NameRules());
 
 class Bus;
 
-// A warning for each renaming and each parameter that fits nothing on the bus, with the nearest name.
+// A warning for each remapping rule and each parameter that matches nothing on the bus, with
+// the nearest name.
 DOPPEL_API void report_unused(const RosArguments& arguments, Bus& bus, Diagnostics& diagnostics);
 
 }  // namespace doppel

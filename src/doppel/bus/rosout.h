@@ -1,5 +1,5 @@
 #pragma once
-// The program's log on /rosout, as the lines of the nodes that they are about.
+// The program's log on /rosout, each line under the name of the node that it concerns.
 
 #include <memory>
 
@@ -13,7 +13,7 @@ namespace doppel {
 // The place of a log call in the C++ sources, as rclcpp's macros fill it in.
 DOPPEL_API void fill_place(rcl_interfaces::msg::Log& line, const CodeLocation& where);
 
-// The loop's thread. Its node is /doppel, in whose name also stands what is about no node.
+// The loop's thread. Its node is /doppel, under whose name lines that concern no node are published, too.
 class DOPPEL_API Rosout {
  public:
   explicit Rosout(Bus& bus);
@@ -21,8 +21,8 @@ class DOPPEL_API Rosout {
   Rosout(const Rosout&) = delete;
   Rosout& operator=(const Rosout&) = delete;
 
-  // For Log::add_sink(). Any thread may say lines; they are published between steps, and dropped once this is
-  // gone.
+  // For Log::add_sink(). Lines of any thread are published between steps, and dropped once this
+  // object is destroyed.
   [[nodiscard]] Log::Sink sink() const;
 
  private:

@@ -1,11 +1,11 @@
 #pragma once
-// Lets nodes be put together beside those that are there and under the same names, so that what replaces them
-// is complete before they are let go. While a stage is open its thread sees none of the nodes from before and
-// others only those; edges and what they subscribe stay. Then either both are there, until the former ones
-// are destroyed, or the former ones are as they were.
+// Allows new nodes with the names of existing ones, so that a replacement is complete before the former nodes
+// are destroyed. While a stage is open, the graph has only the new nodes for its thread and only the former
+// ones for all other threads; edges and their subscriptions stay. Afterwards either both exist, until the
+// former ones are destroyed, or the former ones are unchanged.
 //
 //   BusStage stage(bus);
-//   auto next = std::make_unique<Robot>(bus);  // may throw: `robot` is on the bus again, as it was
+//   auto next = std::make_unique<Robot>(bus);  // may throw: `robot` is then unchanged on the bus
 //   stage.commit();
 //   robot = std::move(next);
 
@@ -18,15 +18,15 @@ namespace doppel {
 
 class DOPPEL_API BusStage {
  public:
-  // The loop's thread, between steps, one at a time. Throws std::bad_alloc; nothing has changed then.
+  // The loop's thread, between steps, one stage at a time. Throws std::bad_alloc; nothing has changed then.
   explicit BusStage(Bus& bus);
-  // Without commit(): the nodes from before are back. Those since must be gone.
+  // Without commit() the former nodes are restored. Precondition: the new ones are destroyed.
   ~BusStage();
   BusStage(const BusStage&) = delete;
   BusStage& operator=(const BusStage&) = delete;
 
-  // Nodes from before and since are both there; of a service that both serve the newer one counts. Throws
-  // std::bad_alloc; nothing has changed then.
+  // Former and new nodes both exist; a service of both is served by the new one. Throws std::bad_alloc;
+  // nothing has changed then.
   void commit();
 
  private:

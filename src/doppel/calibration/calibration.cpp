@@ -15,7 +15,7 @@ namespace doppel {
 namespace {
 
 constexpr double kWorstResidual = 5.0 * kDegree;
-constexpr double kMinMotion = 0.05;  // machine per model: less is a joint that did not turn
+constexpr double kMinMotion = 0.05;  // machine per model: less means that the joint did not move
 constexpr double kMinScale = 0.5, kMaxScale = 2.0;
 constexpr double kZeroTolerance = 1e-9;  // rad or m
 
@@ -23,7 +23,7 @@ bool slides(const Joint& joint) {
   return joint.type == JointType::prismatic;
 }
 
-// In the unit that people measure in.
+// In degrees or millimetres, the units of the text form.
 std::string shown(const Joint& joint, double value) {
   return slides(joint) ? fmt::format("{:.4g} mm", value * 1e3) : fmt::format("{:.4g} deg", value / kDegree);
 }
@@ -96,13 +96,13 @@ Line line_through(std::span<const Measurement> measurements) {
   return line;
 }
 
-// The machine's numbers of another turn, where only then they lie on a line of slope 1 or -1.
+// The machine's positions shifted by whole turns, if only then they are on a line of slope 1 or -1.
 std::vector<double> unwrapped(const Joint& joint, std::span<const Measurement> measurements) {
   constexpr double kTurn = 2 * std::numbers::pi;
   if (slides(joint)) return {};
   for (const int direction : {1, -1}) {
     std::vector<Measurement> tried(measurements.begin(), measurements.end());
-    // From the smallest number on, so that 350 becomes -10 and not 80 becomes 440.
+    // From the smallest value, so that 350 becomes -10 and not 80 becomes 440.
     const Measurement from = *std::ranges::min_element(tried, {}, &Measurement::machine);
     bool turned = false;
     for (Measurement& m : tried) {
@@ -178,7 +178,7 @@ JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements
 
 namespace {
 
-// A machine may count several turns; written with their unit, nobody takes them for degrees.
+// A machine may count several turns; the unit distinguishes them from degrees.
 std::vector<LargeAngle> large_angles(const OperationAction& action, const char* unit) {
   std::vector<LargeAngle> out;
   const auto note = [&](const char* key, double value) {
@@ -209,7 +209,7 @@ std::vector<Operation> calibration_operations(const Joint& joint, const JointFit
     out.push_back(std::move(operation));
   };
   if (fit.direction < 0) add(FlipAxis{joint.name}, "the machine turns the other way");
-  // The scale is the driver's, so the zero is the machine's number in the model's scale.
+  // The scale is corrected in the driver, so the zero is the machine's position in the model's scale.
   const double zero = fit.offset / fit.scale;
   if (std::abs(zero) > kZeroTolerance) {
     add(BakeZero{joint.name, zero},

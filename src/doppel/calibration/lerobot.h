@@ -1,8 +1,8 @@
 #pragma once
-// LeRobot's calibration files: what each servo's ticks mean. Two forms are read: the present one, a map from
-// motor to {id, drive_mode, homing_offset, range_min, range_max}, and the older one with lists beside
-// motor_names. Source: huggingface/lerobot, motors/motors_bus.py and the former
-// robot_devices/motors/feetech.py.
+// LeRobot's calibration files: the angle of each servo's ticks. Two forms are read: the present
+// one, a map from motor to {id, drive_mode, homing_offset, range_min, range_max}, and the older
+// one with lists parallel to motor_names. Source: huggingface/lerobot, motors/motors_bus.py and
+// the former robot_devices/motors/feetech.py.
 
 #include <filesystem>
 #include <string>
@@ -20,15 +20,15 @@ struct DOPPEL_API LerobotMotor {
   int range_min = 0, range_max = 0;  // ticks at the ends of the range that was swept
   bool older = false;
 
-  // The number that LeRobot calls the joint's angle, rad. Present form: zero in the middle of the swept
-  // range; older form: zero at the homing pose.
+  // The joint angle by LeRobot's convention, rad. Present form: zero in the middle of the swept range; older
+  // form: zero at the homing pose.
   [[nodiscard]] double angle(double ticks) const;
   // The angles at the two ends, rad, the smaller one first.
   [[nodiscard]] double lower() const;
   [[nodiscard]] double upper() const;
 };
 
-// Throws InputError: unreadable, no JSON, not a calibration, a range without width.
+// Throw InputError: unreadable, no JSON, not a calibration, a range without width.
 DOPPEL_API std::vector<LerobotMotor> read_lerobot_calibration(const std::filesystem::path& file);
 DOPPEL_API std::vector<LerobotMotor> parse_lerobot_calibration(const std::string& json,
                                                                const std::string& name);

@@ -1,4 +1,4 @@
-// Whether measurements were taken of a model that their own correction has changed since.
+// Detects measurements of a model that their own correction has changed since.
 #include <algorithm>
 #include <cmath>
 
@@ -7,7 +7,7 @@
 namespace doppel {
 namespace {
 
-constexpr double kSameErrorShare = 0.1;  // of the older zero: a second error of just this size is none
+constexpr double kSameErrorShare = 0.1;  // of the older zero: a second error this close to it is a repetition
 constexpr double kSmallZero = 0.017453292519943295;  // rad or m: smaller differences are not significant
 
 bool share_a_measurement(const Operation& a, const Operation& b) {
@@ -16,7 +16,7 @@ bool share_a_measurement(const Operation& a, const Operation& b) {
   });
 }
 
-// The joint that the operation is about, by the name that it has in the end.
+// The joint of an operation, by its last name.
 std::string last_name(const std::vector<Operation>& operations, std::size_t i) {
   std::string name = target_name(operations[i].action);
   for (std::size_t j = i + 1; j < operations.size(); ++j) {
@@ -26,7 +26,7 @@ std::string last_name(const std::vector<Operation>& operations, std::size_t i) {
   return name;
 }
 
-// Whoever made the older one: a wrong one is taken out, not turned back by a second.
+// From any source: a wrong correction is removed, not reversed by a second one.
 bool is_repetition_of(const Operation& old, const Operation& fresh) {
   if (std::holds_alternative<FlipAxis>(old.action)) return std::holds_alternative<FlipAxis>(fresh.action);
   const auto* before = std::get_if<BakeZero>(&old.action);

@@ -1,5 +1,5 @@
 #pragma once
-// What every client has heard and nobody has taken yet, and the part of Client that follows from it.
+// The receive buffer of a client, and the part of Client that only needs this buffer.
 
 #include <cstdint>
 #include <deque>
@@ -16,9 +16,9 @@ struct DOPPEL_API ReceiveBuffer {
   std::map<std::string, Client::Service> services;
   std::deque<Client::Received> inbox;
   std::map<std::uint32_t, Client::Answer> answers;
-  std::uint32_t calls = 0;  // the last one's number
+  std::uint32_t calls = 0;  // number of the last call
 
-  // Whether the answer has come; then it is taken.
+  // True: the response has arrived, and is moved to `answer`.
   bool take(std::uint32_t call, Client::Answer& answer);
 };
 
@@ -30,7 +30,7 @@ class DOPPEL_API BufferedClient : public Client {
   bool take_answer(std::uint32_t call, Answer& answer) final { return buffer().take(call, answer); }
 
  private:
-  [[nodiscard]] virtual ReceiveBuffer& buffer() const = 0;  // of the connection, which outlives every call
+  [[nodiscard]] virtual ReceiveBuffer& buffer() const = 0;  // of the connection
 };
 
 }  // namespace doppel

@@ -1,7 +1,8 @@
 #pragma once
-// A graph of nodes seen from another process: what the command line's verbs need, synchronously. Fulfilled by
-// client/websocket_client.h (a twin, over its server's protocol) and ros2/graph_client.h (any ROS 2 graph, by
-// DDS). Every function may throw ClientError (it has ended, did not answer in time, refused) and Interrupted.
+// Synchronous access to a graph of nodes in another process, for the verbs of the command line. Implemented
+// by client/websocket_client.h (a twin, over its server's protocol) and ros2/graph_client.h (any ROS 2 graph,
+// by DDS). For one thread. Every function may throw ClientError (connection closed, no response in time,
+// refused) and Interrupted.
 
 #include <chrono>
 #include <functional>
@@ -21,25 +22,25 @@ namespace doppel {
 struct DOPPEL_API ClientError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
-// Whoever was asked has said so while something was waited for (Ctrl-C).
+// The interrupt callback returned true during a wait (Ctrl-C).
 struct Interrupted {};
 
 class DOPPEL_API Client {
  public:
-  // One node's end of a topic. Empty: the connection does not tell.
+  // One node's endpoint of a topic. Empty fields: the protocol does not provide them.
   struct Endpoint {
     std::string node, type, type_hash, gid;
     // As `ros2 topic info -v` lists them: {"Reliability", "RELIABLE"}, ...
     std::vector<std::pair<std::string, std::string>> qos;
   };
   struct Topic {
-    std::string type, schema;  // "": nobody knows yet
+    std::string type, schema;  // "": not known yet
     std::vector<std::string> publishers, subscribers;
     std::vector<Endpoint> publisher_ends, subscriber_ends;
   };
   struct Service {
     std::string type;
-    std::vector<std::string> providers, clients;  // clients: where the connection tells of them
+    std::vector<std::string> providers, clients;  // clients: empty if the protocol does not provide them
   };
   struct Received {
     std::string topic, type;
@@ -54,31 +55,32 @@ class DOPPEL_API Client {
 
   virtual ~Client() = default;
 
-  // As last heard; kept up to date while something is waited for.
+  // As last received; updated during waits.
   [[nodiscard]] virtual const std::map<std::string, Topic>& topics() const = 0;
   [[nodiscard]] virtual const std::map<std::string, Service>& services() const = 0;
-  // Full names, sorted; each as often as it is there.
+  // Full names, sorted; a name of several nodes is repeated.
   [[nodiscard]] virtual std::vector<std::string> nodes() = 0;
-  // How the topic's messages are read; throws ClientError if nobody can tell, or there is no such topic.
+  // The type of the topic's messages; throws ClientError if it cannot be determined, or there is
+  // no such topic.
   [[nodiscard]] virtual const TypeSupport& message_type(const std::string& topic) = 0;
 
   // Throws ClientError if there is no such topic.
   virtual void subscribe(const std::string& topic) = 0;
   virtual void unsubscribe(const std::string& topic) = 0;
-  // Whether a message came in time.
+  // True: `message` is the next received one; false: the time is over.
   virtual bool next(Received& message, std::chrono::steady_clock::time_point until) = 0;
   [[nodiscard]] virtual bool wait_until(const std::function<bool()>& condition,
                                         std::chrono::steady_clock::time_point until) = 0;
 
-  // Sent when it returns, not yet taken: sync() returns when it is known to have been, and throws what was
-  // refused.
+  // Sent when it returns, but possibly not processed. sync() returns when all messages have been processed,
+  // and throws ClientError if one was refused.
   virtual void publish(const std::string& topic, const std::string& type, std::span<const std::byte> cdr) = 0;
   virtual void sync() = 0;
 
-  // Asks a service; the answer, or its refusal, is taken later.
+  // Sends a service request and returns its number; take_answer() gets the response or refusal later.
   virtual std::uint32_t begin_call(const std::string& service, std::span<const std::byte> request) = 0;
   virtual bool take_answer(std::uint32_t call, Answer& answer) = 0;
-  // Both at once. No time limit: negative.
+  // Sends a request and waits for the response. Negative `at_most`: no limit.
   Answer call(const std::string& service, std::span<const std::byte> request,
               std::chrono::milliseconds at_most = std::chrono::seconds(10));
 

@@ -27,7 +27,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr auto kInterruptCheck = std::chrono::milliseconds(20);
 constexpr std::size_t kMaxMessageBytes = std::size_t{256} << 20;
-constexpr std::size_t kMaxUnread = 100'000;  // messages that nobody has taken yet
+constexpr std::size_t kMaxUnread = 100'000;  // received messages that were not taken yet
 
 }  // namespace
 
@@ -36,7 +36,7 @@ struct WebSocketClient::Impl : ReceiveBuffer {
     connect();
     read();
     send(foxglove::to_frame(foxglove::WatchGraph{true}));
-    // The server answers in order: with the graph, all that it sends to a newcomer is here.
+    // The server responds in order: once the graph is here, everything that it sends to a new client is.
     if (!wait([this] { return graph_known; }, Clock::now() + options.timeout)) {
       throw ClientError(fmt::format("the twin on port {} did not answer in time", options.port));
     }
@@ -49,7 +49,7 @@ struct WebSocketClient::Impl : ReceiveBuffer {
       io.restart();
       io.run_for(std::chrono::milliseconds(500));
     } catch (const std::exception&) {
-      open = false;  // it is over either way
+      open = false;  // closed also after an error
     }
   }
 
@@ -111,7 +111,7 @@ struct WebSocketClient::Impl : ReceiveBuffer {
     });
   }
 
-  // Runs what comes in until the condition holds, or the time is over (false).
+  // Handles received frames until the condition holds, or the time is over (false).
   bool wait(const std::function<bool()>& condition, Clock::time_point until) {
     while (!condition()) {
       if (!open) throw ClientError(why_closed);
@@ -134,7 +134,7 @@ struct WebSocketClient::Impl : ReceiveBuffer {
       failed = outcome;
       done = true;
     });
-    // What arrives meanwhile is read, so that neither side waits for the other.
+    // Frames are also read while writing, so that the two sides cannot wait for each other.
     while (!done) {
       io.restart();
       io.run_one();
@@ -213,13 +213,14 @@ struct WebSocketClient::Impl : ReceiveBuffer {
     answers[response.call] = {true, "", Bytes(response.payload.begin(), response.payload.end())};
   }
   void handle(const foxglove::MessageData& data) {
-    const auto offer = offers.find(data.subscription);  // a subscription has its channel's id
+    const auto offer =
+        offers.find(data.subscription);  // this client uses the channel's id as subscription id
     if (offer == offers.end() || inbox.size() >= kMaxUnread) return;
     inbox.push_back({offer->second.topic, offer->second.schema_name, data.stamp,
                      Bytes(data.payload.begin(), data.payload.end())});
   }
 
-  // Queued for the next write from outside a handler.
+  // Queued for the next write outside of a handler.
   void ask_for(const std::string& topic) {
     wanted[topic] = true;
     late_subscriptions.push_back(topic);
@@ -231,7 +232,7 @@ struct WebSocketClient::Impl : ReceiveBuffer {
     }
   }
 
-  // The answer to a request with an id; what the server refused on the way is in `errors`.
+  // The response to a request with an id; refusals of the server in the meantime are in `errors`.
   void await_request(const std::string& id) {
     if (!wait([&] { return answered_request == id; }, Clock::now() + options.timeout)) {
       throw ClientError("the twin did not answer in time; is its loop running?");
@@ -248,7 +249,7 @@ struct WebSocketClient::Impl : ReceiveBuffer {
 
   std::map<std::uint32_t, foxglove::Channel> offers;
   std::map<std::string, std::uint32_t> service_ids;
-  std::map<std::string, bool> wanted;  // topics subscribed to, and whether the server has been asked
+  std::map<std::string, bool> wanted;  // subscribed topics, and whether the server was sent the subscription
   std::vector<std::string> late_subscriptions;
   std::map<std::pair<std::string, std::string>, std::uint32_t> advertised;
   std::vector<std::string> errors;
@@ -321,7 +322,7 @@ void WebSocketClient::publish(const std::string& topic, const std::string& type,
 void WebSocketClient::sync() {
   const std::string id = impl_->next_request();
   impl_->send(
-      foxglove::to_frame(foxglove::GetParameters{{""}, id}));  // the loop answers, after all that came before
+      foxglove::to_frame(foxglove::GetParameters{{""}, id}));  // the loop responds after all earlier messages
   impl_->await_request(id);
   if (impl_->errors.empty()) return;
   throw ClientError(std::exchange(impl_->errors, {}).front());

@@ -1,5 +1,5 @@
 #pragma once
-// A twin seen from another process, over the server's protocol.
+// Access to a twin in another process over its server's protocol.
 
 #include <chrono>
 #include <cstdint>
@@ -15,15 +15,15 @@ namespace doppel {
 struct ClientOptions {
   std::string host = "127.0.0.1";
   std::uint16_t port = 8700;
-  std::string token;                                  // where the twin requires one
-  std::chrono::milliseconds timeout{5000};            // for what should come at once
-  std::function<bool()> interrupted;                  // asked every 20 ms or so; may be empty
-  std::function<void(const std::string&)> on_status;  // warnings that belong to no request
+  std::string token;                                  // if the twin requires one
+  std::chrono::milliseconds timeout{5000};            // for responses without a limit of their own
+  std::function<bool()> interrupted;                  // called about every 20 ms; may be empty
+  std::function<void(const std::string&)> on_status;  // for warnings that belong to no request
 };
 
 class DOPPEL_API WebSocketClient : public BufferedClient {
  public:
-  // Returns when it knows all topics, services and nodes that there are.
+  // Returns when all existing topics, services and nodes are known. Throws ClientError.
   explicit WebSocketClient(ClientOptions options);
   ~WebSocketClient() override;
   WebSocketClient(const WebSocketClient&) = delete;

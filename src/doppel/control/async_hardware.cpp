@@ -62,7 +62,7 @@ Status AsyncHardware::on_activate() {
 
 Status AsyncHardware::on_deactivate() {
   const std::lock_guard lock(mutex_);
-  // What the loop has left last is still to be written: it may be a zero.
+  // The last commands of the loop may not be written yet, and may be a zero velocity.
   if (work_ == Work::read_and_write && answer_.load() == HardwareReturn::ok)
     static_cast<void>(device_->write(Time(now_.load()), period_, commands_->newest()));
   Status status = device_->on_deactivate();
@@ -130,7 +130,7 @@ std::string AsyncHardware::fault() const {
   return fault_;
 }
 
-// With whatever the device throws as an error.
+// Any exception of the device becomes an error.
 HardwareReturn AsyncHardware::exchange() {
   try {
     const Time now(now_.load(std::memory_order_relaxed));

@@ -15,7 +15,7 @@ namespace doppel {
 namespace {
 
 constexpr const char* kOrigin = "control_loop";
-constexpr Duration kGateTimeout = std::chrono::milliseconds(5);  // between looks whether the loop ends
+constexpr Duration kGateTimeout = std::chrono::milliseconds(5);  // between checks whether the loop ends
 constexpr Duration kMinStall = std::chrono::milliseconds(100);
 constexpr int kStallPeriods = 10;
 constexpr Duration kSecond = std::chrono::seconds(1);
@@ -113,7 +113,8 @@ void ControlLoop::run() {
     const auto ended = Clock::now();
     count(begun, ended);
     last_tick_.store(ended.time_since_epoch().count(), std::memory_order_relaxed);
-    // Ticks that are due already are left out: hardware is not served twice in a row to catch up.
+    // Ticks that are already due are skipped, so that hardware is not read and written twice in a row
+    // to catch up.
     const auto late = std::max(Duration{}, Duration(ended - due));
     const auto missed = late.count() / period_.count();
     if (missed > 0) ++statistics_.overruns;

@@ -1,11 +1,10 @@
 #pragma once
-// The control loop of real hardware: a thread of its own that ticks the controller manager at its period by
-// the monotonic clock, with real-time priority and locked memory where the system permits it. Everything else
-// of the manager (life cycle, YAML, parameters, spawning, the bus) stays on the thread that holds the loop
-// off while it works; it takes the gate for one piece of work at a time. A third thread watches: where the
-// loop stands still, hardware is told to stop by itself.
+// The control loop of real hardware: a separate thread that ticks the controller manager at its period by the
+// monotonic clock, with real-time priority and locked memory where the system permits it. Everything else of
+// the manager (life cycle, YAML, parameters, spawning, the bus) stays on the other thread, which takes the
+// gate for one piece of work at a time. A watchdog thread calls stall_hardware() if the loop is blocked.
 //
-// A simulation needs none of this: it ticks the manager between its steps.
+// A simulation does not use it: it ticks the manager between its steps.
 
 #include <pthread.h>
 
@@ -20,8 +19,8 @@
 
 namespace doppel {
 
-// Who has it may touch what the loop uses. With priority inheritance, so that the loop waits no longer than
-// one piece of work takes; the thread that has it may take it again.
+// A recursive mutex for everything that the loop uses, with priority inheritance, so that the loop waits at
+// most for one piece of work. Any thread.
 class DOPPEL_API LoopGate {
  public:
   LoopGate();
@@ -31,7 +30,7 @@ class DOPPEL_API LoopGate {
 
   void lock();
   void unlock();
-  // false: it could not be had for so long.
+  // false: it was not available within this time.
   bool try_lock_for(Duration at_most);
 
  private:
@@ -41,23 +40,24 @@ class DOPPEL_API LoopGate {
 struct ControlLoopOptions {
   int priority = 50;        // SCHED_FIFO; 0: the scheduler's usual one
   bool lock_memory = true;  // mlockall
-  Duration stall{};         // without a tick: the loop stands still; zero: ten periods, at least 100 ms
+  Duration stall{};         // time without a tick after which the loop is blocked; 0: 10 periods, >= 100 ms
 };
 
 class DOPPEL_API ControlLoop {
  public:
-  // The manager and the gate outlive the loop. `begin`: the manager's time now. What the system does not
-  // permit is a note in the log.
+  // The manager, the gate and the log outlive the loop. `begin`: the manager's time now. Priority or
+  // locking that the system does not permit is a note in the log. Throws std::system_error if no thread
+  // can be started.
   ControlLoop(ControllerManager& manager, LoopGate& gate, Time begin, const ControlLoopOptions& options,
               const Log& log);
-  ~ControlLoop();  // may be called by who has the gate
+  ~ControlLoop();  // joins the threads; the caller may hold the gate
   ControlLoop(const ControlLoop&) = delete;
   ControlLoop& operator=(const ControlLoop&) = delete;
 
-  // The other thread, with the gate, often: deals with what has failed or stood still, logs overruns once a
-  // second, hands the statistics to the manager.
+  // Called regularly by the other thread, with the gate: handles failures and stalls, logs overruns at most
+  // once a second, passes the statistics to the manager.
   void attend();
-  // With the gate.
+  // These require the gate.
   [[nodiscard]] Time now() const { return now_; }  // of the next tick
   [[nodiscard]] const LoopStatistics& statistics() const { return statistics_; }
 
@@ -75,7 +75,7 @@ class DOPPEL_API ControlLoop {
   Time now_;
   std::atomic<bool> ends_{false};
   std::atomic<std::int64_t> last_tick_;       // ns of Clock
-  std::atomic<std::int64_t> stood_still_{0};  // ns, of a stall that attend() has not dealt with; 0: none
+  std::atomic<std::int64_t> stood_still_{0};  // ns, of a stall that attend() has not handled; 0: none
 
   // Under the gate.
   LoopStatistics statistics_;

@@ -1,9 +1,10 @@
 #pragma once
 // A controller: a class that claims command interfaces, reads state interfaces and is updated at its rate.
-// The life cycle is ros2_control's: unconfigured -> inactive -> active. All but update() runs between steps
-// and may allocate.
+// The life cycle is ros2_control's: unconfigured -> inactive -> active. All functions but update() are called
+// between steps and may allocate. All are called by one thread at a time: the loop's thread, or the one that
+// holds the LoopGate (control_loop.h).
 //
-// To add one from outside, build a shared library against these headers and end its source with
+// For a controller outside the tree, build a shared library against these headers and end its source with
 //   DOPPEL_EXPORT_CONTROLLER(my_package::MyController, "my_package/MyController")
 
 #include <functional>
@@ -23,10 +24,11 @@ namespace doppel {
 
 struct InterfaceConfiguration {
   enum class Kind { none, all, individual } kind = Kind::none;
-  std::vector<std::string> names;  // "Revolute 1/position", in the order in which the handles are wanted
+  std::vector<std::string> names;  // "Revolute 1/position", in the order of the handles
 };
 
 // A claimed interface: reading and writing are plain loads and stores. Valid while the controller is active.
+// Units by the interface (hardware.h): rad or m, per s, N m or N.
 class DOPPEL_API StateHandle {
  public:
   StateHandle() = default;
@@ -60,25 +62,27 @@ class DOPPEL_API CommandHandle {
   double* value_ = nullptr;
 };
 
-// What a controller is given; outlives it. The model may be exchanged for another with the same joints while
-// the controller runs, so that nobody keeps the pointer.
+// The environment of a controller; outlives it. The model may be replaced by another one with the same joints
+// while the controller runs, so a controller must not keep the pointer.
 struct ControllerContext {
   std::string name;      // "omarm_arm_controller"
   Node* node = nullptr;  // "/omarm_arm_controller"
   const Model* model = nullptr;
   const Log* log = nullptr;
   ParameterOverrides* overrides = nullptr;  // this controller's part of the YAML files
-  double update_rate = 0;                   // Hz, as it will really run
+  double update_rate = 0;                   // Hz, the rate of update() after rounding to the manager's period
 };
 
 class DOPPEL_API Controller {
  public:
   virtual ~Controller() = default;
 
-  // Declare and check parameters (parameter_file.h). Bad values are InputErrors with their place in the YAML.
+  // Declares and checks parameters (parameter_file.h). Throws InputError for invalid values, with their place
+  // in the YAML.
   virtual void on_init(ControllerContext& context) = 0;
   [[nodiscard]] virtual InterfaceConfiguration command_interfaces() const = 0;  // valid once configured
   [[nodiscard]] virtual InterfaceConfiguration state_interfaces() const = 0;
+  // A refusal, or an exception, leaves the state as it was and is logged.
   virtual Status on_configure() { return {}; }
   virtual Status on_activate() { return {}; }  // handles below are filled
   virtual Status on_deactivate() { return {}; }
@@ -87,9 +91,10 @@ class DOPPEL_API Controller {
   // In the loop, at this controller's rate: no allocation, no lock, no throw.
   virtual void update(Time now, Duration period) = 0;
 
-  // Between steps, about every 50 ms of simulated time while active: reports, results, whatever may allocate.
+  // Between steps, at housekeeping_rate() while active: reports, results, and other work that may allocate.
   virtual void housekeeping(Time /*now*/) {}
-  // Between steps, while time stands or was set back: a broadcaster publishes what update() would have.
+  // Between steps, while simulated time is paused or was set back: a broadcaster publishes the present state,
+  // because update() is not called.
   virtual void publish_state(Time /*now*/) {}
   // How often housekeeping runs, Hz of simulated time.
   [[nodiscard]] virtual double housekeeping_rate() const { return 20.0; }
@@ -97,19 +102,20 @@ class DOPPEL_API Controller {
   // A chainable controller takes commands from other controllers: its reference interfaces, "joint/position",
   // which they command as "<controller>/joint/position". Valid once configured; empty: it is not chainable.
   [[nodiscard]] virtual std::vector<std::string> reference_interfaces() const { return {}; }
-  // Between ticks, while active: from now on another controller commands the references, earlier in the same
-  // tick, and what else it could be commanded by is ignored; or nobody does so any more.
+  // Between ticks, while active. True: from now on another controller commands the references, earlier in the
+  // same tick, and commands from topics and actions are ignored. False: no other controller does.
   virtual void set_chained_mode(bool /*chained*/) {}
 
   // Filled by the controller manager before on_activate, emptied after on_deactivate.
   std::vector<CommandHandle> command_handles;
   std::vector<StateHandle> state_handles;
-  // In the order of reference_interfaces(), from on_configure to on_cleanup. In chained mode NaN is not a
-  // command yet; else the controller writes there what it follows, so that everybody can see it.
+  // In the order of reference_interfaces(), from on_configure to on_cleanup. In chained mode NaN means no
+  // command yet; otherwise the controller writes the values that it follows, so that they can be observed.
   std::vector<CommandHandle> reference_handles;
 };
 
-// Controller types by their ROS names; each library registers its own.
+// Controller types by their ROS names. Built-in types and libraries register theirs at the start, before
+// other threads use it.
 class DOPPEL_API ControllerRegistry {
  public:
   using Factory = std::function<std::unique_ptr<Controller>()>;
@@ -119,7 +125,7 @@ class DOPPEL_API ControllerRegistry {
   };
 
   void add(std::string name, Factory make, std::string library = "");
-  [[nodiscard]] const Type* find(std::string_view name) const;
+  [[nodiscard]] const Type* find(std::string_view name) const;  // nullptr: unknown
   [[nodiscard]] std::vector<std::string> names() const;
 
  private:

@@ -19,7 +19,7 @@ Status not_negative(const ParameterValue& value) {
   return rate >= 0 ? Status{} : Status::refused(fmt::format("a rate cannot be negative: {}", rate));
 }
 
-// A controller from outside may throw anything; for the user it is a controller that cannot be loaded.
+// A controller of a plugin library may throw anything; the user gets it as one that cannot be loaded.
 void initialise(LoadedController& c) {
   try {
     c.controller->on_init(c.context);
@@ -58,7 +58,7 @@ ControllerManager::Impl::Impl(Bus& the_bus, const Model& the_model, const Contro
       limiter(the_model) {
   make_standard(node);
   serve_logger_levels(node);
-  node.parameters().allow_undeclared();  // spawners say so what a controller that no file declares is
+  node.parameters().allow_undeclared();  // spawners set the type of a controller that no file declares
   read_own_parameters(diagnostics);
   limiter.enforce(options.enforce_limits);
   serve();
@@ -126,8 +126,8 @@ void ControllerManager::Impl::choose_rate(LoadedController& c) {
   }
 }
 
-// A `type` beside the controller's parameters is for who reads the file, as a spawner does; the node has it
-// then, as in ROS 2.
+// A `type` next to the controller's parameters is read by spawners; the controller's node declares it, as
+// in ROS 2.
 void ControllerManager::Impl::declare_written_type(LoadedController& c) {
   const ParameterOverride* written = c.overrides.find("type");
   if (written == nullptr) return;
@@ -325,7 +325,7 @@ void ControllerManager::Impl::publish_state(Time the_time) {
   for (LoadedController* c : active) c->controller->publish_state(now);
 }
 
-// -- the public face
+// -- the public class
 
 ControllerManager::ControllerManager(Bus& bus, const Model& model, const ControllerRegistry& registry,
                                      const ParameterFile* file, ControllerManagerOptions options,

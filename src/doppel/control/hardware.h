@@ -1,5 +1,5 @@
 #pragma once
-// ros2_control's hardware: a component (a system, an actuator or a sensor) offers named state and command
+// ros2_control's hardware: a component (a system, an actuator or a sensor) exports named state and command
 // interfaces ("Revolute 1/position"), each one double, and is read and written by the controller manager. Its
 // life cycle is ros2_control's:
 //
@@ -8,10 +8,10 @@
 //   an error of any of them, of read() or of write(): on_error -> unconfigured, or finalized where it refuses
 //   on_shutdown, from every state but finalized: -> finalized
 //
-// The simulated robot, a loopback and a servo bus implement the same contract; nothing above it changes.
-// An exception that leaves a component counts as an error of that component.
+// The simulated robot, a loopback and a servo bus implement the same contract. An exception that leaves a
+// component is an error of that component. All functions but on_stall() are called by one thread at a time.
 //
-// To add one from outside, build a shared library against these headers and end its source with
+// For a component outside the tree, build a shared library against these headers and end its source with
 //   DOPPEL_EXPORT_HARDWARE(my_package::MyHardware, "my_package/MyHardware")   (hardware_registry.h)
 
 #include <cstdint>
@@ -36,33 +36,35 @@ inline constexpr const char* kAcceleration = "acceleration";  // rad/s^2 or m/s^
 inline constexpr const char* kEffort = "effort";              // N m or N
 
 struct DOPPEL_API InterfaceDescription {
-  std::string prefix;  // joint, sensor or gpio name, spaces and all
+  std::string prefix;  // joint, sensor or gpio name, which may contain spaces
   std::string name;    // "position"
-  double initial = 0;  // a state's value before the first read; a command's before the first one: NaN none
+  double initial = 0;  // value of a state before the first read, or of a command before the first one (NaN)
   [[nodiscard]] std::string full_name() const { return prefix + "/" + name; }
 };
 
 enum class HardwareState { unconfigured, inactive, active, finalized };
 DOPPEL_API std::string_view to_string(HardwareState state);
 
-// What read() and write() answer. error: on_error runs; deactivate: on_deactivate runs and the component is
-// inactive. In both cases the controllers that use it are deactivated and their fallback controllers started.
+// Result of read() and write(). error: on_error is called; deactivate: on_deactivate is called and
+// the component is inactive. In both cases the controllers that use it are deactivated and their
+// fallback controllers started.
 enum class HardwareReturn { ok, error, deactivate };
 
-// What a joint does that nothing commands.
+// The behaviour of a joint without commands.
 enum class PassiveJoint {
-  free,   // it moves as it is pushed
-  hold,   // a drive holds it where it is
-  brake,  // its speed is held at zero
+  free,   // it moves freely under external loads
+  hold,   // a drive holds its position
+  brake,  // its velocity is held at zero
 };
 DOPPEL_API std::string_view to_string(PassiveJoint passive);
 
-// What a component is given; valid during on_init only, but for what it points to.
+// The environment of a component; valid during on_init only, except for the objects that
+// outlive the component.
 struct HardwareInfo {
   const HardwareDescription& description;  // <ros2_control>, every part with its place
   const Model& model;                      // outlives the component
   const Log& log;                          // outlives the component
-  double rw_rate = 0;                      // Hz, at which it will really be read and written
+  double rw_rate = 0;                      // Hz of read() and write(), rounded to the manager's period
   Diagnostics& diagnostics;                // for warnings and notes about the description
 };
 
@@ -70,23 +72,23 @@ class DOPPEL_API HardwareComponent {
  public:
   virtual ~HardwareComponent() = default;
 
-  // Checks the description and its parameters. What is wrong in them is thrown as InputError with its place.
+  // Checks the description and its parameters. Throws InputError with the place of an error.
   virtual Status on_init(const HardwareInfo& info) = 0;
   [[nodiscard]] virtual std::vector<InterfaceDescription> state_interfaces() const = 0;    // after on_init
   [[nodiscard]] virtual std::vector<InterfaceDescription> command_interfaces() const = 0;  // after on_init
 
   // Between ticks. A refusal leaves the state as it was; an exception is an error.
-  virtual Status on_configure() { return {}; }   // opens ports, reads what the device is
-  virtual Status on_activate() { return {}; }    // from here on it is written
+  virtual Status on_configure() { return {}; }   // opens ports, identifies the device
+  virtual Status on_activate() { return {}; }    // afterwards write() is called
   virtual Status on_deactivate() { return {}; }  // its joints are passive
   virtual Status on_cleanup() { return {}; }     // closes what on_configure has opened
   virtual Status on_shutdown() { return {}; }
-  // After an error: leaves the device as after on_cleanup. Refused: it cannot, and the component is
-  // finalized.
+  // After an error: leaves the device as after on_cleanup. A refusal means that it cannot, and the
+  // component is finalized.
   virtual Status on_error() { return {}; }
 
-  // Which command interfaces (by full name) a switch of controllers is about to claim and to release; a
-  // refusal stops the switch. perform: between ticks, before the new controllers' first update.
+  // The command interfaces (full names) that a switch of controllers is about to claim and to release; a
+  // refusal cancels the switch. perform: between ticks, before the new controllers' first update.
   virtual Status prepare_switch(std::span<const std::string> /*start*/,
                                 std::span<const std::string> /*stop*/) {
     return {};
@@ -94,12 +96,12 @@ class DOPPEL_API HardwareComponent {
   virtual void perform_switch(std::span<const std::string> /*start*/, std::span<const std::string> /*stop*/) {
   }
 
-  // What its joints do that no controller claims, and what they do after an error.
+  // The behaviour of joints that no controller claims, and of all joints after an error.
   [[nodiscard]] virtual PassiveJoint when_unclaimed() const = 0;
   [[nodiscard]] virtual PassiveJoint when_failed() const { return when_unclaimed(); }
 
-  // The emergency stop: every joint comes to rest and stays there, whatever was commanded; write() is not
-  // called until on_stop_reset(). Between ticks.
+  // The emergency stop, between ticks: every joint comes to rest and stays there, regardless of commands;
+  // write() is not called until on_stop_reset().
   virtual void on_stop() = 0;
   virtual void on_stop_reset() = 0;
 
@@ -108,11 +110,11 @@ class DOPPEL_API HardwareComponent {
   // called while inactive or active, write() while active.
   virtual HardwareReturn read(Time now, Duration period, std::span<double> states) = 0;
   virtual HardwareReturn write(Time now, Duration period, std::span<const double> commands) = 0;
-  // The loop has not come by for longer than it may (control_loop.h): called once, from another thread, while
-  // read() or write() may be under way. Brings the joints to rest as far as the device can by itself;
-  // on_stop() follows when the loop continues.
+  // The loop is blocked (control_loop.h): called once, from another thread, while read() or write() may
+  // be running. Brings the joints to rest as far as the device can do so itself; on_stop() follows when
+  // the loop continues.
   virtual void on_stall() noexcept {}
-  // Why the last read() or write() did not answer ok, as a sentence's end; asked between ticks.
+  // The reason why the last read() or write() did not return ok, as the end of a sentence. Between ticks.
   [[nodiscard]] virtual std::string fault() const { return "no reason given"; }
 };
 

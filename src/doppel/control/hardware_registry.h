@@ -1,6 +1,6 @@
 #pragma once
-// Hardware components by the plugin names that descriptions write, and what each of them drives: the real
-// thing, or a simulation that stands in for it.
+// Hardware components by the plugin names of descriptions, and whether each of them drives a real device
+// or a simulation.
 
 #include <functional>
 #include <memory>
@@ -14,8 +14,8 @@
 namespace doppel {
 
 enum class HardwareKind {
-  real,       // a device, or what behaves as one: on the wall clock
-  simulated,  // moves with the simulation, on its clock
+  real,       // a device, or a stand-in for one: in wall-clock time
+  simulated,  // part of the simulation, in simulated time
 };
 
 class DOPPEL_API HardwareRegistry {
@@ -27,12 +27,12 @@ class DOPPEL_API HardwareRegistry {
     Factory make;
   };
 
-  // With every component that the control stack has built in.
+  // With all built-in components of the control stack.
   static HardwareRegistry with_builtin();
 
-  // Throws InputError where the name is registered already.
+  // Throws InputError if the name is already registered.
   void add(std::string name, HardwareKind kind, Factory make, std::string library = "");
-  [[nodiscard]] const Type* find(std::string_view name) const;
+  [[nodiscard]] const Type* find(std::string_view name) const;  // nullptr: unknown
   [[nodiscard]] std::vector<std::string> names() const;
 
  private:

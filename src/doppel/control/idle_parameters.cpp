@@ -19,7 +19,7 @@ constexpr Threshold kPeriodicity[] = {{"periodicity.mean_error", 5, 10},
 constexpr Threshold kExecutionTime[] = {{"execution_time.mean_error", 1000, 2000},
                                         {"execution_time.standard_deviation", 100, 200}};
 
-// Those that only a file gives, of whatever type.
+// Parameters without a default, of any type.
 bool meant_for_ros2_control(std::string_view name) {
   for (const std::string_view known :
        {"robot_description", "cpu_affinity", "thread_priority", "lock_memory", "diagnostics.", "overruns.",

@@ -13,10 +13,10 @@ namespace doppel {
 namespace {
 
 constexpr double kSlack =
-    1e-6;  // rad, m, ...: rounding in somebody's file is held to the limit, but not told
+    1e-6;  // rad, m, ...: rounding in the controllers' YAML is clamped to the limit, but not reported
 constexpr Duration kEpisodeTimeout = std::chrono::seconds(1);  // without intervention: the episode is over
 constexpr Duration kReportDelay =
-    std::chrono::milliseconds(250);  // so that the most is known when it is reported
+    std::chrono::milliseconds(250);  // so that the report includes the largest value
 
 bool beyond(double asked, double limit) {
   return std::abs(asked) > limit + kSlack * std::max(1.0, limit);
@@ -113,14 +113,14 @@ double JointLimiter::limit_position(Entry& entry, double asked, Time now, double
                 : entry.position != nullptr       ? *entry.position
                                                   : inside;
   double before = std::isfinite(entry.last_asked) ? entry.last_asked : from;
-  if (joint.type == JointType::continuous) {  // whole turns are the same place: it takes the short way
+  if (joint.type == JointType::continuous) {  // whole turns are the same position: the shortest way is taken
     from = inside - std::remainder(inside - from, 2.0 * std::numbers::pi);
     before = asked - std::remainder(asked - before, 2.0 * std::numbers::pi);
   }
   const double most = joint.velocity * dt;
   if (!std::isfinite(most) || std::abs(inside - from) <= most) return inside;
-  // What was asked is the change of the command over its controller's period; after that the command is only
-  // caught up.
+  // The commanded velocity is the change of the command over its controller's period; in later ticks the
+  // joint only catches up with the command, which is no violation.
   const double rate = std::abs(asked - before) / (entry.ticks * dt);
   Episode& episode = entry.episodes[kRate];
   if (beyond(rate, joint.velocity) ||

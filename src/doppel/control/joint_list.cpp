@@ -22,7 +22,8 @@ std::string unfit_for_commands(const ModelJoint& joint) {
   }
 }
 
-// "CONTROLLER/JOINT": a chainable controller's reference, which the switch looks for when both are there.
+// "CONTROLLER/JOINT": a chainable controller's reference. It is checked by the switch, when both
+// controllers are loaded.
 bool is_reference(const Model& model, const std::string& name) {
   const std::size_t slash = name.find('/');
   return slash != std::string::npos && slash > 0 && model.find_joint(name.substr(slash + 1)) >= 0;

@@ -1,7 +1,6 @@
 #pragma once
-// The joints that a controller's YAML lists, held against the model: an unknown one is an error at its place
-// in the file, with the nearest name; a fixed one too; one that mimics another has no motor and is left out
-// with a warning.
+// The joints that a controller's YAML lists, compared with the model: an unknown or fixed one is an error at
+// its place in the file, with the nearest name; a mimic joint has no drive and is left out with a warning.
 
 #include <string>
 #include <vector>
@@ -17,16 +16,16 @@ enum class JointUse {
   observed    // anything with a state; only unknown joints are refused
 };
 
-// `names` is the value of the declared parameter `parameter` (a list or one string); returns those that
-// remain, in order. Throws InputError with one diagnostic for each name that is unknown, listed twice or
-// unfit. Warnings go to the context's log.
+// `names` is the value of the declared parameter `parameter` (a list or one string); returns the remaining
+// names in order. Throws InputError with one diagnostic for each name that is unknown, listed twice or
+// unsuitable. Warnings go to the context's log.
 DOPPEL_API std::vector<std::string> check_joints(const ControllerContext& context,
                                                  const std::string& parameter,
                                                  const std::vector<std::string>& names,
                                                  JointUse use = JointUse::commanded);
 
-// Where the YAML wrote element `index` of a list parameter (the whole value where elements have no place of
-// their own); unknown where the parameter has its default.
+// The place in the YAML of element `index` of a list parameter, or of the whole value if elements have no
+// places of their own; unknown if the parameter has its default.
 DOPPEL_API SourceLocation place_of(const ControllerContext& context, std::string_view parameter,
                                    std::size_t index = 0);
 

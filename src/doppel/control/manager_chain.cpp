@@ -1,4 +1,5 @@
-// Chains of controllers: one commands the reference interfaces of another, earlier in the same tick.
+// Chains of controllers: one commands the reference interfaces of another and is updated before it
+// in each tick.
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
-// What the controller manager says on /diagnostics, under ros2_control's names. Written over and over into
-// one message, so that a listener costs no memory.
+// The controller manager's /diagnostics, under ros2_control's names. One message is filled again and again,
+// so that publishing does not allocate.
 
 #include <fmt/format.h>
 
@@ -10,9 +10,9 @@ namespace {
 
 using diagnostic_msgs::msg::DiagnosticStatus;
 constexpr Duration kPeriod = std::chrono::seconds(1);
-constexpr double kPoorRate = 0.9;  // of the wanted one: below it the loop does not keep its time
+constexpr double kPoorRate = 0.9;  // of the desired rate: below it the loop is too slow
 
-// Fills a status' values from the first on; what was there before and is no more goes.
+// Fills a status's values from the first; values of an earlier message that remain are removed.
 class Values {
  public:
   explicit Values(DiagnosticStatus& status) : values_(status.values) {}
@@ -94,7 +94,7 @@ void ControllerManager::Impl::describe_manager(DiagnosticStatus& status) const {
 }
 
 void ControllerManager::Impl::publish_diagnostics() {
-  if (now < next_diagnostics && next_diagnostics - now <= kPeriod) return;  // further: time was set back
+  if (now < next_diagnostics && next_diagnostics - now <= kPeriod) return;  // more: time was set back
   next_diagnostics = now + kPeriod;
   if (!diagnostics_topic.has_listeners()) return;
   describe_controllers(diagnostics_message.status[0]);

@@ -1,4 +1,4 @@
-// The life cycle of hardware components, and what happens where one of them fails.
+// The life cycle of hardware components, and the reaction to the failure of one.
 
 #include <fmt/format.h>
 
@@ -146,15 +146,14 @@ Status ControllerManager::Impl::pass(ResourceTable::Component& c, HardwareState 
   }
 }
 
-// ros2_control's error processing: a component that can recover is unconfigured, one that cannot is
-// finalized.
+// ros2_control's error processing: a component that recovers is unconfigured, any other finalized.
 void ControllerManager::Impl::enter_error(ResourceTable::Component& c, const std::string& why) {
   const Status recovered = attempt([&] { return c.hardware->on_error(); });
   c.state = recovered ? HardwareState::unconfigured : HardwareState::finalized;
   note_fault(c, recovered ? why : fmt::format("{}; recovery failed: {}", why, recovered.why()));
 }
 
-// Keeps the reason where everybody can read it: the parameter `fault` of the component's node, /diagnostics.
+// Publishes the reason: in the parameter `fault` of the component's node and on /diagnostics.
 void ControllerManager::Impl::note_fault(ResourceTable::Component& c, const std::string& why) {
   if (c.why == why) return;
   c.why = why;
@@ -207,7 +206,7 @@ void ControllerManager::Impl::settle(ResourceTable::Component& c, const Hardware
   start_fallbacks(users);
 }
 
-// A controller whose update throws is stopped as one that has lost its hardware.
+// A controller whose update throws is stopped like one whose hardware has failed.
 void ControllerManager::Impl::settle_controllers() {
   if (!std::exchange(controller_failed, false)) return;
   std::vector<LoadedController*> failed;
@@ -255,7 +254,7 @@ void ControllerManager::Impl::shut_down_hardware() {
   }
 }
 
-// Each component has a node of its own, named after it in small letters; it offers what every node does.
+// As in ros2_control, each component has a node with its name in lower case.
 void ControllerManager::Impl::make_hardware_node(const std::string& component) {
   std::string name;
   for (const char c : component) {

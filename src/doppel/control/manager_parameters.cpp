@@ -1,4 +1,4 @@
-// What the controller manager's part of the YAML specifies, and that of each controller.
+// The controller manager's section of the YAML, and that of each controller.
 
 #include <fmt/format.h>
 
@@ -37,7 +37,7 @@ void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
                                       {fmt::format("hardware components that start {}", state), true, {}});
   }
   for (const auto& [name, type] : declared()) {
-    // A spawner says them again, and later than the file.
+    // A spawner sets them again, later than the file.
     declare<std::string>(parameters, &own, name + ".type", type, {"of this controller", false, {}});
     const auto declare_written = [&, &controller = name](const char* key, const char* description) {
       if (const ParameterOverride* written_there = own.find(controller + key))
@@ -62,7 +62,7 @@ void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
   report_unused_sections(diagnostics);
 }
 
-// A section whose name is nearly that of a declared controller without one is a typo of it.
+// A section with nearly the name of a declared controller that has no section is a typo of that name.
 void ControllerManager::Impl::report_unused_sections(Diagnostics& diagnostics) const {
   if (file == nullptr) return;
   std::vector<std::string> without, with;
@@ -94,7 +94,7 @@ std::vector<std::pair<std::string, std::string>> ControllerManager::Impl::declar
   return out;
 }
 
-// The parameter of the manager that is one text or many; none where it is not there.
+// A parameter of the manager that is one string or a list of strings; empty if it is absent.
 std::vector<std::string> ControllerManager::Impl::texts_of(const std::string& parameter) {
   const auto* value = node.parameters().find(parameter);
   if (value == nullptr) return {};
@@ -105,8 +105,8 @@ std::vector<std::string> ControllerManager::Impl::texts_of(const std::string& pa
                                value->name, node.name(), parameter_type_name(value->value)));
 }
 
-// A file that a controller's parameters stand in: beside the manager's file where it is one that stands
-// there, else seen from where the program runs, as a spawner's are.
+// A file with a controller's parameters: relative to the manager's file if it exists there, else relative to
+// the working directory, as for a spawner.
 std::filesystem::path ControllerManager::Impl::params_file(const std::string& name,
                                                            const std::string& text) const {
   const auto is_file = [](const std::filesystem::path& path) {
@@ -126,7 +126,7 @@ std::filesystem::path ControllerManager::Impl::params_file(const std::string& na
       "give an absolute path: the twin reads the file, relative to the folder it was started in");
 }
 
-// What NAME.node_options_args tells now, a spawner's --controller-ros-args.
+// The present value of NAME.node_options_args, which a spawner sets from --controller-ros-args.
 NodeArguments ControllerManager::Impl::arguments_of(const std::string& name, const std::string& full_name) {
   std::vector<std::string> words = texts_of(name + kArguments);
   if (words.empty()) return {};
@@ -142,7 +142,7 @@ NodeArguments ControllerManager::Impl::arguments_of(const std::string& name, con
   return arguments;
 }
 
-// The controller's part of the file, of its params_files, and of its arguments; what comes later wins.
+// The controller's section of the file, of its params_files, and of its arguments; later ones have priority.
 ParameterOverrides ControllerManager::Impl::overrides_of(const LoadedController& c,
                                                          const NodeArguments& arguments) {
   std::vector<ParameterOverride> all;

@@ -1,5 +1,5 @@
 // The controller manager on the bus: ros2_control's services and its activity topic. A service never throws;
-// what went wrong goes to the log, since most of ros2_control's responses carry no more than "ok".
+// errors go to the log, because most of ros2_control's responses contain only "ok".
 
 #include <fmt/format.h>
 
@@ -14,7 +14,7 @@ namespace msg = controller_manager_msgs::msg;
 
 void ControllerManager::Impl::serve() {
   activity = node.advertise<msg::ControllerManagerActivity>("~/activity", {.depth = 1, .latched = true});
-  // Only to be seen in the graph: the description is at hand.
+  // Only for the graph, as in ros2_control: the description is already loaded.
   node.subscribe<std_msgs::msg::String>("robot_description", [](const auto&) {},
                                         {.depth = 1, .latched = true});
   serve_lists();
@@ -69,7 +69,7 @@ void ControllerManager::Impl::serve_lists() {
 }
 
 void ControllerManager::Impl::serve_life_cycle() {
-  // Runs `work`, which may throw InputError or be refused; true: done.
+  // Runs `work`, which may throw InputError or be refused; true: successful.
   const auto attempt = [this](const char* what, const std::string& name, const auto& work) {
     std::string why;
     try {
@@ -103,7 +103,7 @@ void ControllerManager::Impl::serve_life_cycle() {
       "~/unload_controller", [this, attempt](const auto& request, auto respond) {
         respond({attempt("unload", request.name, [&] { return unload(request.name); })});
       });
-  // Libraries are loaded once, at the start; there is nothing to load again.
+  // Libraries are loaded once, at the start, so that there is nothing to reload.
   node.serve<srv::ReloadControllerLibraries>(
       "~/reload_controller_libraries", [this](const auto&, auto respond) {
         log.warning(options.name, "controller libraries cannot be reloaded; restart doppel");

@@ -1,5 +1,4 @@
-// Starting a set of controllers whole: all that is wrong with it is reported at once, and nothing is active
-// then.
+// Starting a set of controllers as a whole: all errors are reported together, and then none is active.
 
 #include <fmt/format.h>
 
@@ -74,7 +73,7 @@ void ControllerManager::Impl::start(std::span<const std::string> names) {
       errors.insert(errors.end(), problem.diagnostics().begin(), problem.diagnostics().end());
     }
   }
-  // Broadcasters first, so that nothing moves unseen.
+  // Broadcasters first, so that the first motion is already published.
   std::stable_partition(wanted.begin(), wanted.end(),
                         [](const LoadedController* c) { return c->commands.empty(); });
   try {
@@ -169,7 +168,7 @@ void ControllerManager::Impl::start_compatible(std::span<const std::string> name
     LoadedController* const c = try_to_load(name);
     if (c != nullptr && c->state == ControllerState::inactive) wanted.push_back(c);
   }
-  // One by one, for one that refuses must not keep the others from running.
+  // One by one, so that one that refuses does not prevent the others.
   for (const std::string& name : compatible_of(std::move(wanted))) {
     const std::vector<std::string> one{name};
     if (const Status status = switch_controllers(one, {}, Strictness::strict); !status) {

@@ -1,5 +1,5 @@
-// The emergency stop: latched until it is reset, the same for every client. The hardware stops its joints by
-// itself; controllers that command are deactivated, so that no goal continues from where it would be by then.
+// The emergency stop: latched until it is reset, the same for every client. The hardware stops its joints
+// itself; commanding controllers are deactivated, so that no goal continues after the reset.
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-// Switching controllers: what was asked is planned whole, then carried out between two ticks.
+// Switching controllers: a request is planned as a whole, then carried out between two ticks.
 
 #include <fmt/format.h>
 
@@ -71,8 +71,7 @@ ControllerManager::Impl::Plan ControllerManager::Impl::plan(std::span<const std:
   const bool strict = strictness == Strictness::strict;
   std::vector<std::string> names;
   for (const auto& c : loaded) names.push_back(c->name);
-  // Of several names ros2_control leaves out those that nobody has; where it is all of a list, nothing is
-  // switched.
+  // ros2_control leaves unknown names out of a list; if all names of a list are unknown, nothing is switched.
   const auto unknown = [&](const std::string& name, std::span<const std::string> list) {
     const bool all = std::all_of(list.begin(), list.end(), [&](const auto& n) { return find(n) == nullptr; });
     (all ? plan.conflicts : plan.problems)
@@ -111,8 +110,8 @@ ControllerManager::Impl::Plan ControllerManager::Impl::plan(std::span<const std:
   return plan;
 }
 
-// What cannot have its interfaces once the plan's stops are done. As in ros2_control nothing is switched
-// then: the arm would be passive where the one controller has stopped and the other cannot start.
+// Controllers whose interfaces are not available after the plan's stops. As in ros2_control nothing is
+// switched then: the arm would be passive after one controller has stopped and the other cannot start.
 void ControllerManager::Impl::plan_claims(Plan& plan) const {
   std::map<std::string, std::string> holders;  // command interface -> controller
   for (const LoadedController* c : active) {
@@ -189,7 +188,7 @@ Status ControllerManager::Impl::carry_out(const Plan& plan, Strictness strictnes
   return {};
 }
 
-// A strict switch failed halfway: what ran before it runs again, so that no arm is left passive by a refusal.
+// After a failed strict switch the former controllers are activated again, so that no arm becomes passive.
 void ControllerManager::Impl::roll_back(const std::vector<LoadedController*>& ran_before) {
   resources.perform_switch(commands_of(ran_before), {});
   resources.read_all(now);
@@ -201,7 +200,8 @@ void ControllerManager::Impl::roll_back(const std::vector<LoadedController*>& ra
   }
 }
 
-// Told as rcl_lifecycle tells it: into the state of passing, and out of it; only the states are filled in.
+// Published as by rcl_lifecycle: one event into the transition state and one out of it, with only the
+// states filled in.
 void ControllerManager::Impl::change_state(LoadedController& c, ControllerState to) {
   using State = lifecycle_msgs::msg::State;
   const auto whole = [](ControllerState state) {
@@ -255,9 +255,9 @@ void ControllerManager::Impl::release(LoadedController& c) {
   c.controller->state_handles.clear();
 }
 
-// `handed_over`: commands that another controller held until this moment. Their last values go on, so that a
-// servo that sags under load does not sag again at every switch; all others start from what the description
-// specifies, which for joints is not a command.
+// `handed_over`: commands that another controller has just released. They keep their last values, so that a
+// servo that sags under load does not sag further at every switch; all others start from the description's
+// initial value, which for joints is NaN.
 Status ControllerManager::Impl::activate(LoadedController& c, std::span<const std::string> handed_over) {
   for (const std::string& name : c.commands) {
     const std::size_t command = *resources.find_command(name);

@@ -11,7 +11,7 @@ void load_plugin_library(const std::string& path, ControllerRegistry& controller
                          HardwareRegistry& hardware) {
   std::error_code ignored;
   const bool exists = std::filesystem::exists(path, ignored);
-  // A name without a slash would be looked for in the system's folders; a file that is there is meant.
+  // dlopen() searches the system's folders for a name without a slash; an existing file has priority.
   const std::string file = exists ? std::filesystem::absolute(path, ignored).string() : path;
   void* library =
       dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);  // never closed: its code must outlive what it made

@@ -1,5 +1,5 @@
 #pragma once
-// Shared libraries of a user's own (`--plugin`): controllers, hardware components, or both.
+// Shared libraries of the user (`--plugin`) with controllers, hardware components, or both.
 
 #include <string>
 
@@ -10,7 +10,7 @@
 namespace doppel {
 
 // dlopen()s a library made with DOPPEL_EXPORT_CONTROLLER or DOPPEL_EXPORT_HARDWARE and registers what it
-// exports. Throws InputError: it cannot be loaded, it exports nothing, a name is taken.
+// exports. Throws InputError: it cannot be loaded, it exports nothing, or a name is already registered.
 DOPPEL_API void load_plugin_library(const std::string& path, ControllerRegistry& controllers,
                                     HardwareRegistry& hardware);
 

@@ -212,7 +212,8 @@ void note_thrown(LoopExceptionText& text) noexcept {
   if (text[0] == '\0') std::strncpy(text.data(), "no reason given", text.size() - 1);
 }
 
-// Runs `call`, which answers a HardwareReturn; all but ok, and what is thrown, becomes the component's fault.
+// Runs `call`, which returns a HardwareReturn; any other value than ok, and any exception, becomes
+// the component's fault.
 template <class Call>
 void ResourceTable::guarded(Component& c, const char* during, const Call& call) noexcept {
   HardwareReturn answer = HardwareReturn::error;

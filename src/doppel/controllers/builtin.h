@@ -1,12 +1,12 @@
 #pragma once
-// The controllers that doppel has built in, by the names of ros2_controllers.
+// The built-in controllers, by the names of ros2_controllers.
 
 #include "doppel/control/controller.h"
 #include "doppel/export.h"
 
 namespace doppel {
 
-// A registry with all of them.
+// A registry with all built-in controllers.
 DOPPEL_API ControllerRegistry builtin_controllers();
 
 }  // namespace doppel

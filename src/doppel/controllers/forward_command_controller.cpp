@@ -86,7 +86,7 @@ void CommandForwarder::receive(const std_msgs::msg::Float64MultiArray& message) 
     why = "a command contains a value that is not a finite number";
   }
   if (!why.empty()) {
-    // A stream of bad commands is reported once.
+    // A stream of invalid commands is reported once.
     if (!error_logged_) log_->error(name_, why + "; rejected, the last valid command stays in effect");
     error_logged_ = true;
     return;
@@ -151,7 +151,8 @@ void MultiInterfaceForwardCommandController::on_init(ControllerContext& context)
 
 void JointGroupController::on_init(ControllerContext& context) {
   const Names joints = required_list(context, "joints", "the joints it commands", "[a, b]");
-  // ros2_controllers' groups are forward_command_controllers underneath, and files may say so.
+  // The groups of ros2_controllers are derived from forward_command_controller, and files may
+  // set its parameter.
   declare<std::string>(context.node->parameters(), context.overrides, "interface_name", interface_,
                        {"fixed by the controller's type", true, [this](const ParameterValue& value) {
                           return std::get<std::string>(value) == interface_

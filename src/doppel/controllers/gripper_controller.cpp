@@ -63,7 +63,7 @@ void GripperController::on_init(ControllerContext& context) {
   open_action(*context.node);
 }
 
-// As in ros2_controllers, parameters count from the next configuration on.
+// As in ros2_controllers, changed parameters take effect at the next configuration.
 void GripperController::read_settings() {
   Node& node = *context_->node;
   settings_.action_monitor_rate = get<double>(node, "action_monitor_rate");
@@ -131,7 +131,7 @@ Status GripperController::on_deactivate() {
     goal_.reset();
     context_->log->warning(context_->name, "the goal is aborted because the controller is deactivated");
   }
-  // A force that is no longer controlled must not go on.
+  // An effort that is no longer controlled must not remain.
   if (kind_ == Kind::effort) command_handles[0].set(0.0);
   return {};
 }
@@ -276,7 +276,7 @@ void GripperActionController<A>::feed_back(const GoalId& id, const Outcome& outc
 template <Action A>
 void GripperActionController<A>::finish(const GoalId& id, GoalStatus status, const Outcome& outcome) {
   typename A::Result result;
-  if (status != GoalStatus::canceled) fill(result, joint(), outcome);  // a position of 0 would be no outcome
+  if (status != GoalStatus::canceled) fill(result, joint(), outcome);  // a cancelled goal has no outcome
   action_->finish(id, status, result);
 }
 

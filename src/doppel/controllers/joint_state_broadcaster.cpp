@@ -88,7 +88,7 @@ void JointStateBroadcaster::lay_out_joint_states() {
   for (const std::string& joint : extra_joints_) row_of(states_.name, joint);
   for (auto* field : {&states_.position, &states_.velocity, &states_.effort}) {
     field->assign(states_.name.size(), 0.0);
-    std::fill_n(field->begin(), measured, kNaN);  // as in ROS 2: what is not measured is not a number
+    std::fill_n(field->begin(), measured, kNaN);  // as in ROS 2: a value without a state interface is NaN
   }
 }
 

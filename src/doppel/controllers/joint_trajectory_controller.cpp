@@ -72,7 +72,8 @@ Status JointTrajectoryController::on_configure() {
   return {};
 }
 
-// Whatever is missing for braking makes the controller hold at once instead, and says so.
+// If anything that braking needs is missing, the controller holds at once instead, with a warning; in
+// ros2_controllers it does so without one.
 void JointTrajectoryController::configure_deceleration() {
   decelerates_ = settings_.decelerate_on_cancel;
   if (!decelerates_) return;
@@ -129,8 +130,8 @@ Status JointTrajectoryController::on_activate() {
   return {};
 }
 
-// Where another controller has left commands, these count, so that a servo that sags is not told to stay
-// sagged.
+// As in ros2_controllers the last commands of another controller are the initial state by default. A servo
+// that sags under load would otherwise be commanded to its sagged position.
 void JointTrajectoryController::seed_states() {
   interfaces_.read(state_);
   if (settings_.seed_from_commands && settings_.command_joints.size() == settings_.joints.size()) {

@@ -1,5 +1,5 @@
-// joint_trajectory_controller.h's dealings with the world outside, between steps: messages, goals, reports.
-// Only tell_state() runs in the loop.
+// Messages, goals and reports of joint_trajectory_controller.h, between steps. Only tell_state() runs
+// in the loop.
 
 #include <fmt/format.h>
 
@@ -96,7 +96,7 @@ void JointTrajectoryController::publish_controller_state(Time now) {
   state_topic_.publish(m, now);
 }
 
-// The commands as they are, once all of them are numbers; nothing before.
+// As in ros2_controllers: the present commands once all of them are finite, and empty before.
 void JointTrajectoryController::fill_output() {
   auto& output = state_message_.output;
   std::vector<double>* const fields[] = {&output.positions, &output.velocities, &output.accelerations,
@@ -112,13 +112,13 @@ void JointTrajectoryController::fill_output() {
   }
 }
 
-// -- what comes in
+// -- input
 
 Status JointTrajectoryController::check(const TrajectoryMessage& message) const {
   return jtc::check_message(message, rules_of(settings_, tuning_), now());
 }
 
-// The message with its stamp, where it has one, as a time of this side of the bus.
+// The message with its stamp, if it is not zero, converted to the loop's time.
 JointTrajectoryController::TrajectoryMessage JointTrajectoryController::in_own_time(
     TrajectoryMessage message) const {
   auto& stamp = message.header.stamp;
@@ -147,7 +147,7 @@ void JointTrajectoryController::receive(const TrajectoryMessage& received) {
   adopt(message);
 }
 
-// From the next update on.
+// The trajectory is followed from the next update.
 void JointTrajectoryController::adopt(const TrajectoryMessage& message) {
   for (const std::string& joint : jtc::repeated_joints(message)) {
     warn("control.jtc_repeated_joint",
@@ -165,8 +165,8 @@ void JointTrajectoryController::adopt(const TrajectoryMessage& message) {
   holding_ = false;
 }
 
-// ROS 2 enters a late trajectory in the middle and an early one at once; neither is what a stamp seems to
-// promise.
+// As in ros2_controllers a late trajectory is entered in the middle, and an early one starts at once. Both
+// can surprise the sender of the stamp, so both are warnings.
 void JointTrajectoryController::warn_of_stamp(const TrajectoryMessage& message) {
   const Time stamp = from_msg(message.header.stamp);
   const Duration grace = from_seconds(2.0 / context_->update_rate);
@@ -263,7 +263,7 @@ void JointTrajectoryController::finish(const GoalId& id, GoalStatus status, std:
   action_->finish(id, status, result);
 }
 
-// -- what goes out at action_monitor_rate
+// -- output at action_monitor_rate
 
 void JointTrajectoryController::housekeeping(Time now) {
   report_endings();

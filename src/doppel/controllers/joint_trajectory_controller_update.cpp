@@ -49,8 +49,8 @@ void JointTrajectoryController::follow(Time now, Duration period) {
   } else {
     trajectory_time_ += Duration(std::llround(static_cast<double>(period.count()) * scaling_));
   }
-  // What is desired now is judged; what is commanded now takes effect until the next update, so it is one
-  // period ahead.
+  // As in ros2_controllers, tolerances are checked against the desired state now, while the command is
+  // sampled one period ahead, because it is in effect until the next update.
   const bool known = current_->sample(trajectory_time_, settings_.interpolation, desired_) &&
                      current_->sample(trajectory_time_ + period, settings_.interpolation, command_);
   reference_time_ = trajectory_time_ - current_->start_time();
@@ -96,7 +96,8 @@ JointTrajectoryController::Ending JointTrajectoryController::check_goal(bool fir
     const auto check_joint = [&](const jtc::StateTolerance& tolerance, jtc::Violation& worst) {
       jtc::check(tolerance, j, error_.positions[j], error_.velocities[j], error_.accelerations[j], worst);
     };
-    // The first sample is on the path even where it is the last point, so that a far jump is caught.
+    // The first sample is checked with the path tolerance even if it is the last point, so that a trajectory
+    // whose only point is at time 0 cannot jump too far.
     if (before_end || first) check_joint(tolerances_.path[j], on_path);
     if (!before_end) check_joint(tolerances_.goal[j], at_goal);
   }
@@ -154,7 +155,7 @@ void JointTrajectoryController::hold_at(std::span<const double> positions) {
   holding_ = true;
 }
 
-// Stands as soon as the machine can.
+// Stops as fast as the configuration permits: with deceleration, or by holding at once.
 void JointTrajectoryController::stop() {
   if (!decelerates_) {
     hold_at(state_.positions);
@@ -162,7 +163,7 @@ void JointTrajectoryController::stop() {
   }
   holding_ = true;
   if (current_ == stop_.get()) {
-    next_ = nullptr;  // it is braking already
+    next_ = nullptr;  // already braking
     return;
   }
   jtc::make_stop(state_.positions, state_.velocities, settings_.max_deceleration, *stop_);

@@ -71,7 +71,7 @@ void refuse_repeated(const ControllerContext& context, const std::string& parame
   }
 }
 
-// Empty, unknown, repeated or unusual combinations of interfaces are refused.
+// Rejects empty, unknown or repeated interfaces and combinations that ros2_controllers rejects.
 std::array<bool, kKinds> check_interfaces(const ControllerContext& context, const std::string& parameter,
                                           const Names& names, const Names& known,
                                           const std::vector<Names>& combinations) {

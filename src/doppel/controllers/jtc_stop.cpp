@@ -35,7 +35,7 @@ void make_success_hold(const Trajectory& done, Trajectory& hold) {
 void make_stop(std::span<const double> positions, std::span<const double> velocities,
                std::span<const double> deceleration, Trajectory& stop) {
   stop.clear();
-  // A point now, and one whenever a joint comes to a stand.
+  // A point now, and one at each instant at which a joint comes to rest.
   std::optional<Duration> time = Duration{};
   while (time) {
     stop.add_point(*time);

@@ -36,7 +36,7 @@ Status check_gains(const PidGains& gains) {
   if (gains.tracking_time_constant < 0 || gains.error_deadband < 0) {
     return Status::refused("tracking_time_constant and error_deadband must not be negative");
   }
-  // Written so that NaN is refused as well.
+  // Negated comparisons also reject NaN.
   if (!(gains.i_clamp_min <= gains.i_clamp_max)) {
     return Status::refused(fmt::format("i_clamp_min {} is above i_clamp_max {}; exchange them",
                                        gains.i_clamp_min, gains.i_clamp_max));

@@ -16,7 +16,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// The turn between two angles the short way round, in (-pi, pi].
+// The shortest rotation between two angles, in (-pi, pi].
 double short_way(double angle) {
   return std::remainder(angle, 2 * std::numbers::pi);
 }
@@ -126,7 +126,7 @@ Status PidController::take_gains(const Parameters& parameters, Dof& dof) {
   return {};
 }
 
-// Gains may be tuned while it runs; a set of them that does not fit together leaves the old one in force.
+// Gains can be changed at run time; an inconsistent set is rejected and the former one remains.
 void PidController::listen_to_gains(ControllerContext& context) {
   Parameters& parameters = context.node->parameters();
   parameters.on_change([this, &parameters](const std::string& name, const ParameterValue& value) {
@@ -185,7 +185,7 @@ std::string PidController::fault_of(const control_msgs::msg::MultiDOFCommand& me
                          did_you_mean(name, names));
     }
   }
-  // NaN is ROS 2's way to say "leave this one as it is"; an infinity is nothing.
+  // As in ros2_controllers NaN keeps the present reference of a degree of freedom; infinity is ignored.
   const auto infinite = [](double value) { return std::isinf(value); };
   const bool bad = std::any_of(message.values.begin(), message.values.end(), infinite) ||
                    std::any_of(message.values_dot.begin(), message.values_dot.end(), infinite);
@@ -196,14 +196,14 @@ std::vector<std::string> PidController::reference_interfaces() const {
   return state_interfaces().names;
 }
 
-// What a leader has left is not a reference to continue with: the joints stay where they are.
+// The last values of a leader are not continued: the references become the present positions.
 void PidController::set_chained_mode(bool chained) {
   chained_ = chained;
   for (std::size_t i = 0; i < dofs_.size(); ++i)
     follow(i, chained ? kNaN : state_handles[i * interfaces_.size()].get(), 0.0);
 }
 
-// The references are where a leader writes them, too.
+// The references are stored in the same interfaces to which a leader writes.
 void PidController::follow(std::size_t index, double reference, double reference_dot) {
   const std::size_t first = index * interfaces_.size();
   reference_handles[first].set(reference);
@@ -243,7 +243,7 @@ Status PidController::on_activate() {
 
 Status PidController::on_deactivate() {
   active_ = false;
-  // A force or a speed that is no longer controlled must not go on.
+  // An effort or a velocity that is no longer controlled must not remain.
   if (command_interface_ != kPosition) {
     for (CommandHandle& handle : command_handles) handle.set(0.0);
   }

@@ -13,7 +13,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-// control_msgs/msg/JointTolerance's special values. False: a value that means nothing.
+// The special values of control_msgs/msg/JointTolerance. False: the value is not defined.
 bool resolve(double asked, double by_default, double& tolerance) {
   if (asked > 0) {
     tolerance = asked;

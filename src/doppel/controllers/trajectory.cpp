@@ -17,8 +17,8 @@ struct Boundary {
   double p, v, a;
 };
 
-// Coefficients c of p(t) = sum c_k t^k over 0 <= t <= T that meets both boundaries in as many derivatives as
-// it can.
+// Coefficients c of p(t) = sum c_k t^k over 0 <= t <= T (s) that satisfies both boundaries in as many
+// derivatives as its degree permits.
 using Coefficients = double[6];
 
 void linear(const Boundary& from, const Boundary& to, double T, Coefficients& c) {
@@ -48,7 +48,7 @@ void quintic(const Boundary& from, const Boundary& to, double T, Coefficients& c
 
 double shortest_angular_distance(double from, double to) {
   const double distance = std::remainder(to - from, kTurn);
-  // Half a turn is as short either way; rounding must not choose.
+  // Both directions of half a turn are equally short; the sign of to - from decides, not rounding.
   if (std::abs(std::abs(distance) - std::numbers::pi) < 1e-9) return std::copysign(distance, to - from);
   return distance;
 }
@@ -120,7 +120,7 @@ void Trajectory::begin(Time now, Time before_time, const JointStates& before,
       std::copy(values.begin(), values.end(), row(0, field));
       known_[0] |= bit(field);
     } else if (size() > 0 && known(1, field)) {
-      zero(0, field);  // else the degree of the first segment would differ from that of the others
+      zero(0, field);  // as in ros2_controllers: the first segment has the same degree as the others
     }
   };
   take(Field::velocities, before.has_velocities, before.velocities);

@@ -86,7 +86,7 @@ Status check_times(const Message& message, Time now) {
   return {};
 }
 
-// Presence and lengths of one point's fields.
+// Checks presence and lengths of one point's fields.
 Status check_fields(const Message& message, std::size_t index, const MessageRules& rules) {
   const Point& point = message.points[index];
   const std::string where = point_name(message, index);

@@ -4,7 +4,7 @@ namespace doppel {
 namespace {
 
 #if defined(__SANITIZE_ADDRESS__)
-constexpr std::size_t kMaxSpare = 0;  // so that the use of what is gone is found
+constexpr std::size_t kMaxSpare = 0;  // so that the sanitizer detects uses after free
 #elif defined(__has_feature)
 #if __has_feature(address_sanitizer)
 constexpr std::size_t kMaxSpare = 0;
@@ -29,7 +29,7 @@ void* Arena::allocate_slow(std::size_t bytes, std::size_t alignment) {
   const auto fit = [&](std::byte* block) {
     return block + (alignment - reinterpret_cast<std::size_t>(block) % alignment) % alignment;
   };
-  // A large piece gets a block of its own, so that the rest of the present one is not lost.
+  // A large piece gets a separate block, so that the rest of the present one is not lost.
   if (needed > kBlock / 4) return fit(odd_.emplace_back(new std::byte[needed]).get());
   std::byte* block = nullptr;
   if (blocks_.empty() && odd_.empty() && needed <= kFirst) {

@@ -1,6 +1,6 @@
 #pragma once
-// Memory for trees that are built piece by piece and go all at once: an allocation moves a pointer, nothing
-// is freed before the arena is, and no destructor runs.
+// Memory for trees that are built piece by piece and freed at once: an allocation moves a pointer, nothing is
+// freed before the arena, and no destructor runs. For one thread. Allocations throw std::bad_alloc.
 
 #include <algorithm>
 #include <cstddef>

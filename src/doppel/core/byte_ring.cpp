@@ -8,7 +8,7 @@ namespace doppel {
 namespace {
 
 constexpr std::uint64_t kSkip =
-    ~std::uint64_t{0};  // header of the unused tail before the ring begins at its front again
+    ~std::uint64_t{0};  // header of the unused tail before the ring continues at its front
 
 constexpr std::size_t kInUse = std::size_t{4} << 20;  // bytes, while nothing waits
 
@@ -29,8 +29,8 @@ std::span<std::byte> ByteRing::begin_write(std::size_t size) {
   const std::size_t used = written - read_.load(std::memory_order_acquire);
   const std::size_t at = written & mask_;
   const std::size_t to_end = capacity - at;
-  // Where nothing waits it begins again at the front: else a large ring whose reader keeps up would sooner or
-  // later have all of its memory in use. Until the reader has passed the skip there is room for `at` bytes.
+  // An empty ring continues at its front: otherwise a large ring whose reader keeps up would in the end touch
+  // all of its memory. Until the reader has passed the skip there is room for `at` bytes.
   const bool begins_anew = used == 0 && at >= std::max(need, kInUse);
   const std::size_t skip = to_end < need || begins_anew ? to_end : 0;
   if (need > capacity || used + skip + need > capacity) {

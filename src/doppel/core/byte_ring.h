@@ -1,7 +1,6 @@
 #pragma once
 // A ring of byte records from the loop to one edge: one thread writes, one reads, neither waits. A record
-// that does not fit is dropped and counted, so that a slow reader is skipped ahead and never a brake on the
-// loop.
+// that does not fit is dropped and counted, so that a slow reader loses records and never delays the loop.
 
 #include <atomic>
 #include <cstddef>

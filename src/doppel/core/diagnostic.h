@@ -1,7 +1,7 @@
 #pragma once
-// Findings about the user's input. Parsers collect into a Diagnostics; the caller decides whether to print,
-// to serve as JSON or to stop. InputError is how bad input leaves a function that cannot go on: the program's
-// exit code 2.
+// Messages about the user's input. Parsers collect them in a Diagnostics; the caller prints them, publishes
+// them as JSON or stops. A function that cannot continue with invalid input throws InputError, which main()
+// turns into exit code 2.
 
 #include <stdexcept>
 #include <string>
@@ -46,7 +46,7 @@ class DOPPEL_API Diagnostics {
   std::vector<Diagnostic> all_;
 };
 
-// Input that cannot be used. what() is the complete text for a person, one diagnostic after another.
+// Input that cannot be used. what() is the complete text for the terminal, one diagnostic after another.
 class DOPPEL_API InputError : public std::runtime_error {
  public:
   explicit InputError(Diagnostic diagnostic);

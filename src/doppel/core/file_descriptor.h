@@ -1,5 +1,5 @@
 #pragma once
-// An open file of the system, closed when it goes.
+// An open file descriptor, closed by the destructor.
 
 #include <sys/types.h>
 
@@ -12,7 +12,7 @@ namespace doppel {
 
 class DOPPEL_API FileDescriptor {
  public:
-  // What open() gave; negative: it has failed, and there is nothing to close.
+  // fd: the result of open(); negative: it has failed, and nothing is closed.
   explicit FileDescriptor(int fd) : fd_(fd) {}
   ~FileDescriptor();
   FileDescriptor(const FileDescriptor&) = delete;
@@ -25,7 +25,7 @@ class DOPPEL_API FileDescriptor {
   int fd_;
 };
 
-// Reads until `out` is full or the file ends. Returns how many bytes came; negative: errno says why.
+// Reads until `out` is full or the file ends. Returns the number of bytes; negative: failed, with errno.
 DOPPEL_API ssize_t read_all(int fd, std::span<std::byte> out);
 
 }  // namespace doppel

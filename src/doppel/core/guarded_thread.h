@@ -1,5 +1,5 @@
 #pragma once
-// A thread whose root lets nothing out: an exception that leaves a thread ends the process.
+// A thread that catches all exceptions, because one that leaves a thread ends the process.
 
 #include <string>
 #include <thread>
@@ -9,8 +9,8 @@
 
 namespace doppel {
 
-// What `work` throws ends the thread, after `report` has had it as text, on that thread. `report` must not
-// throw.
+// An exception of `work` ends the thread, after `report` was called with its text on that thread. `report`
+// must not throw. Throws std::system_error if the thread cannot be started.
 template <class Work, class Report>
 std::thread guarded_thread(Work work, Report report) {
   return std::thread([work = std::move(work), report = std::move(report)]() mutable {

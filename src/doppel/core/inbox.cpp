@@ -21,7 +21,7 @@ void Inbox::free_all(Node* node) {
 void Inbox::post(Task task) {
   free_all(done_.exchange(nullptr, std::memory_order_acquire));
   push(head_, new Node{std::move(task)});
-  // Either this sees the sleeper, or the sleeper sees the task.
+  // By sequential consistency either this thread reads `asleep_`, or the waiting one finds the task.
   std::atomic_thread_fence(std::memory_order_seq_cst);
   if (!asleep_.load(std::memory_order_relaxed)) return;
   { const std::lock_guard lock(mutex_); }

@@ -1,8 +1,7 @@
 #pragma once
-// Work handed to the loop from other threads, and back again: a lock-free stack that many push to and one
-// empties. The loop takes everything in the order it was pushed; what it has run is freed by the threads that
-// push, so that neither the fast path (one atomic load) nor the disposal allocates, frees or locks in the
-// loop.
+// Tasks for the loop from other threads: a lock-free stack with many producers and one consumer. The loop
+// takes all tasks in the order in which they were posted; finished tasks are freed by the posting threads, so
+// that neither the fast path (one atomic load) nor the disposal allocates, frees or locks in the loop.
 
 #include <atomic>
 #include <chrono>
@@ -24,7 +23,7 @@ class DOPPEL_API Inbox {
   Inbox& operator=(const Inbox&) = delete;
   ~Inbox();
 
-  // Any thread. Also frees the tasks that the loop has finished with, and ends a wait().
+  // Any thread. Also frees the tasks that the loop has finished, and ends a wait().
   void post(Task task);
 
   // The loop's thread only. Runs all tasks posted so far, oldest first; returns how many. A task must not
@@ -47,7 +46,7 @@ class DOPPEL_API Inbox {
   std::atomic<Node*> head_{nullptr};
   std::atomic<Node*> done_{nullptr};
   std::atomic<bool> asleep_{false};
-  std::mutex mutex_;  // for waiting alone
+  std::mutex mutex_;  // only for wait()
   std::condition_variable posted_;
 };
 

@@ -11,7 +11,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The file that contains this code. The loader has no name for the program itself.
+// The file that contains this code. The dynamic loader reports no name for the program itself.
 fs::path own_file() {
   std::error_code none;
   Dl_info info{};

@@ -1,6 +1,7 @@
 #pragma once
-// The log of the running program: one stream of lines with level and origin, to sinks (terminal, /rosout, a
-// test). Not for the step itself: what is to be reported there is noted and logged between steps.
+// The log of the running program: lines with level and origin, to sinks (terminal, /rosout, a test). Not for
+// use within a step, where lines are recorded and logged between steps. Sinks are added before threads log;
+// they are called on the logging thread.
 
 #include <functional>
 #include <string>

@@ -28,7 +28,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 namespace {
 
-// Runs of letters and runs of digits, in small letters: "Left_Arm2" is left, arm, 2.
+// Runs of letters and runs of digits, in lower case: "Left_Arm2" is left, arm, 2.
 std::vector<std::string> words_of(std::string_view name) {
   std::vector<std::string> out;
   int last = 0;
@@ -53,7 +53,7 @@ bool is_side(const std::string& word) {
   return std::find(sides.begin(), sides.end(), word) != sides.end();
 }
 
-// The same words but for numbers and sides: a sibling, which nobody writes by mistake for the other.
+// The same words except for numbers and sides: a sibling, which is rarely a typo of the other name.
 bool sibling(const std::vector<std::string>& a, const std::vector<std::string>& b) {
   if (a.size() != b.size() || a == b) return false;
   for (std::size_t i = 0; i < a.size(); ++i) {
@@ -67,8 +67,8 @@ bool begins_with(std::string_view longer, std::string_view shorter) {
   return longer.size() > shorter.size() && edit_distance(longer.substr(0, shorter.size()), shorter) == 0;
 }
 
-// The rank is twice the edit distance, with equal words or an extension before a changed letter, and that
-// before a sibling.
+// The rank is twice the edit distance; at the same distance, equal words or an extension precede a changed
+// letter, and a changed letter precedes a sibling.
 struct NameDistance {
   std::size_t distance, rank;
   bool is_sibling;
@@ -92,7 +92,7 @@ std::optional<std::string> nearest_name(std::string_view name, std::span<const s
   const std::size_t furthest = std::max<std::size_t>(1, (name.size() + 2) / 3);
   const std::string* best = nullptr;
   std::size_t best_rank = 0;
-  bool by_chance = false;  // one sibling is as near as another
+  bool by_chance = false;  // several siblings are equally near
   for (const std::string& candidate : candidates) {
     const NameDistance near = nearness(name, candidate);
     if (near.distance > furthest || (best != nullptr && near.rank > best_rank)) continue;

@@ -15,7 +15,8 @@ namespace doppel {
 // case-insensitive.
 DOPPEL_API std::size_t edit_distance(std::string_view a, std::string_view b);
 
-// The nearest candidate, if a typo away (a third of the length); another number or side is the last guess.
+// The nearest candidate, if it is at most a typo away (a third of the length). A name that differs only by a
+// number or a side ("left") is the last choice. nullopt: none is near.
 DOPPEL_API std::optional<std::string> nearest_name(std::string_view name,
                                                    std::span<const std::string> candidates);
 

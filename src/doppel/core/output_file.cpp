@@ -25,7 +25,7 @@ namespace fs = std::filesystem;
                    fmt::format("cannot write the file: {}", std::strerror(reason)), fix);
 }
 
-// A file that goes when it is not wanted in the end.
+// A temporary file, removed by the destructor unless it was kept.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const fs::path& file) : file_(file), name_((file.string() + ".XXXXXX")) {
@@ -73,7 +73,7 @@ void write_whole(const fs::path& file, std::string_view content) {
   std::error_code none;
   if (file.filename().empty() || fs::is_directory(file, none)) refuse(file, EISDIR);
   const bool replaceable = !fs::exists(file, none) || fs::is_regular_file(file, none);
-  if (!replaceable) {  // /dev/stdout, /dev/full, a pipe: there is nothing to keep
+  if (!replaceable) {  // /dev/stdout, /dev/full, a pipe: there is no old content to keep
     const int descriptor = open(file.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor < 0) refuse(file, errno);
     const ssize_t written = ::write(descriptor, content.data(), content.size());

@@ -1,5 +1,5 @@
 #pragma once
-// Writing results: whole or not at all.
+// Writing results completely or not at all.
 
 #include <filesystem>
 #include <string_view>
@@ -8,9 +8,9 @@
 
 namespace doppel {
 
-// Writes a file beside `file` and puts it in its place once it is whole on the disk, so that an old one stays
-// if anything fails; the new one has the old one's permissions. Throws InputError "output.unwritable" with
-// the system's reason.
+// Writes a temporary file next to `file` and renames it once it is complete on the disk, so that an existing
+// file stays if anything fails; the new file has the permissions of the existing one. Throws InputError
+// "output.unwritable" with the system's reason.
 DOPPEL_API void write_whole(const std::filesystem::path& file, std::string_view content);
 
 }  // namespace doppel

@@ -1,6 +1,6 @@
 #pragma once
-// Libraries that few runs need and every start would pay for (their symbols take milliseconds to bind) are
-// wrapped in modules beside the program and loaded when they are first requested.
+// Libraries that few runs need and that would slow every start (binding their symbols takes milliseconds) are
+// wrapped in plugin modules and loaded when they are first requested. Any thread.
 
 #include <string>
 
@@ -8,7 +8,7 @@
 
 namespace doppel {
 
-// Whether lib<name>.so is there.
+// Whether lib<name>.so exists in plugin_module_folder().
 DOPPEL_API bool plugin_module_exists(const std::string& name);
 
 // The address of `symbol` in lib<name>.so, which stays loaded. Throws std::runtime_error with the reason.

@@ -1,5 +1,5 @@
 #pragma once
-// SHA-256 (FIPS 180-4).
+// SHA-256. Source: FIPS 180-4.
 
 #include <array>
 #include <cstddef>

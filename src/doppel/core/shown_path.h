@@ -1,5 +1,5 @@
 #pragma once
-// As people see files: relative to the folder that they work in, where they lie below it.
+// Paths in messages: relative to the working directory for files below it.
 
 #include <filesystem>
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace doppel {
 
-// `file` relative to `folder` where it lies below it, else as it is; the root of the file system shortens
-// nothing.
+// `file` relative to `folder` if it is below it, else unchanged; never relative to the root of
+// the file system.
 DOPPEL_API std::string shown_path(const std::filesystem::path& file, const std::filesystem::path& folder);
 
-// By the working folder.
+// The same for the working directory.
 DOPPEL_API std::string shown_path(const std::filesystem::path& file);
 
 }  // namespace doppel

@@ -1,6 +1,6 @@
 #pragma once
-// Where something was written: file, line and column in the user's own source, through the macros and
-// includes that led there. Every node of a description and every diagnostic carries one.
+// The place of something in the user's source: file, line and column, with the macro calls and includes that
+// led there. Every node of a description and every diagnostic has one.
 
 #include <memory>
 #include <string>
@@ -14,10 +14,10 @@ struct DOPPEL_API SourceLocation {
   // 'servo_joint'").
   struct Within;
 
-  std::shared_ptr<const std::string> file;  // as the user named it; null: unknown
+  std::shared_ptr<const std::string> file;  // as the user named it; nullptr: unknown
   int line = 0;                             // 1-based; 0: unknown
   int column = 0;                           // 1-based; 0: unknown
-  std::shared_ptr<const Within> within;     // the innermost expansion that produced this place; null: none
+  std::shared_ptr<const Within> within;     // the innermost expansion of this place; nullptr: none
 
   [[nodiscard]] bool known() const { return file != nullptr; }
 

@@ -1,6 +1,6 @@
 #pragma once
-// The outcome of something that may be refused in ordinary operation: a sentence for the person who asked, or
-// nothing.
+// The result of an operation that may be refused in normal use: ok, or a sentence with the reason
+// for the caller.
 
 #include <string>
 #include <utility>

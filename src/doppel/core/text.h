@@ -1,12 +1,12 @@
 #pragma once
-// Text as names and file endings are compared.
+// Text for the comparison of names and file extensions.
 
 #include <string>
 #include <string_view>
 
 namespace doppel {
 
-// ASCII letters in lower case, whatever the locale; all other bytes as they are.
+// ASCII letters in lower case, independent of the locale; all other bytes unchanged.
 inline std::string lowered(std::string_view text) {
   std::string out(text);
   for (char& c : out) {

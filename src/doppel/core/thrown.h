@@ -1,12 +1,12 @@
 #pragma once
-// What code from outside threw, as text.
+// The text of an exception of foreign code, such as a plugin library.
 
 #include <exception>
 #include <string>
 
 namespace doppel {
 
-// Of the exception that is being handled, whatever its type. Precondition: called in a catch clause.
+// The text of the exception that is being handled, of any type. Precondition: called in a catch clause.
 inline std::string thrown_text() {
   try {
     throw;

@@ -49,7 +49,7 @@ bool substitutes(const XmlNode& node) {
          std::any_of(node.children.begin(), node.children.end(), substitutes);
 }
 
-// More than a call of a macro without a body: what is left out with it would be part of the robot.
+// More than a call of a macro without a body: leaving it out would lose a part of the robot.
 bool works_with_xacro(const XmlNode& node) {
   static const std::set<std::string, std::less<>> kWords = {
       "xacro:include", "xacro:macro",        "xacro:property", "xacro:arg",       "xacro:if",
@@ -61,8 +61,8 @@ bool works_with_xacro(const XmlNode& node) {
   return std::any_of(node.children.begin(), node.children.end(), works_with_xacro);
 }
 
-// A .urdf with a call of a macro that nobody defines, and no other xacro, stands for itself: urdfdom skips
-// the elements that it does not know.
+// A .urdf with a call of an undefined macro, and no other xacro, is read as a plain URDF: urdfdom
+// skips unknown elements.
 bool stands_without_xacro(XmlNode& root, const Diagnostic& problem) {
   if (problem.rule != "xacro.unknown_macro" || works_with_xacro(root) || substitutes(root)) return false;
   remove_xacro(root);
@@ -95,7 +95,7 @@ void collect_arguments(const XmlNode& node, std::vector<XacroArgumentDeclaration
   }
 }
 
-// The files that <xacro:include> names without needing any evaluation but $(find ...).
+// The files of <xacro:include> elements that need no evaluation other than $(find ...).
 void collect_included(const XmlNode& node, const fs::path& folder, const PackageResolver& resolver,
                       std::vector<fs::path>& out) {
   for (const XmlNode& child : node.children) {
@@ -193,7 +193,7 @@ std::vector<XacroArgumentDeclaration> declared_xacro_arguments(const fs::path& f
       collect_arguments(root, out);
       collect_included(root, next.parent_path(), resolver, queue);
     } catch (const InputError&) {
-      continue;  // the expansion itself will tell
+      continue;  // reported by the expansion
     }
   }
   return out;

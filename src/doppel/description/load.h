@@ -1,5 +1,6 @@
 #pragma once
-// From a file to a RobotDescription: expands xacro where the file is one, parses, resolves every mesh.
+// From a file to a RobotDescription: expands xacro if necessary, parses, resolves every mesh. Any thread,
+// with a PackageResolver of its own.
 
 #include <filesystem>
 #include <string>
@@ -16,10 +17,10 @@ namespace doppel {
 
 using XacroArguments = std::vector<std::pair<std::string, std::string>>;  // name := value, in order
 
-// The two halves of loading, for those who look at the tree between them (overlays) or want a faulty robot
-// whole (the audit).
+// The result of the first half of loading. Overlays change the tree between the halves, and the audit needs
+// the tree of a faulty robot.
 struct DOPPEL_API ExpandedDescription {
-  XmlNode root;                              // plain URDF; every node knows its place in the source
+  XmlNode root;                              // plain URDF; every node has its place in the source
   std::filesystem::path file;                // as given
   std::vector<std::filesystem::path> files;  // every file that was read, `file` first
   bool was_xacro = false;
@@ -27,14 +28,14 @@ struct DOPPEL_API ExpandedDescription {
   [[nodiscard]] std::filesystem::path folder() const { return std::filesystem::absolute(file).parent_path(); }
 };
 
-// Reads the file and expands xacro where it is one. Throws InputError: unreadable, XML not well-formed, a
-// xacro error.
+// Reads the file and expands xacro if necessary. Throws InputError: unreadable, XML not well-formed,
+// a xacro error.
 DOPPEL_API ExpandedDescription expand_description(const std::filesystem::path& file,
                                                   const XacroArguments& arguments, PackageResolver& resolver,
                                                   Diagnostics& diagnostics);
 
-// Makes the typed tree and judges its structure. Faults go to `diagnostics`, errors as well: the result then
-// holds what could be read.
+// Makes the typed tree and checks its structure. All diagnostics, including errors, go to `diagnostics`; with
+// errors the result contains what could be read. Does not throw InputError.
 DOPPEL_API RobotDescription read_description(const ExpandedDescription& expanded,
                                              const PackageResolver& resolver, Diagnostics& diagnostics);
 
@@ -44,19 +45,18 @@ struct LoadedDescription {
 };
 
 // Both halves. Warnings and notes go to `diagnostics`. Throws InputError with every error found: XML not
-// well-formed, xacro errors, two roots, loops, joints that name links that do not exist, numbers that are
-// none. A mesh that is missing is a warning ("mesh.missing", with what was tried and the nearest file); its
-// path stays empty.
+// well-formed, xacro errors, two roots, loops, joints with unknown links, invalid numbers. A missing mesh is
+// a warning ("mesh.missing", with the searched places and the nearest file); its path stays empty.
 DOPPEL_API LoadedDescription load_description(const std::filesystem::path& file,
                                               const XacroArguments& arguments, PackageResolver& resolver,
                                               Diagnostics& diagnostics);
 
-// The same for URDF text (no xacro). `name` stands for the file in messages.
+// The same for URDF text (no xacro). `name` is used as the file in messages.
 DOPPEL_API RobotDescription parse_urdf(const std::string& xml, const std::string& name,
                                        PackageResolver& resolver, Diagnostics& diagnostics);
 
-// An argument that a file, or a file it includes without a condition on anything but $(find ...), declares
-// with <xacro:arg>.
+// An <xacro:arg> of a file, or of a file that it includes by a name without other substitutions
+// than $(find ...).
 struct XacroArgumentDeclaration {
   std::string name;
   std::string default_value;
@@ -66,13 +66,13 @@ struct XacroArgumentDeclaration {
 DOPPEL_API std::vector<XacroArgumentDeclaration> declared_xacro_arguments(const std::filesystem::path& file,
                                                                           const PackageResolver& resolver);
 
-// What `doppel up TARGET` was given: a bundled robot's name, a file, or the folder of a package or workspace.
+// The argument of a verb, resolved: a bundled robot's name, a file, or the folder of a package or workspace.
 struct Target {
   std::filesystem::path description;     // .urdf or .xacro
   std::filesystem::path package_folder;  // folder with package.xml; empty: none
 };
-// Throws InputError with the candidates where a folder holds several or no descriptions, or with the nearest
-// name.
+// Throws InputError with the candidates if a folder has several descriptions or none, or with
+// the nearest name.
 DOPPEL_API Target resolve_target(const std::string& target, const std::filesystem::path& bundled_robots);
 
 }  // namespace doppel

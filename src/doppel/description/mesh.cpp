@@ -32,7 +32,7 @@ struct BitsHash {
   }
 };
 
-// Scaled, with one vertex for corners at one place; points that no triangle uses are left out.
+// Scales the triangles and merges equal corners to one vertex; unused points are left out.
 class VertexWelder {
  public:
   VertexWelder(const mesh::TriangleSoup& soup, const Eigen::Vector3d& scale)
@@ -62,7 +62,7 @@ class VertexWelder {
   std::uint32_t vertex(std::uint32_t point) {
     if (index_[point] != kNone) return index_[point];
     Eigen::Vector3f p = (soup_.points[point].cast<double>().array() * scale_.array()).matrix().cast<float>();
-    p += Eigen::Vector3f::Zero();  // -0 and 0 are one place
+    p += Eigen::Vector3f::Zero();  // makes -0 equal to 0
     Bits bits{};
     std::memcpy(bits.words.data(), p.data(), sizeof bits.words);
     const auto [found, fresh] = places_.try_emplace(bits, static_cast<std::uint32_t>(out_.vertices.size()));
@@ -92,7 +92,7 @@ std::string lower(std::string text) {
   return text;
 }
 
-// What `git clone` leaves in a file's place where Git LFS is not installed.
+// A pointer file, which `git clone` writes instead of a file if Git LFS is not installed.
 bool is_lfs_pointer(std::string_view bytes) {
   return bytes.size() < 1024 && bytes.starts_with("version https://git-lfs.github.com/spec/");
 }
@@ -104,7 +104,8 @@ void refuse_pointer(std::string_view bytes, const std::string& path) {
                    "install Git LFS and run: git lfs pull");
 }
 
-// Not what waits for a writer, and not what never ends: assimp opens the path itself.
+// Only regular files: assimp opens the path itself, and would wait for the writer of a pipe, or read a
+// device without end.
 void check_foreign(const std::string& path) {
   std::error_code failed;
   const fs::file_status status = fs::status(path, failed);
@@ -114,8 +115,8 @@ void check_foreign(const std::string& path) {
     mesh::refuse(path, 0, fmt::format("it is larger than {} MB", kMaxAssimpBytes >> 20));
 }
 
-// What our own reader refuses, and RViz and Gazebo show, because assimp reads it. Where assimp does not
-// either, our reader's message tells more.
+// Files that the own reader rejects, but RViz and Gazebo show, because assimp reads them. If assimp fails,
+// too, the own reader's message is more precise.
 TriangleMesh read_leniently(const std::string& path, const Eigen::Vector3d& scale, const InputError& own) {
   try {
     check_foreign(path);

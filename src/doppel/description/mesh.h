@@ -1,7 +1,7 @@
 #pragma once
-// Triangle meshes from STL, OBJ and COLLADA files, read by readers of our own, which are fuzzed, and from
-// glTF and others through assimp, which no other room sees. What our readers refuse is given to assimp as
-// well: RViz and Gazebo show what it reads.
+// Triangle meshes from STL, OBJ and COLLADA files by own, fuzzed readers, and from glTF and others by assimp,
+// which only this module uses. Files that the own readers reject are passed to assimp, too, because RViz and
+// Gazebo show what it reads.
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -19,21 +19,21 @@ namespace doppel {
 struct DOPPEL_API TriangleMesh {
   std::vector<Eigen::Vector3f> vertices;                // in the file's frame and, after load_mesh, scaled: m
   std::vector<std::array<std::uint32_t, 3>> triangles;  // counter-clockwise seen from outside
-  std::optional<Eigen::Vector4f> rgba;                  // the file's own colour, where it has one
-  std::size_t collapsed = 0;  // triangles of the file that have two corners at one place, and are left out
-  std::string remark;  // why our own reader refused the file, which assimp then read; empty: it did not
+  std::optional<Eigen::Vector4f> rgba;                  // 0..1; the file's colour, if it has one
+  std::size_t collapsed = 0;  // triangles of the file with two equal corners, which are left out
+  std::string remark;  // the reason why the own reader rejected a file that assimp read; empty: it did not
 
   [[nodiscard]] Eigen::AlignedBox3f bounds() const;
 };
 
-// Reads `path`, merges its parts with their node transforms, multiplies by `scale` (a negative product flips
-// the triangles back outward). COLLADA's unit and up axis: the unit is applied, the up axis is not, as RViz
-// and Gazebo do. Throws InputError (rules "file.unreadable", "mesh.unreadable", "mesh.empty",
-// "mesh.not_fetched").
+// Reads `path`, merges its parts with their node transforms, multiplies by `scale` (with a negative product
+// the triangles are flipped, so that they still face outwards). COLLADA's unit is applied, its up axis is
+// not, as in RViz and Gazebo. Throws InputError (rules "file.unreadable", "mesh.unreadable", "mesh.empty",
+// "mesh.not_fetched"). Any thread.
 DOPPEL_API TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale);
 
-// The same for the bytes of a file; format: "stl", "obj" or "dae". `name` stands for the file in messages,
-// and an OBJ's materials are looked for beside it.
+// The same for the bytes of a file; format: "stl", "obj" or "dae". `name` is used as the file in messages,
+// and an OBJ's materials are searched in its folder.
 DOPPEL_API TriangleMesh parse_mesh(std::string_view bytes, std::string_view format, const std::string& name,
                                    const Eigen::Vector3d& scale);
 

@@ -1,6 +1,5 @@
-// COLLADA 1.4 and 1.5: the geometry that the scene shows, with its nodes' transforms and the document's unit;
-// the up axis is left alone, as RViz and Gazebo do. Source: Khronos, COLLADA Digital Asset Schema
-// Release 1.4.1.
+// COLLADA 1.4 and 1.5: the geometry of the scene, with its nodes' transforms and the document's unit; the up
+// axis is not applied, as in RViz and Gazebo. Source: Khronos, COLLADA Digital Asset Schema Release 1.4.1.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -19,7 +18,7 @@ namespace {
 using Transform = Eigen::Affine3d;
 
 constexpr std::size_t kMaxTriangles = 20'000'000;
-constexpr int kMaxNodes = 200'000, kMaxDepth = 100;  // nodes may show others, and those others again
+constexpr int kMaxNodes = 200'000, kMaxDepth = 100;  // nodes may instantiate other nodes recursively
 
 class ColladaReader {
  public:
@@ -63,7 +62,7 @@ class ColladaReader {
       if (child.kind == XmlNode::Kind::element) collect_ids(child);
     }
   }
-  // What an attribute such as url="#arm" leads to; null: nothing in this document.
+  // The element to which an attribute such as url="#arm" refers; nullptr: there is none in this document.
   [[nodiscard]] const XmlNode* follow(const XmlNode& node, std::string_view attribute) const {
     const XmlAttribute* link = node.find(attribute);
     if (link == nullptr) return nullptr;
@@ -179,7 +178,7 @@ class ColladaReader {
     }
   }
 
-  // The points that the part's VERTEX input leads to.
+  // The points of the part's VERTEX input.
   const std::vector<Eigen::Vector3d>& positions(const XmlNode& part, const XmlNode& input) {
     const XmlNode* vertices = follow(input, "source");
     const XmlNode* source = nullptr;

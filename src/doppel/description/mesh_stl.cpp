@@ -68,14 +68,14 @@ TriangleSoup read_ascii(std::string_view bytes, const std::string& name) {
       }
       corners_of_loop = 0;
     } else if (word == "solid" || word == "endsolid") {
-      text.skip_line();  // a name, which may hold anything
+      text.skip_line();  // a name, which may contain any words
     }
   }
   if (corners_of_loop != 0) refuse(name, text.line(), "the file ends in the middle of a facet");
   return soup;
 }
 
-// Text names its first facet soon; a binary header that begins with "solid" does not.
+// An ASCII file has its first facet near its beginning; a binary header that begins with "solid" does not.
 bool is_ascii(std::string_view bytes) {
   const std::string_view start = bytes.substr(0, 1024);
   return start.starts_with("solid") &&
@@ -88,7 +88,7 @@ TriangleSoup read_stl(std::string_view bytes, const std::string& name) {
   const std::size_t declared = bytes.size() >= kHeader ? little_endian(bytes.data() + 80) : 0;
   const bool fits = bytes.size() >= kHeader && declared <= (bytes.size() - kHeader) / kRecord;
   const bool exact = fits && bytes.size() == kHeader + declared * kRecord;
-  // Many binary files begin with "solid", too; their size gives them away.
+  // Many binary files begin with "solid", too; they are recognised by their size.
   if (!exact && (is_ascii(bytes) || (!fits && bytes.starts_with("solid")))) return read_ascii(bytes, name);
   if (fits) return read_binary(bytes, name, declared);
   if (bytes.size() < kHeader)

@@ -1,7 +1,7 @@
 #pragma once
-// A faithful typed tree of all that a URDF said, each element with its place in the user's source. Nothing is
-// repaired here; absent stays absent. Unknown elements are kept as XML text so that the writer can give them
-// back. Source: the URDF XML specification (ros.org/wiki/urdf/XML), ros2_control's and Gazebo's extensions.
+// A typed tree of a complete URDF, each element with its place in the user's source. Nothing is repaired
+// here; absent values stay absent. Unknown elements are kept as XML text, so that they can be written again.
+// Source: the URDF XML specification (ros.org/wiki/urdf/XML), ros2_control's and Gazebo's extensions.
 
 #include <Eigen/Core>
 #include <array>
@@ -26,12 +26,12 @@ struct DOPPEL_API Origin {
 };
 
 struct DOPPEL_API Inertial {
-  Origin origin;  // centre of mass and the axes of the tensor, in the link frame
-  double mass = 0.0;
+  Origin origin;      // centre of mass and the axes of the tensor, in the link frame
+  double mass = 0.0;  // kg
   // kg m^2 about the centre of mass, in the axes of origin
   double ixx = 0, ixy = 0, ixz = 0, iyy = 0, iyz = 0, izz = 0;
   SourceLocation source;
-  bool tensor_written = true;  // false: a mass without <inertia>; the moments above are 0 and say nothing
+  bool tensor_written = true;  // false: a mass without <inertia>; the moments above are 0 and not used
   [[nodiscard]] Eigen::Matrix3d tensor() const;
 };
 
@@ -40,13 +40,13 @@ struct Box {
 };  // full side lengths, m
 struct Cylinder {
   double radius = 0, length = 0;
-};  // axis z, centred
+};  // m; axis z, centred
 struct Capsule {
   double radius = 0, length = 0;
-};  // axis z, centred, length without the caps
+};  // m; axis z, centred, length without the caps
 struct Sphere {
   double radius = 0;
-};
+};  // m
 struct MeshGeometry {
   std::string uri;  // as written: "package://p/meshes/a.stl"
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();
@@ -100,17 +100,18 @@ struct JointDynamics {
 };
 
 struct SafetyController {
+  // rad or m; 1/s; N m s/rad or N s/m.
   double soft_lower_limit = 0, soft_upper_limit = 0, k_position = 0, k_velocity = 0;
   SourceLocation source;
 };
 
 struct JointCalibration {
-  std::optional<double> rising, falling;
+  std::optional<double> rising, falling;  // rad or m
 };
 
 struct Mimic {
   std::string joint;
-  double multiplier = 1, offset = 0;
+  double multiplier = 1, offset = 0;  // q = multiplier * q_leader + offset; offset in rad or m
   SourceLocation source;
 };
 
@@ -128,7 +129,8 @@ struct Joint {
   SourceLocation source, axis_source;
 };
 
-// <ros2_control>: a named hardware component and the interfaces it offers.
+// <ros2_control>: a named hardware component and its interfaces. Units of min, max and initial_value are
+// those of the interface (control/hardware.h).
 struct HardwareInterfaceDescription {
   std::string name;  // "position"
   std::optional<double> min, max, initial_value;
@@ -148,14 +150,14 @@ struct HardwareDescription {
   std::string plugin;                  // "gz_ros2_control/GazeboSimSystem"
   std::string group;                   // components that fail together; empty: none
   std::optional<double> rw_rate;       // Hz, of read and write; none: the controller manager's
-  bool is_async = false;               // read and written by a thread of its own
+  bool is_async = false;               // read and written by a separate thread
   std::optional<int> thread_priority;  // of that thread, SCHED_FIFO
   std::vector<std::pair<std::string, std::string>> params;
   std::vector<HardwareJointDescription> joints, sensors, gpios;
   SourceLocation source, plugin_source;
 };
 
-// <gazebo>: kept as XML, with what doppel acts on pulled out.
+// <gazebo>: kept as XML, with the elements that doppel uses as fields.
 struct GazeboPlugin {
   std::string filename, name;
   std::vector<std::string> parameter_files;  // <parameters>, resolved where possible
@@ -166,7 +168,7 @@ struct GazeboPlugin {
 struct GazeboExtension {
   std::string reference;  // link or joint; empty: the whole robot
   std::vector<GazeboPlugin> plugins;
-  std::optional<double> mu1, mu2, kp, kd;
+  std::optional<double> mu1, mu2, kp, kd;  // Coulomb friction; contact stiffness N/m and damping N s/m
   // Of a joint's limit stop: <stopStiffness> (N m/rad or N/m), <stopRestitution> (speed after over before).
   std::optional<double> stop_stiffness, stop_restitution;
   std::optional<bool> self_collide, gravity;
@@ -202,12 +204,12 @@ struct DOPPEL_API RobotDescription {
   [[nodiscard]] const Joint* find_joint(std::string_view joint_name) const;
 };
 
-// Whether the joint's axis says where it moves to: it is not zero.
+// Whether the joint's axis is not zero.
 DOPPEL_API bool has_direction(const Joint& joint);
-// Whether the joint moves by one number: revolute, continuous or prismatic, with a direction.
+// Whether the joint has one position: revolute, continuous or prismatic, with a direction.
 DOPPEL_API bool is_scalar(const Joint& joint);
-// The joint whose motion `joint` follows. Null where nothing is mimicked, and where <mimic> has no effect: it
-// names no joint, one of the two is not scalar, or the chain of mimics leads back to `joint`.
+// The joint that `joint` mimics. nullptr without <mimic>, or if it has no effect: the named joint does not
+// exist, one of the two is not scalar, or the chain of mimics leads back to `joint`.
 DOPPEL_API const Joint* leader_of(const RobotDescription& robot, const Joint& joint);
 
 }  // namespace doppel

@@ -1,6 +1,6 @@
 #pragma once
-// The <plugin> names under <ros2_control> that simulators have or had, which doppel's simulated hardware
-// stands in for.
+// The present and former <plugin> names of simulators under <ros2_control>, which are replaced by
+// doppel's simulated hardware.
 
 #include <span>
 #include <string_view>
@@ -13,12 +13,12 @@ inline constexpr std::string_view kSimulatedPlugin = "doppel/SimulatedSystem";  
 
 struct SimulatorPlugin {
   std::string_view name;
-  std::string_view present;   // empty: the name is of today
-  std::string_view whose;     // what it belonged to, for people
-  bool needs_gazebo = false;  // lives inside a simulator and needs its <gazebo> plugin
+  std::string_view present;   // the present name of a former one; empty: the name is not obsolete
+  std::string_view whose;     // the package or simulator, for messages
+  bool needs_gazebo = false;  // runs inside a simulator and needs its <gazebo> plugin
 };
 DOPPEL_API std::span<const SimulatorPlugin> simulator_plugins();
-// Null: no simulator's.
+// nullptr: not a simulator's name.
 DOPPEL_API const SimulatorPlugin* find_simulator_plugin(std::string_view name);
 
 }  // namespace doppel

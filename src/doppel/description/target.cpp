@@ -1,4 +1,4 @@
-// What `doppel up TARGET` was given, as a file.
+// Resolves the argument of a verb to a file.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -13,15 +13,15 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxCandidateBytes = std::size_t{16} << 20;  // bytes; a larger one is named
+constexpr std::size_t kMaxCandidateBytes = std::size_t{16} << 20;  // bytes; a larger file has to be named
 
 fs::path package_of(const fs::path& description) {
   std::error_code none;
   return package_around(fs::absolute(description, none));
 }
 
-// A description that stands by itself: a <robot> with a name, whose file holds a link, a macro call or an
-// include. A pipe or a file that cannot be read is not one.
+// Whether a file is a complete description: a <robot> with a name, and a link, a macro call or an include. A
+// pipe or an unreadable file is not.
 bool stands_alone(const fs::path& file) {
   std::string xml;
   try {
@@ -53,7 +53,7 @@ std::vector<fs::path> descriptions_in(const fs::path& package) {
 
 fs::path choose(const std::vector<fs::path>& found, const fs::path& folder) {
   if (found.size() == 1) return found.front();
-  // A generated .urdf beside its .xacro is the same robot.
+  // A generated .urdf next to its .xacro is the same robot.
   std::vector<fs::path> sources;
   std::copy_if(found.begin(), found.end(), std::back_inserter(sources),
                [](const fs::path& p) { return p.extension() == ".xacro"; });

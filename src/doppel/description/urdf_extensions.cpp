@@ -1,4 +1,4 @@
-// What other tools have added to URDF: <ros2_control>, <gazebo>, <transmission>.
+// Extensions of URDF by other tools: <ros2_control>, <gazebo>, <transmission>.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -52,7 +52,7 @@ HardwareInterfaceDescription read_interface(const XmlNode& node, Diagnostics& di
   return out;
 }
 
-// What has no name is nothing that a controller could ask for.
+// An interface without a name cannot be claimed by a controller.
 bool named(const XmlNode& node, Diagnostics& diagnostics) {
   UrdfReader read(diagnostics, "urdf.optional_value", fmt::format("this <{}> is ignored", node.name));
   return !read.required(node, "name").empty();
@@ -87,7 +87,7 @@ GazeboPlugin read_plugin(const XmlNode& node, const std::filesystem::path& base,
   return out;
 }
 
-// sdformat takes the attribute before the text: <mu1 value="0.8"/>, <mu1>0.8</mu1>.
+// In sdformat the attribute has priority over the text: <mu1 value="0.8"/>, <mu1>0.8</mu1>.
 std::string value_of(const XmlNode& node) {
   const XmlAttribute* attribute = node.find("value");
   return attribute != nullptr ? attribute->value : node.content();

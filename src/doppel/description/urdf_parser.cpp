@@ -11,7 +11,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kMaxPlaces = 8;  // of those that a mesh was looked for in, for one message
+constexpr std::size_t kMaxPlaces = 8;  // searched places of a mesh in one message
 
 class Parser {
  public:
@@ -51,8 +51,8 @@ Origin read_origin(const XmlNode& parent, UrdfReader& read) {
   return out;
 }
 
-// What urdfdom cannot read of an <inertial> leaves the link without one; so it is here, but for a mass that
-// stands alone: it is what the author knows.
+// As in urdfdom, an <inertial> that cannot be read leaves the link without one, except for a mass without a
+// tensor: the mass is used.
 std::optional<Inertial> Parser::inertial(const XmlNode& node) {
   UrdfReader read(diagnostics_, "urdf.inertial", "the link is treated as without <inertial>");
   Inertial out;
@@ -109,7 +109,7 @@ Geometry Parser::mesh(const XmlNode& node, UrdfReader& read) {
   return out;
 }
 
-// A size that is negative is a slip of the sign, and the shape is as large as it says.
+// A negative size is treated as a wrong sign: its absolute value is used.
 double size_of(const XmlNode& shape, const char* name, UrdfReader& read, Diagnostics& diagnostics) {
   read.required(shape, name);
   const double value = read.number_or(shape, name, 1.0);
@@ -135,7 +135,7 @@ Box read_box(const XmlNode& shape, UrdfReader& read, Diagnostics& diagnostics) {
   return {size.cwiseAbs()};
 }
 
-// Of several shapes in a <geometry> the first counts, as for urdfdom.
+// Of several shapes in a <geometry> the first is used, as in urdfdom.
 std::optional<Geometry> Parser::geometry(const XmlNode& parent, UrdfReader& read) {
   const XmlNode* node = parent.first("geometry");
   const XmlNode* shape = nullptr;
@@ -297,7 +297,7 @@ Joint Parser::joint(const XmlNode& node) {
   return out;
 }
 
-// A visual's material may name one that is defined once, for the robot or in another visual.
+// A visual's material may refer to one that is defined in the robot or in another visual.
 void Parser::look_up_materials(RobotDescription& robot) {
   std::map<std::string, Material> known;
   for (const Material& m : robot.materials) known.emplace(m.name, m);

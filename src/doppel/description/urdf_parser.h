@@ -1,6 +1,6 @@
 #pragma once
-// From an expanded XML tree to a RobotDescription. Faults are collected; the caller stops where there are
-// errors.
+// From an expanded XML tree to a RobotDescription. Errors are collected in `diagnostics`, not thrown; the
+// caller stops if there are any.
 
 #include <filesystem>
 
@@ -12,11 +12,11 @@
 
 namespace doppel {
 
-// `base`: the folder that relative mesh names start from.
+// `base`: the folder to which mesh names are relative.
 DOPPEL_API RobotDescription read_urdf(const XmlNode& root, const std::filesystem::path& base,
                                       const PackageResolver& resolver, Diagnostics& diagnostics);
 
-// The tree that the joints make of the links: one root, no loops, known names, mimics that lead somewhere.
+// Checks the tree of links and joints: one root, no loops, known names, mimics with an effect.
 DOPPEL_API void check_tree(const RobotDescription& robot, Diagnostics& diagnostics);
 
 // <ros2_control>, <gazebo> and <transmission> (urdf_extensions.cpp).

@@ -1,5 +1,5 @@
 #pragma once
-// Typed reading of XML attributes, each fault told at its place.
+// Typed reading of XML attributes, with a diagnostic at the place of each error.
 
 #include <Eigen/Core>
 #include <optional>
@@ -12,33 +12,33 @@
 
 namespace doppel {
 
-// A finite number in the C locale with nothing but blanks around it.
+// A finite number in the C locale, surrounded only by blanks; nullopt otherwise.
 DOPPEL_API std::optional<double> parse_number(std::string_view text);
 
 class DOPPEL_API UrdfReader {
  public:
   explicit UrdfReader(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
-  // Of something that can be left out: every fault is a warning of this rule that says what happens instead.
+  // For an element that can be left out: every error is a warning of `rule` with the replacement `instead`.
   UrdfReader(Diagnostics& diagnostics, std::string rule, std::string instead)
       : diagnostics_(diagnostics), rule_(std::move(rule)), instead_(std::move(instead)) {}
 
-  // A required attribute; "" and an error where it is missing.
+  // A required attribute; "" and an error if it is missing.
   std::string required(const XmlNode& node, std::string_view name);
   [[nodiscard]] static std::string optional(const XmlNode& node, std::string_view name);
   std::optional<double> number(const XmlNode& node, std::string_view name);
   double number_or(const XmlNode& node, std::string_view name, double fallback);
-  // The number that an element's text is: <mu1>0.8</mu1>.
+  // The number in an element's text: <mu1>0.8</mu1>.
   std::optional<double> number_inside(const XmlNode& node) { return number_of(node, node.content()); }
-  // The number that `text`, which `node` holds, is.
+  // The number in `text`, which is part of `node`.
   std::optional<double> number_of(const XmlNode& node, const std::string& text);
-  // `count` numbers separated by blanks; nothing and an error where they are not.
+  // `count` numbers separated by blanks; nullopt and an error otherwise.
   template <int count>
   std::optional<Eigen::Matrix<double, count, 1>> vector(const XmlNode& node, std::string_view name) {
     Eigen::Matrix<double, count, 1> out;
     if (!numbers(node, name, out.data(), count)) return std::nullopt;
     return out;
   }
-  // An error of `rule`; a warning where what is read can be left out.
+  // Reports an error of `rule`, or a warning if the element can be left out.
   void fault(std::string rule, const SourceLocation& where, std::string message, std::string fix = "");
   [[nodiscard]] bool faulty() const { return faulty_; }
 

@@ -79,7 +79,7 @@ void check_roots(const RobotDescription& robot, Diagnostics& diagnostics) {
   }
 }
 
-// Why a <mimic> has no effect, with the rule that says so.
+// The reason why a <mimic> has no effect, with its rule.
 std::pair<const char*, std::string> mimic_fault(const RobotDescription& robot, const Joint& joint,
                                                 const std::vector<std::string>& names) {
   const Joint* const leader = robot.find_joint(joint.mimic->joint);

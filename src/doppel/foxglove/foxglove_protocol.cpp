@@ -4,7 +4,7 @@
 
 #include "doppel/foxglove/detail/foxglove_wire.h"
 
-// The server's half: what it says as frames, what it reads from a client.
+// The server's half: writes its messages as frames, and reads frames of clients.
 
 namespace doppel::foxglove {
 namespace {
@@ -77,7 +77,7 @@ std::string to_frame(const ServerInfo& info) {
                      {"name", info.name},
                      {"capabilities", info.capabilities},
                      {"supportedEncodings", info.encodings},
-                     {"metadata", {{"ROS_DISTRO", "jazzy"}}},  // tells viewers which definitions to expect
+                     {"metadata", {{"ROS_DISTRO", "jazzy"}}},  // selects the message definitions in viewers
                      {"sessionId", info.session_id}});
 }
 

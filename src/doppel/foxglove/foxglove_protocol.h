@@ -1,7 +1,7 @@
 #pragma once
 // The Foxglove WebSocket protocol, version 1 (github.com/foxglove/ws-protocol, docs/spec.md): its messages as
-// plain structs, and their frames. Knows nothing of sockets. Times are nanoseconds, numbers on the wire
-// little endian.
+// plain structs, and their frames. Independent of sockets and threads. Times are nanoseconds, numbers in
+// frames little endian.
 
 #include <array>
 #include <cstddef>
@@ -28,7 +28,7 @@ inline constexpr std::string_view kCdr = "cdr", kJson = "json", kRos2Msg = "ros2
 using FrameBytes = std::vector<std::byte>;
 using ByteView = std::span<const std::byte>;
 
-// -- what the server says
+// -- messages of the server
 
 struct ServerInfo {
   std::string name, session_id;
@@ -70,7 +70,7 @@ struct Parameter {
 };
 struct ParameterValues {
   std::vector<Parameter> parameters;
-  std::string id;  // of the request that this answers; empty: none
+  std::string id;  // of the request; empty: not a response
 };
 
 struct NamedIds {
@@ -78,7 +78,7 @@ struct NamedIds {
   std::vector<std::string> ids;
 };
 struct GraphUpdate {
-  std::vector<NamedIds> published, subscribed, services;  // each replaces what was known of that name
+  std::vector<NamedIds> published, subscribed, services;  // each replaces the former entry of that name
   std::vector<std::string> removed_topics, removed_services;
 };
 
@@ -121,7 +121,7 @@ DOPPEL_API std::string to_frame(const ServiceFailure& failure);
 DOPPEL_API FrameBytes to_frame(const TimeMessage& time);
 DOPPEL_API FrameBytes to_frame(const ServiceResponse& response);
 DOPPEL_API FrameBytes to_frame(const AssetFailure& failure);
-// What stands before the payload, so that one payload can go to many.
+// The bytes before the payload, separate so that clients share one payload.
 constexpr std::size_t kDataHeadSize = 13;
 DOPPEL_API std::array<std::byte, kDataHeadSize> data_head(std::uint32_t subscription, Time stamp);
 constexpr std::size_t kAssetHeadSize = 10;
@@ -130,11 +130,12 @@ DOPPEL_API std::array<std::byte, kAssetHeadSize> asset_head(std::uint32_t reques
 using ServerMessage = std::variant<std::monostate, ServerInfo, StatusMessage, Channels, RemovedChannels,
                                    Services, RemovedServices, ParameterValues, GraphUpdate, ServiceFailure,
                                    MessageData, TimeMessage, ServiceResponse, AssetFailure, AssetData>;
-// monostate: well-formed, but of a kind that this version does not know. Views point into the frame.
+// Refuse a malformed frame with the reason. monostate: well-formed, but of an unknown kind. Views point
+// into the frame.
 DOPPEL_API Status read_server_text(std::string_view frame, ServerMessage& out);
 DOPPEL_API Status read_server_binary(ByteView frame, ServerMessage& out);
 
-// -- what a client says
+// -- messages of a client
 
 struct Subscribe {
   struct Item {
@@ -161,7 +162,7 @@ struct GetParameters {
 };
 struct SetParameters {
   std::vector<Parameter> parameters;
-  std::string id;  // empty: no answer wanted
+  std::string id;  // empty: no response is requested
 };
 struct WatchParameters {
   bool on = true;
@@ -190,11 +191,11 @@ struct UnknownOperation {
 using ClientMessage =
     std::variant<UnknownOperation, Subscribe, Unsubscribe, Advertise, Unadvertise, GetParameters,
                  SetParameters, WatchParameters, WatchGraph, FetchAsset, ClientData, ServiceCall>;
-// Refused: what is no frame of this protocol. Views point into the frame.
+// Refuse a frame that is not one of this protocol. Views point into the frame.
 DOPPEL_API Status read_client_text(std::string_view frame, ClientMessage& out);
 DOPPEL_API Status read_client_binary(ByteView frame, ClientMessage& out);
 
-// Whether a payload that is said to be JSON is.
+// Whether a payload is well-formed JSON.
 DOPPEL_API bool is_json(std::string_view text);
 
 DOPPEL_API std::string to_frame(const Subscribe& subscribe);

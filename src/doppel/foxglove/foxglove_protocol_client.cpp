@@ -1,6 +1,6 @@
 #include "doppel/foxglove/detail/foxglove_wire.h"
 
-// The client's half: what it says as frames, what it reads from a server.
+// The client's half: writes its messages as frames, and reads frames of a server.
 
 namespace doppel::foxglove {
 namespace {

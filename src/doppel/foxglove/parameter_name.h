@@ -1,5 +1,5 @@
 #pragma once
-// A node's parameter as the protocol names it: "/node.parameter".
+// The protocol's names of parameters of nodes: "/node.parameter".
 
 #include <string>
 #include <string_view>
@@ -9,7 +9,7 @@
 namespace doppel::foxglove {
 
 DOPPEL_API std::string parameter_name(std::string_view node, std::string_view name);
-// Into its two halves; false: it is no such name.
+// Splits a name into node and parameter; false: it has another form.
 DOPPEL_API bool split_parameter_name(std::string_view full, std::string& node, std::string& name);
 
 }  // namespace doppel::foxglove

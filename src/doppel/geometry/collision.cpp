@@ -11,7 +11,7 @@
 
 namespace doppel {
 
-// Outside of the anonymous namespace, because LinkCollider::Impl, which holds it, has external linkage.
+// Outside of the anonymous namespace, because LinkCollider::Impl, which contains it, has external linkage.
 struct CollidingShape {
   Pose X_LS = Pose::Identity();   // in the link
   ConvexSolid solid;              // of a mesh: its hull
@@ -72,7 +72,7 @@ bool has_extent(const Geometry& geometry) {
 struct LinkCollider::Impl {
   std::vector<std::vector<CollidingShape>> links;
 
-  // The deepest of the shapes of two links; without `exact`, as soon as one overlaps.
+  // The deepest pair of shapes of two links; without `exact`, the first pair that overlaps.
   [[nodiscard]] ConvexDepth overlap(int link_a, int link_b, std::span<const Pose> X_WL, bool exact) const {
     ConvexDepth deepest;
     const Pose X_LaLb = X_WL[link_a].inverse() * X_WL[link_b];
@@ -88,7 +88,7 @@ struct LinkCollider::Impl {
     return deepest;
   }
 
-  // The surfaces decide where there are meshes and triangles were requested; the depth is the hulls'.
+  // With CollisionDetail::triangles the surfaces of meshes decide; the depth is always that of hulls.
   static ConvexDepth pair_overlap(const CollidingShape& a, const CollidingShape& b, const Pose& X_AB,
                                   bool exact) {
     const bool by_surface = a.surface != nullptr && b.surface != nullptr && (a.is_mesh || b.is_mesh);

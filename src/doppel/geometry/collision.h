@@ -1,8 +1,8 @@
 #pragma once
-// Which links of a robot touch, and how deep. A link is what its <collision> elements specify: primitives as
-// they are, meshes as their convex hulls or, where asked, by their own triangles. Not for the simulation,
-// which has the engine's own; for judging a description and for self-collision matrices. Hulls and
-// primitives: convex.h; triangles: the bounding volume trees of FCL (Pan, Chitta, Manocha 2012).
+// Contacts between links of a robot and their depth, by the <collision> elements: primitives as written,
+// meshes as their convex hulls or, on request, as triangles. Used for checks of a description and for
+// self-collision matrices; the simulation uses the engine's own detection. Hulls and primitives: convex.h;
+// triangles: the bounding volume trees of FCL (Pan, Chitta, Manocha 2012).
 
 #include <memory>
 #include <span>
@@ -15,32 +15,33 @@
 
 namespace doppel {
 
-// A primitive with positive measures, or a mesh whose file is known.
+// Whether it is a primitive with positive dimensions, or a mesh with a file.
 DOPPEL_API bool has_extent(const Geometry& geometry);
 
 enum class CollisionDetail {
-  hulls,      // every mesh as its convex hull: fast, solid; what physics uses
-  triangles,  // the meshes' own surfaces; one that is wholly inside another touches nothing
+  hulls,      // every mesh as its convex hull: fast, solid, as in the simulation
+  triangles,  // the meshes' surfaces; a mesh that is completely inside another one does not touch it
 };
 
 struct LinkContact {
   int link_a = 0, link_b = 0;  // indices into RobotDescription::links, a < b
-  double depth = 0;            // m, along the shortest way out; of hulls
+  double depth = 0;            // m, along the shortest separating translation; of hulls
 };
 
 class DOPPEL_API LinkCollider {
  public:
-  // Meshes without a file, or that cannot be read, are left out, and so are primitives without a size.
+  // Meshes without a readable file and primitives without a size are left out. Throws std::runtime_error if
+  // the module for triangles cannot be loaded.
   LinkCollider(const RobotDescription& robot, CollisionDetail detail);
   ~LinkCollider();
   LinkCollider(LinkCollider&&) noexcept;
 
   [[nodiscard]] bool has_shape(int link) const;
-  // X_WL: every link's pose, by index into RobotDescription::links. Hulls that overlap by less than 1e-6 m
-  // only lie on each other and do not touch.
+  // X_WL: the pose of every link, by index into RobotDescription::links. Hulls that overlap by less than 1e-6
+  // m are face to face and do not touch.
   [[nodiscard]] bool touch(int link_a, int link_b, std::span<const Pose> X_WL) const;
-  [[nodiscard]] double depth(int link_a, int link_b, std::span<const Pose> X_WL) const;  // 0: apart
-  // Every pair that touches.
+  [[nodiscard]] double depth(int link_a, int link_b, std::span<const Pose> X_WL) const;  // m; 0: apart
+  // All pairs that touch.
   [[nodiscard]] std::vector<LinkContact> contacts(std::span<const Pose> X_WL) const;
 
  private:

@@ -44,7 +44,7 @@ struct Face {
   bool alive = true;
 };
 
-// The polytope inside A - B, grown by one support point at a time.
+// The polytope inside the Minkowski difference A - B, extended by one support point at a time.
 class Difference {
  public:
   Difference(const ConvexShape& a, const ConvexShape& b, const Pose& X_AB) : a_(a), b_(b), X_AB_(X_AB) {}
@@ -84,7 +84,7 @@ int Difference::add_face(int i, int j, int k) {
   return static_cast<int>(faces_.size()) - 1;
 }
 
-// Four points that span a volume. False: there is none, A - B is flat.
+// Finds four points that span a volume. False: A - B is flat.
 bool Difference::start(const Vector3d& towards) {
   const double flat = 1e-9;
   points_ = {furthest(towards)};
@@ -130,8 +130,8 @@ int Difference::nearest_face() const {
   return best;
 }
 
-// Takes the point into the hull: the faces that see it go, a cone over their rim comes. False: rounding left
-// no clean rim; the polytope is done growing.
+// Adds the point to the hull: the faces visible from it are replaced by a cone over their rim. False:
+// rounding left no closed rim, and the polytope cannot be extended further.
 bool Difference::grow(const Vector3d& point, int seen_from) {
   visible_.assign(1, seen_from);
   faces_[seen_from].alive = false;
@@ -176,7 +176,7 @@ bool Difference::grow(const Vector3d& point, int seen_from) {
 }
 
 ConvexDepth Difference::solve(const Vector3d& towards, bool exact) {
-  double least = furthest(towards).dot(towards);  // over every direction looked at: a way out
+  double least = furthest(towards).dot(towards);  // over all directions so far: a bound of the depth
   if (least <= kTouching || !start(towards)) return {};
   while (static_cast<int>(points_.size()) < kMaxPoints) {
     const int at = nearest_face();

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kFlatDirections = 50;
 
-// Qhull's state with its memory. What it would print goes nowhere.
+// Qhull's state with its memory. Its messages are discarded.
 class Qhull {
  public:
   explicit Qhull(std::vector<coordT>& coordinates) {
@@ -42,7 +42,7 @@ class Qhull {
   bool failed_ = false;
 };
 
-// Option Qt leaves triangles only; Qhull's normals point outwards, its corners stand in either order.
+// Option Qt gives triangles only; Qhull's normals point outwards, but its corners are in either order.
 void collect_triangles(Qhull& hull, const coordT* coordinates, ConvexHull& out) {
   for (const facetT* facet = hull->facet_list; facet != nullptr && facet->next != nullptr;
        facet = facet->next) {

@@ -1,6 +1,6 @@
 #pragma once
 // The convex hull of points. Source: Barber, Dobkin, Huhdanpaa, "The Quickhull algorithm for convex hulls",
-// 1996, by its authors' library Qhull, which MuJoCo builds its hulls with too.
+// 1996, in its authors' library Qhull, which MuJoCo uses too.
 
 #include <Eigen/Core>
 #include <array>
@@ -14,18 +14,19 @@ namespace doppel {
 
 struct ConvexHull {
   std::vector<std::uint32_t> vertices;  // indices of the points that are corners
-  double volume = 0;                    // 0: the points lie in a plane, on a line, in one place
-  // Of the points, counter-clockwise seen from outside; none where there is no volume.
+  double volume = 0;                    // cube of the points' unit; 0: they are in a plane, a line or a point
+  // Indices of points, counter-clockwise seen from outside; empty without a volume.
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 
-// Points that span no volume: `vertices` are their extremes in some fifty directions. Points must be finite.
+// For points without a volume, `vertices` are their extremes in some fifty directions. Precondition: the
+// points are finite.
 DOPPEL_API ConvexHull convex_hull(std::span<const Eigen::Vector3f> points);
 
-// `count` directions spread evenly over the sphere (Fibonacci's lattice).
+// `count` unit vectors spread evenly over the sphere (Fibonacci lattice).
 DOPPEL_API std::vector<Eigen::Vector3d> even_directions(int count);
 
-// The points furthest in each direction, each once.
+// Indices of the points that are furthest in each of `directions` directions, each once.
 DOPPEL_API std::vector<std::uint32_t> extreme_points(std::span<const Eigen::Vector3f> points, int directions);
 
 }  // namespace doppel

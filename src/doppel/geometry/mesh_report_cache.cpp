@@ -1,5 +1,5 @@
-// Reports kept on disk: one small file per mesh, named by a hash of its path, written whole or not at all,
-// and believed only with the right version, key and checksum.
+// Reports on disk: one small file per mesh, named by a hash of its path, written completely or not at all,
+// and used only with the expected version, key and checksum.
 #include <fmt/format.h>
 #include <unistd.h>
 

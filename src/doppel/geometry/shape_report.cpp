@@ -1,4 +1,4 @@
-// Shapes as links have them: primitives by formula, meshes by their reports.
+// Shapes of links: primitives by formula, meshes by their reports.
 #include <cmath>
 #include <numbers>
 
@@ -8,8 +8,8 @@
 namespace doppel {
 namespace {
 
-constexpr int kRound = 48;  // corners that stand for a circle
-constexpr int kBall = 500;  // and for a sphere
+constexpr int kRound = 48;  // corners that approximate a circle
+constexpr int kBall = 500;  // corners that approximate a sphere
 constexpr double kPi = std::numbers::pi;
 
 ShapeReport solid_report(double volume, const Eigen::Vector3d& moments_per_mass,

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kThickness = 0.3;       // of a bar's length
 constexpr double kMinLengthRatio = 0.1;  // of the longest bar
-constexpr double kHeld = 0.5;            // of a drive's effort that gravity may ask for
+constexpr double kHeld = 0.5;            // of a drive's effort that gravity may load
 constexpr double kMinScale = 1e-4;
 constexpr std::size_t kNamesShown = 8;
 const Eigen::Vector3d kGravity{0, 0, -9.81};  // m/s^2, in the root link's axes
@@ -53,7 +53,7 @@ class MassEstimator {
     }
   }
 
-  // The topmost links of the bodies that move and weigh nothing.
+  // The topmost links of movable bodies without mass.
   [[nodiscard]] std::vector<std::size_t> massless() const {
     std::vector<std::size_t> out;
     for (std::size_t i = 1; i < body_.size(); ++i) {
@@ -105,7 +105,7 @@ class MassEstimator {
   std::vector<Eigen::Vector3d> reach_;  // [links] from a body's joint to the farthest that it carries, m
 };
 
-// The factor by which all masses shrink so that drives hold them; `weakest` is the joint that sets it.
+// The factor for all masses with which every drive holds its load; `weakest` is the joint that determines it.
 double scale_to_drives(const Model& model, std::string& weakest) {
   Data data(model);
   Eigen::VectorXd torques;

@@ -23,7 +23,8 @@ Eigen::Matrix3d skew(const Eigen::Vector3d& a) {
   return m;
 }
 
-// A motion of the parent, seen at the child's origin in the child's axes.
+// Motion transform from the parent: (angular, linear) at the child's origin in the child's axes (Featherstone
+// 2008, section 2.8).
 Vector6 motion_to_child(const Pose& X_PL, const Vector6& V) {
   const Eigen::Matrix3d R_LP = X_PL.linear().transpose();
   Vector6 out;
@@ -32,7 +33,7 @@ Vector6 motion_to_child(const Pose& X_PL, const Vector6& V) {
   return out;
 }
 
-// A force (torque, force) on the child, seen at the parent's origin in the parent's axes.
+// Force transform from the child: (torque, force) at the parent's origin in the parent's axes.
 Vector6 force_to_parent(const Pose& X_PL, const Vector6& F) {
   Vector6 out;
   out.tail<3>() = X_PL.linear() * F.tail<3>();
@@ -69,7 +70,7 @@ Subspace subspace_of(const ModelJoint& joint, const Pose& X_PL) {
   return motion_subspace(joint, joint.X_PJ.linear().transpose() * X_PL.linear());
 }
 
-// Inertia of the subtree that a force on the child moves, about the parent's origin in its axes.
+// Spatial inertia of the child's subtree about the parent's origin in the parent's axes.
 Matrix6 inertia_to_parent(const Pose& X_PL, const Matrix6& I) {
   Matrix6 to_child;
   const Eigen::Matrix3d R_LP = X_PL.linear().transpose();
@@ -86,6 +87,8 @@ void inverse_dynamics(const Model& model, Data& data, const ConstVector& q, cons
                       const ConstVector& a, const Eigen::Vector3d& gravity) {
   assert(q.size() == model.nq && v.size() == model.nv && a.size() == model.nv);
   data.V_WL[0].setZero();
+  // Gravity as an upward acceleration of the base (Featherstone 2008, section 5.3): it needs no forces of its
+  // own on the links.
   data.A_WL[0] << Eigen::Vector3d::Zero(), -gravity;
   data.F_L[0].setZero();
   data.g_L[0] = gravity;
@@ -100,8 +103,8 @@ void inverse_dynamics(const Model& model, Data& data, const ConstVector& q, cons
     Vector6& A = data.A_WL[child];
     A = motion_to_child(X_PL, data.A_WL[joint.parent_link]) + S * a.segment(joint.v, joint.nv) +
         motion_cross_motion(V, V_joint);
-    // Sliding directions that stand still in the parent turn in the child: the derivative of S (floating,
-    // planar).
+    // Derivative of S for floating and planar joints: sliding directions that are fixed in the parent rotate
+    // in the child.
     A.tail<3>() -= V_joint.head<3>().cross(V_joint.tail<3>());
     data.F_L[child].setZero();
     if (const auto& body = model.links[child].inertia) {
@@ -143,6 +146,7 @@ void mass_matrix(const Model& model, Data& data, const ConstVector& q) {
     const Subspace S = subspace_of(joint, data.X_PL[child]);
     Subspace F = data.composite[child] * S;
     const SmallMatrix own = S.transpose() * F;
+    // Rounding leaves S^T F slightly asymmetric.
     data.M.block(joint.v, joint.v, joint.nv, joint.nv) = 0.5 * (own + own.transpose());
     for (const ModelJoint* at = &joint;;) {
       for (int k = 0; k < joint.nv; ++k) F.col(k) = force_to_parent(data.X_PL[at->child_link], F.col(k));
@@ -185,7 +189,8 @@ std::vector<Eigen::VectorXd> sample_configurations(const Model& model, int count
       const double turn = n * std::pow(ratio, -(joint.q + 1.0));
       const double unit = turn - std::floor(turn);
       const bool bounded = std::isfinite(joint.lower) && std::isfinite(joint.upper);
-      // A slide without limits gains nothing from being far out; a turn without limits has one full round.
+      // A prismatic joint without limits stays at zero, because no range is meaningful; a revolute one
+      // covers one turn.
       const double half = joint.type == JointType::prismatic ? 0.0 : std::numbers::pi;
       const double lower = bounded ? joint.lower : std::max(joint.lower, -half);
       const double upper = bounded ? joint.upper : std::min(joint.upper, half);

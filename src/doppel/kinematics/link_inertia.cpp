@@ -12,14 +12,15 @@
 namespace doppel {
 namespace {
 
-constexpr double kTriangleTolerance = 1e-6;  // of the largest moment: what is lost by writing few digits
+constexpr double kTriangleTolerance = 1e-6;  // of the largest moment: rounding of written digits
 constexpr double kMinMomentFraction = 1e-3;  // of the largest: a repaired tensor stays well conditioned
 
 Eigen::Vector3d principal_moments(const Eigen::Matrix3d& I) {
   return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(I, Eigen::EigenvaluesOnly).eigenvalues();
 }
 
-// A mass without a tensor is spread like the link's own solid; without one, it is a ball of kAssumedDensity.
+// A mass without a tensor has the shape of the link's solid, or of a ball of kAssumedDensity if
+// there is none.
 MassProperties spread(const Link& link, const Inertial& inertial) {
   MassProperties body = link_solid(link);
   if (!(body.mass > kMinSolidMass) || !physical_defect(body).empty())
@@ -49,8 +50,8 @@ std::string physical_defect(const MassProperties& body) {
 MassProperties physical_repair(const MassProperties& body) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(body.I);
   Eigen::Vector3d moments = eigen.eigenvalues().cwiseAbs();
-  // A tensor of zeros says nothing; a ball of 1 cm radius is the least that a body of that mass can be taken
-  // for.
+  // A tensor of zeros gives no scale; a thousandth of the tensor of a ball of 1 cm radius with that mass is
+  // the smallest that is used.
   const double largest = std::max(moments.maxCoeff(), 0.4 * body.mass * 1e-4 * 1e-3);
   moments = moments.cwiseMax(kMinMomentFraction * largest);
   for (int i = 0; i < 3; ++i) {

@@ -1,6 +1,6 @@
 #pragma once
-// What a link weighs: the <inertial> as written where it can be simulated, else a repaired one, which is
-// reported.
+// The mass properties of a link: <inertial> as written if it can be simulated, else a repaired one with a
+// warning. Masses in kg, tensors in kg m^2.
 
 #include <optional>
 #include <string>
@@ -12,18 +12,18 @@
 
 namespace doppel {
 
-// Why no rigid body can have this mass and tensor, in words; empty: one can. The tensor's principal moments
-// must be positive and none larger than the sum of the others.
+// The reason, as a sentence, why no rigid body can have this mass and tensor; empty: one can. The mass and
+// the principal moments must be positive, and no moment larger than the sum of the others.
 DOPPEL_API std::string physical_defect(const MassProperties& body);
 
 // The nearest tensor that a rigid body can have: same principal axes, moments raised to at least 1e-3 of the
 // largest and, where one exceeds the sum of the others, the others raised by half of the excess.
 DOPPEL_API MassProperties physical_repair(const MassProperties& body);
 
-// The link's own inertia in the link frame. Absent where nothing was written or the mass is not positive; a
-// tensor that no body can have is repaired. Both are said: warning "model.not_physical". A tensor that is not
-// written (the parser said so) is that of the link's solid at the written mass and centre of mass, else a
-// ball's.
+// The link's inertia about its centre of mass, in link axes; the centre of mass in the link frame, m. Absent
+// without <inertial> or with a mass that is not positive; a tensor that no body can have is repaired. The
+// last two are warnings "model.not_physical". Without a written tensor (the parser has warned), the link's
+// solid or a ball is used at the written mass and centre of mass.
 DOPPEL_API std::optional<MassProperties> link_inertia(const Link& link, Diagnostics& diagnostics);
 
 }  // namespace doppel

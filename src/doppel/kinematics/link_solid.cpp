@@ -10,8 +10,8 @@
 namespace doppel {
 namespace {
 
-constexpr double kBoxFraction = 0.3;  // of its box that an open mesh fills
-constexpr double kMinFilled = 0.02;   // of its box: a "solid" below that is a surface
+constexpr double kBoxFraction = 0.3;  // part of its bounding box that an open mesh is assumed to fill
+constexpr double kMinFilled = 0.02;   // of its bounding box: a "solid" below that is a surface
 
 MassProperties solid(double volume, const Eigen::Vector3d& moments_per_mass) {
   const double mass = volume * kAssumedDensity;
@@ -54,7 +54,7 @@ MassProperties solid_of(const Geometry& geometry) {
   try {
     return mesh_solid(std::get<MeshGeometry>(geometry));
   } catch (const InputError&) {
-    return {};  // an unreadable mesh is reported where it is needed as a shape; here it only encloses nothing
+    return {};  // an unreadable mesh is reported where the collision shapes are made
   }
 }
 

@@ -113,7 +113,7 @@ class Compiler {
     ModelJoint out;
     out.name = joint.name;
     const bool has_axis = joint.type != JointType::fixed && joint.type != JointType::floating;
-    // What can turn about nothing stands still; the parser has warned of it.
+    // A joint without an axis cannot move; the parser has warned of it.
     out.type = has_axis && !has_direction(joint) ? JointType::fixed : joint.type;
     out.parent_link = parent;
     out.child_link = static_cast<int>(model_.links.size());
@@ -136,7 +136,7 @@ class Compiler {
     add_subtree(child, model_.joints[index].child_link);
   }
 
-  // An exporter's 0 would freeze the joint for good, which is never intended.
+  // A limit of 0, as some exporters write, would make the joint immovable, which is never intended.
   double limit_or_unlimited(const Joint& joint, const std::optional<double>& written, const char* what) {
     if (!written) return kInfinity;
     if (*written > 0) return *written;
@@ -165,7 +165,7 @@ class Compiler {
           "write <limit lower=\"..\" upper=\"..\"/>, or type=\"continuous\" if it is unlimited");
       return;
     }
-    // Crossed ones, of which the parser warned, bound the same range.
+    // Crossed limits bound the same range; the parser has warned of them.
     out.lower = std::min(joint.limits->lower, joint.limits->upper);
     out.upper = std::max(joint.limits->lower, joint.limits->upper);
   }
@@ -179,7 +179,7 @@ class Compiler {
     return 0.0;
   }
 
-  // All <gazebo> blocks of a joint together.
+  // Stiffness and restitution may be written in different <gazebo> blocks of the same joint.
   void set_stop(const Joint& joint, ModelJoint& out) {
     std::optional<double> stiffness, restitution;
     SourceLocation where;
@@ -223,7 +223,7 @@ class Compiler {
     }
   }
 
-  // A <mimic> without effect is what the parser warned of; the joint moves on its own.
+  // The joint of a <mimic> without effect moves independently; the parser has warned of it.
   void resolve_mimic(ModelJoint& joint, const Joint& source) {
     const Joint* at = &source;
     while (const Joint* const leader = leader_of(robot_, *at)) {

@@ -17,10 +17,10 @@ struct MassProperties {
   Eigen::Matrix3d I = Eigen::Matrix3d::Zero();    // kg m^2, about the centre of mass, in F's axes
 };
 
-// The same body seen from frame G: X_GF is F in G.
+// The same body in frame G; X_GF is F in G.
 DOPPEL_API MassProperties transformed(const MassProperties& body_F, const Pose& X_GF);
 
-// Two bodies fixed to each other, both in the same frame.
+// Two bodies fixed to each other, both in the same frame (parallel axis theorem).
 DOPPEL_API MassProperties combined(const MassProperties& a, const MassProperties& b);
 
 struct SolidProperties {

@@ -18,13 +18,14 @@ Eigen::Vector3d rpy_from_rotation(const Eigen::Matrix3d& R) {
   return {std::atan2(R(2, 1), R(2, 2)), pitch, std::atan2(R(1, 0), R(0, 0))};
 }
 
-// By hand: Eigen's FromTwoVectors() finds the axis of the opposite case by a singular value decomposition,
-// which makes each file that calls it compile five seconds longer, and loses digits near it.
+// Own code, because Eigen's FromTwoVectors() determines the axis of the opposite case by a singular value
+// decomposition, which adds five seconds to the compilation of each file that calls it, and is less accurate
+// near that case.
 Eigen::Matrix3d rotation_from_z(const Eigen::Vector3d& direction) {
   const Eigen::Vector3d to = direction.normalized();
   const double sin_angle = std::hypot(to.x(), to.y());
   if (sin_angle == 0) return Eigen::Vector3d(1, to.z(), to.z()).asDiagonal();
-  // The half angle's sine and cosine, each from what does not cancel.
+  // Sine and cosine of the half angle, each from a sum without cancellation.
   const double larger = std::sqrt(0.5 * (1.0 + std::abs(to.z())));
   const double smaller = 0.5 * sin_angle / larger;
   const double sine = to.z() < 0 ? larger : smaller;

@@ -1,6 +1,5 @@
 #pragma once
-// ROS 2's builtin_interfaces: points in time and spans of it, as seconds and nanoseconds (0 <= nanosec <
-// 1e9).
+// ROS 2's builtin_interfaces: times and durations, as seconds and nanoseconds (0 <= nanosec < 1e9).
 
 #include "doppel/core/time.h"
 #include "doppel/messages/message.h"

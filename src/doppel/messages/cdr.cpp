@@ -8,8 +8,8 @@ namespace doppel {
 
 namespace {
 
-// What the representation identifier says (RTPS 2.5, clause 10.2); nullptr: plain CDR. ROS 2 sends nothing
-// else.
+// The name of an unsupported representation identifier (RTPS 2.5, clause 10.2); nullptr: plain CDR, the only
+// one in ROS 2.
 const char* why_not_plain(std::byte first, std::byte second) {
   const auto id = std::to_integer<unsigned>(second);
   if (first != std::byte{0}) return "the encapsulation is unknown";
@@ -57,7 +57,7 @@ bool CdrReader::boolean(bool& value) {
 bool CdrReader::text(std::string_view& text) {
   std::uint32_t size = 0;
   if (!length(size, 1)) return false;
-  if (size == 0) {  // not CDR, but some writers' empty string
+  if (size == 0) {  // invalid in CDR, but some writers encode an empty string without its NUL
     text = {};
     return true;
   }

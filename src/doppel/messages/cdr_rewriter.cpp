@@ -1,4 +1,4 @@
-// CDR into CDR by a description: what it means is kept, its byte order and padding are not.
+// Rewrites CDR by a description: checked values, with little-endian byte order and no padding.
 
 #include "doppel/messages/detail/cdr.h"
 #include "doppel/messages/type_description.h"

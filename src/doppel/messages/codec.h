@@ -1,6 +1,6 @@
 #pragma once
-// The forms of a message. CDR is OMG XCDR version 1, little endian, with its four-byte encapsulation header,
-// as ROS 2 puts it on the wire. YAML is what `ros2 topic echo` prints and `ros2 topic pub` reads.
+// The encodings of a message. CDR is OMG XCDR version 1, little endian, with its four-byte encapsulation
+// header, as on the wire in ROS 2. YAML is the format of `ros2 topic echo` and `ros2 topic pub`.
 
 #include <cstddef>
 #include <mutex>
@@ -19,24 +19,24 @@ namespace doppel {
 using Bytes = std::vector<std::byte>;
 struct TypeDescription;
 
-// Size of the CDR form, header included. Allocates nothing.
+// Size of the CDR form in bytes, including the header. Does not allocate.
 template <Message M>
 std::size_t cdr_size(const M& message);
 
-// Writes the CDR form; returns its size, or 0 if `out` is too small. Allocates nothing.
+// Writes the CDR form; returns its size, or 0 if `out` is too small. Does not allocate.
 template <Message M>
 std::size_t write_cdr(const M& message, std::span<std::byte> out);
 
 template <Message M>
 Bytes to_cdr(const M& message);
 
-// Refuses what is truncated, over-long (but for RTPS's padding to a multiple of four bytes), of an unknown
-// encapsulation, or claims more elements than it has bytes; memory stays in proportion to the bytes, whatever
-// they are. Reads both byte orders. After a refusal `message` holds part of it.
+// Refuses bytes that are truncated, too long (except for RTPS's padding to a multiple of four bytes), of an
+// unknown encapsulation, or with more elements than bytes; for any input the memory is proportional to its
+// size. Reads both byte orders. After a refusal `message` contains a part of the data.
 template <Message M>
 Status from_cdr(std::span<const std::byte> bytes, M& message);
 
-// A text that is made when it is first requested; any thread.
+// A text that is made at the first request; any thread.
 class LazyText {
  public:
   template <class Make>
@@ -50,8 +50,8 @@ class LazyText {
   mutable std::string text_;
 };
 
-// Type-erased forms of one message type, for edges and the command line: of a struct (type_support<M>()) or
-// of a description that came from elsewhere (messages/described_type.h).
+// Type-erased encodings of one message type, for edges and the command line: of a struct (type_support<M>())
+// or of a received description (messages/described_type.h). Any thread.
 class DOPPEL_API TypeSupport {
  public:
   explicit TypeSupport(std::string type_name) : name(std::move(type_name)) {}
@@ -63,8 +63,8 @@ class DOPPEL_API TypeSupport {
 
   // "ros2msg" text: the definition, then "===\nMSG: pkg/Name" dependencies
   [[nodiscard]] std::string schema() const;
-  // What `ros2 topic pub` takes: fields left out keep their defaults, "auto" for a header and "now" for a
-  // time leave the stamp zero. ROS 1's secs and nsecs are taken for times. Unknown keys are refused with the
+  // As in `ros2 topic pub`: omitted fields keep their defaults, "auto" for a header and "now" for a time
+  // leave the stamp zero. ROS 1's secs and nsecs are accepted for times. Refuses unknown keys with the
   // nearest field and the place, "line:column: ...".
   Status yaml_to_cdr(std::string_view yaml, Bytes& out) const;
   Status cdr_to_yaml(std::span<const std::byte> cdr, std::string& out) const;
@@ -98,9 +98,9 @@ struct DOPPEL_API ActionSupport {
   [[nodiscard]] const std::string& hash() const;
 };
 
-// Names in the long ("sensor_msgs/msg/JointState") or short form ("sensor_msgs/JointState"); nullptr:
-// unknown. find_type also knows the parts of services and actions ("std_srvs/srv/Trigger_Request"). Any
-// thread.
+// Names in the long ("sensor_msgs/msg/JointState") or short form ("sensor_msgs/JointState");
+// nullptr: unknown. find_type also finds the parts of services and actions
+// ("std_srvs/srv/Trigger_Request"). Any thread.
 DOPPEL_API const TypeSupport* find_type(std::string_view name);
 DOPPEL_API const ServiceSupport* find_service(std::string_view name);
 DOPPEL_API const ActionSupport* find_action(std::string_view name);
@@ -108,8 +108,7 @@ DOPPEL_API std::vector<std::string> type_names();  // messages only, long form, 
 DOPPEL_API std::vector<std::string> service_names();
 DOPPEL_API std::vector<std::string> action_names();
 
-// Makes types known that others have defined; the bus does so for whatever is advertised, subscribed or
-// served.
+// Register types of other libraries; the bus does so for all advertised, subscribed and served types.
 DOPPEL_API void register_type(const TypeSupport& type);
 DOPPEL_API void register_service(const ServiceSupport& service);
 DOPPEL_API void register_action(const ActionSupport& action);

@@ -57,8 +57,8 @@ double initial_value(FieldKind kind, const std::string& text) {
   return std::abs(value) <= kMaxInitialValue ? value : 0;
 }
 
-// A type's description, which comes first, and those of all types that it refers to, at places that stay:
-// they point at each other.
+// A type's description, which is first, and those of all types that it refers to. Their addresses are stable,
+// because they refer to each other by pointers.
 using DescribedTypes = std::deque<TypeDescription>;
 
 class DescribedType final : public TypeSupport {
@@ -102,7 +102,7 @@ class DescriptionReader {
       refuse(fmt::format("{} is described twice", place.name));
   }
 
-  // Its fields, after those of the types in them, so that least sizes are known.
+  // Fills in its fields after those of the types in them, whose least sizes are needed.
   const TypeDescription* fill(std::string_view name, std::size_t depth) {
     const auto found = entries_.find(name);
     if (found == entries_.end()) return refuse_type(fmt::format("{} is not described", shown(name)));

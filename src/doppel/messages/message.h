@@ -1,6 +1,6 @@
 #pragma once
 // A message is a plain struct named as in ROS 2, with one field list, from which CDR, JSON, YAML, schema text
-// and the type hash follow. Adding a message is adding one struct:
+// and the type hash are derived. A new message is one struct:
 //
 //   namespace doppel::std_msgs::msg {
 //   struct Header {
@@ -79,15 +79,14 @@
     DOPPEL_FOR_EACH_FIELD(__VA_ARGS__)                      \
   }
 
-// ROS 2's constants of a message, declared before as static constexpr members, so that the schema text lists
-// them.
+// The constants of a message, declared before as static constexpr members, for the schema text.
 #define DOPPEL_CONSTANTS(...)                                  \
   template <class Self, class Visitor>                         \
   static void for_each_constant(Self& self, Visitor&& visit) { \
     DOPPEL_FOR_EACH_FIELD(__VA_ARGS__)                         \
   }
 
-// A message without fields. On the wire ROS 2 gives it one byte (structure_needs_at_least_one_member).
+// A message without fields. On the wire ROS 2 adds one byte (structure_needs_at_least_one_member).
 #define DOPPEL_EMPTY_MESSAGE(type_name)                \
   static constexpr std::string_view kType = type_name; \
   static constexpr bool kIsEmpty = true;               \
@@ -107,7 +106,7 @@ concept Service = Message<typename S::Request> && Message<typename S::Response>;
 template <class A>
 concept Action = Message<typename A::Goal> && Message<typename A::Result> && Message<typename A::Feedback>;
 
-// "string<=N". Nothing holds a writer to the bound; it is part of the type, and enters its hash.
+// "string<=N". Writers do not check the bound; it is part of the type and of its hash.
 template <std::size_t N>
 struct BoundedString : std::string {
   static constexpr std::size_t kBound = N;
@@ -117,7 +116,7 @@ struct BoundedString : std::string {
   BoundedString(std::string text) : std::string(std::move(text)) {}
 };
 
-// "T[<=N]". A longer one is refused by whoever reads it.
+// "T[<=N]". Readers refuse a longer one.
 template <class T, std::size_t N>
 struct BoundedVector : std::vector<T> {
   static constexpr std::size_t kBound = N;

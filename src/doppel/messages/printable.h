@@ -1,5 +1,5 @@
 #pragma once
-// Text of others, for a terminal.
+// Text from the network, for a terminal.
 
 #include <string>
 #include <string_view>
@@ -8,8 +8,8 @@
 
 namespace doppel {
 
-// With '?' for each control character that could steer the terminal (all but the line's end) and for each
-// byte that is not valid UTF-8.
+// Replaces each control character, except the end of a line, and each byte that is not valid UTF-8 by '?',
+// because control characters could change the terminal.
 DOPPEL_API std::string printable(std::string_view text);
 
 }  // namespace doppel

@@ -19,7 +19,7 @@ Registry& tables() {
   return registry;
 }
 
-// The built-in types are entered on first use, so that no order of static initialisers matters.
+// The built-in types are added at first use, so that the order of static initialisers does not matter.
 Registry& filled_tables() {
   static std::once_flag once;
   std::call_once(once, [] {

@@ -1,5 +1,5 @@
 #pragma once
-// ROS 2's rmw_dds_common: which node owns which endpoint of a DDS participant, told on ros_discovery_info.
+// ROS 2's rmw_dds_common: the nodes of the endpoints of a DDS participant, published on ros_discovery_info.
 
 #include "doppel/messages/message.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// ROS 2's std_srvs: the plainest services.
+// ROS 2's std_srvs: services without specific data.
 
 #include "doppel/messages/message.h"
 

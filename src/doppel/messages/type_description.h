@@ -1,6 +1,6 @@
 #pragma once
-// A message type as data: its fields in order. YAML, JSON and schema text are written once over this, not per
-// type.
+// A message type as data: its fields in order. YAML, JSON and schema text are implemented once for all types
+// by this description.
 
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +28,7 @@ enum class FieldKind : std::uint8_t {
   uint64,
   float32,
   float64,
-  character,       // one byte; IDL's char, a .msg file's char is an uint8
+  character,       // one byte; char of IDL, because char of a .msg file is uint8
   wide_character,  // UTF-16
   text,
   wide_text,  // UTF-16; here and in all text forms UTF-8
@@ -50,7 +50,7 @@ struct DOPPEL_API FieldDescription {
   std::size_t bound = 0;                  // of a sequence's elements; 0: none
   std::size_t text_bound = 0;             // of each text; 0: none
   const TypeDescription* type = nullptr;  // of a message
-  double initial = 0;                     // of a single number, when the sender leaves it out
+  double initial = 0;                     // default of a single number that the sender omits
 
   [[nodiscard]] std::size_t least_element_size() const;
 };
@@ -94,10 +94,10 @@ class DOPPEL_API ValueSink {
   virtual void text(std::string_view value) = 0;
 };
 
-// Refuses what from_cdr refuses; the sink may then have seen part of the message.
+// Refuses what from_cdr refuses; the sink may then have received a part of the message.
 DOPPEL_API Status walk_cdr(const TypeDescription& type, std::span<const std::byte> cdr, ValueSink& sink);
 
-// What TypeSupport offers, for any described type.
+// The functions of TypeSupport for any described type.
 DOPPEL_API std::string definition_text(const TypeDescription& type);  // its lines of a .msg file
 DOPPEL_API std::string schema_text(const TypeDescription& type);
 DOPPEL_API Status yaml_to_cdr(const TypeDescription& type, std::string_view yaml,

@@ -1,5 +1,5 @@
 #pragma once
-// ROS 2's type_description_interfaces: types as messages, what ~/get_type_description answers with.
+// ROS 2's type_description_interfaces: types as messages, in the response of ~/get_type_description.
 
 #include "doppel/messages/message.h"
 

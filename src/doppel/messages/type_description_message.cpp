@@ -13,7 +13,7 @@ using type_description_interfaces::msg::Field;
 using type_description_interfaces::msg::IndividualTypeDescription;
 
 constexpr std::uint8_t kIds[] = {15, 16, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 14, 17, 18, 1};
-constexpr std::uint8_t kBoundedTextId = 4;  // what a bound adds to a text's id
+constexpr std::uint8_t kBoundedTextId = 4;  // added to the id of a bounded string
 
 std::string default_value(const FieldDescription& field) {
   if (field.initial == 0 || field.shape != FieldShape::single) return {};
@@ -126,7 +126,7 @@ class Derived {
   }
 
  private:
-  std::deque<TypeDescription> types_;  // at places that stay
+  std::deque<TypeDescription> types_;  // a deque, for stable addresses
 };
 
 }  // namespace

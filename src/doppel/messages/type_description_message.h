@@ -1,6 +1,6 @@
 #pragma once
-// A type's description as a message, as rosidl_generator_type_description (Jazzy) makes it: what
-// ~/get_type_description answers with, and what a type's hash is made of.
+// A type's description as a message, as rosidl_generator_type_description (Jazzy) generates it: the response
+// of ~/get_type_description, and the input of a type's hash.
 
 #include "doppel/export.h"
 #include "doppel/messages/codec.h"
@@ -18,13 +18,13 @@ DOPPEL_API std::uint8_t type_id(const FieldDescription& field);
 // The field that rosidl gives to a type without fields.
 inline constexpr std::string_view kOnlyMember = "structure_needs_at_least_one_member";
 
-// Default values are known of single numbers other than zero only; hashes leave them out anyway.
+// Default values are only included for single numbers other than zero; hashes do not depend on them.
 DOPPEL_API TypeDescriptionMessage description_message(const TypeDescription& type);
 DOPPEL_API TypeDescriptionMessage description_message(const ServiceSupport& service);
 DOPPEL_API TypeDescriptionMessage description_message(const ActionSupport& action);
 
-// The texts that these come from, in the same order: as they would stand in .msg, .srv and .action files,
-// without comments and default values. Types that rosidl derives have none ("implicit").
+// The sources of the types, in the same order: as in .msg, .srv and .action files, without comments and
+// default values. Types that rosidl derives have none ("implicit").
 using TypeSources = std::vector<type_description_interfaces::msg::TypeSource>;
 DOPPEL_API TypeSources type_sources(const TypeDescription& type);
 DOPPEL_API TypeSources type_sources(const ServiceSupport& service);

@@ -1,7 +1,8 @@
 #pragma once
 // ROS 2's type hashes, version RIHS01 (REP 2016): "RIHS01_" and the SHA-256 in hexadecimal of the JSON of the
 // type's description without default values, as rosidl_generator_type_description (Jazzy) writes it.
-// Constants do not enter. These compute; TypeSupport, ServiceSupport and ActionSupport keep theirs (hash()).
+// Constants are not part of it. These functions compute a hash; TypeSupport, ServiceSupport and ActionSupport
+// store theirs (hash()).
 
 #include <string>
 

@@ -1,5 +1,5 @@
 #pragma once
-// UTF-8 one character at a time (RFC 3629), for writers that must know what they print, and UTF-16.
+// UTF-8 one character at a time (RFC 3629), for writers that treat characters differently, and UTF-16.
 
 #include <string>
 #include <string_view>

@@ -1,4 +1,4 @@
-// YAML as `ros2 topic pub` takes it, into CDR.
+// From YAML as in `ros2 topic pub` to CDR.
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -110,7 +110,7 @@ class YamlReader {
   }
 
  private:
-  // ROS 1: a whole number where a time or duration is wanted is nanoseconds.
+  // As in ROS 1, a whole number for a time or duration is in nanoseconds.
   bool nanoseconds(const YAML::Node& node) {
     std::int64_t total = 0;
     const std::string& text = node.Scalar();
@@ -335,8 +335,8 @@ class YamlReader {
   CdrAppender out_;
 };
 
-// The line on which a second document begins; 0: there is none. (YAML::LoadAll finds documents forever in
-// some texts that are not valid YAML.)
+// The line on which a second document begins; 0: there is none. YAML::LoadAll does not terminate for
+// some invalid texts.
 int second_document(std::string_view yaml) {
   bool content = false;
   int line = 0;

@@ -10,7 +10,7 @@
 namespace doppel {
 namespace {
 
-// Whether PyYAML would read the plain text as something else than text (its YAML 1.1 resolver).
+// Whether PyYAML (its YAML 1.1 resolver) would read the plain text as another type.
 bool looks_like_another_type(std::string_view text) {
   static const std::regex pattern(
       "|~|null|Null|NULL|<<|=|yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF"
@@ -61,7 +61,7 @@ Style style_of(std::string_view text) {
     white_before = is_white(c.code);
     before = c.code;
   }
-  // PyYAML single-quotes breaks at the ends too, but yaml-cpp would not read them back.
+  // PyYAML also uses single quotes for line breaks at the ends, but yaml-cpp would not read them back.
   const bool break_ends = !text.empty() && (text.front() == '\n' || text.back() == '\n');
   if (special || break_then_space || space_then_break || break_ends) return Style::double_quoted;
   const bool white_ends = !text.empty() && (text.front() == ' ' || text.back() == ' ');

@@ -119,7 +119,7 @@ XmlNode MjcfBodies::dof(int index, std::string_view part, const char* type,
       element("joint", {{"name", naming_.joint_name(index, part)}, {"type", type}, {"axis", decimals(axis)}});
   if (std::isfinite(joint.lower) && std::isfinite(joint.upper) && naming_.limits(joint)) {
     add_attribute(out, "limited", "true");
-    // MuJoCo refuses an empty range; a joint that is held in one place has a very small one.
+    // MuJoCo rejects an empty range; a joint with equal limits has a very small one.
     add_attribute(out, "range", mjcf_range(joint.lower, std::max(joint.upper, joint.lower + 1e-6)));
   }
   naming_.complete(joint, out);

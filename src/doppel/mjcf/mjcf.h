@@ -1,9 +1,8 @@
 #pragma once
-// The one writer of a Model as MJCF: bodies with their inertias, joints, shapes and couplings. It serves two
-// documents: that of MuJoCo's engine (physics/mujoco/mjcf.h: names by index, drives and damping outside of
-// the text) and that of people who work in MuJoCo (conversion/mjcf.h: the user's names, meshes, actuators).
-// What differs is asked of MjcfNaming.
-// Source: mujoco.readthedocs.io/en/2.2.2/XMLreference.html.
+// The one writer of a Model as MJCF: bodies with their inertias, joints, shapes and couplings. It is used for
+// two documents: that of the MuJoCo engine (physics/mujoco/mjcf.h: names by index, drives and damping outside
+// of the text) and that of `convert --to mjcf` (conversion/mjcf.h: the user's names, meshes, actuators).
+// MjcfNaming provides what differs between them. Source: mujoco.readthedocs.io/en/2.2.2/XMLreference.html.
 
 #include <Eigen/Geometry>
 #include <optional>
@@ -27,11 +26,11 @@ struct PrincipalInertia {
   Eigen::Vector3d moments = Eigen::Vector3d::Zero();   // kg m^2
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();  // columns, in the tensor's axes; right-handed
 };
-// MuJoCo allows no rounding in the triangle inequality, which point masses and rods just meet; so the
-// smaller moments are raised by a billionth of the largest where they need it.
+// MuJoCo allows no rounding in the triangle inequality, which point masses and rods meet with equality; where
+// necessary the smaller moments are raised by a billionth of the largest.
 DOPPEL_API PrincipalInertia principal_inertia(const Eigen::Matrix3d& I);
 
-// What a document says in words of its own.
+// The parts of a document that differ between the two uses.
 class DOPPEL_API MjcfNaming {
  public:
   virtual ~MjcfNaming() = default;
@@ -39,25 +38,25 @@ class DOPPEL_API MjcfNaming {
   // `part`: "" for a joint of one degree of freedom; "x", "y", "angle" of a planar one; "x", "y", "z", "turn"
   // of a floating one.
   [[nodiscard]] virtual std::string joint_name(int joint, std::string_view part) const = 0;
-  // What the body weighs by itself, in the link's frame; nothing: it has no <inertial>.
+  // Mass properties of the body alone, in the link frame; nullopt: no <inertial>.
   [[nodiscard]] virtual std::optional<MassProperties> inertia(int link) const = 0;
-  // Whether the range of a joint that has one is a limit of MuJoCo's.
+  // Whether the position limits of a joint are written as MuJoCo limits.
   [[nodiscard]] virtual bool limits(const ModelJoint& /*joint*/) const { return true; }
-  // Whether a floating joint is a <freejoint>, which MuJoCo has below the world alone.
+  // Whether a floating joint is a <freejoint>, which MuJoCo allows only on children of the world.
   [[nodiscard]] virtual bool free_joint(int /*joint*/) const { return false; }
-  // What else is said of a degree of freedom: damping, friction.
+  // Further attributes of a degree of freedom: damping, friction.
   virtual void complete(const ModelJoint& joint, XmlNode& dof) const = 0;
   virtual void add_shapes(int link, XmlNode& body) = 0;
 };
 
 class DOPPEL_API MjcfBodies {
  public:
-  // Both have to outlive it.
+  // Both outlive the writer.
   MjcfBodies(const Model& model, MjcfNaming& terms);
 
-  // The tree from the root link on, which stands at X_WR.
+  // The tree from the root link, which is at X_WR.
   XmlNode tree(const Pose& X_WR) { return body(0, X_WR, -1); }
-  // The root link's shapes and the bodies below it, where that link is the world.
+  // The root link's shapes and the bodies below it, where that link is MuJoCo's world body.
   void fill_world(XmlNode& world) { fill(0, world); }
 
  private:
@@ -72,7 +71,7 @@ class DOPPEL_API MjcfBodies {
   std::vector<std::vector<int>> children_;  // joints below each link
 };
 
-// Every mimic joint as an <equality>'s <joint>.
+// Every mimic joint as a <joint> of <equality>.
 DOPPEL_API std::vector<XmlNode> mjcf_couplings(const Model& model, const MjcfNaming& terms);
 
 // type and size of a <geom>; its pose follows by mjcf_place().
@@ -81,14 +80,14 @@ DOPPEL_API void mjcf_size(XmlNode& geom, const Cylinder& cylinder);
 DOPPEL_API void mjcf_size(XmlNode& geom, const Capsule& capsule);
 DOPPEL_API void mjcf_size(XmlNode& geom, const Sphere& sphere);
 
-// pos and quat, left out where they say nothing.
+// pos and quat, left out where they are the identity.
 DOPPEL_API void mjcf_place(XmlNode& node, const Pose& X);
 
-// "lower upper".
+// "lower upper", in rad or m.
 DOPPEL_API std::string mjcf_range(double lower, double upper);
 
-// Where each link stands in the topmost one of those that are rigidly joined to it (`groups`:
-// rigid_groups()). MuJoCo requires mass on every body that moves itself, whichever of these links has it.
+// The pose of each link in the topmost link that it is rigidly joined to (`groups`: rigid_groups()). MuJoCo
+// requires a mass on every body that moves by itself, whichever of these links has it.
 DOPPEL_API std::vector<Pose> poses_in_groups(const Model& model, const std::vector<int>& groups);
 
 }  // namespace doppel

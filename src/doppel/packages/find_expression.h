@@ -1,5 +1,5 @@
 #pragma once
-// $(find NAME) in a plain URDF, which keeps it where it is always run through xacro.
+// $(find NAME) in a plain URDF, which may contain it if it is always expanded by xacro.
 
 #include <string>
 
@@ -8,8 +8,8 @@
 
 namespace doppel {
 
-// `text` with the folder of the package in place of its first $(find NAME); as it is where there is none, or
-// the package is not found.
+// `text` with its first $(find NAME) replaced by the folder of the package; unchanged if there is none or the
+// package is not found.
 DOPPEL_API std::string with_found_package(std::string text, const PackageResolver& resolver);
 
 }  // namespace doppel

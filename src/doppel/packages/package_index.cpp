@@ -24,7 +24,7 @@ bool is_left_out(const std::string& name) {
   return name.starts_with('.') || std::find(kNames.begin(), kNames.end(), name) != kNames.end();
 }
 
-// What a folder holds that matters to the crawl.
+// The content of a folder that is relevant to the crawl.
 struct Content {
   std::vector<fs::path> folders;  // sorted
   bool package = false, ignored = false;
@@ -38,7 +38,7 @@ Content content_of(const fs::path& folder) {
     const std::string name = entry->path().filename().string();
     out.package = out.package || name == "package.xml";
     out.ignored = out.ignored || name == "COLCON_IGNORE" || name == "AMENT_IGNORE" || name == "CATKIN_IGNORE";
-    // A link to a folder may lead anywhere, also back here.
+    // A symbolic link to a folder may lead anywhere, also back here.
     if (!is_left_out(name) && entry->is_directory(none) && !entry->is_symlink(none))
       out.folders.push_back(entry->path());
   }

@@ -80,7 +80,7 @@ struct PackageResolver::Search {
 
   [[nodiscard]] bool found() const { return !out.path.empty(); }
 
-  // Each place once: the ways up from two contexts meet.
+  // Each place once, because the ways up from two contexts meet.
   bool first_time(const std::string& place) {
     if (std::find(out.tried.begin(), out.tried.end(), place) != out.tried.end()) return false;
     out.tried.push_back(place);
@@ -204,7 +204,7 @@ PackageResolver::Resolved PackageResolver::resolve(const std::string& uri, const
       slash == std::string::npos ? package.path : package.path / rest.substr(slash + 1);
   if (take(candidate)) return out;
   out.nearest = nearest_in(candidate);
-  // Another folder of that name around the robot may hold what the package has not.
+  // Another folder of that name around the robot may contain the file that the package lacks.
   if (slash == std::string::npos) return out;
   for (const fs::path& context : contexts_) {
     for (fs::path at = context; at.has_relative_path() && out.path.empty(); at = at.parent_path()) {

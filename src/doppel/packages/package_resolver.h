@@ -1,5 +1,6 @@
 #pragma once
-// The one place where `package://`, `model://`, `file://`, `$(find NAME)` and relative names become files.
+// Resolves `package://`, `model://`, `file://`, `$(find NAME)` and relative names to files. For one thread:
+// it caches results.
 
 #include <filesystem>
 #include <map>
@@ -14,12 +15,12 @@ namespace doppel {
 
 class DOPPEL_API PackageResolver {
  public:
-  // Search order for a package: those added by hand; then, walking up from `add_context`'s files, folders
+  // Search order for a package: those of add_package(); then, walking up from `add_context`'s files, folders
   // with a package.xml of that name (the ancestor itself, its siblings, src/, install/, share/); then the
   // whole workspaces or repositories around them, as colcon crawls them (package_index.h); then ancestors and
-  // their siblings that bear the name without a package.xml, as downloaded collections do; then
-  // ROS_PACKAGE_PATH (crawled, too), AMENT_PREFIX_PATH, COLCON_PREFIX_PATH, GZ_SIM_RESOURCE_PATH,
-  // IGN_GAZEBO_RESOURCE_PATH, GAZEBO_MODEL_PATH; last the robots bundled with doppel.
+  // their siblings of that name without a package.xml, as in downloaded collections; then ROS_PACKAGE_PATH
+  // (crawled, too), AMENT_PREFIX_PATH, COLCON_PREFIX_PATH, GZ_SIM_RESOURCE_PATH, IGN_GAZEBO_RESOURCE_PATH,
+  // GAZEBO_MODEL_PATH; last the robots bundled with doppel.
   PackageResolver();
 
   void add_package(std::string name, std::filesystem::path folder);
@@ -28,11 +29,11 @@ class DOPPEL_API PackageResolver {
 
   struct Resolved {
     std::filesystem::path path;      // empty: not found
-    std::vector<std::string> tried;  // what was looked at, in order
+    std::vector<std::string> tried;  // the places searched, in order
     std::string nearest;             // a file or package with nearly this name; may be empty
   };
   [[nodiscard]] Resolved find_package(const std::string& name) const;
-  // uri as in a URDF; `base` is the folder of the file that names it.
+  // uri as in a URDF; `base` is the folder of the file that contains it. Does not throw if nothing is found.
   [[nodiscard]] Resolved resolve(const std::string& uri, const std::filesystem::path& base) const;
   [[nodiscard]] std::vector<std::string> package_names() const;
 
@@ -44,7 +45,7 @@ class DOPPEL_API PackageResolver {
 
   std::map<std::string, std::filesystem::path> packages_;
   std::vector<std::filesystem::path> contexts_, bundled_;
-  mutable std::map<std::string, Resolved> cache_;  // also what was not found
+  mutable std::map<std::string, Resolved> cache_;  // also packages that were not found
   mutable std::map<std::filesystem::path, PackageIndex> indices_;
 };
 

@@ -1,6 +1,6 @@
 #pragma once
-// What a link collides as, for every engine alike: a primitive, or the convex hull of a mesh, and a box where
-// the mesh is flat.
+// The collision shapes of a link, the same for every engine: a primitive, the convex hull of a mesh, or a box
+// where the mesh is flat.
 
 #include <map>
 #include <memory>
@@ -15,38 +15,39 @@
 namespace doppel {
 
 struct CollisionHull {
-  std::vector<Eigen::Vector3f> vertices;  // m; their convex hull is meant
+  std::vector<Eigen::Vector3f> vertices;  // m, in the mesh's frame; the shape is their convex hull
 };
 using SharedHull = std::shared_ptr<const CollisionHull>;  // shapes of one mesh and scale share it
 
 struct CollisionShape {
   std::variant<Box, Cylinder, Capsule, Sphere, SharedHull> geometry;
-  Pose X_LS = Pose::Identity();  // in the link
+  Pose X_LS = Pose::Identity();  // shape in the link frame
   double friction = 0.8;         // Coulomb
 };
 
-// z of the shape's lowest point in a frame F in which it stands at X_FS, m.
+// z in m, along the axis of F, of the shape's lowest point. X_FS: the shape in a frame F.
 DOPPEL_API double lowest_point(const CollisionShape& shape, const Pose& X_FS);
 
 struct CollisionMesh {
-  SharedHull hull;                                     // null: the box stands for it
+  SharedHull hull;                                     // null: the box is used
   Eigen::Vector3d box_size = Eigen::Vector3d::Zero();  // full side lengths, m
   Pose X_GB = Pose::Identity();                        // the box in the mesh's frame
 };
 
-// Above this many vertices only those are kept that are extreme in one of kSupportDirections directions.
+// Of a hull with more vertices than this, only those that are extreme in one of kSupportDirections
+// directions are kept.
 inline constexpr std::size_t kMaxHullVertices = 500;
 inline constexpr int kSupportDirections = 300;
 
-// Flat means thinner than a ten-thousandth of its length: no hull can be computed, so a box of at least 1 mm
-// stands in.
+// vertices: m, in the mesh's frame. A mesh thinner than a ten-thousandth of its length is flat: no hull can
+// be computed, and a box of at least 1 mm is used instead.
 DOPPEL_API CollisionMesh make_collision_mesh(const std::vector<Eigen::Vector3f>& vertices);
 
 // Loads every file once for each scale.
 class DOPPEL_API CollisionMeshes {
  public:
-  // Null: nothing to collide with (no file). Throws InputError from load_mesh. `owner` ("link 'arm'") and
-  // `where` are for the warning "physics.flat_mesh".
+  // nullptr: the mesh has no file, so that nothing collides. Throws the InputErrors of load_mesh. `owner`
+  // ("link 'arm'") and `where` are used in the warning "physics.flat_mesh". Valid as long as this object.
   const CollisionMesh* find(const MeshGeometry& mesh, const std::string& owner, const SourceLocation& where,
                             Diagnostics& diagnostics);
 

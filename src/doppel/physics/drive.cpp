@@ -6,9 +6,9 @@
 namespace doppel {
 namespace {
 
-// An ideal servo's spring against the inertia it carries, in units of inertia / step^2. Together with the
-// damping stiffness * step the implicit integrator lands on the reference in one step, whatever the inertia;
-// a load that gives an acceleration a leaves an error of a * step^2 / 1000.
+// Stiffness of an ideal servo in units of the carried inertia / step^2. With the damping stiffness * step the
+// implicit integrator reaches the reference in one step, whatever the inertia; a load that gives the
+// acceleration a leaves an error of a * step^2 / 1000.
 constexpr double kIdealStiffness = 1000.0;
 constexpr double kMinInertia = 1e-6;  // kg m^2 or kg
 
@@ -25,8 +25,8 @@ Drive::Drive(int joint, const ServoParameters& servo, double carried, Duration s
     servo_.damping = servo_.stiffness * step_;
     servo_.effort = kInfinity;
   }
-  // The spring of euler is explicit: h K / D is what one step takes away of the error of a joint that carries
-  // nothing, and must not be more than all of it.
+  // The spring of euler is explicit: one step removes the fraction h K / D of the error of a joint without
+  // inertia, and a fraction above 1 would overshoot.
   servo_.damping = std::max(servo_.damping, servo_.stiffness * step_);
   furthest_ = servo_.stiffness > 0 ? servo_.effort / servo_.stiffness : kInfinity;
 }
@@ -53,7 +53,7 @@ void Drive::set_target(double target) {
   steps_since_target_ = 0;
 }
 
-// Returns the part of the reference's velocity that the damper sees.
+// Returns the part of the reference's velocity that enters the damper.
 double Drive::advance_position() {
   const double longest = steps_since_target_ <= spread_steps_ ? std::min(spread_, fastest_) : fastest_;
   const double way = std::clamp(target_ - reference_, -longest, longest);
@@ -81,8 +81,8 @@ void Drive::write_law(JointSpring& spring) const {
   spring.on = mode_ != DriveMode::passive;
   spring.stiffness = servoing() ? servo_.stiffness : 0.0;
   spring.damping = servoing() ? servo_.damping : 0.0;
-  // The ideal servo lands on the reference of the step's end, and its damper is the integrator's, not the
-  // joint's: it must not be fed.
+  // The ideal servo reaches the reference of the step's end, and its damper belongs to the integration, not
+  // to the joint: it has no reference velocity.
   spring.reference = servo_.ideal ? reference_ : before_;
   spring.reference_rate = servo_.ideal ? 0.0 : (reference_ - before_) / step_;
   spring.reference_velocity = servoing() && !servo_.ideal ? seen_ : 0.0;

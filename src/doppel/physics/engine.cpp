@@ -26,8 +26,8 @@ double lowest_point(const ModelInstance& instance, const Pose& X_WR, const Eigen
   return lowest;
 }
 
-// Moves a floating base along the world's z until its lowest point is on the ground. False: there is none, or
-// nothing is to move.
+// Moves a floating base along the world's z until its lowest point is on the ground. False: there is no
+// floating base, or it need not move.
 bool raise_base(const ModelInstance& instance, const Pose& X_WR, bool only_out_of_ground,
                 Eigen::VectorXd& q) {
   if (!instance.floating()) return false;
@@ -75,7 +75,7 @@ const std::string& CompiledWorld::name_of(BodyId body) const {
 
 namespace {
 
-// Apart from the check, which the loop makes for each joint of each step.
+// Separate from the check, because the loop makes the check for each joint of each step.
 [[noreturn, gnu::cold]] void refuse_joint(const std::string& instance, int joint) {
   throw std::out_of_range(fmt::format("'{}' has no scalar joint {}", instance, joint));
 }
@@ -196,7 +196,7 @@ Instance Engine::instance(int index) {
   return {*this, index};
 }
 
-// What a const handle offers changes nothing.
+// The const functions of a handle do not change the engine, so the cast is safe.
 const Instance Engine::instance(int index) const {
   return const_cast<Engine*>(this)->instance(index);
 }
@@ -212,7 +212,7 @@ std::optional<const Instance> Engine::find(std::string_view name) const {
 }
 
 void Engine::set_instances(std::vector<ModelInstance> instances) {
-  Diagnostics notes;  // of what was read before, with the instances
+  Diagnostics notes;  // repeats what was reported when the instances were made
   continue_with(world_->with(std::move(instances), notes));
 }
 

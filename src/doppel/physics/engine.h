@@ -2,10 +2,10 @@
 // The contract of a physics engine, in two halves. A CompiledWorld is immutable and shared: the world's
 // settings, its instances, and whatever the engine compiled from them. An Engine is a state made from it:
 // positions, velocities, drives, applied loads, time. Any number of engines on any number of threads share
-// one compilation; each of them belongs to one thread at a time.
+// one compilation; each engine is used by one thread at a time.
 //
-// Calls of an Engine never allocate or throw unless they say so; an index out of range is a
-// std::out_of_range. After step() everything reported is of one instant.
+// Functions of an Engine do not allocate or throw unless their comment states it; an index out of range
+// throws std::out_of_range. After step() all reported values belong to the same instant.
 
 #include <Eigen/Core>
 #include <compare>
@@ -23,20 +23,20 @@
 
 namespace doppel {
 
-// How far an engine may be from the closed forms and the independent dynamics that the contract tests compare
-// it with (docs/engines.md prints them).
+// Largest deviations of an engine from the closed forms and the independent dynamics of the contract tests
+// (docs/engines.md lists them).
 struct EngineTolerances {
   double period = 1e-4;       // of a pendulum's period, relative, at 1 ms
   double free_fall = 1e-6;    // m after 1 s at 1 ms, beside the integrator's own error
   double holding = 1e-3;      // of the effort that holds a joint against inverse dynamics, relative
   double sag = 1e-3;          // of torque / stiffness, relative
   double stiction = 1e-6;     // rad/s of a joint that friction holds
-  double mimic = 1e-4;        // rad that a mimic strays under load
+  double mimic = 1e-4;        // rad by which a loaded mimic joint deviates from its leader
   double penetration = 1e-3;  // m that a box of 1 kg sinks into the ground
 };
 
-// What an engine can do. What it lacks is reported by name at the start, where a scenario needs it
-// (lacking()).
+// The features of an engine. Features that a scenario needs and the engine lacks are reported at the start
+// (report_missing_capabilities() in engine_modules.h).
 struct EngineCapabilities {
   std::string name, version;  // "mujoco", "2.2.2"
   bool contacts = false, rays = false;
@@ -63,7 +63,7 @@ struct Contact {
   double depth = 0;                                     // m, positive: penetrating
 };
 
-// Of a frame's origin and of its rotation, in world axes.
+// Velocity of a frame relative to the world: of its origin and of its rotation, in world axes.
 struct FrameVelocity {
   Eigen::Vector3d linear_W = Eigen::Vector3d::Zero();   // m/s
   Eigen::Vector3d angular_W = Eigen::Vector3d::Zero();  // rad/s
@@ -74,12 +74,13 @@ struct RayHit {
   BodyId body;
 };
 
-// A pair that never collides, and why. Of a robot and an object or the ground, the robot's link is `a`.
+// A pair that never collides, and the reason. In a pair of a robot and an object or the ground, `a` is
+// the robot's link.
 struct ExcludedPair {
   BodyId a, b;
   std::string reason;     // "joined by Revolute 2", "touching at the start", "inside at the start"
   double depth = 0;       // m: how far one lies in the other at the start
-  bool at_start = false;  // found there, not told by the structure
+  bool at_start = false;  // found at the start; false: follows from the structure
 };
 
 // What drives a scalar joint. Mimic joints are moved by a physical coupling to their leader, never by a
@@ -93,10 +94,10 @@ enum class DriveMode {
 
 struct DriveState {
   DriveMode mode = DriveMode::passive;
-  // The last target that counted: a position, velocity or effort, by the mode; where nothing came since
-  // set_drive(), the position that the drive holds, else 0.
+  // The last accepted target: a position (rad, m), velocity (rad/s, m/s) or effort (N m, N), by the mode.
+  // Without one since set_drive(): the position that the drive holds, or 0 in the other modes.
   double target = 0;
-  // Where the servo's own reference stands on its way to the target; under load the joint sags behind it.
+  // rad or m: the servo's reference on its way to the target; under load the joint sags behind it.
   double reference = 0;
 };
 
@@ -113,20 +114,20 @@ class DOPPEL_API CompiledWorld : public std::enable_shared_from_this<CompiledWor
   [[nodiscard]] int find(std::string_view instance) const { return find_instance(instances_, instance); }
   [[nodiscard]] const std::vector<ExcludedPair>& excluded_pairs() const { return excluded_; }
   [[nodiscard]] virtual const EngineCapabilities& capabilities() const = 0;
-  // The name of a body for people: "ground", an object's name, or a link's.
+  // The name of a body in messages: "ground", an object's name, or a link's.
   [[nodiscard]] const std::string& name_of(BodyId body) const;
 
   // A state at reset: every instance at q0, at rest, time 0, drives passive. Throws std::bad_alloc only.
   [[nodiscard]] virtual std::unique_ptr<Engine> make_engine() const = 0;
-  // The same settings with other instances. What never collides because it touched at the start stays so
-  // where both instances are there under their names; of new instances it is found as at a start. Throws
-  // InputError; on any thread.
+  // The same settings with other instances. Pairs that are excluded because they touched at the start stay
+  // excluded while both instances keep their names and models; pairs of new instances are determined as at a
+  // start. Throws InputError. Any thread.
   [[nodiscard]] virtual std::shared_ptr<const CompiledWorld> with(std::vector<ModelInstance> instances,
                                                                   Diagnostics& diagnostics) const = 0;
 
  protected:
-  // Sets on the ground what is to stand there (ModelInstance::set_on_ground). Throws InputError: two
-  // instances of one name, one named "ground".
+  // Places instances with ModelInstance::set_on_ground on the ground. Throws InputError: two instances of one
+  // name, or an instance named "ground".
   CompiledWorld(WorldSettings settings, std::vector<ModelInstance> instances);
   std::vector<ExcludedPair> excluded_;  // filled by the engine from its Exclusions (exclusions.h)
 
@@ -148,36 +149,37 @@ class DOPPEL_API Instance {
   [[nodiscard]] const std::string& name() const { return made_of().name; }
 
   // Indexed as in Model.
-  [[nodiscard]] std::span<const double> q() const;  // [nq]
-  [[nodiscard]] std::span<const double> v() const;  // [nv]
+  [[nodiscard]] std::span<const double> q() const;  // [nq] rad, m
+  [[nodiscard]] std::span<const double> v() const;  // [nv] rad/s, m/s
   // Effort of each joint's drive in the last step [joints]; 0 where passive or not scalar. N m or N.
   [[nodiscard]] std::span<const double> drive_effort() const;
-  // Writes the whole state (drives' references follow q, so that nothing jumps back). Mimics are set from
-  // their leaders.
+  // Writes the whole state, q [nq] and v [nv]; drives' references follow q, so that no joint moves back.
+  // Mimics are set from their leaders.
   void set_state(std::span<const double> q, std::span<const double> v);
-  // Where links[0] stands: state, since a fixed object or base may be moved.
+  // Pose of links[0] in the world; part of the state, because a fixed object or base may be moved.
   [[nodiscard]] const Pose& root_pose() const;  // X_WR
   void set_root_pose(const Pose& X_WR);
-  // The base link is put there, at rest: a floating one by its joint, a fixed one by its root.
+  // Places the base link at rest: a floating one by its joint, a fixed one by its root.
   void place(const Pose& X_WB);
-  // Of a floating base; no effect on a fixed one.
+  // Velocity of a floating base; no effect on a fixed one.
   void set_base_velocity(const FrameVelocity& velocity);
-  // Lifts a floating joint from the root so far that no shape of the instance is below the ground. Allocates.
+  // Lifts a floating joint from the root until no shape of the instance is below the ground. Allocates.
   void lift_out_of_ground();
 
-  // Targets that are no finite numbers are ignored. Switching to position or velocity starts from where the
-  // joint is. Precondition: joints[joint] is scalar, no mimic.
+  // Switching to position or velocity starts from the joint's present position. Precondition: joints[joint]
+  // is scalar and no mimic.
   void set_drive(int joint, DriveMode mode);
   [[nodiscard]] DriveState drive_state(int joint) const;  // of a mimic: passive
   [[nodiscard]] DriveMode drive(int joint) const { return drive_state(joint).mode; }
+  // In the unit of the drive's mode (DriveState::target). A target that is not finite is ignored.
   void set_target(int joint, double target);
   [[nodiscard]] double drive_target(int joint) const { return drive_state(joint).target; }
   [[nodiscard]] double drive_reference(int joint) const { return drive_state(joint).reference; }
   void set_drive_reference(int joint, double reference);
 
-  // External effort on a scalar joint and wrench on a link (at the point p_LoP_L, force and torque in world
-  // axes), until cleared; a second one on the same joint or link replaces the first. Nothing moves a fixed
-  // body.
+  // External effort (N m, N) on a scalar joint and external wrench on a link: a force (N, world axes) at the
+  // point p_LoP_L (m, link frame) and a torque (N m, world axes). Both act until clear_applied(); a second
+  // one on the same joint or link replaces the first. No effect on a fixed body.
   void apply_joint_effort(int joint, double effort);
   void apply_wrench(int link, const Eigen::Vector3d& p_LoP_L, const Eigen::Vector3d& force_W,
                     const Eigen::Vector3d& torque_W);
@@ -206,13 +208,13 @@ class DOPPEL_API Engine {
   // Throws std::out_of_range.
   [[nodiscard]] Instance instance(int index);
   [[nodiscard]] const Instance instance(int index) const;
-  // Empty: no instance has this name.
+  // nullopt: no instance has this name.
   [[nodiscard]] std::optional<Instance> find(std::string_view name);
   [[nodiscard]] std::optional<const Instance> find(std::string_view name) const;
 
-  // A further state of the same compilation, equal to this one to the bit; allocates.
+  // Another state of the same compilation, bit-identical to this one. Allocates.
   [[nodiscard]] virtual std::unique_ptr<Engine> clone() const = 0;
-  // Equal to `from` to the bit. Precondition: the same compilation, else std::invalid_argument.
+  // Becomes bit-identical to `from`. Throws std::invalid_argument if `from` has another compilation.
   virtual void copy_state(const Engine& from) = 0;
 
   // Back to q0, at rest, time 0, all drives passive, no applied loads, every root at its X_WR.
@@ -220,27 +222,29 @@ class DOPPEL_API Engine {
   // One step of WorldSettings::step.
   virtual void step() = 0;
   [[nodiscard]] virtual Time time() const = 0;  // steps since reset, exact
-  // Goes on counting from the last whole step before `now`: how an engine takes over from another one.
+  // Continues to count from the last whole step before `now`, as after the replacement of another engine.
   virtual void set_time(Time now) = 0;
-  // True from the step on in which the numbers ran away. That step and all further ones leave state and time
-  // unchanged.
+  // True from the first step whose result is not finite or too large. That step and all later ones leave
+  // state and time unchanged.
   [[nodiscard]] virtual bool diverged() const = 0;
   virtual void clear_applied() = 0;  // joint efforts and wrenches on all instances
 
-  // Of everything that moves.
+  // Sums over all moving bodies.
   [[nodiscard]] virtual double kinetic_energy() const = 0;    // J
   [[nodiscard]] virtual double potential_energy() const = 0;  // J, zero at z = 0
 
-  // May allocate.
+  // Replaces the content of `out` by the contacts of the present state. May allocate.
   virtual void contacts(std::vector<Contact>& out) const = 0;
-  // direction_W need not be of unit length. A zero one hits nothing.
+  // The first surface on the ray from from_W (m, world frame) along direction_W (world axes). direction_W
+  // need not have unit length; a zero vector hits nothing.
   [[nodiscard]] virtual RayHit cast_ray(const Eigen::Vector3d& from_W,
                                         const Eigen::Vector3d& direction_W) const = 0;
 
-  // Compiles (it allocates) and continues with other instances: what keeps its name and its model keeps its
-  // state, drives and loads. Throw InputError (a name taken); nothing has changed then.
+  // Compiles (and allocates), then continues with other instances: an instance that keeps its name and model
+  // keeps its state, drives and loads. These throw InputError, as for a name that is already used; the engine
+  // is then unchanged.
   void set_instances(std::vector<ModelInstance> instances);
-  // The same with a compilation that was made beforehand, on any thread, by world().with().
+  // The same with a compilation that world().with() made beforehand, on any thread.
   void continue_with(std::shared_ptr<const CompiledWorld> world);
   void spawn(ModelInstance instance);
   bool remove(std::string_view name);  // false: no such instance
@@ -251,14 +255,14 @@ class DOPPEL_API Engine {
   Engine(Engine&&) = default;
   Engine& operator=(Engine&&) = default;
 
-  // From now on a state of `world`: for each of its instances, the instance of this engine whose state it
-  // keeps, or -1. Time continues. Nothing changes where it throws.
+  // Becomes a state of `world`. kept: for each instance of `world`, the instance of this engine whose state
+  // it keeps, or -1. Time continues. If it throws, the engine is unchanged.
   virtual void become(std::shared_ptr<const CompiledWorld> world, std::span<const int> kept) = 0;
   std::shared_ptr<const CompiledWorld> world_;
 
  private:
   friend class Instance;
-  // Of an instance by its index; all indices are in range.
+  // Called with indices that are in range; units and frames are those of Instance.
   [[nodiscard]] virtual std::span<const double> q_of(int instance) const = 0;
   [[nodiscard]] virtual std::span<const double> v_of(int instance) const = 0;
   [[nodiscard]] virtual std::span<const double> drive_effort_of(int instance) const = 0;

@@ -1,6 +1,6 @@
 #pragma once
-// Engines are modules beside the program, lib"doppel_engine_<name>".so, loaded when they are chosen: what
-// needs no physics loads none. A module is built where its library's development package is found.
+// Engines are plugin modules, libdoppel_engine_<name>.so, loaded when they are first used, so that a verb
+// without physics loads none. A module is built where its library's development package is found.
 
 #include <memory>
 #include <string>
@@ -13,7 +13,7 @@ namespace doppel {
 
 struct DOPPEL_API EngineModule {
   EngineCapabilities capabilities;
-  // Throws InputError where the engine refuses the world, in the user's terms (link or joint and its place).
+  // Any thread. Throws InputError, with the link or joint and its place, where the engine rejects the world.
   std::shared_ptr<const CompiledWorld> (*compile)(WorldSettings settings,
                                                   std::vector<ModelInstance> instances,
                                                   Diagnostics& diagnostics) = nullptr;
@@ -21,21 +21,21 @@ struct DOPPEL_API EngineModule {
 
 inline constexpr const char* kDefaultEngine = "mujoco";
 
-// An engine that doppel knows: whether its module is there, and what to install where it is not.
+// An engine that doppel supports: whether its module is installed, and the package to install otherwise.
 struct KnownEngine {
   std::string name, package;  // "bullet", "libbullet-dev"
   bool available = false;
 };
 DOPPEL_API std::vector<KnownEngine> known_engines();
 
-// Loads the module when it is first requested. Throws InputError: no engine of this name (with the nearest),
-// or one that is not built here (with the package to install).
+// Loads the module when it is first requested. Throws InputError: no engine of this name (with the nearest
+// name), or one that is not built here (with the package to install).
 DOPPEL_API const EngineModule& engine_module(const std::string& name);
-// Another engine of the program's own: tests have one.
+// Adds an engine that is linked into the program, as the analytic engine of the tests.
 DOPPEL_API void register_engine(EngineModule module);
 
-// What the instances and settings need that the engine lacks, each a warning that names the joint, link or
-// key and says what happens instead.
+// One warning for each feature that the instances and settings need and the engine lacks, with the joint,
+// link or key and the effect.
 DOPPEL_API void report_missing_capabilities(const EngineCapabilities& engine, const WorldSettings& settings,
                                             std::span<const ModelInstance> instances,
                                             Diagnostics& diagnostics);

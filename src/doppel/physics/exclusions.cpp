@@ -110,7 +110,7 @@ std::vector<ExcludedPair> Exclusions::list() const {
   return out;
 }
 
-// Of robots with the ground, and with whatever else stands still.
+// Pairs of links of robots that are fixed to the world with the ground and with other fixed bodies.
 void Exclusions::add_fixed(std::vector<ExcludedPair>& out) const {
   std::vector<BodyId> still;
   for (std::size_t i = 0; i < instances_.size(); ++i) {

@@ -1,8 +1,8 @@
 #pragma once
-// Which bodies never collide: by the structure of a model (one rigid body, joined by a joint, both fixed to
-// the world), and because they touch or overlap at the start. Links that touch there are shaped so, as a hull
-// that fills a hollow, and would push each other forever; what is inside the ground or another instance would
-// be thrown.
+// The pairs of bodies that never collide: by the structure of a model (one rigid body, joined by a joint,
+// both fixed to the world), and because they touch or overlap at the start. Links that touch at the start do
+// so by their shapes, for example a convex hull that fills a hollow, and would push each other forever; a
+// body that starts inside the ground or another instance would be thrown.
 
 #include <map>
 #include <span>
@@ -15,10 +15,10 @@
 
 namespace doppel {
 
-// m: what stands on the ground or beside something is not inside of it.
+// m: depth up to which a body counts as standing on the ground or beside another one, not inside it.
 inline constexpr double kOverlap = 1e-4;
 
-// For each link, the topmost link it is rigidly joined to through fixed joints; 0: it is fixed to the root.
+// For each link, the topmost link that it is rigidly joined to by fixed joints; 0: it is fixed to the root.
 DOPPEL_API std::vector<int> rigid_groups(const Model& model);
 
 struct LinkPair {
@@ -32,17 +32,18 @@ DOPPEL_API std::vector<LinkPair> link_pairs(const Model& model, const std::vecto
 class DOPPEL_API Exclusions {
  public:
   Exclusions(const WorldSettings& settings, std::span<const ModelInstance> instances);
-  // Those of an earlier world that were found at its start, for instances that are there under their names.
+  // Takes over the pairs that an earlier world found at its start, for instances with the same
+  // name and model.
   void keep(const CompiledWorld& before);
 
   // In either order. Pairs without a shape are not listed.
   [[nodiscard]] bool contains(BodyId a, BodyId b) const;
-  // Takes in what touches at the start: of links of one instance every contact, of bodies of two the deeper
-  // ones, unless both are objects. True: the pair was not known, so that an engine that finds a limited
-  // number of contacts looks again.
+  // Excludes a pair that touches at the start: within one instance every contact, between two instances those
+  // deeper than kOverlap, unless both are objects. True: the pair is new, so that an engine that finds a
+  // limited number of contacts has to search again.
   bool note(const Contact& contact);
-  // In the order of the instances: pairs of one instance, overlaps at the start, both fixed to the world. Of
-  // a robot and an object or the ground, the robot's link is `a`.
+  // In the order of the instances: pairs of one instance, overlaps at the start, pairs fixed to the world. In
+  // a pair of a robot and an object or the ground, `a` is the robot's link.
   [[nodiscard]] std::vector<ExcludedPair> list() const;
 
  private:

@@ -12,10 +12,10 @@
 namespace doppel {
 namespace {
 
-// Passes in which all springs that are on the wrong side change at once, and for each spring further ones in
-// which a single one does; later ones only bind, so that they end.
+// Passes in which all springs on the wrong side change at once, and further passes per spring in which a
+// single one does; in later passes springs are only set to a bound, never released, so that the passes end.
 constexpr int kFreePasses = 4, kSinglePasses = 4;
-// (step * natural frequency)^2 of a stop up to which a step resolves its rebound.
+// Largest (step * natural frequency)^2 of a stop at which a step resolves its rebound.
 constexpr double kResolved = 0.1;
 
 }  // namespace
@@ -80,8 +80,8 @@ void hit_stop(JointSpring& stop, double restitution, double inertia, double h) {
   const double ratio = damping_ratio_of(restitution);
   stop.bound = 0;
   stop.damping = 2.0 * ratio * std::sqrt(stop.stiffness * inertia);
-  // Stiffer than the step resolves: the joint has come as deep as speed times step, and the spring of the
-  // next step, which is explicit, gives back no more than stiffness * depth / damping.
+  // Stiffer than the step resolves: the depth is up to speed * step, and the explicit spring of the next step
+  // returns a speed of at most stiffness * depth / damping.
   if (stop.stiffness * h * h > kResolved * inertia)
     stop.damping = std::max(stop.damping, stop.stiffness * h / restitution_of(ratio));
 }

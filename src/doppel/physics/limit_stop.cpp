@@ -5,8 +5,8 @@
 
 namespace doppel {
 
-// The force of a damped impact ends before the depth does; the time until then, in units of 1 / w0, is that
-// of the first zero of the force.
+// The force of a damped impact becomes zero before the depth does, and a stop never pulls: the impact ends at
+// the first zero of the force.
 double restitution_of(double z) {
   if (!(z > 0)) return 1.0;
   if (std::abs(z - 1.0) < 1e-9) return std::exp(-2.0);
@@ -18,6 +18,7 @@ double restitution_of(double z) {
   return std::pow((z + w) / (z - w), -z / w);
 }
 
+// Bisection, because equation 22 has no closed inverse and is monotonic; 60 halvings reach double precision.
 double damping_ratio_of(double restitution) {
   double less = 0.0, more = kMaxDamped;
   for (int i = 0; i < 60; ++i) {

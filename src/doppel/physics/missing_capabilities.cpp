@@ -1,4 +1,4 @@
-// What a world needs that an engine lacks, joint by joint and key by key.
+// The features that a world needs and an engine lacks, by joint and by key.
 
 #include <fmt/format.h>
 

@@ -11,9 +11,9 @@
 namespace doppel {
 namespace {
 
-constexpr double kFriction = 0.8;  // Coulomb, where no <gazebo> mu1 says otherwise
+constexpr double kFriction = 0.8;  // Coulomb, without a <gazebo> mu1
 constexpr const char* kObjectLink = "link";
-// Engines refuse bodies of about 1e-15 kg; nothing that is measured can tell less than this from zero.
+// Engines reject bodies of about 1e-15 kg, and no measured quantity distinguishes a smaller mass from zero.
 constexpr double kMinMass = 1e-9;  // kg
 
 bool has_size(const Geometry& geometry) {

@@ -1,7 +1,7 @@
 #pragma once
-// What stands in a world: instances of models, each under a name of its own. A robot is one, and so is an
-// object, which has one link. An instance holds all that an engine is made from, so that no engine reads a
-// file: the compiled model, the shapes its links collide as, its servos and its start.
+// The content of a world: instances of models, each with a unique name. A robot is an instance; an object is
+// an instance with one link. An instance holds everything that an engine is built from, so that no engine
+// reads a file: the compiled model, the collision shapes of its links, its servos and its initial pose.
 
 #include <Eigen/Core>
 #include <memory>
@@ -21,40 +21,40 @@ namespace doppel {
 
 struct DOPPEL_API ModelInstance {
   std::string name;                                     // unique in its world; never "ground"
-  std::shared_ptr<const RobotDescription> description;  // for looks and places; engines do not read it
+  std::shared_ptr<const RobotDescription> description;  // visuals and source locations; not read by engines
   std::shared_ptr<const Model> model;
   std::vector<std::vector<CollisionShape>> shapes;  // [links]
   Pose X_WR = Pose::Identity();                     // links[0] of the model, which does not move
-  Eigen::VectorXd q0;                               // [nq] the pose at reset
+  Eigen::VectorXd q0;                               // [nq] rad, m: the configuration at reset
   std::vector<ServoParameters> servos;              // [joints]
   bool self_collision = true;
   // A floating joint from the root moves along z so that the lowest point of the shapes lies on the ground;
   // where X_WR is not the identity, it is only lifted out of the ground.
   bool set_on_ground = false;
 
-  // One body that nothing drives: its model has one link, beside the "world" that a floating one hangs on.
+  // One body without drives: its model has one link, besides the "world" above a floating one.
   [[nodiscard]] bool is_object() const;
-  // The link that stands for the instance: the root, or what floats.
+  // The root link, or the child of the floating joint.
   [[nodiscard]] int base_link() const;
   [[nodiscard]] bool floating() const;  // its base moves freely
 };
 
 struct InstanceOptions {
-  std::string name;  // empty: the description's
-  Pose X_WR = Pose::Identity();
+  std::string name;                      // empty: the description's
+  Pose X_WR = Pose::Identity();          // links[0] of the model in the world
   Eigen::VectorXd q0;                    // empty: Model::neutral()
   std::vector<ServoParameters> servos;   // empty: choose_servos() under `gravity`
   Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2, world axes
   bool self_collision = true, set_on_ground = false;
 };
 
-// A mesh that cannot be read, or a shape without a size, is a warning with its place: nothing collides there.
+// A mesh that cannot be read, or a shape without a size, is left out with a warning at its place.
 DOPPEL_API ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
                                        std::shared_ptr<const Model> model, const InstanceOptions& options,
                                        CollisionMeshes& meshes, Diagnostics& diagnostics);
 
-// An object: loose where it has a mass, else fixed to the world. Throws InputError: a mesh that cannot be
-// read, no size, a mass below 1e-9 kg that is not 0, numbers that are not finite.
+// An object: it moves freely if it has a mass, else it is fixed to the world. Throws InputError: a mesh that
+// cannot be read, no size, a mass below 1e-9 kg that is not 0, numbers that are not finite.
 DOPPEL_API ModelInstance make_instance(const WorldObject& object, CollisionMeshes& meshes,
                                        Diagnostics& diagnostics);
 

@@ -1,4 +1,4 @@
-// What the MuJoCo module offers beside the contract, looked up in it.
+// The functions of mujoco_extras.h, looked up in the MuJoCo module.
 
 #include "doppel/physics/mujoco_extras.h"
 

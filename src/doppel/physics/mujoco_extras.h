@@ -1,5 +1,5 @@
 #pragma once
-// What the MuJoCo module offers beside the contract, for the benchmark and for tests against independent
+// Functions of the MuJoCo module beyond the contract, for the benchmark and for tests against independent
 // dynamics. Precondition of both: the engine is MuJoCo's.
 
 #include <span>
@@ -10,11 +10,12 @@
 namespace doppel {
 
 // Steps a copy of the engine's data on the same compiled model with mj_step alone, from the current state
-// with the controls of the last step, and returns steps per second.
+// with the controls of the last step. Returns steps per second of wall-clock time.
 DOPPEL_API double measure_bare_step_rate(const Engine& engine, int steps);
 
-// MuJoCo's own inverse dynamics at the engine's state for the acceleration [nv of all instances]: tau that
-// gives it against gravity, bias, damping, friction and contacts. The world has no floating joint.
+// MuJoCo's own inverse dynamics at the engine's state: the tau (N m, N) that gives the acceleration (rad/s^2,
+// m/s^2; both [nv of all instances]) against gravity, bias, damping, friction and contacts. Precondition: the
+// world has no floating joint.
 DOPPEL_API void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> acceleration,
                                         std::span<double> tau);
 

@@ -8,7 +8,7 @@
 namespace doppel {
 namespace {
 
-// Largest torque [joints] that gravity asks of each drive over the sampled configurations.
+// Largest load of gravity on each drive over the sampled configurations, [joints] N m or N.
 Eigen::VectorXd largest_gravity(const Model& model, const Eigen::Vector3d& gravity) {
   Data data(model);
   Eigen::VectorXd torques;
@@ -21,11 +21,11 @@ Eigen::VectorXd largest_gravity(const Model& model, const Eigen::Vector3d& gravi
   return largest;
 }
 
-// What a joint carries when its link stands on the ground: the rest of a robot with a floating root, about
-// the joint's axis at the neutral pose. Zero for joints that lead to nothing near the ground.
+// Load on a joint whose link stands on the ground: the rest of a robot with a floating root, about the
+// joint's axis at the neutral pose. Zero for joints whose subtree has no link near the ground.
 struct Standing {
   Eigen::VectorXd inertia;  // [joints] kg m^2 or kg
-  Eigen::VectorXd load;     // [joints] N m or N: its weight at the longest lever
+  Eigen::VectorXd load;     // [joints] N m or N: weight times the whole lever, as if it were horizontal
 };
 
 constexpr double kNearGround = 0.15;  // of the robot's height above its lowest link

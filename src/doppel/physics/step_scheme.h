@@ -1,5 +1,5 @@
 #pragma once
-// How one step of the world is taken: a W-method, explicit in what turns and pulls the bodies, linearly
+// The integration of one step: a W-method, explicit in the forces of the rigid-body dynamics and linearly
 // implicit in the springs and dampers of single joints (drives, joint damping, limit stops).
 //
 //   k_i = F(u + h sum_j<i alpha_ij k_j) + h J sum_j<=i gamma_ij k_j,   u_next = u + h sum_i b_i k_i
@@ -26,15 +26,15 @@ struct DOPPEL_API StepScheme {
   Table alpha{}, gamma{};  // strictly lower triangular; lower triangular with `diagonal` on the diagonal
   std::array<double, kMaxStages> b{};
   double diagonal = 1;
-  // Semi-implicit Euler: positions move with the velocity of the step's end, springs count at the position of
-  // its start. False: springs are implicit as dampers are.
+  // Semi-implicit Euler: positions move with the velocity of the step's end, and springs are evaluated at the
+  // position of its start. False: springs are implicit like dampers.
   bool semi_implicit = false;
 
-  [[nodiscard]] double time(int stage) const;       // c_i = sum_j alpha_ij
+  [[nodiscard]] double time(int stage) const;       // c_i = sum_j alpha_ij, in steps
   [[nodiscard]] double gamma_sum(int stage) const;  // sum_j<=i gamma_ij
 };
 
-// `implicit` has the scheme of `euler`; what it does beside it is the engine's.
+// `implicit` has the scheme of `euler`; the engine adds the derivatives of Coriolis forces.
 DOPPEL_API const StepScheme& step_scheme(Integrator integrator);
 
 }  // namespace doppel

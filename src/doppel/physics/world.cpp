@@ -13,7 +13,7 @@
 namespace doppel {
 namespace {
 
-// Reads one file and collects everything that is wrong with it.
+// Reads one file and collects all of its errors.
 class WorldReader {
  public:
   WorldReader(const std::filesystem::path& file, PackageResolver& resolver)
@@ -219,7 +219,7 @@ class WorldReader {
     return 0;
   }
 
-  // What stands beside the world file is meant before what bears the name elsewhere.
+  // A file next to the world file has priority over a package or bundled robot of the same name.
   [[nodiscard]] std::string file_or_name(const std::string& written) const {
     std::error_code none;
     const std::filesystem::path beside = folder_ / written;

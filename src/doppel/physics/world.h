@@ -1,6 +1,6 @@
 #pragma once
-// The world robots stand in: gravity, ground, step, loose or fixed objects, and robots. Written as YAML
-// (docs/worlds.md).
+// The environment of the robots: gravity, ground, step, free or fixed objects, and the robots themselves. A
+// world file is YAML (docs/worlds.md).
 
 #include <Eigen/Core>
 #include <filesystem>
@@ -20,27 +20,27 @@ namespace doppel {
 struct WorldObject {
   std::string name;
   Geometry shape;                // mesh: its convex hull collides
-  Pose X_WO = Pose::Identity();  // where it is put, also by a reset
+  Pose X_WO = Pose::Identity();  // initial pose, also after a reset
   Pose X_OS = Pose::Identity();  // the shape in the object's frame
   double mass = 0;               // kg; 0: fixed to the world
   double friction = 0.8;         // Coulomb
   Eigen::Vector4d rgba{0.55, 0.6, 0.65, 1.0};
-  SourceLocation source;  // in the world file; unknown: put in while the world runs
+  SourceLocation source;  // in the world file; unknown: spawned while the world runs
 };
 
-// How a step is taken (physics/step_scheme.h, docs/physics.md). Springs and dampers of joints are implicit in
-// all of them.
+// The integration of a step (physics/step_scheme.h, docs/physics.md). Springs and dampers of joints are
+// implicit in all of them.
 enum class Integrator {
   euler,     // semi-implicit, order 1, one evaluation of the forward dynamics: the default
-  midpoint,  // order 2, two; a step that begins with a contact or against a stop is euler's
-  rk4,       // order 4, four; against a stop that has a stiffness too
+  midpoint,  // order 2, two; euler in a step that begins with a robot in contact or against a stiff stop
+  rk4,       // order 4, four; euler in a step that begins against a stop with a stiffness
   implicit,  // euler with the derivatives of Coriolis forces, at about twice its cost
 };
 inline constexpr const char* kIntegratorNames[] = {"euler", "midpoint", "rk4", "implicit"};
 inline const char* name_of(Integrator integrator) {
   return kIntegratorNames[static_cast<int>(integrator)];
 }
-// Throws InputError of `rule` at `where`, with the nearest name, where there is no such integrator.
+// Throws InputError (`rule` at `where`, with the nearest name) if there is no such integrator.
 DOPPEL_API Integrator integrator_named(const std::string& name, const std::string& rule,
                                        const SourceLocation& where = {});
 
@@ -48,21 +48,21 @@ inline constexpr double kMinStep = 1e-6, kMaxStep = 0.02;  // s
 
 struct WorldSettings {
   std::string name = "empty";
-  Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2
+  Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2, world axes
   Duration step{1'000'000};              // 1 ms
   Integrator integrator = Integrator::euler;
-  bool ground = true;  // an endless plane at z = 0
-  double ground_friction = 0.8;
+  bool ground = true;            // an infinite plane at z = 0
+  double ground_friction = 0.8;  // Coulomb
 };
 
 struct DOPPEL_API World : WorldSettings {
-  Pose X_WR = Pose::Identity();  // the root link of a robot that nothing else places
+  Pose X_WR = Pose::Identity();  // root link of a robot without a pose of its own
   std::vector<WorldObject> objects;
   std::vector<WorldRobot> robots;
 };
 
-// Reads and checks a world file; unknown keys, wrong types and impossible values are InputErrors with line
-// and column.
+// Reads and checks a world file. Throws InputError, with line and column, for unknown keys, wrong types
+// and impossible values.
 DOPPEL_API World load_world(const std::filesystem::path& file, PackageResolver& resolver);
 
 }  // namespace doppel

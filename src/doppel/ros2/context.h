@@ -1,6 +1,6 @@
 #pragma once
-// A program of its own in a ROS 2 graph, without ROS: the Context is its place on the network and its thread,
-// nodes (node.h) live in it. See examples/03_controller_node and docs/ros2_client.md.
+// The client library for user programs in a ROS 2 graph, without an installation of ROS: a Context has the
+// participant and the thread of its nodes (node.h). See examples/03_controller_node and docs/ros2_client.md.
 //
 //   doppel::ros2::Context context(argc, argv);
 //   doppel::ros2::Node node(context, "talker");
@@ -8,8 +8,8 @@
 //   const auto timer = node.create_wall_timer(1s, [&] { chatter.publish({"hello"}); });
 //   context.spin();
 //
-// Everything runs on the thread that made the context: callbacks run while it spins, and nowhere else. What a
-// callback throws leaves the function that spins; spinning in a callback throws std::logic_error.
+// Everything runs on the thread that made the context: callbacks run only while it spins. An exception of a
+// callback leaves the spinning function; spinning in a callback throws std::logic_error.
 
 #include <chrono>
 #include <exception>
@@ -36,18 +36,18 @@ struct ContextOptions {
   bool log_to_stderr = true;
 };
 
-// Runs while it is kept and its context spins. Late calls are not made up for.
+// Runs as long as the object exists and its context spins. Missed calls are skipped.
 class DOPPEL_API Timer {
  public:
   using Clock = std::chrono::steady_clock;
-  // `by_wall`: by the wall clock, else by ROS time, which may be simulated.
+  // `by_wall`: in wall-clock time, else in ROS time, which may be simulated.
   Timer(std::chrono::nanoseconds period, bool by_wall, Time ros_now, std::function<void()> callback);
 
   void cancel() { canceled_ = true; }
   void reset(Time ros_now);  // the next call is a period from now, also after cancel()
   [[nodiscard]] bool is_canceled() const { return canceled_; }
 
-  // The context asks: whether a call is due, which then counts as made; how long it is until the next.
+  // For the context: whether a call is due, which then counts as made; the time until the next one.
   bool take_due(Time ros_now);
   [[nodiscard]] std::chrono::nanoseconds left(Time ros_now) const;
   void call() const { callback_(); }
@@ -62,39 +62,39 @@ class DOPPEL_API Timer {
 
 class DOPPEL_API Context {
  public:
-  // As ROS 2 starts a program: `--ros-args ...` and ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE and the
-  // like. Throws InputError where one of them cannot be used. A network that cannot be used is a warning.
+  // Reads `--ros-args ...` and ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE and so on, like programs of ROS
+  // 2. Throws InputError if one of them is invalid. An unusable network is a warning.
   Context(int argc, const char* const* argv);
   explicit Context(ContextOptions options = {});
   ~Context();  // after its nodes
   Context(const Context&) = delete;
   Context& operator=(const Context&) = delete;
 
-  // False from Ctrl-C or shutdown() on; whatever spins then returns.
+  // False after Ctrl-C or shutdown(); spinning functions then return.
   [[nodiscard]] bool ok() const;
   void shutdown();  // any thread
 
-  // The command line without the program's name and what was ROS 2's.
+  // The command line without the program's name and ROS 2's arguments.
   [[nodiscard]] const std::vector<std::string>& arguments() const;
 
   void spin();  // until !ok()
   void spin_some();
   void spin_for(std::chrono::nanoseconds time);
-  // Until it holds; false: the time was over before, or !ok().
+  // Spins until the condition holds; false: the time is over, or !ok().
   bool spin_until(const std::function<bool()>& condition, std::chrono::nanoseconds at_most);
 
-  // What is known of the network. As others: a node's own ends are in it too.
+  // The present graph, including this program's own endpoints.
   [[nodiscard]] std::shared_ptr<const GraphSnapshot> graph() const;
   [[nodiscard]] NetworkStatus network() const;
 
-  // -- what nodes (node.h) are made of
+  // -- for nodes (node.h)
   [[nodiscard]] Bus& bus();
   [[nodiscard]] Bridge& bridge();
   [[nodiscard]] bool is_logged(Severity severity) const;  // by --log-level
   // A line of a node's log, as rclcpp prints it.
   void log(Severity severity, const std::string& node, const std::string& text) const;
   [[nodiscard]] ParameterOverrides overrides_for(const doppel::Node& node) const;
-  // Keeps what `callback` throws for whoever spins.
+  // Runs `callback` and keeps its exception for the spinning function.
   template <class Callback>
   void run(const Callback& callback) {
     try {
@@ -104,7 +104,7 @@ class DOPPEL_API Context {
     }
   }
   void add(const std::shared_ptr<Timer>& timer);
-  // What /clock says, for the nodes that use it: then the bus's stamps say so too.
+  // Sets the time of /clock for nodes that use it; the bus's stamps then use it, too.
   void set_sim_time(Time now);
   [[nodiscard]] std::optional<Time> sim_time() const;
 

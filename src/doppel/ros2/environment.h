@@ -1,7 +1,7 @@
 #pragma once
-// What ROS 2's environment variables say of the network: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE
-// (doppel's default is LOCALHOST), ROS_LOCALHOST_ONLY (deprecated, wins where it is set, as in rmw),
-// ROS_STATIC_PEERS.
+// ROS 2's environment variables for the network: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE
+// (doppel's default is LOCALHOST), ROS_LOCALHOST_ONLY (deprecated, has priority if it is set, as
+// in rmw), ROS_STATIC_PEERS.
 
 #include <chrono>
 #include <cstdint>
@@ -14,7 +14,7 @@
 
 namespace doppel::ros2 {
 
-inline constexpr std::uint32_t kLastDomain = 232;  // beyond it RTPS has no ports left
+inline constexpr std::uint32_t kLastDomain = 232;  // with a larger one RTPS's ports exceed 65535
 
 enum class DiscoveryRange { off, localhost, subnet, system_default };
 
@@ -23,19 +23,19 @@ struct ParticipantOptions {
   DiscoveryRange range = DiscoveryRange::localhost;
   std::vector<std::string> static_peers;  // addresses or host names
   std::string enclave = "/";
-  std::chrono::milliseconds lease{20000};  // after which a silent peer drops us; Fast DDS' default
-  // Asked while the hosts among static_peers are looked up, which may take long; may be empty.
+  std::chrono::milliseconds lease{20000};  // after which peers drop a silent participant; Fast DDS's default
+  // Called while the host names of static_peers are looked up, which may take long; may be empty.
   std::function<bool()> is_cancelled;
 };
 
-// Throws InputError for a value that ROS 2 would refuse; what is deprecated or ignored becomes a diagnostic.
+// Throws InputError for a value that ROS 2 rejects; deprecated or ignored values are diagnostics.
 // `lookup` is getenv.
 DOPPEL_API ParticipantOptions from_environment(const std::function<const char*(const char*)>& lookup,
                                                Diagnostics& diagnostics);
 
-// Fast DDS reads FASTDDS_STATISTICS itself, and would count what peers say that they have sent and end the
-// process where it finds that impossible: unsets it. Before the first thread is started, for other threads
-// may read the environment; a participant is refused while the variable is set.
+// Unsets FASTDDS_STATISTICS, because Fast DDS reads it itself, counts the samples that peers report to have
+// sent, and ends the process if it finds the numbers impossible. Called before the first thread is started,
+// because other threads may read the environment; no participant is made while the variable is set.
 DOPPEL_API void forget_statistics();
 
 // "localhost", "subnet": for banners.

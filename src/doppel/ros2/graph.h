@@ -1,6 +1,6 @@
 #pragma once
-// Who is on the network, in ROS 2's words: nodes and what each offers, as rmw_dds_common joins them from DDS'
-// discovery and the topic ros_discovery_info (rmw_dds_common/msg/ParticipantEntitiesInfo, transient local).
+// The nodes on the network and their endpoints, as rmw_dds_common combines them from DDS discovery and the
+// topic ros_discovery_info (rmw_dds_common/msg/ParticipantEntitiesInfo, transient local).
 
 #include <memory>
 #include <string>
@@ -25,11 +25,11 @@ struct OwnNode {
   std::vector<Gid> readers{}, writers{};
 };
 
-inline constexpr const char* kUnknownNode = "_NODE_NAME_UNKNOWN_";  // ROS 2's word
+inline constexpr const char* kUnknownNode = "_NODE_NAME_UNKNOWN_";  // as in ROS 2
 
 struct GraphEndpoint {
-  // "/ns/name"; where no node claims it, kUnknownNode, or "_CREATED_BY_BARE_DDS_APP_" if its participant is
-  // none of ROS 2.
+  // "/ns/name"; without a node kUnknownNode, or "_CREATED_BY_BARE_DDS_APP_" if its participant is not
+  // of ROS 2.
   std::string node;
   std::string type;       // "sensor_msgs/msg/JointState"
   std::string type_hash;  // of a service's endpoint: of the request
@@ -49,14 +49,15 @@ struct GraphService {
 
 class DOPPEL_API Graph {
  public:
-  // Announces the own nodes and reads the others'. `participant` has to outlive it.
+  // Announces the own nodes and reads those of others. `participant` outlives the graph. Throws NetworkError.
   explicit Graph(Participant& participant);
   ~Graph();
 
-  // Told to the network if they differ from the last ones. The thread of update().
+  // Sets the own nodes, announced if they differ from the last ones. The thread of update().
   void set_own_nodes(std::vector<OwnNode> nodes);
 
-  // Takes what has come; true if anything changed, by discovery too. The thread of the participant's readers.
+  // Reads received announcements; true: something changed, also by discovery. The thread of
+  // the participant's readers.
   bool update();
   // As of the last update(). Sorted by name; a service is listed once, by its requests.
   [[nodiscard]] const std::vector<GraphNode>& nodes() const;

@@ -1,6 +1,6 @@
 #pragma once
-// Any ROS 2 graph, as the command line's verbs see it: a hidden node ("/_doppel_<pid>") of a participant of
-// its own. Endpoints are made when they are requested, with a QoS that meets what is there, as ros2cli does.
+// Access of the command line's verbs to any ROS 2 graph: a hidden node ("/_doppel_<pid>") with its own
+// participant. Endpoints are made on request, with a QoS compatible with the existing ones, as in ros2cli.
 
 #include <chrono>
 #include <functional>
@@ -19,11 +19,11 @@ namespace doppel::ros2 {
 
 struct GraphClientOptions {
   ParticipantOptions network;
-  // How long to look who is there; nothing: until no news have come for a short while, 2 s at most, or 5 s
-  // where somebody has not said yet what nodes it has.
+  // Duration of the initial discovery; nullopt: until nothing new is discovered for a short time, at most 2
+  // s, or 5 s if a participant has not announced its nodes yet.
   std::optional<std::chrono::milliseconds> spin_time;
-  std::chrono::milliseconds timeout{5000};                    // for what should come at once
-  std::function<bool()> interrupted;                          // asked every 20 ms or so; may be empty
+  std::chrono::milliseconds timeout{5000};                    // for responses without a limit of their own
+  std::function<bool()> interrupted;                          // called about every 20 ms; may be empty
   std::function<void(const std::string& warning)> on_status;  // may be empty
 };
 
@@ -32,16 +32,16 @@ class DOPPEL_API GraphClient : public BufferedClient {
   using MakeParticipant = std::function<std::unique_ptr<Participant>(const ParticipantOptions& options,
                                                                      std::function<void()> on_activity)>;
 
-  // Returns when it knows who is there. Throws ClientError where there is no usable network.
+  // Returns after the initial discovery. Throws ClientError without a usable network.
   explicit GraphClient(GraphClientOptions options, const MakeParticipant& make = make_participant);
-  // What was published last has a moment to reach its readers.
+  // Waits a short time for the last published messages to reach their readers.
   ~GraphClient() override;
   GraphClient(const GraphClient&) = delete;
   GraphClient& operator=(const GraphClient&) = delete;
 
   [[nodiscard]] std::vector<std::string> nodes() override;
-  // A type that is not compiled in, or compiled in differently (its hash differs), is asked of the nodes that
-  // use it (~/get_type_description).
+  // A type that is not compiled in, or whose compiled version has another hash, is requested from the nodes
+  // that use it (~/get_type_description).
   [[nodiscard]] const TypeSupport& message_type(const std::string& topic) override;
 
   void subscribe(const std::string& topic) override;
@@ -49,15 +49,15 @@ class DOPPEL_API GraphClient : public BufferedClient {
   [[nodiscard]] bool wait_until(const std::function<bool()>& condition,
                                 std::chrono::steady_clock::time_point until) override;
 
-  // The first message of a topic waits until all subscriptions that are known are matched. DDS tells no
-  // refusals: sync() does nothing.
+  // The first message of a topic waits until all known subscriptions are matched. sync() does nothing,
+  // because DDS reports no refusals.
   void publish(const std::string& topic, const std::string& type, std::span<const std::byte> cdr) override;
   void sync() override {}
 
-  // Waits for a server within reach. One that goes before it has answered makes a refusal.
+  // Waits for a reachable server. If it disappears before its response, the call is refused.
   std::uint32_t begin_call(const std::string& service, std::span<const std::byte> request) override;
 
-  // Nodes without parameter services are left out, those that do not answer are reported.
+  // Nodes without parameter services are left out; those that do not respond are reported.
   std::vector<NamedParameter> parameters() override;
   std::vector<NamedParameter> parameters(const std::string& node) override;
   Status set_parameter(const std::string& node, const std::string& name,

@@ -1,10 +1,10 @@
 #pragma once
-// A node of one's own, as rclcpp has it: it publishes, subscribes, serves and calls, has parameters that
-// others can list and set, says its log on /rosout. For what everything runs on, see context.h.
+// A node of a user program, as in rclcpp: publishers, subscriptions, services, clients, parameters, and a log
+// on /rosout. For threads see context.h.
 //
-// Subscriptions, services and action servers live as long as their node; publishers and clients are handles,
-// good as long as it. Names are relative to the namespace, private ("~/x") or absolute, and `--ros-args -r`
-// renames them.
+// Subscriptions, services and action servers exist as long as their node; publishers and clients are handles
+// that are valid as long as the node. Names are relative to the namespace, private ("~/x") or absolute, and
+// are remapped by `--ros-args -r`.
 
 #include <future>
 #include <memory>
@@ -23,9 +23,9 @@ class Publisher {
  public:
   Publisher() = default;
   void publish(const M& message) const { on_bus_.publish(message, context_->bus().now()); }
-  // How many subscriptions of others get what is published from now on.
+  // The number of subscriptions of others that get later messages.
   [[nodiscard]] std::size_t subscription_count() const { return context_->bridge().matches(topic_).readers; }
-  // Spins until there are so many; false: the time was over before.
+  // Spins until there are that many; false: the time is over.
   bool wait_for_subscriptions(std::size_t count, std::chrono::nanoseconds at_most) const {
     return context_->spin_until([&] { return subscription_count() >= count; }, at_most);
   }
@@ -39,7 +39,7 @@ class Publisher {
   doppel::Publisher<M> on_bus_;
 };
 
-// Calls a service; requests are answered while the context spins.
+// A client of a service; responses are handled while the context spins.
 template <Service S>
 class Client {
  public:
@@ -48,12 +48,12 @@ class Client {
 
   Client() = default;
   [[nodiscard]] bool service_is_ready() const { return remote_->is_available(); }
-  // Spins until it is; false: the time was over before.
+  // Spins until a server is ready; false: the time is over.
   bool wait_for_service(std::chrono::nanoseconds at_most) const {
     return context_->spin_until([this] { return service_is_ready(); }, at_most);
   }
 
-  // What is sent while no server is ready is lost, and then nothing ever answers.
+  // A request without a ready server is lost and never gets a response.
   void async_send_request(const Request& request, std::function<void(const Response&)> callback) const {
     send(request, std::move(callback));
   }
@@ -62,7 +62,7 @@ class Client {
     send(request, [promise](const Response& response) { promise->set_value(response); });
     return promise->get_future();
   }
-  // Waits for a server and its answer, spinning; nothing: neither came in time. Not for callbacks.
+  // Spins until a server is ready and its response is here; nullopt: the time is over. Not in callbacks.
   std::optional<Response> call(const Request& request, std::chrono::nanoseconds at_most) const {
     const auto begin = std::chrono::steady_clock::now();
     if (!wait_for_service(at_most)) return std::nullopt;
@@ -78,7 +78,7 @@ class Client {
   Client(Context& context, std::shared_ptr<RemoteService> remote)
       : context_(&context), remote_(std::move(remote)) {}
 
-  // An answer that cannot be read is thrown into the context as std::runtime_error.
+  // A response that cannot be decoded is a std::runtime_error of the spinning function.
   std::uint64_t send(const Request& request, std::function<void(const Response&)> callback) const {
     return remote_->call(to_cdr(request), [context = context_, call = std::move(callback)](const Bytes& cdr) {
       context->run([&] {
@@ -96,13 +96,13 @@ class Client {
 
 class DOPPEL_API Node {
  public:
-  // "talker", or "arm" in the namespace "/left". Throws InputError for a name that ROS 2 does not allow.
+  // "talker", or "arm" in the namespace "/left". Throws InputError for a name that is invalid in ROS 2.
   explicit Node(Context& context, std::string_view name, std::string_view name_space = "");
   ~Node();
   Node(const Node&) = delete;
   Node& operator=(const Node&) = delete;
 
-  [[nodiscard]] const std::string& name() const { return node_->name(); }  // "/left/arm", as renamed
+  [[nodiscard]] const std::string& name() const { return node_->name(); }  // "/left/arm", after remapping
   [[nodiscard]] Context& context() const { return context_; }
 
   // -- topics
@@ -117,16 +117,17 @@ class DOPPEL_API Node {
   }
 
   // -- time
-  // ROS time: the wall's, or, with the parameter use_sim_time, what /clock says (zero before it does).
+  // ROS time: wall-clock time, or, with the parameter use_sim_time, the time of /clock (zero before
+  // its first message).
   [[nodiscard]] Time now() const;
-  // Run while they are kept.
+  // Timers run as long as the returned object exists.
   [[nodiscard]] std::shared_ptr<Timer> create_wall_timer(std::chrono::nanoseconds period,
                                                          std::function<void()> callback);
   [[nodiscard]] std::shared_ptr<Timer> create_timer(std::chrono::nanoseconds period,  // by now()
                                                     std::function<void()> callback);
 
   // -- services
-  // What the callback throws reaches whoever spins; the request then stays unanswered.
+  // An exception of the callback leaves the spinning function; the request then gets no response.
   template <Service S>
   void create_service(std::string_view service,
                       std::function<void(const typename S::Request&, typename S::Response&)> callback) {
@@ -146,7 +147,7 @@ class DOPPEL_API Node {
   }
 
   // -- actions; their clients: action_client.h
-  // A callback that throws refuses.
+  // A callback that throws refuses the goal.
   template <Action A>
   [[nodiscard]] std::unique_ptr<ActionServer<A>> create_action_server(
       std::string_view action, typename ActionServer<A>::Callbacks callbacks) {
@@ -164,9 +165,9 @@ class DOPPEL_API Node {
     return std::make_unique<ActionServer<A>>(*node_, action, std::move(callbacks));
   }
 
-  // -- parameters; others read and set them by the node's services
+  // -- parameters, which others read and set by the node's services
   // The value of the command line or of a parameter file if there is one, else `initial`. Throws InputError
-  // where its type does not fit, std::logic_error if it is declared already. `T` is one of ParameterValue's.
+  // if its type does not match, std::logic_error if it is already declared. `T` is one of ParameterValue's.
   template <class T>
   T declare_parameter(const std::string& parameter, T initial, const std::string& description = "") {
     return std::get<T>(declare(parameter, ParameterValue(std::move(initial)), description));
@@ -180,7 +181,7 @@ class DOPPEL_API Node {
   Status set_parameter(std::string_view parameter, ParameterValue value) {
     return node_->parameters().set(parameter, std::move(value));
   }
-  // After a change, by whomever.
+  // Called after every change.
   void on_parameter_change(
       std::function<void(const std::string& name, const ParameterValue& value)> listener);
 
@@ -195,7 +196,7 @@ class DOPPEL_API Node {
     log(Severity::error, text, where);
   }
 
-  // What it is made of.
+  // The node on the bus.
   [[nodiscard]] doppel::Node& on_bus() { return *node_; }
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// Quality of service as ROS 2 says it (rmw_qos_profile_t), and whether two ends of a topic can meet.
+// Quality of service as in ROS 2 (rmw_qos_profile_t), and the compatibility of two endpoints.
 
 #include <chrono>
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace doppel::ros2 {
 
 enum class Reliability : std::uint8_t { reliable, best_effort };
 enum class Durability : std::uint8_t { volatile_, transient_local };
-// unknown: what a peer has does not cross the network; its depth is 0.
+// unknown: the history of a peer is not part of discovery; its depth is 0.
 enum class History : std::uint8_t { keep_last, keep_all, unknown };
 enum class Liveliness : std::uint8_t { automatic, manual_by_topic };
 
@@ -29,7 +29,7 @@ struct QosProfile {
 };
 
 // rmw's profiles: rmw_qos_profile_default, _sensor_data, _services_default, _parameter_events; "latched" is
-// what /tf_static and /robot_description use.
+// that of /tf_static and /robot_description.
 constexpr QosProfile default_qos() {
   return {};
 }
@@ -46,11 +46,12 @@ constexpr QosProfile latched_qos(std::size_t depth = 1) {
   return {.durability = Durability::transient_local, .depth = depth};
 }
 
-// The policy for which they cannot meet, as rclcpp names it ("RELIABILITY_QOS_POLICY"); of several the one
-// that DDS numbers last, as it tells rclcpp. "": they can.
+// The incompatible policy by rclcpp's name ("RELIABILITY_QOS_POLICY"); of several the one with the highest
+// DDS id, which DDS reports to rclcpp. "": they are compatible.
 DOPPEL_API std::string_view incompatible_policy(const QosProfile& offered, const QosProfile& wanted);
 
-// Why a reader that requests `wanted` gets nothing from a writer that offers `offered`; "": they match.
+// The reason why a reader that requests `wanted` does not match a writer that offers `offered`;
+// "": they match.
 DOPPEL_API std::string incompatibility(const QosProfile& offered, const QosProfile& wanted);
 
 }  // namespace doppel::ros2

@@ -26,7 +26,7 @@ bool is_address(std::string_view text, int family) {
   return inet_pton(family, std::string(text).c_str(), address.data()) == 1;
 }
 
-// Takes as long for a token that is nearly right as for one that is all wrong.
+// Comparison in constant time, so that the duration does not reveal how much of a token is right.
 bool same_secret(std::string_view given, std::string_view secret) {
   volatile unsigned difference = given.size() == secret.size() ? 0 : 1;
   for (std::size_t i = 0; i < secret.size(); ++i) {
@@ -59,7 +59,7 @@ Admission::Admission(std::string bound, bool loopback, std::string token, std::u
     : bound_(lowered(bound)),
       machine_(machine_name()),
       token_(std::move(token)),
-      cookie_name_(fmt::format("doppel_{}", port)),  // browsers keep one jar for all ports of a host
+      cookie_name_(fmt::format("doppel_{}", port)),  // browsers share cookies between all ports of a host
       loopback_(loopback) {}
 
 Status Admission::check(const Credentials& who) const {

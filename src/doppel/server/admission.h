@@ -1,11 +1,11 @@
 #pragma once
-// Which clients the server accepts: what a request's Host, Origin and token have to be. Knows nothing of
-// sockets.
+// Decides which clients the server accepts, by the Host, Origin and token of a request.
+// Independent of sockets.
 //
-// On loopback only this machine may ask, and no page from elsewhere: neither by its Origin nor under a name
-// that was made to point here (DNS rebinding), which shows in Host. On any other address everybody who asks
-// needs the token, the Origin has to be the page's own, and Host has to be an address or a name of this
-// machine.
+// On loopback only programs and pages of this machine are accepted: a page from elsewhere is rejected by its
+// Origin, and one under a name that resolves to this machine (DNS rebinding) by its Host. On any other
+// address every client needs the token, the Origin has to be that of the served page, and Host has to be an
+// address or a name of this machine.
 
 #include <cstdint>
 #include <optional>
@@ -19,7 +19,7 @@ namespace doppel {
 
 struct Credentials {
   std::string_view host, target, cookies;
-  std::optional<std::string_view> origin;  // browsers send one, other programs need not
+  std::optional<std::string_view> origin;  // sent by browsers, optional for other programs
 };
 
 class DOPPEL_API Admission {
@@ -28,10 +28,10 @@ class DOPPEL_API Admission {
   // that check_token() has passed.
   Admission(std::string bound, bool loopback, std::string token, std::uint16_t port);
 
-  // Refused with what to tell the one who asks.
+  // Refuses with the reason for the client.
   [[nodiscard]] Status check(const Credentials& who) const;
-  // What to set for one who came with the token in the address, so that what the page loads needs it no more;
-  // "": nothing.
+  // The cookie for a client with the token in the address, so that the page's further requests do not need
+  // the token there; "": none.
   [[nodiscard]] std::string cookie_for(std::string_view target) const;
 
  private:
@@ -44,13 +44,13 @@ class DOPPEL_API Admission {
 
 // 128 bits of the system's randomness, in hexadecimal.
 DOPPEL_API std::string make_token();
-// Refused: too short, or with characters that an address or a cookie would have to escape.
+// Refuses a token that is too short, or has characters that must be escaped in an address or a cookie.
 DOPPEL_API Status check_token(std::string_view token);
 constexpr std::size_t kMinTokenLength = 16;
 
-// "localhost:8700", "127.0.0.1", "[::1]:8700": the Host header of a request that was meant for this machine.
+// Whether a Host header is one of this machine: "localhost:8700", "127.0.0.1", "[::1]:8700".
 DOPPEL_API bool is_local_host(std::string_view host);
-// The Origin header of a page from this machine.
+// Whether an Origin header is that of a page from this machine.
 DOPPEL_API bool is_local_origin(std::string_view origin);
 // The name or address in a Host header, without port and brackets; "": malformed.
 DOPPEL_API std::string_view name_in_host(std::string_view host);

@@ -21,8 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Why the folder is not this user's alone, "" if it is: others must not be able to point shells at their
-// ports.
+// The reason why other users can write to the folder, "" if they cannot: they must not be able to direct
+// shells to their ports.
 std::string ownership_problem(const fs::path& folder) {
   struct stat facts {};
   if (lstat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode) || facts.st_uid != geteuid() ||
@@ -57,7 +57,7 @@ bool is_listening(const RunningTwin& twin) {
          connects(reinterpret_cast<const sockaddr*>(&v6), sizeof(v6));
 }
 
-// For this user alone: it may hold the token.
+// Readable only by this user, because it may contain the token.
 bool write_private(const fs::path& file, const std::string& text) {
   const int fd = open(file.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0600);
   if (fd < 0) return false;
@@ -108,7 +108,7 @@ Announcement::Announcement(std::string robot, std::uint16_t port, const std::str
                               {"token", token},
                               {"started", std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()}};
   const fs::path file = folder / fmt::format("{}-{}.json", getpid(), port);
-  const fs::path draft = file.string() + ".new";  // renamed when whole, so that nothing reads half of it
+  const fs::path draft = file.string() + ".new";  // renamed when complete, so that readers never get a part
   if (!write_private(draft, object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n")) {
     problem_ = fmt::format("cannot write {}: {}", draft.string(), std::strerror(errno));
     unlink(draft.c_str());

@@ -32,7 +32,7 @@ int hex_digit(char c) {
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
-// "%20" as the byte it stands for, once; an invalid escape stays as it is.
+// Decodes percent escapes once; an invalid escape is unchanged.
 std::string percent_decoded(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -52,7 +52,8 @@ bool is_companion(const fs::path& file) {
   return std::ranges::find(kCompanions, ending_of(file)) != kCompanions.end();
 }
 
-// The buffers of a glTF are called .bin, as much else is: only beside one that is offered.
+// The buffers of a glTF have the extension .bin, like many other files: only in the folder of
+// an offered glTF.
 bool is_gltf_buffer(const fs::path& file, const AssetTable& known) {
   return ending_of(file) == ".bin" && std::ranges::any_of(known.assets, [&file](const Asset& asset) {
            return ending_of(asset.file) == ".gltf" && asset.file.parent_path() == file.parent_path();
@@ -69,8 +70,8 @@ bool is_held(const fs::path& file, const AssetTable& known) {
          std::ranges::find(known.flat, file.parent_path()) != known.flat.end();
 }
 
-// `file` has no links left in it. A package installed by links (colcon build --symlink-install) lies where
-// its sources are: a folder with a package.xml of the same name is the same package.
+// `file` is resolved, without symbolic links. A package that is installed by links, as by `colcon build
+// --symlink-install`, resolves to its sources: a folder with a package.xml of the same name is the same one.
 bool may_be_in(const fs::path& file, const fs::path& root) {
   std::error_code failed;
   const fs::path folder = fs::canonical(root, failed);
@@ -94,7 +95,8 @@ void AssetLibrary::offer(RobotFiles files) {
   std::erase_if(held_, [](const auto& entry) { return entry.second.bytes.expired(); });
 }
 
-// Made without the lock: a reload offers on the loop's thread, which does not wait for the disk.
+// The table is made without the lock, because a reload calls offer() on the loop's thread, which must not
+// wait for the disk.
 std::shared_ptr<const AssetTable> AssetLibrary::table() {
   RobotFiles files;
   std::uint64_t offer = 0;
@@ -141,7 +143,7 @@ AssetLibrary::Answer AssetLibrary::read_companion(const AssetTable& known, std::
       if (!name.starts_with(prefix) || (prefix.empty() && name.find("://") != std::string_view::npos))
         continue;
       const fs::path file = (folder / name.substr(prefix.size())).lexically_normal();
-      // Judged by its name before the disk is asked, so that no answer tells what stands elsewhere.
+      // The name is checked before the disk is read, so that no answer reveals which other files exist.
       if (!may_be_had(file) || !is_held(file, known) || !fs::exists(file, none)) continue;
       if (!may_be_had(fs::canonical(file, none)))
         return refuse(uri, "it is a symbolic link to a file that is not a mesh, an image or a material");
@@ -163,7 +165,7 @@ AssetLibrary::Answer AssetLibrary::read_file(const fs::path& file, const std::ve
                   "it is outside its package (or, without one, the description's folder), and other files "
                   "are not served");
   }
-  // Not to wait for the other end of a pipe; nor to follow what may have become a link meanwhile.
+  // O_NONBLOCK does not wait for the other end of a pipe; O_NOFOLLOW rejects a link made after the check.
   const FileDescriptor opened(open(real.c_str(), O_RDONLY | O_NOFOLLOW | O_NONBLOCK | O_CLOEXEC | O_NOCTTY));
   if (!opened.is_open()) return refuse(uri, std::strerror(errno));
   const fs::path now = fs::read_symlink(fmt::format("/proc/self/fd/{}", opened.get()), failed);

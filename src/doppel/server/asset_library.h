@@ -1,8 +1,9 @@
 #pragma once
-// The files that a client may fetch: those that the loaded robot's description and its world name, and by
-// their endings the textures, materials and meshes beside them: an object that a client puts in may have any
-// mesh of the robot's packages. A request is only ever compared with this table and with the folders in it;
-// what a link or a ".." leads to has to lie in the package (or the folder of what names it) as well.
+// The files that a client may fetch: those that the loaded robot's description and its world refer to, and,
+// by their extensions, the textures, materials and meshes in the same folders, because a spawned object may
+// have any mesh of the robot's packages. A request is only compared with this table and the folders in it;
+// the target of a symbolic link or a ".." has to be inside the package (or the folder of the referring
+// file) as well.
 
 #include <cstddef>
 #include <cstdint>
@@ -20,36 +21,36 @@
 namespace doppel {
 
 struct Asset {
-  std::string uri;             // as it stands in /robot_description
+  std::string uri;             // as in /robot_description
   std::filesystem::path file;  // absolute
-  std::filesystem::path root;  // the folder that it may not leave; empty: it has done so already
+  std::filesystem::path root;  // the folder that must contain it; empty: it is outside of its package already
 };
 
 struct AssetTable {
   std::vector<Asset> assets;
-  // For what no description names, known by its ending: what URIs that begin with the first mean (the second,
-  // and what follows), and the folders that it may not leave.
+  // For files that no description refers to, selected by their extensions: URI prefixes with their folders,
+  // and the folders that must contain such a file.
   std::vector<std::pair<std::string, std::filesystem::path>> folders;
   std::vector<std::filesystem::path> roots;
-  // And these, of which no folder inside counts.
+  // Further such folders, without their subfolders.
   std::vector<std::filesystem::path> flat;
 };
 
 // A mesh that was found.
 struct MeshFile {
-  std::string uri;                   // as clients are notified of it
+  std::string uri;                   // as in the messages to clients
   std::filesystem::path file;        // absolute
   std::filesystem::path named_in{};  // absolute; empty: the description
 };
 
-// What of a description, and of the world around the robot, says which files are needed; cheap to take.
+// The references of a description, and of the world around the robot, to files; cheap to copy.
 struct RobotFiles {
   std::filesystem::path description;
   std::vector<MeshFile> meshes;
   std::vector<std::string> textures;  // URIs
 };
 DOPPEL_API RobotFiles files_of(const RobotDescription& robot);
-// Looks at the disk for where packages begin.
+// Reads the disk to find the roots of packages.
 DOPPEL_API AssetTable make_asset_table(const RobotFiles& files);
 
 // All functions may be called from any thread.
@@ -57,18 +58,18 @@ class DOPPEL_API AssetLibrary {
  public:
   static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;  // of one file
 
-  // From now on these, and no others.
+  // Replaces the offered files.
   void offer(RobotFiles files);
 
   struct Answer {
-    std::shared_ptr<const std::vector<std::byte>> bytes;  // null: refused
+    std::shared_ptr<const std::vector<std::byte>> bytes;  // nullptr: refused, with the reason in `why`
     std::string why;
   };
-  // Reads the disk. A file that somebody still holds the same bytes of is not read again.
+  // Reads the disk. An unchanged file whose bytes are still in use is not read again.
   [[nodiscard]] Answer read(std::string_view uri);
 
  private:
-  // Which bytes a file had when it was read.
+  // Identifies the content of a file when it was read.
   struct Stamp {
     std::uint64_t inode = 0, size = 0;
     std::int64_t modified = 0;  // ns
@@ -80,7 +81,8 @@ class DOPPEL_API AssetLibrary {
   };
 
   std::shared_ptr<const AssetTable> table();
-  // Of a file that no description names; no bytes and no why: there is none, or it is of no kind to hand out.
+  // A file that no description refers to. Neither bytes nor `why`: it does not exist, or is not of
+  // an allowed kind.
   Answer read_companion(const AssetTable& known, std::string_view uri, std::string_view decoded);
   Answer read_file(const std::filesystem::path& file, const std::vector<std::filesystem::path>& roots,
                    std::string_view uri);

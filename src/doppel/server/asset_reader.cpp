@@ -34,11 +34,11 @@ void AssetReader::run() {
     try {
       answer = library_->read(request.uri);
     } catch (...) {
-      answer.why = thrown_text();  // out of memory, or a file system that answers nonsense
+      answer.why = thrown_text();  // out of memory, or an error of the file system
     }
     try {
       request.done(std::move(answer));
-    } catch (...) {  // no memory to hand it on: this request stays unanswered, the next ones do not
+    } catch (...) {  // no memory for the result: only this request stays unanswered
     }
     lock.lock();
   }

@@ -1,6 +1,6 @@
 #pragma once
-// Reads assets on a thread of its own, one after the other, so that no client waits for the disk. Started by
-// the first request.
+// Reads assets on a separate thread, one after the other, so that no client waits for the disk. The first
+// request starts the thread.
 
 #include <condition_variable>
 #include <deque>
@@ -18,12 +18,12 @@ namespace doppel {
 class DOPPEL_API AssetReader {
  public:
   explicit AssetReader(std::shared_ptr<AssetLibrary> library) : library_(std::move(library)) {}
-  ~AssetReader();  // what has not been begun is dropped
+  ~AssetReader();  // drops requests that have not begun
   AssetReader(const AssetReader&) = delete;
   AssetReader& operator=(const AssetReader&) = delete;
 
   [[nodiscard]] bool offers() const { return library_ != nullptr; }
-  // `done` runs on the reader's thread.
+  // `done` is called on the reader's thread.
   void fetch(std::string uri, std::function<void(AssetLibrary::Answer)> done);
 
  private:

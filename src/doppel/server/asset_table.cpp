@@ -16,7 +16,7 @@ namespace fs = std::filesystem;
 constexpr std::array<std::string_view, 2> kPackageSchemes{"package://", "model://"};
 constexpr std::string_view kFileScheme = "file://";
 
-// "package://arm/" of "package://arm/meshes/a.stl"; "": it names no package.
+// "package://arm/" of "package://arm/meshes/a.stl"; "": the URI has no package.
 std::string package_prefix(std::string_view uri) {
   for (const std::string_view scheme : kPackageSchemes) {
     if (!uri.starts_with(scheme)) continue;
@@ -26,7 +26,7 @@ std::string package_prefix(std::string_view uri) {
   return "";
 }
 
-// The folder that `rest` begins in when it leads to `file`; empty: it leads out of it on the way.
+// The folder from which `rest` leads to `file`; empty: `rest` leaves that folder on the way.
 fs::path without(const fs::path& file, const fs::path& rest) {
   const fs::path way = rest.lexically_normal();
   fs::path folder = file;
@@ -35,8 +35,8 @@ fs::path without(const fs::path& file, const fs::path& rest) {
                                                                                             : fs::path();
 }
 
-// Without a package the folder of a description (or world file) holds all that belongs to it; or the one
-// above, where it lies in one of the folders that are called so beside meshes/.
+// Without a package, the files of a description (or world file) are in its folder, or in the one above if its
+// folder has one of the usual names next to meshes/.
 fs::path folder_around(const fs::path& description) {
   const fs::path folder = description.parent_path();
   const std::set<std::string> inner{"urdf", "xacro", "robots", "worlds"};
@@ -98,8 +98,8 @@ class TableMaker {
       roots_.insert(root);
     } else if (const fs::path way = mesh.file.lexically_relative(root);
                !way.empty() && *way.begin() != "..") {
-      // The folder of a description may hold all that its owner has: only what lies where meshes and
-      // their textures do belongs to the robot.
+      // The folder of a description may contain unrelated files of its owner: only the folders of meshes and
+      // their textures belong to the robot.
       for (const fs::path& folder : {mesh.file.parent_path(), root / "textures", root / "materials"})
         (folder == root ? flat_ : roots_).insert(folder);
     }
@@ -109,7 +109,7 @@ class TableMaker {
   fs::path root_of(const MeshFile& mesh) {
     if (const std::string prefix = package_prefix(mesh.uri); !prefix.empty()) {
       fs::path root = without(mesh.file, mesh.uri.substr(prefix.size()));
-      if (root.empty()) {  // the file of a link, or one that has left its package
+      if (root.empty()) {  // the target of a link, or a file outside of its package
         const std::size_t name = prefix.find("://") + 3;
         root = resolver_.find_package(prefix.substr(name, prefix.size() - name - 1)).path;
       }

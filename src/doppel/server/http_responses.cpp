@@ -58,8 +58,8 @@ doppel action list
 </main></body></html>
 )";
 
-// What the page may load and what it may connect to: only what comes from here, and WebSockets (a twin
-// elsewhere can be named in its address). Meshes and pictures reach it as blobs.
+// Content-Security-Policy: the page may load only files of this server, and may connect to WebSockets of any
+// host, because its address can name another twin. Meshes and images are blobs.
 constexpr std::string_view kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; "
     "connect-src 'self' ws: wss: blob:; font-src 'self'; base-uri 'none'; form-action 'none'; "

@@ -23,7 +23,7 @@ HttpSession::HttpSession(tcp::socket socket, Context& context)
     : context_(context), stream_(std::move(socket)), buffer_(2 * kMaxHeader) {
   context_.visitors.insert(this);
   error_code ignored;
-  stream_.socket().set_option(tcp::no_delay(true), ignored);  // what is said is said at once, as a client too
+  stream_.socket().set_option(tcp::no_delay(true), ignored);  // responses and frames are not delayed by Nagle
 }
 
 HttpSession::~HttpSession() {
@@ -35,7 +35,7 @@ void HttpSession::read() {
   parser_->header_limit(kMaxHeader);
   parser_->body_limit(kMaxBody);
   waiting_since_ = std::chrono::steady_clock::now();
-  // For all of the request, however slowly it drips in, and for the idle time before it.
+  // One timeout for the whole request, also if it arrives slowly, and for the idle time before it.
   stream_.expires_after(context_.options.http_timeout);
   http::async_read(stream_, buffer_, *parser_, [self = shared_from_this()](error_code failed, std::size_t) {
     self->waiting_since_ = std::chrono::steady_clock::time_point::max();
@@ -52,7 +52,7 @@ void HttpSession::close() {
 }
 
 void HttpSession::unreadable(error_code why) {
-  requests_ = kMaxRequests;  // whatever follows cannot be told from the rest of this one
+  requests_ = kMaxRequests;  // later bytes cannot be distinguished from the rest of this request
   if (why == http::error::header_limit || why == http::error::buffer_overflow)
     return reply(
         http_problem(431, fmt::format("the header of a request is larger than {} bytes", kMaxHeader)));
@@ -109,7 +109,7 @@ void HttpSession::reply(HttpResponse answer) {
   response_.set(http::field::server, "doppel");
   response_.set(http::field::cache_control, "no-store");
   response_.set("X-Content-Type-Options", "nosniff");
-  response_.set("Referrer-Policy", "no-referrer");  // the address may hold the token
+  response_.set("Referrer-Policy", "no-referrer");  // the address may contain the token
   response_.set("Cross-Origin-Resource-Policy", "same-origin");
   for (const auto& [name, value] : answer_.headers) response_.set(name, value);
   const std::string_view content = answer_.content();
@@ -130,8 +130,8 @@ void HttpSession::reply(HttpResponse answer) {
   });
 }
 
-// What the other side still sends is read for a moment: a connection closed over unread bytes is reset, and
-// the answer may be lost with it.
+// Reads for a short time what the client still sends: TCP resets a connection that is closed with unread
+// bytes, and the response may be lost.
 void HttpSession::linger() {
   stream_.async_read_some(asio::buffer(discarded_),
                           [self = shared_from_this()](error_code failed, std::size_t size) {

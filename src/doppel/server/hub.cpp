@@ -13,8 +13,8 @@ using foxglove::StatusLevel;
 
 namespace {
 
-// From the bus, before clients are written to again: after a hitch many large messages would else overflow
-// the queue of a client that is quick enough.
+// From the bus, before clients are written to again: otherwise many large messages after a delay would
+// overflow the queue of a client that is fast enough.
 constexpr std::size_t kMaxBytesAtOnce = 16384;
 constexpr std::size_t kMaxJson = std::size_t{1} << 20;  // bytes, of one payload
 
@@ -28,14 +28,14 @@ std::string_view as_text(foxglove::ByteView bytes) {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// A payload as CDR, whichever of the two encodings it came in.
+// A payload in either encoding as CDR.
 Status to_cdr_form(std::string_view encoding, const TypeSupport& type, foxglove::ByteView payload,
                    Bytes& out) {
   if (encoding == foxglove::kCdr) {
     out.assign(payload.begin(), payload.end());
     return {};
   }
-  // JSON is YAML, but YAML is more: its aliases would make gigabytes of a short text.
+  // JSON is a subset of YAML, but aliases of YAML could expand a short text to gigabytes.
   if (payload.size() > kMaxJson)
     return Status::refused(fmt::format("JSON of more than {} bytes; use cdr", kMaxJson));
   const std::string_view text = payload.empty() ? "{}" : as_text(payload);
@@ -85,7 +85,7 @@ Hub::ClientId Hub::join(ClientLink& link) {
   link.send(make_frame(foxglove::to_frame(info)));
   link.send(channels_frame_);
   link.send(services_frame_);
-  // Last: a link that could not be welcomed is not kept.
+  // Last, so that a client whose greeting throws is not kept.
   const ClientId id = next_client_++;
   Client client;
   client.link = &link;
@@ -349,7 +349,8 @@ void Hub::handle(Client& client, ClientId, const foxglove::WatchParameters& watc
 void Hub::send_data(const ChannelState& channel, Client& client, std::uint32_t subscription, Time stamp,
                     const std::shared_ptr<const Bytes>& payload) {
   OutgoingFrame frame;
-  if (!channel.latched) frame.kind = OutgoingFrame::Kind::message;  // what is latched is not sent again
+  if (!channel.latched)
+    frame.kind = OutgoingFrame::Kind::message;  // a latched one is not sent again: not skipped
   frame.head = foxglove::data_head(subscription, stamp);
   frame.head_size = frame.head.size();
   frame.owner = payload;

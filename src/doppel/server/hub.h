@@ -1,6 +1,6 @@
 #pragma once
-// What the server does, without its sockets: the clients of one twin, what each has subscribed to, advertised
-// and asked for, and the bus behind them. Lives on the server's one thread.
+// The server without its sockets: the clients of one twin with their subscriptions, advertisements and
+// requests, and the bus behind them. Used on the server's thread only, except where noted.
 
 #include <deque>
 #include <functional>
@@ -16,9 +16,9 @@
 
 namespace doppel {
 
-// One frame on its way to a client; the payload is shared between those who get it.
+// One frame to a client; clients share the payload.
 struct DOPPEL_API OutgoingFrame {
-  // A message may be skipped for a client that does not keep up; an answer and a file may not.
+  // A message may be skipped for a client that does not keep up; a response or a file may not.
   enum class Kind : std::uint8_t { answer, message, asset };
   Kind kind = Kind::answer;
   bool text = false;
@@ -32,12 +32,12 @@ struct DOPPEL_API OutgoingFrame {
 DOPPEL_API OutgoingFrame make_frame(std::string text);
 DOPPEL_API OutgoingFrame make_frame(foxglove::FrameBytes bytes);
 
-// The hub's way to a client. send() never fails and never waits.
+// The hub's connection to a client. send() never fails and never waits.
 class DOPPEL_API ClientLink {
  public:
   virtual ~ClientLink() = default;
   virtual void send(OutgoingFrame frame) = 0;
-  // Files that have been sent but are still waiting for those before them.
+  // The number of files that are queued, but not yet written to the socket.
   [[nodiscard]] virtual std::size_t unsent_assets() const = 0;
 };
 
@@ -47,14 +47,14 @@ struct HubOptions {
   std::size_t max_calls = 256;            // of one client, unanswered
   std::size_t max_advertisements = 1024;  // of one client
   std::size_t max_fetches = 4096;         // of one client, unanswered
-  std::shared_ptr<AssetLibrary> assets;   // what fetchAsset hands out; null: nothing
+  std::shared_ptr<AssetLibrary> assets;   // the files of fetchAsset; nullptr: none
 };
 
 class DOPPEL_API Hub {
  public:
   using ClientId = std::uint64_t;
-  // Runs a task on the server's thread, in order; callable from any thread, does nothing once the hub is
-  // gone.
+  // Runs a task on the server's thread, in order; callable from any thread, has no effect once the
+  // hub is destroyed.
   using Post = std::function<void(std::function<void()>)>;
 
   Hub(Bus& bus, HubOptions options, Post post);
@@ -62,32 +62,32 @@ class DOPPEL_API Hub {
   Hub(const Hub&) = delete;
   Hub& operator=(const Hub&) = delete;
 
-  // Sends server info, channels and services. `link` has to live until leave().
+  // Sends server info, channels and services. `link` must exist until leave().
   ClientId join(ClientLink& link);
   void leave(ClientId id);
   [[nodiscard]] std::size_t clients() const { return clients_.size(); }
 
-  // Refused: the frame is none of the protocol, and the client should be closed with the reason. What is
-  // well-formed but cannot be done is answered with a status message.
+  // Refused: the frame violates the protocol, and the connection should be closed with the reason. A
+  // well-formed request that cannot be fulfilled gets a status message.
   Status on_text(ClientId id, std::string_view frame);
   Status on_binary(ClientId id, foxglove::ByteView frame);
 
-  // Frames to this client are on their way: it may get more of the files that it asked for.
+  // Frames to this client were written: sends further requested files.
   void has_room(ClientId id);
 
-  // Passes on what the bus has for the clients, `most` messages or less; true: there may be more.
+  // Forwards at most `most` messages of the bus to the clients; true: there may be more.
   bool pump(std::size_t most);
   [[nodiscard]] int readable_fd() const { return edge_->readable_fd(); }
-  // Ten times a second of wall time or so, while there are clients: the graph, the clock, watched parameters.
+  // Called at about 10 Hz of wall-clock time while there are clients: graph, clock, watched parameters.
   void tick();
 
   [[nodiscard]] std::size_t topic_count() {
-    refresh_offers();  // which else waits for clients
+    refresh_offers();  // otherwise only done while there are clients
     return channels_.size();
   }
 
  private:
-  // Hidden, as ROS 2 hides names with a leading underscore: in the graph its clients stand for it.
+  // Hidden, as ROS 2 hides names with a leading underscore: the graph shows its clients instead.
   static constexpr const char* kEdgeName = "/_websocket";
 
   struct Client {
@@ -98,7 +98,7 @@ class DOPPEL_API Hub {
     std::set<std::string> watched_parameters;
     bool watches_all_parameters = false, watches_graph = false;
     std::size_t calls = 0;
-    std::deque<foxglove::FetchAsset> fetches;  // not begun
+    std::deque<foxglove::FetchAsset> fetches;  // waiting
     bool fetching = false;
   };
   struct ChannelState {
@@ -113,13 +113,13 @@ class DOPPEL_API Hub {
     const ServiceSupport* support = nullptr;
     bool seen = false;
   };
-  // Topic or service name to the names of those who have it.
+  // From the name of a topic or service to the names of its nodes.
   using Endpoints = std::map<std::string, std::vector<std::string>>;
   struct Graph {
     Endpoints published, subscribed, services;
   };
 
-  // hub.cpp: what clients ask for
+  // hub.cpp: requests of clients
   void handle(Client& client, ClientId id, const foxglove::UnknownOperation& unknown);
   void handle(Client& client, ClientId id, const foxglove::Subscribe& subscribe);
   void handle(Client& client, ClientId id, const foxglove::Unsubscribe& unsubscribe);
@@ -146,7 +146,7 @@ class DOPPEL_API Hub {
   void fetch_next(Client& client, ClientId id);
   void finish_fetch(ClientId id, std::uint32_t request, const AssetLibrary::Answer& answer);
 
-  // hub_graph.cpp: what the bus offers
+  // hub_graph.cpp: the graph of the bus
   void refresh_offers();
   void refresh_channels();
   void refresh_services();
@@ -166,15 +166,15 @@ class DOPPEL_API Hub {
   std::map<ClientId, Client> clients_;
   std::map<std::uint32_t, ChannelState> channels_;  // by TopicId
   std::map<std::uint32_t, ServiceState> services_;  // by ServiceId
-  OutgoingFrame channels_frame_, services_frame_;   // for those who join
+  OutgoingFrame channels_frame_, services_frame_;   // for new clients
   std::uint64_t seen_version_ = ~std::uint64_t{0};
-  Graph graph_;                                       // as clients know it
-  std::map<std::string, ParameterValue> parameters_;  // as watching clients know them
+  Graph graph_;                                       // as sent to clients
+  std::map<std::string, ParameterValue> parameters_;  // as sent to watching clients
   std::uint32_t clock_ = 0;                           // the topic followed for the time, 0: none
   Time now_{}, time_sent_{-1};
   std::uint64_t ticks_ = 0;
   AssetReader assets_;
-  std::unique_ptr<Edge> edge_;  // last: no reply runs once it is gone
+  std::unique_ptr<Edge> edge_;  // last, so that it is destroyed first and no reply runs afterwards
 };
 
 }  // namespace doppel

@@ -4,8 +4,8 @@
 
 #include "doppel/server/hub.h"
 
-// fetchAsset: one file at a time for each client, the next when the one before is on its way, so that a
-// client that requests everything and reads nothing holds no more than that.
+// fetchAsset: one file at a time for each client, the next one when the former is written, so that a client
+// that requests all files and reads none occupies no more memory than that.
 
 namespace doppel {
 

@@ -3,7 +3,8 @@
 #include "doppel/foxglove/parameter_name.h"
 #include "doppel/server/hub.h"
 
-// The bus's graph as clients see it: channels, services, who has what; the clock and watched parameters.
+// The bus's graph in the Foxglove protocol: channels, services and their nodes; the clock
+// and watched parameters.
 
 namespace doppel {
 namespace {
@@ -26,7 +27,7 @@ foxglove::ServiceOffer describe(const ServiceInfo& service, const ServiceSupport
 
 using Endpoints = std::map<std::string, std::vector<std::string>>;
 
-// What of `now` is new or different from `before`.
+// The entries of `now` that are new or different from `before`.
 std::vector<foxglove::NamedIds> changes(const Endpoints& before, const Endpoints& now) {
   std::vector<foxglove::NamedIds> out;
   for (const auto& [name, ids] : now) {
@@ -36,7 +37,7 @@ std::vector<foxglove::NamedIds> changes(const Endpoints& before, const Endpoints
   return out;
 }
 
-// What has lost its last owner but is still there in another list.
+// Names that have lost their last owner, but still exist in another list.
 void add_emptied(const Endpoints& before, const Endpoints& now, std::vector<foxglove::NamedIds>& out) {
   for (const auto& [name, ids] : before) {
     if (!now.contains(name)) out.push_back({name, {}});
@@ -51,7 +52,8 @@ void Hub::broadcast(std::string text) {
 }
 
 void Hub::refresh_offers() {
-  const std::uint64_t version = bus_.graph_version();  // read first: what comes later is seen next time
+  const std::uint64_t version =
+      bus_.graph_version();  // read first, so that later changes are found next time
   if (version == seen_version_) return;
   seen_version_ = version;
   refresh_channels();
@@ -93,7 +95,7 @@ void Hub::refresh_services() {
     const auto [entry, is_new] = services_.try_emplace(info.id);
     entry->second.seen = true;
     if (!is_new) continue;
-    entry->second.support = find_service(info.type);  // the bus registers what is served
+    entry->second.support = find_service(info.type);  // the bus registers the types of all services
     entry->second.offer = describe(info, *entry->second.support);
     added.services.push_back(entry->second.offer);
   }
@@ -167,7 +169,7 @@ void Hub::handle(Client& client, ClientId, const foxglove::WatchGraph& watch) {
   client.watches_graph = false;
   if (!watch.on) return;
   refresh_offers();
-  refresh_graph();  // for the others; the newcomer gets all of it
+  refresh_graph();  // for the others; the new client gets the whole graph
   foxglove::GraphUpdate all;
   all.published = changes({}, graph_.published);
   all.subscribed = changes({}, graph_.subscribed);
@@ -176,8 +178,8 @@ void Hub::handle(Client& client, ClientId, const foxglove::WatchGraph& watch) {
   client.watches_graph = true;
 }
 
-// The clock is listened to while somebody is subscribed to anything: without listeners the loop need not
-// publish it.
+// Subscribes to the clock while a client is subscribed to any topic: without subscribers the loop does
+// not publish it.
 void Hub::follow_clock() {
   const bool wanted =
       std::ranges::any_of(clients_, [](const auto& client) { return !client.second.subscriptions.empty(); });

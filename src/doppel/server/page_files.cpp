@@ -48,14 +48,14 @@ std::optional<std::string> read_file(const fs::path& file) {
   return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
-// FNV-1a; tells one build of a file from another, nothing that anybody would want to forge.
+// FNV-1a: distinguishes builds of a file; it needs no protection against forgery.
 std::string tag_of(std::string_view bytes) {
   std::uint64_t hash = 0xcbf29ce484222325;
   for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
   return fmt::format("{:016x}", hash);
 }
 
-// "main-EPFJUWFJ.css", as the build names what never changes.
+// "main-EPFJUWFJ.css", the build's names of immutable files.
 bool has_hash(std::string_view stem) {
   constexpr std::size_t kHash = 8;
   if (stem.size() <= kHash + 1 || stem[stem.size() - kHash - 1] != '-') return false;

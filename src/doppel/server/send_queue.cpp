@@ -3,7 +3,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kFrameOverhead = 128;  // so that a flood of empty frames is bounded too
+constexpr std::size_t kFrameOverhead = 128;  // so that a flood of empty frames is bounded, too
 
 std::size_t cost(const OutgoingFrame& frame) {
   return frame.size() + kFrameOverhead;
@@ -14,7 +14,7 @@ std::size_t cost(const OutgoingFrame& frame) {
 std::size_t SendQueue::push(OutgoingFrame frame) {
   const std::size_t size = cost(frame);
   if (frame.kind != OutgoingFrame::Kind::message) {
-    // A file does not count as an answer: whoever is being sent one is heard meanwhile.
+    // A file does not count as a response, so that the client's requests are read while it is sent.
     if (frame.kind == OutgoingFrame::Kind::asset) {
       ++assets_;
     } else {

@@ -1,6 +1,6 @@
 #pragma once
-// What waits for one client: answers and files, which are never dropped, and messages, of which the oldest go
-// when there are too many. Taken in the order in which they were put in.
+// The queue of one client: responses and files, which are never dropped, and messages, of which the oldest
+// are dropped when there are too many. First in, first out.
 
 #include <cstdint>
 #include <deque>
@@ -15,8 +15,8 @@ class DOPPEL_API SendQueue {
  public:
   explicit SendQueue(std::size_t data_limit) : data_limit_(data_limit) {}
 
-  // Returns how many messages were dropped to make room. A message that alone is over the limit still goes
-  // through when nothing else waits.
+  // Returns the number of dropped messages. A single message above the limit is still sent if no
+  // other message waits.
   std::size_t push(OutgoingFrame frame);
   std::optional<OutgoingFrame> pop();
   void clear();

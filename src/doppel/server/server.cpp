@@ -17,13 +17,14 @@
 
 namespace doppel {
 
-using namespace net;  // NOLINT: the one file that puts them together
+using namespace net;  // NOLINT: the one file that combines the server's parts
 
 namespace {
 
-constexpr std::size_t kMaxPendingConnections = 64;  // connections that are no clients (yet); a page opens six
-constexpr std::size_t kMaxMessagesAtOnce = 256;     // from the bus, before clients are heard again
-constexpr std::size_t kMaxReported = 20;            // different exceptions
+constexpr std::size_t kMaxPendingConnections =
+    64;                                          // connections that are not clients (yet); a page opens six
+constexpr std::size_t kMaxMessagesAtOnce = 256;  // from the bus, before clients are read again
+constexpr std::size_t kMaxReported = 20;         // different exceptions
 constexpr auto kTick = std::chrono::milliseconds(50);
 constexpr auto kCloseTimeout = std::chrono::milliseconds(100);
 
@@ -69,13 +70,13 @@ struct Server::Impl {
     thread.join();
   }
 
-  // What a client's handler throws drops that client's connection and nothing else.
+  // An exception of a client's handler closes only that client's connection.
   void run() {
     while (!catch_errors([this] { io.run(); })) {
     }
   }
 
-  // False: it threw, which is reported, the first time in these words.
+  // False: it threw. Each different text is reported once.
   template <class Work>
   bool catch_errors(const Work& work) {
     try {
@@ -100,7 +101,7 @@ struct Server::Impl {
         });
         return accept();
       }
-      // Out of file descriptors, most likely: try again when some have been given back.
+      // Probably out of file descriptors: retried when some may have been closed.
       accept_retry.expires_after(std::chrono::milliseconds(100));
       accept_retry.async_wait([this](error_code aborted) {
         if (!aborted && !stopping) accept();
@@ -108,7 +109,7 @@ struct Server::Impl {
     });
   }
 
-  // Who has kept us waiting for longest goes: an idle connection, or one that drips its request in.
+  // Closes the connection that has been waiting longest for a request: an idle or a very slow one.
   void close_longest_waiting() {
     const auto longest = std::ranges::min_element(context.visitors, {}, &HttpSession::waiting_since);
     if (longest != context.visitors.end()) (*longest)->close();
@@ -143,7 +144,7 @@ struct Server::Impl {
     });
   }
 
-  // Sends the close frame to the clients, but does not wait for them for long.
+  // Sends the close frame to the clients, and waits for them only for a short time.
   void stop() {
     stopping = true;
     error_code ignored;
@@ -169,15 +170,14 @@ struct Server::Impl {
   const Log& log;
   std::set<std::string> reported;  // the server's thread
   PageFiles page;
-  Context
-      context;  // before io, which ends the connections that are left: they tell it, and send from the page
+  Context context;  // before io, whose destructor ends connections that use the context and the page
   asio::io_context io{1};
   tcp::acceptor acceptor;
   asio::ip::address address;
   std::uint16_t port = 0;
   std::string token;
   Admission admission;
-  Hub hub;  // after io: its edge goes first, and with it whoever posts to io
+  Hub hub;  // after io, so that its edge, which posts to io, is destroyed first
   asio::posix::stream_descriptor bus_readable;
   asio::steady_timer tick_timer, accept_retry{io};
   bool ticking = false, stopping = false;

@@ -1,7 +1,7 @@
 #pragma once
-// A twin's server: a Foxglove WebSocket server (subprotocol foxglove.websocket.v1) and the page in the
-// browser on the same port. It lives on a thread of its own and knows the twin only as an edge of its bus.
-// Binds loopback unless told otherwise; admission.h tells which clients it admits.
+// A twin's server: a Foxglove WebSocket server (subprotocol foxglove.websocket.v1) and the web page on the
+// same port. It has its own thread and accesses the twin only through an edge of its bus. It binds to
+// loopback by default; admission.h decides which clients are accepted.
 
 #include <chrono>
 #include <cstdint>
@@ -19,28 +19,27 @@ namespace doppel {
 struct ServerOptions {
   std::string host = "127.0.0.1";          // an address of this machine, or a name of it
   std::uint16_t port = 8700;               // 0: any
-  bool any_free_port = true;               // if it is taken: the next free one, up to twenty further
-  std::string token{};                     // asked of everybody; empty: none, but beyond loopback one is made
-  std::string name = "doppel";             // as clients show it
-  std::filesystem::path page_folder{};     // of the built page; empty or not there: a small page in its place
-  std::shared_ptr<AssetLibrary> assets{};  // what clients may fetch; null: nothing
+  bool any_free_port = true;               // if it is in use: the next free one of the following twenty
+  std::string token{};                     // required of all clients; empty: none on loopback, else a new one
+  std::string name = "doppel";             // in serverInfo
+  std::filesystem::path page_folder{};     // of the built page; without one a small page is served
+  std::shared_ptr<AssetLibrary> assets{};  // files that clients may fetch; nullptr: none
   std::size_t max_clients = 32;
-  // Of what a client sends, bytes: an uncompressed picture of 1920 x 1080 has 6 MiB, the longest requests in
-  // text (subscriptions to thousands of topics) some 100 KiB.
+  // Largest frames of a client, bytes: an uncompressed image of 1920 x 1080 has 6 MiB, the longest text
+  // requests (subscriptions to thousands of topics) some 100 KiB.
   std::size_t max_message = std::size_t{16} << 20, max_text = std::size_t{1} << 20;
-  // Of what a client sends, and how much of it may come at once: far above what teleoperation at 1 kHz sends,
-  // and little enough that nobody else notices. Who sends more is closed.
+  // Rates and bursts of a client's frames: far above teleoperation at 1 kHz, and low enough not to affect
+  // other clients. A client that exceeds them is disconnected.
   double messages_per_second = 5000, message_burst = 10'000;
   double bytes_per_second = 100e6, byte_burst = 200e6;
   std::size_t client_queue_bytes = std::size_t{16}
-                                   << 20;  // what may wait for a slow client before messages are skipped
-  std::chrono::milliseconds http_timeout{10'000};  // for a whole request, and between two
+                                   << 20;  // queue of a slow client, beyond which messages are skipped
+  std::chrono::milliseconds http_timeout{10'000};  // for a whole request, and between two requests
 };
 
 class DOPPEL_API Server {
  public:
-  // Listens when it returns. Throws InputError if there is no port to listen on. `bus` and `log` have to
-  // outlive it.
+  // Listens when it returns. Throws InputError if no port is available. `bus` and `log` outlive the server.
   Server(Bus& bus, ServerOptions options, const Log& log);
   ~Server();
   Server(const Server&) = delete;
@@ -51,7 +50,7 @@ class DOPPEL_API Server {
   [[nodiscard]] std::string page_url() const;     // "http://127.0.0.1:8700", the same
   [[nodiscard]] std::string own_address() const;  // for programs on this machine: "127.0.0.1"
   [[nodiscard]] const std::string& token() const;
-  // Messages that were skipped for clients that did not keep up.
+  // The number of messages skipped for slow clients. Any thread.
   [[nodiscard]] std::uint64_t skipped() const;
 
  private:

@@ -8,7 +8,7 @@ namespace doppel::net {
 namespace {
 
 constexpr std::size_t kAnswersBeforePause = std::size_t{4}
-                                            << 20;  // unsent; then nothing more is read from that client
+                                            << 20;  // unsent; above it the client's requests are not read
 
 constexpr std::size_t kBufferKept = std::size_t{1} << 20;  // for the next frame, after a large one
 
@@ -41,7 +41,7 @@ void WebSocketSession::accept(const Request& request, std::string_view subprotoc
   beast::get_lowest_layer(socket_).expires_never();
   websocket::stream_base::timeout timeouts{};
   timeouts.handshake_timeout = std::chrono::seconds(10);
-  timeouts.idle_timeout = std::chrono::seconds(60);  // with pings; who answers none is gone
+  timeouts.idle_timeout = std::chrono::seconds(60);  // with pings; a client that answers none is closed
   timeouts.keep_alive_pings = true;
   socket_.set_option(timeouts);
   socket_.set_option(websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
@@ -51,7 +51,7 @@ void WebSocketSession::accept(const Request& request, std::string_view subprotoc
   }));
   socket_.read_message_max(context_.options.max_message);
   socket_.auto_fragment(false);
-  // Pings are answered, and so count as well.
+  // Pings count, too, because each is answered.
   socket_.control_callback([this](websocket::frame_type, beast::string_view text) {
     if (!closing_) or_end([&] { static_cast<void>(within_limits(text.size())); });
   });
@@ -69,7 +69,7 @@ void WebSocketSession::send(OutgoingFrame frame) {
   if (closing_) return;
   if (const std::size_t skipped = queue_.push(std::move(frame)); skipped > 0) {
     context_.skipped += skipped;
-    context_.bus.add_skipped(skipped);  // the loop's status tells it
+    context_.bus.add_skipped(skipped);  // published in the loop's status
   }
   if (queue_.answer_bytes() > 4 * context_.options.client_queue_bytes + kAnswersBeforePause) {
     return close(websocket::close_code::try_again_later, "this client does not read its subscriptions");
@@ -81,9 +81,10 @@ void WebSocketSession::close(websocket::close_code code, std::string_view reason
   if (closing_) return;
   closing_ = true;
   queue_.clear();
-  constexpr std::size_t kMaxReason = 123;  // RFC 6455, 5.5
+  constexpr std::size_t kMaxReason =
+      123;  // bytes: a control frame has 125, two of them the code (RFC 6455, 5.5)
   const std::string_view short_reason = reason.substr(0, kMaxReason);
-  // Not at once: the caller may be in the middle of the hub's work.
+  // Posted instead of called, because the caller may be inside a function of the hub.
   asio::post(socket_.get_executor(), [self = shared_from_this(), code, text = std::string(short_reason)] {
     self->leave();
     self->socket_.async_close({code, text}, [self](error_code) { self->end(); });
@@ -131,7 +132,7 @@ Status WebSocketSession::hand_on(std::span<const std::byte> frame) {
   return context_.hub.on_text(id_, {reinterpret_cast<const char*>(frame.data()), frame.size()});
 }
 
-// A client that asks but does not read is not heard until it has read.
+// The requests of a client that does not read its responses are not read until it does.
 void WebSocketSession::read_on() {
   if (!reading_ && !closing_ && !ended_ && queue_.answer_bytes() < kAnswersBeforePause) read();
 }

@@ -1,11 +1,12 @@
 #pragma once
-// Work on a thread that may not be waited for when the process ends.
+// Threads that are not joined when the process ends.
 
 #include "doppel/export.h"
 
 namespace doppel {
 
-// A thread runs on that may not be waited for: the process is to end without cleaning up behind main.
+// Marks that a thread is still running and not joined, so that the process has to end without running static
+// destructors. Any thread.
 DOPPEL_API void mark_thread_abandoned();
 DOPPEL_API bool has_abandoned_thread();
 

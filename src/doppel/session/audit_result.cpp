@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kFarOff = 0.05, kSlideFarOff = 0.005;  // rad, m: from the target, at the effort limit
 
-// Joints that their drives have given up, though they may stand still now.
+// Joints whose drives cannot hold them, although they may be at rest now.
 void find_weak(const Instance& robot,
                const std::function<void(const char*, const std::string&, const std::string&)>& add) {
   for (std::size_t j = 0; j < robot.model().joints.size(); ++j) {

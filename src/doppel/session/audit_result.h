@@ -1,5 +1,5 @@
 #pragma once
-// What `doppel check` prints of a description, and what /doppel/health tells of the one that is up.
+// The audit that `doppel check` prints and /doppel/health publishes.
 
 #include <filesystem>
 #include <functional>
@@ -13,28 +13,28 @@
 
 namespace doppel {
 
-// What ships with doppel beside the program.
+// The folders of bundled data.
 struct BundledFolders {
   std::filesystem::path robots, datasheets;
 };
 
-// The audit of a target, with the package that it belongs to.
+// The audit of a target with its package. Throws InputError as the expansion does.
 DOPPEL_API AuditReport audit_target(OpenedTarget& target, AuditOptions options);
 
-// Runs the scenario for a second with its controllers and without a command: what moves, oscillates or runs
-// away, as findings. Throws InputError: the robot does not come up.
+// Runs the scenario for one second of simulated time with its controllers and without commands: findings for
+// what moves, oscillates or diverges. Throws InputError if the robot cannot be started.
 DOPPEL_API std::vector<Finding> audit_run(const Scenario& scenario);
 
 struct AuditResult {
   AuditReport report;
-  std::optional<InputError> refused;  // there is nothing to judge; the report says why
+  std::optional<InputError> refused;  // the target cannot be audited; the report has the reason
 };
-// What `look` finds, or the InputError that it throws; places are short, by the working folder. `target`: as
-// the user named it.
+// The result of `look`, or the InputError that it throws; paths are relative to the working directory.
+// `target`: as the user named it.
 DOPPEL_API AuditResult audit_result(const std::string& target, const std::function<AuditReport()>& look);
 
-// `doppel check TARGET --json` for a robot's description: with its arguments, those that choose simulation
-// included. Never throws: what goes wrong is a finding.
+// The output of `doppel check TARGET --json` for a robot's description with its arguments, including those
+// that select simulation. Does not throw: an error is a finding.
 DOPPEL_API std::string health_json(const WorldRobot& robot, const BundledFolders& bundled);
 
 }  // namespace doppel

@@ -1,6 +1,6 @@
 #pragma once
-// Tells when one of a set of files was saved. Folders are watched rather than files, because editors put a
-// new file in the old one's place.
+// Reports changes of a set of files. Folders are watched instead of files, because editors replace a file by
+// a new one.
 
 #include <chrono>
 #include <filesystem>
@@ -21,15 +21,15 @@ class DOPPEL_API FileWatcher {
   FileWatcher& operator=(const FileWatcher&) = delete;
 
   [[nodiscard]] bool works() const { return inotify_ >= 0; }
-  // In place of what was watched before. Files may be missing; they are waited for.
+  // Replaces the set of watched files. Files may not exist yet.
   void watch(const std::vector<std::filesystem::path>& files);
-  // Waits for a change and then until nothing more changes for `quiet` (an editor writes in several strokes).
-  // Empty: stop() was called.
+  // Waits for a change and then until nothing more changes for `quiet`, because an editor may write several
+  // times. Empty: stop() was called.
   std::vector<std::filesystem::path> wait(std::chrono::milliseconds quiet);
   void stop();  // from any thread
 
  private:
-  // Adds what the kernel told to `changed`; false: nothing came in time, or stop().
+  // Adds the changes that the kernel reports to `changed`; false: none within the timeout, or stop().
   bool read_events(int timeout_ms, std::set<std::filesystem::path>& changed);
 
   int inotify_ = -1, stop_ = -1;

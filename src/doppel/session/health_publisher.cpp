@@ -69,7 +69,7 @@ std::string to_json(const SourcePlaces& places) {
       -1, ' ', false, Json::error_handler_t::replace);
 }
 
-// What the loop publishes with; tasks that come after the end find it gone.
+// The publishers of the loop's thread; tasks after the end find them destroyed.
 struct HealthPublisher::Publishers {
   Publishers(Bus& bus, const std::string& name_space) : node(bus, in_namespace(name_space, "doppel")) {
     health = node.advertise<std_msgs::msg::String>("~/health", {.depth = 1, .latched = true});
@@ -79,7 +79,7 @@ struct HealthPublisher::Publishers {
   Publisher<std_msgs::msg::String> health, sources;
 };
 
-// What the publisher and its thread share.
+// The state shared by the publisher and its thread.
 struct HealthPublisher::SharedState {
   SharedState(Bus& the_bus, std::weak_ptr<Publishers> the_publishers)
       : bus(the_bus), publishers(std::move(the_publishers)) {}
@@ -134,7 +134,7 @@ HealthPublisher::HealthPublisher(Bus& bus, const std::string& name_space,
                                  std::function<std::string()> make_report)
     : publishers_(std::make_shared<Publishers>(bus, name_space)),
       shared_(std::make_shared<SharedState>(bus, publishers_)) {
-  // Without memory for a text there is none for a report of it either: the topics keep their last message.
+  // Without memory for a text there is none for a report about it: the topics keep their last messages.
   thread_ =
       guarded_thread([shared = shared_, make_report = std::move(make_report)] { shared->run(make_report); },
                      [shared = shared_](const std::string&) { shared->end(); });

@@ -1,7 +1,7 @@
 #pragma once
-// /doppel/health: what `doppel check --json` says of the robot that is up; /doppel/sources: where its links
-// and joints are written. Both latched, made on a thread of its own, because reading every mesh takes its
-// time.
+// /doppel/health: the output of `doppel check --json` for the running robot; /doppel/sources: the source
+// locations of its links and joints. Both are latched and made on a separate thread, because reading every
+// mesh takes long.
 
 #include <functional>
 #include <memory>
@@ -17,7 +17,7 @@
 
 namespace doppel {
 
-// Where each link and joint of a robot is written.
+// The source location of each link and joint of a robot.
 struct SourcePlaces {
   using Named = std::pair<std::string, SourceLocation>;
   std::vector<Named> links, joints;
@@ -25,22 +25,22 @@ struct SourcePlaces {
 DOPPEL_API SourcePlaces source_places(const RobotDescription& robot);
 
 // {"links": {NAME: {"file", "shown", "line", "column", "stack": [{"what", "file", "line", "column"}...]}},
-//  "joints": {...}}: files absolute, `shown` as messages tell them, `stack` the macros and includes that led
+//  "joints": {...}}: files absolute, `shown` as in messages, `stack` the macros and includes that led
 // there, outermost first.
 DOPPEL_API std::string to_json(const SourcePlaces& places);
 
 class DOPPEL_API HealthPublisher {
  public:
-  // The loop's thread. name_space: the robot's ("left"), before the topics. `judge` makes the text of
-  // /doppel/health, on this publisher's thread; it may go on after the publisher has ended, so it owns what
-  // it needs.
+  // The loop's thread. name_space: the robot's ("left"), prefix of the topics. `make_report` makes the text
+  // of /doppel/health on this publisher's thread; it may still run after the publisher is destroyed, so it
+  // must own everything that it uses.
   HealthPublisher(Bus& bus, const std::string& name_space, std::function<std::string()> make_report);
-  // A judgement that takes long (a mesh of a million triangles) is left behind; see process.h.
+  // Does not wait for a long audit (a mesh of a million triangles); see abandoned_thread.h.
   ~HealthPublisher();
   HealthPublisher(const HealthPublisher&) = delete;
   HealthPublisher& operator=(const HealthPublisher&) = delete;
 
-  // The loop's thread: `robot` is what runs (now). Runs the audit again and publishes both.
+  // The loop's thread: runs the audit again for the running `robot` and publishes both topics.
   void look_at(const RobotDescription& robot);
 
  private:

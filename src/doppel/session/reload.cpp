@@ -84,7 +84,7 @@ void Reloader::run() {
 
 bool Reloader::on_loop(const std::function<void()>& task) {
   struct LoopTask {
-    // By the loop, which then runs it, or by the end, after which it must not.
+    // Claimed either by the loop, which then runs the task, or by the end, after which it must not run.
     std::atomic<bool> taken{false};
     std::promise<void> done;
   };
@@ -95,7 +95,7 @@ bool Reloader::on_loop(const std::function<void()>& task) {
     try {
       task();
       loop_task->done.set_value();
-    } catch (...) {  // belongs to the thread that waits, not to the loop
+    } catch (...) {  // rethrown on the waiting thread, not in the loop
       loop_task->done.set_exception(std::current_exception());
     }
   });
@@ -136,7 +136,7 @@ void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
   } catch (...) {
     log_.error(kOrigin, fmt::format("{} cannot be used; the previous model keeps running\n{}",
                                     names_of(changed), thrown_text()));
-    // An attribute that nothing reads is often the reason why.
+    // An unknown attribute is often the cause.
     for (const Diagnostic& diagnostic : said.all()) {
       if (diagnostic.rule.starts_with("schema.")) log_.warning(kOrigin, diagnostic.str());
     }

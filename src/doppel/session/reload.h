@@ -1,7 +1,7 @@
 #pragma once
-// Hot reload: watches the files that a running twin or view was made of, builds what they say now beside it,
-// and lets that take over between two steps. What cannot be used is reported, and the old machine keeps
-// running.
+// Reload on save: watches the files of a running twin or view, builds a new machine from the changed files
+// while the old one is running, and replaces it between two steps. An invalid edit is reported, and the old
+// machine keeps running.
 
 #include <atomic>
 #include <filesystem>
@@ -20,18 +20,18 @@
 
 namespace doppel {
 
-// How something that runs is recreated, in three turns: begin() on the loop's thread notes what is to go on,
-// the result builds beside it on any thread, and that result takes over on the loop's thread and says what
-// became of the joints. The latter two throw InputError.
+// The three stages of a replacement: begin() on the loop's thread records the running machine; its result
+// builds the new one on any thread; that result replaces the machine on the loop's thread and returns a text
+// about the joints. The latter two throw InputError.
 struct Reloadable {
   using TakeOver = std::function<std::string()>;
   using Build = std::function<TakeOver(Diagnostics&)>;
   Bus& bus;
   std::function<std::vector<std::filesystem::path>()> files;  // to watch; the loop's thread
   std::function<Build()> begin;
-  std::function<void()> afterwards;  // after an edit, taken or refused; the loop's thread
+  std::function<void()> afterwards;  // after an accepted or rejected edit; the loop's thread
 };
-// before: what is about to take over, and may be refused yet; the loop's thread.
+// before: called with a replacement that may still be rejected; the loop's thread.
 DOPPEL_API Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> before,
                                  std::function<void()> afterwards);
 DOPPEL_API Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replacement&)> before,
@@ -39,7 +39,7 @@ DOPPEL_API Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer
 
 class DOPPEL_API Reloader {
  public:
-  // On the loop's thread. The loop has to keep running while this lives, or to be what ends it.
+  // On the loop's thread. The loop must keep running while this object exists, or destroy it itself.
   Reloader(Reloadable what, const Log& log);
   ~Reloader();
   Reloader(const Reloader&) = delete;
@@ -48,7 +48,7 @@ class DOPPEL_API Reloader {
  private:
   void run();
   void reload(const std::vector<std::filesystem::path>& changed);
-  // Replaces the machine by one from the current files. False: the program ends. Throws InputError.
+  // Replaces the machine by one from the present files. False: the program ends. Throws InputError.
   bool apply(std::string& outcome, Diagnostics& said);
   // Runs `task` on the loop's thread and waits for it; false: the program ends.
   bool on_loop(const std::function<void()>& task);

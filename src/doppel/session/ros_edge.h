@@ -1,6 +1,5 @@
 #pragma once
-// How ROS 2 gets to what runs: the bridge to its network. On by default; without a usable network the twin
-// keeps running.
+// The bridge to the ROS 2 network. On by default; without a usable network the twin keeps running.
 
 #include <cstdint>
 #include <optional>
@@ -18,19 +17,19 @@ struct RosEdgeOptions {
   std::optional<std::uint32_t> domain;  // else ROS_DOMAIN_ID
 };
 
-// What the options, --ros-args and ROS 2's environment variables make of it; nothing: not wanted. Throws
-// InputError; to be called before anything starts.
+// The participant's options from the arguments, --ros-args and ROS 2's environment variables; nullopt:
+// disabled. Throws InputError; called before anything starts.
 DOPPEL_API std::optional<ros2::ParticipantOptions> ros_network(const RosEdgeOptions& options,
                                                                const RosArguments& ros,
                                                                Diagnostics& diagnostics);
 
 class DOPPEL_API RosEdge {
  public:
-  // `bus` and `log` have to outlive it.
+  // `bus` and `log` outlive the edge.
   RosEdge(Bus& bus, std::optional<ros2::ParticipantOptions> network, const Log& log)
       : bus_(bus), log_(log), network_(std::move(network)) {}
 
-  // A line about who can see it, for people; empty where it does not join.
+  // A line for the terminal about its visibility; empty if it does not join.
   [[nodiscard]] std::string banner() const;
   // Joins the network, without waiting for it. The loop's thread.
   void open();

@@ -8,7 +8,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// A robot's description has its URDF's text, an object's is made of the world file.
+// A robot's description has the text of its URDF; an object's is made from the world file and has none.
 bool is_object(const ModelInstance& instance) {
   return instance.is_object() && instance.description->xml.empty();
 }

@@ -1,6 +1,5 @@
 #pragma once
-// What clients may fetch of what is up: the files that the robots' descriptions name, and the meshes of the
-// objects around them.
+// The files that clients may fetch: those that the robots' descriptions refer to, and the meshes of objects.
 
 #include <vector>
 
@@ -12,8 +11,8 @@ namespace doppel {
 
 DOPPEL_API RobotFiles served_files(const std::vector<ModelInstance>& instances);
 
-// Those of `next`, and those of `present` as well: clients ask for what they are notified of, and are
-// notified of what comes while what was there still runs.
+// The files of `next` and of `present`: clients are notified of a replacement, and fetch its files, while the
+// former machine is still running.
 DOPPEL_API RobotFiles both(RobotFiles next, const RobotFiles& present);
 
 }  // namespace doppel

@@ -1,5 +1,5 @@
 #pragma once
-// How people and programs get to what runs: the server with the page, and the announcement for other shells.
+// The server with the page, and the announcement for other shells.
 
 #include <filesystem>
 #include <memory>
@@ -19,12 +19,12 @@ struct ServerEdgeOptions {
 
 class DOPPEL_API ServerEdge {
  public:
-  // Listens and is announced when it returns. Throws InputError. `bus` and `log` have to outlive it.
+  // Listens and is announced when it returns. Throws InputError. `bus` and `log` outlive the edge.
   ServerEdge(Bus& bus, const std::string& robot, const ServerEdgeOptions& options,
              std::shared_ptr<AssetLibrary> assets, const Log& log);
 
   [[nodiscard]] const Server& server() const { return server_; }
-  // Lines about where it is, for people.
+  // Lines with its addresses, for the terminal.
   [[nodiscard]] std::string banner() const;
 
  private:

@@ -41,7 +41,7 @@ RobotFiles TwinSession::files() const {
   return served_files(twin_.engine().world().instances());
 }
 
-// A robot of text has no file to judge.
+// A robot from text has no file to audit.
 void TwinSession::look() {
   let_go_of_gone();
   for (const auto& robot : twin_.robots()) {

@@ -1,5 +1,5 @@
 #pragma once
-// All that surrounds a twin or a view while it is up: the server with what clients may fetch, ROS 2's
+// Everything around a running twin or view: the server with the files that clients may fetch, the ROS 2
 // network, the health of the descriptions, and reload on save.
 
 #include <functional>
@@ -22,13 +22,13 @@ namespace doppel {
 
 struct SessionOptions {
   ServerEdgeOptions server;
-  std::optional<ros2::ParticipantOptions> network;  // of ROS 2; nothing: not joined
+  std::optional<ros2::ParticipantOptions> network;  // of ROS 2; nullopt: not joined
   BundledFolders bundled;
-  bool reload = true;  // edits of the sources are picked up
+  bool reload = true;  // reload when a source file is saved
 };
 
-// On the loop's thread, all of it; the loop keeps running between the calls. Throws InputError: there is no
-// port. What it is for, and `log`, have to outlive it.
+// All functions: the loop's thread; the loop keeps running between the calls. Constructors throw InputError
+// if no port is available. The twin or viewer and `log` outlive the session.
 class DOPPEL_API Session {
  public:
   Session(const Session&) = delete;
@@ -36,7 +36,7 @@ class DOPPEL_API Session {
 
   [[nodiscard]] const ServerEdge& server() const { return server_; }
   [[nodiscard]] const RosEdge& ros() const { return ros_; }
-  // Where it can be reached, for people.
+  // Lines with the addresses, for the terminal.
   [[nodiscard]] std::string banner() const { return server_.banner() + ros_.banner(); }
 
  protected:
@@ -54,14 +54,14 @@ class DOPPEL_API TwinSession : public Session {
   TwinSession(Twin& twin, const SessionOptions& options, const Log& log);
   ~TwinSession();
 
-  // After the first step: joins ROS 2's network and judges the descriptions.
+  // After the first step: joins the ROS 2 network and starts the audit of the descriptions.
   void begin();
-  // The loop has ended: edits are not picked up any more.
+  // After the end of the loop: edits have no effect any more.
   void end() { reloader_.reset(); }
 
  private:
   [[nodiscard]] RobotFiles files() const;
-  void look();  // robots may have come and gone, or look different
+  void look();  // robots may have been added, removed or changed
   void let_go_of_gone();
 
   Twin& twin_;

@@ -19,7 +19,7 @@ namespace {
 constexpr std::array<std::string_view, 9> kMobilePlugins{"diff_drive",  "diffdrive", "skid_steer",
                                                          "skidsteer",   "ackermann", "mecanum",
                                                          "planar_move", "tricycle",  "omni_drive"};
-// Parts of legs that nothing else has: anywhere in a name, and as whole words.
+// Names of parts that only legs have: anywhere in a name, and as whole words.
 constexpr std::array<std::string_view, 11> kLegParts{"knee",      "ankle",    "thigh",   "shank",
                                                      "tibia",     "femur",    "foot",    "upper_leg",
                                                      "lower_leg", "upperleg", "lowerleg"};
@@ -29,8 +29,8 @@ constexpr std::string_view kNoFoot = "footprint";
 constexpr std::size_t kMaxNamesInReason = 3;
 constexpr double kSameRadius = 0.01;                  // relative
 constexpr double kAlongAxis = 0.99;                   // cosine between a wheel's axis and its joint's
-constexpr double kLying = 0.5;                        // the upward part of a wheel's axis is less
-constexpr double kFewTurns = 4.0 * std::numbers::pi;  // rad: who limits a joint to more means a wheel
+constexpr double kLying = 0.5;                        // largest vertical component of a wheel's axis
+constexpr double kFewTurns = 4.0 * std::numbers::pi;  // rad: a joint with a larger range is a wheel
 
 bool moves(const Joint& joint) {
   return joint.type == JointType::revolute || joint.type == JointType::continuous ||
@@ -63,7 +63,7 @@ std::vector<const Joint*> way_to_root(const Parents& parents, const Joint& joint
   return out;
 }
 
-// Whether what turns about the joint rolls on the ground: its axis lies, with all joints at zero.
+// Whether a wheel on this joint would roll on the ground: its axis is horizontal with all joints at zero.
 bool lies(const Parents& parents, const Joint& joint) {
   Eigen::Vector3d axis = joint.axis.normalized();
   for (const Joint* at : way_to_root(parents, joint)) axis = at->origin.pose().linear() * axis;
@@ -145,7 +145,7 @@ bool is_leg_part(const std::string& name) {
   return (part || word) && text.find(kNoFoot) == std::string::npos;
 }
 
-// What is named as a part of a leg and hangs on two joints that move, or more: the feet of a stand do not.
+// Links named as parts of a leg, behind two or more moving joints, which excludes the feet of a stand.
 std::vector<std::string> legs_of(const RobotDescription& robot, const Parents& parents) {
   std::vector<std::string> out;
   for (const Joint& joint : robot.joints) {

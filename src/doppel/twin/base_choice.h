@@ -1,6 +1,6 @@
 #pragma once
-// How the root of a robot stands in the world where nobody has said it: a robot on wheels or legs floats and
-// is set on the ground, everything else is fixed.
+// The type of base of a robot for which neither the user nor the world file specifies one: a robot on wheels
+// or legs floats and is placed on the ground, any other is fixed.
 
 #include <string>
 #include <vector>
@@ -13,16 +13,15 @@ namespace doppel {
 
 struct BaseChoice {
   BaseKind kind = BaseKind::fixed;
-  // What the choice rests on, as the end of "because ...": "it has wheels ('left_wheel_joint',
-  // 'right_wheel_joint')".
+  // The evidence, as the end of "because ...": "it has wheels ('left_wheel_joint', 'right_wheel_joint')".
   std::string reason;
 };
 
-// Evidence for a floating base, in this order: a link `base_footprint` (REP 105's place for a mobile base); a
-// plugin of a mobile base (diff_drive and its kin); two wheels, by name or by shape (joints without end,
-// about a lying axis, of leaf links that are cylinders or spheres about that axis, of one radius); legs, by
-// the names of what hangs on two moving joints or more. A link `world`, or a robot without a collision shape
-// that is found, which could stand on nothing, is fixed.
+// Evidence for a floating base, in this order: a link `base_footprint` (REP 105's frame of a mobile base); a
+// plugin of a mobile base (diff_drive and similar); two wheels, by name or by shape (continuous joints about
+// a horizontal axis, of leaf links that are cylinders or spheres about that axis, of the same radius); legs,
+// by the names of links behind two or more moving joints. A robot with a link `world`, or without any
+// collision shape to stand on, is fixed. Does not throw.
 DOPPEL_API BaseChoice choose_base(const RobotDescription& robot);
 
 // The words of a name: "LHipYawPitch" and "l_hip_yaw_pitch" are both l, hip, yaw, pitch.

@@ -16,7 +16,7 @@ const char* root_name(const Model& model) {
   return model.links[floats ? 1 : 0].name.c_str();
 }
 
-// What was chosen on the user's behalf, with the height at which a floating root stands.
+// The choices made on the user's behalf, with the height of a floating root.
 void report_base(const RobotDescription& robot, const Instance& instance, const BaseChoice& choice,
                  bool asked_for, Diagnostics& diagnostics) {
   const Model& model = instance.model();
@@ -47,7 +47,7 @@ void report_weightless(const RobotDescription& robot, const Model& model, Diagno
                   names.size() > 1 ? fmt::format(" and {} more links", names.size() - 1) : ""));
 }
 
-// Joints that are described to be driven by effort and carry next to nothing (servo.h).
+// Joints with an effort command interface and almost no inertia (ServoParameters::rotor_inertia).
 void report_rotors(const RobotDescription& robot, const Model& model,
                    const std::vector<ServoParameters>& servos,
                    const std::vector<HardwareDescription>& hardware, Diagnostics& diagnostics) {
@@ -79,7 +79,7 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
                                              Diagnostics& diagnostics) {
   const RobotDescription& robot = setup.description.robot;
   bool position = false;
-  Diagnostics unknown;  // the simulated hardware reports them itself where it is not replaced
+  Diagnostics unknown;  // discarded: the simulated hardware reports them itself
   std::vector<std::string> names;
   for (const Joint& joint : robot.joints) names.push_back(joint.name);
   for (const auto& hardware : robot.hardware) {
@@ -110,7 +110,7 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
   return robot.hardware;
 }
 
-// All that controllers and their hardware were told of a component.
+// All data of a component that controllers and hardware use.
 std::string signature(const HardwareDescription& hardware) {
   std::string out = hardware.name + '\n' + hardware.plugin + '\n';
   for (const auto* parts : {&hardware.joints, &hardware.sensors, &hardware.gpios}) {

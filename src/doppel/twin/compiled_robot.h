@@ -1,6 +1,6 @@
 #pragma once
-// What a robot's files make before anything is on the bus: description, controllers' YAML, model, hardware,
-// and the instance that stands for it in a world. Immutable once it is built, so that threads share it.
+// A robot's files, compiled before anything is on the bus: description, controllers' YAML, model, hardware,
+// and the instance for the engine. Immutable once it is built, so that threads share it.
 
 #include <memory>
 #include <optional>
@@ -17,16 +17,16 @@ namespace doppel {
 
 class DOPPEL_API CompiledRobot {
  public:
-  // Throws InputError. `running`: how the base stands of the robot that this one is to replace.
+  // Throws InputError. Any thread. `running`: the type of base of the robot that this one replaces.
   CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
                 std::optional<BaseKind> running, PackageResolver& resolver, CollisionMeshes& meshes,
                 Diagnostics& diagnostics);
-  // Of a description that was read from text: no file stands for it, so no edit reaches it.
+  // From a description in memory, without a file, so that it is not reloaded. Throws InputError.
   CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
                 RobotDescription description, CollisionMeshes& meshes, Diagnostics& diagnostics);
 
-  // Reports what was chosen on the user's behalf, with the height at which a floating base stands in
-  // `instance`. Once, before the machine is shared.
+  // Reports choices made on the user's behalf, with the height of a floating base in `instance`. Called once,
+  // before the machine is shared.
   void report_choices(const Instance& instance, Diagnostics& diagnostics);
 
   [[nodiscard]] const WorldRobot& asked() const { return asked_; }
@@ -43,7 +43,7 @@ class DOPPEL_API CompiledRobot {
   [[nodiscard]] bool from_text() const { return asked_.target.empty(); }
   // In the axes of the root link, m/s^2.
   [[nodiscard]] const Eigen::Vector3d& gravity_R() const { return gravity_R_; }
-  // The description's, the controllers', the meshes.
+  // The files of the description and the controllers, and the meshes.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 
  private:
@@ -53,14 +53,14 @@ class DOPPEL_API CompiledRobot {
   WorldRobot asked_;
   std::shared_ptr<const RobotSetup> setup_;
   BaseChoice base_;
-  bool base_decided_ = false;  // by the user or the machine before
+  bool base_decided_ = false;  // by the user or the replaced machine
   Eigen::Vector3d gravity_R_ = Eigen::Vector3d::Zero();
   ModelInstance made_;
-  std::vector<HardwareDescription> hardware_;  // the description's, or one made up
+  std::vector<HardwareDescription> hardware_;  // the description's, or a generated one
 };
 
 // Whether controllers made for `a` can continue with `b`: the same links, joints, interfaces and controllers'
-// YAML; limits, inertia, geometry and places may differ.
+// YAML; limits, inertia, geometry and poses may differ.
 DOPPEL_API bool same_structure(const CompiledRobot& a, const CompiledRobot& b);
 
 }  // namespace doppel

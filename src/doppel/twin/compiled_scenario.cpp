@@ -22,7 +22,7 @@ bool among(const std::vector<WorldRobot>& robots, const std::string& name_space)
   return std::ranges::find(robots, name_space, &WorldRobot::name_space) != robots.end();
 }
 
-// What the scenario and the world file ask for, but for robots that were deleted while they ran.
+// The robots of the scenario and the world file, without those that were deleted at run time.
 std::vector<WorldRobot> robots_asked_for(const Scenario& scenario, const World& world,
                                          const RunningRobots* running, Diagnostics& diagnostics) {
   std::vector<WorldRobot> all = scenario.robots;
@@ -150,7 +150,7 @@ void report_overlaps(const CompiledRobot& robot, const Engine& engine, Diagnosti
   };
   const CompiledWorld& world = engine.world();
   const int here = world.find(robot.name());
-  std::map<int, Inside> inside;  // by the instance that they are in; -1: the ground
+  std::map<int, Inside> inside;  // by the instance that contains them; -1: the ground
   for (const ExcludedPair& pair : world.excluded_pairs()) {
     if (!(pair.depth > 0) || pair.a.instance == pair.b.instance) continue;
     const bool first = pair.a.instance == here;
@@ -158,7 +158,7 @@ void report_overlaps(const CompiledRobot& robot, const Engine& engine, Diagnosti
     const BodyId own = first ? pair.a : pair.b, other = first ? pair.b : pair.a;
     const bool robots_pair =
         !other.is_ground() && !world.instances()[static_cast<std::size_t>(other.instance)].is_object();
-    if (robots_pair && other.instance < here) continue;  // reported of the other one
+    if (robots_pair && other.instance < here) continue;  // reported for the other robot
     Inside& in = inside[other.instance];
     in.links.push_back(robot.model().links[static_cast<std::size_t>(own.link)].name);
     in.deepest = std::max(in.deepest, pair.depth);
@@ -187,7 +187,7 @@ void report_overlaps(const CompiledRobot& robot, const Engine& engine, Diagnosti
 
 namespace {
 
-// A joint that moved, or followed another one, and that an edit would leave standing or loose.
+// A joint that moved, or followed another one, and would be fixed or independent after an edit.
 std::optional<Diagnostic> lost_motion(const ModelJoint& old, const ModelJoint& joint,
                                       const CompiledRobot& to) {
   const Joint* const source = to.description().find_joint(joint.name);
@@ -211,7 +211,7 @@ std::optional<Diagnostic> lost_motion(const ModelJoint& old, const ModelJoint& j
 
 void find_lost_range(const CompiledRobot& from, const Instance& state, const CompiledRobot& to,
                      std::vector<Diagnostic>& refused) {
-  constexpr double kSlack = 0.01;  // rad or m: a loaded drive stands a little beyond where it is held
+  constexpr double kSlack = 0.01;  // rad or m: a loaded drive sags slightly beyond its target
   for (const ModelJoint& joint : to.model().joints) {
     const int index = from.model().find_joint(joint.name);
     if (index < 0) continue;
@@ -258,7 +258,7 @@ bool in_file(const CompiledScenario& machine, const std::string& object) {
   return std::ranges::find(machine.world.objects, object, &WorldObject::name) != machine.world.objects.end();
 }
 
-// The new instances but for objects that were deleted while the machine ran, and what was put in.
+// The new instances without objects that were deleted at run time, and with spawned ones.
 std::vector<ModelInstance> instances_after(const CompiledScenario& from, const CompiledScenario& to) {
   std::vector<ModelInstance> out;
   const CompiledWorld& there = from.engine->world();
@@ -283,7 +283,7 @@ void carry_over_objects(const CompiledScenario& from, CompiledScenario& to) {
     const std::optional<Instance> before = from.engine->find(object.name());
     if (is_robot(to, object.made_of()) || !before || is_robot(from, before->made_of())) continue;
     if (!before->made_of().floating()) {
-      // One that nobody has moved goes where the file, which may have been edited, puts it.
+      // An object that was not moved gets its pose from the file, which may have been edited.
       if (before->root_pose().isApprox(before->made_of().X_WR, 1e-9)) continue;
     }
     object.place(before->base_pose());
@@ -304,7 +304,7 @@ void carry_over_robot(const Instance& from, Instance to) {
   }
   to.set_state({q.data(), static_cast<std::size_t>(q.size())},
                {v.data(), static_cast<std::size_t>(v.size())});
-  to.lift_out_of_ground();  // of what an edit has made larger
+  to.lift_out_of_ground();  // an edit may have made shapes larger
 }
 
 }  // namespace

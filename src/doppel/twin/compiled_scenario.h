@@ -1,6 +1,6 @@
 #pragma once
-// What a scenario's files make before anything is on the bus: the world, its robots, and the engine that they
-// stand in. Built on any thread, so that an edit is judged while the old machine keeps running.
+// A scenario's files, compiled before anything is on the bus: the world, its robots, and their engine. Built
+// on any thread, so that an edit is checked while the old machine keeps running.
 
 #include <memory>
 #include <string_view>
@@ -12,23 +12,23 @@
 
 namespace doppel {
 
-// The robots that run, for a machine that is to replace theirs.
+// The running robots, for a machine that is to replace theirs.
 struct RunningRobots {
   std::vector<std::shared_ptr<const CompiledRobot>> now;
-  std::vector<WorldRobot> in_file;  // that the world file named when it was read
+  std::vector<WorldRobot> in_file;  // those of the world file when it was read
 };
 
 struct DOPPEL_API CompiledScenario {
-  // Throws InputError. `running`: robots that were deleted by hand stay away, those that were put in stay,
-  // and bases stand as they did.
+  // Throws InputError. `running`: robots that were deleted by a service stay deleted, spawned ones stay, and
+  // bases keep their type.
   CompiledScenario(const Scenario& scenario, Diagnostics& diagnostics,
                    const RunningRobots* running = nullptr);
   CompiledScenario(const CompiledScenario&) = delete;
   CompiledScenario& operator=(const CompiledScenario&) = delete;
 
-  // Null: none has this namespace.
+  // nullptr: no robot has this namespace.
   [[nodiscard]] std::shared_ptr<const CompiledRobot> find(std::string_view name_space) const;
-  // Every file that it was made of: the descriptions', the controllers', the world's, the meshes.
+  // All files that it was made from: descriptions, controllers, world and meshes.
   [[nodiscard]] std::vector<std::filesystem::path> files(const Scenario& scenario) const;
 
   PackageResolver resolver;
@@ -37,25 +37,25 @@ struct DOPPEL_API CompiledScenario {
   std::unique_ptr<Engine> engine;
 };
 
-// The handle of the robot's instance. Throws std::logic_error where it is not in the engine.
+// The handle of the robot's instance. Throws std::logic_error if it is not in the engine.
 [[nodiscard]] DOPPEL_API Instance instance_of(Engine& engine, const CompiledRobot& robot);
 
-// Throws InputError where a namespace is none or stands for two robots. More than one robot without a
-// namespace: the later ones get one of their own, with a note.
+// Throws InputError if a namespace is invalid or used by two robots. Of several robots without a namespace
+// the later ones get a generated one, with a note.
 DOPPEL_API void name_robots(std::vector<WorldRobot>& robots, Diagnostics& diagnostics);
 
-// Links of the robot that start inside the ground, an object or a robot behind it in the world: one warning
-// for each of these.
+// One warning for the ground, each object and each later robot in the world inside which links of
+// the robot start.
 DOPPEL_API void report_overlaps(const CompiledRobot& robot, const Engine& engine, Diagnostics& diagnostics);
 
-// Throws InputError where a joint that stands within its limits in `from` would stand outside of them in
-// `to`, would lose its whole range, or where what is written of its <mimic> or axis would have no effect any
-// more: a typo must not drive a machine that runs.
+// Throws InputError if a joint that is within its limits in `from` would be outside of them in `to`,
+// would lose its whole range, or if its <mimic> or axis would lose its effect, because a typo must not
+// move a running machine.
 DOPPEL_API void refuse_lost_range(const CompiledScenario& from, const CompiledScenario& to);
 
-// Time, the state and drives' references of every joint of the same robot with the same name and type, the
-// poses and velocities of objects, those that were put in while the machine ran, and without those that were
-// deleted. Throws InputError where an object that was put in cannot be used any more.
+// Carries over the time, the state and drives' references of every joint of the same robot with the same name
+// and type, and the poses and velocities of objects. Objects that were spawned stay, and those that were
+// deleted stay deleted. Throws InputError if a spawned object cannot be used any more.
 DOPPEL_API void carry_over_state(const CompiledScenario& from, CompiledScenario& to);
 
 }  // namespace doppel

@@ -27,18 +27,18 @@ bool is_taken(const ControllerManager& manager, const std::string& name) {
          std::any_of(declared.begin(), declared.end(), [&](const auto& d) { return d.first == name; });
 }
 
-// `name`, or with "_rest" where there is one of that name.
+// `name`, or with "_rest" appended if that name exists.
 std::string free_name(const ControllerManager& manager, std::string name) {
   while (is_taken(manager, name)) name += "_rest";
   return name;
 }
 
-// What the hardware's interfaces make possible, by joint.
+// The joints by what the hardware's interfaces permit.
 struct Offer {
-  std::set<std::string> commands;               // takes commands of any kind
-  std::set<std::string> driven;                 // an active controller holds one of them
-  std::set<std::string> positions, velocities;  // takes positions and reports them; reports velocities
-  std::set<std::string> speeds;                 // takes velocities
+  std::set<std::string> commands;               // with commands of any kind
+  std::set<std::string> driven;                 // with a command that an active controller has claimed
+  std::set<std::string> positions, velocities;  // with position commands and states; with velocity states
+  std::set<std::string> speeds;                 // with velocity commands
 };
 
 Offer offer_of(const ControllerManager& manager) {
@@ -63,7 +63,7 @@ Offer offer_of(const ControllerManager& manager) {
   return out;
 }
 
-// Makes each component's name, and each interface, the only one of its kind: what comes second is left out.
+// Makes names of components and interfaces unique: repeated ones are left out.
 class Unique {
  public:
   explicit Unique(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}
@@ -265,8 +265,8 @@ void ControlStack::hold_unclaimed_joints(const ControllerSelection& selection, c
   }
 }
 
-// A generated controller over joints that nothing drives; with it a robot stays as it is, and can be
-// commanded.
+// Starts a generated controller for joints without another one, so that the robot holds its pose and
+// can be commanded.
 void ControlStack::hold(GeneratedController wanted, const Log& log) {
   if (wanted.joints.empty()) return;
   wanted.name = free_name(*manager_, wanted.name);
@@ -324,7 +324,7 @@ ControllerSelection ControlStack::present_selection() const {
 
 void ControlStack::take_over(const CompiledRobot& machine, Instance now) {
   manager_->model_changed(machine.model());
-  model_ = machine.shared_model();  // the one before is let go when nobody looks at it any more
+  model_ = machine.shared_model();  // the former one is freed with its last user
   rebind(now);
 }
 

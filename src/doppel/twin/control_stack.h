@@ -1,6 +1,6 @@
 #pragma once
 // The controller manager with its hardware, for one robot. It shares the model and has a copy of the YAML, so
-// that another machine with the same structure can take the first one's place under running controllers.
+// that another machine with the same structure can replace the first one under running controllers.
 
 #include <memory>
 #include <string>
@@ -14,61 +14,61 @@
 
 namespace doppel {
 
-// A controller that no file declares, over joints that nothing else drives.
+// A controller that no file declares, for joints without another controller.
 struct GeneratedController {
   std::string name, type;
-  std::vector<std::string> joints;                                           // none: it commands nothing
-  std::vector<std::pair<std::string, std::vector<std::string>>> parameters;  // beside `joints`
+  std::vector<std::string> joints;                                           // empty: it commands nothing
+  std::vector<std::pair<std::string, std::vector<std::string>>> parameters;  // in addition to `joints`
 };
 
 // Which controllers are to be active, and which only loaded and configured.
 struct ControllerSelection {
   std::vector<std::string> active, inactive;
-  std::vector<std::string> declared;  // in the YAML that they come from
-  // Nobody chose them: what does not fit is left out, and what no controller drives is held where it is.
+  std::vector<std::string> declared;  // in their YAML
+  // The user did not choose them: those that do not fit are left out, and joints without a
+  // controller are held.
   bool only_compatible = false;
-  // Before an edit: generated controllers that were switched off, and joints that could be held and that
-  // nothing drove. Both stay as they were.
+  // State before an edit, which is kept: generated controllers that were inactive, and joints that could be
+  // held and had no controller.
   std::vector<GeneratedController> idle;
   std::vector<std::string> released;
   bool stopped = false;  // the emergency stop is on
 };
 
-// The period for a rate in Hz in whole physics steps; what has to be rounded is a warning at `where`.
+// The period for a rate in Hz in whole physics steps, with a warning at `where` if it is rounded.
 DOPPEL_API Duration period_in_steps(double rate, Duration step, const SourceLocation& where,
                                     Diagnostics& diagnostics);
 
 class DOPPEL_API ControlStack {
  public:
-  // What plugins offer, and what of it is wanted.
+  // The registered plugins, and how they are used.
   struct Options {
     const ControllerRegistry& controllers;
-    const HardwareRegistry& hardware;  // the simulation's own are added to them
+    const HardwareRegistry& hardware;  // the simulated hardware is added to a copy
     bool enforce_limits = true;
-    bool rehearsal = false;  // real hardware is simulated: its ports belong to the machine that runs
+    bool rehearsal = false;  // real hardware is simulated, because the running machine has its ports open
   };
-  // Throws InputError for what is wrong in the YAML or among the interfaces. Each component of the
-  // description is made by what is registered for its plugin's name, and simulated where nothing is; a note
-  // says so.
+  // Throws InputError for errors in the YAML or the interfaces. Each component of the description is made by
+  // the type that is registered for its plugin name, or simulated, with a note, if there is none.
   ControlStack(Bus& bus, const CompiledRobot& machine, Instance instance, const Options& options,
                const Log& log, Diagnostics& diagnostics);
 
-  // Throws InputError; nothing is active then. Where `wish.what_fits`, nothing is refused: a
-  // joint_state_broadcaster is added where none runs, and a joint_trajectory_controller over the joints that
-  // take positions and that no controller drives, but for `wish.released`, with a note.
+  // Throws InputError; nothing is active then. With `selection.only_compatible` nothing is refused: a
+  // joint_state_broadcaster is added if there is none, and a joint_trajectory_controller for the joints with
+  // position commands and without a controller, except `selection.released`, with a note.
   void start(const ControllerSelection& selection, const Log& log);
-  // All that the YAML declares, or what `activate` names and the rest inactive.
+  // All controllers of the YAML active, or, if `activate` is not empty, those active and the others inactive.
   [[nodiscard]] ControllerSelection selection_of(const std::vector<std::string>& activate) const;
-  // What runs now.
+  // The present state of the controllers.
   [[nodiscard]] ControllerSelection present_selection() const;
 
-  // Some component is not a simulation: it wants a loop by the wall clock.
+  // A component is not simulated and needs a ControlLoop in wall-clock time.
   [[nodiscard]] bool has_real_hardware() const { return real_; }
   [[nodiscard]] bool has_generated() const { return !generated_.empty(); }
 
-  // The machine has the same structure as the one before; drives and claims go on in its instance.
+  // Replaces the machine by one with the same structure; drives and claims continue in its instance.
   void take_over(const CompiledRobot& machine, Instance now);
-  // References of drives that hold a position, on their way to their targets.
+  // Carries over the references of position drives on their way to their targets.
   void carry_references(const Instance& before, Instance now) const;
   // The same instance under another handle.
   void rebind(Instance instance);
@@ -82,18 +82,18 @@ class DOPPEL_API ControlStack {
                     Diagnostics& diagnostics);
   void hold_unclaimed_joints(const ControllerSelection& selection, const Log& log);
   void hold(GeneratedController wanted, const Log& log);
-  // As it was before an edit, with those of its joints that are still there.
+  // Makes it as it was before an edit, with its remaining joints.
   void make_idle(GeneratedController idle, const Log& log);
-  // Whether it runs now, or is inactive where it is not to be active; a warning says why not.
+  // Whether it is now active, or inactive as requested; a warning has the reason otherwise.
   bool make(const GeneratedController& controller, bool active, const Log& log);
 
-  // The second one is what the hardware was initialised with, which may point to it forever.
+  // The second one is the model with which the hardware was initialised, which may keep pointers to it.
   std::shared_ptr<const Model> model_, first_model_;
   ParameterFile controllers_;
   bool named_;                    // by the user
-  bool only_compatible_ = false;  // of the wish that it was started with
+  bool only_compatible_ = false;  // of the selection of start()
   std::vector<GeneratedController> generated_;
-  std::vector<std::string> left_out_;  // that the file declares; after an edit they are tried again
+  std::vector<std::string> left_out_;  // declared in the file; after an edit they are tried again
   std::unique_ptr<ControllerManager> manager_;
   std::vector<SimulatedHardware*> simulated_;
   bool real_ = false;

@@ -1,5 +1,5 @@
 #pragma once
-// Where the loop's wall time goes: means over windows of half a second. Nothing of it allocates.
+// The loop's use of wall-clock time: means over windows of half a second. Does not allocate.
 
 #include <chrono>
 #include <cstdint>
@@ -9,12 +9,12 @@
 
 namespace doppel {
 
-// Wall time since the start, by what was done in it.
+// Wall-clock time since the start, by activity.
 struct LoopPhases {
-  std::chrono::nanoseconds control{};  // hardware and controllers, with what they publish
+  std::chrono::nanoseconds control{};  // hardware and controllers, including their publishing
   std::chrono::nanoseconds physics{};  // the engine's step
   std::chrono::nanoseconds publish{};  // /tf and /clock
-  std::chrono::nanoseconds bus{};      // between steps: services, what came in, reports
+  std::chrono::nanoseconds bus{};      // between steps: services, received messages, reports
   std::chrono::nanoseconds idle{};     // sleeping until the next step is due
 };
 
@@ -23,14 +23,14 @@ class DOPPEL_API LoopMeter {
   using WallTime = std::chrono::steady_clock::time_point;
 
   struct Averages {
-    bool known = false;           // they are of a whole window since restart()
+    bool known = false;           // a whole window has passed since restart()
     double real_time_factor = 0;  // simulated per wall second
     double control = 0, physics = 0, publish = 0, bus = 0, idle = 0;  // microseconds per step
   };
 
-  // A window begins, after a pause or a change of speed; until it is over the means are those from before.
+  // Begins a window, after a pause or a change of speed; until it is over the former means remain.
   void restart(WallTime now, std::uint64_t steps, const LoopPhases& phases);
-  // After each step. True: a window was over, and means() are new.
+  // Called after each step. True: a window is over, and averages() has changed.
   bool update(WallTime now, std::uint64_t steps, const LoopPhases& phases, Duration step);
   [[nodiscard]] const Averages& averages() const { return means_; }
 

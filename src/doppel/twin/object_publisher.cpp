@@ -36,7 +36,7 @@ Marker marker_of(const ModelInstance& object) {
     marker.type = Marker::CYLINDER;
     marker.scale = {2 * cylinder->radius, 2 * cylinder->radius, cylinder->length};
   } else if (const auto* capsule = std::get_if<Capsule>(&visual.geometry)) {
-    marker.type = Marker::CYLINDER;  // there is no marker for a capsule: the cylinder around it
+    marker.type = Marker::CYLINDER;  // the bounding cylinder, because there is no marker for a capsule
     marker.scale = {2 * capsule->radius, 2 * capsule->radius, capsule->length + 2 * capsule->radius};
   } else if (const auto* mesh = std::get_if<MeshGeometry>(&visual.geometry)) {
     marker.type = Marker::MESH_RESOURCE;
@@ -67,7 +67,7 @@ ObjectPublisher::ObjectPublisher(Bus& bus, const Scene& scene) : scene_(scene), 
   topic_ = node_.advertise<visualization_msgs::msg::MarkerArray>("~/objects", {.depth = 1, .latched = true});
 }
 
-// An object keeps its id as long as it is there under its name.
+// An object keeps its id as long as it exists under its name.
 void ObjectPublisher::list() {
   const auto before = static_cast<std::ptrdiff_t>(published_.size());
   std::vector<Marker> old(message_.markers.begin(), message_.markers.begin() + before);

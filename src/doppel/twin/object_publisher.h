@@ -1,8 +1,8 @@
 #pragma once
 // /doppel/objects (visualization_msgs/msg/MarkerArray, latched): the world's objects as RViz's markers, ns
-// "objects", text: the object's name, in the frame "world". Published when one comes, goes, or has moved, 25
-// times a second of simulated time at most. Every message has all objects, and DELETE for those that went
-// lately, so that who missed one is right with the next.
+// "objects", text: the object's name, in the frame "world". Published when an object is spawned, deleted or
+// moved, at most at 25 Hz of simulated time. Every message has all objects, and DELETE for recently deleted
+// ones, so that a subscriber that missed a message is up to date with the next one.
 
 #include <deque>
 #include <optional>
@@ -18,12 +18,12 @@
 
 namespace doppel {
 
-// The URI under which listeners are notified of an object's mesh; one without a scheme is its file's.
+// The URI of an object's mesh in messages; for one without a scheme the URI of its file.
 DOPPEL_API std::string mesh_resource(const MeshGeometry& mesh);
 
 class DOPPEL_API ObjectPublisher : public Tickable {
  public:
-  // The scene outlives it.
+  // The scene outlives the publisher.
   ObjectPublisher(Bus& bus, const Scene& scene);
 
   void between_steps(Time now) override {
@@ -47,7 +47,7 @@ class DOPPEL_API ObjectPublisher : public Tickable {
   PublishSchedule due_{Duration{40'000'000}};
   visualization_msgs::msg::MarkerArray message_;  // first the objects, in the scene's order, then the deleted
   std::vector<std::optional<Pose>> published_;    // [objects] as published last
-  std::deque<std::int32_t> gone_;                 // the last that went
+  std::deque<std::int32_t> gone_;                 // ids of recently deleted objects
   std::int32_t next_id_ = 0;
   bool listed_ = false;
 };

@@ -1,5 +1,5 @@
 #pragma once
-// Poses between Eigen and geometry_msgs.
+// Conversion of poses between Eigen and geometry_msgs; m, quaternions x y z w in messages.
 
 #include <optional>
 
@@ -21,7 +21,7 @@ inline geometry_msgs::msg::Pose to_pose_msg(const Pose& X) {
           {rotation.x(), rotation.y(), rotation.z(), rotation.w()}};
 }
 
-// Empty if it is not a pose: a number that is not finite, or a quaternion without direction.
+// nullopt if it is not a pose: a number that is not finite, or a zero quaternion.
 inline std::optional<Pose> from_msg(const geometry_msgs::msg::Pose& pose) {
   const Eigen::Quaterniond rotation(pose.orientation.w, pose.orientation.x, pose.orientation.y,
                                     pose.orientation.z);

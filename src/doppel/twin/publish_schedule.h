@@ -1,6 +1,7 @@
 #pragma once
-// When something that is published between steps is due: at a rate of simulated time, at once for who begins
-// to listen, and after the state was written from outside, so that pictures follow while time stands.
+// The schedule of a topic that is published between steps: at a rate of simulated time, at once for a
+// new subscriber, and at once after the state was written by a service, so that clients see it while
+// time is paused.
 
 #include "doppel/core/time.h"
 #include "doppel/export.h"
@@ -11,7 +12,7 @@ class DOPPEL_API PublishSchedule {
  public:
   explicit PublishSchedule(Duration period) : period_(period) {}
 
-  // Ask at every step; `heard`: somebody listens. True: publish now.
+  // Called at every step. True: publish now.
   bool operator()(Time now, bool has_listeners) {
     const bool due = has_listeners && (!had_listeners_ || at_once_ || now >= next_ || now < last_);
     had_listeners_ = has_listeners;

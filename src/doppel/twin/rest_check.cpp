@@ -8,8 +8,8 @@
 namespace doppel {
 namespace {
 
-constexpr double kSameTarget = 1e-6;  // rad or m: where the drive holds, give or take a rounded turn
-constexpr double kAtLimit = 0.98;     // of the effort limit: the drive gives all it has
+constexpr double kSameTarget = 1e-6;  // rad or m: tolerance of an unchanged target, up to whole turns
+constexpr double kAtLimit = 0.98;     // of the effort limit: the drive is saturated
 
 std::string contact_of(BodyId body, const CompiledWorld& world, const std::vector<Contact>& contacts) {
   for (const Contact& contact : contacts) {

@@ -1,7 +1,6 @@
 #pragma once
-// Whether a robot that nobody commands stands still half a second after the start. One that does not is
-// reported with the link and the cause: a model that is thrown at its start proves nothing that is measured
-// later.
+// Checks whether a robot without commands is at rest half a second after the start. One that is not is
+// reported with the link and the cause, because later measurements of such a model are meaningless.
 
 #include <optional>
 #include <string>
@@ -17,13 +16,13 @@ namespace doppel {
 
 inline constexpr Duration kRestTime{500'000'000};  // after the start
 inline constexpr double kRestSpeed = 0.1;          // rad/s or m/s
-inline constexpr double kBeyondLimit = 0.01;  // rad or m: a loaded drive stands a little beyond its limit
+inline constexpr double kBeyondLimit = 0.01;       // rad or m: a loaded drive sags slightly beyond its limit
 
-// A scalar joint that moves, or stands beyond its limits.
+// A scalar joint that moves, or is beyond its limits.
 struct UnsettledJoint {
   std::string joint, link;         // the link that it moves
-  double position = 0, speed = 0;  // rad or m; per s
-  double beyond = 0;               // outside of its limits; 0: inside
+  double position = 0, speed = 0;  // rad or m; rad/s or m/s
+  double beyond = 0;               // rad or m outside of its limits; 0: inside
   std::string cause;               // "no active controller commands it"
   SourceLocation where;            // of the joint
 };
@@ -38,23 +37,23 @@ struct RestReport {
   double base_linear = 0, base_angular = 0;  // speed of a floating root, m/s and rad/s
 };
 
-// The joint's drive gives all that its effort limit lets it.
+// Whether the joint's drive is at its effort limit.
 DOPPEL_API bool at_effort_limit(const Instance& robot, int joint);
 
-// What is not at rest now. Allocates only where something is not.
+// The joints that are not at rest now. Allocates only if there are any.
 DOPPEL_API std::vector<UnsettledJoint> find_unsettled_joints(const RobotDescription& robot,
                                                              const Instance& instance);
 
 class DOPPEL_API RestCheck {
  public:
-  // From the robot's present state on.
+  // Begins at the robot's present state.
   explicit RestCheck(const Instance& robot)
       : begin_(robot.engine().time()), q0_(robot.q().begin(), robot.q().end()) {}
 
-  // Between steps. True once: kRestTime has passed, and report() tells what was found; where a drive was
-  // commanded before, there is nothing to tell.
+  // Between steps. True once, when kRestTime has passed and report() is set; a robot that was commanded
+  // before gets no report.
   bool look(const RobotDescription& robot, const Instance& instance);
-  // None: not yet, or the robot was commanded.
+  // nullopt: not yet, or the robot was commanded.
   [[nodiscard]] const std::optional<RestReport>& report() const { return report_; }
 
  private:

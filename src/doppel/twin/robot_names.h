@@ -1,5 +1,5 @@
 #pragma once
-// Names below a robot's namespace.
+// Names in a robot's namespace.
 
 #include <string>
 #include <string_view>

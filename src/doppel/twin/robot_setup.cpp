@@ -69,7 +69,7 @@ void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const
       if (file.for_ros2) setup.declaring_files.push_back(file.path);
     }
   }
-  std::string others;  // the note of files that were left alone becomes part of the one on what was made
+  std::string others;  // the note about unused files becomes part of the note about generated controllers
   for (const Diagnostic& d : said.all()) {
     if (d.rule == "up.controllers_of_others") {
       others = "; " + d.message;
@@ -131,7 +131,7 @@ ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, 
 
 namespace {
 
-// What follows from the description alone.
+// The part that depends only on the description.
 void complete(const Scenario& scenario, const WorldRobot& robot, const PackageResolver& resolver,
               RobotSetup& setup, Diagnostics& diagnostics) {
   choose_controllers(scenario, robot, resolver, setup, diagnostics);

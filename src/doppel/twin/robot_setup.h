@@ -1,7 +1,6 @@
 #pragma once
-// From a scenario to everything that must be known before anything is built: the description as the
-// simulation wants it (use_sim), the controllers' files that belong to it, and the choices that were made on
-// the user's behalf.
+// The input of a robot from a scenario: the description for the simulation (use_sim), its controllers' files,
+// and the choices made on the user's behalf.
 
 #include <filesystem>
 #include <memory>
@@ -18,15 +17,15 @@ namespace doppel {
 struct RobotSetup {
   Target target;
   LoadedDescription description;
-  ParameterFile controllers;       // generated where the package has none
-  std::string controllers_origin;  // "config/ros2_controllers.yaml", for people; "generated"
-  std::vector<std::filesystem::path> controllers_files;  // that it was read from; empty: generated
-  std::vector<std::filesystem::path> declaring_files;    // of those found, which declare controllers
+  ParameterFile controllers;       // generated if the package has none
+  std::string controllers_origin;  // for messages: "config/ros2_controllers.yaml" or "generated"
+  std::vector<std::filesystem::path> controllers_files;  // the files it was read from; empty: generated
+  std::vector<std::filesystem::path> declaring_files;    // found files that declare controllers
   bool controllers_named = false;                        // the user named the file
 };
 
-// A robot's target, found and expanded with its overlay. Throws InputError: nothing of that name, or what
-// expand_description refuses.
+// A robot's target, found and expanded with its overlay. Throws InputError: there is no such target, or
+// expand_description rejects it.
 struct ExpandedTarget {
   Target target;
   ExpandedDescription description;
@@ -34,16 +33,15 @@ struct ExpandedTarget {
 DOPPEL_API ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot,
                                         PackageResolver& resolver, Diagnostics& diagnostics);
 
-// Throws InputError. What was chosen without being asked for (use_sim:=true, generated controllers) are
-// notes.
+// Throws InputError. Choices on the user's behalf (use_sim:=true, generated controllers) are notes.
 DOPPEL_API RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot,
                                    PackageResolver& resolver, Diagnostics& diagnostics);
-// The same of a description that was read already, with no files of its own.
+// The same for a description that is already read, without files.
 DOPPEL_API RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot,
                                    RobotDescription description, Diagnostics& diagnostics);
 
-// The YAML that makes any robot move: a broadcaster, and a trajectory controller over `joints`.
-// `velocity_states`: the hardware offers them.
+// YAML for a robot without controllers: a broadcaster, and a trajectory controller for `joints`.
+// `velocity_states`: the hardware has velocity state interfaces.
 DOPPEL_API std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states);
 
 }  // namespace doppel

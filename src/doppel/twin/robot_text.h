@@ -1,5 +1,5 @@
 #pragma once
-// A robot in one word, as a command line has it: TARGET[:NAMESPACE][@x,y,z[,roll,pitch,yaw]], m and rad.
+// A robot as one argument of the command line: TARGET[:NAMESPACE][@x,y,z[,roll,pitch,yaw]], m and rad.
 
 #include <string>
 
@@ -8,10 +8,11 @@
 
 namespace doppel {
 
-// Throws InputError. A file whose name has a colon or an @ is taken as it is.
+// Throws InputError. An existing file whose name has a colon or an @ is not split.
 DOPPEL_API WorldRobot parse_robot(const std::string& text);
 
-// "x,y,z" or "x,y,z,roll,pitch,yaw". Throws InputError; `option` is what it was given to.
+// "x,y,z" or "x,y,z,roll,pitch,yaw", m and rad. Throws InputError; `option` is the option's name
+// in the message.
 DOPPEL_API Pose parse_place(const std::string& text, const std::string& option);
 
 }  // namespace doppel

@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kMaxScheduleLag{100};  // further behind than this, the schedule is moved
 constexpr std::chrono::milliseconds kPausedPollInterval{2};
-constexpr std::uint64_t kStepsAtOnce = 100;  // while paused, between looks at what comes in
+constexpr std::uint64_t kStepsAtOnce = 100;  // while paused, between two calls of between_steps()
 
 void sleep_until(std::chrono::steady_clock::time_point due) {
   const auto since = due.time_since_epoch();
@@ -93,8 +93,8 @@ LoopPhases Runner::phases() const {
   return phases;
 }
 
-// Waits until a step is due and only then runs what has come in: a command waits for no step that it could
-// have had a part in.
+// Waits until a step is due and only then handles received messages, so that a command takes effect in the
+// first step after its arrival.
 void Runner::begin_step() {
   const auto after_bus = Clock::now();
   bus_ += after_bus - measured_;
@@ -141,7 +141,7 @@ void Runner::rest_while_paused(const std::atomic<bool>& stop) {
 }
 
 RunStatistics Runner::run(const std::atomic<bool>& stop) {
-  prctl(PR_SET_TIMERSLACK, 1);  // the kernel may otherwise wake this thread 50 microseconds late on purpose
+  prctl(PR_SET_TIMERSLACK, 1);  // the default slack lets the kernel wake this thread up to 50 us late
   const auto begin_wall = Clock::now();
   const std::uint64_t begin_steps = twin_.steps();
   const std::uint64_t step_ns = static_cast<std::uint64_t>(twin_.step_size().count());
@@ -174,7 +174,7 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
     publish_status(measured_);
   }
   if (statistics_.end == RunEnd::duration_reached)
-    keep_pace(Clock::now());  // the last step's time has to pass, too
+    keep_pace(Clock::now());  // the duration of the last step has to pass, too
   statistics_.wall += Clock::now() - begin_wall;
   statistics_.steps = twin_.steps() - begin_steps;
   statistics_.simulated = Duration(static_cast<std::int64_t>(statistics_.steps * step_ns));

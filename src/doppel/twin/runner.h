@@ -1,7 +1,6 @@
 #pragma once
-// Keeps a twin's time: steps it in pace with the wall clock (or as fast as it goes), pauses it, ends it, and
-// tells on /doppel/status and /diagnostics how that goes. Runs on the calling thread, which is then the
-// loop's.
+// Runs a twin: steps it in pace with wall-clock time (or as fast as possible), pauses it, ends it, and
+// publishes /doppel/status and /diagnostics. Runs on the calling thread, which is then the loop's thread.
 
 #include <array>
 #include <atomic>
@@ -18,12 +17,12 @@
 
 namespace doppel {
 
-// How late steps began, in bins a fifth of an octave wide from 1 microsecond to 4 seconds. Adding allocates
-// nothing.
+// The lateness of steps, in bins a fifth of an octave wide from 1 microsecond to 4 seconds. add()
+// does not allocate.
 class DOPPEL_API LatenessHistogram {
  public:
   void add(std::chrono::nanoseconds late);
-  // The lateness that a fraction p of the steps did not exceed (upper edge of its bin), microseconds.
+  // The lateness that a fraction p of the steps does not exceed (upper edge of its bin), microseconds.
   [[nodiscard]] double percentile(double p) const;
   [[nodiscard]] double worst() const { return static_cast<double>(worst_.count()) * 1e-3; }
   [[nodiscard]] std::uint64_t count() const { return count_; }
@@ -45,14 +44,14 @@ enum class RunEnd { duration_reached, stopped, diverged };
 struct DOPPEL_API RunStatistics {
   RunEnd end = RunEnd::stopped;
   Duration simulated{};             // in this run
-  std::chrono::nanoseconds wall{};  // without the time spent paused
+  std::chrono::nanoseconds wall{};  // without pauses
   std::uint64_t steps = 0;
-  std::uint64_t overruns = 0;  // times that the loop fell 100 ms behind and its schedule was moved
+  std::uint64_t overruns = 0;  // how often the loop was 100 ms late and its schedule was moved
   LatenessHistogram lateness;  // empty at full speed
   [[nodiscard]] double real_time_factor() const;
 };
 
-// What other threads may read while it runs.
+// Values that other threads may read while it runs.
 struct RunnerView {
   std::atomic<double> real_time_factor{0};  // over the last half second
   std::atomic<bool> paused{false};
@@ -63,10 +62,10 @@ class DOPPEL_API Runner {
  public:
   Runner(Twin& twin, RunnerOptions options);
 
-  // Until the duration is over, `stop` becomes true, or the physics diverges.
+  // Runs until the duration is over, `stop` becomes true, or the physics diverges.
   RunStatistics run(const std::atomic<bool>& stop);
   [[nodiscard]] const RunnerView& view() const { return view_; }
-  // Called once, after the first step: the first state has been published by then.
+  // Called once, after the first step, when the first state has been published.
   void on_first_step(std::function<void()> callback) { on_first_step_ = std::move(callback); }
 
  private:
@@ -74,7 +73,7 @@ class DOPPEL_API Runner {
   void rest_while_paused(const std::atomic<bool>& stop);
   void begin_step();
   void step_and_measure();
-  // Sleeps until the next step is due; the time then.
+  // Sleeps until the next step is due and returns the time then.
   Clock::time_point keep_pace(Clock::time_point now);
   void restart_schedule();
   void publish_status(Clock::time_point now);
@@ -85,12 +84,12 @@ class DOPPEL_API Runner {
   RunStatistics statistics_;
   RunnerView view_;
   std::function<void()> on_first_step_;
-  // The schedule: the step that leaves simulated step count `anchor_steps_` was due at `anchor_wall_`.
+  // The schedule: the step after which the step count is `anchor_steps_` was due at `anchor_wall_`.
   Clock::time_point anchor_wall_;
   std::uint64_t anchor_steps_ = 0;
   double anchor_speed_ = 1.0;
   LoopMeter meter_;
-  Clock::time_point measured_;                        // up to when the wall time below is accounted for
+  Clock::time_point measured_;                        // end of the wall-clock time accounted for below
   std::chrono::nanoseconds bus_{}, idle_{}, step_{};  // since the run began
   StatusPublisher status_;
 };

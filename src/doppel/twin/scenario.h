@@ -1,5 +1,5 @@
 #pragma once
-// All that a run is, in one typed struct: the command line fills it, tests and programs fill it by hand.
+// The complete input of a run: filled by the command line, by tests or by user programs.
 
 #include <filesystem>
 #include <functional>
@@ -16,18 +16,18 @@
 namespace doppel {
 
 struct Scenario {
-  std::vector<WorldRobot> robots;              // beside those that the world file names
+  std::vector<WorldRobot> robots;              // in addition to those of the world file
   std::optional<std::filesystem::path> world;  // a world file; none: empty, with ground
   std::string engine = kDefaultEngine;
-  bool start_controllers = true;     // false: nothing is loaded, the joints are passive
+  bool start_controllers = true;     // false: no controller is loaded, the joints are passive
   std::vector<std::string> plugins;  // shared libraries with controllers and hardware
-  bool ideal = false;                // joints follow commands exactly, whatever they carry
+  bool ideal = false;                // joints follow commands exactly, under any load
   bool enforce_limits = true;
-  RosArguments ros;                      // names, parameters: what stood behind --ros-args
+  RosArguments ros;                      // names and parameters of --ros-args
   bool wall_stamps = false;              // messages are stamped with wall-clock time, and there is no /clock
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
-  // Looks at each expanded description whenever it is read, also at a reload: its findings are reported with
-  // the rest.
+  // Called with each expanded description whenever one is read, also at a reload; its diagnostics are
+  // reported with the others.
   std::function<void(const ExpandedDescription&, Diagnostics&)> inspect;
 };
 

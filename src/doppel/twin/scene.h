@@ -1,6 +1,6 @@
 #pragma once
-// The engine with the names that clients know its instances by: which of them are robots, and which frame
-// messages call "world".
+// The engine with the names of its instances in messages and services: which of them are robots, and the
+// frame "world". The loop's thread.
 
 #include <string>
 #include <string_view>
@@ -14,13 +14,13 @@ namespace doppel {
 class DOPPEL_API Scene {
  public:
   // `robots`: the instances that are robots, in the twin's order. `root`: the one without a namespace, whose
-  // frames stand in TF as they are; empty: none.
+  // frames have no prefix in TF; empty: none.
   void show(Engine& engine, std::vector<std::string> robots, std::string root);
 
   [[nodiscard]] Engine& engine() const { return *engine_; }
   [[nodiscard]] Time now() const { return engine_->time(); }
   [[nodiscard]] const std::vector<int>& robots() const { return robots_; }  // instances
-  // Instances of one body with a look, that are not robots.
+  // Instances with one body and a visual shape that are not robots.
   [[nodiscard]] const std::vector<int>& objects() const { return objects_; }
   [[nodiscard]] bool is_robot(int instance) const;
   [[nodiscard]] bool is_object(int instance) const;
@@ -28,12 +28,12 @@ class DOPPEL_API Scene {
   // A robot or an object; -1: none.
   [[nodiscard]] int find(std::string_view name) const { return engine_->world().find(name); }
 
-  // X_TW: the engine's world in TF's "world". Where the robot without a namespace has a link of that name,
-  // it is that link, wherever the world file puts it; else it is the engine's world.
+  // X_TW: the engine's world in TF's "world". If the robot without a namespace has a link "world", TF's
+  // "world" is that link, at its pose of the world file; else it is the engine's world.
   [[nodiscard]] Pose world_in_tf() const;
 
-  // What a robot's joint or link is called among all robots: "left::Revolute 1", or the name alone where the
-  // robot has no namespace.
+  // The unique name of a robot's joint or link among all robots: "left::Revolute 1", or the name alone for a
+  // robot without a namespace.
   [[nodiscard]] std::string scoped(int robot, const std::string& name) const;
 
  private:

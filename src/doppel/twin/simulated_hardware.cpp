@@ -27,7 +27,7 @@ SimulatedHardware::Quantity SimulatedHardware::quantity_of(const std::string& in
 
 Status SimulatedHardware::on_init(const HardwareInfo& info) {
   for (const auto& [name, value] : info.description.params) {
-    if (name != "unclaimed") continue;  // the others are the plugin's that is simulated
+    if (name != "unclaimed") continue;  // other parameters are those of the replaced plugin
     const std::vector<std::string> known{"free", "hold", "brake"};
     const auto found = std::find(known.begin(), known.end(), value);
     if (found == known.end()) {
@@ -137,7 +137,7 @@ Status SimulatedHardware::on_deactivate() {
   return {};
 }
 
-// Each joint is held where it is now, whatever its drive was running to.
+// Each joint is held at its present position, regardless of the target of its drive.
 void SimulatedHardware::on_stop() {
   stopped_ = true;
   for (const int joint : driven_) robot_.set_drive(joint, DriveMode::passive);
@@ -235,7 +235,7 @@ HardwareReturn SimulatedHardware::write(Time /*now*/, Duration /*period*/, std::
   return HardwareReturn::ok;
 }
 
-// A continuous joint takes the short way: whole turns are the same place.
+// A continuous joint takes the shortest way, because whole turns are the same position.
 double SimulatedHardware::nearest_turn(const Interface& command, double value) const {
   const ModelJoint& joint = robot_.model().joints[static_cast<std::size_t>(command.joint)];
   if (joint.type != JointType::continuous || command.quantity != Quantity::position) return value;

@@ -1,8 +1,8 @@
 #pragma once
-// ros2_control's hardware, played by a physics engine: each <ros2_control> component of the description that
-// no real hardware is registered for becomes one of these. A claimed interface chooses the joint's drive
-// (position before velocity before effort); what an unclaimed joint does, <param name="unclaimed"> says:
-// free (the default), hold or brake.
+// ros2_control hardware simulated by a physics engine: used for each <ros2_control> component of the
+// description without registered real hardware. The claimed command interface determines the joint's drive
+// (position before velocity before effort); <param name="unclaimed"> sets the behaviour of an unclaimed
+// joint: free (the default), hold or brake.
 
 #include <vector>
 
@@ -20,11 +20,11 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
  public:
   explicit SimulatedHardware(Instance robot) : robot_(robot) {}
 
-  // Another instance of a model with the same joints takes over: what drives here drives there, too.
+  // Continues with another instance of a model with the same joints: the drives are set there, too.
   void rebind(Instance robot);
 
-  // Joints that the model lacks, fixed ones and commanded mimics are warnings; they are left out. Throws
-  // InputError: an `unclaimed` that is none of the three.
+  // Unknown joints, fixed joints and commanded mimics are left out with warnings. Throws InputError for an
+  // invalid value of `unclaimed`.
   Status on_init(const HardwareInfo& info) override;
   [[nodiscard]] std::vector<InterfaceDescription> state_interfaces() const override;
   [[nodiscard]] std::vector<InterfaceDescription> command_interfaces() const override;
@@ -60,21 +60,19 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
   bool active_ = false, stopped_ = false;
 };
 
-// Registers it under the plugin names of the simulators.
+// Registers SimulatedHardware under the plugin names of the simulators.
 DOPPEL_API void register_simulated_hardware(HardwareRegistry& registry, Instance robot);
 
-// The plugin of a component that is made up where the description has none.
-
-// A system for a description without <ros2_control>: position commands, position, velocity and effort states
-// for every driven joint, and states of the mimics.
+// A generated component for a description without <ros2_control>: a system with position commands, position,
+// velocity and effort states for every driven joint, and states of the mimics.
 DOPPEL_API HardwareDescription generated_hardware(const Model& model);
 
-// What the plugin's name means to doppel; a note or a warning for the user says so. `real`: what is
-// registered under it drives real hardware.
+// Reports by a note or a warning how a plugin name is treated. `real`: the type that is registered under it
+// drives real hardware.
 DOPPEL_API void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& diagnostics);
 
-// q with every position state interface's initial_value written into `q`; values outside the limits are
-// warnings.
+// Writes the initial_value of every position state interface into `q` [nq] (rad, m); values outside the
+// limits are warnings.
 DOPPEL_API void apply_initial_values(const RobotDescription& robot, const Model& model, Eigen::VectorXd& q,
                                      Diagnostics& diagnostics);
 

@@ -46,7 +46,7 @@ void SimulatorServices::instances_changed() {
     if (load.body.instance < 0) return true;
     const Instance now = scene_.instance(load.body.instance);
     if (now.made_of().model == load.model) return false;
-    // An edit exchanges a robot's model for one that has the joint or link under another index, or no more.
+    // After a reload the robot's model may have the joint or link under another index, or not at all.
     if (!scene_.is_robot(load.body.instance)) return true;
     const Model& model = now.model();
     if (load.joint >= 0)
@@ -70,7 +70,7 @@ Status SimulatorServices::find_body(const std::string& name, Load& load) const {
   return find_link(scene_, name, load.body);
 }
 
-// Efforts on one joint add up.
+// The sum of the efforts on one joint.
 double SimulatorServices::effort_on(int instance, int joint, Time now) const {
   double sum = 0.0;
   for (const Load& load : loads_) {
@@ -84,7 +84,7 @@ void SimulatorServices::apply_due(Time now) {
   scene_.engine().clear_applied();
   next_change_ = Time::max();
   for (const Load& load : loads_) {
-    if (load.end <= now) continue;  // forgotten between steps, where memory may be given back
+    if (load.end <= now) continue;  // removed between steps, where memory may be freed
     if (load.start > now) {
       next_change_ = std::min(next_change_, load.start);
       continue;
@@ -277,7 +277,7 @@ Status SimulatorServices::write_state(const std::vector<std::string>& names,
   struct State {
     Eigen::VectorXd q, v;
   };
-  std::map<int, State> robots;  // those that are named; without names, every robot stands still where it is
+  std::map<int, State> robots;  // the named ones; without names, every robot is set to rest at its position
   const auto state_of = [&](int robot) -> State& {
     const Instance instance = scene_.instance(robot);
     const auto [at, fresh] = robots.try_emplace(robot);

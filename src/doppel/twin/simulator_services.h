@@ -1,7 +1,7 @@
 #pragma once
-// The simulator as a node, /gazebo, by the names and types that its users know: pause, step, reset, speed,
-// efforts and wrenches on robots and objects, and joints' state (entity_services.h: where objects are).
-// Everything runs on the loop's thread, between steps. Joints and links are named as entity.h says.
+// The simulator's node, /gazebo, with Gazebo's names and types: pause, step, reset, speed, efforts and
+// wrenches on robots and objects, and the state of joints (for poses of objects see entity_services.h).
+// Everything runs on the loop's thread, between steps. Names of joints and links: entity.h.
 
 #include <functional>
 #include <memory>
@@ -17,7 +17,7 @@
 
 namespace doppel {
 
-// Whether and how fast time runs. Written by services, read by the runner, both on the loop's thread.
+// Pause and speed of simulated time. Written by services, read by the runner, both on the loop's thread.
 struct TimeControl {
   bool paused = false;
   std::uint64_t steps_owed = 0;  // steps to run although paused
@@ -28,9 +28,9 @@ class DOPPEL_API SimulatorServices : public Tickable {
  public:
   struct Callbacks {
     std::function<void()> reset;          // back to the start
-    std::function<void()> state_written;  // a pose was set from outside: controllers hold there
+    std::function<void()> state_written;  // a service has set a pose: controllers hold there
   };
-  // Scene and time control outlive it.
+  // Scene and time control outlive the services.
   SimulatorServices(Bus& bus, const Scene& scene, TimeControl& time_control, Callbacks callbacks);
 
   [[nodiscard]] bool at_every_step() const override { return true; }
@@ -38,23 +38,24 @@ class DOPPEL_API SimulatorServices : public Tickable {
   void before_step(Time now) override {
     if (now >= next_change_) apply_due(now);
   }
-  // Answers calls of ~/step whose steps have run since.
+  // Responds to calls of ~/step whose steps are complete.
   void between_steps(Time /*now*/) override {
     if (!stepping_.empty()) answer_finished_steps();
   }
-  // No load acts any more.
+  // Removes all loads.
   void reset(Time now) override;
-  // Loads continue on bodies that have kept their name; a new body with the name of a deleted one gets none.
+  // Loads continue on bodies that keep their name and model; a new body with the name of a deleted
+  // one gets none.
   void instances_changed() override;
 
  private:
-  // An effort on a joint, or a wrench on a link, and the time in which it acts.
+  // An effort on a joint, or a wrench on a link, and the time interval in which it acts.
   struct Load {
-    BodyId body;                         // its instance, for a joint too
+    BodyId body;                         // of a joint only the instance is used
     int joint = -1;                      // of the instance
-    std::shared_ptr<const Model> model;  // of the instance: one of the same name may be another
+    std::shared_ptr<const Model> model;  // of the instance: distinguishes a new instance of the same name
     std::string name;                    // of the instance
-    double effort = 0;
+    double effort = 0;                   // N m or N
     Eigen::Vector3d p_BoP_B = Eigen::Vector3d::Zero(), force_W = Eigen::Vector3d::Zero(),
                     torque_W = Eigen::Vector3d::Zero();
     Time start{}, end{};
@@ -62,7 +63,7 @@ class DOPPEL_API SimulatorServices : public Tickable {
       return joint < 0 && other.joint < 0 && body == other.body;
     }
   };
-  // A call of ~/step, answered once so many of the steps that were requested have run.
+  // A call of ~/step, responded to when the requested steps have run.
   struct Stepping {
     std::uint32_t steps = 0;
     std::uint64_t last = 0;
@@ -77,7 +78,7 @@ class DOPPEL_API SimulatorServices : public Tickable {
 
   void apply_due(Time now);
   [[nodiscard]] double effort_on(int instance, int joint, Time now) const;
-  // Efforts add up; a wrench replaces the one that acts on the same link or object.
+  // Efforts on a joint are added; a wrench replaces the one on the same link or object.
   Status add_load(Load load, const builtin_interfaces::msg::Time& start,
                   const builtin_interfaces::msg::Duration& duration);
   Status add_wrench(const std::string& body, const std::string& frame, const geometry_msgs::msg::Point& point,
@@ -92,8 +93,8 @@ class DOPPEL_API SimulatorServices : public Tickable {
   TimeControl& time_control_;
   Callbacks callbacks_;
   Node node_;
-  std::vector<Stepping> stepping_;  // in the order of asking
-  std::uint64_t steps_asked_ = 0;   // since time stands
+  std::vector<Stepping> stepping_;  // in the order of the calls
+  std::uint64_t steps_asked_ = 0;   // since the pause
   std::vector<Load> loads_;
   Time next_change_ = Time::max();
 };

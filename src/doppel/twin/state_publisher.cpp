@@ -51,7 +51,7 @@ StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, std::sha
     add_tree({.separate = true}, in_namespace(name_space_, "tf"), in_namespace(name_space_, "tf_static"),
              options.X_WR);
   }
-  // Only to be seen in the graph: the states of all joints are known.
+  // Only for the graph, as in robot_state_publisher: the states of all joints come from the engine.
   node_.subscribe<sensor_msgs::msg::JointState>(
       "joint_states", [](const auto&) {}, Qos::sensor_data());
   declare_qos_overrides(node_, "joint_states", QosOverrideOf::subscription, Qos::sensor_data(),
@@ -124,8 +124,8 @@ void StatePublisher::declare_parameters(const RobotDescription& robot, Parameter
 
 void StatePublisher::set_frame_prefix(const std::string& prefix) {
   for (Tree& tree : trees_) {
-    if (tree.separate) continue;  // its frames stand as the description has them
-    // The first transform of a shared tree comes from the world that all robots stand in.
+    if (tree.separate) continue;  // its frames have no prefix
+    // The parent of the first transform of a shared tree is the common world.
     const auto* const from_world = tree.shared ? &tree.fixed.transforms.front() : nullptr;
     for (auto* message : {&tree.moving, &tree.fixed}) {
       for (auto& transform : message->transforms) {

@@ -2,9 +2,9 @@
 // robot_state_publisher: robot_description and /tf_static (latched), and /tf. TF is computed from the true
 // state of every joint, mimics included, and not from joint_states.
 //
-// A robot with a namespace NS has its node and robot_description below it. Its transforms are on /tf, where
-// all robots share one tree and its frames stand below "NS/", and on /NS/tf and /NS/tf_static as the
-// description names them (TfTopics).
+// A robot with a namespace NS has its node and robot_description in it. Its transforms are on /tf, where all
+// robots share one tree and its frames have the prefix "NS/", and on /NS/tf and /NS/tf_static with the frames
+// of the description (TfTopics). Frames and names by REP 105.
 
 #include <map>
 #include <memory>
@@ -22,8 +22,8 @@
 
 namespace doppel {
 
-// What each robot of a bus has on /tf_static, by namespace: a latched topic keeps one message, so that each
-// has those of all. Of two publishers with one namespace the one that published last counts.
+// The static transforms of each robot of a bus, by namespace: a latched topic keeps one message, so that each
+// message has to contain those of all robots. Of two publishers with the same namespace the last one is used.
 struct StaticTransformsOf {
   const void* publisher = nullptr;
   std::vector<geometry_msgs::msg::TransformStamped> transforms;
@@ -34,14 +34,14 @@ class DOPPEL_API StatePublisher {
  public:
   struct Options {
     std::string name_space = {};          // "left"; empty: none
-    TfTopics tf = TfTopics::both;         // where there is a namespace
+    TfTopics tf = TfTopics::both;         // of a robot with a namespace
     Pose X_WR = Pose::Identity();         // the root link in the world
-    const ParameterFile* file = nullptr;  // what is written of the node's parameters
+    const ParameterFile* file = nullptr;  // with the node's parameters; nullptr: none
     std::shared_ptr<StaticTransforms> statics = std::make_shared<StaticTransforms>();  // of the bus
   };
-  // Where no link is called "world", /tf_static has the root link in a frame of that name; where one is, and
-  // the world file moves it, the engine's world is the frame "ground". In a tree with other robots "world" is
-  // always the engine's world. Throws InputError where a parameter cannot be used.
+  // Without a link "world", /tf_static has the root link in a frame "world"; with one that the world file
+  // moves, the engine's world is the frame "ground". In a tree with other robots "world" is always the
+  // engine's world. Throws InputError for an invalid parameter.
   StatePublisher(Bus& bus, const RobotDescription& robot, std::shared_ptr<const Model> model,
                  const Options& options);
   ~StatePublisher();
@@ -52,7 +52,7 @@ class DOPPEL_API StatePublisher {
   void publish_transforms(Time now, const Eigen::Ref<const Eigen::VectorXd>& q);
   // Between steps, at the start and after a reset of time.
   void publish_latched(Time now);
-  // Between two publications of /tf; zero: at every step.
+  // The period of /tf; zero: at every step.
   [[nodiscard]] Duration period() const { return period_; }
 
  private:
@@ -60,7 +60,7 @@ class DOPPEL_API StatePublisher {
   struct Tree {
     Publisher<tf2_msgs::msg::TFMessage> tf = {}, tf_static = {};
     tf2_msgs::msg::TFMessage moving = {}, fixed = {};
-    bool shared = false;    // with other robots, below "NS/"
+    bool shared = false;    // with other robots; frames have the prefix "NS/"
     bool separate = false;  // /NS/tf
     std::string prefix = {};
   };

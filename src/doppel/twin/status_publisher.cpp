@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::chrono::milliseconds kStatusPeriod{250};
 constexpr std::chrono::milliseconds kDiagnosticsPeriod{1000};
-constexpr double kSlow = 0.95;  // of the wanted speed: below this the loop does not keep up
+constexpr double kSlow = 0.95;  // of the requested speed: below it the loop does not keep up
 
 double seconds(double microseconds) {
   return microseconds * 1e-6;

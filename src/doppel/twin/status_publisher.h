@@ -1,6 +1,6 @@
 #pragma once
-// How the loop runs, told by the wall clock, also while time stands: /doppel/status
-// (doppel_msgs/msg/TwinStatus, latched, 4 Hz and at every change) and, for ROS's tools, /diagnostics
+// The loop's status, in wall-clock time, also while simulated time is paused: /doppel/status
+// (doppel_msgs/msg/TwinStatus, latched, 4 Hz and at every change) and, for the tools of ROS 2, /diagnostics
 // (diagnostic_msgs/msg/DiagnosticArray, 1 Hz).
 
 #include <chrono>
@@ -31,7 +31,8 @@ class DOPPEL_API StatusPublisher {
     const LoopMeter& meter;
     const RunStatistics& run;
   };
-  // The loop's thread, between steps, often: publishes what is due. Costs a few comparisons where nothing is.
+  // Called often on the loop's thread, between steps: publishes what is due. Costs a
+  // few comparisons otherwise.
   void publish_due(const Loop& loop, WallTime now);
 
  private:
@@ -44,8 +45,8 @@ class DOPPEL_API StatusPublisher {
   Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_topic_;
   const WallTime begin_;
   WallTime next_status_, next_diagnostics_;
-  doppel_msgs::msg::TwinStatus status_;  // as it was told last
-  Time last_time_{};                     // one that runs backwards has been reset
+  doppel_msgs::msg::TwinStatus status_;  // as published last
+  Time last_time_{};                     // an earlier time means a reset
   std::string robot_;
   std::uint64_t overruns_reported_ = 0;
 };

@@ -1,6 +1,6 @@
 #pragma once
-// What ticks in a twin beside engine and controllers: publishers, checks, services, sensors. Each registers
-// in a list, of the world or of one robot; the twin runs the list and knows none of them by name.
+// Periodic tasks of a twin besides engine and controllers: publishers, checks, services, sensors. Each
+// registers in a list, of the world or of one robot, which the twin runs. All functions: the loop's thread.
 
 #include <algorithm>
 #include <cstdint>
@@ -13,12 +13,12 @@
 
 namespace doppel {
 
-// A period in whole steps, at least one.
+// A period rounded to whole steps, at least one.
 inline Duration whole_steps(Duration period, Duration step) {
   return step * std::max<std::int64_t>(1, (period.count() + step.count() / 2) / step.count());
 }
 
-// When something that is published at a rate is due next, without drift.
+// The next due time of a topic that is published at a rate, without drift.
 class DOPPEL_API Pace {
  public:
   void restart(Time now) { next_ = now; }
@@ -43,21 +43,21 @@ class DOPPEL_API Tickable {
   [[nodiscard]] virtual bool at_every_step() const { return false; }
   virtual void before_step(Time /*now*/) {}
   virtual void after_step(Time /*now*/) {}
-  // What is published in the loop at a rate: called when it is due; the time when it is due next. Asked again
-  // after every housekeeping, so that a rate that has grown need not wait.
+  // Publishes in the loop at a rate: called when it is due; returns the next due time.
   virtual Time publish(Time /*now*/) { return Time::max(); }
-  // From now on, the latest time of the next publish().
+  // The latest time of the next publish(), seen from now. Evaluated after every housekeeping, so that a
+  // higher rate takes effect at once.
   [[nodiscard]] virtual Time next_after(Time /*now*/) const { return Time::max(); }
 
   // -- between steps
   virtual void between_steps(Time /*now*/) {}
-  // The state was written, time was stepped or set back: everything is shown as it is now.
+  // The state was written, or time was stepped or set back: publishes the present state.
   virtual void show(Time /*now*/) {}
-  // The simulation was set back to its start.
+  // The simulation was reset.
   virtual void reset(Time /*now*/) {}
-  // Instances came or went, or another engine took over: handles are looked up again.
+  // Instances were added or removed, or the engine was replaced: looks up handles again.
   virtual void instances_changed() {}
-  // Another robot has come or gone.
+  // Another robot was added or removed.
   virtual void robots_changed(Time /*now*/) {}
 };
 
@@ -83,7 +83,7 @@ class DOPPEL_API TickList {
       next_ = std::min(next_, entry.next);
     }
   }
-  // A rate may have grown since.
+  // Called when a rate may have become higher.
   void advance_due_times(Time now) {
     for (Entry& entry : all_) {
       entry.next = std::min(entry.next, entry.what->next_after(now));
@@ -96,7 +96,7 @@ class DOPPEL_API TickList {
   void show(Time now) {
     for (Entry& entry : all_) entry.what->show(now);
   }
-  // Time may have been set back: everything is due.
+  // Time may have been set back, so everything is due.
   void reset(Time now) {
     for (Entry& entry : all_) {
       entry.what->reset(now);

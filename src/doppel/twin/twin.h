@@ -1,7 +1,7 @@
 #pragma once
-// The twin: robots in one world under their controllers, in one engine on one clock. Construction does
-// everything that may fail or allocate; step() is the loop's body: read - update - write - step - publish, at
-// fixed simulated time. The same inputs give the same bytes.
+// The twin: robots in one world with their controllers, in one engine with one clock. Construction does
+// everything that may fail or allocate; step() is the loop's body: read - update - write - step - publish, in
+// fixed steps of simulated time. The same inputs give bit-identical results.
 
 #include <cstdint>
 #include <functional>
@@ -26,7 +26,7 @@ struct TimeControl;  // simulator_services.h
 
 class DOPPEL_API Twin {
  public:
-  // Throws InputError. Warnings and notes go to `diagnostics`; what is said later goes to `log`, which
+  // Throws InputError. Warnings and notes go to `diagnostics`; later messages go to `log`, which
   // outlives the twin.
   Twin(const Scenario& scenario, const Log& log, Diagnostics& diagnostics);
   ~Twin();
@@ -37,62 +37,63 @@ class DOPPEL_API Twin {
   // One physics step, with the controllers' ticks and the publications that are due. No allocation, no throw,
   // no lock but hold().
   void step();
-  // Between steps: what edges sent, reports, results. Allocates only where there is something to do.
+  // Between steps: handles messages and requests of edges, sends reports and results. Allocates only if there
+  // is something to do.
   void between_steps();
   void reset();  // to the start: time 0, start poses, at rest; active controllers hold there
-  // /clock, /tf, joint states, loads, contacts and objects, as they are now: after the state was written or
-  // time was stepped, so that pictures follow while time stands.
+  // Publishes the present /clock, /tf, joint states, loads, contacts and objects, after the state was written
+  // or time was stepped, so that clients see it while time is paused.
   void publish_state();
-  // Wall time spent in step() so far by controllers and by publishing; the rest is not told apart here.
+  // Wall-clock time spent in step() so far by controllers and by publishing; the other phases are 0.
   [[nodiscard]] const LoopPhases& step_phases() const;
 
-  // Real hardware has loops of their own, which use the bus, the controllers and the hardware, too: who has
-  // this holds them off, and those that start meanwhile. What stands above takes it by itself; in a
-  // simulation nobody else does. May be taken again by who has it. The loop's thread.
+  // Locks out the loops of real hardware (control_loop.h), which use the bus, the controllers and the
+  // hardware from their own threads. The functions above take it themselves; in a simulation it is
+  // uncontended. Recursive. The loop's thread.
   [[nodiscard]] std::unique_lock<LoopGate> hold();
 
-  // What runs, for what is made ready beside it; opaque. The loop's thread.
+  // The running machine as input of prepare_robot() and prepare(); opaque. The loop's thread.
   struct Running;
   [[nodiscard]] std::shared_ptr<const Running> running() const;
 
-  // -- robots that come and go
-  // Made ready on any thread, beside what runs: description, model, shapes, the world compiled with it, and
-  // its controllers rehearsed. Throws InputError.
+  // -- spawned and deleted robots
+  // Prepares a robot on any thread while the twin runs: description, model, shapes, the world compiled with
+  // it, and its controllers rehearsed. Throws InputError.
   struct JoiningRobot;
   [[nodiscard]] std::shared_ptr<JoiningRobot> prepare_robot(const std::shared_ptr<const Running>& running,
                                                             const WorldRobot& robot, const std::string& urdf,
                                                             Diagnostics& diagnostics) const;
-  // The loop's thread, between steps. No bit of the others' state changes by it. Compiles only where
-  // instances came or went since running(). Throws InputError: its name is taken, or its controllers do not
-  // come up; nothing has changed then.
+  // The loop's thread, between steps. The state of the other robots stays bit-identical. Compiles only if
+  // instances were added or removed since running(). Throws InputError if its name is already used or its
+  // controllers cannot be started; nothing has changed then.
   void add_robot(const std::shared_ptr<JoiningRobot>& joining);
-  // With its controllers, topics and services. Refused: no robot has this namespace, it has none, or it is
-  // the only one.
+  // Removes a robot with its controllers, topics and services. Refuses if no robot has this namespace, if the
+  // robot has none, or if it is the only one.
   Status remove_robot(const std::string& name_space);
 
-  // Called on the loop's thread after a robot has come or gone.
+  // Called on the loop's thread after a robot was added or removed.
   void on_robots_changed(std::function<void()> callback);
 
   // -- reload of the sources
   // A machine made from the scenario's current files, built beside the running machine; opaque.
   struct Replacement;
-  // On any thread. Throws InputError where the files cannot be used: what runs is untouched.
+  // On any thread. Throws InputError if the files cannot be used; the running machine is not affected.
   [[nodiscard]] std::shared_ptr<Replacement> prepare(const std::shared_ptr<const Running>& running,
                                                      Diagnostics& diagnostics) const;
-  // The loop's thread, between steps: the replacement continues from the present time and joint state. Robots
-  // with the same links, joints, interfaces and controllers' YAML have their controllers continue with what
-  // they are doing; the others' are recreated, and those that were active are so again. Throws InputError
-  // where they cannot, or where a robot came or went since prepare(); the old machine runs on then.
+  // The loop's thread, between steps: the replacement continues from the present time and joint state. The
+  // controllers of robots with the same links, joints, interfaces and controllers' YAML continue; those of
+  // other robots are recreated, and formerly active ones activated again. Throws InputError if that fails, or
+  // if a robot was added or removed since prepare(); the old machine then keeps running.
   enum class Reload { controllers_kept, controllers_recreated };
   Reload replace(const std::shared_ptr<Replacement>& replacement);
-  // What it is made of, before it takes over.
+  // The instances of a replacement, before replace().
   [[nodiscard]] static std::vector<ModelInstance> instances(const Replacement& replacement);
-  // Every file that the twin was made of: what a reload watches. The loop's thread.
+  // All files from which the twin was made, which a reload watches. The loop's thread.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 
   [[nodiscard]] Time now() const;
   [[nodiscard]] std::uint64_t steps() const;
-  // Over the state of all instances, objects too, at every step so far.
+  // A hash over the state of all instances, including objects, of every step so far.
   [[nodiscard]] std::uint64_t state_hash() const;
   [[nodiscard]] bool diverged() const;
 
@@ -100,9 +101,9 @@ class DOPPEL_API Twin {
   [[nodiscard]] std::string name() const;
   // At least one. A reference is valid until the robots change.
   [[nodiscard]] const std::vector<std::unique_ptr<TwinRobot>>& robots() const;
-  // The first one: the only one of most twins.
+  // The first robot, which is the only one of most twins.
   [[nodiscard]] TwinRobot& robot() const { return *robots().front(); }
-  // Null: none has this namespace.
+  // nullptr: no robot has this namespace.
   [[nodiscard]] TwinRobot* find_robot(std::string_view name_space) const;
   [[nodiscard]] Engine& engine();
   [[nodiscard]] const Engine& engine() const;

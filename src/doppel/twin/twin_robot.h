@@ -1,6 +1,6 @@
 #pragma once
-// One robot of a twin: its instance in the engine, its controller manager with the hardware, and what ticks
-// for it (transforms, loads, checks), below its namespace.
+// One robot of a twin: its instance in the engine, its controller manager with the hardware, and its periodic
+// tasks (transforms, loads, checks), in its namespace.
 
 #include <memory>
 #include <optional>
@@ -24,7 +24,7 @@ namespace doppel {
 struct JointSnapshot {
   std::string name;
   double q = 0, v = 0, tau = 0;             // rad or m, per s, N m or N
-  double target = 0;                        // NaN: nothing commands it
+  double target = 0;                        // rad or m; NaN: no command
   double lower = 0, upper = 0, effort = 0;  // limits; infinite: none
   bool mimics = false;
 };
@@ -40,48 +40,48 @@ struct OscillationReport {
 
 class DOPPEL_API TwinRobot {
  public:
-  // Of its twin; all of it outlives the robot.
+  // The environment of the robot in its twin; outlives the robot.
   struct Surroundings {
     Bus& bus;
     const ControllerRegistry& controllers;
     const HardwareRegistry& hardware;
     const Scenario& scenario;
     const Log& log;
-    LoopGate& gate;  // who has it may touch what loops of real hardware use
+    LoopGate& gate;  // protects everything that loops of real hardware use
     std::shared_ptr<StaticTransforms> statics;
   };
-  // What outlasts a machine: what was found so far, and the hash.
+  // State that is kept when the machine is replaced: the reports so far, and the hash.
   struct History {
     RestCheck rest;
     std::vector<OscillationReport> oscillations;
     std::uint64_t hash = 0;
   };
-  // Controllers are not loaded, and nothing is published yet. Throws InputError.
+  // Neither loads controllers nor publishes anything yet. Throws InputError.
   TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledRobot> machine, Instance instance,
             std::optional<History> past, Diagnostics& diagnostics);
-  ~TwinRobot() { loop_.reset(); }  // before anything that it could be using goes
+  ~TwinRobot() { loop_.reset(); }  // ends the loop's thread before the members that it uses are destroyed
   TwinRobot(const TwinRobot&) = delete;
   TwinRobot& operator=(const TwinRobot&) = delete;
 
   // -- between steps
-  // Anew for every machine. Those before, which are destroyed when nobody may want them back. Throws
-  // InputError; nothing has changed then.
+  // Makes new publishers for a machine and returns the former ones, which are kept until a restore is no
+  // longer possible. Throws InputError; nothing has changed then.
   TickList make_publishers();
   void restore_publishers(TickList before) { ticks_ = std::move(before); }
   // Throws InputError; nothing is active then.
   void start(const ControllerSelection& selection) { control_->start(selection, log()); }
-  // Real hardware is served by the wall clock from now on, beside the simulation. With the gate.
+  // Starts the ControlLoop of real hardware, in wall-clock time besides the simulation. With the gate.
   void start_loop();
-  // What is to run where nothing has run before.
+  // The controllers to start in a robot that has not run before.
   [[nodiscard]] ControllerSelection first_selection() const {
     return control_->selection_of(machine_->asked().activate);
   }
-  // A machine of the same structure takes over; controllers go on. Publishers must be recreated then. The one
-  // before can take over again, and is as it was then.
+  // Replaces the machine by one with the same structure; controllers continue. Publishers must be recreated
+  // afterwards. The former machine can be restored by the same function, unchanged.
   void take_over(std::shared_ptr<const CompiledRobot> machine, Instance now);
   void carry_references(const Instance& before) { control_->carry_references(before, instance_); }
   void rebind(Instance instance);
-  // Before what came in runs: what has failed since the last tick is dealt with.
+  // Handles failures since the last tick, before received requests are handled.
   void settle(Time now) {
     if (loop_) {
       loop_->attend();
@@ -90,9 +90,11 @@ class DOPPEL_API TwinRobot {
     }
   }
   void between_steps(Time now);
-  void reset(Time now);  // controllers hold where the robot stands
-  void restart(Time now) { control_->manager().restart(control_time(now)); }  // the same, while time goes on
-  void show(Time now);  // publishes its state as it is now
+  void reset(Time now);  // controllers hold the robot's present pose
+  void restart(Time now) {
+    control_->manager().restart(control_time(now));
+  }                     // the same without a reset of time
+  void show(Time now);  // publishes its present state
   void robots_changed(Time now) { ticks_.robots_changed(now); }
 
   // -- in the loop: no allocation, no lock, no throw
@@ -101,9 +103,9 @@ class DOPPEL_API TwinRobot {
     if (!loop_) control_->manager().tick(now);
     next_tick_ = step + steps_per_tick_;
   }
-  // A thread of its own ticks the controllers, since some hardware is real.
+  // A separate thread ticks the controllers, because a component is real hardware.
   [[nodiscard]] bool has_loop() const { return loop_ != nullptr; }
-  // What the controllers call now: a loop of its own continues where the simulation is paused.
+  // The controllers' time: with a ControlLoop it continues while the simulation is paused.
   [[nodiscard]] Time control_time(Time now) const { return loop_ ? loop_->now() : now; }
   void control_at_once(std::uint64_t step) { next_tick_ = step; }
   void before_step(Time now) { ticks_.before_step(now); }
@@ -124,13 +126,13 @@ class DOPPEL_API TwinRobot {
   [[nodiscard]] ControllerSelection present_selection() const { return control_->present_selection(); }
   [[nodiscard]] std::string controllers_origin() const;
   [[nodiscard]] std::vector<JointSnapshot> joints() const;  // scalar joints, in the model's order
-  // What was not at rest kRestTime after the start; none: not yet, no controllers were to start, or the robot
-  // was commanded.
+  // The joints that were not at rest kRestTime after the start; nullopt: not yet, no controllers were to
+  // start, or the robot was commanded.
   [[nodiscard]] const std::optional<RestReport>& rest() const { return history_.rest.report(); }
-  // What oscillated while its drive held it, so far.
+  // The joints so far that oscillated while held by their drives.
   [[nodiscard]] const std::vector<OscillationReport>& oscillations() const { return history_.oscillations; }
   [[nodiscard]] std::vector<SagReport> gravity_sag() const;  // at the present pose
-  // Over the bits of every q, v and drive effort at every step so far.
+  // A hash over the bits of every q, v and drive effort of every step so far.
   [[nodiscard]] std::uint64_t state_hash() const { return history_.hash; }
   [[nodiscard]] const History& past() const { return history_; }
 
@@ -140,11 +142,11 @@ class DOPPEL_API TwinRobot {
   void report_oscillation(const std::string& joint, std::string message);
 
   Surroundings around_;
-  Log own_log_;  // where there is a namespace: the twin's, with the namespace before each origin
+  Log own_log_;  // of a robot with a namespace: the twin's log, with the namespace as prefix of each origin
   std::shared_ptr<const CompiledRobot> machine_;
   Instance instance_;
   std::unique_ptr<ControlStack> control_;
-  std::unique_ptr<ControlLoop> loop_;  // null: no hardware is real, the twin ticks the manager
+  std::unique_ptr<ControlLoop> loop_;  // nullptr: no real hardware, the twin ticks the manager
   History history_;
   TickList ticks_;
   std::uint64_t steps_per_tick_ = 1, next_tick_ = 0;

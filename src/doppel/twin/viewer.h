@@ -1,7 +1,7 @@
 #pragma once
-// A robot without physics: joints stand where they are told to. What robot_state_publisher and
-// joint_state_publisher do together, for looking at a description: /joint_command in, /joint_states, /tf and
-// /robot_description out, stamped with wall time.
+// A robot without physics, to view a description: joints are at their commanded positions. Does the work of
+// robot_state_publisher and joint_state_publisher: subscribes to /joint_command, publishes /joint_states, /tf
+// and /robot_description, stamped with wall-clock time.
 
 #include <filesystem>
 #include <memory>
@@ -18,33 +18,33 @@ namespace doppel {
 
 class DOPPEL_API Viewer {
  public:
-  // Of the scenario: the first robot's target and arguments, bundled_robots, inspect. Whatever can be drawn
-  // is taken, with warnings in `diagnostics` (twin/detail/drawable.h); throws InputError where nothing can
-  // be. `log`, which outlives the viewer, gets what is said later: commands that make no sense, each once.
+  // Uses the scenario's first robot's target and arguments, bundled_robots and inspect. Errors that do not
+  // affect the picture are warnings in `diagnostics` (twin/detail/drawable.h); throws InputError if nothing
+  // can be drawn. `log`, which outlives the viewer, gets later messages: invalid commands, each once.
   Viewer(const Scenario& scenario, const Log& log, Diagnostics& diagnostics);
   ~Viewer();
   Viewer(const Viewer&) = delete;
   Viewer& operator=(const Viewer&) = delete;
 
   // -- the loop's thread
-  // One frame, 60 of them a second: takes what edges sent; publishes what changed, and all of it ten times a
-  // second. `now`: wall time since the epoch.
+  // One frame, at 60 Hz: handles messages of edges and publishes changes, and the whole state at 10 Hz.
+  // `now`: wall-clock time since the epoch.
   void step(Time now);
 
-  // -- reload of the sources, as a twin's (twin/twin.h)
+  // -- reload of the sources, as in a twin (twin/twin.h)
   struct Replacement;
-  // On any thread. Throws InputError where the files cannot be used.
+  // On any thread. Throws InputError if the files cannot be used.
   [[nodiscard]] std::shared_ptr<Replacement> prepare(Diagnostics& diagnostics) const;
-  // The loop's thread. Joints of the same name and kind stay where they are, inside their limits of now.
+  // The loop's thread. Joints of the same name and type keep their positions, clamped to the new limits.
   void replace(const std::shared_ptr<Replacement>& replacement);
-  // What it is made of, before it takes over.
+  // The description of a replacement, before replace().
   [[nodiscard]] static const RobotDescription& description(const Replacement& replacement);
-  // Every file that the picture was made of. The loop's thread.
+  // All files from which the picture was made. The loop's thread.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 
   [[nodiscard]] const Model& model() const;
   [[nodiscard]] const RobotDescription& description() const;
-  [[nodiscard]] const Eigen::VectorXd& q() const;  // [model().nq]
+  [[nodiscard]] const Eigen::VectorXd& q() const;  // [model().nq] rad, m
   [[nodiscard]] Bus& bus();
 
  private:

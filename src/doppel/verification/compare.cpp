@@ -13,7 +13,7 @@
 namespace doppel {
 namespace {
 
-// What engines model in different ways, and a robot without it.
+// A feature that engines model in different ways, and the function that removes it from a robot.
 struct Feature {
   const char* name;
   bool (*has)(const MotionSubject& subject);
@@ -77,7 +77,7 @@ std::size_t common_samples(const std::vector<EngineRuns>& runs) {
 std::vector<EngineRuns> run_all(const std::vector<ComparedEngine>& engines, MotionKind kind,
                                 const std::string& tool, const CompareOptions& options) {
   std::vector<EngineRuns> out;
-  // One start and one goal for all: what the first engine finds free of contacts.
+  // One start and one goal for all engines: those that the first engine finds free of contacts.
   const Motion plan(engines.front().subject, kind, tool);
   for (const ComparedEngine& engine : engines) {
     if (options.on_run) options.on_run(name_of(kind), engine.label);
@@ -129,7 +129,7 @@ bool unexplained(const std::vector<Difference>& of) {
                              [](const Difference& d) { return d.explanation == Explanation::unexplained; });
 }
 
-// The samples before a start that is changed by kPerturbation has led to another motion.
+// The number of samples before the motion from a start changed by kPerturbation diverges from this one.
 std::size_t predictable(const std::vector<ComparedEngine>& engines, MotionKind kind, const std::string& tool,
                         const CompareOptions& options, const EngineRuns& first, std::size_t samples) {
   const Motion motion(engines.front().subject, kind, tool);
@@ -142,7 +142,7 @@ std::size_t predictable(const std::vector<ComparedEngine>& engines, MotionKind k
   return samples;
 }
 
-// Whether the engines agree where they all do without the feature.
+// Whether the engines agree when all of them run without the feature.
 bool agree_without(const Feature& feature, const std::vector<ComparedEngine>& engines, MotionKind kind,
                    const std::string& tool, const CompareOptions& options, std::size_t samples) {
   std::vector<ComparedEngine> changed = engines;
@@ -211,7 +211,7 @@ void lead_with_cause(const Model& model, std::vector<Difference>& joints) {
       return of.name == name && of.explanation == Explanation::unexplained;
     });
   };
-  // How many unexplained joints lie below a joint; the model has parents first.
+  // The number of unexplained joints below each joint; the model has parents first.
   std::vector<int> below(model.joints.size(), 0);
   for (std::size_t j = model.joints.size(); j-- > 0;) {
     const int parent = model.links[static_cast<std::size_t>(model.joints[j].parent_link)].joint;

@@ -1,7 +1,7 @@
 #pragma once
-// The same robot, world and commands in several engines: what they differ by, beside what each of them errs
-// by itself (its motion at h against that at h/2), so that a difference that has a reason is told from one
-// that has none. docs/engines.md has the rules.
+// The same robot, world and commands in several engines: the difference between engines, compared with the
+// own error of each (its motion at h against that at h/2), which separates explained from unexplained
+// differences. docs/engines.md has the rules.
 
 #include <functional>
 #include <optional>
@@ -13,9 +13,9 @@
 
 namespace doppel {
 
-inline constexpr double kOwnErrors = 3.0;  // times the engines' summed own errors is what their steps explain
+inline constexpr double kOwnErrors = 3.0;  // times the summed own errors: differences that steps explain
 inline constexpr double kSame = 1e-6;      // rad or m: motions that differ by less are the same
-// Of the largest effort that a joint sees: what rounding leaves of an acceleration over a microsecond.
+// Of the largest effort of a joint: rounding error of an acceleration measured over microseconds.
 inline constexpr double kSameEffort = 1e-6;
 inline constexpr double kSamePose = 1e-9;  // m and rad
 inline constexpr int kStaticConfigurations = 200;
@@ -28,7 +28,7 @@ struct ComparedEngine {
 enum class Explanation {
   same,         // below rounding
   step,         // below kOwnErrors times the summed own errors
-  modelling,    // gone when a feature is taken away that the engines model in different ways
+  modelling,    // disappears when a feature is disabled that the engines model in different ways
   unexplained,  // none of them
 };
 DOPPEL_API const char* name_of(Explanation explanation);
@@ -42,9 +42,9 @@ struct Difference {
   Explanation explanation = Explanation::same;
 };
 
-// What each engine makes of one state without time: where links stand, and which efforts belong to the
-// accelerations that it computes (by doppel's inverse dynamics: gravity, Coriolis forces, inertia, damping).
-// The robot is taken without friction, limits, mimics and contacts.
+// The engines in single states without motion: the poses of links, and the efforts that correspond to the
+// computed accelerations by doppel's inverse dynamics (gravity, Coriolis forces, inertia, damping). The robot
+// has no friction, limits, mimics and contacts.
 struct StaticsComparison {
   int configurations = 0;
   std::vector<Difference> links;   // poses, in the order of the model
@@ -55,12 +55,12 @@ struct MotionComparison {
   MotionKind kind{};
   std::vector<Difference> joints;       // as in StaticsComparison, else by the model's order
   double tool_largest = 0;              // m
-  std::string feature;                  // that explains what is Explanation::modelling
-  std::optional<double> chaotic_after;  // s: from there on nothing is compared
+  std::string feature;                  // the explanation of joints with Explanation::modelling
+  std::optional<double> chaotic_after;  // s: the comparison ends there
   std::vector<std::string> ran_away;    // labels
-  double span = 0;                      // s that was compared
+  double span = 0;                      // s: compared time
   std::vector<double> time;
-  std::vector<double> difference;        // of the joint that is farthest off, at each time
+  std::vector<double> difference;        // rad or m: of the joint with the largest difference, at each time
   std::vector<std::vector<double>> own;  // [engines][times]
 };
 
@@ -71,7 +71,7 @@ struct DOPPEL_API Comparison {
   std::optional<StaticsComparison> statics;
   std::vector<MotionComparison> motions;
 
-  [[nodiscard]] bool explained() const;  // nothing is unexplained, nothing ran away
+  [[nodiscard]] bool explained() const;  // nothing is unexplained, and no engine diverged
 };
 
 struct CompareOptions {
@@ -83,8 +83,8 @@ struct CompareOptions {
   std::function<void(const std::string& scenario, const std::string& engine)> on_run;
 };
 
-// Engines whose models differ in their numbers of joints cannot be compared (std::invalid_argument). Throws
-// InputError: an engine refuses the robot; no link of the tool's name.
+// Throws std::invalid_argument if the models of the engines differ in their numbers of joints, InputError if
+// an engine rejects the robot or no link has the tool's name.
 DOPPEL_API Comparison compare_engines(const std::vector<ComparedEngine>& engines,
                                       const CompareOptions& options);
 

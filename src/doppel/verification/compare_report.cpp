@@ -1,4 +1,4 @@
-// A comparison of engines as text, as JSON and as a picture.
+// A comparison of engines as text, JSON and SVG.
 
 #include <fmt/format.h>
 
@@ -21,7 +21,7 @@ std::string value_of(double value, const char* unit) {
   return value == 0 ? "0" : fmt::format("{:.1e}", value);
 }
 
-// "mujoco 2.2.2" is the engine "mujoco" in the head of a column.
+// "mujoco 2.2.2" is "mujoco" in the head of a column.
 std::string short_name(const std::string& label) {
   return label.substr(0, label.find(' '));
 }
@@ -34,7 +34,7 @@ class Table {
     for (std::size_t i = 0; i < cells.size(); ++i) widths_[i] = std::max(widths_[i], cells[i].size());
     rows_.push_back(std::move(cells));
   }
-  // The first column and the last stand left, numbers right.
+  // The first and the last column are left-aligned, numbers right-aligned.
   [[nodiscard]] std::string str() const {
     std::string out;
     for (const std::vector<std::string>& row : rows_) {

@@ -1,4 +1,4 @@
-// One state without time in each engine.
+// Single states without motion in each engine.
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace doppel {
 namespace {
 
-constexpr Duration kSteps[] = {Duration{4'000}, Duration{2'000}};  // over which accelerations are seen
+constexpr Duration kSteps[] = {Duration{4'000}, Duration{2'000}};  // over which accelerations are measured
 constexpr double kRate = 1.0, kSlideRate = 0.1;                    // rad/s, m/s
 constexpr double kMinEffort = 1e-12;                               // N m or N
 constexpr double kPush = 10.0;  // rad/s^2 or m/s^2 that an effort gives the joint's own inertia
@@ -37,7 +37,7 @@ struct StaticState {
   Eigen::VectorXd q, v, effort;  // efforts of scalar joints
 };
 
-// Spread over the limits, with velocities and efforts of fixed random numbers.
+// Positions spread over the limits, with pseudo-random velocities and efforts of a fixed seed.
 std::vector<StaticState> states_of(const Model& limited, int count) {
   std::mt19937 random(20240501);
   std::uniform_real_distribution<double> unit(-1, 1);
@@ -82,8 +82,8 @@ class EngineStatics {
       out.push_back(robot.link_pose(link));
     return out;
   }
-  // The efforts that are left over when the accelerations of a step are put into the equations of motion;
-  // 0 where the engine computes what they say.
+  // The residual efforts of the equations of motion with the accelerations of a step; 0 if the
+  // engine satisfies them.
   Eigen::VectorXd residual(std::size_t fineness, const StaticState& state) {
     Instance robot = write(fineness, state);
     for (const ModelJoint& joint : reference_.joints) {
@@ -100,7 +100,7 @@ class EngineStatics {
     }
     return out;
   }
-  // How large the efforts of each degree of freedom are.
+  // The magnitude of the efforts of each degree of freedom.
   Eigen::VectorXd scale(const StaticState& state) {
     inverse_dynamics(reference_, data_, state.q, state.v, Eigen::VectorXd::Ones(reference_.nv), gravity_R_);
     return data_.tau.cwiseAbs() + state.effort.cwiseAbs();
@@ -120,7 +120,7 @@ class EngineStatics {
   std::vector<std::unique_ptr<Engine>> engines_;
 };
 
-// All engines in one state after the other; keeps the largest differences.
+// Sets all engines to one state after the other and keeps the largest differences.
 class Statics {
  public:
   Statics(const std::vector<ComparedEngine>& engines, const Model& model) : model_(model) {
@@ -173,7 +173,7 @@ class Statics {
     for (std::size_t a = 0; a < fine.size(); ++a) {
       into.own[a] = std::max(into.own[a], std::abs(coarse[a][v] - fine[a][v]));
       for (std::size_t b = 0; b < a; ++b) {
-        // Extrapolated to no step: engines of different schemes are compared as well.
+        // Extrapolated to step 0, so that engines with different schemes can be compared.
         const double difference = 2 * (fine[a][v] - fine[b][v]) - (coarse[a][v] - coarse[b][v]);
         into.largest = std::max(into.largest, std::abs(difference));
       }
@@ -200,7 +200,7 @@ StaticsComparison compare_statics(const std::vector<ComparedEngine>& engines) {
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     if (model.joints[j].nv == 0) continue;
     Difference& joint = out.joints.emplace_back(std::move(statics.joints[j]));
-    // What the extrapolation leaves is of second order in the own errors.
+    // The error of the extrapolation is of second order in the own errors.
     Difference left = joint;
     for (double& own : left.own) own *= own / std::max(statics.scales[j], kMinEffort);
     joint.explanation = explanation_of(left, kSameEffort * statics.scales[j]);

@@ -1,6 +1,6 @@
 #pragma once
-// The engines that doppel knows as text, JSON and the tables of docs/engines.md: which are built here, what
-// each of them can, and how far each may be from closed forms (the contract tests).
+// The supported engines as text, JSON and the tables of docs/engines.md: which are built here, their
+// features, and their tolerances in the contract tests.
 
 #include <string>
 
@@ -10,7 +10,7 @@ namespace doppel {
 
 DOPPEL_API std::string engines_text();
 DOPPEL_API std::string engines_json();
-// Of those that are built here, without what a machine lacks: what docs/engines.md contains.
+// The tables of docs/engines.md: engines that are built here, without information about this machine.
 DOPPEL_API std::string engines_markdown();
 
 }  // namespace doppel

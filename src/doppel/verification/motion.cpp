@@ -7,13 +7,13 @@
 namespace doppel {
 namespace {
 
-constexpr double kMinKinetic = 1e-9;   // J: less is no motion whose energy could drift
-constexpr double kContactLook = 0.01;  // s: how often contacts are looked for, which costs a solution each
+constexpr double kMinKinetic = 1e-9;   // J: with less, an energy drift is meaningless
+constexpr double kContactLook = 0.01;  // s: interval of contact checks, each of which costs a solution
 constexpr double kThrown = 1.0;        // m/s and rad/s
-constexpr double kAside = 0.3;  // rad or m: the start of a fall beside the start pose, which may balance
-constexpr double kWay = 0.6;    // rad, of a move where limits allow it; a tenth of it in m
+constexpr double kAside = 0.3;  // rad or m: offset of a fall from the start pose, which may be an equilibrium
+constexpr double kWay = 0.6;    // rad: length of a move if limits allow it; a tenth of it in m
 
-// Without all that takes energy away or pushes.
+// Removes everything that dissipates energy or exerts forces.
 RobotDescription smooth(RobotDescription robot) {
   for (Joint& joint : robot.joints) {
     joint.dynamics.reset();
@@ -26,7 +26,7 @@ RobotDescription smooth(RobotDescription robot) {
 }
 
 ModelInstance smooth(const ModelInstance& robot) {
-  Diagnostics diagnostics;  // said already, of the robot as it is
+  Diagnostics diagnostics;  // repeats what was reported for the original robot
   const auto description = std::make_shared<const RobotDescription>(smooth(*robot.description));
   const auto model = std::make_shared<const Model>(
       compile_model(*description, robot.floating() ? BaseKind::floating : BaseKind::fixed, diagnostics));
@@ -55,8 +55,8 @@ bool leads(const Model& model, int leader) {
                      [leader](const ModelJoint& joint) { return joint.mimic_leader == leader; });
 }
 
-// q moved by `way` (rad; a tenth of it for slides) towards the middle of each joint's range, or away from it
-// where `way` is negative, within it. `leaders`: joints that others mimic move too.
+// q moved by `way` (rad; a tenth of it in m for prismatic joints) towards the middle of each joint's range,
+// or, if `way` is negative, away from it within the range. `leaders`: joints that others mimic move too.
 Eigen::VectorXd moved(const Model& model, Eigen::VectorXd q, double way, bool leaders) {
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     const ModelJoint& joint = model.joints[j];
@@ -78,7 +78,7 @@ std::size_t robot_contacts(const std::vector<Contact>& contacts) {
       contacts, [](const Contact& contact) { return contact.a.instance == 0 || contact.b.instance == 0; }));
 }
 
-// As far as the velocity limits let a quintic go.
+// The largest move of a quintic within the velocity limits.
 Eigen::VectorXd reachable(const Model& model, const Eigen::VectorXd& from, Eigen::VectorXd to) {
   for (const ModelJoint& joint : model.joints) {
     if (!free_joint(joint)) continue;
@@ -116,7 +116,7 @@ Motion::Motion(const MotionSubject& subject, MotionKind kind, const std::string&
     world_.ground = false;
     others_.clear();
   }
-  // Where the robot is put on the ground, that is where it starts.
+  // A robot that is placed on the ground starts there.
   start_ = Eigen::Map<const Eigen::VectorXd>(make_engine(world_.step)->instance(0).q().data(), model().nq);
   tool_ = std::max(0, model().find_link(tool));
   list_coordinates();
@@ -143,11 +143,11 @@ std::unique_ptr<Engine> Motion::make_engine(Duration step) const {
   world.step = step;
   std::vector<ModelInstance> instances{robot_};
   instances.insert(instances.end(), others_.begin(), others_.end());
-  Diagnostics diagnostics;  // said already
+  Diagnostics diagnostics;  // repeats what was reported before
   return compile_world(engine_, world, std::move(instances), diagnostics)->make_engine();
 }
 
-// Whether something touches on the straight way from the start that does not at the start.
+// Whether there is a contact on the straight path from the start that does not exist at the start.
 bool Motion::touches(Engine& engine, const Eigen::VectorXd& goal) const {
   constexpr int kSamples = 10;
   const std::vector<double> rest(static_cast<std::size_t>(model().nv), 0.0);
@@ -164,8 +164,8 @@ bool Motion::touches(Engine& engine, const Eigen::VectorXd& goal) const {
   return false;
 }
 
-// About `way` off the start in every joint, with nothing in the way if there is such a pose; a gripper's
-// fingers may have to stay.
+// A pose about `way` from the start in every joint, on a free path if there is one; a gripper's fingers may
+// have to keep their positions.
 Eigen::VectorXd Motion::pose_beside(double way) const {
   const std::unique_ptr<Engine> engine = make_engine(world_.step);
   for (const bool leaders : {true, false}) {

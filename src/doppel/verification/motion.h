@@ -1,5 +1,5 @@
 #pragma once
-// The motions of a robot that are repeated at several steps, and what is recorded of each.
+// The motions of a robot that are repeated at several steps, and their records.
 
 #include <optional>
 #include <string>
@@ -12,13 +12,13 @@ namespace doppel {
 
 enum class MotionKind {
   smooth,  // falls without drives, friction, damping, limits and contacts; mimics and slides are fixed, and a
-           // floating robot is thrown with a turn, for nothing would move in it else
-  fall,    // falls as it is described, in its world, without drives
+           // floating robot is thrown with a rotation, because its joints would not move otherwise
+  fall,    // falls as described, in its world, without drives
   hold,    // drives hold the start pose
-  move,    // drives follow a quintic of kMoveTime, commanded once a step, to a pose with nothing in the way
+  move,    // drives follow a quintic of kMoveTime, commanded once a step, to a pose on a free path
   path,    // drives follow MotionSubject::path, commanded once a step
 };
-// Those that need nothing beside the robot.
+// The motions that need only a robot.
 inline constexpr MotionKind kMotions[] = {MotionKind::smooth, MotionKind::fall, MotionKind::hold,
                                           MotionKind::move};
 inline constexpr double kMoveTime = 1.0;  // s
@@ -26,24 +26,24 @@ inline constexpr double kMoveTime = 1.0;  // s
 DOPPEL_API const char* name_of(MotionKind kind);         // "smooth"
 DOPPEL_API const char* description_of(MotionKind kind);  // "falls without drives, friction, ..."
 
-// Positions of joints by time, straight in between; before the first time from where the robot starts.
+// Positions of joints by time, linear in between; before the first time linear from the robot's start.
 struct JointPath {
   std::vector<std::string> joints;
   std::vector<double> times;                   // s, rising
   std::vector<std::vector<double>> positions;  // [times][joints] rad or m
 };
 
-// What moves, in which world and engine.
+// The robot of a motion, its world and its engine.
 struct MotionSubject {
-  ModelInstance robot;                // its pose at reset is where motions start
-  std::vector<ModelInstance> others;  // what else stands in the world
-  WorldSettings world;                // with the step and the integrator that are to be judged
+  ModelInstance robot;                // motions start at its pose at reset
+  std::vector<ModelInstance> others;  // the other instances of the world
+  WorldSettings world;                // with the step and the integrator to be verified
   std::string engine = kDefaultEngine;
   JointPath path;
 };
 
-// What is compared of a motion: the position of a free scalar joint, or one of the six of a floating joint,
-// whose rotation is the rotation vector from its start.
+// A compared quantity of a motion: the position of a free scalar joint, or one of the six components of a
+// floating joint, whose rotation is the rotation vector from its start.
 struct Coordinate {
   std::string name;     // of the joint; "base x", "base turn w"
   bool slides = false;  // m, else rad
@@ -51,28 +51,27 @@ struct Coordinate {
 };
 
 struct MotionRecord {
-  bool diverged = false;              // after the last sample
-  std::vector<double> time;           // s, of each sample; the first is the start
-  std::vector<Eigen::VectorXd> x;     // [samples] [coordinates]
-  std::vector<Eigen::Vector3d> tool;  // [samples] p_WT, m
-  std::optional<double>
-      touches_after;        // s: contacts that there were not at the start; only where it was requested
-  double energy_drift = 0;  // largest, of the largest kinetic energy; smooth only
+  bool diverged = false;                // after the last sample
+  std::vector<double> time;             // s, of each sample; the first is the start
+  std::vector<Eigen::VectorXd> x;       // [samples] [coordinates] rad or m
+  std::vector<Eigen::Vector3d> tool;    // [samples] p_WT, m
+  std::optional<double> touches_after;  // s: first contact that did not exist at the start; only on request
+  double energy_drift = 0;              // largest, of the largest kinetic energy; smooth only
 };
 
-// One kind of motion of a subject. smooth has a model of its own.
+// One kind of motion of a subject. smooth uses a modified model.
 class DOPPEL_API Motion {
  public:
-  // `tool`: a link of the model. Throws InputError where the engine refuses the robot.
+  // `tool`: a link of the model. Throws InputError if the engine rejects the robot.
   Motion(const MotionSubject& subject, MotionKind kind, const std::string& tool);
 
-  // The same motion as `plan`, which another engine has found free of contacts: from its start to its goal.
+  // The same motion as `plan`, from its start to its goal, which another engine has found free of contacts.
   Motion(const MotionSubject& subject, const Motion& plan, const std::string& tool);
 
   [[nodiscard]] const Model& model() const { return *robot_.model; }
   [[nodiscard]] const std::vector<Coordinate>& coordinates() const { return coordinates_; }
   // The motion over `duration` s at world.step / `fineness`, sampled at every world.step. `offset`: added to
-  // the start of every free joint, rad or m. `contacts`: they are looked for too.
+  // the start of every free joint, rad or m. `contacts`: also records MotionRecord::touches_after.
   [[nodiscard]] MotionRecord run(double duration, int fineness, double offset = 0,
                                  bool contacts = false) const;
 
@@ -97,8 +96,8 @@ class DOPPEL_API Motion {
   Eigen::VectorXd start_, goal_;  // [nq]
 };
 
-// The link whose motion people look at: one with a tool's name (tool0, tcp, ee_link, ...), else the one
-// behind the most driven joints.
+// The link whose motion is reported: one with a tool's name (tool0, tcp, ee_link, ...), else the one behind
+// the most driven joints.
 DOPPEL_API std::string choose_tool(const Model& model);
 
 }  // namespace doppel

@@ -1,4 +1,4 @@
-// Panels of curves over time as SVG, and a verification drawn in them.
+// Panels of curves over time as SVG, and the drawing of a verification.
 
 #include "doppel/verification/detail/plot.h"
 
@@ -15,7 +15,7 @@ namespace doppel {
 namespace {
 
 constexpr double kLeft = 74, kRight = 92, kTop = 62;
-constexpr int kPoints = 400;    // of a curve: more are not seen
+constexpr int kPoints = 400;    // of a curve: more are not visible
 constexpr double kMin = 1e-12;  // rad, the lowest value that is drawn
 constexpr const char* kColors[] = {"#c0392b", "#2471a3", "#1e8449", "#7d3c98"};
 constexpr const char* kDashes[] = {"", " stroke-dasharray=\"7 3\"", " stroke-dasharray=\"2 3\"",
@@ -97,7 +97,7 @@ void LogPlot::curve(const std::vector<double>& time, const PlottedCurve& of, std
   const std::size_t stride = std::max<std::size_t>(1, of.values.size() / kPoints);
   std::string points;
   for (std::size_t i = 0; i < of.values.size(); i += stride) {
-    // Of the samples that a point stands for, the largest: no peak is lost.
+    // The largest of the samples of a point, so that no peak is lost.
     const auto end = of.values.begin() + static_cast<std::ptrdiff_t>(std::min(of.values.size(), i + stride));
     const double value = *std::max_element(of.values.begin() + static_cast<std::ptrdiff_t>(i), end);
     const double decade = std::clamp(std::log10(std::max(value, kMin)), double(low), double(high));

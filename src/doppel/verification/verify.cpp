@@ -11,20 +11,20 @@
 namespace doppel {
 namespace {
 
-constexpr double kRounding = 1e-12;  // rad or m: smaller differences say nothing of the order
+constexpr double kRounding = 1e-12;  // rad or m: smaller differences are rounding and have no order
 constexpr int kFineness[] = {1, 2, 4};
 
 struct Runs {
   MotionRecord at[3];   // h, h/2, h/4
   MotionRecord beside;  // at h, from a perturbed start
 
-  // That all have; at least the start.
+  // The number of samples that all runs have; at least the start.
   [[nodiscard]] std::size_t samples() const {
     return std::min({at[0].x.size(), at[1].x.size(), at[2].x.size(), beside.x.size()});
   }
 };
 
-// The first sample at which the perturbation has grown by kChaoticGrowth; none: it has not.
+// The first sample at which the perturbation has grown by kChaoticGrowth; nullopt: there is none.
 std::optional<std::size_t> chaotic_from(const Runs& runs) {
   for (std::size_t i = 0; i < runs.samples(); ++i) {
     if (runs.at[0].x[i].size() > 0 &&

@@ -23,7 +23,7 @@ std::size_t quantity(const std::string& interface) {
   return static_cast<std::size_t>(found - kQuantities.begin());  // the size: none of them
 }
 
-// Reads <param>s one by one and keeps every complaint, so that all are reported at once.
+// Reads <param>s and collects all errors, so that they are reported together.
 class Params {
  public:
   Params(const HardwareDescription& description, std::vector<std::string> known)
@@ -176,7 +176,7 @@ std::string Loopback::fault() const {
                      fault_at_);
 }
 
-// Where nothing commands the joint, it stays.
+// A joint without commands keeps its position.
 void Loopback::follow(Part& part, std::span<const double> commands, double dt) {
   const auto command = [&](std::size_t kind) {
     const std::size_t i = part.commands[kind];
@@ -227,7 +227,7 @@ HardwareReturn Loopback::write(Time /*now*/, Duration period, std::span<const do
       answer != HardwareReturn::ok)
     return answer;
   std::copy(commands.begin(), commands.end(), pending_[next_].begin());
-  next_ = (next_ + 1) % pending_.size();  // now the oldest, which arrives
+  next_ = (next_ + 1) % pending_.size();  // the oldest commands, whose delay has passed
   for (Part& part : parts_) follow(part, pending_[next_], to_seconds(period));
   return HardwareReturn::ok;
 }

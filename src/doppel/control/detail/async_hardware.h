@@ -1,6 +1,6 @@
 #pragma once
-// A component that is read and written by a thread of its own (<ros2_control is_async="true">): the loop
-// takes its newest states and leaves the newest commands, and never waits for the device.
+// A component that is read and written by a separate thread (<ros2_control is_async="true">): the loop takes
+// the newest states, leaves the newest commands, and never waits for the device.
 
 #include <atomic>
 #include <condition_variable>
@@ -53,7 +53,7 @@ class AsyncHardware : public HardwareComponent {
   std::atomic<HardwareReturn> answer_{HardwareReturn::ok};
   std::atomic<std::int64_t> now_{0};  // ns, the loop's time
 
-  mutable std::mutex mutex_;  // whoever has it may call the device
+  mutable std::mutex mutex_;  // held by the thread that calls the device
   std::condition_variable changed_;
   Work work_ = Work::none;
   bool ends_ = false;

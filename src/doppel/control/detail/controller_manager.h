@@ -1,6 +1,6 @@
 #pragma once
-// The controller manager's inside, shared by its source files: what is loaded, and what each file does with
-// it.
+// The implementation of the controller manager, shared by its source files: the loaded controllers and the
+// functions of each file.
 
 #include <algorithm>
 #include <filesystem>
@@ -20,8 +20,8 @@
 
 namespace doppel {
 
-// What a controller answers in its life cycle. One from outside may throw anything; for everybody it is one
-// that refuses.
+// Calls a transition of a controller's life cycle. A controller of a plugin library may throw anything; an
+// exception is a refusal.
 template <typename Transition>
 Status attempt(const Transition& transition) {
   try {
@@ -38,7 +38,8 @@ bool contains(const std::vector<T>& list, const T& item) {
 
 inline constexpr const char* kFallback = ".fallback_controllers";  // the manager's parameter, after a name
 
-// One controller with all it was given. The controller goes first, its node last.
+// One controller with its environment. Members are destroyed in reverse order: the controller
+// before its node.
 struct LoadedController {
   std::string name, type;
   std::unique_ptr<Node> node;
@@ -53,8 +54,8 @@ struct LoadedController {
   Duration housekeeping_period{};
   Time next_housekeeping{};
   std::vector<std::string> commands, states;  // full names it requires; valid once configured
-  std::vector<std::string> fallback;          // controllers that run where its hardware has failed
-  std::vector<std::string> references;        // full names that it offers to other controllers
+  std::vector<std::string> fallback;          // controllers to start if its hardware fails
+  std::vector<std::string> references;        // full names of its reference interfaces
   bool chained = false;                       // an active one commands them
   LoopExceptionText thrown{};                 // by its update(), until it is handled between two cycles
 };
@@ -79,7 +80,7 @@ struct ControllerManager::Impl {
   void load(const std::string& name, const std::string& type);
   std::unique_ptr<LoadedController> make(const std::string& name, const std::string& type,
                                          const NodeArguments& arguments);
-  // Of the bus, in place of those that the controller had.
+  // Sets the bus's name rules of a controller, instead of its former ones.
   void use_rules(const std::string& controller, const std::vector<std::string>& rules);
   void declare_written_type(LoadedController& loaded);
   [[nodiscard]] std::string type_of(const std::string& name);
@@ -96,22 +97,22 @@ struct ControllerManager::Impl {
   void change_state(LoadedController& c, ControllerState to);
   struct Plan {
     std::vector<LoadedController*> stop, start;
-    std::vector<std::string> problems;   // sentences: what is left out of a switch that is no strict one
-    std::vector<std::string> conflicts;  // sentences: why there is no switch at all, strict or not
+    std::vector<std::string> problems;   // sentences: what a best-effort switch leaves out
+    std::vector<std::string> conflicts;  // sentences: why there is no switch, strict or not
   };
   [[nodiscard]] Plan plan(std::span<const std::string> activate, std::span<const std::string> deactivate,
                           Strictness strictness) const;
   void plan_claims(Plan& plan) const;
-  // Why the interfaces it requires cannot be had at all, once the plan is carried out; empty: they can.
+  // Why required interfaces are not available once the plan is carried out; empty: all are available.
   [[nodiscard]] std::string missing_interface(const LoadedController& loaded, const Plan& plan,
                                               std::string* full_name = nullptr) const;
-  // nothing_to_do: of a switch that is not refused, whether everything is already as it was requested, or was
-  // left out.
+  // nothing_to_do: output of a switch that is not refused; true if everything is already as requested or
+  // is left out.
   Status switch_controllers(std::span<const std::string> activate, std::span<const std::string> deactivate,
                             Strictness strictness, bool* nothing_to_do = nullptr);
   Status carry_out(const Plan& plan, Strictness strictness);
   void deactivate(LoadedController& loaded);
-  // Deactivates them and writes what they command at last; returns the interfaces whose claims end.
+  // Deactivates the controllers and writes their last commands; returns the interfaces whose claims end.
   std::vector<std::string> stop_and_write(const std::vector<LoadedController*>& controllers);
   Status activate(LoadedController& loaded, std::span<const std::string> handed_over);
   void release(LoadedController& loaded);
@@ -126,10 +127,10 @@ struct ControllerManager::Impl {
   [[nodiscard]] static bool commands_reference(const LoadedController& leader,
                                                const LoadedController& follower);
   enum class ChainOrder { leaders_first, followers_first };
-  // The same controllers, in their order but for chains.
+  // The same controllers, in their order except for chains.
   [[nodiscard]] static std::vector<LoadedController*> ordered(const std::vector<LoadedController*>& all,
                                                               ChainOrder order);
-  // Who commands, over whatever chain, a reference of one of them, and they themselves.
+  // `followers` and all controllers that command one of their references, directly or through a chain.
   [[nodiscard]] std::vector<LoadedController*> with_leaders(std::vector<LoadedController*> followers) const;
   // Why `follower` cannot stop; empty: it can.
   [[nodiscard]] std::string running_leader(const LoadedController& follower, const Plan& plan) const;
@@ -147,14 +148,14 @@ struct ControllerManager::Impl {
   // -- manager_start.cpp
   void start(std::span<const std::string> names);
   void start_compatible(std::span<const std::string> names);
-  // Loaded and configured, or null and a warning.
+  // Loads and configures the controller; nullptr with a warning if that fails.
   LoadedController* try_to_load(const std::string& name);
   void leave_out(const std::string& name, const std::vector<Diagnostic>& why);
   void report_left_out(std::span<const std::string> names);
-  // Of those that were loaded the ones that can be active together; leaves the others out, or inactive.
+  // The loaded controllers that can be active together; leaves the others out, or inactive.
   std::vector<std::string> compatible_of(std::vector<LoadedController*> wanted);
   void check_start(const std::vector<LoadedController*>& wanted) const;  // throws InputError
-  // Where the controller's YAML wrote the interface's joint; else the file.
+  // The place of the interface's joint in the controller's YAML, or else the file.
   [[nodiscard]] SourceLocation place_of_interface(const LoadedController& loaded,
                                                   const std::string& full_name) const;
 
@@ -209,17 +210,17 @@ struct ControllerManager::Impl {
   std::vector<std::unique_ptr<LoadedController>>
       loaded;  // in order of loading, which is the order of updates
   std::vector<LoadedController*> active;
-  bool controller_failed = false;                            // some update() has thrown
-  std::vector<std::pair<std::string, Diagnostic>> left_out;  // by the start under way, and why
+  bool controller_failed = false;                            // an update() has thrown
+  std::vector<std::pair<std::string, Diagnostic>> left_out;  // names and reasons in the present start
   bool stopped = false;                                      // the emergency stop is latched
   std::vector<std::string> stopped_controllers;              // by it; a reset activates them again
   Publisher<controller_manager_msgs::msg::ControllerManagerActivity> activity;
   Publisher<std_msgs::msg::Bool> stop_topic;
   Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_topic;
   diagnostic_msgs::msg::DiagnosticArray
-      diagnostics_message;  // as it was published last: its memory is used again
+      diagnostics_message;  // kept from the last publication, to reuse its memory
   Time next_diagnostics{};
-  std::optional<LoopStatistics> loop;  // of a loop with a thread of its own
+  std::optional<LoopStatistics> loop;  // of a loop with a separate thread
 };
 
 }  // namespace doppel

@@ -1,5 +1,5 @@
 #pragma once
-// The controllers that ROS 2 Jazzy has: a type that is right, and only not available here, is not a typo.
+// The controller types of ROS 2 Jazzy: a valid type that is not available here is not a typo.
 
 #include <string_view>
 

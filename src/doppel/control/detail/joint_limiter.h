@@ -1,6 +1,6 @@
 #pragma once
-// What stands between controllers and hardware: positions held inside [lower, upper] and to the velocity
-// limit, velocities and efforts to theirs, and nothing that is not a finite number gets through. Each kind of
+// Limits between controllers and hardware: positions are kept inside [lower, upper] and within the velocity
+// limit, velocities and efforts within theirs, and a value that is not finite is rejected. Each kind of
 // intervention is reported once per episode, between steps.
 
 #include <array>
@@ -16,21 +16,22 @@ namespace doppel {
 class JointLimiter {
  public:
   explicit JointLimiter(const Model& model) : model_(&model) {}
-  // false: only the rule about finite numbers remains.
+  // false: only values that are not finite are rejected.
   void enforce(bool yes) { enforce_ = yes; }
 
   // Between steps. `command` is the next index of the table's commands.
   void add(ResourceTable& table, std::size_t command);
-  // A controller that updates every `ticks` ticks takes a command; the first one is held against the state.
+  // A controller that updates every `ticks` ticks claims a command; its first value is limited relative to
+  // the measured state.
   void claim(std::size_t command, const std::string& controller, int ticks);
   // Another model with the same joints: their limits are looked up again.
   void model_changed(const Model& model);
-  // Lets a last command through (a velocity's zero, say) and forgets the controller.
+  // Applies a last command (for example a velocity of zero) and removes the controller.
   void release(std::size_t command, Time now, Duration tick);
-  // Logs what happened since; about every 50 ms of simulated time.
+  // Logs the interventions since the last call; about every 50 ms of simulated time.
   void report(Time now, const Log& log);
 
-  // In the loop: from what controllers asked to what is applied. No allocation, no lock, no throw.
+  // In the loop: from the controllers' commands to the applied ones. No allocation, no lock, no throw.
   void apply(Time now, Duration tick);
 
  private:
@@ -39,15 +40,15 @@ class JointLimiter {
   struct Episode {
     bool open = false, reported = false;
     Time began{}, last{};
-    double asked = 0;  // the most so far
+    double asked = 0;  // the largest so far
   };
   struct Entry {
     std::string full_name, joint_name, controller;
-    const ModelJoint* joint = nullptr;  // null: no joint's command, unlimited
+    const ModelJoint* joint = nullptr;  // nullptr: not a command of a joint, unlimited
     Quantity quantity = Quantity::other;
     const double* asked = nullptr;
     double* applied = nullptr;
-    const double* position = nullptr;  // state; null: not offered
+    const double* position = nullptr;  // state interface; nullptr: there is none
     bool claimed = false;
     int ticks = 1;
     double last_asked = 0, last_applied = 0;  // NaN: none yet

@@ -1,5 +1,6 @@
 #pragma once
-// The newest row of numbers that one thread leaves and another takes. Neither waits, neither sees half a row.
+// A triple buffer: passes the newest row of numbers from one thread to another. Neither thread waits, and the
+// reader never gets a partly written row.
 
 #include <array>
 #include <atomic>
@@ -15,11 +16,11 @@ class LatestCopy {
     for (auto& buffer : buffers_) buffer.assign(initial.begin(), initial.end());
   }
 
-  // The one thread that writes: fill the row, then leave it.
+  // The writing thread: fills row(), then publishes it with leave().
   [[nodiscard]] std::span<double> row() { return buffers_[writing_]; }
   void leave() { writing_ = between_.exchange(writing_ | kFresh, std::memory_order_acq_rel) & kIndex; }
 
-  // The one thread that reads: the newest row that was left; the initial one before the first.
+  // The reading thread: the newest published row; the initial one before the first.
   [[nodiscard]] std::span<const double> newest() {
     if ((between_.load(std::memory_order_relaxed) & kFresh) != 0)
       reading_ = between_.exchange(reading_, std::memory_order_acq_rel) & kIndex;

@@ -1,5 +1,5 @@
 #pragma once
-// What the controller manager's services, its activity topic and its diagnostics say, as messages.
+// The content of the controller manager's services, activity topic and diagnostics as messages.
 
 #include <optional>
 #include <string>
@@ -12,10 +12,12 @@ namespace doppel {
 
 lifecycle_msgs::msg::State lifecycle(ControllerState state);
 lifecycle_msgs::msg::State lifecycle(HardwareState state);
-// Either the number or the label says which state is meant; the label wins where both do, as in ros2_control.
+// The state is given by its number or its label; the label has priority if both are given,
+// as in ros2_control.
 std::optional<HardwareState> wanted_state(const lifecycle_msgs::msg::State& state);
 std::uint16_t whole_hertz(double rate);
-// ros2_control calls what inactive hardware offers available too, though nobody can be activated on it.
+// As in ros2_control, interfaces of inactive hardware are available too, although no controller can be
+// activated on them.
 bool is_listed_available(HardwareState state);
 controller_manager_msgs::msg::HardwareInterface interface_message(const std::string& name, bool available,
                                                                   bool claimed);

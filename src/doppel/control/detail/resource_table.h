@@ -1,7 +1,7 @@
 #pragma once
-// The hardware components and their interfaces: who offers what, who holds which command. Addresses of values
-// stay valid for the table's life. Commands are kept twice: as controllers wrote them, and as they went out
-// after the limits. What a component throws ends here, as a fault of that component.
+// The hardware components, their interfaces and the claims on commands. Addresses of values are valid for the
+// table's life. Commands are stored twice: as controllers wrote them, and as applied after the limits. An
+// exception of a component is caught here and becomes a fault of that component.
 
 #include <array>
 #include <functional>
@@ -17,14 +17,14 @@
 
 namespace doppel {
 
-// What was thrown in the loop, as text that is cut off where it is too long; empty: nothing was.
+// The text of an exception in the loop, truncated to the array; empty: none.
 using LoopExceptionText = std::array<char, 200>;
-// Of the exception that is being handled. Without allocation.
+// Writes the text of the exception that is being handled. Does not allocate.
 void note_thrown(LoopExceptionText& text) noexcept;
 
-// A read, write or switch of a component that was not ok, until it is handled between two cycles.
+// A failed read, write or switch of a component, until it is handled between two cycles.
 struct HardwareFault {
-  const char* during = nullptr;  // "read"; null: none
+  const char* during = nullptr;  // "read"; nullptr: no fault
   HardwareReturn answer = HardwareReturn::ok;
   LoopExceptionText thrown{};
   [[nodiscard]] bool any() const { return during != nullptr; }
@@ -40,35 +40,35 @@ class ResourceTable {
     std::vector<InterfaceDescription> state_descriptions, command_descriptions;
     std::vector<std::string> state_names, command_names;  // full names
     std::vector<double> states, asked, applied;           // asked: by controllers; applied: to the hardware
-    std::vector<std::string> claimed_by;                  // of each command; empty: nobody
+    std::vector<std::string> claimed_by;                  // of each command; empty: not claimed
     std::size_t first_command = 0;                        // its index among all commands
     int ticks_per_rw = 1, ticks_to_rw = 1;
     Duration period{};   // of read and write
     double rw_rate = 0;  // Hz; of an asynchronous one, that of its own thread
     HardwareFault fault;
-    std::string why;  // it is not what it was started as, in words; empty: nothing has failed
+    std::string why;  // the reason why it left its initial state; empty: nothing has failed
     [[nodiscard]] bool is_read() const {
       return state == HardwareState::inactive || state == HardwareState::active;
     }
   };
 
   // `hardware` has been initialised; it is read and written every `ticks_per_rw` ticks of length `tick`.
-  // Throws InputError where an interface is offered already. Returns the component, unconfigured.
+  // Throws InputError if an interface already exists. Returns the component, unconfigured.
   Component& add(std::unique_ptr<HardwareComponent> hardware, const HardwareDescription& description,
                  int ticks_per_rw, Duration tick);
   [[nodiscard]] const std::vector<std::unique_ptr<Component>>& components() const { return components_; }
   [[nodiscard]] Component* find_component(std::string_view name) const;
 
-  // The reference interface of a chainable controller, by its full name: a command of no hardware, whose
-  // component is named after the controller. Returns its index, which it keeps when it is offered again;
-  // `added`: it was not there before. Available while set_references() says so.
+  // Adds the reference interface of a chainable controller: a command without hardware, whose component is
+  // named after the controller. Returns its index, which it keeps when it is added again; `added`: it is new.
+  // It is available as set by set_references().
   std::size_t offer_reference(const std::string& controller, InterfaceDescription description, bool& added);
   void withdraw_reference(const std::string& full_name);
   void set_references(const std::string& controller, bool available);
-  // Of a reference; null: hardware offers this command.
+  // The controller of a reference interface; nullptr: a command of hardware.
   [[nodiscard]] const std::string* controller_of(std::size_t command) const;
 
-  // Of what is offered now, in the order of offering.
+  // The present interfaces, in the order in which they were added.
   [[nodiscard]] std::vector<std::size_t> commands() const;
   [[nodiscard]] std::optional<std::size_t> find_command(std::string_view full_name) const;
   [[nodiscard]] std::optional<std::size_t> find_state(std::string_view full_name) const;
@@ -88,25 +88,25 @@ class ResourceTable {
   [[nodiscard]] const double& state(std::size_t state) const;
   std::string& claimed_by(std::size_t command);
 
-  // In the loop: those that are due. A component with a fault is left alone until it is cleared.
+  // In the loop: the components that are due. A component with a fault is skipped until the fault is handled.
   void read(Time now);
   void write(Time now);
-  // Some component has a fault that is not handled yet.
+  // Whether a component has a fault that is not handled yet.
   [[nodiscard]] bool has_fault() const { return has_fault_; }
-  // Between ticks: everything, due or not.
+  // Between ticks: all components, due or not.
   void read_all(Time now);
-  // Between ticks: a call of a component; what it throws is its fault.
+  // Between ticks: calls a component; an exception becomes its fault.
   void call(Component& component, const char* during, const std::function<void(HardwareComponent&)>& call);
-  // Hands out each component's fault, once.
+  // Returns and clears the faults of all components.
   [[nodiscard]] std::vector<std::pair<Component*, HardwareFault>> take_faults();
 
   // While stopped, nothing is written.
   void set_stopped(bool stopped) { stopped_ = stopped; }
 
-  // Asks or tells each component concerned about a switch; full names of command interfaces.
+  // Calls prepare_switch or perform_switch of each component concerned; full names of command interfaces.
   Status prepare_switch(std::span<const std::string> start, std::span<const std::string> stop);
   void perform_switch(std::span<const std::string> start, std::span<const std::string> stop);
-  // Writes the last commands of those whose claims are about to end.
+  // Writes the last values of commands whose claims are about to end.
   void write_last(Time now, std::span<const std::string> commands);
 
  private:

@@ -1,8 +1,8 @@
 #pragma once
-// Controllers that pass numbers on: ~/commands (std_msgs/msg/Float64MultiArray) to command interfaces, one
-// number each. They send nothing until the first message, and with the parameter command_timeout (s; 0:
-// never) zero to everything but positions where no message has come for so long. After ros2_controllers'
-// forward_command_controller and its groups.
+// Controllers that forward ~/commands (std_msgs/msg/Float64MultiArray) to command interfaces, one number
+// each. They write nothing until the first message; with the parameter command_timeout (s; 0: never) they
+// write zero to all interfaces but positions after that time without a message. Compatible with
+// ros2_controllers' forward_command_controller and its groups.
 
 #include <optional>
 #include <string>
@@ -14,8 +14,8 @@
 
 namespace doppel {
 
-// What they have in common. A message has one value for each interface that the YAML lists; those of mimic
-// joints, which nobody can command, are ignored.
+// The common base. A message has one value for each interface that the YAML lists; those of mimic joints,
+// which cannot be commanded, are ignored.
 class CommandForwarder : public Controller {
  public:
   [[nodiscard]] InterfaceConfiguration command_interfaces() const override;
@@ -26,8 +26,8 @@ class CommandForwarder : public Controller {
   void housekeeping(Time now) override;
 
  protected:
-  // `listed`: what a message commands, in order; `driven`: the part of it that is claimed. on_stop: written
-  // when deactivated.
+  // `listed`: the interfaces of a message, in order; `driven`: those that are claimed. on_stop:
+  // written at deactivation.
   void forward(ControllerContext& context, std::vector<std::string> listed, std::vector<std::string> driven,
                std::optional<double> on_stop = std::nullopt);
 

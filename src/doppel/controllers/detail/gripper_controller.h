@@ -1,10 +1,10 @@
 #pragma once
 // Grippers of one joint, closed and opened by the action ~/gripper_cmd: position_controllers/ and
 // effort_controllers/GripperActionController (control_msgs/action/GripperCommand) and
-// parallel_gripper_action_controller/GripperActionController (ParallelGripperCommand), after
+// parallel_gripper_action_controller/GripperActionController (ParallelGripperCommand), compatible with
 // ros2_controllers' gripper_controllers and parallel_gripper_controller (Jazzy). A goal succeeds within
-// goal_tolerance of its position; the joint that has not moved for stall_timeout has stalled: then it holds
-// something (allow_stalling) or has failed.
+// goal_tolerance of its position. A joint that has not moved for stall_timeout has stalled: the goal then
+// succeeds, because the gripper holds an object (allow_stalling), or fails.
 
 #include <memory>
 #include <optional>
@@ -18,7 +18,7 @@
 
 namespace doppel {
 
-// What all have in common; the action's type is the subclasses'.
+// The common base; subclasses provide the type of the action.
 class GripperController : public Controller {
  public:
   enum class Kind { position, effort, parallel };
@@ -37,9 +37,9 @@ class GripperController : public Controller {
  protected:
   struct Command {
     double position = 0;                     // rad or m
-    std::optional<double> effort, velocity;  // limits, where the goal gives them
+    std::optional<double> effort, velocity;  // limits, if the goal has them: N m or N; rad/s or m/s
   };
-  // Where a goal stands, or how it ended.
+  // The progress of a goal, or its result.
   struct Outcome {
     double position = 0, effort = 0;
     bool stalled = false, reached = false;
@@ -60,7 +60,7 @@ class GripperController : public Controller {
     double action_monitor_rate = 20;  // Hz
     double goal_tolerance = 0.01;     // rad or m
     double max_effort = 0, max_velocity = 0.1;
-    double stall_velocity_threshold = 0.001, stall_timeout = 1;  // per s; s
+    double stall_velocity_threshold = 0.001, stall_timeout = 1;  // rad/s or m/s; s
     bool allow_stalling = false;
   };
   void read_settings();
@@ -75,10 +75,10 @@ class GripperController : public Controller {
   bool active_ = false, error_logged_ = false;
   double target_ = 0, max_effort_ = 0, max_velocity_ = 0;
   double position_ = 0, velocity_ = 0;  // measured
-  double computed_ = 0;                 // the effort that a result tells
+  double computed_ = 0;                 // the effort in a result
   std::optional<GoalId> goal_;
   Time last_movement_{};
-  std::optional<Outcome> ended_;  // of goal_: found in the loop, told between steps
+  std::optional<Outcome> ended_;  // of goal_: set in the loop, reported between steps
 };
 
 template <Action A>

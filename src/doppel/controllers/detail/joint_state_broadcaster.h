@@ -1,7 +1,7 @@
 #pragma once
-// Publishes what the hardware measures: /joint_states (sensor_msgs/msg/JointState) and /dynamic_joint_states
-// (control_msgs/msg/DynamicJointState), in the order in which the hardware lists it. After ros2_controllers'
-// broadcaster.
+// Publishes the state interfaces of the hardware on /joint_states (sensor_msgs/msg/JointState) and
+// /dynamic_joint_states (control_msgs/msg/DynamicJointState), in the order of the hardware. Compatible
+// with ros2_controllers' broadcaster.
 
 #include <map>
 #include <string>
@@ -23,7 +23,7 @@ class JointStateBroadcaster : public Controller {
   void publish_state(Time now) override;
 
  private:
-  // From a state handle to its place in a message.
+  // The place of a state handle's value in a message.
   struct Link {
     std::size_t handle = 0, row = 0, column = 0;
   };
@@ -39,7 +39,7 @@ class JointStateBroadcaster : public Controller {
   Bus* bus_ = nullptr;
   Publisher<sensor_msgs::msg::JointState> states_topic_;
   Publisher<control_msgs::msg::DynamicJointState> dynamic_topic_;
-  sensor_msgs::msg::JointState states_;  // both are laid out when activated, and only filled in the loop
+  sensor_msgs::msg::JointState states_;  // both are sized at activation, and only filled in the loop
   control_msgs::msg::DynamicJointState dynamic_;
   std::vector<Link> to_states_, to_dynamic_;
 };

@@ -1,9 +1,9 @@
 #pragma once
-// Follows joint trajectories from ~/joint_trajectory and the action ~/follow_joint_trajectory, judges them by
-// tolerances and reports in ~/controller_state. Behaves as ros2_controllers' joint_trajectory_controller
-// (Jazzy); what there happens silently to the user's harm is said in the log.
+// Follows joint trajectories from ~/joint_trajectory and the action ~/follow_joint_trajectory, checks them
+// against tolerances and publishes ~/controller_state. Behaves as ros2_controllers'
+// joint_trajectory_controller (Jazzy); behaviour that harms users without notice there is kept, but logged.
 //
-// Messages are judged and brought into order between steps; update() only swaps pointers, samples and writes.
+// Messages are checked and reordered between steps; update() only swaps pointers, samples and writes.
 
 #include <array>
 #include <memory>
@@ -44,10 +44,10 @@ class JointTrajectoryController : public Controller {
   using TrajectoryMessage = trajectory_msgs::msg::JointTrajectory;
   using QueryState = control_msgs::srv::QueryTrajectoryState;
 
-  // How following a trajectory ended: noted in the loop, told between steps.
+  // The end of a trajectory: set in the loop, reported between steps.
   struct Ending {
     enum class Kind { none, reached, canceled, path_violated, goal_missed, timed_out } kind = Kind::none;
-    std::optional<GoalId> goal;  // none: the trajectory came by the topic
+    std::optional<GoalId> goal;  // none: the trajectory is from the topic
     jtc::Violation worst;
     double trajectory_time = 0;  // s since the trajectory's start
     double late = 0;             // s since its last point
@@ -71,7 +71,7 @@ class JointTrajectoryController : public Controller {
   void stop();
   jtc::Trajectory& free_hold() { return current_ == holds_[0].get() ? *holds_[1] : *holds_[0]; }
 
-  // -- between steps, with the world outside (joint_trajectory_controller_io.cpp)
+  // -- input and output, between steps (joint_trajectory_controller_io.cpp)
   void open_topics();
   void size_state_message();
   void publish_controller_state(Time now);
@@ -97,7 +97,7 @@ class JointTrajectoryController : public Controller {
   jtc::Tuning tuning_;
   std::vector<std::size_t> joint_of_command_;
   std::vector<bool> wraps_;   // [joints] continuous
-  std::vector<Pid> pids_;     // [command joints]; empty: none run
+  std::vector<Pid> pids_;     // [command joints]; empty: no PID
   bool decelerates_ = false;  // on cancel and abort, instead of holding at once
   double cmd_timeout_ = 0;    // s; 0: none
   bool active_ = false;
@@ -107,14 +107,14 @@ class JointTrajectoryController : public Controller {
   double scaling_ = 1, scaling_command_ = 1;
   bool scaling_unusable_ = false, scaling_reported_ = false;
 
-  // `current_` is followed; `next_` is from the next update on. Each is one of the others, or null.
+  // `current_` is followed now, `next_` from the next update. Each is one of the others, or nullptr.
   jtc::Trajectory* current_ = nullptr;
   jtc::Trajectory* next_ = nullptr;
   std::unique_ptr<jtc::Trajectory> received_,
       followed_;  // of messages; the one not in use is freed between steps
   std::array<std::unique_ptr<jtc::Trajectory>, 2> holds_;
   std::unique_ptr<jtc::Trajectory> stop_;
-  bool holding_ = true;  // nothing is judged
+  bool holding_ = true;  // tolerances are not checked
 
   Time trajectory_time_{};  // advances with the speed scaling
   std::optional<Time> last_commanded_time_;

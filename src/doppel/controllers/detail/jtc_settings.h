@@ -19,17 +19,17 @@ inline constexpr std::size_t index(Kind kind) {
   return static_cast<std::size_t>(kind);
 }
 
-// What stands fast once the controller is loaded.
+// Settings that are fixed once the controller is loaded.
 struct Settings {
-  std::vector<std::string> joints;          // that it has
-  std::vector<std::string> ignored;         // that the YAML lists but nobody can drive (mimics)
-  std::vector<std::string> command_joints;  // what the command interfaces are named after
+  std::vector<std::string> joints;          // of the controller
+  std::vector<std::string> ignored;         // listed in the YAML, but without a drive (mimics)
+  std::vector<std::string> command_joints;  // names in the command interfaces
   std::vector<std::string> command_interfaces, state_interfaces;
   std::array<bool, kKinds> commanded{}, measured{};
   std::string scaling_state, scaling_command;  // full names; empty: none
   double initial_scaling = 1;
   bool interpolate_from_desired = false;  // start from the last command instead of the measured state
-  bool seed_from_commands = true;         // at activation, what is commanded counts as the state
+  bool seed_from_commands = true;         // at activation the present commands are the initial state
   bool decelerate_on_cancel = false;
   std::vector<double> max_deceleration;  // [joints] rad/s^2 or m/s^2
   double action_monitor_rate = 20;       // Hz
@@ -40,11 +40,11 @@ struct Settings {
   [[nodiscard]] bool commands_only(Kind kind) const {
     return commands(kind) && command_interfaces.size() == 1;
   }
-  // Velocity or effort alone close the loop themselves.
+  // With velocity or effort alone the controller closes the position loop.
   [[nodiscard]] bool runs_pid() const { return commands_only(Kind::velocity) || commands_only(Kind::effort); }
 };
 
-// What may be changed while it runs.
+// Settings that can be changed at run time.
 struct Tuning {
   bool allow_partial_joints = false, allow_integration = false, allow_nonzero_velocity_at_end = false;
   double cmd_timeout = 0;           // s after the last point; 0: none
@@ -53,17 +53,17 @@ struct Tuning {
   Tolerances tolerances;            // defaults
 };
 
-// Declares every parameter. Throws InputError at the YAML's place for what cannot be.
+// Declares every parameter. Throws InputError for invalid values, with their place in the YAML.
 Settings declare_settings(ControllerContext& context);
 
-// Of the parameters as they are now. `tuning` is left as it was where they do not fit together.
+// Reads the present parameters. `tuning` is unchanged if they are inconsistent.
 Status read_tuning(const Parameters& parameters, const Settings& settings, Tuning& tuning);
 
-// Why this combination cannot be configured; ok otherwise. `joint_of_command`: of each command joint its
-// joint's index.
+// Refuses with the reason why this combination cannot be configured. `joint_of_command`: output, the index of
+// each command joint in `joints`.
 Status check_configuration(const Settings& settings, std::vector<std::size_t>& joint_of_command);
 
-// Says in the log what was written but has no effect.
+// Logs settings that are written but have no effect.
 void warn_of_idle_settings(const ControllerContext& context, const Settings& settings, const Tuning& tuning);
 
 }  // namespace doppel::jtc

@@ -1,7 +1,7 @@
 #pragma once
-// A PID controller with clamped integral and output, and four ways to keep the integral from winding up.
-// Behaves as ros-controls' control_toolbox::Pid. Units: error in any unit u (rad, m, rad/s ...), output in
-// any unit c; p in c/u. Source: K. J. Astroem, T. Haegglund, "Advanced PID Control" (2006), section 3.5.
+// A PID controller with clamped integral and output, and four anti-windup strategies. Behaves as
+// ros-controls' control_toolbox::Pid. Units: error in any unit u (rad, m, rad/s ...), output in any unit c; p
+// in c/u. Source: K. J. Astroem, T. Haegglund, "Advanced PID Control" (2006), section 3.5.
 
 #include <limits>
 #include <string>
@@ -17,22 +17,22 @@ struct PidGains {
   double i_clamp_min = -std::numeric_limits<double>::infinity();
   double u_clamp_max = std::numeric_limits<double>::infinity();  // of the output
   double u_clamp_min = -std::numeric_limits<double>::infinity();
-  // "legacy": integrate, then put out. The others put out, then integrate: "none" always,
-  // "conditional_integration" not while a saturated output is driven further out, "back_calculation" pulls
-  // the integral back by the part cut off.
+  // "legacy" integrates before it computes the output. The others integrate afterwards: "none" always,
+  // "conditional_integration" not while the error drives a saturated output further out, "back_calculation"
+  // reduces the integral by the part of the output that was clamped.
   std::string antiwindup_strategy = "legacy";
   double tracking_time_constant = 0;  // s, of back_calculation; 0: sqrt(d / i), or p / i without d
   double error_deadband = 0;          // no integration while |error| is not above it
 };
 
-// Why these gains cannot be used, naming the gain and the fix; ok otherwise.
+// Refuses with the reason why these gains cannot be used, with the gain and the fix.
 Status check_gains(const PidGains& gains);
 
 class Pid {
  public:
   // Between steps. Precondition: check_gains(gains) is ok. The integral is kept.
   void set_gains(const PidGains& gains);
-  // Integral and last output to zero.
+  // Sets the integral and the last output to zero.
   void reset();
   // In the loop. error = target - state. With dt_s <= 0 nothing changes and the last output is returned; with
   // an error that is not finite the result is NaN and the integral is kept.
@@ -46,7 +46,7 @@ class Pid {
 
   PidGains gains_;
   AntiWindup antiwindup_ = AntiWindup::legacy;
-  double tracking_time_ = 0;  // s; 0: no pulling back
+  double tracking_time_ = 0;  // s; 0: no back calculation
   double integral_ = 0, output_ = 0;
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 // A PID controller for each degree of freedom, from ~/reference (control_msgs/msg/MultiDOFCommand), or from
-// the controller before it in a chain, and a measured state to one command interface; ~/controller_state
-// tells what it does. After ros2_controllers' pid_controller.
+// the controller before it in a chain, and a measured state to one command interface; publishes
+// ~/controller_state. Compatible with ros2_controllers' pid_controller.
 
 #include <string>
 #include <vector>
@@ -26,10 +26,10 @@ class PidController : public Controller {
 
  private:
   struct Dof {
-    std::string name, measured;  // what it commands; where its state comes from
+    std::string name, measured;  // the commanded one; the one of the measured state
     Pid pid;
     double feedforward = 0;
-    bool wraps = false;     // an angle whose error is the short way round
+    bool wraps = false;     // an angle whose error is the shortest rotation
     double last_error = 0;  // NaN: none yet
   };
   void declare_names(ControllerContext& context);

@@ -1,8 +1,8 @@
 #pragma once
-// A joint trajectory as it is executed: points in structure of arrays, preceded by the state it starts from,
-// sampled as polynomials. Positions in rad or m, their derivatives by second, effort in N m or N. Filled
-// between steps; begin() and sample() run in the loop and neither allocate nor throw. Source of the
-// polynomials: Biagiotti, Melchiorri, "Trajectory Planning for Automatic Machines and Robots" (2008), 2.1.
+// A joint trajectory for execution: points as a structure of arrays, preceded by the initial state, sampled
+// as polynomials. Positions in rad or m, their derivatives per s and s^2, effort in N m or N. Filled between
+// steps; begin() and sample() run in the loop and neither allocate nor throw. Source of the polynomials:
+// Biagiotti, Melchiorri, "Trajectory Planning for Automatic Machines and Robots" (2008), 2.1.
 
 #include <cstdint>
 #include <span>
@@ -14,8 +14,8 @@ namespace doppel::jtc {
 
 enum class Interpolation { splines, none };
 
-// All joints at one instant, one array of [joints] each; the arrays are always there, the flags state what is
-// measured.
+// All joints at one instant, one array [joints] per field; all arrays exist, and the flags state
+// which are measured.
 struct JointStates {
   explicit JointStates(std::size_t joints = 0)
       : positions(joints), velocities(joints), accelerations(joints), effort(joints) {}
@@ -25,7 +25,8 @@ struct JointStates {
 
 enum class Field : std::uint8_t { positions = 0, velocities = 1, accelerations = 2, effort = 3 };
 
-// (-pi, pi], the short way from one angle to another; at exactly half a turn in the direction of to - from.
+// rad in [-pi, pi]: the shortest rotation from one angle to another; at half a turn with the sign of
+// to - from.
 double shortest_angular_distance(double from, double to);
 
 class Trajectory {
@@ -33,24 +34,24 @@ class Trajectory {
   // Room for `capacity` points.
   Trajectory(std::size_t joints, std::size_t capacity);
 
-  // -- filling it; within the capacity without allocation
+  // -- filling; does not allocate within the capacity
   void clear();
-  // Appends a point without any field. Precondition: later than the last one.
+  // Appends a point without fields. Precondition: it is later than the last one.
   void add_point(Duration time_from_start);
-  // The [joints] values of a field, which the point has from now on.
+  // Adds a field to the point and returns its values [joints].
   std::span<double> give(std::size_t point, Field field);
-  // When time_from_start is 0; Time{}: at the begin().
+  // The time at which time_from_start is 0; Time{}: that of begin().
   void set_stamp(Time stamp) { stamp_ = stamp; }
 
-  // -- running it
-  // From `before`, known at `before_time` (<= now). Where `wraps` is true, the start is shifted by whole
-  // turns so that the first move is the short way. What the first point has and `before` lacks starts at
-  // zero. Positions that points lack are integrated from velocities, and these from accelerations, by Heun's
-  // trapezoid.
+  // -- execution
+  // Starts from `before`, valid at `before_time` (<= now). Where `wraps` is true, the start is shifted by
+  // whole turns so that the first move is the shortest. A field that the first point has and `before` lacks
+  // starts at zero. Missing positions are integrated from velocities, and these from accelerations, by the
+  // trapezoidal rule (Heun), as in ros2_controllers.
   void begin(Time now, Time before_time, const JointStates& before, const std::vector<bool>& wraps);
   [[nodiscard]] bool begun() const { return begun_; }
-  // False: there is nothing to say (not begun, earlier than `before`, positions unknown), and `out` is
-  // undefined.
+  // False: there is no sample (not begun, earlier than `before`, or positions unknown), and
+  // `out` is undefined.
   bool sample(Time time, Interpolation method, JointStates& out) const;
 
   [[nodiscard]] std::size_t joints() const { return joints_; }

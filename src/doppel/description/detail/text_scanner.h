@@ -1,5 +1,5 @@
 #pragma once
-// Words and numbers of a text file, without copies; numbers as in the C locale, whatever the user's is.
+// Words and numbers of a text file, without copies; numbers as in the C locale, independent of the user's.
 
 #include <charconv>
 #include <cmath>
@@ -15,7 +15,7 @@ class TextScanner {
   [[nodiscard]] int line() const { return line_; }
   [[nodiscard]] bool at_end() const { return at_ >= text_.size(); }
 
-  // The next word, over ends of lines; empty at the end.
+  // The next word, also in a later line; empty at the end.
   std::string_view word() {
     skip([](char c) { return blank(c) || c == '\n'; });
     return take();
@@ -25,7 +25,7 @@ class TextScanner {
     skip(blank);
     return take();
   }
-  // The next word as a number; nothing: it is none, or no finite one.
+  // The next word as a number; nullopt: it is not a finite number.
   std::optional<double> number() { return to_number(word()); }
   // The rest of the line; the next word is the next line's first.
   std::string_view rest_of_line() {
@@ -38,7 +38,7 @@ class TextScanner {
     return rest;
   }
   void skip_line() { rest_of_line(); }
-  // Steps over the end of the line, if the scanner stands there.
+  // Skips the end of the line, if the scanner is there.
   bool next_line() {
     if (at_end() || text_[at_] != '\n') return false;
     ++at_;
@@ -60,7 +60,7 @@ class TextScanner {
   static bool blank(char c) {
     return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f' || c == '\0';
   }
-  // Out of range for being too small: exporters write 1e-320 for nothing.
+  // Whether a number out of range is an underflow, which is 0: exporters write 1e-320 for zero.
   static bool tiny(std::string_view word) {
     const std::size_t e = word.find_first_of("eE");
     return e == std::string_view::npos || (e + 1 < word.size() && word[e + 1] == '-');

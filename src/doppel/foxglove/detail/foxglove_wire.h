@@ -1,6 +1,5 @@
 #pragma once
-// Shared by both halves of the protocol's code: little-endian numbers, and JSON that is checked as it is
-// read.
+// Common to both halves of the protocol: little-endian numbers, and JSON that is checked while it is read.
 
 #include <cstring>
 #include <nlohmann/json.hpp>
@@ -32,7 +31,7 @@ inline std::uint32_t id_of(const json& object, const char* name) {
   return id(member(object, name), name);
 }
 std::vector<std::uint32_t> ids(const json& object, const char* name);
-// The frame that is a list of ids and no more, as both ends send it.
+// A frame with only a list of ids, as sent by both ends.
 inline std::string ids_frame(const char* op, const char* name, const std::vector<std::uint32_t>& ids) {
   return dump({{"op", op}, {name, ids}});
 }

@@ -1,16 +1,16 @@
 #pragma once
-// How deep two convex solids are inside each other: the shortest way by which one leaves the other. Exact to
-// 1e-7 m, whatever the symmetry of their poses, which is where robots stand at zero.
+// The penetration depth of two convex solids: the shortest translation that separates them. Exact to 1e-7 m
+// also in symmetric poses, which robots have at zero.
 //
 // Source of the idea: the expanding polytope of van den Bergh, "Proximity Queries and Penetration Depth
-// Computation on 3D Game Objects", 2001. It differs in one thing: the polytope inside the difference A - B
-// need not hold the origin at the start. The face whose plane the origin is furthest outside of, or least
-// inside, is pushed out until it is a face of A - B (depth) or a plane between the two was found (apart).
+// Computation on 3D Game Objects", 2001. One difference: the polytope inside the difference A - B need not
+// contain the origin at the start. The face whose plane the origin is furthest outside of, or least inside,
+// is pushed out until it is a face of A - B (depth) or a plane between the two is found (apart).
 //
-// FCL, which tells here whether triangles touch, has such a polytope too (libccd's) and is no substitute: 102
-// of 200 pairs of hulls it finds deeper than they are, by up to 15 mm, where this one is within 2 nm of
-// qhull's faces of A - B. A pair takes it 6 us and this one 7 us (bench_convex), and it would have to be
-// loaded, which takes 5 ms, for `doppel check` of an arm.
+// FCL, which is used here for triangles, has such a polytope too (libccd's), but is no substitute: for 102 of
+// 200 pairs of hulls its depth is too large, by up to 15 mm, while this one is within 2 nm of qhull's faces
+// of A - B. A pair takes 6 us in FCL and 7 us here (bench_convex), and `doppel check` of an arm would have to
+// load FCL, which takes 5 ms.
 
 #include <Eigen/Core>
 #include <variant>
@@ -26,10 +26,10 @@ struct ConvexPoints {
 };
 using ConvexShape = std::variant<Box, Cylinder, Capsule, Sphere, ConvexPoints>;
 
-// Its point furthest along d (of any length but zero), in its own frame.
+// The shape's point furthest along d (of any length but zero), both in the shape's frame, m.
 Eigen::Vector3d support_point(const ConvexShape& shape, const Eigen::Vector3d& d);
 
-// A shape with a ball around it, in its own frame.
+// A shape with a bounding sphere (m) in its frame.
 struct ConvexSolid {
   explicit ConvexSolid(ConvexShape the_shape);
   ConvexShape shape;
@@ -41,10 +41,10 @@ struct ConvexDepth {
   bool overlap = false;  // by more than kTouching
   double depth = 0;      // m; 0 without overlap
 };
-inline constexpr double kTouching = 1e-6;  // m: what lies face on face does not collide
+inline constexpr double kTouching = 1e-6;  // m: bodies face to face do not collide
 
-// X_AB: B in A's frame. `exact`: false stops as soon as it is known whether they overlap; depth is then a
-// bound only. Two flat sets of points in one plane do not overlap.
+// X_AB: B in A's frame. `exact`: false stops as soon as it is decided whether they overlap; depth is then
+// only a bound. Two flat sets of points in one plane do not overlap.
 ConvexDepth convex_depth(const ConvexSolid& a, const ConvexSolid& b, const Pose& X_AB, bool exact);
 
 }  // namespace doppel

@@ -1,5 +1,5 @@
 #pragma once
-// Surfaces that FCL holds, behind functions of a module that is loaded late.
+// FCL's surfaces, behind the functions of a plugin module that is loaded at first use.
 
 #include <memory>
 
@@ -9,7 +9,7 @@
 namespace doppel {
 
 struct SurfaceFunctions {
-  // `mesh` is the geometry's, where it is one.
+  // `mesh`: the triangles of a mesh geometry, else nullptr.
   void* (*make)(const Geometry& geometry, const TriangleMesh* mesh);
   void (*discard)(void* surface);
   bool (*touch)(const void* a, const Pose& X_WA, const void* b, const Pose& X_WB);

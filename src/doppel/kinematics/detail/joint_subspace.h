@@ -1,5 +1,5 @@
 #pragma once
-// How a joint moves its child: the motion subspace. Private to the algorithms of this room.
+// The motion subspace of a joint (Featherstone 2008, section 3.5). Private to this module.
 
 #include "doppel/kinematics/kinematics.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// What a link's shapes would weigh if they were solid: the ground for what a description does not tell.
+// The mass properties of a link's shapes as solids: the estimate for values that a description does not give.
 
 #include "doppel/description/robot_description.h"
 #include "doppel/math/mass_properties.h"
@@ -7,10 +7,11 @@
 namespace doppel {
 
 constexpr double kAssumedDensity = 1000.0;  // kg/m^3: printed plastic with its screws and servos
-constexpr double kMinSolidMass = 1e-6;      // kg: shapes that enclose less are not bodies
+constexpr double kMinSolidMass = 1e-6;      // kg: shapes that enclose less are not solids
 
 // The solids of the collision shapes, else of the visual ones, at kAssumedDensity, in the link frame. A mesh
-// that is not closed counts as three tenths of its box. Mass 0: nothing is enclosed, or no mesh can be read.
+// that is not closed has three tenths of the volume of its bounding box. Mass 0: nothing is enclosed, or no
+// mesh can be read.
 MassProperties link_solid(const Link& link);
 
 // Of kAssumedDensity, centred; the cylinder's axis is z. Lengths in m.

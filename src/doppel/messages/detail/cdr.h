@@ -1,7 +1,6 @@
 #pragma once
 // The primitives of CDR (OMG XCDR version 1, DDS-XTypes 1.3 clause 7.4.3): alignment, numbers and strings,
-// without knowledge of any message. Offsets for alignment count from behind the four-byte encapsulation
-// header.
+// independent of messages. Offsets for alignment begin after the four-byte encapsulation header.
 
 #include <bit>
 #include <cstddef>
@@ -29,14 +28,14 @@ constexpr std::size_t cdr_aligned(std::size_t position, std::size_t alignment) {
   return (position + alignment - 1) & ~(alignment - 1);
 }
 
-// rmw_fastrtps's form: the number of UTF-16 units and each in four bytes, without a NUL.
+// As in rmw_fastrtps: the number of UTF-16 units, then each in four bytes, without a NUL.
 template <class Sink>
 void put_wide_text(Sink& sink, std::u16string_view text) {
   sink.number(static_cast<std::uint32_t>(text.size()));
   for (const char16_t unit : text) sink.number(static_cast<std::uint32_t>(unit));
 }
 
-// Counts what a CdrWriter would write.
+// Counts the bytes that a CdrWriter would write.
 class DOPPEL_API CdrSizer {
  public:
   template <class T>
@@ -89,7 +88,7 @@ class DOPPEL_API CdrWriter {
  private:
   void align(std::size_t alignment) {
     const std::size_t aligned = cdr_aligned(position_, alignment);
-    while (position_ < aligned) body_[position_++] = std::byte{0};  // equal messages give equal bytes
+    while (position_ < aligned) body_[position_++] = std::byte{0};  // so that equal messages have equal bytes
   }
   std::byte* body_;
   std::size_t position_ = 0;
@@ -142,18 +141,17 @@ class DOPPEL_API CdrReader {
     return true;
   }
   bool boolean(bool& value);
-  // With or without the NUL at its end, as Fast CDR reads it; Cyclone DDS and others always send one.
+  // With or without a final NUL, as in Fast CDR; Cyclone DDS and others always send one.
   bool text(std::string_view& text);
   bool wide_text(std::u16string& text);
   // The number of elements of a sequence of which each takes at least `least_size` bytes, and which has at
   // most `bound` (0: any number).
   bool length(std::uint32_t& count, std::size_t least_size, std::size_t bound = 0);
-  // At the end of the message: nothing may follow but RTPS's padding of the whole to a multiple of four
-  // bytes.
+  // At the end of the message only RTPS's padding of the whole to a multiple of four bytes may follow.
   bool finish();
 
   bool fail(const char* why);
-  // Called on the way out of a failed read, innermost field first.
+  // Called after a failed read for each enclosing field, innermost first.
   void within(std::string_view field);
   [[nodiscard]] bool ok() const { return why_ == nullptr; }
   [[nodiscard]] Status status(std::string_view type_name) const;

@@ -9,7 +9,7 @@
 
 namespace doppel::messages_detail {
 
-// What lies in memory as on the wire, so that lists of it are copied whole.
+// Types with the same representation in memory and on the wire, so that lists are copied as a whole.
 template <class T>
 concept Number = (std::is_arithmetic_v<T> && !std::same_as<T, bool>) || std::same_as<T, std::byte>;
 
@@ -46,7 +46,7 @@ bool get_elements(CdrReader& reader, T& values) {
   using Element = typename T::value_type;
   if constexpr (std::same_as<Element, bool>) {
     for (std::size_t i = 0; i < values.size(); ++i) {
-      bool value = false;  // std::vector<bool> gives no references to its elements
+      bool value = false;  // std::vector<bool> has no references to its elements
       if (!reader.boolean(value)) return false;
       values[i] = value;
     }

@@ -1,5 +1,5 @@
 #pragma once
-// The lists of types that doppel ships with, spread over several sources so that each compiles quickly.
+// The lists of built-in types, in several sources so that each compiles quickly.
 
 #include "doppel/messages/action_msgs.h"
 #include "doppel/messages/codec.h"
@@ -21,7 +21,7 @@ template <Service... S>
 void register_services() {
   (register_service(service_support<S>()), ...);
 }
-// With what rosidl derives from an action.
+// Including the types that rosidl derives from an action.
 template <Action... A>
 void register_actions() {
   (register_action(action_support<A>()), ...);

@@ -1,5 +1,5 @@
 #pragma once
-// How a description follows from a message's field list.
+// The description of a message from its field list.
 
 #include "doppel/messages/type_description.h"
 

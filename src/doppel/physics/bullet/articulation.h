@@ -1,7 +1,7 @@
 #pragma once
-// A model as Bullet's articulated bodies need it: links that fixed joints join are one rigid group, every
-// group has its frame at its centre of mass along its principal axes, and every floating joint begins a tree
-// of its own.
+// A model in the form of Bullet's articulated bodies: links that fixed joints join are one rigid group,
+// every group has its frame at its centre of mass along its principal axes, and every floating joint begins
+// a separate tree.
 
 #include <vector>
 
@@ -9,15 +9,15 @@
 
 namespace doppel {
 
-// What fixed joints join.
+// A set of links that fixed joints join.
 struct RigidGroup {
   int tree = -1;                 // of Articulation::trees; -1: fixed to the root
   int body = -1;                 // index of the btMultiBody's link; -1: its base
   Pose X_TB = Pose::Identity();  // frame of the body (principal axes at the centre of mass) in the top link
   double mass = 0;               // kg
   Eigen::Vector3d moments = Eigen::Vector3d::Zero();  // kg m^2, about the axes of B
-  double weighing = 0;                                // kg of it that gravity pulls
-  Eigen::Vector3d p_BoG = Eigen::Vector3d::Zero();    // m: where gravity pulls
+  double weighing = 0;                                // kg: the part of the mass on which gravity acts
+  Eigen::Vector3d p_BoG = Eigen::Vector3d::Zero();    // m: centre of mass of that part
 };
 
 enum class Axis { turn, slide };

@@ -46,7 +46,7 @@ void BulletEngine::copy_state(const Engine& from) {
   load_all();
 }
 
-// The loop of the constraint solver leaves velocities of its own in the bodies.
+// The constraint solver leaves its intermediate velocities in the bodies.
 void BulletEngine::load_all() const {
   for (std::size_t i = 0; i < states_.size(); ++i) solver_->load(static_cast<int>(i), states_[i]);
 }
@@ -144,7 +144,7 @@ void BulletEngine::write_state(int instance, std::span<const double> q, std::spa
     if (k < state.drives.size()) {
       state.drives[k].follow(state.q[static_cast<std::size_t>(spring.q)]);
     } else {
-      spring.on = false;  // what was touched before is not what is touched now
+      spring.on = false;  // contact with a stop before the change of state does not continue after it
     }
   }
   diverged_ = !std::ranges::all_of(state.q, [](double x) { return std::isfinite(x); }) ||

@@ -58,7 +58,7 @@ class BulletEngine final : public Engine {
   void load_all() const;
 
   std::vector<InstanceState> states_;
-  std::unique_ptr<StepSolver> solver_;  // scratch: looking changes nothing of the state
+  std::unique_ptr<StepSolver> solver_;  // scratch: const functions use it without changing the state
   bool diverged_ = false;
   std::int64_t steps_ = 0;
 };

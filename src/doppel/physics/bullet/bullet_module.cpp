@@ -15,7 +15,7 @@ EngineCapabilities capabilities_of_bullet() {
   out.contacts = out.rays = out.floating = out.planar = true;
   out.mimics = out.friction = out.stops = out.ideal = true;
   out.integrators = {Integrator::euler};
-  // As measured, with a margin. What rests lies 0.01 mm deep, so that it stays in touch.
+  // Measured values with a margin. Bodies at rest penetrate by 0.01 mm, so that they stay in contact.
   out.tolerances = {.period = 3e-6,
                     .free_fall = 1e-12,
                     .holding = 1e-11,

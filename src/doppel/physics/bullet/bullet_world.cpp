@@ -117,7 +117,8 @@ void BulletWorld::note_start(Exclusions& exclusions, const BulletWorld* before) 
     Contact contact;
     contact.a = link_of(finder.pair_of(i).first);
     contact.b = link_of(finder.pair_of(i).second);
-    // What was there before stands elsewhere by now, so only a newcomer's own links and the ground count.
+    // Earlier instances have moved since their start, so only pairs of a new instance's own links and pairs
+    // of them with the ground are excluded.
     const auto counts = [&](BodyId body, BodyId other) {
       return is_new(body, *before) && (other.is_ground() || is_new(other, *before));
     };

@@ -1,6 +1,6 @@
 #pragma once
-// The compiled world of Bullet: what the instances are as articulated bodies, their shapes, and which of them
-// may touch.
+// The compiled world of Bullet: the instances as articulated bodies, their shapes, and the pairs of shapes
+// that may touch.
 
 #include <memory>
 #include <vector>
@@ -24,7 +24,7 @@ struct BulletInstance {
 
 class BulletWorld final : public CompiledWorld {
  public:
-  // `before`: whose exclusions are kept, or null.
+  // `before`: the world whose exclusions are kept, or nullptr.
   BulletWorld(WorldSettings settings, std::vector<ModelInstance> instances, const BulletWorld* before);
 
   [[nodiscard]] const EngineCapabilities& capabilities() const override;

@@ -15,10 +15,10 @@
 namespace doppel {
 namespace {
 
-// The part of a line that lies within a convex body, as a range of its parameter.
+// The part of a line inside a convex body, as a range of the line's parameter.
 struct Within {
   double from = -kInfinity, to = kInfinity;
-  // Keeps what is on the inner side: offset + rate * t <= 0.
+  // Keeps the inner side of a plane: offset + rate * t <= 0.
   void cut(double offset, double rate) {
     if (rate > 0) {
       to = std::min(to, -offset / rate);
@@ -39,7 +39,7 @@ struct Within {
     from = std::max(from, (-b - std::sqrt(root)) / a);
     to = std::min(to, (-b + std::sqrt(root)) / a);
   }
-  // The first surface in front of the start: the way in, or the way out from inside.
+  // The first surface in front of the start: the entry, or the exit if the start is inside.
   [[nodiscard]] double first() const {
     if (from > to || to < 0) return -1.0;
     return from >= 0 ? from : to;
@@ -98,7 +98,7 @@ std::shared_ptr<btConvexShape> ShapeMaker::make(const CollisionShape& shape) {
           [](const Box& box) -> std::shared_ptr<btConvexShape> {
             auto made = std::make_shared<btBoxShape>(to_bullet(box.size / 2));
             made->setMargin(0.0);
-            made->initializePolyhedralFeatures();  // contacts with hulls are clipped faces, not one point
+            made->initializePolyhedralFeatures();  // contacts of hulls are clipped faces instead of one point
             return made;
           },
           [](const Cylinder& cylinder) -> std::shared_ptr<btConvexShape> {
@@ -125,8 +125,8 @@ std::shared_ptr<btConvexShape> ShapeMaker::make(const CollisionShape& shape) {
             return made;
           }},
       shape.geometry);
-  // Bullet's margin of 4 cm would be added around hulls, and rounds what is smaller; balls and capsules are
-  // nothing but margin.
+  // Bullet's default margin of 4 cm would enlarge hulls and round smaller shapes; spheres and capsules
+  // consist of margin only.
   const int type = out->getShapeType();
   if (type != SPHERE_SHAPE_PROXYTYPE && type != CAPSULE_SHAPE_PROXYTYPE) out->setMargin(0.0);
   return out;

@@ -1,6 +1,6 @@
 #pragma once
-// Collision shapes as Bullet has them, immutable and shared by all states of a compilation, and rays against
-// them.
+// Collision shapes as Bullet objects, immutable and shared by all states of a compilation, and ray
+// casting against them.
 
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 
@@ -31,11 +31,11 @@ class ShapeMaker {
   std::vector<std::pair<SharedHull, std::shared_ptr<btConvexShape>>> hulls_;
 };
 
-// How far along the ray, in units of the direction, the surface is first met from `from`; negative: never.
-// Both in the frame of the shape.
+// The distance from `from`, in units of the direction, to the first surface on the ray; negative: none. Both
+// vectors are in the frame of the shape.
 double ray_distance(const Piece& piece, const Eigen::Vector3d& from_S, const Eigen::Vector3d& direction_S);
 
-// The points of a shape that may touch a plane first, in its frame: `down_S` points to the plane.
+// The points of a shape that may touch a plane first, in the shape's frame, m; `down_S` points to the plane.
 void lowest_points(const Piece& piece, const Eigen::Vector3d& down_S, std::vector<Eigen::Vector3d>& out);
 
 }  // namespace doppel

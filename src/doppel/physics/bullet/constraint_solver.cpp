@@ -3,10 +3,10 @@
 namespace doppel {
 namespace {
 
-constexpr int kIterations = 500;               // at most; Bullet's own 10 leave a held stack creeping
-constexpr double kResidual = 1e-10;            // rad/s or m/s that the last iteration changed at most
+constexpr int kIterations = 500;               // at most; with Bullet's default of 10 a held stack creeps
+constexpr double kResidual = 1e-10;            // rad/s or m/s: largest change of the last iteration
 constexpr double kPenetrationReduction = 0.2;  // of a penetration in one step
-constexpr double kSlop = 1e-5;  // m that bodies at rest lie in each other, so that they stay in touch
+constexpr double kSlop = 1e-5;  // m: penetration of bodies at rest, so that they stay in contact
 
 }  // namespace
 
@@ -16,10 +16,10 @@ ConstraintSolver::ConstraintSolver(double step) {
   info_.m_leastSquaresResidualThreshold = kResidual * kResidual;
   info_.m_erp2 = kPenetrationReduction;
   info_.m_linearSlop = kSlop;
-  // Two friction directions and so Coulomb's cone. No warm start, neither for contacts nor for joints: a step
-  // depends on nothing but the state that it begins with.
+  // Two friction directions give Coulomb's cone. No warm start, neither for contacts nor for joints, so that
+  // a step depends only on the state that it begins with.
   info_.m_solverMode = SOLVER_USE_2_FRICTION_DIRECTIONS;
-  info_.m_splitImpulse = 0;  // btMultiBody knows none
+  info_.m_splitImpulse = 0;  // not supported by btMultiBody
 }
 
 void ConstraintSolver::solve(std::vector<SolverTree>& trees, const std::vector<JointRow>& rows,
@@ -41,8 +41,8 @@ void ConstraintSolver::convertContacts(btPersistentManifold** manifolds, int cou
   for (const JointRow& row : *rows_) add_row(row);
 }
 
-// Bullet has computed what a unit impulse does to the bare bodies; with drives that hold them it does less.
-// Returns the response in the row's own direction.
+// Replaces Bullet's response of the bare bodies to a unit impulse by that of the bodies with implicit drives,
+// which is smaller. Returns the response in the row's direction.
 double ConstraintSolver::replace_response(const btMultiBody* body, int jacobian) {
   if (body == nullptr) return 0.0;
   const SolverTree& tree = (*trees_)[static_cast<std::size_t>(TreeDynamics::index_of(*body))];

@@ -1,6 +1,5 @@
 #pragma once
-// Bullet's sequential impulses, with the springs and dampers of joints in the matrix that contacts and joints
-// are solved with.
+// Bullet's sequential-impulse solver with the springs and dampers of joints in its mass matrix.
 
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
@@ -11,8 +10,8 @@
 
 namespace doppel {
 
-// factor_a * v_a + factor_b * v_b is to be `target`, by an impulse within bounds. Both places are in one
-// tree.
+// One constraint row: factor_a * v_a + factor_b * v_b = target, by an impulse within the bounds. Both degrees
+// of freedom are in the same tree.
 struct JointRow {
   int tree = -1;
   int place_a = -1, place_b = -1;  // -1: none
@@ -21,10 +20,10 @@ struct JointRow {
   double low = 0, high = 0;  // N m s or N s
 };
 
-// What a tree brings into a solution.
+// One tree of the system to solve.
 struct SolverTree {
   TreeDynamics* dynamics = nullptr;
-  // Of the mass matrix with what is implicit in the velocity.
+  // Inverse of the mass matrix including the terms that are implicit in the velocity.
   const Eigen::MatrixXd* inverse = nullptr;
 };
 
@@ -32,8 +31,8 @@ class ConstraintSolver final : public btMultiBodyConstraintSolver {
  public:
   explicit ConstraintSolver(double step);
 
-  // Changes the velocities of the trees' bodies so that contacts and rows hold, and leaves the impulses in
-  // the points of the manifolds. Trees stand at their index_of().
+  // Changes the velocities of the trees' bodies so that contacts and rows are satisfied, and stores the
+  // impulses in the points of the manifolds. A tree has the index index_of() in `trees`.
   void solve(std::vector<SolverTree>& trees, const std::vector<JointRow>& rows,
              std::vector<btCollisionObject*>& bodies, std::vector<btPersistentManifold*>& manifolds);
 

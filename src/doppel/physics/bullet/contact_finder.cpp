@@ -9,12 +9,12 @@
 namespace doppel {
 namespace {
 
-// m: contacts nearer than Bullet's own 2 % of the size are told apart; below 0.1 mm rounding would.
+// Contact threshold: 2 % of a shape's size, as in Bullet, but at least 0.1 mm, below which rounding decides.
 constexpr double kNear = 0.02, kNearest = 1e-4;
-constexpr int kTilts = 4;  // in which a pair without flat faces is looked at for further points
+constexpr int kTilts = 4;  // orientations in which a pair without flat faces is searched for further points
 
-// Bullet's own is made for worlds of thousands of pairs: 5 MB for every state. One algorithm for each two
-// kinds of shapes is all that is asked of it, and at most one manifold each.
+// Bullet's own configuration is made for worlds of thousands of pairs and takes 5 MB per state. Here it has
+// to provide one algorithm for each two kinds of shapes, and at most one manifold each.
 btDefaultCollisionConstructionInfo small_pools() {
   btDefaultCollisionConstructionInfo out;
   out.m_defaultMaxPersistentManifoldPoolSize = 16;
@@ -38,7 +38,7 @@ ContactFinder::ContactFinder(const std::vector<Piece>& pieces, const std::vector
       low_(pieces.size()),
       high_(pieces.size()) {
   configuration_.setConvexConvexMultipointIterations(kTilts, kTilts);
-  dispatcher_.setDispatcherFlags(0);  // thresholds are of the pieces, not of what stands for them
+  dispatcher_.setDispatcherFlags(0);  // thresholds are those of the pieces, not of their substitutes
   for (const Piece& piece : pieces)
     thresholds_.push_back(std::max(kNearest, piece.shape->getContactBreakingThreshold(kNear)));
   points_.reserve(kMaxHullVertices);
@@ -107,8 +107,7 @@ void ContactFinder::touch_ground(const PiecePair& pair, const Pose& X_WS) {
   touching_.push_back(&pair);
 }
 
-// Bullet's algorithms keep nothing of a pair but a manifold: that which they are made with, or one of their
-// own.
+// The only state of a Bullet algorithm is a manifold: the one that it is made with, or its own.
 const ContactFinder::Known& ContactFinder::algorithm_for(const Piece& a, const Piece& b) {
   const int type_a = a.shape->getShapeType(), type_b = b.shape->getShapeType();
   for (const Known& known : algorithms_) {

@@ -1,6 +1,6 @@
 #pragma once
-// Where shapes touch, recomputed from their poses alone: nothing is kept from one step to the next, so that
-// what is found does not depend on how a state was reached.
+// Contacts between shapes, computed from their poses alone: nothing is kept from one step to the next, so
+// that the result does not depend on how a state was reached.
 
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletCollision/CollisionDispatch/btDefaultCollisionConfiguration.h>
@@ -21,17 +21,17 @@ struct PiecePair {
 
 class ContactFinder {
  public:
-  // `pieces` and `pairs` outlive this. colliders: of each piece; ground: the collision object that stands for
-  // the plane z = 0.
+  // `pieces` and `pairs` outlive this. colliders: of each piece; ground: the collision object of the plane
+  // z = 0.
   ContactFinder(const std::vector<Piece>& pieces, const std::vector<PiecePair>& pairs,
                 std::vector<btCollisionObject*> colliders, btCollisionObject& ground, double ground_friction);
   ~ContactFinder();
   ContactFinder(const ContactFinder&) = delete;
   ContactFinder& operator=(const ContactFinder&) = delete;
 
-  // poses: X_WS of each piece. Allocates only where more pairs touch than ever before.
+  // poses: X_WS of each piece. Allocates only if more pairs touch than ever before.
   void find(std::span<const Pose> poses);
-  // Of the pairs that touch or nearly do, in the order of `pairs`.
+  // Manifolds of the pairs that touch or nearly touch, in the order of `pairs`.
   [[nodiscard]] std::vector<btPersistentManifold*>& manifolds() { return found_; }
   [[nodiscard]] const PiecePair& pair_of(std::size_t manifold) const { return *touching_[manifold]; }
 
@@ -42,7 +42,7 @@ class ContactFinder {
   struct Known {
     int type_a, type_b;
     btCollisionAlgorithm* algorithm;
-    btPersistentManifold* manifold;  // that it writes into
+    btPersistentManifold* manifold;  // output of the algorithm
   };
   [[nodiscard]] const Known& algorithm_for(const Piece& a, const Piece& b);
 
@@ -53,11 +53,11 @@ class ContactFinder {
   double ground_friction_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
-  btPersistentManifold work_;  // of the algorithms that have none of their own
+  btPersistentManifold work_;  // for algorithms without a manifold of their own
   std::vector<Known> algorithms_;
   std::vector<btTransform> transforms_;
   std::vector<btVector3> low_, high_;  // boxes around the pieces
-  std::vector<double> thresholds_;     // m: how near a piece counts as touching
+  std::vector<double> thresholds_;     // m: distance below which a piece counts as touching
   std::vector<std::unique_ptr<btPersistentManifold>> pool_;
   std::vector<btPersistentManifold*> found_;
   std::vector<const PiecePair*> touching_;

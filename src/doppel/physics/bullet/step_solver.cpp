@@ -1,7 +1,7 @@
-// How a step is taken: semi-implicit Euler over Bullet's articulated-body algorithm. Drives, stops and joint
-// damping count at the velocity of the step's end: what they add to the mass matrix's diagonal goes into the
-// inverse that Bullet's constraint solver works with, so that contacts, friction, mimics and limits are
-// solved for the step that is taken.
+// The integration of a step: semi-implicit Euler over Bullet's articulated-body algorithm. Drives, stops and
+// joint damping are evaluated at the velocity of the step's end: their terms on the mass matrix's diagonal
+// are part of the inverse that Bullet's constraint solver uses, so that contacts, friction, mimics and limits
+// are solved consistently with the step.
 
 #include "doppel/physics/bullet/step_solver.h"
 
@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kRunaway = 1e10;             // rad/s, m/s, rad/s^2 or m/s^2
 constexpr double kJointErrorReduction = 0.2;  // of a mimic's or a limit's error in one step
-constexpr double kNearLimit = 0.05;           // rad or m, from where on a limit is looked at
+constexpr double kNearLimit = 0.05;           // rad or m: distance within which a limit has a constraint row
 constexpr double kUnbounded = 1e30;           // N m s or N s
 
 }  // namespace
@@ -69,7 +69,7 @@ void StepSolver::load(int instance, const InstanceState& state) {
     tree_at(instance, static_cast<int>(tree)).dynamics.load(state.q, state.v, state.X_WR, scratch_);
 }
 
-// -- what is read
+// -- reading
 
 Pose StepSolver::group_pose(int instance, int group, const Pose& X_WR) const {
   const RigidGroup& of = compiled(instance).articulation.groups[static_cast<std::size_t>(group)];
@@ -154,7 +154,7 @@ void StepSolver::find_contacts(const std::vector<InstanceState>& states) {
   finder_->find(piece_poses_);
 }
 
-// Of floating joints, explicit: nothing real floats in so much of it that a step would not resolve it.
+// Damping of floating joints, explicit: no realistic damping of a floating body is too stiff for the step.
 void StepSolver::add_floating_damping(int instance) {
   const BulletInstance& of = compiled(instance);
   for (const ModelJoint& joint : world_.instances()[static_cast<std::size_t>(instance)].model->joints) {
@@ -170,7 +170,7 @@ void StepSolver::add_floating_damping(int instance) {
   }
 }
 
-// Gravity, wrenches, efforts from outside and what a moving joint's own damping takes.
+// Gravity, wrenches, external efforts and the joints' damping.
 void StepSolver::write_loads(int instance, const InstanceState& state) {
   const BulletInstance& of = compiled(instance);
   for (std::size_t tree = 0; tree < of.articulation.trees.size(); ++tree)
@@ -202,19 +202,20 @@ void StepSolver::write_loads(int instance, const InstanceState& state) {
   }
 }
 
-// Adds inertia to one degree of freedom of the inverse and of the accelerations (Sherman and Morrison).
+// Adds inertia to one degree of freedom of the inverse and of the accelerations: a rank-one update by the
+// Sherman-Morrison formula instead of another factorisation.
 void StepSolver::add_implicit(int instance, int v, double armature) {
   if (!(armature > 0)) return;
   const TreePlace place = place_of(instance, v);
   TreeScratch& tree = tree_at(instance, place.tree);
   const auto column = tree.inverse.col(place.index);
-  tree.velocity = column;  // the column changes while it is used
+  tree.velocity = column;  // a copy, because the column changes while it is used
   const double share = armature / (1.0 + armature * tree.velocity[place.index]);
   tree.acceleration -= share * tree.acceleration[place.index] * tree.velocity;
   tree.inverse.noalias() -= share * tree.velocity * tree.velocity.transpose();
 }
 
-// The velocities that the step would end with if nothing bounded them.
+// The velocities of the step's end without contacts and constraint rows.
 void StepSolver::respond(int instance, const InstanceState& state) {
   const BulletInstance& of = compiled(instance);
   for (std::size_t t = 0; t < of.articulation.trees.size(); ++t) {
@@ -297,7 +298,8 @@ void StepSolver::write_joint_rows(int instance, const InstanceState& state, cons
   const double near = kNearLimit + 2.0 * step_ * std::abs(end_velocity(instance, joint.v));
   row.low = 0.0;
   row.high = kUnbounded;
-  // Until the limit is reached the joint may come as far as it, and from beyond it comes back gently.
+  // Inside the limits the row lets the joint reach the limit exactly; beyond a limit it removes the fraction
+  // kJointErrorReduction of the error per step.
   const auto stop = [&](double room, double direction) {
     if (!(room < near)) return;
     row.factor_a = direction;
@@ -319,12 +321,12 @@ double StepSolver::end_velocity(int instance, int v) const {
   return tree_at(instance, place.tree).velocity[place.index];
 }
 
-// At the velocity of the step's end and the position of its start, as if the effort had no bounds.
+// The unbounded effort at the velocity of the step's end and the position of its start.
 double StepSolver::asked_effort(int instance, const InstanceState& state, const JointSpring& spring) const {
   return spring.law(state.q[static_cast<std::size_t>(spring.q)], end_velocity(instance, spring.v), 0.0);
 }
 
-// False: a spring has met or left a bound, and the step is to be taken again.
+// False: a spring has met or left a bound, and the step has to be repeated.
 bool StepSolver::settle(std::vector<InstanceState>& states, int pass) {
   bool settled = true;
   for (std::size_t i = 0; i < states.size(); ++i) {
@@ -391,7 +393,7 @@ void StepSolver::contacts(std::vector<Contact>& out) {
     btPersistentManifold& manifold = *finder_->manifolds()[i];
     for (int k = 0; k < manifold.getNumContacts(); ++k) {
       const btManifoldPoint& point = manifold.getContactPoint(k);
-      // Bullet looks ahead: what is near but neither touches nor pushes is not a contact.
+      // Bullet also reports pairs that are only near; without touch or impulse they are not contacts.
       if (point.getDistance() > 0 && !(point.m_appliedImpulse > 0)) continue;
       Contact contact;
       contact.a = world_.link_of(finder_->pair_of(i).first);

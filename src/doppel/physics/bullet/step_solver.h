@@ -1,6 +1,6 @@
 #pragma once
-// Scratch of one engine, in which a step is computed from the states of its instances. It remembers nothing
-// of them: a step is a function of the states alone.
+// Scratch of one engine, in which a step is computed from the states of its instances. It keeps nothing
+// between steps: a step is a function of the states alone.
 
 #include <memory>
 #include <vector>
@@ -15,7 +15,7 @@ struct LinkWrench {
   Eigen::Vector3d p_LoP_L, force_W, torque_W;
 };
 
-// All that is state of one instance, but what is compiled.
+// The whole state of one instance, without compiled data.
 struct InstanceState {
   Pose X_WR = Pose::Identity();
   std::vector<double> q, v;
@@ -33,12 +33,12 @@ class StepSolver {
   StepSolver(const StepSolver&) = delete;
   StepSolver& operator=(const StepSolver&) = delete;
 
-  // The frames and velocities of an instance follow its state.
+  // Sets the frames and velocities of an instance from its state.
   void load(int instance, const InstanceState& state);
-  // Velocities and efforts at the end of a step of which the springs' laws are written; the springs' bounds
-  // are chosen. What is loaded belongs to the start. False: the numbers ran away.
+  // Computes velocities and efforts at the end of a step, and chooses the springs' bounds. Precondition: the
+  // springs' laws are written and the states of the step's start are loaded. False: the step diverged.
   bool solve(std::vector<InstanceState>& states);
-  // Positions and velocities of the states after solve().
+  // Writes positions and velocities of the step's end to the states, after solve().
   void integrate(std::vector<InstanceState>& states) const;
   // After solve().
   void contacts(std::vector<Contact>& out);
@@ -55,7 +55,7 @@ class StepSolver {
     int instance;
     TreeDynamics dynamics;
     Eigen::VectorXd bare_acceleration, acceleration, velocity;
-    Eigen::MatrixXd bare_inverse, inverse;  // of the mass matrix, and with what is implicit
+    Eigen::MatrixXd bare_inverse, inverse;  // of the mass matrix, without and with implicit terms
   };
   [[nodiscard]] const BulletInstance& compiled(int instance) const {
     return world_.compiled()[static_cast<std::size_t>(instance)];

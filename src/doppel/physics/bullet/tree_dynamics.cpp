@@ -22,12 +22,12 @@ TreeDynamics::TreeDynamics(const Model& model, const Articulation& articulation,
       links, fixed ? 0.0 : base.mass, fixed ? btVector3(0, 0, 0) : to_bullet(base.moments), fixed, can_sleep);
   for (int i = 0; i < links; ++i) setup_link(i, articulation);
   body_->finalizeMultiDof();
-  // Bullet's defaults suit games: 4 % of the velocity is lost in a second, and 100 rad/s is the most.
+  // Bullet's defaults are made for games: they damp 4 % of the velocity per second and limit it to 100 rad/s.
   body_->setLinearDamping(0.0);
   body_->setAngularDamping(0.0);
   body_->setMaxCoordinateVelocity(SIMD_INFINITY);
   body_->setMaxAppliedImpulse(SIMD_INFINITY);
-  body_->setUseGyroTerm(true);  // else a body would turn as if its inertia were a ball's
+  body_->setUseGyroTerm(true);  // else w x I w is missing, as if every inertia were spherical
   body_->setUserIndex(index);
   const auto bodies = static_cast<std::size_t>(links) + 1;
   poses_.assign(bodies, Pose::Identity());
@@ -43,7 +43,7 @@ void TreeDynamics::setup_link(int index, const Articulation& articulation) {
   const RigidGroup& group = link.group < 0 ? none : articulation.groups[static_cast<std::size_t>(link.group)];
   const btQuaternion parent_to_this = rotation_to_bullet(link.X_PB.linear().transpose());
   const auto setup = link.kind == Axis::turn ? &btMultiBody::setupRevolute : &btMultiBody::setupPrismatic;
-  const bool disable_parent_collision = true;  // exclusions are doppel's own
+  const bool disable_parent_collision = true;  // exclusions.h decides which pairs collide
   (body_.get()->*setup)(index, group.mass, to_bullet(group.moments), link.parent, parent_to_this,
                         to_bullet(link.axis), to_bullet(link.p_PoJ), to_bullet(link.p_JoB),
                         disable_parent_collision);

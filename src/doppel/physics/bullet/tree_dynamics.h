@@ -1,6 +1,6 @@
 #pragma once
-// One tree of an instance as a btMultiBody, which computes and remembers nothing: positions and velocities
-// are written into it, and what follows from them is read.
+// One tree of an instance as a btMultiBody, used for computation only: positions and velocities are written
+// into it before each use, and derived quantities are read.
 
 #include <memory>
 #include <span>
@@ -24,7 +24,7 @@ struct BulletScratch {
 // axes, then the links.
 class TreeDynamics {
  public:
-  // `index` is what index_of() gives of the body.
+  // `index` is the value that index_of() returns for the body.
   TreeDynamics(const Model& model, const Articulation& articulation, int tree, int index);
 
   [[nodiscard]] const Tree& tree() const { return tree_; }
@@ -32,10 +32,10 @@ class TreeDynamics {
   [[nodiscard]] btMultiBody& body() { return *body_; }
   static int index_of(const btMultiBody& body) { return body.getUserIndex(); }
 
-  // Positions and velocities of the model at X_WR, and the frames that follow.
+  // Writes positions and velocities of the model at X_WR and computes the frames.
   void load(std::span<const double> q, std::span<const double> v, const Pose& X_WR, BulletScratch& scratch);
   void write_velocity(const Eigen::VectorXd& velocity);
-  [[nodiscard]] const Eigen::VectorXd& velocity() const { return loaded_; }  // that was loaded
+  [[nodiscard]] const Eigen::VectorXd& velocity() const { return loaded_; }  // as loaded
   void read_velocity(Eigen::VectorXd& out) const;
   // q and v of the model after `h` seconds at the constant velocity.
   void integrate(const Eigen::VectorXd& velocity, double h, const Pose& X_WR, std::span<double> q,
@@ -53,7 +53,7 @@ class TreeDynamics {
   void clear_loads();
   void add_load(int body, const Eigen::Vector3d& force_W, const Eigen::Vector3d& torque_W);
   void add_effort(int place, double effort);
-  // Accelerations under the loads, and the inverse of the mass matrix. velocity() is as loaded then.
+  // Accelerations under the loads, and the inverse of the mass matrix. Restores the loaded velocity.
   void forward_dynamics(BulletScratch& scratch, Eigen::VectorXd& acceleration, Eigen::MatrixXd& inverse);
 
  private:

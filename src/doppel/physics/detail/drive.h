@@ -16,14 +16,14 @@ class Drive {
   [[nodiscard]] DriveMode mode() const { return mode_; }
   [[nodiscard]] const ServoParameters& servo() const { return servo_; }
   void start(DriveMode mode, double q);  // from where the joint is
-  void follow(double q);                 // the joint was put elsewhere: the reference goes with it
+  void follow(double q);                 // after the joint was moved by set_state: the reference follows it
   [[nodiscard]] DriveState state() const { return {mode_, target_, reference_}; }
   [[nodiscard]] double reference() const { return reference_; }
   void set_target(double target);  // a target that is not finite is ignored
-  // Advances the reference by one step, of which write_law() writes then.
+  // Advances the reference by one step, which write_law() then describes.
   void advance(double q);
-  // What the drive exerts during the step that advance() began. Sets all but where the spring acts and its
-  // bound.
+  // The spring and damper during the step that advance() began. Sets all fields but the spring's joint, its
+  // indices and its bound.
   void write_law(JointSpring& spring) const;
 
  private:
@@ -33,15 +33,15 @@ class Drive {
   int joint_;
   ServoParameters servo_;
   double step_;              // s
-  double fastest_;           // the reference's longest way in one step
-  double furthest_;          // that the reference is ahead of the joint at a step's start
+  double fastest_;           // rad or m: the largest move of the reference in one step
+  double furthest_;          // rad or m: how far the reference may be ahead of the joint at a step's start
   std::int64_t stream_gap_;  // steps
   DriveMode mode_ = DriveMode::passive;
   double target_ = 0, reference_ = 0;
   double before_ = 0;              // the reference at the step's start
-  double seen_ = 0;                // the part of the reference's velocity that the damper sees
-  double spread_ = 0;              // way in one step while a stream's target is approached
-  std::int64_t spread_steps_ = 0;  // how long spread_ counts
+  double seen_ = 0;                // the part of the reference's velocity that enters the damper
+  double spread_ = 0;              // rad or m: move in one step while a stream's target is approached
+  std::int64_t spread_steps_ = 0;  // steps for which spread_ is used
   std::int64_t steps_since_target_ = 0;
 };
 

@@ -1,8 +1,8 @@
 #pragma once
-// A spring and a damper on one scalar joint whose effort is bounded, as a step sees them: a drive's servo,
-// which ends at its effort limits, or a limit stop, which pushes and never pulls. Where the effort that the
-// step delivers would leave the bounds, the spring counts as the constant effort of that bound, without a
-// damper, and the step is taken again; so the effort is always that of
+// A spring and a damper with bounded effort on one scalar joint during one step: a drive's servo, bounded by
+// its effort limits, or a limit stop, which pushes and never pulls. Where the resulting effort would leave
+// the bounds, the spring is replaced by the constant effort of that bound, without a damper, and the step is
+// repeated; so the effort is always that of
 //
 //   tau = clip(feed + stiffness * (reference - q) + damping * (reference_velocity - v), low, high)
 //
@@ -20,10 +20,10 @@ struct JointSpring {
   bool on = false;                            // false: it exerts nothing
   double stiffness = 0, damping = 0;          // N m/rad, N m s/rad; or N/m, N s/m
   double reference = 0, reference_rate = 0;   // at the step's start, and how fast it moves: rad or m, per s
-  double reference_velocity = 0;              // that the damper sees
+  double reference_velocity = 0;              // rad/s or m/s, in the damper's law
   double feed = 0;                            // N m or N
   double low = -kInfinity, high = kInfinity;  // N m or N
-  int bound = 0;                              // -1 or 1: it counts as the constant `low` or `high`
+  int bound = 0;                              // -1 or 1: replaced by the constant effort `low` or `high`
 
   [[nodiscard]] bool acts_linearly() const { return on && bound == 0; }
   // Unbounded, at the time `t` after the step's start.
@@ -34,7 +34,7 @@ struct JointSpring {
   [[nodiscard]] double effort_at_bound() const { return bound < 0 ? low : high; }
 };
 
-// Which bound, if any, belongs to the effort that the unbounded law requires.
+// The bound that the effort of the unbounded law exceeds; 0: none.
 inline int bound_of(const JointSpring& spring, double asked) {
   return asked > spring.high ? 1 : asked < spring.low ? -1 : 0;
 }

@@ -1,6 +1,6 @@
 #pragma once
-// The springs of a model's joints, as every engine has them: one for each drive, and one for each limit stop
-// that has a stiffness.
+// The springs of a model's joints, the same in every engine: one for each drive, and one for each limit stop
+// with a stiffness.
 
 #include <span>
 #include <vector>
@@ -14,23 +14,24 @@ namespace doppel {
 // ("physics.ideal_scheme") where ideal servos meet an integrator of higher order.
 std::vector<Drive> make_drives(const ModelInstance& instance, const WorldSettings& settings);
 
-// The spring of a scalar joint, which exerts nothing yet.
+// A spring on a scalar joint that is still off.
 JointSpring spring_of_joint(const Model& model, int joint);
 
 // The stops at finite limits of joints with a stop_stiffness: lower then upper, in the model's order.
 std::vector<JointSpring> make_stops(const Model& model);
 
-// Whether the joint is beyond the stop now, which turns it on or off. True: it has just come there, so that
-// hit_stop() is to follow.
+// Switches the stop on while the joint is beyond it, else off. True: the joint has just reached it, and
+// hit_stop() has to follow.
 bool meet_stop(JointSpring& stop, double q);
-// The damping that gives back `restitution` to the inertia that the joint moves (its mimics with it, and what
-// drives hold stiff), kg m^2 or kg, in steps of `h` seconds.
+// Sets the damping that gives `restitution` to an impact with the inertia that the joint moves, kg m^2 or kg
+// (including its mimics and the joints that drives hold), in steps of `h` seconds.
 void hit_stop(JointSpring& stop, double restitution, double inertia, double h);
 
-// After a step in which the unbounded laws asked for `asked`. True: a spring has met or left a bound, and the
-// step is to be taken again; `pass` counts how often it was. Where changing all at once leads to no end, as
-// with the many stiff drives of a robot that falls on its feet, the first one on the wrong side changes alone
-// (K. G. Murty, Note on a Bard-type scheme for solving the complementarity problem, Opsearch 11, 1974).
+// After a step in which the unbounded laws gave the efforts `asked`. True: a spring has met or left a bound,
+// and the step has to be repeated; `pass` counts the repetitions. Changing all springs at once may not
+// terminate, for example with the many stiff drives of a robot that falls on its feet; then only the first
+// one on the wrong side changes (K. G. Murty, Note on a Bard-type scheme for solving the complementarity
+// problem, Opsearch 11, 1974).
 bool rebound(std::span<JointSpring> springs, std::span<const double> asked, int pass);
 
 }  // namespace doppel

@@ -25,7 +25,7 @@ namespace {
   std::abort();
 }
 
-// What MuJoCo warns of while it runs is counted in mjData::warning; its own handler would write a file.
+// Warnings at run time are counted in mjData::warning; MuJoCo's own handler would write a file.
 void on_warning(const char* /*text*/) {}
 
 }  // namespace
@@ -39,8 +39,7 @@ void install_handlers() {
 
 namespace {
 
-// A file with a text, without touching a disk where the kernel allows it; MuJoCo 2 and 3 both read files by
-// name.
+// A file with a text, in memory if the kernel supports it; MuJoCo 2 and 3 both read files by name only.
 class TextFile {
  public:
   explicit TextFile(const std::string& text) {

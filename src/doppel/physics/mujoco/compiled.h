@@ -1,6 +1,6 @@
 #pragma once
-// Private to the MuJoCo back end: compilation of MJCF text, and calls that MuJoCo cannot end the process
-// from.
+// Private to the MuJoCo back end: compilation of MJCF text, and calls in which an error of MuJoCo does not
+// end the process.
 
 #include <mujoco/mujoco.h>
 
@@ -17,18 +17,19 @@ struct ModelDeleter {
 };
 using ModelHandle = std::unique_ptr<mjModel, ModelDeleter>;
 
-// Null on failure, with MuJoCo's text in `message`; a warning leaves its text there too.
+// nullptr on failure, with MuJoCo's text in `message`; a warning also leaves its text there.
 ModelHandle compile_mjcf(const std::string& mjcf, std::string& message);
 
 namespace mujoco_detail {
-// Where mju_error of this thread jumps to; null: nowhere, and the process ends, since an exception must not
-// pass MuJoCo's C frames.
+// The target to which mju_error of this thread jumps; nullptr: none, and the process ends, because an
+// exception must not pass MuJoCo's C frames.
 extern thread_local std::jmp_buf* error_exit;
 extern thread_local char error_text[256];
 void install_handlers();
 }  // namespace mujoco_detail
 
-// Runs `call` (which must own nothing: it may be left by a jump) and returns false if MuJoCo gave up in it.
+// Runs `call` and returns false if MuJoCo raised an error in it. `call` must own no resources, because the
+// error leaves it by a jump.
 template <typename Call>
 bool guarded(const Call& call) {
   std::jmp_buf here;

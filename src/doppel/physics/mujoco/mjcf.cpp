@@ -15,7 +15,7 @@
 namespace doppel {
 namespace {
 
-// MuJoCo refuses bodies below 1e-15; nothing that is measured can tell these from zero.
+// MuJoCo rejects bodies below 1e-15, and no measured quantity distinguishes these values from zero.
 constexpr double kMinMass = 1e-9;     // kg
 constexpr double kMinMoment = 1e-12;  // kg m^2
 
@@ -55,7 +55,7 @@ std::string friction_text(double friction) {
   return decimal(friction) + " 0.005 0.0001";
 }
 
-// One instance in the engine's words: names by index over all instances.
+// The naming of one instance in the engine's document: by index over all instances.
 class InstanceNaming final : public MjcfNaming {
  public:
   InstanceNaming(const ModelInstance& instance, const InstanceOffsets& offsets, MeshAssets& assets)
@@ -100,7 +100,7 @@ class InstanceNaming final : public MjcfNaming {
     }
   }
 
-  // All that is rigidly joined is weighed at its topmost link: a body welded to another may be without mass.
+  // The mass of rigidly joined links is at the topmost one: MuJoCo accepts a welded body without mass.
   void lump() {
     lumped_.resize(model_.links.size());
     const std::vector<int> groups = rigid_groups(model_);
@@ -119,7 +119,7 @@ class InstanceNaming final : public MjcfNaming {
   std::vector<MassProperties> lumped_;  // [links]
 };
 
-// The pairs of bodies that may ever touch.
+// The pairs of bodies that can touch in any configuration.
 class PairWriter {
  public:
   PairWriter(const WorldSettings& settings, std::span<const ModelInstance> instances,
@@ -144,8 +144,9 @@ class PairWriter {
   [[nodiscard]] bool few() const { return count_ <= kMaxListedPairs; }
   [[nodiscard]] const std::vector<std::pair<BodyId, BodyId>>& exclusions() const { return exclusions_; }
 
-  // Every pair of shapes, where they are few. Else what never collides, for MuJoCo looks for pairs itself;
-  // every pair is written, and what may collide is taken out of the compiled table.
+  // With few pairs every pair of shapes is written. With many, MuJoCo searches for pairs itself and
+  // needs the excluded ones: every pair is written as excluded, and the allowed ones are removed from
+  // the compiled table.
   XmlNode take() {
     if (few()) return std::move(pairs_);
     XmlNode out = element("contact");
@@ -163,7 +164,7 @@ class PairWriter {
     double friction;
   };
 
-  // Objects collide with each other and with the ground, wherever they start.
+  // Objects collide with each other and with the ground, even if they overlap at the start.
   [[nodiscard]] bool may_be_excluded(BodyId a, BodyId b) const {
     const auto object = [this](BodyId body) { return body.is_ground() || instance(body).is_object(); };
     return !object(a) || !object(b);
@@ -186,7 +187,7 @@ class PairWriter {
             instance(body).shapes[static_cast<std::size_t>(body.link)][index].friction};
   }
 
-  // The larger friction of the two counts, as where MuJoCo finds the pair.
+  // The larger friction of the two, as for pairs that MuJoCo finds itself.
   void add_pairs(BodyId a, BodyId b) {
     for (std::size_t i = 0; i < shape_count(a); ++i) {
       for (std::size_t k = 0; k < shape_count(b); ++k) {
@@ -210,7 +211,7 @@ class PairWriter {
 };
 
 XmlNode option_of(const WorldSettings& world, bool listed_pairs) {
-  // Elliptic cones with a high impedance ratio: what sticks does not creep.
+  // Elliptic cones with a high impedance ratio, so that sticking contacts do not creep.
   return element("option",
                  {{"timestep", decimal(to_seconds(world.step))},
                   {"gravity", decimals(world.gravity)},
@@ -221,7 +222,7 @@ XmlNode option_of(const WorldSettings& world, bool listed_pairs) {
                  {element("flag", {{"filterparent", "disable"}})});
 }
 
-// Those that stand still touch nothing by themselves, and MuJoCo's memory grows with the square of njmax.
+// Fixed bodies have no contacts among themselves, and MuJoCo's memory grows with the square of njmax.
 XmlNode size_of(std::span<const ModelInstance> instances) {
   const auto objects = static_cast<std::size_t>(std::ranges::count_if(instances, &ModelInstance::is_object));
   const auto loose = static_cast<std::size_t>(
@@ -232,7 +233,7 @@ XmlNode size_of(std::span<const ModelInstance> instances) {
 }
 
 XmlNode defaults_of(const WorldSettings& world) {
-  // Twice the step is the stiffest that MuJoCo's constraints stay stable with.
+  // Twice the step is the smallest time constant with which MuJoCo's constraints are stable.
   const double stiff = 2.0 * to_seconds(world.step);
   const std::string soft = decimal(2.5 * stiff) + " 1", hard = decimal(stiff) + " 1";
   const std::string yields = "0.95 0.99 0.001", holds = "0.9999 0.9999 0.001";
@@ -320,7 +321,7 @@ std::string name_at(std::span<const ModelInstance> instances, char kind, std::si
 }  // namespace
 
 std::string in_user_terms(std::string message, std::span<const ModelInstance> instances) {
-  // Numbers and lines of a text that the user never sees say nothing.
+  // Line numbers refer to a text that the user never sees.
   if (const std::size_t id = message.find(", id ="); id != std::string::npos) message.resize(id);
   std::replace(message.begin(), message.end(), '\n', ' ');
   for (std::size_t at = message.find('~'); at != std::string::npos; at = message.find('~', at)) {

@@ -1,7 +1,7 @@
 #pragma once
-// From a world's settings and instances to MJCF text, whose bodies mjcf/mjcf.h writes. Nothing of the user's
-// goes into the text: bodies, joints and shapes are named by index over all instances, so that no name needs
-// escaping and MuJoCo's messages can be translated into the user's words.
+// From a world's settings and instances to MJCF text, whose bodies mjcf/mjcf.h writes. Bodies, joints and
+// shapes are named by index over all instances, so that no name of the user needs escaping and the names in
+// MuJoCo's messages can be replaced by the user's.
 
 #include <span>
 #include <string>
@@ -11,9 +11,9 @@
 
 namespace doppel {
 
-// Where the parts of an instance begin among those of all instances. Bodies stand in the order of
-// Model::links, joints in that of Model::q; a floating joint is three slides and a ball, a planar one two
-// slides and a hinge. So MuJoCo's arrays are those of the models, one after the other.
+// The first indices of an instance among those of all instances. Bodies have the order of Model::links,
+// joints that of Model::q; a floating joint is three slides and a ball, a planar one two slides and a hinge.
+// So MuJoCo's arrays are the concatenated arrays of the models.
 struct InstanceOffsets {
   int link = 0, joint = 0, q = 0, v = 0;
 };
@@ -24,20 +24,20 @@ std::string mjcf_link_name(int link);
 std::string mjcf_joint_name(int joint);  // of the joint's first degree of freedom
 std::string mjcf_exclusion_name(std::size_t pair);
 
-// Up to this many pairs of shapes that may touch, each is looked at by itself; beyond it MuJoCo sorts all
-// bodies along an axis in every step, which costs as much as about so many pairs (bench_loop_rate).
+// Up to this many pairs of shapes that may touch, each pair is tested individually; with more, MuJoCo sorts
+// all bodies along an axis in every step, at the cost of about as many pairs (bench_loop_rate).
 inline constexpr std::size_t kMaxListedPairs = 400;
 
 struct MjcfDocument {
   std::string text;
   // Every pair that may become excluded, each an <exclude>; empty: every two shapes that may touch have a
-  // <pair>, and MuJoCo looks for no others.
+  // <pair>, and MuJoCo tests no others.
   std::vector<std::pair<BodyId, BodyId>> exclusions;
 };
 MjcfDocument write_document(const WorldSettings& settings, std::span<const ModelInstance> instances,
                             const Exclusions& exclusions);
 
-// Puts the user's names into a message of MuJoCo's.
+// Replaces indices by the user's names in a message of MuJoCo.
 std::string in_user_terms(std::string message, std::span<const ModelInstance> instances);
 
 }  // namespace doppel

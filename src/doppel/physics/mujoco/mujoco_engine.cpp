@@ -27,7 +27,7 @@ std::size_t size(int n) {
 
 }  // namespace
 
-// -- what is state in the model
+// -- state in the model
 
 ModelView::ModelView(const mjModel& shared)
     : model_(shared),
@@ -120,7 +120,7 @@ std::unique_ptr<Engine> MujocoEngine::clone() const {
   return std::make_unique<MujocoEngine>(*this);
 }
 
-// Scratch that a step fills before it reads it is left as it is.
+// Scratch is not copied, because a step fills it before reading it.
 void MujocoEngine::copy_state(const Engine& from) {
   if (from.compiled() != compiled())
     throw std::invalid_argument("a state can be copied only between engines of the same compiled world");
@@ -170,7 +170,7 @@ void MujocoEngine::reset() {
   diverged_ = !refresh() || ran_away();
 }
 
-// What depends on positions and velocities only. False: MuJoCo gave up.
+// Computes the quantities that depend only on positions and velocities. False: MuJoCo raised an error.
 bool MujocoEngine::refresh() {
   return guarded([this] { mj_step1(m(), d()); });
 }
@@ -193,7 +193,7 @@ void MujocoEngine::become(std::shared_ptr<const CompiledWorld> world, std::span<
   *this = std::move(fresh);
 }
 
-// The state of the instance `before` of another engine, whose model is the same.
+// Copies the state of the instance `before` of another engine, which has the same model.
 void MujocoEngine::carry_over(const MujocoEngine& from, int index, int before) {
   const InstanceOffsets to = compiled_world().offsets(index), old = from.compiled_world().offsets(before);
   const Model& model = *world().instances()[size(index)].model;
@@ -211,7 +211,7 @@ void MujocoEngine::carry_over(const MujocoEngine& from, int index, int before) {
     wrenches_[size(compiled_world().mujoco_body(index, static_cast<int>(link)))] = wrench;
     any_wrench_ = any_wrench_ || wrench.on;
   }
-  // Drives and stops of one model stand in one order.
+  // Drives and stops of the same model have the same order.
   std::vector<const JointSpring*> springs;
   for (const JointSpring& spring : from.springs_) {
     if (spring.joint >= old.joint && spring.joint < old.joint + static_cast<int>(model.joints.size()))
@@ -270,7 +270,7 @@ void MujocoEngine::write_state(int instance, std::span<const double> q, std::spa
     if (k < drives_.size()) {
       drives_[k].follow(q_[size(spring.q)]);
     } else {
-      spring.on = false;  // what was touched before is not what is touched now
+      spring.on = false;  // contact with a stop before the change of state does not continue after it
     }
   }
   diverged_ = !refresh() || ran_away();
@@ -360,7 +360,7 @@ void MujocoEngine::write_wrenches() {
     add_wrench(of.body, {true, of.com, -of.mass * settings().gravity, Eigen::Vector3d::Zero()});
 }
 
-// -- what is read of the whole
+// -- reading the whole world
 
 Pose MujocoEngine::body_pose(int body) const {
   Pose X = Pose::Identity();
@@ -369,7 +369,7 @@ Pose MujocoEngine::body_pose(int body) const {
   return X;
 }
 
-// MuJoCo's own would count links without gravity.
+// MuJoCo's own energy would include links without gravity.
 double MujocoEngine::potential_energy() const {
   double out = 0.0;
   for (int body = 1; body < m()->nbody; ++body)
@@ -379,7 +379,7 @@ double MujocoEngine::potential_energy() const {
   return out;
 }
 
-// MuJoCo's own would count the armature, which no mass stands behind.
+// MuJoCo's own energy would include the armature, which is not a mass.
 double MujocoEngine::kinetic_energy() const {
   double out = 0.0;
   mj_mulM(m(), d(), momentum_.data(), d()->qvel);
@@ -389,8 +389,8 @@ double MujocoEngine::kinetic_energy() const {
 }
 
 void MujocoEngine::contacts(std::vector<Contact>& out) const {
-  // The forces of this instant are only solved for in the next step; a copy is asked, so that looking changes
-  // nothing.
+  // The forces of this instant are only solved in the next step; they are computed in a copy, so that reading
+  // does not change the state.
   out.clear();
   if (looked_ == nullptr) looked_ = make_data(m());
   mjData* const c = looked_.get();

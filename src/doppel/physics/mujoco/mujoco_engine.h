@@ -1,6 +1,6 @@
 #pragma once
-// Private to the MuJoCo back end: a state of a compiled world; mujoco_engine.cpp has what is read and
-// written, mujoco_step.cpp how a step is taken.
+// Private to the MuJoCo back end: a state of a compiled world; mujoco_engine.cpp reads and writes it,
+// mujoco_step.cpp integrates a step.
 
 #include <array>
 #include <memory>
@@ -17,8 +17,8 @@ struct AppliedWrench {
   Eigen::Vector3d p_BoP_B, force_W, torque_W;  // on a body
 };
 
-// The compiled model with what is state in it: armature that makes springs implicit, and where roots stand.
-// All else is shared.
+// The compiled model with copies of the arrays that belong to the state: the armature that makes springs
+// implicit, and the poses of roots. All else is shared.
 class ModelView {
  public:
   explicit ModelView(const mjModel& shared);
@@ -60,7 +60,7 @@ class MujocoEngine final : public Engine {
                                 const Eigen::Vector3d& direction_W) const override;
 
   // -- for the benchmark and for tests against independent dynamics
-  // What the joint's own damping takes at this instant, which MuJoCo does not count, N m or N.
+  // Effort of the joint's damping at this instant, which is not part of MuJoCo's model, N m or N.
   [[nodiscard]] double joint_damping_effort(int v) const {
     return compiled_world().joint_damping[static_cast<std::size_t>(v)] * d()->qvel[v];
   }
@@ -124,7 +124,7 @@ class MujocoEngine final : public Engine {
 
   ModelView view_;
   DataHandle data_;
-  mutable DataHandle looked_;  // a copy for questions whose answers need computing; made when first asked
+  mutable DataHandle looked_;  // a copy in which const functions compute; made at first use
   std::vector<Pose> roots_;    // [instances] X_WR
   std::vector<Drive> drives_;
   std::vector<JointSpring> springs_;    // of the drives, in their order, then of the limit stops
@@ -134,7 +134,8 @@ class MujocoEngine final : public Engine {
   std::vector<double> applied_effort_;  // [nv] from outside
   std::vector<double> rotors_;          // [nv] inertia of motors commanded by effort
   const StepScheme* scheme_ = nullptr;  // of the present step
-  // What J holds of each degree of freedom [nv]; derivatives of the stages; a step's move (tangent vectors).
+  // Diagonal of J for each degree of freedom [nv]; derivatives of the stages; move of a
+  // step (tangent vectors).
   std::vector<double> linear_damping_, linear_stiffness_;
   std::array<std::vector<double>, kMaxStages> k_q_, k_v_;
   std::vector<double> move_;

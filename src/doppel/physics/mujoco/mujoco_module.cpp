@@ -1,4 +1,4 @@
-// What the module exports: the engine, and what mujoco_extras.h offers beside the contract.
+// The exports of the module: the engine, and the functions of mujoco_extras.h beyond the contract.
 
 #include <fmt/format.h>
 
@@ -26,7 +26,8 @@ EngineCapabilities capabilities_of_mujoco() {
   out.contacts = out.rays = out.floating = out.planar = true;
   out.mimics = out.friction = out.stops = out.ideal = true;
   out.integrators = {Integrator::euler, Integrator::midpoint, Integrator::rk4, Integrator::implicit};
-  // As measured, with a margin. Friction is a soft constraint and creeps; a hull sinks into a box by 0.3 mm.
+  // Measured values with a margin. Friction is a soft constraint and creeps; a hull penetrates a box
+  // by 0.3 mm.
   out.tolerances = {.period = 3e-6,
                     .free_fall = 1e-12,
                     .holding = 1e-11,

@@ -1,6 +1,6 @@
-// How a step is taken: the W-method of step_scheme.h over MuJoCo's forward dynamics. The armature that makes
-// springs and dampers implicit stands in the matrix that MuJoCo solves constraints with, so friction, mimics,
-// limits and contacts are solved for the step that is taken.
+// The integration of a step: the W-method of step_scheme.h over MuJoCo's forward dynamics. The armature that
+// makes springs and dampers implicit is part of the matrix with which MuJoCo solves constraints, so friction,
+// mimics, limits and contacts are solved consistently with the step.
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace doppel {
 
-// The inertia that the joint moves, its mimics with it, with what drives hold stiff, kg m^2 or kg.
+// The inertia that the joint moves, including its mimics and the joints that drives hold, kg m^2 or kg.
 double MujocoEngine::moved_inertia(const CompiledStop& stop) {
   double out = 0.0;
   for (const auto& [v, rate] : stop.moved) out += rate * rate * inertia_at(v);
@@ -32,7 +32,7 @@ void MujocoEngine::meet_stop(std::size_t index) {
     hit_stop(stop, compiled.restitution, moved_inertia(compiled), to_seconds(settings().step));
 }
 
-// A loose object that lies somewhere else does not count.
+// Contacts among objects and the ground are ignored: only a robot's motion determines the scheme.
 bool MujocoEngine::robot_touches() const {
   const auto of_robot = [this](int geom) {
     const BodyId body = compiled_world().body_of(m()->geom_bodyid[geom]);
@@ -54,14 +54,15 @@ void MujocoEngine::begin_step() {
     meet_stop(k - drives_.size());
     stopped = stopped || springs_[k].on;
   }
-  // One-sided springs that may be stiffer than the step resolves: several evaluations are no more exact.
+  // Contacts and stops are one-sided springs that may be stiffer than the step resolves: several evaluations
+  // are then not more accurate.
   const StepScheme& wanted = step_scheme(settings().integrator);
   scheme_ = stopped || (wanted.order == 2 && robot_touches()) ? &step_scheme(Integrator::euler) : &wanted;
   std::copy_n(d()->qpos, m()->nq, kept_.data());
   std::copy_n(d()->qvel, m()->nv, kept_.data() + m()->nq);
 }
 
-// True: it has changed since the mass matrix was computed.
+// True: the armature has changed since the mass matrix was computed.
 bool MujocoEngine::write_armature() {
   const std::vector<double>& joint_damping = compiled_world().joint_damping;
   std::copy(joint_damping.begin(), joint_damping.end(), linear_damping_.begin());
@@ -86,7 +87,7 @@ void MujocoEngine::restore_kept() {
   std::copy_n(kept_.data() + m()->nq, m()->nv, d()->qvel);
 }
 
-// MuJoCo's q and v from the step's start by the weighted derivatives of the first `stages` stages.
+// Moves MuJoCo's q and v from the step's start by the weighted derivatives of the first `stages` stages.
 void MujocoEngine::move_by(const std::array<double, kMaxStages>& weights, int stages) {
   const double h = to_seconds(settings().step);
   restore_kept();
@@ -100,7 +101,7 @@ void MujocoEngine::move_by(const std::array<double, kMaxStages>& weights, int st
   mj_integratePos(m(), d()->qpos, move_.data(), h);
 }
 
-// MuJoCo's q and v at stage `i`, and all that depends on them.
+// Sets MuJoCo's q and v of stage `i` and computes all that depends on them.
 void MujocoEngine::enter_stage(int i) {
   move_by(scheme_->alpha[i], i);
   mj_step1(m(), d());
@@ -111,8 +112,8 @@ bool MujocoEngine::implicit_at(int v) const {
   return linear_damping_[v] != 0 || linear_stiffness_[v] != 0;
 }
 
-// The right side of stage i: outer efforts, springs, and what J adds of the earlier stages and, by positions
-// that move with gamma, of this one.
+// The right side of stage i: external efforts, springs, and the terms of J from the earlier stages and,
+// because positions move with gamma, from this one.
 void MujocoEngine::write_stage_efforts(int i) {
   const double h = to_seconds(settings().step), t = h * scheme_->time(i);
   const double drift = scheme_->semi_implicit ? 0.0 : h * scheme_->gamma_sum(i);
@@ -158,9 +159,10 @@ bool MujocoEngine::solve_stage(int i) {
   return sane;
 }
 
-// The stages of a body that turns freely have angular velocities in axes of their own. Summed can only be the
-// rates of one rotation vector from the step's start: theta' = w + theta x w / 2 + theta x (theta x w) / 12
-// (Munthe-Kaas, Applied Numerical Mathematics 29, 1999; further terms are of higher order than the schemes).
+// The angular velocities of the stages of a freely rotating body are in different axes and cannot be
+// summed; the rates of one rotation vector from the step's start can: theta' = w + theta x w / 2 + theta x
+// (theta x w) / 12 (Munthe-Kaas, Applied Numerical Mathematics 29, 1999; further terms are of higher order
+// than the schemes).
 void MujocoEngine::pull_back_turns(int i) {
   const double h = to_seconds(settings().step);
   for (const int v : compiled_world().turning) {
@@ -193,13 +195,13 @@ void MujocoEngine::read_wanted() {
   }
 }
 
-// False: a spring has met or left a bound, and the step is to be taken again.
+// False: a spring has met or left a bound, and the step has to be repeated.
 bool MujocoEngine::settle(int pass) {
   read_wanted();
   return !rebound(springs_, wanted_, pass);
 }
 
-// False: the numbers ran away.
+// False: the step diverged.
 bool MujocoEngine::take_stages() {
   for (int pass = 0;; ++pass) {
     std::fill(asked_.begin(), asked_.end(), 0.0);
@@ -242,10 +244,9 @@ void MujocoEngine::step() {
     if (sane) finish_step();
   });
   if (!whole || !sane || ran_away()) {
-    // MuJoCo may have set itself back to its zero pose; the state before the step is the last that means
-    // something.
+    // MuJoCo may have reset itself to its zero pose; the state before the step is the last valid one.
     diverged_ = true;
-    d()->pstack = 0;  // given up in the middle of a call
+    d()->pstack = 0;  // the error may have left a call with the stack in use
     restore_kept();
     return;
   }
@@ -253,7 +254,7 @@ void MujocoEngine::step() {
   read_q();
 }
 
-// The efforts at the state of `data`, as a step from there would begin with.
+// The efforts at the state of `data` with which a step from there would begin.
 void MujocoEngine::write_present_efforts(mjData& data) const {
   double* const out = data.qfrc_applied;
   for (int v = 0; v < m()->nv; ++v)

@@ -1,4 +1,4 @@
-// The compiled world: MuJoCo's model, and where the instances' parts stand in its arrays.
+// The compiled world: MuJoCo's model, and the indices of the instances' parts in its arrays.
 
 #include "doppel/physics/mujoco/mujoco_world.h"
 
@@ -71,7 +71,7 @@ void MujocoWorld::compile(const MjcfDocument& document, Diagnostics& diagnostics
 
 void MujocoWorld::number_bodies() {
   ids_.assign(static_cast<std::size_t>(m()->nbody), BodyId{});
-  // MuJoCo takes the inertia of bodies on slides along principal axes from the compiler, without an armature
+  // MuJoCo's compiler precomputes the inertia of bodies on slides along principal axes, without an armature
   // that is written later.
   std::fill_n(model_->dof_simplenum, m()->nv, 0);
   for (std::size_t i = 0; i < instances().size(); ++i) {
@@ -136,7 +136,8 @@ void MujocoWorld::collect_stops(int index) {
   }
 }
 
-// MuJoCo finds a limited number of contacts at a time, so it is asked until there are no further ones.
+// MuJoCo finds a limited number of contacts at a time, so the search is repeated until it finds
+// no further ones.
 void MujocoWorld::find_exclusions(Exclusions& exclusions, const CompiledWorld* before,
                                   const std::vector<std::pair<BodyId, BodyId>>& excludable) {
   std::vector<int> signatures;
@@ -167,7 +168,8 @@ void MujocoWorld::find_exclusions(Exclusions& exclusions, const CompiledWorld* b
     }
     for (int i = 0; i < data->ncon; ++i) {
       const Contact contact = describe(data->contact[i]);
-      // What was there before stands elsewhere by now, so only a newcomer's own links and the ground count.
+      // Earlier instances have moved since their start, so only pairs of a new instance's own links and pairs
+      // of them with the ground are excluded.
       const bool counts = before == nullptr || (is_new(contact.a) && is_new(contact.b)) ||
                           (is_new(contact.a) && contact.b.is_ground()) ||
                           (is_new(contact.b) && contact.a.is_ground());
@@ -176,7 +178,7 @@ void MujocoWorld::find_exclusions(Exclusions& exclusions, const CompiledWorld* b
   }
 }
 
-// Lets exactly the excluded pairs pass through each other.
+// Disables contacts of exactly the excluded pairs.
 void MujocoWorld::apply(const Exclusions& exclusions,
                         const std::vector<std::pair<BodyId, BodyId>>& excludable,
                         const std::vector<int>& signatures) {
@@ -189,7 +191,7 @@ void MujocoWorld::apply(const Exclusions& exclusions,
   for (std::size_t i = 0; i < excludable.size(); ++i) {
     if (exclusions.contains(excludable[i].first, excludable[i].second)) excluded.push_back(signatures[i]);
   }
-  // MuJoCo walks the table in ascending order; what is beyond every signature is never reached.
+  // MuJoCo searches the table in ascending order; entries above every signature are never reached.
   std::sort(excluded.begin(), excluded.end());
   excluded.resize(static_cast<std::size_t>(m()->nexclude), std::numeric_limits<int>::max());
   std::copy(excluded.begin(), excluded.end(), model_->exclude_signature);

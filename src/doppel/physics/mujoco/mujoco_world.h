@@ -1,6 +1,5 @@
 #pragma once
-// Private to the MuJoCo back end: the compiled world, which states share. Everything in it is written before
-// it is shared.
+// Private to the MuJoCo back end: the compiled world, which states share. It is immutable once it is shared.
 
 #include <array>
 #include <utility>
@@ -13,14 +12,14 @@
 
 namespace doppel {
 
-// A stop with a stiffness, in MuJoCo's indices, and the inertia's way through mimics.
+// A stop with a stiffness, in MuJoCo's indices, and the joints coupled to it by mimics.
 struct CompiledStop {
   JointSpring spring;
   double restitution = 0;
-  std::vector<std::pair<int, double>> moved;  // degrees of freedom that move with it, and how fast
+  std::vector<std::pair<int, double>> moved;  // coupled degrees of freedom and their velocity ratios
 };
 
-// A link that gravity does not pull.
+// A link on which gravity does not act.
 struct WeightlessBody {
   int body = 0;
   double mass = 0;                                // kg
@@ -29,8 +28,8 @@ struct WeightlessBody {
 
 class MujocoWorld final : public CompiledWorld {
  public:
-  // `before`: whose pairs that touched at the start stay excluded; may be null. Throws InputError in the
-  // user's terms where MuJoCo refuses.
+  // `before`: the world whose pairs that touched at the start stay excluded; may be nullptr. Throws
+  // InputError with the user's names where MuJoCo rejects the model.
   MujocoWorld(WorldSettings settings, std::vector<ModelInstance> instances, const CompiledWorld* before,
               Diagnostics& diagnostics);
 
@@ -60,7 +59,7 @@ class MujocoWorld final : public CompiledWorld {
   std::vector<CompiledStop> stops;
   std::vector<double> joint_damping;  // [nv] N m s/rad or N s/m
   std::vector<int> turning;           // first degrees of freedom of free rotations
-  std::vector<int> quaternions;       // where they stand in q
+  std::vector<int> quaternions;       // their indices in q
   std::vector<WeightlessBody> weightless;
 
  private:

@@ -9,12 +9,12 @@
 
 namespace doppel {
 
-// From 2.3 on MuJoCo itself keeps rows in an arena of which it copies what is in use.
+// From 2.3 on MuJoCo itself keeps rows in an arena and copies only the part in use.
 static_assert(mjVERSION_HEADER < 230, "make and copy an mjData by MuJoCo's own functions");
 
 namespace {
 
-constexpr std::size_t kAlignment = 64;  // a cache line, as MuJoCo's own arrays have
+constexpr std::size_t kAlignment = 64;  // a cache line, as for MuJoCo's own arrays
 
 enum class Kind { fixed, rows, dual };
 
@@ -47,7 +47,7 @@ std::size_t place(const mjModel* m, Kind kind, mjData* data, std::byte* at) {
   return bytes;
 }
 
-// Of the rows' arrays, what belongs to present constraints and contacts.
+// Copies the part of the rows' arrays that belongs to present constraints and contacts.
 void copy_rows(const mjModel* m, mjData* to, const mjData* from) {
   const int nv = m->nv, njmax = from->nefc;
 #define X(type, name, nr, nc)                                                          \
@@ -62,7 +62,7 @@ void copy_rows(const mjModel* m, mjData* to, const mjData* from) {
 
 }  // namespace
 
-// The struct, the arrays, the rows and the stack lie in one block, so that what is not touched costs nothing.
+// The struct, the arrays, the rows and the stack are one block, so that untouched pages cost nothing.
 DataHandle make_data(const mjModel* model) {
   const std::size_t head = aligned(sizeof(mjData));
   const std::size_t fixed = place(model, Kind::fixed, nullptr, nullptr);
@@ -72,7 +72,7 @@ DataHandle make_data(const mjModel* model) {
       static_cast<std::byte*>(::operator new (head + fixed + rows + stack, std::align_val_t{kAlignment}));
   DataHandle out(new (block) mjData);
   out->buffer = block + head;
-  out->nbuffer = static_cast<int>(fixed);  // what mj_resetData clears
+  out->nbuffer = static_cast<int>(fixed);  // the part that mj_resetData clears
   place(model, Kind::fixed, out.get(), block + head);
   place(model, Kind::rows, out.get(), block + head + fixed);
   out->efc_AR = nullptr;

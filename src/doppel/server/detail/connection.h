@@ -1,7 +1,7 @@
 #pragma once
-// What the server's connections share. One thread, one io_context, callbacks; what a client means is the
-// hub's business. Handlers hold their connection alive and, once the server stops, are dropped unrun with the
-// io_context.
+// The common part of the server's connections. One thread, one io_context, callbacks; the hub interprets
+// frames. Handlers keep their connection alive and, once the server stops, are destroyed with the io_context
+// without being called.
 
 #include <atomic>
 #include <boost/asio/ip/tcp.hpp>
@@ -32,7 +32,7 @@ using Request = http::request<http::string_body>;
 class HttpSession;
 class WebSocketSession;
 
-// What connections need of the server.
+// The server's objects that connections use.
 struct Context {
   const ServerOptions& options;
   Bus& bus;

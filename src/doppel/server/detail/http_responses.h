@@ -1,5 +1,5 @@
 #pragma once
-// What the server says to plain HTTP: the page, and how the twin is. Knows nothing of sockets.
+// The server's responses to plain HTTP: the page, and the twin's health. Independent of sockets.
 
 #include <cstdint>
 #include <string>
@@ -14,7 +14,7 @@ namespace doppel {
 struct HttpResponse {
   unsigned status = 200;
   std::string content_type, body;
-  std::string_view file;  // in place of the body: bytes of a page's file
+  std::string_view file;  // instead of the body: bytes of a file of the page
   std::vector<std::pair<std::string, std::string>> headers;
 
   [[nodiscard]] std::string_view content() const { return file.empty() ? std::string_view(body) : file; }
@@ -29,13 +29,13 @@ struct ServerSummary {
   std::size_t clients = 0, topics = 0;
 };
 
-// GET / is the page (or, where it has not been built, a small one that says how), GET /assets/NAME its parts,
-// GET /health an object for programs.
+// GET / is the page (or, if it is not built, a small one with the build command), GET /assets/NAME its parts,
+// GET /health a JSON object for programs.
 HttpResponse http_response_to(const HttpRequest& question, PageFiles& page, const ServerSummary& facts);
 HttpResponse http_problem(unsigned status, std::string text);
 
-// The subprotocol to speak out of those that the client offers in Sec-WebSocket-Protocol; "": none that is
-// known.
+// The supported subprotocol among those that the client offers in Sec-WebSocket-Protocol (RFC
+// 6455); "": none.
 std::string_view choose_subprotocol(std::string_view offered);
 
 }  // namespace doppel

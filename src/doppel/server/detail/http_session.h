@@ -20,7 +20,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   HttpSession& operator=(const HttpSession&) = delete;
 
   void read();  // the next request
-  // Since when it has kept us waiting for a whole request; the end of time: it is being answered.
+  // The time since which a whole request is awaited; time_point::max(): a response is being sent.
   [[nodiscard]] std::chrono::steady_clock::time_point waiting_since() const { return waiting_since_; }
   void close();
 
@@ -35,7 +35,7 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   beast::tcp_stream stream_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
-  HttpResponse answer_;  // as long as it is being sent
+  HttpResponse answer_;  // kept while it is being sent
   http::response<http::span_body<const char>> response_;
   std::array<char, 1024> discarded_{};
   std::size_t requests_ = 0, lingered_ = 0;

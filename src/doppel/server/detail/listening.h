@@ -1,5 +1,5 @@
 #pragma once
-// Where the server listens, and what to call that place.
+// The server's listening socket and its addresses.
 
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
@@ -9,14 +9,14 @@
 
 namespace doppel::net {
 
-// Throws InputError if there is no such address here, or no port to listen on.
+// Throws InputError if this machine does not have the address, or no port is available.
 boost::asio::ip::tcp::acceptor listen(boost::asio::io_context& io, const ServerOptions& options);
 
-// "the twin of omarm_one (process 12)", or how to find out.
+// The owner of a port: "the twin of omarm_one (process 12)", or the command that finds it.
 std::string port_holder(std::uint16_t port);
 
-// The host of an address that others can open: `address`, or for one that stands for all of this machine's
-// the first that is not loopback. Brackets around IPv6.
+// The host that other machines can use: `address`, or, for the wildcard address, the first address of this
+// machine that is not loopback. Brackets around IPv6.
 std::string reachable_host(const boost::asio::ip::address& address);
 // The address under which this machine itself reaches a server that listens on `address`.
 std::string own_address(const boost::asio::ip::address& address);

@@ -1,6 +1,6 @@
 #pragma once
-// The built page (web/dist) in memory: index.html and assets/*, each with its compressed form beside it. Read
-// once, when first requested; a request only ever looks into this table, never at the disk.
+// The built page (web/dist) in memory: index.html and assets/*, each with its compressed form. Read once,
+// when first requested; a request is only looked up in this table, never on the disk.
 
 #include <filesystem>
 #include <map>
@@ -12,16 +12,16 @@ namespace doppel {
 struct PageFile {
   std::string content_type;
   std::string tag;          // of the content, for ETag, without quotes
-  std::string bytes, gzip;  // gzip is empty where there is none
-  bool immutable = false;   // the name holds a hash of the content
+  std::string bytes, gzip;  // gzip is empty if there is none
+  bool immutable = false;   // the name contains a hash of the content
 };
 
 class PageFiles {
  public:
   explicit PageFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}
 
-  // path: "/" or "/assets/NAME", exactly; nullptr: there is none. Where nothing has been built yet, the next
-  // call looks again. The answer lives as long as this.
+  // path: exactly "/" or "/assets/NAME"; nullptr: no such file. If the page is not built yet, the next call
+  // reads the folder again. The result is valid as long as this object.
   [[nodiscard]] const PageFile* find(std::string_view path);
 
  private:

@@ -1,5 +1,5 @@
 #pragma once
-// So many a second, and a burst of more at once (a token bucket).
+// A rate limit with bursts (token bucket).
 
 #include <algorithm>
 #include <chrono>
@@ -11,7 +11,8 @@ class RateLimit {
   using Clock = std::chrono::steady_clock;
   RateLimit(double per_second, double burst) : per_second_(per_second), burst_(burst), left_(burst) {}
 
-  // Whether `amount` is within the limit at `now`, which does not go back; if so, it is taken.
+  // Whether `amount` is within the limit at `now`; if so, it is consumed. Precondition: `now`
+  // does not decrease.
   bool take(double amount, Clock::time_point now) {
     left_ = std::min(burst_, left_ + per_second_ * std::chrono::duration<double>(now - last_).count());
     last_ = now;

@@ -1,5 +1,5 @@
 #pragma once
-// One client's WebSocket: frames in to the hub, frames out of its queue.
+// One client's WebSocket: passes received frames to the hub and sends frames of its queue.
 
 #include <memory>
 
@@ -30,8 +30,8 @@ class WebSocketSession : public ClientLink, public std::enable_shared_from_this<
   void write();
   void leave();
   void end();
-  // What the work throws ends the connection before it continues to the server: a handler that throws lets go
-  // of this session, which the hub must not know any longer by then.
+  // An exception of `work` ends the connection before it is rethrown to the server: a handler that throws
+  // releases this session, so the hub must not have a reference to it any more.
   template <class Work>
   void or_end(const Work& work);
 

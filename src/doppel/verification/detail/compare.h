@@ -5,11 +5,12 @@
 
 namespace doppel {
 
-// Same, step or unexplained. `floor`: differences below are the same.
+// Explanation::same, step or unexplained. `floor`: differences below it are the same.
 Explanation explanation_of(const Difference& difference, double floor);
 
-// Unexplained joints first, of these those without unexplained joints below them, else in the model's order:
-// an error in one body shows in all joints that carry it, and the joint that moves it is the last of them.
+// Orders unexplained joints first, among these the ones without unexplained joints below them, else by the
+// model's order: an error in one body affects all joints that carry it, and the joint that moves it is the
+// last of them.
 void lead_with_cause(const Model& model, std::vector<Difference>& joints);
 
 }  // namespace doppel

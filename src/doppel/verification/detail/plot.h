@@ -1,5 +1,5 @@
 #pragma once
-// Private to the pictures of this room: panels of curves over time on a logarithmic scale.
+// Private to this module: panels of curves over time on a logarithmic scale.
 
 #include <string>
 #include <vector>

@@ -1,11 +1,11 @@
 #pragma once
-// Private to the reports of this room.
+// Private to the reports of this module.
 
 #include <string>
 
 namespace doppel {
 
-// With two digits, in the unit that reads best: "0.41 mrad", "120 um". The least that is told apart is 1e-12.
+// With two digits and a suitable prefix of the unit: "0.41 mrad", "120 um". The resolution is 1e-12.
 std::string size_of(double value, const char* unit);
 
 }  // namespace doppel

@@ -1,10 +1,10 @@
 #pragma once
-// Hardware without a device: commands become states, after a delay, and faults can be ordered. For tests of
-// controllers and of everything that has to survive a failing device. Plugin name: doppel/Loopback.
+// Hardware without a device: commands become states, after a delay, and faults can be injected. For tests of
+// controllers and of the reaction to a failing device. Plugin name: doppel/Loopback.
 //
 // <param>s:
 //   delay      s from a command to the state that it becomes; default 0: at the next read
-//   unclaimed  hold (the default), free or brake: what the component says of its joints (none of them moves)
+//   unclaimed  hold (the default), free or brake: the value of when_unclaimed() (no joint moves in any case)
 //   fault      late, wrong, nan, silent, error, deactivate or throw; default none
 //   fault_at   the read or write, counted from 1 since on_activate, with which the fault begins; default 1
 //   fault_for  how many reads or writes it lasts; default 0: for ever
@@ -42,8 +42,7 @@ class Loopback : public HardwareComponent {
  private:
   enum class Fault { none, late, wrong, nan, silent, error, deactivate, thrown };
   static constexpr std::size_t kNone = static_cast<std::size_t>(-1);
-  // The commands that a joint (a gpio, a sensor) takes and the states that it shows, as indices; kNone: it
-  // has none.
+  // Indices of the commands and states of a joint, gpio or sensor; kNone: it has none.
   struct Part {
     std::string name;
     std::array<std::size_t, 4> commands{kNone, kNone, kNone,
@@ -62,7 +61,7 @@ class Loopback : public HardwareComponent {
   std::vector<Part> parts_;
   std::vector<std::pair<std::size_t, std::size_t>> mirrors_;  // state, command: of neither of the four
   std::vector<bool> claimed_;
-  std::vector<std::vector<double>> pending_;  // commands on their way, the oldest at next_
+  std::vector<std::vector<double>> pending_;  // delayed commands, the oldest at next_
   std::size_t next_ = 0;
 
   PassiveJoint unclaimed_ = PassiveJoint::hold;
