@@ -1,6 +1,6 @@
 #pragma once
-// The audit: graded findings over a description, each with its place in the source, what it leads to and the
-// fix. Rules only look; a repair that is uniquely determined is offered as overlay operations.
+// The audit: graded findings about a description, each with its place in the source, its consequence and the
+// fix. Rules have no side effects; an unambiguous repair is provided as overlay operations.
 
 #include <filesystem>
 #include <map>
@@ -17,19 +17,19 @@
 
 namespace doppel {
 
-// Who is going to use the description; a finding that concerns none of the chosen ones is left out.
+// The tools that will use the description; findings that concern none of the selected ones are left out.
 enum class Profile : unsigned { gazebo = 1, moveit = 2, mujoco = 4, ros2_control = 8 };
 inline constexpr unsigned kAllProfiles = 15;
 
 struct RuleInfo {
   std::string_view id;       // "inertia.triangle"
-  Severity severity;         // the usual one; a finding may be graded lower where it is harmless
-  std::string_view title;    // what is wrong, in a few words
-  std::string_view failure;  // what it leads to downstream: the failure that the rule prevents
-  std::string_view fix;      // what to do in general
+  Severity severity;         // the usual one; a harmless finding may have a lower one
+  std::string_view title;    // the problem in a few words
+  std::string_view failure;  // the consequence: the failure that the rule prevents
+  std::string_view fix;      // the general fix
   unsigned profiles = kAllProfiles;
 };
-// Every rule, sorted by id, those of the parsers (urdf.*, xacro.*, mesh.*, overlay.*) included.
+// All rules, sorted by id, including those of the parsers (urdf.*, xacro.*, mesh.*, overlay.*). Any thread.
 DOPPEL_API const std::vector<RuleInfo>& rule_table();
 DOPPEL_API const RuleInfo* find_rule(std::string_view id);
 
@@ -37,17 +37,17 @@ struct Finding {
   std::string rule;
   Severity severity = Severity::error;
   std::string subject;      // "joint 'Revolute 1'"
-  std::string message;      // what is wrong, with the numbers
-  std::string consequence;  // what it leads to; the rule's where empty
+  std::string message;      // the problem, with the values
+  std::string consequence;  // empty: the rule's
   SourceLocation where;
   std::string fix;
-  std::vector<Operation> repair;  // not empty: exactly this fixes it
+  std::vector<Operation> repair;  // the unambiguous repair; empty: there is none
 };
 
 struct AuditOptions {
   unsigned profiles = kAllProfiles;
   std::filesystem::path package_folder;              // empty: none
-  std::optional<std::filesystem::path> controllers;  // a YAML in place of the description's own
+  std::optional<std::filesystem::path> controllers;  // a YAML instead of the description's own
   std::optional<std::filesystem::path> datasheet;    // limits are compared with it
   std::filesystem::path datasheet_folder;            // the library of servos
 };
@@ -57,12 +57,12 @@ struct DOPPEL_API AuditReport {
   std::filesystem::path file;
   std::vector<Finding> findings;  // errors first, then by place
   std::size_t links = 0, joints = 0;
-  double mass = 0;  // kg, the sum of what is written
+  double mass = 0;  // kg, the sum of the written masses
   [[nodiscard]] std::size_t count(Severity severity) const;
 };
 
-// All that the rules see. `robot` holds what could be read of a faulty file; `model` is there only where the
-// tree is sound.
+// The input of the rules. `robot` contains what could be read of a faulty file; `model` is nullptr unless the
+// tree is valid.
 struct AuditInput {
   const ExpandedDescription& expanded;
   const RobotDescription& robot;
@@ -71,13 +71,12 @@ struct AuditInput {
   const AuditOptions& options;
 };
 
-// Reads the file (with its overlay), applies every rule. Throws InputError where there is nothing to judge:
+// Reads the file (with its overlay) and applies every rule. Throws InputError if there is nothing to audit:
 // unreadable, XML not well-formed, xacro errors, no <robot>.
 DOPPEL_API AuditReport audit(const std::filesystem::path& file, const XacroArguments& arguments,
                              PackageResolver& resolver, const AuditOptions& options);
 
-// Elements and attributes that nothing reads, where a known one was surely meant: cheap enough for every
-// reload.
+// Findings for unknown elements and attributes that are typos of known ones; cheap enough for every reload.
 DOPPEL_API std::vector<Finding> misspellings(const ExpandedDescription& expanded);
 
 // -- reports (report_text.cpp, report_json.cpp)

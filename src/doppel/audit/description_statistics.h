@@ -1,6 +1,6 @@
 #pragma once
-// Facts counted in a description as it is written, faulty or not: from the XML tree, without any reading of
-// it that could repair. The same counts as the manifest of the robot corpus; its README defines each.
+// Counts of a description as written, also of a faulty one: from the XML tree, without a parser that could
+// repair it. The same counts as in the manifest of the robot corpus, whose README defines each.
 
 #include <map>
 #include <string>

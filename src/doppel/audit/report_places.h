@@ -1,5 +1,5 @@
 #pragma once
-// A report's places as the reader would write them, and a report of what was refused.
+// Relative paths in the places of a report, and the report of a rejected description.
 
 #include <filesystem>
 #include <vector>
@@ -9,16 +9,16 @@
 
 namespace doppel {
 
-// Paths below the folder become relative to it, in places and in messages, whoever named them: the user, or
-// an <include> through its package.
+// Makes paths below the folder relative to it, in places and in messages, from the user as well as from an
+// <include> through a package.
 DOPPEL_API void shorten_places(AuditReport& report, const std::filesystem::path& folder);
 DOPPEL_API InputError with_short_places(const InputError& error, const std::filesystem::path& folder);
 
-// The expansions around a place, outermost first; the place itself is not among them. They live as long as
-// `where` does.
+// The expansions around a place, outermost first, without the place itself. Valid as long as `where`.
 DOPPEL_API std::vector<const SourceLocation::Within*> calls(const SourceLocation& where);
 
-// For readers of --json and the like: a description that there is nothing to judge of, with what was refused.
+// The report of a description that cannot be audited, with the errors as findings, for --json
+// and similar formats.
 DOPPEL_API AuditReport refusal_report(const InputError& error, const std::filesystem::path& file);
 
 }  // namespace doppel

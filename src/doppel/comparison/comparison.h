@@ -1,6 +1,6 @@
 #pragma once
-// Two descriptions compared by what they mean: kinematics, limits, mass, geometry, control. What is only
-// written differently (the order of elements, an axis of length 2, rpy beyond a turn, xacro or not) is equal.
+// Compares two descriptions by their meaning: kinematics, limits, mass, geometry, control. Differences of
+// notation only (the order of elements, an axis of length 2, rpy beyond a turn, xacro or not) are ignored.
 
 #include <string>
 #include <vector>
@@ -14,19 +14,19 @@ struct Change {
   enum class Kind { added, removed, changed, renamed };
   Kind kind = Kind::changed;
   std::string subject;   // "joint", "link", "ros2_control", "robot"
-  std::string name;      // in `b`, or in `a` where it was removed
+  std::string name;      // in `b`, or in `a` if it was removed
   std::string aspect;    // "velocity", "zero", "mass"; empty: the whole
-  std::string from, to;  // as people read them, with units; empty where there is nothing
-  std::string meaning;   // what it amounts to, in words; may be empty
+  std::string from, to;  // values with units, as text; empty: absent
+  std::string meaning;   // the effect, in words; may be empty
 };
 
-// Below these a difference is rounding.
+// Smaller differences are rounding.
 inline constexpr double kSameLength = 1e-7;    // m
 inline constexpr double kSameAngle = 1e-6;     // rad
 inline constexpr double kSameRelative = 1e-6;  // of masses, inertias, limits
 
-// The changes that lead from `a` to `b`: the robot's own first, then joints and links in b's order, what was
-// removed after them, last what surrounds them.
+// The changes from `a` to `b`: those of the robot first, then joints and links in b's order, then removed
+// ones, then <ros2_control>, <gazebo> and other elements.
 DOPPEL_API std::vector<Change> compare(const RobotDescription& a, const RobotDescription& b);
 
 DOPPEL_API std::string to_json(const std::vector<Change>& changes);

@@ -1,5 +1,5 @@
 #pragma once
-// Paths that only this machine has, in a document that is meant to travel.
+// Paths in a written document that are only valid on this machine.
 
 #include <string>
 
@@ -9,8 +9,8 @@
 namespace doppel {
 
 // A warning ("convert.absolute_path") for every value of the written URDF or SDF that is an absolute path,
-// such as the parameter file of a Gazebo plugin: its readers know neither package:// nor the document's
-// folder, so that no other way to write it would be right. `file`: where it is written.
+// such as the parameter file of a Gazebo plugin: its readers support neither package:// nor paths relative to
+// the document, so that no other form would be right. `file`: the path of the document.
 DOPPEL_API void warn_of_absolute_paths(const std::string& document, const std::string& file,
                                        Diagnostics& diagnostics);
 

@@ -1,7 +1,7 @@
 #pragma once
-// A list of boxes, lines and texts on a page, with writers for SVG and PDF that put the same things in the
-// same places. Units: points (1/72 inch), x to the right, y down. Text is measured by Helvetica's published
-// widths, which Arial, Liberation Sans and Nimbus Sans share.
+// A list of boxes, lines and texts on a page, with writers for SVG and PDF that give the same layout. Units:
+// points (1/72 inch), x to the right, y down. Text is measured by Helvetica's published widths, which are
+// also those of Arial, Liberation Sans and Nimbus Sans.
 
 #include <string>
 #include <string_view>
@@ -12,7 +12,7 @@
 
 namespace doppel {
 
-enum class Tone {  // what a colour stands for; SVG follows the reader's light or dark scheme
+enum class Tone {  // the meaning of a colour; SVG adapts to the light or dark scheme of the viewer
   paper,
   ink,
   faint,
@@ -30,7 +30,7 @@ struct DrawnBox {
   double x = 0, y = 0, width = 0, height = 0, radius = 0;
   Tone fill = Tone::box, edge = Tone::box_edge;
 };
-// From (x1, y1) to (x2, y2) by a cubic that leaves and arrives along x (`across`) or along y.
+// From (x1, y1) to (x2, y2) by a cubic whose ends are parallel to x (`across`) or to y.
 struct DrawnCurve {
   double x1 = 0, y1 = 0, x2 = 0, y2 = 0;
   bool across = false;

@@ -1,5 +1,5 @@
 #pragma once
-// What a robot weighs, link by link, and what gravity asks of its joints.
+// The masses of a robot's links, and the loads of gravity on its joints.
 
 #include <optional>
 #include <string>
@@ -21,15 +21,15 @@ struct LinkMass {
 struct JointLoad {
   std::string joint;
   bool slides = false;                   // N, not N m
-  double at_zero = 0;                    // N m or N that gravity asks of the drive
-  double worst = 0;                      // the largest size over the sampled configurations
+  double at_zero = 0;                    // N m or N: load of gravity on the drive with all joints at zero
+  double worst = 0;                      // N m or N: the largest magnitude over the sampled configurations
   std::optional<double> effort, margin;  // the limit; limit minus worst, negative: cannot hold everywhere
 };
 
 struct MassReport {
   double total = 0;                               // kg
   Eigen::Vector3d com = Eigen::Vector3d::Zero();  // of the robot at zero, in the root link's frame
-  std::vector<LinkMass> links;                    // those that weigh something
+  std::vector<LinkMass> links;                    // those with a mass
   std::vector<JointLoad> joints;                  // those with a drive
 };
 
@@ -38,7 +38,7 @@ DOPPEL_API MassReport mass_report(const Model& model, int samples = 4000);
 
 DOPPEL_API std::string mass_text(const MassReport& report);
 
-// How the description compares with a scale, in one or two lines. measured: kg, positive.
+// A comparison of the total mass with a measured one (kg, positive), in one or two lines.
 DOPPEL_API std::string compared_with_scale(const MassReport& report, double measured);
 
 }  // namespace doppel

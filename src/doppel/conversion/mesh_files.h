@@ -1,6 +1,6 @@
 #pragma once
-// How a written document names its meshes: by a path relative to itself, or as the package's; where asked,
-// with copies that travel along.
+// The references of a written document to its meshes: by paths relative to it, or by package URIs, optionally
+// with copies of the files.
 
 #include <filesystem>
 #include <map>
@@ -15,7 +15,7 @@
 namespace doppel {
 
 struct MeshPlacement {
-  std::filesystem::path out_folder;              // where the document will lie
+  std::filesystem::path out_folder;              // of the document
   bool package_uris = false;                     // package://NAME/... instead of relative paths
   std::optional<std::filesystem::path> copy_to;  // folder for copies, relative to out_folder or absolute
 };
@@ -24,13 +24,13 @@ class DOPPEL_API MeshFiles {
  public:
   explicit MeshFiles(MeshPlacement placement);
 
-  // What to write for the mesh; its URI as it stands where the file is not known.
+  // The text to write for the mesh; its URI unchanged if it has no file.
   std::string reference(const MeshGeometry& mesh);
-  // The same for a tool that reads only these kinds ("stl", "obj"; "stl" means a binary one): another file is
-  // written again as OBJ, in meshes/ where no folder for copies was given.
+  // The same for a tool that reads only these kinds ("stl", "obj"; "stl" means a binary one): any other file
+  // is converted to OBJ, in meshes/ if no folder for copies is given.
   std::string reference(const MeshGeometry& mesh, const std::vector<std::string>& kinds);
 
-  // Copies and writes what was referred to. Throws InputError.
+  // Copies and converts the files of all references so far. Throws InputError.
   void write() const;
   [[nodiscard]] std::size_t to_write() const { return planned_.size(); }
 

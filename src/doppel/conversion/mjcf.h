@@ -1,9 +1,8 @@
 #pragma once
-// The description as MJCF for people who work in MuJoCo: every link a body and every joint a joint by its own
-// name, drives as actuators that take positions in rad or m, mimic joints as equalities. It is another
-// document than the one doppel simulates by (physics/mujoco/mjcf.h), which names things by index and has the
-// world around it; bodies, joints, shapes and couplings of both are written by mjcf/mjcf.h.
-// Source: mujoco.readthedocs.io/en/2.2.2/XMLreference.html.
+// The description as MJCF for use in MuJoCo: every link is a body and every joint a joint with its own name,
+// drives are position actuators (rad, m), mimic joints are equalities. The engine uses another document
+// (physics/mujoco/mjcf.h), which names by index and includes the world; bodies, joints, shapes and couplings
+// of both are written by mjcf/mjcf.h. Source: mujoco.readthedocs.io/en/2.2.2/XMLreference.html.
 
 #include <string>
 
@@ -15,9 +14,9 @@
 
 namespace doppel {
 
-// `model` is compiled from `robot`; its root's own name "world" is MuJoCo's world. Meshes that MuJoCo cannot
-// read (COLLADA, glTF, text STL) are written as OBJ beside the document. Warnings: "mjcf.shape" (one that is
-// left out), "physics.flat_mesh" (a box stands in), "mjcf.renamed".
+// `model` is compiled from `robot`; a root link "world" becomes MuJoCo's world. Meshes that MuJoCo cannot
+// read (COLLADA, glTF, text STL) are written as OBJ next to the document. Warnings: "mjcf.shape" (it is left
+// out), "physics.flat_mesh" (replaced by a box), "mjcf.renamed".
 DOPPEL_API std::string to_mjcf(const RobotDescription& robot, const Model& model, MeshFiles& meshes,
                                Diagnostics& diagnostics);
 

@@ -1,7 +1,7 @@
 #pragma once
-// Which pairs of links need no collision checking, and why, as MoveIt's setup assistant finds it: neighbours,
-// pairs that touch at the start, always, or never in a seeded sample of configurations.
-// Source: moveit_setup_assistant, compute_default_collisions.cpp (MoveIt 2).
+// The pairs of links that need no collision checking, and the reason, as in MoveIt's setup assistant:
+// neighbours, pairs that touch at the start, always, or never in a seeded sample of configurations. Source:
+// moveit_setup_assistant, compute_default_collisions.cpp (MoveIt 2).
 
 #include <cstdint>
 #include <functional>
@@ -26,22 +26,22 @@ struct SelfCollisionOptions {
   int samples = 10000;
   std::uint64_t seed = 1;
   CollisionDetail detail = CollisionDetail::triangles;
-  // Told how much is done, 0..1, now and then; false: give up.
+  // Called repeatedly with the completed fraction, 0..1; false: cancels the search. May be empty.
   std::function<bool(double)> progress;
 };
 
 struct SelfCollisions {
   std::vector<DisabledPair> disabled;
   int checked_pairs = 0;   // pairs of links with shapes
-  bool cancelled = false;  // progress said false; `disabled` is empty
+  bool cancelled = false;  // `progress` returned false; `disabled` is empty
 };
 
 // `model` is compiled from `robot`. Links without shapes are in no pair.
 DOPPEL_API SelfCollisions find_self_collisions(const RobotDescription& robot, const Model& model,
                                                const SelfCollisionOptions& options);
 
-// A configuration within the limits (mimics follow), evenly spread; joints without limits turn all the way
-// round, or slide a metre to each side. The same for the same state on every machine.
+// A uniformly distributed configuration [nq] within the limits (mimics follow), rad or m; joints without
+// limits cover one turn, or 1 m to each side. The same for the same `state` on every machine.
 DOPPEL_API Eigen::VectorXd random_configuration(const Model& model, std::uint64_t& state);
 
 }  // namespace doppel

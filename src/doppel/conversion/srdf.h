@@ -1,5 +1,5 @@
 #pragma once
-// A first SRDF for MoveIt: groups, end effectors, the virtual joint, a home state, and the pairs of links
+// An initial SRDF for MoveIt: groups, end effectors, the virtual joint, a home state, and the pairs of links
 // that need no collision checking. Source: wiki.ros.org/srdf, moveit_setup_assistant.
 
 #include <string>

@@ -13,7 +13,7 @@ namespace doppel {
 
 struct LinkTreeNode {
   const Link* link = nullptr;
-  const Joint* joint = nullptr;  // to the parent; null: a root
+  const Joint* joint = nullptr;  // to the parent; nullptr: a root
   int parent = -1;
   std::vector<int> children;
 };
@@ -30,7 +30,7 @@ DOPPEL_API std::string frames_text(const RobotDescription& robot, bool unicode);
 DOPPEL_API std::string tree_dot(const RobotDescription& robot);
 DOPPEL_API std::string frames_dot(const RobotDescription& robot);
 
-// Laid out from the top down or from left to right, whichever is nearer to a page's proportions.
+// Laid out top-down or left to right, whichever is nearer to the proportions of a page.
 DOPPEL_API Drawing tree_drawing(const RobotDescription& robot);
 DOPPEL_API Drawing frames_drawing(const RobotDescription& robot);
 

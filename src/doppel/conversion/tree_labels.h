@@ -1,5 +1,5 @@
 #pragma once
-// The words by which trees call their links and joints.
+// The labels of links and joints in trees.
 
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-// The description as one plain URDF: expanded, corrected, with mesh paths that work where it lies.
+// The description as one plain URDF: expanded, corrected, with mesh paths that are valid at its place.
 
 #include <string>
 

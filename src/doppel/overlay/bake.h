@@ -1,8 +1,8 @@
 #pragma once
-// Baking: what the overlay corrects becomes part of the sources themselves. The two expansions, without and
-// with the overlay, are compared node by node; every difference is written at the place in the sources that
-// its node names, and not a byte elsewhere changes. A place that several elements come from (a macro, a
-// block) is only written where all of them change alike.
+// Baking writes the corrections of the overlay into the source files. The expansions without and with the
+// overlay are compared node by node; every difference is written at the source location of its node, and no
+// other byte changes. A location from which several elements are expanded (a macro, a block) is only written
+// if all of them change in the same way.
 
 #include <filesystem>
 #include <functional>
@@ -20,20 +20,22 @@ struct BakedFile {
   std::string before, after;
 };
 
-// The files as they have to become. Throws InputError with every difference that has no place of its own,
-// and why ("bake.shared", "bake.expression", "bake.place"). Writes nothing.
+// The new contents of the files. Throws InputError with every difference that cannot be written at one place,
+// and the reason ("bake.shared", "bake.expression", "bake.place"). Does not write files.
 DOPPEL_API std::vector<BakedFile> bake_in_place(const ExpandedDescription& plain,
                                                 const ExpandedDescription& corrected);
 
-// Writes all or none, and undoes everything where `holds`, asked after the last one, says no: it expands the
-// new sources and compares. Originals lie beside the files (".NAME.before-bake") until all is done.
+// Writes all files or none, and restores them if `holds`, called after the last one, returns false; it
+// expands the new sources and compares. The originals are kept next to the files (".NAME.before-bake") until
+// the end. Throws InputError.
 DOPPEL_API void write_baked(const std::vector<BakedFile>& files, const std::function<bool()>& holds);
 
-// The same elements with the same values: in the robot's own list the order does not matter.
+// Whether two trees have the same elements with the same values; the order of the children of
+// <robot> is ignored.
 DOPPEL_API bool same_expansion(const XmlNode& a, const XmlNode& b);
 
-// Meshes that operations made lie in the user's cache. Points the tree to where a package has its meshes
-// (`folder`/meshes, as `prefix` + "meshes/NAME.stl") and returns what has to be copied: from, to.
+// Meshes that operations generate are in the user's cache. Changes the tree to use the package's folder of
+// meshes (`folder`/meshes, as `prefix` + "meshes/NAME.stl") and returns the files to be copied: from, to.
 DOPPEL_API std::vector<std::pair<std::filesystem::path, std::filesystem::path>> settle_meshes(
     XmlNode& root, const std::filesystem::path& folder, const std::string& prefix);
 

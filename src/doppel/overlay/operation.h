@@ -1,7 +1,7 @@
 #pragma once
-// One small typed correction to a description: what it does, to what, why, on what evidence, and what its
-// target looked like when it was made. Operations work on the expanded XML tree, so that whatever doppel does
-// not know itself stays as it was.
+// One typed correction of a description: its action, its target, the reason, the evidence, and the values
+// of its target when it was made. Operations work on the expanded XML tree, so that elements unknown to
+// doppel are preserved.
 
 #include <Eigen/Core>
 #include <map>
@@ -16,7 +16,7 @@
 
 namespace doppel {
 
-// Negates the joint's axis: it turns the other way.
+// Negates the joint's axis.
 struct FlipAxis {
   std::string joint;
 };
@@ -24,13 +24,14 @@ struct SetAxis {
   std::string joint;
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  // in the joint frame
 };
-// Turns the joint's frame: R_new = R_old R_rpy, R_rpy by URDF's convention (rad, fixed axes x y z).
+// Rotates the joint's frame: R_new = R_old R_rpy, R_rpy by URDF's convention (rad, fixed axes x y z).
 struct RotateFrame {
   std::string joint;
   Eigen::Vector3d rpy = Eigen::Vector3d::Zero();
 };
-// Bakes a measured zero: R_new = R_old R_axis(-offset), so that the model at angle s looks as it did at
-// s - offset. rad. A prismatic joint slides: p_new = p_old - R_old axis offset, m.
+// Writes a measured zero into the origin: R_new = R_old R_axis(-offset), offset in rad, so that the pose
+// at angle s is the former one at s - offset. For a prismatic joint p_new = p_old - R_old axis offset,
+// offset in m.
 struct BakeZero {
   std::string joint;
   double offset = 0;
@@ -41,40 +42,40 @@ struct SetOrigin {  // of a joint
 };
 struct SetLimit {
   std::string joint;
-  std::optional<double> lower, upper, effort, velocity;  // rad or m, N m or N, per second
+  std::optional<double> lower, upper, effort, velocity;  // rad or m, N m or N, rad/s or m/s
 };
 struct SetDynamics {
   std::string joint;
-  std::optional<double> damping, friction;
+  std::optional<double> damping, friction;  // N m s/rad or N s/m; N m or N
 };
 struct SetJointType {
   std::string joint, type;
 };
-// Only what is given is written; the tensor is about the centre of mass, in the axes of <inertial>'s origin.
+// Only given values are written; the tensor is about the centre of mass, in the axes of <inertial>'s origin.
 struct SetInertia {
   std::string link;
   std::optional<double> mass;                // kg
   std::optional<Eigen::Vector3d> com;        // m, in the link frame
   std::map<std::string, double> components;  // "ixx" ... "izz", kg m^2
 };
-// From the link's visual (or collision) shapes, solid and of even density; the mass as it stands, or given,
-// or from the density.
+// Computes the inertia of the link's visual (or collision) shapes as solids of constant density; the mass is
+// the present one, or given, or from the density.
 struct ComputeInertia {
   std::string link;
   std::optional<double> mass, density;  // kg, kg/m^3
 };
-// All masses and tensors by one factor, so that the robot weighs `total`.
+// Scales all masses and tensors by one factor to the total mass `total`.
 struct ScaleMasses {
   double total = 0;  // kg
 };
-// A link `world` with a fixed joint `world_to_<root>`.
+// Adds a link `world` with a fixed joint `world_to_<root>`.
 struct AttachToWorld {
-  std::string link;  // empty: the root
-  Eigen::Vector3d xyz = Eigen::Vector3d::Zero(), rpy = Eigen::Vector3d::Zero();
+  std::string link;                                                              // empty: the root
+  Eigen::Vector3d xyz = Eigen::Vector3d::Zero(), rpy = Eigen::Vector3d::Zero();  // m, rad
 };
 struct AddMimic {
   std::string joint, leader;
-  double multiplier = 1, offset = 0;
+  double multiplier = 1, offset = 0;  // q = multiplier * q_leader + offset; offset in rad or m
 };
 struct ReplaceCollision {
   std::string link;
@@ -95,10 +96,11 @@ struct AddRos2Control {
   std::vector<std::pair<std::string, double>> initial_values;  // joint -> position at the start; rad or m
 };
 struct Remove {
-  std::string kind;  // one of remove_kinds(); a link goes with its joint and all that refers to them
+  std::string kind;  // one of remove_kinds(); with a link its joint and all references to them are removed
   std::string name;
 };
-// What can be removed: "link", "joint", "mimic" (of a joint), "collision" (all of a link), "ros2_control"...
+// The kinds that can be removed: "link", "joint", "mimic" (of a joint), "collision" (all of
+// a link), "ros2_control"...
 DOPPEL_API const std::vector<std::string>& remove_kinds();
 
 using OperationAction =
@@ -106,7 +108,7 @@ using OperationAction =
                  SetInertia, ComputeInertia, ScaleMasses, AttachToWorld, AddMimic, ReplaceCollision,
                  SetMeshScale, Rename, AddRos2Control, Remove>;
 
-// A setting of more than one turn: `unit` is what it was written in, "rad" (or deg), "m" (or mm), or nothing.
+// A value of more than one turn. `unit`: as written, "rad" (or deg), "m" (or mm), or empty.
 struct LargeAngle {
   std::string key;  // "offset", "upper", "rpy"
   double value = 0;
@@ -118,20 +120,21 @@ struct Operation {
   std::vector<LargeAngle> beyond_a_turn;
   std::string why;
   std::vector<std::string> evidence;  // measurements, datasheets, in words
-  // What the operation depends on, as it was: "axis" -> "1 0 0". Compared by number where both are numbers.
+  // The fingerprint: the values that the operation depends on, when it was made: "axis" -> "1 0 0". Numbers
+  // are compared by value.
   std::vector<std::pair<std::string, std::string>> was;
   SourceLocation where;  // in the overlay's file
 };
 
-// "flip_axis", "rename_joint", "remove_mimic": as the overlay's file writes it.
+// "flip_axis", "rename_joint", "remove_mimic": the key in the overlay's file.
 DOPPEL_API std::string operation_name(const OperationAction& action);
 // "joint 'Revolute 2'", "link 'arm'", "the robot"
 DOPPEL_API std::string operation_target(const OperationAction& action);
-// What stands behind the operation's name in the file: "Revolute 2"; empty where it is about the whole robot.
+// The value of that key in the file: "Revolute 2"; empty for the whole robot.
 DOPPEL_API std::string target_name(const OperationAction& action);
 DOPPEL_API std::string target_kind(
     const OperationAction& action);  // "joint", "link", "robot", "ros2_control"...
-// One line for people: "set the limit of joint 'Revolute 1': velocity 5.2 rad/s"
+// One line for messages: "set the limit of joint 'Revolute 1': velocity 5.2 rad/s"
 DOPPEL_API std::string describe(const OperationAction& action);
 
 }  // namespace doppel

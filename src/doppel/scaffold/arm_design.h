@@ -1,6 +1,6 @@
 #pragma once
-// The dimensions of a serial arm that stands upright at zero: axes, lengths, limits and the efforts that hold
-// it. Metres, kilograms, radians, N m.
+// The dimensions of a serial arm that is upright at zero: axes, lengths, limits and the efforts that hold it.
+// Units: m, kg, rad, rad/s, N m.
 
 #include <numbers>
 #include <string>
@@ -13,7 +13,7 @@ namespace doppel::scaffold {
 inline constexpr int kMinDof = 1, kMaxDof = 16;
 inline constexpr double kMinReach = 0.1, kMaxReach = 5.0, kMaxPayload = 500.0;
 
-// What the user asks for.
+// The requirements of the user.
 struct ArmRequest {
   int dof = 6;
   bool gripper = false;
@@ -34,7 +34,7 @@ struct ArmJoint {
 };
 
 struct ArmDesign {
-  ArmRequest request;  // with the reach that was chosen
+  ArmRequest request;  // with the selected reach
   double base_height = 0, base_radius = 0;
   std::vector<ArmJoint> joints;  // from the base to the tool
   double finger_length = 0, finger_travel = 0, finger_effort = 0;
@@ -47,7 +47,7 @@ inline constexpr double kHubRatio = 1.3;  // the hub's radius, and half of its l
 DOPPEL_API double link_mass(const ArmJoint& joint);
 DOPPEL_API double gripper_mass(const ArmDesign& design);
 
-// The request is within the bounds above. Throws InputError where it is not.
+// Throws InputError if the request is not within the bounds above.
 DOPPEL_API ArmDesign design_arm(const ArmRequest& request);
 
 }  // namespace doppel::scaffold

@@ -22,7 +22,7 @@ struct PackageAuthor {
 // "an arm of six joints with a gripper of two fingers, reach 0.6 m".
 DOPPEL_API std::string summary(const ArmDesign& design);
 
-// "joint_2=0.8 joint_3=0.4": what `doppel move` takes to see it move.
+// "joint_2=0.8 joint_3=0.4": arguments of `doppel move` for a visible motion.
 DOPPEL_API std::string example_move(const ArmDesign& design);
 
 DOPPEL_API std::vector<PackageFile> arm_package(const PackageName& name, const ArmDesign& design,

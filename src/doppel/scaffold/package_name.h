@@ -12,7 +12,7 @@ struct PackageName {
   std::string robot, package;  // "my_arm", "my_arm_description"
 };
 
-// `name` is the robot's or the package's. Throws InputError with a valid name that is like it.
+// `name` is the robot's or the package's. Throws InputError with a similar valid name.
 DOPPEL_API PackageName package_name(std::string_view name);
 
 }  // namespace doppel::scaffold

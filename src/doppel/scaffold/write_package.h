@@ -8,8 +8,8 @@
 
 namespace doppel::scaffold {
 
-// Writes a new folder `folder` with the files, whole or not at all. Throws InputError where something of that
-// name exists, or it cannot be written.
+// Writes a new folder `folder` with the files, completely or not at all. Throws InputError if the path exists
+// or cannot be written.
 DOPPEL_API void write_package(const std::filesystem::path& folder, std::span<const PackageFile> files);
 
 }  // namespace doppel::scaffold

@@ -1,6 +1,6 @@
 #pragma once
-// The one reader of controllers' files: which controllers a YAML declares for ros2_control, their parameters,
-// and which joints and interfaces they are for. Everything keeps its place.
+// The one reader of controllers' files: the controllers that a YAML declares for ros2_control, their
+// parameters, joints and interfaces, each with its place.
 
 #include <filesystem>
 #include <optional>
@@ -17,22 +17,22 @@ namespace doppel {
 using PlacedName = std::pair<std::string, SourceLocation>;
 
 struct DOPPEL_API DeclaredController {
-  std::string name, type;  // type: empty where only other keys of it are written
+  std::string name, type;  // type: empty if it is not written
   SourceLocation where;
   ParameterOverrides parameters;
-  bool has_other_files = false;  // params_file: more parameters stand elsewhere
+  bool has_other_files = false;  // params_file: further parameters are in other files
 
   [[nodiscard]] std::string subject() const { return "controller '" + name + "'"; }
   [[nodiscard]] bool broadcasts() const { return type.find("Broadcaster") != std::string::npos; }
-  // Its interfaces follow from the parameters that interfaces() knows.
+  // Whether interfaces() supports its type.
   [[nodiscard]] bool known_kind() const;
-  // A list of texts, or one text, each with its place.
+  // The strings of a parameter that is a list or one string, each with its place.
   [[nodiscard]] std::vector<PlacedName> texts(std::string_view parameter) const;
   [[nodiscard]] std::optional<std::pair<double, SourceLocation>> number(std::string_view parameter) const;
-  // The interfaces it claims of each of its joints.
+  // The command or state interfaces of each of its joints.
   [[nodiscard]] std::vector<PlacedName> interfaces(bool commands) const;
   [[nodiscard]] std::vector<std::string> driven_joints() const;
-  // Whatever stands in parameters whose names end as those of joints do: "joints", "left_wheel_names".
+  // The values of parameters whose names end like those for joints: "joints", "left_wheel_names".
   [[nodiscard]] std::vector<std::string> named_joints() const;
 };
 
@@ -41,12 +41,12 @@ struct ControllersFile {
   bool for_ros2 = false;  // declares controllers, or a manager of them, in any namespace
   bool named = false;     // by the description or by the user, not only found
   std::vector<DeclaredController> controllers;
-  std::vector<PlacedName> other_sections;  // with parameters, of no declared controller
+  std::vector<PlacedName> other_sections;  // sections with parameters that belong to no declared controller
   double update_rate = 0;                  // Hz; 0: not written
   SourceLocation rate_where;
 };
 
-// What `file` declares for controller managers in whichever namespace.
+// The declarations of `file` for controller managers in any namespace. Does not throw.
 DOPPEL_API ControllersFile controllers_in(const ParameterFile& file);
 
 // "controller_manager", in any namespace.

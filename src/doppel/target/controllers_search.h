@@ -1,6 +1,6 @@
 #pragma once
-// Which of the controllers' files that lie around a description are its own: one search for `up`, `check` and
-// every other verb. Nobody named these files, so none of them stops the robot.
+// Finds the controllers' files of a description: one search for `up`, `check` and every other verb. The user
+// did not name these files, so none of them prevents the start.
 
 #include <filesystem>
 #include <optional>
@@ -18,41 +18,42 @@ namespace doppel {
 
 struct ControllersSearch {
   struct Missing {
-    const GazeboPlugin* plugin;  // of the description that was searched for
+    const GazeboPlugin* plugin;  // of the description; valid as long as it
     std::filesystem::path file;
     std::string did_you_mean;  // "; did you mean 'c.yaml'?"
     bool folder_there = false;
   };
   struct Unusable {
     std::filesystem::path file;
-    const GazeboPlugin* plugin;  // that names it; null: only found
-    Diagnostics why;             // its errors, one at least
+    const GazeboPlugin* plugin;  // that refers to it; nullptr: only found
+    Diagnostics why;             // its errors, at least one
   };
-  std::vector<ControllersFile> files;         // the robot's; empty: none is
-  std::optional<ControllersFile> of_another;  // where none is: the only one of the description's package
-  std::vector<Missing> missing;               // named by a plugin
+  std::vector<ControllersFile> files;         // the robot's; may be empty
+  std::optional<ControllersFile> of_another;  // if it is empty: the only one of the description's package
+  std::vector<Missing> missing;               // references of plugins
   std::vector<Unusable> unusable;
-  Diagnostics choices;  // notes: which of several was taken and why, files of other robots
-  Diagnostics skipped;  // notes: what was not looked at
+  Diagnostics choices;  // notes: which of several is used and why, files of other robots
+  Diagnostics skipped;  // notes: files that were not read
 };
 
-// The files that the description's <gazebo> plugins name ($(find NAME) is replaced, for a plain URDF may keep
-// it). Where these name none that can be used, the one file in the folders config/ and controllers/ of the
-// description's package, else of the packages beside it, whose controllers name most of the robot's joints;
-// of equals the one with the fewest joints that it does not have, then one whose path holds the robot's name,
-// one that a launch file of its package names, and one with a usual name (ros2_controllers.yaml,
-// controllers.yaml), one whose path shares most words with the robot's name and the description's file.
+// The files to which the description's <gazebo> plugins refer ($(find NAME) is replaced, because a plain
+// URDF may contain it). If none of these can be used: the file in the folders config/ and controllers/ of
+// the description's package, else of the packages next to it, whose controllers list most of the robot's
+// joints. Ties are resolved in this order: the fewest joints that the robot does not have; a path with the
+// robot's name; a launch file of its package refers to it; a usual name (ros2_controllers.yaml,
+// controllers.yaml); most words in common between its path and the robot's name and the description's file.
+// Does not throw InputError.
 DOPPEL_API ControllersSearch find_controllers_files(const RobotDescription& robot, const Target& target,
                                                     const PackageResolver& resolver);
 
-// What was found on the way as warnings (up.controllers_missing, up.controllers_unreadable) and notes.
+// Reports the result of a search as warnings (up.controllers_missing, up.controllers_unreadable) and notes.
 DOPPEL_API void report(const ControllersSearch& search, Diagnostics& diagnostics);
 
-// Whether the file is there, can be read and declares controllers for ROS 2.
+// Whether the file exists, can be read and declares controllers for ROS 2.
 DOPPEL_API bool is_controllers_file(const std::filesystem::path& file);
 
-// A warning where the file declares controllers, but of managers in other namespaces alone. `manager`: the
-// full name of the one that runs.
+// A warning if the file declares controllers only for managers in other namespaces. `manager`: the full name
+// of the running one.
 DOPPEL_API void report_other_managers(const ParameterFile& file, std::string_view manager,
                                       Diagnostics& diagnostics);
 

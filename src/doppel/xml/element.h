@@ -1,5 +1,5 @@
 #pragma once
-// Elements of documents that are made rather than read.
+// Construction of elements for written documents.
 
 #include <string>
 #include <utility>

@@ -1,7 +1,7 @@
 #pragma once
-// XML with places: every element, attribute and text knows its file, line and column. What is read here can
-// be edited; xml_tree.h holds the compact form in which files are parsed and expanded. Source: Extensible
-// Markup Language 1.0, fifth edition.
+// XML with places: every element, attribute and text has its file, line and column. This is the editable
+// form; xml_tree.h has the compact form in which files are parsed and expanded. Source: Extensible Markup
+// Language 1.0, fifth edition.
 
 #include <string>
 #include <string_view>
@@ -33,18 +33,18 @@ struct DOPPEL_API XmlNode {
   [[nodiscard]] std::string content() const;  // the texts directly below, trimmed
 };
 
-// `content` leaves out comments, processing instructions, and blank text beside elements; `everything` is
-// what an editor shows. Blanks and comments before <?xml are skipped. One root element; names, references,
-// nesting and characters are checked, entities of an internal DTD are put in, nothing outside of the file is
-// read. Bounded: 64 MB, 400 levels, 1 MB of entities. UTF-8, UTF-16 with a byte order mark, Latin-1. Throws
-// InputError "xml.not_well_formed" with the place.
+// `content` omits comments, processing instructions, and blank text next to elements; `everything` keeps
+// them. Blanks and comments before <?xml are skipped. One root element; names, references, nesting and
+// characters are checked, entities of an internal DTD are replaced, no other file is read. Bounded: 64 MB,
+// 400 levels, 1 MB of entities. UTF-8, UTF-16 with a byte order mark, Latin-1. Throws InputError
+// "xml.not_well_formed" with the place.
 enum class XmlContent { content, everything };
 DOPPEL_API XmlNode parse_xml(std::string_view text, const std::string& file,
                              XmlContent keep = XmlContent::content);
 
-// Reads the file first; throws InputError "file.unreadable" for what is not a regular file or is too large.
+// Reads the file first; throws also InputError "file.unreadable" if it is not a regular file or too large.
 DOPPEL_API XmlNode load_xml(const std::string& file);
-// The bytes of a regular file of at most `largest` bytes.
+// The bytes of a regular file of at most `largest` bytes. Throws InputError "file.unreadable".
 DOPPEL_API std::string read_file(const std::string& file, std::size_t largest);
 
 DOPPEL_API std::string to_xml(const XmlNode& node);

@@ -1,6 +1,6 @@
 #pragma once
-// XML as it was read, and as xacro expands it: compact, its names and texts views into the file's own text or
-// an arena, gone all at once. XmlNode (xml.h) is the copy of it that can be edited.
+// XML as parsed, and as expanded by xacro: compact, with names and texts as views into the file's text or an
+// arena, and freed at once. XmlNode (xml.h) is the editable copy.
 
 #include <cstdint>
 #include <memory>
@@ -16,7 +16,7 @@
 
 namespace doppel {
 
-// What trees refer to: a file's text, and memory for what does not stand in it literally.
+// The memory of trees: a file's text, and an arena for everything that is not literally in it.
 struct TreeSource {
   std::shared_ptr<const std::string> file;  // as the user named it
   std::string text;                         // UTF-8, without byte order mark
@@ -24,10 +24,10 @@ struct TreeSource {
 };
 
 struct TreeWithin;
-// A place in a file, through the calls that led there; lines and columns are counted when somebody asks.
+// A place in a file, with the calls that led there; lines and columns are counted by locate().
 struct DOPPEL_API TreePlace {
-  const TreeSource* source = nullptr;  // null: unknown
-  const TreeWithin* within = nullptr;  // null: as the element around it
+  const TreeSource* source = nullptr;  // nullptr: unknown
+  const TreeWithin* within = nullptr;  // nullptr: that of the enclosing element
   std::uint32_t offset = 0;
 
   [[nodiscard]] bool known() const { return source != nullptr; }
@@ -38,7 +38,7 @@ struct TreeWithin {
   std::string_view what;  // "in macro"
   std::string_view name;  // "servo_joint"; may be empty
 };
-extern DOPPEL_API const TreeWithin kTopLevel;  // the end of the chain: what no call led to
+extern DOPPEL_API const TreeWithin kTopLevel;  // the end of the chain: outside of any call
 DOPPEL_API SourceLocation locate(const TreePlace& place);
 DOPPEL_API std::shared_ptr<const SourceLocation::Within> steps_of(const TreeWithin* within);
 
@@ -46,17 +46,17 @@ struct TreeAttribute {
   std::string_view name, value;
   TreeAttribute* next = nullptr;
   TreePlace where;      // of the name
-  bool dollar = false;  // there is a '$' in the value
+  bool dollar = false;  // the value has a '$'
 };
 
 struct DOPPEL_API TreeNode {
   using Kind = XmlNode::Kind;
   Kind kind = Kind::element;
   bool cdata = false;        // a text written as <![CDATA[...]]>
-  bool dollar = false;       // there is a '$' in the text
+  bool dollar = false;       // the text has a '$'
   bool blank = false;        // a text of white space only
-  bool constant = false;     // as the parser read it, nothing in it is xacro's: no prefix "xacro:", no '$'
-  std::uint32_t weight = 1;  // how many nodes it is with all below
+  bool constant = false;     // set by the parser: nothing of xacro in it, neither a prefix "xacro:" nor a '$'
+  std::uint32_t weight = 1;  // the number of nodes including all descendants
   std::string_view name;     // of an element, with its prefix; of an instruction, its target
   std::string_view text;     // of everything but an element
   TreeAttribute* attributes = nullptr;
@@ -73,7 +73,7 @@ struct DOPPEL_API TreeNode {
   }
 };
 
-// Nodes in order; they lie in an arena.
+// Nodes in order; an arena owns them.
 struct DOPPEL_API TreeList {
   TreeNode *first = nullptr, *last = nullptr;
 
@@ -83,7 +83,7 @@ struct DOPPEL_API TreeList {
     (last == nullptr ? first : last->next) = node;
     last = node;
   }
-  // Takes all of `other`.
+  // Moves all nodes of `other`.
   void append(TreeList other) {
     if (other.first == nullptr) return;
     other.first->previous = last;
@@ -96,24 +96,23 @@ struct DOPPEL_API TreeList {
   }
 };
 
-// A file as it is written: the root element, and the comments and instructions before and behind it.
+// A whole document: the root element, and the comments and instructions before and after it.
 struct DOPPEL_API XmlTree {
   TreeList before, after;
   const TreeNode* root = nullptr;
   XmlContent keep = XmlContent::everything;
-  std::vector<std::shared_ptr<TreeSource>> sources;  // what the nodes refer to
-  std::vector<Diagnostic> tolerated;                 // warnings: what XML forbids, and was read all the same
-  // The first element or attribute whose prefix no xmlns declares; URDF's own readers take it, xacro does
-  // not.
+  std::vector<std::shared_ptr<TreeSource>> sources;  // the memory of the nodes
+  std::vector<Diagnostic> tolerated;                 // warnings about invalid XML that was accepted
+  // The first element or attribute with an undeclared prefix, which urdfdom accepts and xacro rejects.
   std::string_view undeclared;
   TreePlace undeclared_at;
 
   [[nodiscard]] XmlNode node() const;  // the root, as a copy that can be edited
 };
 
-// `lenient` reads what urdfdom's parser (TinyXML) reads and XML forbids, with a warning for each: text behind
-// the root, a second root, '--' in comments, a bare '&', '<' in a value, values without quotes, bytes that
-// are not UTF-8. Source: TinyXML 2.6's own rules, tried with check_urdf.
+// `lenient` also accepts, with a warning for each, the invalid XML that urdfdom's parser (TinyXML) accepts:
+// text after the root, a second root, '--' in comments, a bare '&', '<' in a value, values without quotes,
+// bytes that are not UTF-8. Source: the rules of TinyXML 2.6, verified with check_urdf.
 enum class XmlRules { strict, lenient };
 
 // As parse_xml and load_xml, with the same errors.
