@@ -37,7 +37,7 @@ void fill_place(rcl_interfaces::msg::Log& line, const std::source_location& wher
   line.line = where.line();
 }
 
-// What the sinks hold: the log may outlive the bus.
+// The shared state of the sinks: the log may outlive the bus.
 struct Rosout::Endpoint {
   std::mutex mutex;
   Bus* bus = nullptr;
