@@ -101,7 +101,7 @@ action_msgs::srv::CancelGoal::Response ActionGoals::cancel(
     const GoalStatus now = status(id);
     if (now == GoalStatus::unknown) response.return_code = Response::ERROR_UNKNOWN_GOAL_ID;
     if (!cancelable(now) && now != GoalStatus::unknown)
-      response.return_code = Response::ERROR_GOAL_TERMINATED;  // rcl says so of one that is canceling, too
+      response.return_code = Response::ERROR_GOAL_TERMINATED;  // as in rcl, also for a canceling goal
   }
   std::vector<Goal> meant;
   for (const Goal& goal : goals_) {

@@ -12,7 +12,8 @@ namespace doppel {
 namespace bus_detail {
 namespace {
 
-// To one link or copied from the first to the others: a message is encoded once, straight into a ring.
+// Sends a message to one link, or copies it from the first to the others: it is encoded once, directly
+// into a ring.
 void write_to_links(Topic& topic, const void* message, Time stamp, const EdgeLink* from) {
   const std::size_t size = topic.ops->size(message);
   std::span<const std::byte> encoded;
@@ -47,7 +48,7 @@ void report_failure(Topic& topic, const std::string& why) {
 void deliver_locally(Topic& topic, const void* message) {
   ++topic.delivering;
   for (std::size_t i = 0; i < topic.locals.size(); ++i) {
-    const auto callback = topic.locals[i].callback;  // held: the callback may take down its own node
+    const auto callback = topic.locals[i].callback;  // a copy, because the callback may destroy its own node
     if (!callback) continue;
     if (!*topic.report) {
       (*callback)(message);
@@ -66,7 +67,7 @@ void deliver_locally(Topic& topic, const void* message) {
 
 }  // namespace
 
-// Edges come first, so that they see a message before what its subscribers publish in answer to it.
+// Edges first, so that they get a message before those that its subscribers publish in response.
 void deliver(Topic& topic, const void* message, Time stamp, const EdgeLink* from) {
   if (!topic.links.empty() || topic.latched) write_to_links(topic, message, stamp, from);
   if (!topic.locals.empty()) deliver_locally(topic, message);
@@ -88,8 +89,8 @@ Topic& Bus::Impl::make_topic(const std::string& name, const TypeSupport& support
   return *topics.back();
 }
 
-// Edges hold a name's type only until a node wants it with another: what comes from outside must not stop a
-// node.
+// An edge's type of a topic is replaced if a node uses another one, because external messages must not
+// prevent a node.
 Topic& Bus::Impl::topic_for_node(const std::string& name, const bus_detail::TopicOps& ops,
                                  const std::string& node) {
   const TypeSupport& support = ops.support();
@@ -159,7 +160,8 @@ void Bus::Impl::subscribe_link(TopicId id, const std::shared_ptr<bus_detail::Edg
   deliver_last(topic, link);
 }
 
-// A latched message that finds the ring full is tried again at the next step: nobody will publish it again.
+// A latched message that finds the ring full is sent again at the next step, because it is
+// published only once.
 void Bus::Impl::deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link) {
   const bool subscribed = std::ranges::find(topic.links, link) != topic.links.end();
   if (topic.last.empty() || !subscribed || !link->wants_from(topic.last_from)) return;
@@ -183,7 +185,7 @@ void Bus::Impl::unsubscribe_link(TopicId id, const bus_detail::EdgeLink* link) {
 }
 
 void Bus::Impl::remove_owner(const void* owner) {
-  // Handlers die behind the lock: what they hold may call the bus on its way out.
+  // Handlers are destroyed outside of the lock, because destructors of their captures may call the bus.
   std::vector<std::shared_ptr<const void>> garbage;
   const std::lock_guard lock(mutex);
   const auto owned = [owner](const Endpoint& e) { return e.owner == owner; };
@@ -215,7 +217,7 @@ void Bus::Impl::receive(Topic& topic, std::span<const std::byte> cdr, std::share
                         const bus_detail::EdgeLink* from) {
   topic.received.fetch_add(1, std::memory_order_relaxed);
   if (!topic.wanted.load(std::memory_order_relaxed)) return;
-  if (topic.ops != nullptr) {  // a node may have come since the edge looked
+  if (topic.ops != nullptr) {  // a node may have used the topic since the edge's check
     if (message != nullptr || topic.ops->decode(cdr, message))
       bus_detail::deliver(topic, message.get(), bus.now(), from);
     return;
@@ -255,7 +257,7 @@ Bus::~Bus() = default;
 
 namespace {
 
-// A node may be put together from several parts; it is announced once, with what its first part requested.
+// A node may consist of several parts; it is announced once, with the QoS of its first part.
 std::vector<EndpointInfo> endpoint_infos(const std::vector<Endpoint>& endpoints) {
   std::vector<EndpointInfo> infos;
   for (const Endpoint& endpoint : endpoints) {
@@ -290,7 +292,7 @@ std::vector<std::string> nodes_of(const Bus::Impl& impl) {
   for (const Node* node : impl.nodes) names.push_back(node->name());
   std::ranges::sort(names);
   names.erase(std::unique(names.begin(), names.end()),
-              names.end());  // a node may be put together from several parts
+              names.end());  // a node may consist of several parts
   return names;
 }
 

@@ -13,15 +13,14 @@ namespace {
 using bus_detail::EdgeLink;
 using bus_detail::RecordHeader;
 
-// To wake an edge costs the loop a system call of some microseconds. While messages come again and again, an
-// edge that waits for them looks by itself after short naps, so that the loop pays nothing.
+// Waking an edge costs the loop a system call of some microseconds. While messages are frequent, a waiting
+// edge polls after short sleeps instead, at no cost for the loop.
 constexpr std::chrono::microseconds kPollInterval{150};
-constexpr int kMaxEmptyPolls = 12;  // without a message, before it asks to be woken
+constexpr int kMaxEmptyPolls = 12;  // without a message, before the edge waits to be woken
 
-// Whether an edge is still there to be answered. Held while an answer runs, so that the edge waits for it to
-// end.
+// Whether an edge still exists. Locked while a reply runs, so that the edge's destructor waits for its end.
 struct Liveness {
-  std::recursive_mutex mutex;  // recursive: an answer may destroy its own edge
+  std::recursive_mutex mutex;  // recursive: a reply may destroy its own edge
   bool alive = true;
 
   template <class Call>
@@ -129,10 +128,10 @@ class EdgeImpl : public Edge {
  private:
   Status target_of(const std::string& topic, std::string_view type, const TypeSupport*& support,
                    const bus_detail::TopicOps*& ops) const;
-  // What a call needs; weak, so that the loop alone decides when a handler dies.
+  // The objects of a call; weak, so that handlers are only destroyed by the loop.
   struct Target {
     std::weak_ptr<const bus_detail::ServiceEntry> entry;
-    decltype(bus_detail::ServiceEntry::decode) decode = nullptr;  // null: no such service
+    decltype(bus_detail::ServiceEntry::decode) decode = nullptr;  // nullptr: no such service
   };
   Target find_target(std::string_view name, std::string& why) const;
 
@@ -150,12 +149,12 @@ class EdgeImpl : public Edge {
   Bus::Impl& impl_;
   std::shared_ptr<EdgeLink> link_;
   std::shared_ptr<Liveness> liveness_ = std::make_shared<Liveness>();
-  bool taken_ = false;  // the record at the ring's front has been handed out
+  bool taken_ = false;  // the record at the ring's front was returned by next()
   int empty_polls_ = kMaxEmptyPolls;
   mutable bool fd_is_watched_ = false;
 };
 
-// Finds out what a message's bytes must be, or why the topic cannot take them.
+// The type of a message's bytes, or the reason why the topic cannot accept them.
 Status EdgeImpl::target_of(const std::string& topic, std::string_view type, const TypeSupport*& support,
                            const bus_detail::TopicOps*& ops) const {
   support = find_type(type);
@@ -191,7 +190,7 @@ Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::str
   bus_.post([&impl = impl_, link = link_, from = std::string(from), name, support,
              message = std::move(message), bytes = std::move(bytes)] {
     bus_detail::Topic* target = impl.topic_for_edge(name, *support);
-    if (target == nullptr) return;  // a node has taken the name for another type since
+    if (target == nullptr) return;  // a node has used the name with another type since
     impl.add_endpoint(*target, true, {link.get(), {from, link->name(), {}}});
     impl.receive(*target, bytes, message, link.get());
   });
@@ -222,7 +221,7 @@ void EdgeImpl::call(std::string_view service, std::span<const std::byte> request
   auto pending = std::make_shared<EdgeReply>(liveness_, std::string(service), std::move(reply));
   bus_.post([&impl = impl_, name = std::string(service), why, target, request = std::move(request),
              pending = std::move(pending)]() mutable {
-    const auto reply_to = std::move(pending);  // not left in the task, which dies on another thread
+    const auto reply_to = std::move(pending);  // moved out of the task, which is destroyed on another thread
     if (!why.empty()) {
       reply_to->answer(Status::refused(why), {});
     } else if (const auto found = impl.serving(name, target.entry, target.decode)) {

@@ -45,7 +45,7 @@ NodeArguments read_node_arguments(std::vector<std::string> words, std::string_vi
   NodeArguments out;
   out.parameters = std::move(read.parameters);
   const std::string name = node_base_name(full_name);
-  // A node's new name counts for all other rules, wherever it stands.
+  // A node's new name applies to all other rules, independent of their order.
   for (const std::string& rule : rules) {
     const std::string own = without_node(rule, {name, node_base_name(read.names.node(full_name))});
     if (renames_node(own)) out.rules.push_back(name + ":" + own);

@@ -43,7 +43,7 @@ bool has_wildcard(std::string_view node) {
   return node.find('*') != std::string_view::npos;
 }
 
-// Walks a file once and collects what it says, and everything that is wrong with it.
+// Reads a file once and collects its values and all of its errors.
 class Reader {
  public:
   struct Found {
@@ -87,7 +87,7 @@ class Reader {
                  "maps are nested too deep here, or an alias contains itself");
   }
 
-  // A node may be written twice: rcl_yaml_param_parser reads both, and so it is here. A parameter may not.
+  // As in rcl_yaml_param_parser, a node may be written twice, and both are read. A parameter may not.
   bool check_key(const YAML::Node& key, std::vector<std::pair<std::string, SourceLocation>>* seen = nullptr) {
     if (!key.IsScalar() || key.Scalar().empty()) {
       errors.error("yaml.bad_key", place_of(key), "a key must be a plain scalar");
@@ -177,7 +177,7 @@ bool is_list(const ParameterValue& value) {
          std::holds_alternative<std::vector<std::string>>(value);
 }
 
-// The value as `wanted`'s type, or monostate where it does not fit.
+// The value converted to the type of `wanted`, or monostate if that is not possible.
 ParameterValue fitted(const ParameterValue& value, const ParameterValue& wanted) {
   if (std::holds_alternative<std::monostate>(wanted) || value.index() == wanted.index()) return value;
   if (std::holds_alternative<double>(wanted)) {
@@ -209,7 +209,7 @@ std::string how_to_fit(const ParameterValue& value, const ParameterValue& wanted
   return "";
 }
 
-// Parameters that every node of ROS 2 has, whether it cares or not.
+// Parameters of every node of ROS 2, which need not be used.
 bool is_standard_parameter(std::string_view name) {
   return name == "use_sim_time" || name == "start_type_description_service" ||
          name.starts_with("qos_overrides.");
@@ -269,7 +269,7 @@ void report_unused(const ParameterOverrides& overrides, const std::string& node,
 ParameterFile ParameterFile::load(const std::filesystem::path& file) {
   std::error_code ignored;
   const std::filesystem::file_status status = std::filesystem::status(file, ignored);
-  // It is read again at every reload, which a pipe cannot answer.
+  // The file is read again at every reload, so a pipe is rejected.
   if (std::filesystem::exists(status) && !std::filesystem::is_directory(status) &&
       !std::filesystem::is_regular_file(status)) {
     throw InputError("yaml.unreadable", make_location(file.string()),

@@ -79,8 +79,8 @@ msg::ParameterDescriptor describe(const Parameters::Declared& declared) {
   return descriptor;
 }
 
-// One answer for each name, as rclcpp answers: an unknown one is "not set" where undeclared parameters are
-// allowed; elsewhere there is no answer at all then.
+// One value for each name, as in rclcpp: an unknown one is "not set" if undeclared parameters are allowed;
+// otherwise the response is empty.
 template <class T, class Answer>
 std::vector<T> for_each(const Parameters& parameters, const std::vector<std::string>& names, Answer answer) {
   std::vector<T> out;

@@ -97,7 +97,7 @@ std::string shown(double value) {
   if (std::isfinite(value)) return text;
   return value < 0 ? "-.inf" : "." + text;
 }
-// In a list, text that would read back as something else is quoted.
+// In a list, text that would be read as another type is quoted.
 std::string shown(const std::string& value) {
   const bool plain = value.find_first_of(",[]{}'\":#&*!|>%@` \t\n") == std::string::npos && !value.empty();
   if (plain && std::holds_alternative<std::string>(parse_parameter(value))) return value;
@@ -112,7 +112,7 @@ bool is_empty_list(const ParameterValue& value) {
   return list != nullptr && list->empty();
 }
 
-// The value as the parameter's type has it; none: it would be another type.
+// The value converted to the parameter's type; nullopt: not possible.
 std::optional<ParameterValue> converted(const ParameterValue& current, ParameterValue value) {
   if (value.index() == current.index() || std::holds_alternative<std::monostate>(current)) return value;
   if (const auto* integer = std::get_if<std::int64_t>(&value);
@@ -124,7 +124,7 @@ std::optional<ParameterValue> converted(const ParameterValue& current, Parameter
       return std::vector<double>(integers->begin(), integers->end());
     }
   }
-  if (is_empty_list<std::string>(value)) {  // "[]" tells no type
+  if (is_empty_list<std::string>(value)) {  // "[]" has no type
     if (std::holds_alternative<std::vector<bool>>(current)) return std::vector<bool>{};
     if (std::holds_alternative<std::vector<std::int64_t>>(current)) return std::vector<std::int64_t>{};
     if (std::holds_alternative<std::vector<double>>(current)) return std::vector<double>{};
@@ -178,7 +178,7 @@ ParameterValue parse_parameter(std::string_view text) {
     const YAML::Node node = YAML::Load(std::string(text));
     if (node.IsScalar()) return parse_scalar(node);
     if (node.IsSequence()) return parse_list(node);
-  } catch (const YAML::Exception&) {  // then it is text as it stands
+  } catch (const YAML::Exception&) {  // not YAML, so it is plain text
   }
   return std::string(text);
 }
@@ -209,7 +209,7 @@ Parameters::Declared* Parameters::find_mine(std::string_view name) {
   return found == declared_.end() ? nullptr : &*found;
 }
 
-// The sentences are rclcpp's, which ROS's tools show, with what else can be said.
+// rclcpp's messages, which the tools of ROS 2 show, with further information.
 Status Parameters::check(std::string_view name, ParameterValue& value) const {
   const Declared* declared = find(name);
   if (declared == nullptr && allows_undeclared_) return {};
@@ -262,7 +262,7 @@ Status Parameters::set_all(std::vector<std::pair<std::string, ParameterValue>> w
   return {};
 }
 
-// Whoever sets names without end, from the network, is stopped before memory ends.
+// Limits the memory that a client on the network can use by setting new names.
 Status Parameters::check_undeclared(std::string_view name, std::size_t more) const {
   if (name.empty()) return Status::refused("parameter name must not be empty");
   if (undeclared_.size() + more <= kMaxUndeclared) return {};

@@ -51,7 +51,7 @@ GivenParameter read_parameter(const std::string& text) {
   return given;
 }
 
-// "level" or "logger:=level"; the loggers are told apart by nobody here.
+// "level" or "logger:=level"; loggers are not distinguished here.
 Severity read_level(const std::string& text) {
   const std::size_t arrow = text.find(":=");
   if (arrow != std::string::npos) {

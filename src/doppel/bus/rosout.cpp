@@ -29,7 +29,7 @@ void fill_place(rcl_interfaces::msg::Log& line, const CodeLocation& where) {
   line.line = static_cast<std::uint32_t>(where.line);
 }
 
-// What the sinks hold: the log may outlive the bus.
+// The shared state of the sinks: the log may outlive the bus.
 struct Rosout::Endpoint {
   std::mutex mutex;
   Bus* bus = nullptr;

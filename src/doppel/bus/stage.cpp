@@ -7,7 +7,7 @@
 namespace doppel {
 namespace bus_detail {
 
-// What a topic has of nodes and edges, but for its links.
+// The nodes and edges of a topic, without its links.
 struct NodesOfTopic {
   std::vector<Endpoint> publishers, subscribers;
   std::vector<LocalSubscriber> locals;
@@ -45,7 +45,7 @@ std::vector<T> joined(const std::vector<T>& a, const std::vector<T>& b) {
   return out;
 }
 
-// With what came since; the newer last message counts.
+// Merges the state since the stage was opened; the newer last message is kept.
 NodesOfTopic joined(const NodesOfTopic& before, const Topic& topic) {
   NodesOfTopic out = before;
   out.publishers = joined(before.publishers, of_nodes(topic.publishers));
@@ -109,7 +109,7 @@ BusStage::~BusStage() {
   Bus::Impl& impl = *bus_.impl_;
   const std::lock_guard lock(impl.mutex);
   for (std::size_t i = 0; i < saved_->topics.size(); ++i) {
-    // Edges have neither come nor gone meanwhile: their requests run in spin().
+    // No edge was added or removed meanwhile, because their requests run in spin().
     put(saved_->topics[i], *impl.topics[i]);
   }
   impl.by_name.swap(saved_->by_name);

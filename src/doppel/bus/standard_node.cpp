@@ -15,7 +15,7 @@ using type_description_interfaces::srv::GetTypeDescription;
 
 constexpr const char* kParameterEvents = "/parameter_events";
 constexpr const char* kClock = "/clock";
-constexpr std::size_t kMaxLoggers = 1000;  // that somebody gives a level
+constexpr std::size_t kMaxLoggers = 1000;  // with a level
 
 void publish_changes(Node& node) {
   const auto events = node.advertise<ParameterEvent>(kParameterEvents, Qos::parameter_events());
@@ -51,7 +51,7 @@ void declare_sim_time(Node& node) {
   declare_qos_overrides(node, kClock, QosOverrideOf::subscription, Qos::clock_subscription());
 }
 
-// What tells of a type: of a message its description, of a service or an action itself.
+// The support of a type: for a message its description, for a service or an action itself.
 const TypeDescription& described(const TypeSupport& type) {
   return *type.description();
 }
@@ -69,7 +69,7 @@ void fill_description(const Support* found, const GetTypeDescription::Request& r
   if (request.include_type_sources) response.type_sources = type_sources(described(*found));
 }
 
-// As rcl answers, but that every type of the program is known to every node.
+// As in rcl, except that every node knows every type of the program.
 void serve_type_descriptions(Node& node) {
   node.serve<GetTypeDescription>("~/get_type_description", [](const auto& request, const auto& respond) {
     GetTypeDescription::Response response;

@@ -109,7 +109,7 @@ YamlValue read_list(const YAML::Node& list, const std::string& name, const FileN
     out.elements.push_back(place);
   }
   if (elements.empty()) {
-    out.value = std::vector<std::string>{};  // declare_parameter takes an empty list for any kind of list
+    out.value = std::vector<std::string>{};  // declare_parameter accepts an empty list for any list type
     return out;
   }
   const auto is_int = [](const ParameterValue& v) { return std::holds_alternative<std::int64_t>(v); };

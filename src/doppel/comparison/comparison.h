@@ -26,7 +26,7 @@ inline constexpr double kSameAngle = 1e-6;     // rad
 inline constexpr double kSameRelative = 1e-6;  // of masses, inertias, limits
 
 // The changes from `a` to `b`: those of the robot first, then joints and links in b's order, then removed
-// ones, then <ros2_control>, <gazebo> and other elements.
+// ones, then <ros2_control> components and <gazebo> plugins.
 DOPPEL_API std::vector<Change> compare(const RobotDescription& a, const RobotDescription& b);
 
 DOPPEL_API std::string to_json(const std::vector<Change>& changes);

@@ -33,7 +33,7 @@ struct GripperCommand {
   DOPPEL_MESSAGE("control_msgs/msg/GripperCommand", position, max_effort)
 };
 
-// 0: the default stands; -1: no limit.
+// 0: the default is kept; -1: no limit.
 struct JointTolerance {
   std::string name;
   double position = 0, velocity = 0, acceleration = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// ROS 2's diagnostic_msgs: how parts of a machine are.
+// ROS 2's diagnostic_msgs: the status of parts of a machine.
 
 #include "doppel/messages/std_msgs.h"
 

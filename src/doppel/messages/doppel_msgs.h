@@ -1,5 +1,6 @@
 #pragma once
-// What ROS 2 has no message for: how the twin's clock runs, and the state of the simulation as a whole.
+// Messages without a counterpart in ROS 2: the status of the twin's loop, and the state of
+// the whole simulation.
 
 #include "doppel/messages/std_msgs.h"
 
@@ -7,34 +8,34 @@ namespace doppel::doppel_msgs::msg {
 
 struct TwinStatus {
   double sim_time = 0;          // s
-  double wall_time = 0;         // s since the run began
+  double wall_time = 0;         // s of wall-clock time since the start of the run
   std::uint64_t steps = 0;      // since the start; a reset does not set them back
   double real_time_factor = 0;  // over the last half second; 0 while paused
   bool paused = false;
-  double speed = 0;                                             // wanted factor; 0: as fast as possible
-  double lateness_p50 = 0, lateness_p99 = 0, lateness_max = 0;  // s, of steps against the wall clock
-  // Where a step's wall time goes, mean over the last half second, microseconds; 0 while paused. control:
-  // hardware and controllers with what they publish; physics: the engine's step; publish: /tf and /clock;
-  // bus: what goes on between steps (services, what came in, reports); idle: sleeping until the next step is
-  // due.
+  double speed = 0;                                             // requested factor; 0: as fast as possible
+  double lateness_p50 = 0, lateness_p99 = 0, lateness_max = 0;  // s, of steps relative to wall-clock time
+  // Wall-clock time per step by activity, mean over the last half second, microseconds; 0 while paused.
+  // control: hardware and controllers, including their publishing; physics: the engine's step; publish: /tf
+  // and /clock; bus: between steps (services, received messages, reports); idle: sleeping until the next
+  // step is due.
   double time_control = 0, time_physics = 0, time_publish = 0, time_bus = 0, time_idle = 0;
-  std::uint64_t overruns = 0;  // times that the loop fell 100 ms behind and its schedule was moved
+  std::uint64_t overruns = 0;  // how often the loop was 100 ms late and its schedule was moved
   std::uint64_t skipped = 0;   // messages that were skipped for slow clients
   DOPPEL_MESSAGE("doppel_msgs/msg/TwinStatus", sim_time, wall_time, steps, real_time_factor, paused, speed,
                  lateness_p50, lateness_p99, lateness_max, time_control, time_physics, time_publish, time_bus,
                  time_idle, overruns, skipped)
 };
 
-// What each driven joint bears; N m or N. One element of each list per joint.
+// The load of each driven joint; N m or N. One element of each list per joint.
 struct JointLoads {
   std_msgs::msg::Header header;
   std::vector<std::string> joint_names;
   std::vector<double> efforts;          // of the drives in the last step
-  std::vector<double> gravity_torques;  // that holding this pose at rest asks of the drives
-  std::vector<double> sags;             // rad or m: how far gravity pulls the joint off its target
-  std::vector<double> margins;          // effort limit less |gravity torque|; negative: cannot hold
+  std::vector<double> gravity_torques;  // load of gravity on the drives at rest in this pose
+  std::vector<double> sags;             // rad or m: offset of the joint from its target by gravity
+  std::vector<double> margins;          // effort limit - |gravity torque|; negative: cannot hold
   std::vector<double> effort_limits;    // infinite: none
-  std::vector<double> frictions;        // that Coulomb friction holds at most
+  std::vector<double> frictions;        // the most that Coulomb friction can hold
   std::vector<double>
       least_sags;                 // sag less and plus friction / stiffness: the joint rests anywhere between;
   std::vector<double> most_sags;  // all three are 0 where it rests on its limit

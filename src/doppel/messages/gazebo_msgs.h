@@ -1,7 +1,6 @@
 #pragma once
-// gazebo_msgs of gazebo_ros_pkgs (its ROS 2 branch): how people push a simulated robot from outside.
-// Objects that come and go, and what touches what. Durations of efforts and wrenches: negative without end,
-// zero nothing.
+// gazebo_msgs of gazebo_ros_pkgs (its ROS 2 branch): external efforts and wrenches, spawned and deleted
+// entities, contacts. Durations of efforts and wrenches: negative is unlimited, zero has no effect.
 
 #include "doppel/messages/geometry_msgs.h"
 
@@ -193,9 +192,9 @@ struct SetModelConfiguration {
 
 struct SpawnEntity {
   struct Request {
-    std::string name;             // empty: as the xml calls it
+    std::string name;             // empty: the name in `xml`
     std::string xml;              // SDF or URDF
-    std::string robot_namespace;  // of a robot: before its nodes; empty: its name
+    std::string robot_namespace;  // of a robot's nodes; empty: its name
     geometry_msgs::msg::Pose initial_pose;
     std::string reference_frame;  // empty or "world": the world
     DOPPEL_MESSAGE("gazebo_msgs/srv/SpawnEntity_Request", name, xml, robot_namespace, initial_pose,

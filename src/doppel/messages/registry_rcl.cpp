@@ -1,4 +1,4 @@
-// What every ROS 2 node uses.
+// The types that every ROS 2 node uses.
 
 #include "doppel/messages/action_msgs.h"
 #include "doppel/messages/detail/composition_interfaces.h"

@@ -1,4 +1,4 @@
-// What sensors say, and what is drawn of it.
+// Types of sensors and visualisation.
 
 #include "doppel/messages/detail/registry.h"
 #include "doppel/messages/diagnostic_msgs.h"

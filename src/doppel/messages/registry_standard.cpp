@@ -1,4 +1,4 @@
-// Plain values, geometry and what is made of it.
+// Types of plain values and geometry.
 
 #include "doppel/messages/builtin_interfaces.h"
 #include "doppel/messages/detail/nav_msgs.h"

@@ -1,6 +1,6 @@
 #pragma once
-// ROS 2's sensor_msgs: the state of joints (rad or m, rad/s or m/s, N m or N), images, and what other sensors
-// measure in SI units unless said. Covariances are row by row; a first element of -1: not measured.
+// ROS 2's sensor_msgs: the state of joints (rad or m, rad/s or m/s, N m or N), images, and measurements of
+// other sensors, in SI units unless noted. Covariances are row by row; a first element of -1: not measured.
 
 #include "doppel/messages/geometry_msgs.h"
 #include "doppel/messages/std_msgs.h"

@@ -1,5 +1,5 @@
 #pragma once
-// ROS 2's tf2_msgs: what goes over /tf and /tf_static, and questions to a tf2 buffer.
+// ROS 2's tf2_msgs: the message of /tf and /tf_static, and the action and service of a tf2 buffer.
 
 #include "doppel/messages/geometry_msgs.h"
 

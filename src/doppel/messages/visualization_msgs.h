@@ -1,5 +1,5 @@
 #pragma once
-// ROS 2's visualization_msgs (Jazzy), as far as RViz's markers go.
+// The markers of ROS 2's visualization_msgs (Jazzy).
 
 #include "doppel/messages/geometry_msgs.h"
 #include "doppel/messages/sensor_msgs.h"
@@ -28,7 +28,7 @@ struct Marker {
   geometry_msgs::msg::Pose pose;
   geometry_msgs::msg::Vector3 scale;
   std_msgs::msg::ColorRGBA color;
-  builtin_interfaces::msg::Duration lifetime;  // zero: forever
+  builtin_interfaces::msg::Duration lifetime;  // zero: unlimited
   bool frame_locked = false;
   std::vector<geometry_msgs::msg::Point> points;
   std::vector<std_msgs::msg::ColorRGBA> colors;

@@ -22,7 +22,7 @@ class ActionClient {
     std::function<void(GoalStatus, const typename A::Result&)> on_result = {};
   };
 
-  // A goal on its way; it may outlive the client's interest: dropped, it continues.
+  // A sent goal; destroying this object does not cancel it.
   class Goal {
    public:
     [[nodiscard]] const GoalId& id() const { return id_; }
@@ -59,7 +59,8 @@ class ActionClient {
           for (const auto& of_goal : message.status_list) {
             const auto goal = find(*goals, of_goal.goal_info.goal_id.uuid);
             const auto status = static_cast<GoalStatus>(of_goal.status);
-            if (goal != nullptr && !is_terminal(status)) goal->status_ = status;  // the result tells the end
+            if (goal != nullptr && !is_terminal(status))
+              goal->status_ = status;  // the result has the final status
           }
         },
         {.depth = 1, .latched = true});
@@ -68,7 +69,7 @@ class ActionClient {
   [[nodiscard]] bool action_server_is_ready() const {
     return send_goal_.service_is_ready() && get_result_.service_is_ready() && cancel_goal_.service_is_ready();
   }
-  // Spins until it is; false: the time was over before.
+  // Spins until the server is ready; false: the time is over.
   bool wait_for_action_server(std::chrono::nanoseconds at_most) const {
     return node_.context().spin_until([this] { return action_server_is_ready(); }, at_most);
   }
@@ -92,12 +93,12 @@ class ActionClient {
     return goal;
   }
 
-  // Spins until the goal is done; false: the time was over before.
+  // Spins until the goal is done; false: the time is over.
   bool wait_for_result(const Goal& goal, std::chrono::nanoseconds at_most) const {
     return node_.context().spin_until([&] { return goal.is_done(); }, at_most);
   }
 
-  // Asks for its end; whether the server takes it is told to `done`, how it ended by the goal.
+  // Requests the cancellation; `done` gets whether the server accepts it, the goal gets its final status.
   void cancel(const Goal& goal, std::function<void(bool canceling)> done = {}) const {
     action_msgs::srv::CancelGoal::Request request;
     request.goal_info.goal_id.uuid = goal.id();

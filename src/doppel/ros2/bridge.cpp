@@ -17,10 +17,10 @@
 
 namespace doppel::ros2 {
 
-// RateLimitedTask and JoinedNetwork are outside of the anonymous namespace, because Bridge::Impl, which holds
-// both, has external linkage.
+// RateLimitedTask and JoinedNetwork are outside of the anonymous namespace, because Bridge::Impl, which
+// contains both, has external linkage.
 
-// Work that is requested at any time, and done at most once in a period.
+// A task that may be requested at any time, and is run at most once per period.
 class RateLimitedTask {
  public:
   explicit RateLimitedTask(std::chrono::milliseconds period) : period_(period) {}
@@ -41,7 +41,7 @@ class RateLimitedTask {
   SteadyTime next_{};
 };
 
-// What there is while the participant is.
+// The objects that exist while there is a participant.
 struct JoinedNetwork {
   JoinedNetwork(Bus& bus, Edge& edge, std::unique_ptr<Participant> made, NetworkStatus& status,
                 RejectionLog& rejections, UnbridgedLog& unbridged, PostToBridge post_to_bridge)
@@ -61,9 +61,9 @@ namespace {
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
-constexpr std::size_t kMaxPassed = 256;        // messages to the network before others have their turn
-constexpr milliseconds kIdlePollPeriod{50};    // the bus does not tell when its graph changes
-constexpr milliseconds kBackpressureDelay{1};  // while the loop, or a client, is waited for
+constexpr std::size_t kMaxPassed = 256;        // messages to the network before other work is done
+constexpr milliseconds kIdlePollPeriod{50};    // the bus does not report changes of its graph
+constexpr milliseconds kBackpressureDelay{1};  // while waiting for the loop or a client
 constexpr milliseconds kDiagnostics{1000};
 
 class RemoteServiceImpl : public RemoteService {
@@ -103,7 +103,7 @@ class RemoteServiceImpl : public RemoteService {
 
  private:
   std::shared_ptr<BridgeMailbox> bridge_;
-  BridgedClients& clients_;  // the mailbox's tasks alone touch it: it may have gone
+  BridgedClients& clients_;  // only used by the mailbox's tasks, because it may be destroyed
   std::shared_ptr<ClientCore> core_;
 };
 
@@ -200,7 +200,7 @@ void Bridge::Impl::join() {
   }
 }
 
-// Without a network the bus's own services are still there for clients.
+// Without a network clients can still use the bus's own services.
 void Bridge::Impl::leave(const std::string& problem) {
   clients.set_participant(nullptr);
   network.reset();
@@ -251,7 +251,7 @@ bool Bridge::Impl::work_with_network(SteadyTime now) {
   return more;
 }
 
-// What the loop has published, to the network.
+// Forwards messages of the loop to the network.
 bool Bridge::Impl::forward_messages() {
   Edge::Incoming message;
   for (std::size_t i = 0; i < kMaxPassed; ++i) {
@@ -263,7 +263,7 @@ bool Bridge::Impl::forward_messages() {
 }
 
 void Bridge::Impl::follow_bus(SteadyTime now) {
-  seen_version = bus.graph_version();  // read first: what comes later is seen next time
+  seen_version = bus.graph_version();  // read first, so that later changes are found next time
   const auto services = bus.services();
   clients.follow(services);
   if (network == nullptr) return;
@@ -319,7 +319,7 @@ void Bridge::Impl::read_middleware_log() {
   const bool first = now_so_far.middleware_log.count == 0;
   now_so_far.middleware_log = network->participant->middleware_log();
   now_so_far.middleware_log.latest =
-      printable(now_so_far.middleware_log.latest);  // names of peers stand in it
+      printable(now_so_far.middleware_log.latest);  // it may contain names of peers
   now_so_far.refused_datagrams = network->participant->refused_datagrams();
   if (first && now_so_far.middleware_log.count > 0)
     log.warning("ros2", fmt::format("Fast DDS warning: {}; further warnings are counted on /diagnostics",

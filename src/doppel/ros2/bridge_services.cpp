@@ -8,7 +8,7 @@ namespace doppel::ros2 {
 namespace {
 
 constexpr std::size_t kMaxCalls = 64;  // of one service, unanswered: more wait in DDS' history
-// How long an answer waits for its client's reader: to be known here, and then to be in step.
+// The longest waits of a response for its client's reader: until it is matched, and then until it is in step.
 constexpr std::chrono::milliseconds kMatchTimeout{2000}, kInStepTimeout{20};
 
 }  // namespace
@@ -35,7 +35,7 @@ bool BridgedServices::follow(const std::vector<ServiceInfo>& infos, SteadyTime n
   return waits;
 }
 
-// The answer comes on the loop's thread and is taken back to this one.
+// The response arrives on the loop's thread and is passed back to this one.
 void BridgedServices::call(const Key& key, Served& served) {
   ++status_.requests;
   ++*served.calls;
@@ -73,7 +73,7 @@ void BridgedServices::finish(const Key& key, const Served& served, const SampleI
   waiting_.push_back(std::move(answer));
 }
 
-// Whether it is done with, one way or the other.
+// True: the response was sent or dropped.
 bool BridgedServices::respond(const Answer& answer, SteadyTime now) {
   using Sent = ServiceServer::Sent;
   const auto server = answer.server.lock();
@@ -172,7 +172,7 @@ void BridgedClients::call(const std::shared_ptr<ClientCore>& core, std::uint64_t
   if (found == clients_.end() || found->second.client == nullptr) return;
   Client& client = found->second;
   {
-    // What is no longer waited for is not kept either.
+    // Requests that are no longer awaited are not kept.
     const std::lock_guard lock(core->mutex);
     std::erase_if(client.sent, [&core](const auto& sent) { return !core->replies.contains(sent.second); });
   }

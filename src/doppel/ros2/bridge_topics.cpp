@@ -11,12 +11,13 @@
 namespace doppel::ros2 {
 namespace {
 
-// A node's depth is that of its own queue, behind the bus; here a burst waits for the bridge's thread.
+// A node's QoS depth is that of its own queue behind the bus; this one is for bursts until the
+// bridge's thread runs.
 constexpr std::size_t kReaderDepth = 100;
-constexpr std::size_t kMaxAtOnce = 64;   // samples of one reader, before others have their turn
-constexpr std::size_t kMaxLogged = 256;  // refusals that are said; all are counted
+constexpr std::size_t kMaxAtOnce = 64;   // samples of one reader before the next reader
+constexpr std::size_t kMaxLogged = 256;  // logged refusals; all are counted
 
-// What of a bus's topic is for the network: its nodes, and what other edges, the page or a shell, send in.
+// The part of a bus's topic for the network: its nodes, and messages of other edges (the page or a shell).
 std::vector<doppel::EndpointInfo> for_network(std::vector<doppel::EndpointInfo> ends, bool edges_too) {
   std::erase_if(ends, [edges_too](const doppel::EndpointInfo& info) {
     return info.edge == kBridgeName || (!edges_too && !info.edge.empty());
@@ -61,7 +62,7 @@ EndpointSpec BridgedTopics::spec(const Topic& topic, const Qos& qos) const {
           .qos = to_profile(qos)};
 }
 
-// False: the network would not have all.
+// False: the network refused a part.
 template <class End, class Make>
 bool BridgedTopics::follow_ends(const Topic& topic, std::vector<Endpoint<End>>& ends,
                                 const std::vector<doppel::EndpointInfo>& wanted, const Make& make) {
@@ -96,7 +97,7 @@ bool BridgedTopics::end_ends(std::vector<Endpoint<End>>& ends, SteadyTime now) {
   return waits;
 }
 
-// The end that offers most: whatever matches another of the topic's writers matches it, too.
+// The endpoint with the strongest offered QoS: readers that match another writer of the topic match it, too.
 void BridgedTopics::choose_carrier(TopicId id, Topic& topic) {
   const auto offer = [](const Endpoint<Writer>& writer) {
     const Qos& qos = writer.qos;
@@ -104,13 +105,13 @@ void BridgedTopics::choose_carrier(TopicId id, Topic& topic) {
   };
   const auto strongest = std::ranges::max_element(topic.writers, {}, offer);
   Writer* const next = strongest == topic.writers.end() ? nullptr : strongest->end.get();
-  // A new carrier of a latched topic has to have the last message for late joiners: the bus gives it again.
+  // A new carrier of a latched topic needs the last message for late joiners: the bus delivers it again.
   if (topic.subscribed && topic.latched && next != topic.carrier) unsubscribe(id, topic);
   topic.carrier = next;
 }
 
-// What a topic had before its name was given to another, which waits for nobody's grace: the network has one
-// type for a name.
+// Ends the endpoints of a former topic of the same name at once, without a grace period, because on the
+// network a name has only one type.
 void BridgedTopics::end_retyped(const std::vector<TopicInfo>& infos) {
   std::map<std::string_view, TopicId> owners;
   for (const TopicInfo& info : infos) {
@@ -167,7 +168,7 @@ void BridgedTopics::subscribe(TopicId id, Topic& topic) {
   bus_.post([listening = topic.listening] { listening->store(true, std::memory_order_release); });
 }
 
-// What the network keeps for late readers would be old when they come.
+// Drops samples for late readers that would be outdated when these appear.
 void BridgedTopics::unsubscribe(TopicId id, Topic& topic) {
   topic.subscribed = false;
   topic.listening = std::make_shared<std::atomic<bool>>(false);
@@ -175,8 +176,8 @@ void BridgedTopics::unsubscribe(TopicId id, Topic& topic) {
   for (const auto& writer : topic.writers) writer.end->forget();
 }
 
-// What is latched, or has a history (/rosout), is always listened to, for DDS has to have it before the next
-// reader comes.
+// Topics that are latched or have a history (/rosout) are always subscribed to, because DDS needs their
+// messages before the next reader appears.
 bool BridgedTopics::match() {
   bool begins = false;
   for (auto& [id, topic] : topics_) {
@@ -202,8 +203,8 @@ void BridgedTopics::pass(const Edge::Incoming& message) {
   }
 }
 
-// Where several nodes subscribe, each reader gets what a writer sends, and the first that is matched with it
-// passes it on.
+// If several nodes subscribe, each of their readers gets every sample; only the first one that is matched
+// with the writer forwards it.
 bool BridgedTopics::take_from(Topic& topic, std::size_t which) {
   Reader& reader = *topic.readers[which].end;
   if (!reader.is_ready()) return false;

@@ -1,5 +1,5 @@
 #pragma once
-// Private to the bridge: what the bus and the registry say, in the network's words.
+// Private to the bridge: conversion of the types of the bus and the registry to those of the network.
 
 #include <string>
 #include <string_view>
@@ -11,7 +11,7 @@
 namespace doppel::ros2 {
 
 DOPPEL_API QosProfile to_profile(const Qos& qos);
-// "RIHS01_..."; "" for a type that nobody knows.
+// "RIHS01_..."; "" for an unknown type.
 DOPPEL_API std::string message_hash(std::string_view type);
 DOPPEL_API ServiceSpec service_spec(std::string_view name, std::string_view type);
 

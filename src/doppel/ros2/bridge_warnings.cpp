@@ -12,9 +12,9 @@ namespace doppel::ros2 {
 namespace {
 
 constexpr std::size_t kMaxPairsReported =
-    1000;                                // pairs at a time: a crowd of strangers must not fill the memory
+    1000;                                // pairs at a time, to limit the memory that unknown peers can use
 constexpr std::size_t kMachineSize = 4;  // bytes of the vendor and the machine
-constexpr int kProcesses = 1 << 16;      // that the two bytes after them tell apart
+constexpr int kProcesses = 1 << 16;      // distinguished by the following two bytes
 
 // The one process of this machine whose id ends in those two bytes; 0: none, or several.
 int process_of(const Gid& gid) {

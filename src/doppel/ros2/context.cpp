@@ -16,7 +16,7 @@ namespace {
 using namespace std::chrono_literals;
 using Clock = std::chrono::steady_clock;
 
-constexpr auto kSignalCheck = 50ms;  // a signal's handler cannot wake who waits
+constexpr auto kSignalCheck = 50ms;  // a signal's handler cannot wake a waiting thread
 constexpr auto kForever = 24h * 365 * 100;
 
 std::atomic<bool> signalled = false;
@@ -38,7 +38,7 @@ ContextOptions read_options(std::vector<std::string>& words) {
   return options;
 }
 
-// Sets it while it is there.
+// Sets the flag as long as this object exists.
 class SpinGuard {
  public:
   explicit SpinGuard(bool& turns) : turns_(turns) { turns_ = true; }
@@ -56,8 +56,8 @@ std::string_view severity_text(Severity severity) {
 
 }  // namespace
 
-// SIGINT and SIGTERM end the program's spinning while this is there. Outside of the anonymous
-// namespace, because Context::Impl, which holds it, has external linkage.
+// SIGINT and SIGTERM end the program's spinning as long as this object exists. Outside of the anonymous
+// namespace, because Context::Impl, which contains it, has external linkage.
 class SignalHandlers {
  public:
   SignalHandlers() {
@@ -129,7 +129,7 @@ struct Context::Impl {
 
   [[nodiscard]] Time ros_now() const { return sim_time ? *sim_time : wall_now(); }
 
-  // Runs what has come and what is due.
+  // Handles received messages and timers that are due.
   void turn() {
     if (spins) throw std::logic_error("a callback cannot spin its context; use async_send_request()");
     const SpinGuard turning(spins);
@@ -184,7 +184,7 @@ bool Context::ok() const {
 
 void Context::shutdown() {
   impl_->is_shut_down = true;
-  impl_->bus.post([] {});  // wakes who waits
+  impl_->bus.post([] {});  // wakes the waiting thread
 }
 
 const std::vector<std::string>& Context::arguments() const {

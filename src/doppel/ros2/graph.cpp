@@ -17,7 +17,8 @@ namespace msg = rmw_dds_common::msg;
 
 constexpr const char* kTopic = "ros_discovery_info";  // not mangled
 constexpr const char* kNoNode = "_CREATED_BY_BARE_DDS_APP_";
-// A list may come before its participant is known, or be read after that has gone: then it never will be.
+// A list may arrive before its participant is discovered, or be read after the participant has left; in the
+// latter case it stays unknown.
 constexpr std::chrono::seconds kFirstInfoTimeout{10};
 
 EndpointSpec spec(History history) {
@@ -93,7 +94,7 @@ std::vector<Entry> sorted(std::map<std::string, Entry>&& by_name) {
 struct Graph::Impl {
   struct Claim {
     std::vector<GraphNode> nodes;
-    bool was_there = false;  // its participant has been seen, so that its absence means that it has gone
+    bool was_there = false;  // its participant was discovered, so that its absence means that it has left
     std::chrono::steady_clock::time_point made = std::chrono::steady_clock::now();
   };
 
@@ -123,7 +124,7 @@ struct Graph::Impl {
   [[nodiscard]] std::map<Gid, const std::string*> node_names() const;
 };
 
-// A participant speaks for itself only; what cannot be read is not believed.
+// A participant can only announce its own endpoints; malformed lists are ignored.
 void Graph::Impl::take() {
   while (reader->take(sample)) {
     msg::ParticipantEntitiesInfo info;

@@ -15,8 +15,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kInterruptCheck = 20ms;
-// Discovery: news come within milliseconds of each other. Who is there but has not said yet what nodes it has
-// gets more time: that is what a busy machine looks like.
+// Discovery messages arrive within milliseconds of each other. A participant that has not announced its nodes
+// yet gets more time, because its machine may be busy.
 constexpr auto kSettleTime = 250ms;
 constexpr auto kMaxDiscoveryTime = 2000ms, kMaxIncompleteTime = 5000ms;
 constexpr auto kLinger = 100ms;  // as `ros2 topic pub --keep-alive`
@@ -63,7 +63,7 @@ GraphClient::Impl::Impl(GraphClientOptions chosen, const MakeParticipant& make)
     with.is_cancelled = options.interrupted;
     participant = make(with, [fd = wake.get()] {
       const std::uint64_t one = 1;
-      static_cast<void>(!write(fd, &one, sizeof one));  // full: it is awake anyway
+      static_cast<void>(!write(fd, &one, sizeof one));  // full: the thread is awake
     });
   } catch (const NetworkError& error) {
     if (options.interrupted && options.interrupted()) throw Interrupted();
@@ -79,7 +79,7 @@ GraphClient::Impl::~Impl() {
   try {
     wait([] { return false; }, *last_published + kLinger);
   } catch (const Interrupted&) {
-    last_published.reset();  // whoever is in a hurry does not wait
+    last_published.reset();  // no wait after an interrupt
   }
 }
 
@@ -128,7 +128,7 @@ void GraphClient::Impl::discover() {
   }
 }
 
-// Takes what comes in until the condition holds, or the time is over (false).
+// Handles received samples until the condition holds, or the time is over (false).
 bool GraphClient::Impl::wait(const std::function<bool()>& condition, Clock::time_point until) {
   while (!condition()) {
     if (options.interrupted && options.interrupted()) throw Interrupted();
@@ -158,7 +158,7 @@ void GraphClient::Impl::turn() {
   take_replies();
 }
 
-// What ros2cli's own nodes offer is of no interest, nor is what this one does.
+// The endpoints of ros2cli's own nodes and of this node are left out.
 void GraphClient::Impl::rebuild() {
   topics.clear();
   services.clear();
@@ -192,7 +192,7 @@ void GraphClient::Impl::rebuild() {
   warn_of_incompatible_publishers();
 }
 
-// Tells the others which endpoints this node has.
+// Announces the endpoints of this node.
 void GraphClient::Impl::announce() {
   OwnNode node{.name = node_name, .readers = {}, .writers = {}};
   for (const auto& [topic, subscription] : subscriptions) node.readers.push_back(subscription.reader->gid());

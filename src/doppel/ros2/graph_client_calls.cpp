@@ -63,13 +63,13 @@ void GraphClient::Impl::take_replies() {
       const auto asked = std::ranges::find_if(pending, [&, &service = name](const auto& entry) {
         return entry.second.service == service && entry.second.sequence == reply.related.sequence;
       });
-      if (asked == pending.end()) continue;  // another server was faster
+      if (asked == pending.end()) continue;  // another server has already responded
       answers[asked->first] = {true, "", reply.cdr};
       pending.erase(asked);
     }
   }
   std::erase_if(pending, [&](const auto& entry) {
-    // Not is_available(), which is false for a moment while another server comes.
+    // Not is_available(), which is briefly false while another server is being matched.
     if (clients.at(entry.second.service)->requests().matched() > 0) return false;
     answers[entry.first] = {false, "service " + entry.second.service + " disappeared before it answered", {}};
     return true;

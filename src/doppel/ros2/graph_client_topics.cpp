@@ -1,4 +1,4 @@
-// GraphClient's topics: how they are read and written, and what their types are.
+// GraphClient's topics: readers, writers and types.
 
 #include <algorithm>
 
@@ -30,7 +30,7 @@ bool any_of(const std::vector<GraphEndpoint>& ends, bool (*has)(const QosProfile
 
 }  // namespace
 
-// Without this node's own ends; a copy, because waiting for anything changes the graph.
+// Without this node's own endpoints; a copy, because the graph changes during waits.
 GraphTopic GraphClient::Impl::topic_of_others(const std::string& name) const {
   const auto& all = graph->topics();
   const auto found = std::ranges::find(all, name, &GraphTopic::name);
@@ -42,7 +42,7 @@ GraphTopic GraphClient::Impl::topic_of_others(const std::string& name) const {
   return topic;
 }
 
-// Asks for no more than all publishers offer, so that all are heard; with none, for what any would offer.
+// Requests no more than all publishers offer, so that all match; without publishers, what any would offer.
 QosProfile GraphClient::Impl::fitting(const GraphTopic& topic) const {
   QosProfile qos = sensor_data_qos();
   qos.depth = kDepth;
@@ -114,7 +114,7 @@ void GraphClient::publish(const std::string& topic, const std::string& type, std
   impl_->last_published = Impl::Clock::now();
 }
 
-// Publishers that came later and offer less than was requested.
+// Publishers that were discovered later and offer less than requested.
 void GraphClient::Impl::warn_of_incompatible_publishers() {
   for (const auto& [name, subscription] : subscriptions) {
     const GraphTopic topic = topic_of_others(name);

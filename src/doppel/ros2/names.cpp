@@ -26,7 +26,7 @@ std::string replace_all(std::string_view text, std::string_view from, std::strin
   }
 }
 
-// What ROS 2's names are made of, and more; peers may send anything.
+// A superset of the characters of ROS 2's names; peers may send anything.
 bool has_other_characters(std::string_view name) {
   return std::ranges::any_of(name, [](char c) { return c <= ' ' || c > '~'; });
 }

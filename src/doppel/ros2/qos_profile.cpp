@@ -15,7 +15,7 @@ std::string seconds_text(std::chrono::nanoseconds duration) {
 
 }  // namespace
 
-// DDS 1.4, table 2.2.3: what is offered must be at least what is wanted.
+// DDS 1.4, clause 2.2.3: the offered QoS must be at least the requested one.
 std::string_view incompatible_policy(const QosProfile& offered, const QosProfile& wanted) {
   if (offered.reliability == Reliability::best_effort && wanted.reliability == Reliability::reliable)
     return kReliability;

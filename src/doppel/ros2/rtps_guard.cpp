@@ -14,7 +14,7 @@ constexpr std::uint8_t kStatistics = 0x80;  // eProsima's own, behind each messa
 constexpr std::uint8_t kHasInlineQos = 0x02, kHasData = 0x04,
                        kHasKey = 0x08;  // a fragment always has one of the two
 constexpr std::uint32_t kSentinel = 1;
-// In the bodies of DATA and DATA_FRAG, and of HEARTBEAT and GAP, which both tell two sequence numbers.
+// In the bodies of DATA and DATA_FRAG, and of HEARTBEAT and GAP, which both have two sequence numbers.
 constexpr std::size_t kOffsetAt = 2, kOffsetFrom = 4;
 constexpr std::size_t kWriterAt = 4, kFirstSequenceAt = 8, kSecondSequenceAt = 16, kHeartbeatCountAt = 24,
                       kMinHeartbeat = 28, kMinGap = 28;
@@ -44,7 +44,7 @@ std::optional<std::span<const std::uint8_t>> behind_parameters(std::span<const s
   return std::nullopt;
 }
 
-// Fast DDS takes the sizes of the parts at their word and subtracts them from the whole.
+// Fast DDS does not check the sizes of the parts before it subtracts them from that of the whole.
 bool is_possible_data(std::uint8_t kind, std::uint8_t flags, std::span<const std::uint8_t> body) {
   const bool little = (flags & rtps::kLittleEndian) != 0;
   const std::size_t fixed = kind == rtps::kData ? rtps::kMinDataSize : kMinFragment;
@@ -81,7 +81,7 @@ bool RtpsGuard::admits_claim(const Writer& writer, const Claim& claim) {
   return fits;
 }
 
-// Nothing is believed of a gap that its writer's samples and heartbeats do not say.
+// A gap is only accepted if it is consistent with its writer's samples and heartbeats.
 bool RtpsGuard::admits_gap(const Writer& writer, std::int64_t first, std::int64_t end) {
   if (first < 0 || end < 0 || end > kMaxSequence) return false;
   const auto known = writers_.find(writer);
@@ -130,8 +130,8 @@ bool RtpsGuard::admits(std::span<const std::uint8_t> datagram) {
     if (size == 0 && kind != rtps::kPad && kind != rtps::kInfoTimestamp)
       size = datagram.size();  // it is the last one
     if (size > datagram.size() || !admits_submessage(kind, flags, datagram.first(size), writer)) return false;
-    // Fast DDS continues at the next multiple of four, where other submessages would stand than here, and
-    // aborts the process where something follows the statistics.
+    // Fast DDS continues at the next multiple of four, where it would read other submessages than this check,
+    // and aborts the process if anything follows the statistics.
     if (size < datagram.size() && (size % 4 != 0 || kind == kStatistics)) return false;
     datagram = datagram.subspan(size);
   }

@@ -15,8 +15,8 @@ EndpointSpec reply_spec(const ServiceSpec& spec) {
           spec.qos, true};
 }
 
-// What a server keeps, as rclcpp's parameter services do (rmw_qos_profile_parameters): the default of ten
-// would lose some of a burst of requests, whose clients then wait in vain.
+// The history of a server, as in rclcpp's parameter services (rmw_qos_profile_parameters): with the default
+// of ten some requests of a burst would be lost, and their clients would wait without a response.
 constexpr std::size_t kServerDepth = 1000;
 
 EndpointSpec deep(EndpointSpec spec) {
@@ -24,7 +24,7 @@ EndpointSpec deep(EndpointSpec spec) {
   return spec;
 }
 
-// DDSI-RTPS 2.5, 9.3.1.2: the last byte tells what kind of endpoint it is.
+// DDSI-RTPS 2.5, 9.3.1.2: the last byte is the kind of the endpoint.
 bool is_reader(const Gid& gid) {
   return (gid.bytes.back() & 0x04) != 0;
 }
@@ -44,8 +44,8 @@ bool ServiceServer::take(Sample& request) {
   return true;
 }
 
-// One reply reader for each request writer, the last that it told of: a peer that names another one with
-// every request must not fill the memory.
+// One reply reader for each request writer, the last announced one, so that a peer with another one in every
+// request cannot use unlimited memory.
 void ServiceServer::remember(const Gid& reply_reader, const Gid& request_writer) {
   const auto known = clients_.find(reply_reader);
   if (known != clients_.end() && known->second == request_writer) return;

@@ -24,13 +24,13 @@ bool is_address(const std::string& name) {
   return inet_pton(AF_INET, name.c_str(), &address) == 1;
 }
 
-// Outlives whoever does not wait for it any longer.
+// Shared with the thread of the lookup, which may outlive the call.
 struct Search {
-  std::vector<std::string> addresses;  // by the names, when it is done
+  std::vector<std::string> addresses;  // in the order of the names, when it is done
   std::mutex mutex;
   std::condition_variable ended;
   bool is_done = false;
-  std::string failure;  // what the look-up threw; "": nothing
+  std::string failure;  // text of an exception of the lookup; "": none
 
   void run(const std::vector<std::string>& names, const Lookup& lookup) {
     for (const std::string& name : names) addresses.push_back(is_address(name) ? name : lookup(name));

@@ -53,7 +53,7 @@ void refuse_name(const WorldRobot& robot, const std::string& why, const std::str
                    what_to_do);
 }
 
-// "omarm_one_2" for a second robot of the target that the user did not name.
+// "omarm_one_2" for a second robot of a target without a given namespace.
 std::string free_namespace(const WorldRobot& robot, const std::vector<WorldRobot>& all) {
   std::string base;
   for (const char c : std::filesystem::path(robot.target).stem().string()) {

@@ -38,7 +38,7 @@ void ContactPublisher::publish_contacts(Time now) {
       state->collision1_name = first;
       state->collision2_name = second;
     }
-    // Gazebo tells what acts on the first shape; the engine, what acts on the second.
+    // Gazebo's wrench acts on the first shape, the engine's force on the second.
     const Eigen::Vector3d force = X_TW.linear() * -contact.force_W;
     state->wrenches.push_back({to_vector_msg(force), {}});
     state->total_wrench.force.x += force.x();

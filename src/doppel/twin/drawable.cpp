@@ -10,7 +10,7 @@
 namespace doppel {
 namespace {
 
-// The parser's errors that a picture can do without, and what it shows instead.
+// The parser's errors that do not prevent a picture, and what is drawn instead.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 1> kForgiven{{
     {"urdf.joint_type", "it is drawn as fixed"},
 }};

@@ -39,7 +39,8 @@ int robot_named(const Scene& scene, std::string_view name) {
   return index >= 0 && scene.is_robot(index) ? index : -1;
 }
 
-// The one robot in which `find` finds something, that in `part`. Refused: in none (empty), or in several.
+// The one robot in which `find` has a result, which is returned in `part`. Refuses if there is none (empty
+// reason) or several.
 template <class Find>
 Status find_in_robots(const Scene& scene, const std::string& name, const Find& find, int& robot, int& part) {
   robot = part = -1;

@@ -32,7 +32,7 @@ bool is_mesh_name(const fs::path& file) {
 std::vector<fs::path> folders_of(const std::string& scheme, const std::string& rest,
                                  const PackageResolver& resolver, const Target& target) {
   if (scheme == "file") return {target.description.parent_path(), target.package_folder};
-  // A folder that only bears the name may be anybody's: whoever asks from outside gets real packages only.
+  // A folder that only has the name of a package may belong to any user: services can only use real packages.
   const fs::path folder = resolver.find_package(rest.substr(0, rest.find('/'))).path;
   return {is_package(folder) ? folder : fs::path()};
 }
@@ -70,7 +70,7 @@ fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolve
     file = folders.front() / rest.substr(std::min(rest.size(), rest.find('/') + 1));
   }
   file = fs::absolute(file, failed).lexically_normal();
-  // Judged by its name before the disk is asked, so that no answer tells what stands elsewhere.
+  // The name is checked before the disk is read, so that no response reveals which other files exist.
   const auto holds = [&file, &failed](const fs::path& folder) {
     return !folder.empty() && is_below(file, fs::absolute(folder, failed).lexically_normal());
   };

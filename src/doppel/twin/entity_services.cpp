@@ -180,7 +180,7 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
   return {};
 }
 
-// Puts an object where it, or its shape, is to move so.
+// Moves an object so that it, or its shape, has the requested pose and velocity.
 void EntityServices::move(const Entity& entity, EntityMotion motion) {
   Instance object = scene_.instance(entity.body.instance);
   if (entity.shape) {
@@ -195,7 +195,7 @@ void EntityServices::move(const Entity& entity, EntityMotion motion) {
   callbacks_.changed();
 }
 
-// Once, however often a client tries.
+// Logged once, also if a client repeats the call.
 void EntityServices::tell_refusal(const char* service, const Status& status) {
   if (status.ok() || status.why() == last_error_) return;
   last_error_ = status.why();

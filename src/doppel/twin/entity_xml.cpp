@@ -28,7 +28,7 @@ std::vector<std::string> words_of(const std::string& text) {
   return {std::istream_iterator<std::string>(words), {}};
 }
 
-// The same words, numbers by their value.
+// Whether two texts have the same words, with numbers compared by value.
 bool same_text(const std::string& a, const std::string& b) {
   return std::ranges::equal(words_of(a), words_of(b), [](const std::string& x, const std::string& y) {
     const auto number = parse_number(x);
@@ -46,7 +46,7 @@ bool same_xml(const XmlNode& a, const XmlNode& b) {
          std::ranges::equal(a.children, b.children, same_xml);
 }
 
-// What SDF and URDF have in common: numbers in their bounds, shapes, and what must be there once.
+// The common part of SDF and URDF: bounded numbers, shapes, and elements that must exist once.
 class Reader {
  public:
   Reader(const MeshFinder& find_mesh, Diagnostics& notes) : find_mesh_(find_mesh), notes_(notes) {}
@@ -59,7 +59,7 @@ class Reader {
     notes_.note("entity.no_effect", node.where, fmt::format("<{}> has no effect on an object", node.name));
   }
 
-  // An object's mass is spread evenly over its shape, whatever the text says beside it.
+  // An object's mass is distributed evenly over its shape; other values of the text are not used.
   void note_inertial(const XmlNode& inertial) {
     for (const XmlNode& child : inertial.children) {
       if (child.kind == XmlNode::Kind::element && !child.is("mass")) has_no_effect(child);
@@ -73,7 +73,7 @@ class Reader {
     return std::ranges::all_of(words_of(text),
                                [](const std::string& word) { return parse_number(word) == 0.0; });
   }
-  // An object is drawn as what collides.
+  // An object is drawn with its collision shape.
   void note_visuals(const XmlNode& link, const XmlNode& carrier, std::string_view place) {
     const auto same = [](const XmlNode* a, const XmlNode* b) {
       return a != nullptr && b != nullptr && same_xml(*a, *b);
@@ -150,7 +150,7 @@ class Reader {
     check_range(node, "distance", pose.translation().cwiseAbs().maxCoeff(), 0, kMaxEntityDistance, "m");
   }
   double mass_from(const XmlNode& node, std::optional<double> value) {
-    if (!value) return kMinMass;  // told already
+    if (!value) return kMinMass;  // already reported
     check_range(node, "mass", *value, kMinMass, kMaxMass, "kg");
     return *value;
   }
@@ -163,7 +163,7 @@ class Reader {
     }
   }
 
-  // The one element below <geometry> that is a shape; nothing and an error where there is none or several.
+  // The one element below <geometry> that is a shape; nullptr and an error if there is none or several.
   const XmlNode* shape_below(const XmlNode& parent, const std::vector<std::string>& kinds) {
     const XmlNode* geometry = parent.first("geometry");
     if (geometry == nullptr) {
@@ -249,7 +249,7 @@ class SdfReader : private Reader {
   void read_model(const XmlNode& model, WorldObject& object) {
     object.name = UrdfReader::optional(model, "name");
     object.X_WO = pose(model);
-    object.mass = 1.0;  // SDF's own where nothing is written
+    object.mass = 1.0;  // SDF's default
     for (const XmlNode& child : model.children) {
       if (child.is("joint") || child.is("model") || child.is("include")) {
         error(child, fmt::format("a <{}>; an object is one link", child.name));
@@ -380,7 +380,7 @@ class UrdfEntityReader : private Reader {
 
  private:
   void read_link(const XmlNode& robot, const XmlNode& link, WorldObject& object) {
-    object.mass = 0;  // without an inertia it stands where it is
+    object.mass = 0;  // without an inertia it is fixed to the world
     if (const XmlNode* inertial = link.first("inertial")) {
       if (const XmlNode* mass = inertial->first("mass"))
         object.mass = mass_from(*mass, from_.number(*mass, "value"));
@@ -401,7 +401,7 @@ class UrdfEntityReader : private Reader {
     }
   }
 
-  // A colour of its own, or the robot's by the material's name.
+  // Its own colour, or that of the robot's material of this name.
   void read_color(const XmlNode& robot, const XmlNode& visual, WorldObject& object) {
     const XmlNode* material = visual.first("material");
     if (material == nullptr) return;
@@ -462,7 +462,7 @@ std::string robot_in_xml(std::string_view xml) {
     const std::string name = UrdfReader::optional(root, "name");
     return name.empty() ? "robot" : name;
   } catch (const InputError&) {
-    return "";  // read_entity_xml() says why
+    return "";  // reported by read_entity_xml()
   }
 }
 

@@ -10,13 +10,13 @@
 namespace doppel {
 namespace {
 
-constexpr int kMaxWindows = 5;       // in which a slow oscillation turns often enough
-constexpr int kMinTurns = 4;         // of the direction
-constexpr double kStillThere = 0.5;  // of the first half's amplitude: what decays faster only settles
+constexpr int kMaxWindows = 5;       // in which a slow oscillation has kMinTurns reversals
+constexpr int kMinTurns = 4;         // reversals of direction
+constexpr double kStillThere = 0.5;  // of the first half's amplitude: a faster decay is settling
 constexpr double kArrived = 1e-9;    // rad or m between reference and target
-constexpr double kNearStep = 0.2;    // of the step's rate: a frequency above is the step's doing
+constexpr double kNearStep = 0.2;    // of the step's rate: a higher frequency is caused by the step
 
-// Whether the link, or what it carries, is one of the two.
+// Whether the link, or a link that it carries, is one of the two.
 bool carries(const Instance& robot, int link, const Contact& contact) {
   const Model& model = robot.model();
   for (const BodyId& body : {contact.a, contact.b}) {
@@ -53,7 +53,7 @@ void OscillationWatch::look(const Instance& robot, Time now) {
     const DriveState drive = robot.drive_state(index);
     const bool held = drive.mode == DriveMode::position && drive.target == watched.target;
     if (!held || !watched.arrived || now < watched.since) {
-      // A reference that has arrived may be dragged along later, by a load beyond the effort limit.
+      // A reference at its target may move again later, when a load above the effort limit moves the joint.
       watched.arrived = held && std::abs(drive.reference - drive.target) < kArrived;
       watched.target = drive.target;
       restart(watched, now);

@@ -17,7 +17,7 @@ namespace {
 
 constexpr Duration kClockSetBack{1'000'000'000};  // less is jitter
 
-// Adds the wall time of its life to a sum.
+// Adds the wall-clock time of its lifetime to a sum.
 class Stopwatch {
  public:
   explicit Stopwatch(std::chrono::nanoseconds& sum) : sum_(sum) {}
@@ -51,7 +51,7 @@ Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diag
     robot->make_publishers();
     if (scenario.start_controllers) robot->start(robot->first_selection());
   }
-  // Once nothing of the others is left to be made, which they would run beside.
+  // Last, when all other objects are made, because the loops run concurrently.
   const std::lock_guard held(gate);
   for (const auto& robot : robots) robot->start_loop();
 }
@@ -65,7 +65,7 @@ std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const Compiled
                                                   Diagnostics& diagnostics) {
   const std::string manager = bus.names().node(in_namespace(robot->name_space(), "controller_manager"));
   for (const auto& other : robots) {
-    if (other->name_space() == robot->name_space()) continue;  // that it is to take the place of
+    if (other->name_space() == robot->name_space()) continue;  // the one that it replaces
     if (bus.names().node(in_namespace(other->name_space(), "controller_manager")) != manager) continue;
     throw InputError("cli.ros_args", {},
                      fmt::format("the rules after --ros-args give the robots '{}' and '{}' the same node {}",
@@ -137,7 +137,7 @@ TwinRobot* Twin::Impl::find_robot_with_loop() const {
   return found == robots.end() ? nullptr : found->get();
 }
 
-// Of what the bus calls now: that of a loop of its own, where there is one.
+// The bus's time: that of a robot's ControlLoop, if there is one.
 Time Twin::Impl::control_time() const {
   const Time now = machine->engine->time();
   const TwinRobot* const real = find_robot_with_loop();
@@ -145,7 +145,7 @@ Time Twin::Impl::control_time() const {
 }
 
 void Twin::Impl::step() {
-  // A step starts no loop: where there is none, nobody is to be kept out.
+  // A step starts no loop, so without one no lock is needed.
   const auto held = find_robot_with_loop() ? hold() : std::unique_lock(gate, std::defer_lock);
   notice_instances();
   Engine& engine = *machine->engine;
@@ -169,7 +169,7 @@ void Twin::Impl::step() {
   if (due) publish_due(then);
 }
 
-// In the loop. Of a fixed object the place is its state.
+// In the loop. The state of a fixed object is its pose.
 void Twin::Impl::hash_objects() {
   for (const int index : scene.objects()) {
     const Instance object = scene.instance(index);
@@ -182,7 +182,7 @@ void Twin::Impl::hash_objects() {
   }
 }
 
-// In the loop. Stamps of wall-clock time follow it, but run backwards only where the clock was set back.
+// In the loop. Wall-clock stamps follow the clock, and only decrease if the clock was set back.
 void Twin::Impl::follow_wall(Time now) {
   if (bus.sim_time()) return;
   const Duration wall = std::chrono::system_clock::now().time_since_epoch();
@@ -216,7 +216,7 @@ void Twin::Impl::between_steps() {
   for (const auto& robot : robots) robot->settle(machine->engine->time());
   bus.spin();
   notice_instances();
-  const Time now = machine->engine->time();  // what came in may have set it back
+  const Time now = machine->engine->time();  // a request may have set it back
   for (const auto& robot : robots) robot->between_steps(now);
   ticks.between_steps(now);
 }

@@ -1,4 +1,4 @@
-// What replaces a machine that runs.
+// The replacement of a running machine.
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 namespace doppel {
 namespace {
 
-// What ran continues where it is still declared; what the YAML declares newly is treated as at the start.
+// Running controllers continue if they are still declared; newly declared ones are treated as at the start.
 ControllerSelection renewed(const ControllerSelection& before,
                             const std::vector<std::pair<std::string, std::string>>& declared,
                             const Scenario& scenario, const WorldRobot& robot) {
@@ -29,8 +29,8 @@ ControllerSelection renewed(const ControllerSelection& before,
   return selection;
 }
 
-// A file that was found, and that an edit has broken, emptied or deleted, is waited for: what it declares
-// runs on. Throws InputError.
+// A controllers' file that an edit has made invalid, empty or deleted: its controllers keep running until it
+// is valid again. Throws InputError.
 void refuse_lost_controllers(const RobotSetup& before, const RobotSetup& after, const Diagnostics& said) {
   if (before.controllers_named) return;
   const auto ours = [&before](const std::filesystem::path& file) {
@@ -56,7 +56,7 @@ void refuse_lost_controllers(const RobotSetup& before, const RobotSetup& after, 
   }
 }
 
-// What runs must keep running, whoever chose it; what comes new may be left out where nobody chose it.
+// Running controllers must keep running; new ones may be left out if the user did not choose them.
 void rehearse_start(ControlStack& control, const Log& quiet, const ControllerSelection& ran_before,
                     const ControllerSelection& selection) {
   ControllerSelection ran = selection;
@@ -78,7 +78,7 @@ void rehearse(const CompiledRobot& compiled, Instance instance, const Scenario& 
   const ControlStack::Options with{controllers, hardware, scenario.enforce_limits, /*rehearsal=*/true};
   ControlStack control(bus, compiled, instance, with, quiet, diagnostics);
   start(control, quiet);
-  // What publishes its state may refuse, too.
+  // Its publishers may throw, too.
   StatePublisher::Options options;
   options.name_space = compiled.name_space();
   options.tf = compiled.asked().tf;
@@ -93,8 +93,8 @@ std::map<std::string, ControllerSelection> Twin::Impl::present_selections() cons
   return out;
 }
 
-// Puts the robots of a new machine in the place of those that run. All of it is built beside them, and until
-// it is complete nothing of theirs is let go: what throws on the way leaves them as they were.
+// Replaces the running robots by those of a new machine. The new ones are built completely before any part of
+// the running ones is destroyed, so that an exception leaves these unchanged.
 class Twin::Impl::RobotReplacement {
  public:
   RobotReplacement(Impl& twin, std::unique_ptr<CompiledScenario>& compiled)
@@ -115,7 +115,7 @@ class Twin::Impl::RobotReplacement {
   RobotReplacement(const RobotReplacement&) = delete;
   RobotReplacement& operator=(const RobotReplacement&) = delete;
 
-  // True: every robot's controllers go on.
+  // True: the controllers of every robot continue.
   bool run(const std::map<std::string, ControllerSelection>& selections) {
     twin_.robots.reserve(twin_.machine->robots.size());
     bool same = twin_.machine->robots.size() == former_.size();
@@ -140,11 +140,11 @@ class Twin::Impl::RobotReplacement {
     std::size_t index = 0;  // in former_
     std::shared_ptr<const CompiledRobot> machine;
     Instance instance;
-    TickList publishers;  // that were there before, once new ones are made
+    TickList publishers;  // the former ones, once new ones are made
     bool has_publishers = false;
   };
 
-  // former_.size(): none had its namespace.
+  // former_.size(): no former robot has its namespace.
   [[nodiscard]] std::size_t index_of(const CompiledRobot& compiled) const {
     const auto found = std::ranges::find_if(former_, [&](const auto& robot) {
       return robot != nullptr && robot->name_space() == compiled.name_space();
@@ -157,7 +157,7 @@ class Twin::Impl::RobotReplacement {
            machine_->engine->world().settings().step == twin_.machine->world.step;
   }
 
-  // A device cannot be opened a second time, for what may fail.
+  // A device cannot be opened a second time for a machine that may still fail.
   void refuse_real_hardware() const {
     for (const auto& robot : twin_.robots) {
       const auto next = std::ranges::find_if(machine_->robots, [&](const auto& compiled) {
@@ -210,7 +210,7 @@ class Twin::Impl::RobotReplacement {
       });
       if (entry != kept_robots_.end()) former_[entry->index] = std::move(robot);
     }
-    twin_.robots.clear();  // those that were made, with their nodes
+    twin_.robots.clear();  // the new ones, with their nodes
     std::swap(twin_.machine, machine_);
     twin_.robots = std::move(former_);
     for (KeptRobot& entry : kept_robots_) {
@@ -218,13 +218,13 @@ class Twin::Impl::RobotReplacement {
       robot.take_over(entry.machine, entry.instance);
       if (entry.has_publishers) robot.restore_publishers(std::move(entry.publishers));
     }
-    stage_.reset();  // their nodes are there again
+    stage_.reset();  // restores the former nodes
     twin_.renew_handles();
     for (const auto& robot : twin_.robots) robot->robots_changed(twin_.machine->engine->time());
   }
 
   Impl& twin_;
-  std::unique_ptr<CompiledScenario>& machine_;  // the one that does not run
+  std::unique_ptr<CompiledScenario>& machine_;  // the one that is not running
   std::optional<BusStage> stage_;
   std::vector<std::unique_ptr<TwinRobot>> former_;
   std::vector<KeptRobot> kept_robots_;

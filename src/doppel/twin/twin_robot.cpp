@@ -160,7 +160,7 @@ void TwinRobot::between_steps(Time now) {
   if (now >= next_housekeeping_) {
     control_->manager().housekeeping(control_time(now));
     next_housekeeping_ = now + kHousekeepingPeriod;
-    ticks_.advance_due_times(now);  // who asks for more transforms need not wait as long as they were rare
+    ticks_.advance_due_times(now);  // a higher rate takes effect at once
   }
   ticks_.between_steps(now);
 }
@@ -189,7 +189,8 @@ std::string TwinRobot::controllers_origin() const {
 
 std::vector<JointSnapshot> TwinRobot::joints() const {
   const ControllerManager& manager = control_->manager();
-  // What its position is to be: a command, or what a controller with another command follows.
+  // The desired position: a position command, or the reference of a controller with
+  // another command interface.
   const auto target_of = [&manager](const ModelJoint& of) {
     const std::string position = of.name + "/" + kPosition;
     const double command = manager.command(position);

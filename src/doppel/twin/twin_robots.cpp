@@ -1,4 +1,4 @@
-// Robots that come and go while the twin runs.
+// Robots that are spawned and deleted while the twin runs.
 
 #include <fmt/format.h>
 
@@ -13,10 +13,10 @@ namespace doppel {
 namespace {
 
 constexpr const char* kSpawnLogOrigin = "gazebo";
-constexpr int kMaxBuilds = 3;  // of one robot beside the loop, while others come and go
+constexpr int kMaxBuilds = 3;  // of one robot, repeated when other robots are added or removed meanwhile
 
-// Meshes and controllers' files that lie in no package are not read: whoever may call a service must not be
-// able to read any file of the machine by it. Throws InputError.
+// Meshes and controllers' files outside of packages are not read, so that a client cannot read arbitrary
+// files of the machine by a service. Throws InputError.
 void keep_to_packages(RobotDescription& robot, const PackageResolver& resolver) {
   const auto check = [&](Geometry& geometry) {
     auto* mesh = std::get_if<MeshGeometry>(&geometry);
@@ -138,16 +138,16 @@ Status Twin::Impl::remove_robot(const std::string& name_space) {
   return {};
 }
 
-// A robot on its way into the world.
+// A robot that is being spawned.
 struct Twin::Impl::Spawning {
   WorldRobot robot;
   std::string urdf;
   std::function<void(const Status&)> done;
   std::shared_ptr<const Running> running;      // at the call
-  std::shared_ptr<const CompiledWorld> world;  // that it is to come into
+  std::shared_ptr<const CompiledWorld> world;  // to which it is added
   std::shared_ptr<JoiningRobot> joining;
   Diagnostics said;
-  std::string why;  // it cannot come
+  std::string why;  // the reason if it cannot be spawned
   int builds = 0;
 };
 
@@ -163,7 +163,7 @@ void Twin::Impl::spawn_robot(WorldRobot robot, std::string urdf, std::function<v
   building = true;
 }
 
-// Beside the loop; then settle() on its thread.
+// On a separate thread; then settle() on the loop's thread.
 void Twin::Impl::build(const std::shared_ptr<Spawning>& spawning) {
   if (builder.joinable()) builder.join();
   ++spawning->builds;

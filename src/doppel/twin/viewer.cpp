@@ -24,9 +24,9 @@ namespace {
 constexpr const char* kCommand = "joint_command";
 constexpr const char* kViewerLogOrigin = "joint_state_publisher";
 constexpr Duration kIdlePublishPeriod{100'000'000};  // between two publications while nothing moves
-constexpr std::size_t kMaxWarnings = 50;             // whoever sends made-up names does not fill the log
+constexpr std::size_t kMaxWarnings = 50;             // so that unknown names in commands cannot fill the log
 
-// A joint's position as it may be: within the limits; where it turns forever, within a turn.
+// A joint's position clamped to its limits; for a continuous joint, within one turn.
 double allowed(const ModelJoint& joint, double position) {
   if (joint.type == JointType::continuous) return std::remainder(position, 2 * std::numbers::pi);
   return std::clamp(position, joint.lower, joint.upper);
@@ -34,8 +34,8 @@ double allowed(const ModelJoint& joint, double position) {
 
 }  // namespace
 
-// What the files make, before anything is on the bus. Outside of the anonymous namespace, because members of
-// Viewer hold it.
+// The compiled files, before anything is on the bus. Outside of the anonymous namespace, because it is a
+// member of classes with external linkage.
 struct ViewerPicture {
   ViewerPicture(const Scenario& scenario, Diagnostics& diagnostics) {
     PackageResolver resolver;
@@ -109,7 +109,7 @@ struct Viewer::Impl {
       log.warning(kViewerLogOrigin, fmt::format("{}; further cases are not reported", kCommand));
   }
 
-  // The joint that a command sets; null: none, and why was reported.
+  // The joint that a command sets; nullptr: none, and the reason was reported.
   const ModelJoint* find(const std::string& name) {
     const auto found = joints.find(name);
     if (found == joints.end()) {
@@ -168,7 +168,7 @@ struct Viewer::Impl {
     bus.set_now(now);
     bus.spin();
     if (std::exchange(latched_due, false)) publisher->publish_latched(now);
-    // The wall's clock may be set back.
+    // Wall-clock time may be set back.
     if (changed || now < published || now - published >= kIdlePublishPeriod) publish(now);
   }
 
@@ -180,7 +180,7 @@ struct Viewer::Impl {
   std::unique_ptr<ViewerPicture> picture;
   std::unique_ptr<StatePublisher> publisher;
   std::unordered_map<std::string, int> joints;  // index by name
-  std::set<std::string> warned;                 // what was told of
+  std::set<std::string> warned;                 // warnings that were already logged
   Eigen::VectorXd q;
   sensor_msgs::msg::JointState shown;
   bool changed = true, latched_due = true;

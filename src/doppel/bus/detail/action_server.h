@@ -1,5 +1,5 @@
 #pragma once
-// How an action server is made of services and topics.
+// The implementation of an action server by services and topics.
 
 #include <map>
 #include <stdexcept>
@@ -20,13 +20,13 @@ struct ActionServer<A>::Impl {
   std::string node_name;
   Callbacks callbacks;
   ActionGoals goals;
-  bool deciding = false;  // a goal is shown in the status only once it is accepted
+  bool deciding = false;  // a goal is only in the status topic once it is accepted
   std::map<GoalId, typename GetResult<A>::Response> results;
   std::map<GoalId, std::vector<ResultResponder>> waiting;
   Publisher<FeedbackMessage<A>> feedback;
   Publisher<action_msgs::msg::GoalStatusArray> status;
   Publisher<rcl_interfaces::msg::Log> log;
-  FeedbackMessage<A> feedback_message;  // kept for its memory
+  FeedbackMessage<A> feedback_message;  // kept to reuse its memory
 
   Impl(Node& node, const std::string& prefix, Callbacks called)
       : bus(node.bus()),

@@ -1,6 +1,6 @@
 #pragma once
-// The typed surface of the bus over its type-erased inside: per message type one table of functions, nothing
-// more.
+// The typed interface of the bus over its type-erased implementation: one table of functions
+// per message type.
 
 #include <memory>
 #include <utility>
@@ -10,7 +10,7 @@
 
 namespace doppel::bus_detail {
 
-// What the bus must know of a message type.
+// The functions of a message type that the bus uses.
 struct DOPPEL_API TopicOps {
   const TypeSupport& (*support)();
   std::size_t (*size)(const void* message);
@@ -35,7 +35,7 @@ inline constexpr TopicOps kTopicOps{
 
 class EdgeLink;
 
-// One who publishes or subscribes, by the node's or the edge's address.
+// A publisher or subscriber, by the address of its node or edge.
 struct DOPPEL_API Endpoint {
   const void* owner = nullptr;
   EndpointInfo info;
@@ -44,12 +44,11 @@ struct DOPPEL_API Endpoint {
 
 struct LocalSubscriber {
   const Node* node = nullptr;
-  std::shared_ptr<std::function<void(const void*)>>
-      callback;  // null: unsubscribed while messages were delivered
+  std::shared_ptr<std::function<void(const void*)>> callback;  // empty: unsubscribed during a delivery
 };
 
 struct Topic {
-  // Read by every publish(): whether anybody listens or the last message is kept.
+  // Read by every publish(): whether there are subscribers or the last message is kept.
   std::atomic<bool> wanted{false};
   std::atomic<std::uint64_t> received{0};
   const TypeSupport* support = nullptr;
@@ -58,7 +57,7 @@ struct Topic {
   TopicId id = 0;
   std::string name;
   bool latched = false;
-  const TopicOps* ops = nullptr;  // null: only edges have used the topic
+  const TopicOps* ops = nullptr;  // nullptr: only edges have used the topic
   std::vector<Endpoint> publishers, subscribers;
 
   // The loop's thread only.
@@ -69,13 +68,13 @@ struct Topic {
   bool has_failed = false;                                          // and was reported
   Bytes last;                                                       // of a latched topic, empty: none
   Time last_stamp{};
-  const EdgeLink* last_from = nullptr;  // the edge that sent it in; null: a node
+  const EdgeLink* last_from = nullptr;  // the edge that sent it; nullptr: a node
 };
 
-// Hands a message to everybody who wants it; the loop's thread. `from`: the edge that sent it in.
+// Delivers a message to all subscribers; the loop's thread. `from`: the edge that sent it.
 DOPPEL_API void deliver(Topic& topic, const void* message, Time stamp, const EdgeLink* from = nullptr);
 
-// A request on its way to be answered, once; dropped unanswered, it tells the caller so.
+// A pending request, responded to once; if it is destroyed before, the caller gets an error.
 class DOPPEL_API PendingReply {
  public:
   virtual ~PendingReply() = default;

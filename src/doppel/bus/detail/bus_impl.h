@@ -13,7 +13,7 @@
 
 namespace doppel::bus_detail {
 
-// Stands before the CDR form in an edge's ring; sixteen bytes, so that the CDR form stays aligned to eight.
+// The header before the CDR form in an edge's ring; sixteen bytes, so that the CDR form is aligned to eight.
 struct RecordHeader {
   TopicId topic = 0;
   std::uint32_t unused = 0;
@@ -21,9 +21,9 @@ struct RecordHeader {
 };
 static_assert(sizeof(RecordHeader) == 16);
 
-// What the loop and an edge share: the ring, and how the edge is woken. `armed` is set by the reader when it
-// has found the ring empty; the writer that clears it signals, so that a busy reader costs the loop no system
-// call.
+// The shared state of the loop and an edge: the ring, and the wake-up of the edge. The reader sets `armed`
+// when it has found the ring empty; the writer that clears it signals, so that a busy reader costs the loop
+// no system call.
 class EdgeLink {
  public:
   EdgeLink(Bus& bus, std::string name, const EdgeOptions& options)
@@ -61,13 +61,12 @@ class EdgeLink {
   }
   void commit(std::size_t size) {
     ring_.commit(sizeof(RecordHeader) + size);
-    // Both sides exchange: either this sees the reader armed, or the reader sees the record.
+    // Both sides use exchange(): either this side finds `armed` set, or the reader finds the record.
     if (armed_.exchange(false, std::memory_order_acq_rel)) signal();
   }
   void signal() const {
     const std::uint64_t one = 1;
-    [[maybe_unused]] const auto written =
-        write(fd_, &one, sizeof(one));  // full means it is signalled already
+    [[maybe_unused]] const auto written = write(fd_, &one, sizeof(one));  // full: already signalled
   }
 
   // The edge: the oldest record; if there is none, the next one will signal.
@@ -113,13 +112,13 @@ struct Bus::Impl {
   Bus& bus;
   const std::function<void(const std::string&)> report;  // BusOptions::report
   mutable std::mutex mutex;                              // publish() never takes it
-  std::deque<std::unique_ptr<Topic>> topics;  // by id - 1; kept, for publishers may outlive their node
-  std::map<std::string, Topic*, std::less<>> by_name;  // the topic that a name means now
+  std::deque<std::unique_ptr<Topic>>
+      topics;  // by id - 1; never removed, as publishers may outlive their node
+  std::map<std::string, Topic*, std::less<>> by_name;  // the present topic of a name
   ServiceEntries services;
   ServiceId next_service = 1;
   std::vector<Node*> nodes;
-  // While a stage is open (stage.h) its graph is nobody's yet: all threads but the one that opened it are
-  // told this.
+  // While a stage is open (stage.h), the graph for all threads except the one that opened it.
   std::unique_ptr<const GraphReport> before_stage;
   std::thread::id stages;
 
@@ -137,13 +136,13 @@ struct Bus::Impl {
   void add_endpoint(Topic& topic, bool publishes, bus_detail::Endpoint endpoint);
   void subscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link);
   void unsubscribe_link(TopicId id, const bus_detail::EdgeLink* link);
-  void remove_owner(const void* owner);  // a node or a link, with all that it offered
+  void remove_owner(const void* owner);  // a node or a link, with all of its endpoints
   void receive(Topic& topic, std::span<const std::byte> cdr, std::shared_ptr<const void> message,
                const bus_detail::EdgeLink* from);
   void deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link);
 
-  // What an edge has found; once that has gone, whoever serves the name with the same type since. The loop's
-  // thread.
+  // The service that an edge has found or, if that was removed, the present one of the same name and type.
+  // The loop's thread.
   std::shared_ptr<const ServiceEntry> serving(const std::string& name,
                                               const std::weak_ptr<const ServiceEntry>& found,
                                               decltype(ServiceEntry::decode) decode) const;

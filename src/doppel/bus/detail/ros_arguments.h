@@ -1,5 +1,5 @@
 #pragma once
-// What reading a process's arguments and those of one of its nodes share.
+// Common to the arguments of a process and those of one of its nodes.
 
 #include <string>
 #include <vector>
@@ -8,7 +8,7 @@
 
 namespace doppel::bus_detail {
 
-// As take_ros_arguments(), and appends to `rules` what stood behind each -r, as it was written.
+// As take_ros_arguments(), and appends the text after each -r to `rules`.
 RosArguments take_ros_arguments(std::vector<std::string>& words, NameRules names,
                                 std::vector<std::string>& rules);
 

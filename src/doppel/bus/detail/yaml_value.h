@@ -18,7 +18,7 @@ using FileName = std::shared_ptr<const std::string>;
 SourceLocation yaml_place(const FileName& file, const YAML::Mark& mark);
 
 struct YamlValue {
-  ParameterValue value;  // monostate: refused, and said so in `errors`
+  ParameterValue value;  // monostate: refused, with an error in `errors`
   std::vector<SourceLocation> elements;
 };
 

@@ -1,5 +1,5 @@
 #pragma once
-// ROS 2's nav_msgs: odometry, maps and paths of what drives (m, rad).
+// ROS 2's nav_msgs: odometry, maps and paths of mobile robots (m, rad).
 
 #include "doppel/messages/geometry_msgs.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// PAL Robotics' pal_statistics_msgs: how ros2_control tells its inner values.
+// PAL Robotics' pal_statistics_msgs: the internal statistics of ros2_control.
 
 #include "doppel/messages/std_msgs.h"
 

@@ -1,5 +1,5 @@
 #pragma once
-// ROS 2's service_msgs: what rosidl puts before every service's event message.
+// ROS 2's service_msgs: the common part of the event messages that rosidl derives from services.
 
 #include "doppel/messages/builtin_interfaces.h"
 

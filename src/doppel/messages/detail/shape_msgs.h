@@ -1,5 +1,5 @@
 #pragma once
-// ROS 2's shape_msgs: solids and meshes (m), as planning scenes hold them.
+// ROS 2's shape_msgs: solids and meshes (m) of planning scenes.
 
 #include "doppel/messages/geometry_msgs.h"
 

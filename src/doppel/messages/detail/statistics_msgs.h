@@ -1,5 +1,5 @@
 #pragma once
-// ROS 2's statistics_msgs: what subscriptions measure of their topics.
+// ROS 2's statistics_msgs: statistics of subscriptions about their topics.
 
 #include "doppel/messages/builtin_interfaces.h"
 

@@ -1,6 +1,6 @@
 #pragma once
-// Private to the bridge: what it has handed to the loop, which has not run it yet. The loop may stand, under
-// a debugger or behind a slow step: what comes from the network then waits in DDS' histories, which drop.
+// Private to the bridge: the tasks passed to the loop that have not run yet. While the loop is blocked, by a
+// debugger or a slow step, samples wait in DDS histories, which drop the oldest ones.
 
 #include <atomic>
 #include <cstddef>
@@ -18,8 +18,8 @@ class Backlog {
   static constexpr std::size_t kMaxMessages = 2048;
   static constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 
-  // Goes with what is handed over; what was added to it counts until end(), for what the loop has run is not
-  // destroyed at once. Any thread, one at a time.
+  // Passed with a task; what was added to it counts until end(), because finished tasks are not destroyed at
+  // once. Any thread, one at a time.
   class Share {
    public:
     explicit Share(std::shared_ptr<Counts> counts) : counts_(std::move(counts)) {}
@@ -48,7 +48,8 @@ class Backlog {
     made->add(bytes);
     return made;
   }
-  // The last message may go beyond the bytes: one that is larger than all of them has to come, too.
+  // The last message may exceed the limit in bytes, so that one that is larger than the limit
+  // is also delivered.
   [[nodiscard]] bool is_full() const {
     return counts_->messages.load(std::memory_order_relaxed) >= kMaxMessages ||
            counts_->bytes.load(std::memory_order_relaxed) >= kMaxBytes;

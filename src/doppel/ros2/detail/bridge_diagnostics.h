@@ -1,6 +1,5 @@
 #pragma once
-// Private to the bridge: how the network is, for ROS's tools, on /diagnostics
-// (diagnostic_msgs/msg/DiagnosticArray).
+// Private to the bridge: the status of the network on /diagnostics (diagnostic_msgs/msg/DiagnosticArray).
 
 #include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/ros2/bridge.h"
@@ -11,7 +10,7 @@ class NetworkDiagnostics {
  public:
   // The loop's thread, as its end.
   NetworkDiagnostics(Bus& bus, const BridgeOptions& options);
-  // Any thread: published by the loop, if anybody listens.
+  // Any thread: published by the loop, if there are subscribers.
   void publish(const NetworkStatus& status);
 
  private:

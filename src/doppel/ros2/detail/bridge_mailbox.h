@@ -1,5 +1,5 @@
 #pragma once
-// Private to the bridge: what other threads have for its own, and how they wake it.
+// Private to the bridge: tasks of other threads for the bridge's thread, and its wake-up.
 
 #include <atomic>
 #include <functional>
@@ -32,7 +32,7 @@ class BridgeMailbox {
 
   // The bridge's thread.
   [[nodiscard]] bool had_activity() { return activity_.exchange(false, std::memory_order_acq_rel); }
-  // True: there was something to do.
+  // True: there were tasks.
   bool run() {
     std::vector<Task> tasks;
     {

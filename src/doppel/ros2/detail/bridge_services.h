@@ -1,6 +1,6 @@
 #pragma once
 // Private to the bridge: the services of a bus as servers on the network, and its nodes' clients of others'
-// services. The bridge's thread only, but for what says otherwise.
+// services. The bridge's thread only, unless noted.
 
 #include <atomic>
 #include <deque>
@@ -14,7 +14,7 @@
 
 namespace doppel::ros2 {
 
-// Hands a task to the bridge's thread; any thread. What it has not run when it ends is dropped.
+// Passes a task to the bridge's thread; any thread. Tasks that have not run at its end are dropped.
 using PostToBridge = std::function<void(std::function<void()>)>;
 
 class BridgedServices {
@@ -32,7 +32,7 @@ class BridgedServices {
   bool follow(const std::vector<ServiceInfo>& services, SteadyTime now);
   // Requests to the bus, a limited number; true: there may be more.
   bool take();
-  // Sends answers whose clients were not within reach; true: some still wait.
+  // Sends responses whose clients were not reachable before; true: some still wait.
   bool retry(SteadyTime now);
   void announce(Announcement& announcement) const;
 
@@ -69,10 +69,10 @@ class BridgedServices {
   std::deque<Answer> waiting_;
   Backlog calls_, answers_;  // those that wait: for the loop, and for their clients
   Sample request_;
-  std::shared_ptr<char> alive_ = std::make_shared<char>();  // answers come when this has gone, too
+  std::shared_ptr<char> alive_ = std::make_shared<char>();  // responses may arrive after the destruction
 };
 
-// What a RemoteService and the bridge share.
+// The shared state of a RemoteService and the bridge.
 struct ClientCore {
   std::string node;
   ServiceSpec service;
@@ -91,7 +91,7 @@ class BridgedClients {
   BridgedClients(Bus& bus, Edge& edge, NetworkStatus& status, UnbridgedLog& unbridged)
       : bus_(bus), edge_(edge), status_(status), unbridged_(unbridged) {}
 
-  // null: the network cannot be used, calls go to the bus alone. Ends everything that hangs on the last one.
+  // nullptr: the network cannot be used, calls only go to the bus. Ends everything of the former participant.
   void set_participant(Participant* participant);
   // Services that the bus itself has.
   void follow(const std::vector<ServiceInfo>& services);
@@ -104,7 +104,7 @@ class BridgedClients {
   [[nodiscard]] bool is_held_back() const { return backlog_.is_full(); }
   void match();
   void announce(Announcement& announcement) const;
-  // Whether clients came or went since the last call.
+  // Whether clients were added or removed since the last call.
   [[nodiscard]] bool has_changed() { return std::exchange(changed_, false); }
 
  private:

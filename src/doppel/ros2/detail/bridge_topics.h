@@ -23,7 +23,7 @@ inline constexpr const char* kBridgeName = "/_ros2";
 // How long an endpoint outlives its node: a controller that is loaded again keeps its own.
 inline constexpr std::chrono::milliseconds kGracePeriod{250};
 
-// Counts what was refused, and says it once for each topic and sender.
+// Counts refusals, and logs one for each topic and sender.
 class RejectionLog {
  public:
   RejectionLog(const Log& log, NetworkStatus& status) : log_(log), status_(status) {}
@@ -35,11 +35,11 @@ class RejectionLog {
   std::set<std::pair<std::string, std::vector<std::uint8_t>>> logged_;  // name, participant
 };
 
-// What the network will not take of the bus, said once each.
+// Logs, once each, the endpoints of the bus that the network refuses.
 class UnbridgedLog {
  public:
   explicit UnbridgedLog(const Log& log) : log_(log) {}
-  // False: the network refused, and whoever asked should try again later.
+  // False: the network refused, and the caller should try again later.
   template <class Make>
   bool attempt(const std::string& name, const Make& make) {
     try {
@@ -57,7 +57,7 @@ class UnbridgedLog {
   std::set<std::pair<std::string, std::string>> logged_;
 };
 
-// Nodes with what they have on the network, to be announced.
+// Nodes with their endpoints on the network, to be announced.
 class Announcement {
  public:
   void add_node(const std::string& name) { nodes_.try_emplace(name, OwnNode{name, {}, {}}); }
@@ -83,16 +83,17 @@ class BridgedTopics {
         rejections_(rejections),
         unbridged_(unbridged) {}
 
-  // Makes what is missing, and after kGracePeriod ends what is no longer there. True: it has to be called
-  // again.
+  // Makes missing endpoints and, after kGracePeriod, ends those without a node. True: it has to
+  // be called again.
   bool follow(const std::vector<TopicInfo>& topics, SteadyTime now);
-  // Listens on the bus to what has readers. True: the bus has yet to begin with some of it.
+  // Subscribes on the bus to topics with readers on the network. True: some subscriptions are
+  // not effective yet.
   bool match();
   // To the network. Its reference is valid while the call lasts.
   void pass(const Edge::Incoming& message);
   // From the network to the bus, a limited number; true: there may be more.
   bool take();
-  // The loop does not keep up: nothing is taken until it has run what it has got.
+  // The loop does not keep up: no samples are taken until it has run the pending ones.
   [[nodiscard]] bool is_held_back() const { return backlog_.is_full(); }
 
   void announce(Announcement& announcement) const;

@@ -1,5 +1,6 @@
 #pragma once
-// Inside of GraphClient: what graph_client.cpp, graph_client_topics.cpp and graph_client_calls.cpp share.
+// The implementation of GraphClient, shared by graph_client.cpp,
+// graph_client_topics.cpp and graph_client_calls.cpp.
 
 #include <set>
 
@@ -21,7 +22,7 @@ struct GraphClient::Impl : ReceiveBuffer {
   [[nodiscard]] bool is_complete() const;  // every participant of ROS 2 has nodes, every endpoint its node
   [[nodiscard]] bool is_alone() const;
   bool wait(const std::function<bool()>& condition, Clock::time_point until);
-  void turn();  // takes whatever has come
+  void turn();  // handles everything received
   void rebuild();
   void announce();
   [[nodiscard]] bool is_own(const Gid& gid) const;

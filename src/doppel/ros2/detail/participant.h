@@ -1,5 +1,5 @@
 #pragma once
-// What lies between participant.cpp and the module that holds Fast DDS (late/).
+// The interface between participant.cpp and the plugin module with Fast DDS (fastdds/).
 
 #include <algorithm>
 #include <functional>
@@ -12,11 +12,11 @@ namespace doppel::ros2::detail {
 
 constexpr const char* kMakeParticipant = "doppel_make_fast_participant";
 
-// The caller owns what it gets. Static peers are addresses here. Throws NetworkError.
+// The caller owns the result. Static peers are addresses here. Throws NetworkError.
 using MakeParticipant = Participant* (*)(const ParticipantOptions& options,
                                          std::function<void()> on_activity);
 
-// ROS 2's user data is "key=value;key=value;"; "" where `key` is not there. Peers may send anything.
+// ROS 2's user data is "key=value;key=value;"; "" if `key` is missing. Peers may send anything.
 inline std::string user_data_value(std::string_view data, std::string_view key) {
   while (!data.empty()) {
     const std::size_t end = data.find(';');
@@ -29,7 +29,7 @@ inline std::string user_data_value(std::string_view data, std::string_view key) 
   return "";
 }
 
-// A type hash is the one thing of the user data that is shown to people: only what can be one is taken.
+// A type hash is the only part of the user data that is printed, so only a well-formed one is accepted.
 inline std::string type_hash_of(std::string_view user_data) {
   constexpr std::string_view kVersion = "RIHS01_";
   std::string hash = user_data_value(user_data, "typehash");

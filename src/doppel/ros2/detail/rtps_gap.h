@@ -8,9 +8,9 @@
 
 namespace doppel::ros2 {
 
-// The datagram with each sample of `writer` (its entity), whole or a fragment, replaced by RTPS's word for
-// one that is not for the reader (GAP), so that no reader requests it. Empty where there is no such sample,
-// or the datagram cannot be read.
+// The datagram with each sample of `writer` (its entity), whole or a fragment, replaced by a GAP (RTPS's
+// submessage for irrelevant samples), so that no reader requests it. Empty if there is no such sample, or the
+// datagram cannot be read.
 std::vector<std::uint8_t> without_samples(std::span<const std::uint8_t> datagram,
                                           const std::array<std::uint8_t, 4>& writer);
 

@@ -1,5 +1,5 @@
 #pragma once
-// A look at datagrams before Fast DDS believes them.
+// A check of datagrams before Fast DDS processes them.
 
 #include <array>
 #include <cstddef>
@@ -10,18 +10,19 @@
 
 namespace doppel::ros2 {
 
-// Memory for a whole sample is taken when its first fragment comes, on the word of whoever sent it.
+// Fast DDS allocates memory for a whole sample at its first fragment, with the size that the sender declares.
 constexpr std::uint32_t kMaxSampleBytes = 64u * 1024 * 1024;
-// Fast DDS counts through all sequence numbers that a heartbeat or a gap leaves out, five million a second,
-// with the reader locked and the port unread: one packet of nonsense would stop it for hours.
+// Fast DDS iterates over all sequence numbers that a heartbeat or a gap skips, five million per second, with
+// the reader locked and the port unread: one invalid packet could block it for hours.
 constexpr std::int64_t kMaxSequenceJump = 10'000'000;
-// Of a writer that has sent this much more (50 days at 1 kHz) nothing is heard, but all others are.
+// A writer that is further ahead than this (50 days at 1 kHz) is ignored.
 constexpr std::int64_t kMaxSequenceLeap = std::int64_t{1} << 32;
-// And it remembers each number of a gap until all before it have come. Writers tell of gaps in their history,
-// which is shorter by far; of what lies before it their heartbeats tell.
+// Fast DDS also stores each number of a gap until all earlier samples have arrived. Writers only send gaps
+// within their history, which is much shorter; heartbeats cover earlier samples.
 constexpr std::int64_t kMaxGap = 100'000;
 
-// What a reader has said to a writer of the participant that it was sent to: it knows how far that one is.
+// An acknowledgement of a reader to a writer of this participant, which shows that the reader has
+// found the writer.
 struct Acknowledgement {
   std::array<std::uint8_t, 16> reader{};
   std::array<std::uint8_t, 4> writer{};  // its entity
@@ -37,13 +38,13 @@ class RtpsGuard {
   // sample says so, too (it has been out of reach for hours): the same once more, as of a recording, is not
   // enough.
   bool admits(std::span<const std::uint8_t> datagram);
-  // Those in the datagram that was looked at last. What a reader sends before it has heard of the writer's
-  // samples is none.
+  // Those in the last checked datagram, without an ACKNACK that a reader sends before it has information
+  // about the writer's samples.
   [[nodiscard]] std::span<const Acknowledgement> acknowledgements() const { return acknowledgements_; }
 
  private:
   using Writer = std::array<std::uint8_t, 16>;
-  // How far a writer says that it is: at a sample, or in its how-manieth heartbeat.
+  // The progress that a writer announces: by a sample, or by a heartbeat with its count.
   struct Claim {
     std::int64_t sequence = 0;
     std::uint32_t heartbeat = 0;
@@ -61,7 +62,7 @@ class RtpsGuard {
   std::map<Writer, Progress> writers_;
   void note_acknowledgement(std::span<const std::uint8_t> body, bool little, const Writer& sender);
 
-  std::int64_t gaps_ = 0;  // numbers in those of the datagram that is looked at
+  std::int64_t gaps_ = 0;  // sequence numbers in the gaps of the present datagram
   std::vector<Acknowledgement> acknowledgements_;
 };
 

@@ -11,10 +11,10 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastrtps::Duration_t;
 
-// How long a writer that keeps all waits for room; long enough for whoever else has its history at the
-// moment.
+// How long a keep-all writer waits for room in its history; long enough for another thread that is
+// using the history.
 const Duration_t kMaxBlockingTime{0, 10'000'000};
-// When a reader that has found a writer asks what it has missed before; Fast DDS waits for 70 ms.
+// The delay of a new reader's first ACKNACK, which requests missed samples; Fast DDS's default is 70 ms.
 constexpr std::uint32_t kServicesFirstQuestion = 2'000'000;                                     // ns
 constexpr std::uint32_t kHeartbeatPeriod = 500'000'000, kServicesHeartbeatPeriod = 20'000'000;  // ns
 constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
@@ -59,8 +59,8 @@ void fill(const EndpointSpec& spec, Qos& qos) {
   }
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   qos.data_sharing().off();
-  // What is set aside at first, here and for each peer that is matched; 100 of them, by default, would be
-  // half of the memory that a twin has.
+  // The initial allocation, here and for each matched peer; the default of 100 would be half of the memory
+  // of a twin.
   qos.resource_limits().allocated_samples = 1;
 }
 
@@ -113,10 +113,12 @@ dds::DataWriterQos writer_qos(const EndpointSpec& spec) {
   dds::DataWriterQos qos;
   fill(spec, qos);
   if (spec.qos.history == History::keep_all) qos.reliability().max_blocking_time = kMaxBlockingTime;
-  // At once, in the thread that writes: Fast DDS' thread for later sending spins while a writer is busy.
+  // Synchronous, in the writing thread: Fast DDS's thread for asynchronous sending spins while a
+  // writer is busy.
   qos.publish_mode().kind = dds::SYNCHRONOUS_PUBLISH_MODE;
   qos.representation().m_value = {dds::XCDR_DATA_REPRESENTATION};
-  // Of what was lost last, a fragment of a large description for instance, a reader only hears by this.
+  // Only a heartbeat informs a reader about a loss of the last data, for example a fragment of
+  // a large description.
   auto& times = qos.reliable_writer_qos().times;
   times.heartbeatPeriod = {0, spec.of_service ? kServicesHeartbeatPeriod : kHeartbeatPeriod};
   if (spec.of_service) times.nackResponseDelay = {0, 0};

@@ -39,7 +39,7 @@ void Discovery::add(ParticipantInfo participant) {
   {
     const std::lock_guard lock(mutex_);
     const auto [known, is_new] = participants_.try_emplace(participant.gid);
-    if (known->second == participant) return;  // it announces itself again and again
+    if (known->second == participant) return;  // announcements are repeated periodically
     known->second = std::move(participant);
     if (is_new && participants_.size() == kMaxParticipants) log_limit_reached("participants");
   }

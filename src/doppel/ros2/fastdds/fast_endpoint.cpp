@@ -15,8 +15,8 @@ namespace rtps = eprosima::fastrtps::rtps;
 
 namespace {
 
-// Fast DDS hands payloads from those who have read them to who writes next by an atomic count in its own
-// code, which ThreadSanitizer does not see: it is stated here.
+// Fast DDS passes payloads from their readers to the next writer by an atomic counter in code that is not
+// instrumented for ThreadSanitizer; the synchronisation is annotated here.
 void has_been_read([[maybe_unused]] const rtps::SerializedPayload_t& payload) {
 #ifdef __SANITIZE_THREAD__
   __tsan_release(payload.data);
@@ -48,7 +48,7 @@ bool Matches::contains(const Gid& peer) const {
 
 BytesType::BytesType(const std::string& name) {
   setName(name.c_str());
-  m_typeSize = 256;  // what is reserved for a sample to begin with; memory grows with those that are longer
+  m_typeSize = 256;  // initial allocation of a sample; it grows with longer ones
   m_isGetKeyDefined = false;
   auto_fill_type_object(false);
   auto_fill_type_information(false);

@@ -13,7 +13,7 @@ struct KeptLog {
   MiddlewareLog middleware_log;
 };
 
-// Never destroyed: Fast DDS' log thread may outlive whatever main() has.
+// Never destroyed, because Fast DDS's log thread may outlive the objects of main().
 KeptLog& kept_log() {
   static KeptLog& instance = *new KeptLog;
   return instance;

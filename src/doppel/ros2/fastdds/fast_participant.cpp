@@ -19,7 +19,8 @@ namespace {
 namespace dds = eprosima::fastdds::dds;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-// Participants of one process meet by the network like all others, so that tests try what users get.
+// Participants of one process also communicate by the network, so that tests exercise the code
+// that users run.
 void prepare_library() {
   if (std::getenv("FASTDDS_STATISTICS") != nullptr)
     throw NetworkError(
@@ -33,7 +34,7 @@ void prepare_library() {
 
 dds::DomainParticipant* create(const ParticipantOptions& options, Discovery& discovery,
                                const std::shared_ptr<ReceiveGate>& receive_gate) {
-  // Between the search for free ports and their use nobody else of this process may search.
+  // Locked, because no other thread may search between the search for free ports and their use.
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   prepare_library();

@@ -40,7 +40,7 @@ bool is_up(const ifaddrs& interface, bool must_be_loopback) {
   return has_address && (interface.ifa_flags & IFF_UP) != 0 && (is_loopback || !must_be_loopback);
 }
 
-// Sockets can be bound without an interface; nothing would ever come.
+// Sockets can be bound without an interface, but would never receive anything.
 void check_interfaces(bool must_be_loopback) {
   ifaddrs* all = nullptr;
   if (::getifaddrs(&all) != 0) return;

@@ -40,7 +40,7 @@ class FastReader : public Reader, dds::DataReaderListener {
 
   bool take(Sample& sample) override {
     if (take_foreign(sample)) return true;
-    // What comes from here on sets it again; what came before is seen by the second look.
+    // Later samples set the flag again; the second check finds earlier ones.
     is_ready_.store(false, std::memory_order_seq_cst);
     if (!take_foreign(sample)) return false;
     is_ready_.store(true, std::memory_order_release);

@@ -24,9 +24,9 @@ using eprosima::fastrtps::Duration_t;
 using rtps::IPLocator;
 
 constexpr const char* kLoopback = "127.0.0.1";
-// How many participants of one host can be met by unicast; as rmw_fastrtps has it.
+// The number of participants of one host that unicast discovery reaches, as in rmw_fastrtps.
 constexpr std::uint32_t kPeersRange = 32;
-// The kernel gives as much of it as net.core.rmem_max allows; an image comes in bursts.
+// Limited by net.core.rmem_max; large, because an image arrives in bursts.
 constexpr std::uint32_t kSocketBuffer = 4 * 1024 * 1024;
 
 rtps::Locator_t locator(const std::string& address, std::uint32_t port) {
@@ -36,12 +36,12 @@ rtps::Locator_t locator(const std::string& address, std::uint32_t port) {
   return result;
 }
 
-// What the transport does with addresses of peers.
+// The treatment of peers' addresses in the transport.
 enum class Reach { all, this_machine, nobody };
 
-// UDP that drops what could not be a message and, if told so, stays on the machine. A ROS 2 process listens
-// on all interfaces and tells the addresses of those; on this machine each of them is reached by loopback,
-// too, which is the only way that a socket bound to 127.0.0.1 may go.
+// UDP that drops invalid datagrams and, on request, stays on the machine. A ROS 2 process listens on all
+// interfaces and announces their addresses; on this machine each of them can also be reached by loopback,
+// which is the only route for a socket bound to 127.0.0.1.
 class GuardedTransport : public udp::ChainingTransport {
  public:
   GuardedTransport(const udp::ChainingTransportDescriptor& descriptor, Reach reach,
@@ -127,8 +127,9 @@ Duration_t duration(std::int64_t milliseconds) {
           static_cast<std::uint32_t>(milliseconds % 1000 * 1'000'000)};
 }
 
-// A new peer may miss our answer to its announcement (see ReceiveGate) and then waits for the next
-// announcement. On this machine these cost so little that it need not wait for Fast DDS' three seconds.
+// A new peer may miss the response to its announcement (see ReceiveGate) and then waits for the
+// next announcement. On this machine announcements are cheap, so they are more frequent than Fast
+// DDS's three seconds.
 void set_announcements(const ParticipantOptions& options, bool stays_here, rtps::BuiltinAttributes& builtin) {
   const std::int64_t usual = stays_here ? 250 : 1000;
   builtin.discovery_config.leaseDuration = duration(options.lease.count());
@@ -168,11 +169,12 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,
   const bool off = options.range == DiscoveryRange::off;
   const bool stays = off || (options.range == DiscoveryRange::localhost && options.static_peers.empty());
   set_announcements(options, stays, builtin);
-  // Else whoever announces thousands, who need not exist, has Fast DDS send to all of them forever.
+  // Otherwise a peer that announces thousands of nonexistent participants would make Fast DDS send to
+  // all of them.
   qos.allocation().participants.maximum = kMaxParticipants;
   qos.allocation().readers.maximum = kMaxEndpoints / kMaxParticipants;  // of all: the product of the two
   qos.allocation().writers.maximum = kMaxEndpoints / kMaxParticipants;
-  // Discovery's messages of a participant with many endpoints are longer than what is reserved for one.
+  // Discovery messages of a participant with many endpoints are longer than the default allocation.
   builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 
@@ -186,7 +188,7 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,
   qos.wire_protocol().default_unicast_locator_list.push_back(locator(own_address, ports.data));
 
   if (off) return qos;
-  // Also in a subnet: programs that keep to this machine do not receive its multicast.
+  // Also in a subnet, because programs that are limited to this machine do not receive its multicast.
   builtin.initialPeersList.push_back(locator(kLoopback, 0));
   for (const std::string& address : options.static_peers)
     builtin.initialPeersList.push_back(locator(address, 0));  // port 0: those of the first participants

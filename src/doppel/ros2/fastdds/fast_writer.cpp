@@ -13,8 +13,8 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-// A writer that keeps all waits for readers that do not acknowledge: not again before this is over, or it
-// would hold up everything else that its thread writes.
+// A keep-all writer waits for readers that do not acknowledge, but not again within this time, because it
+// would delay everything else that its thread writes.
 constexpr std::chrono::milliseconds kFullRetryDelay{100};
 
 class FastWriter : public Writer, dds::DataWriterListener {
@@ -79,10 +79,10 @@ class FastWriter : public Writer, dds::DataWriterListener {
   }
 
  private:
-  // Fast DDS (2.9, also 2.14) keeps a volatile sample forever that was in the history when a reader came, and
-  // lists the numbers of all later samples behind it in each heartbeat, as a GAP of which readers look at
-  // every number: after 10,000 answers a client takes 10 ms for each of fifty heartbeats a second. This
-  // happens only where nothing is unacknowledged, and that lasts until the next sample.
+  // Fast DDS (2.9, also 2.14) never removes a volatile sample that was in the history when a reader was
+  // matched, and lists the numbers of all later samples in each heartbeat, as a GAP of which readers process
+  // every number: after 10,000 responses a client needs 10 ms for each of fifty heartbeats a second. The
+  // samples are dropped only while all of them are acknowledged, which stays so until the next sample.
   void drop_strays() {
     if (writer_->wait_for_acknowledgments({0, 0}) == ReturnCode_t::RETCODE_OK) forget();
   }

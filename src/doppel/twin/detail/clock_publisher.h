@@ -1,5 +1,5 @@
 #pragma once
-// /clock at 100 Hz of simulated time, on the node /gazebo; nothing where wall-clock time stamps messages.
+// /clock at 100 Hz of simulated time, on the node /gazebo; not published with wall-clock stamps.
 
 #include <optional>
 

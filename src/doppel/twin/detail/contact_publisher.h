@@ -1,8 +1,8 @@
 #pragma once
 // /gazebo/contacts (gazebo_msgs/msg/ContactsState, 30 Hz of simulated time, only while there are
-// subscribers): what touches what. A robot's shape is called "robot::link::link_collision" (the robot by its
-// namespace where it has one), an object's "object::link::collision", as Gazebo calls them; the ground is the
-// object "ground". Positions and forces are in the frame "world".
+// subscribers): the contacts. As in Gazebo, a robot's shape is "robot::link::link_collision" (the robot by
+// its namespace if it has one), an object's "object::link::collision"; the ground is the object "ground".
+// Positions (m) and forces (N) are in the frame "world".
 
 #include <vector>
 

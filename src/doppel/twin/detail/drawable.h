@@ -1,13 +1,13 @@
 #pragma once
-// What a picture can do without, beyond what every reader leaves out.
+// Errors of a description that do not prevent a picture.
 
 #include "doppel/core/diagnostic.h"
 
 namespace doppel {
 
-// Errors in `found` that a picture can do without (an unknown type of joint) become warnings in `told`, which
-// say what it shows instead; the rest of `found` goes there as it is. Throws InputError with the errors of
-// `found` that leave nothing to draw (no tree, numbers that cannot be read, no names).
+// Errors in `found` that do not prevent a picture (an unknown type of joint) become warnings in `told`, with
+// what is drawn instead; other warnings and notes are copied. Throws InputError with the errors of `found`
+// that do prevent it (no tree, invalid numbers, missing names).
 void make_drawable(const Diagnostics& found, Diagnostics& out);
 
 }  // namespace doppel

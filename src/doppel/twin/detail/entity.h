@@ -1,8 +1,8 @@
 #pragma once
-// What clients mean by a name, as in Gazebo: a robot, "robot::link" or just the link where one robot alone
-// has it; an object or "object::link", which are its frame; and "object::link::collision", its shape, whose
-// pose is the one that /doppel/objects has. An object has one link and one shape, whatever its text called
-// them. A robot with a namespace is called by that. Empty, "world" and "map" are TF's world (scene.h).
+// The names of entities in services, as in Gazebo: a robot, "robot::link" or only the link if one robot has
+// it; an object or "object::link", which are its frame; and "object::link::collision", its shape, whose pose
+// is that of /doppel/objects. An object has one link and one shape, regardless of their names in its text. A
+// robot with a namespace has that name. Empty, "world" and "map" are TF's world (scene.h).
 
 #include <string>
 
@@ -17,7 +17,7 @@ inline constexpr double kMaxEntityDistance = 1e4;   // m, of a pose from its fra
 struct Entity {
   BodyId body;
   bool robot = false;  // of a robot, else an object
-  bool shape = false;  // the object's shape is meant
+  bool shape = false;  // the object's shape
 };
 
 struct EntityMotion {
@@ -26,12 +26,12 @@ struct EntityMotion {
 };
 
 [[nodiscard]] bool is_world(const std::string& frame);
-// An object, or a part of one, is meant; false where the world has none of this name.
+// Whether the name is that of an object or a part of one; false if there is none of this name.
 [[nodiscard]] bool find_object(const Scene& scene, const std::string& name, Entity& entity);
-// "left::Revolute 1", or the joint alone where one robot alone has it.
+// "left::Revolute 1", or only the joint if one robot has it.
 [[nodiscard]] Status find_scalar_joint(const Scene& scene, const std::string& name, int& robot, int& joint);
-// A link of a robot, as `entity` says; where the scope is not a robot, it is ignored: in Gazebo a model is
-// called whatever it was spawned as.
+// A link of a robot. A scope that is not a robot is ignored, because in Gazebo a model can be spawned
+// under any name.
 [[nodiscard]] Status find_link(const Scene& scene, const std::string& name, BodyId& body);
 [[nodiscard]] Status find_entity(const Scene& scene, const std::string& name, Entity& entity);
 [[nodiscard]] EntityMotion motion_of(const Scene& scene, const Entity& entity);

@@ -1,6 +1,6 @@
 #pragma once
-// Which meshes an object that is spawned may have: files of the robot's own packages. Whoever may call
-// services must not be able to read any file of the machine by it.
+// The meshes that a spawned object may have: files of the robot's own packages, so that a client cannot read
+// arbitrary files of the machine by a service.
 
 #include <filesystem>
 #include <string>
@@ -16,7 +16,7 @@ namespace doppel {
 std::filesystem::path find_entity_mesh(const std::string& uri, const PackageResolver& resolver,
                                        const Target& target);
 
-// The nearest folder above the file that is a package's; empty: none is.
+// The nearest folder above the file that is a package; empty: there is none.
 std::filesystem::path package_above(const std::filesystem::path& file);
 
 }  // namespace doppel

@@ -1,13 +1,13 @@
 #pragma once
 // Robots and objects as Gazebo's entities: /spawn_entity, /delete_entity, /gazebo/get_entity_state and
 // set_entity_state, and ROS 1's get_model_state and set_model_state. Everything runs on the loop's thread,
-// between steps; an object that comes or goes, and a robot that goes, costs it a recompilation of the
-// physics' model. A robot that comes is made ready by the twin beside the loop, and its call is answered when
-// it stands there.
+// between steps; spawning or deleting an object, and deleting a robot, costs a recompilation of the physics'
+// model. A spawned robot is prepared on a separate thread, and its call gets its response when the robot is
+// in the world.
 //
-// Entities and frames of reference are named as entity.h says. A reset puts objects back to where they were
-// put, and removes none. Velocities relative to a frame are as gazebo_ros has them, in the frame's axes: what
-// is told is the difference to the frame's own, what is set is without it.
+// Names of entities and frames of reference: entity.h. A reset returns objects to their initial poses and
+// removes none. Velocities relative to a frame are in the frame's axes, as in gazebo_ros: a read velocity is
+// relative to that of the frame, a written one is not.
 
 #include <functional>
 #include <string>
@@ -28,14 +28,14 @@ class EntityServices : public Tickable {
  public:
   struct Callbacks {
     MeshFinder find_mesh;
-    std::function<void()> changed;  // instances came, went or were moved
+    std::function<void()> changed;  // instances were added, removed or moved
     // Brings up a robot of URDF text under its namespace at its pose; `done` is called later, on the loop's
     // thread.
     using Done = std::function<void(const Status&)>;
     std::function<void(WorldRobot robot, std::string urdf, Done done)> spawn_robot;
     std::function<Status(int instance)> remove_robot;
   };
-  // Scene and log outlive it: a refusal that an answer has no field for is logged.
+  // Scene and log outlive the services. A refusal is logged if the response has no field for it.
   EntityServices(Bus& bus, const Scene& scene, const Log& log, Callbacks callbacks);
 
  private:

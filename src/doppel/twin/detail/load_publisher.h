@@ -1,6 +1,6 @@
 #pragma once
 // /doppel/joint_loads (doppel_msgs/msg/JointLoads, 5 Hz of simulated time, only while there are subscribers):
-// what each driven joint bears, and how far gravity pulls it off its target. Below the robot's namespace.
+// the load of each driven joint, and its sag under gravity. In the robot's namespace.
 
 #include <memory>
 #include <optional>
@@ -29,7 +29,7 @@ class LoadPublisher {
   Node node_;
   Publisher<doppel_msgs::msg::JointLoads> topic_;
   PublishSchedule due_{Duration{200'000'000}};
-  std::optional<Data> data_;  // made for the first listener
+  std::optional<Data> data_;  // made for the first subscriber
   StaticSag static_;
   doppel_msgs::msg::JointLoads message_;
 };

@@ -1,6 +1,6 @@
 #pragma once
-// Whether a joint that a drive holds oscillates: a numerical or physical loop that shakes makes everything
-// that is measured at it worthless, and is easily taken for rest. One warning a joint.
+// Detects oscillations of joints that are held by their drives: with a numerical or physical oscillation all
+// measurements are worthless, and it is easily mistaken for rest. One warning per joint.
 
 #include <memory>
 #include <string>
@@ -12,9 +12,9 @@
 
 namespace doppel {
 
-inline constexpr Duration kOscillationTime{200'000'000};  // that a held joint may shake
-inline constexpr double kOscillationSags = 10.0;          // by how many times its sag
-// Less is never reported: no encoder of a hobbyist sees it.
+inline constexpr Duration kOscillationTime{200'000'000};  // tolerated duration
+inline constexpr double kOscillationSags = 10.0;          // tolerated amplitude, in multiples of the sag
+// Smaller amplitudes are not reported, because encoders of hobby servos do not resolve them.
 inline constexpr double kMinOscillation = 1e-4, kMinSlideOscillation = 1e-5;  // rad, m
 
 struct Oscillation {
@@ -30,7 +30,7 @@ class OscillationWatch {
 
   // After every step. Nothing is allocated.
   void look(const Instance& robot, Time now);
-  // Whether take() has something.
+  // Whether take() has a result.
   [[nodiscard]] bool found() const { return found_; }
   // The joints found since the last call; each is found once.
   std::vector<Oscillation> take();
@@ -40,7 +40,7 @@ class OscillationWatch {
     double low = kInfinity, high = -kInfinity;
     [[nodiscard]] double amplitude() const { return 0.5 * (high - low); }
   };
-  // The windows of kOscillationTime in which a joint has shaken without a pause.
+  // The consecutive windows of kOscillationTime in which a joint has oscillated.
   struct Watched {
     bool arrived = false;  // the reference has reached the target since that changed
     double target = 0;

@@ -1,5 +1,5 @@
 #pragma once
-// The usual answer of a service: whether it was done, and what or why not.
+// The usual response of a service: success, and a message or the reason of failure.
 
 #include <string>
 

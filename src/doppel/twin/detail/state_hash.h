@@ -13,7 +13,7 @@ inline std::uint64_t mixed(std::uint64_t hash, std::uint64_t bits) {
   hash = (hash ^ bits) * 0x9E3779B97F4A7C15ull;
   return hash ^ (hash >> 29);
 }
-// Three chains, so that the processor need not wait for each product before the next.
+// Three independent chains, so that the processor does not wait for each product before the next one.
 inline std::uint64_t mixed(std::uint64_t hash, std::span<const double> values) {
   std::uint64_t second = kEmptyHash, third = kEmptyHash;
   std::size_t i = 0;

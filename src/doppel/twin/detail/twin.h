@@ -1,6 +1,6 @@
 #pragma once
-// The twin's inside, shared by its source files: the loop (twin.cpp), what replaces a machine that runs
-// (twin_reload.cpp), and robots that come and go (twin_robots.cpp).
+// The implementation of the twin, shared by its source files: the loop (twin.cpp), the replacement of a
+// running machine (twin_reload.cpp), and spawned and deleted robots (twin_robots.cpp).
 
 #include <algorithm>
 #include <chrono>
@@ -25,25 +25,25 @@ struct Twin::Impl {
   void add_world_ticks();
   void step();
   void hash_objects();
-  // Loops of real hardware are kept out, those too that start meanwhile; in a simulation nobody else has it.
+  // Locks out the loops of real hardware, including those that start meanwhile; uncontended in a simulation.
   [[nodiscard]] std::unique_lock<LoopGate> hold();
-  [[nodiscard]] TwinRobot* find_robot_with_loop() const;  // the first one; null: a simulation
+  [[nodiscard]] TwinRobot* find_robot_with_loop() const;  // the first one; nullptr: a simulation
   [[nodiscard]] Time control_time() const;
   void follow_wall(Time now);
   void publish_due(Time now);
   void publish_state();
   void between_steps();
   void reset();
-  // The scene and every handle, as the engine's instances are now.
+  // Updates the scene and every handle to the engine's present instances.
   void renew_handles();
-  // Instances may have changed behind the twin's back: whoever has the engine may put objects in.
+  // Instances may have changed without the twin, because users of engine() can spawn objects.
   void notice_instances() {
     if (seen_world != machine->engine->compiled()) renew_handles();
   }
   void all_due_now() {
     for (const auto& robot : robots) robot->control_at_once(count);
   }
-  // Throws InputError where its nodes would have the names of a robot's with another namespace.
+  // Throws InputError if its nodes would have the names of those of a robot with another namespace.
   [[nodiscard]] std::unique_ptr<TwinRobot> make_robot(std::shared_ptr<const CompiledRobot> robot,
                                                       std::optional<TwinRobot::History> past,
                                                       Diagnostics& diagnostics);
@@ -73,17 +73,17 @@ struct Twin::Impl {
   std::unique_ptr<CompiledScenario> machine;
   LoopGate gate;
   Scene scene;
-  std::shared_ptr<const CompiledWorld> seen_world;  // that the handles are of
+  std::shared_ptr<const CompiledWorld> seen_world;  // the one of the handles
   std::vector<std::unique_ptr<TwinRobot>> robots;
   TickList ticks;  // of the world
 
   LoopPhases phases;
-  Duration last_wall{};  // that stamps were made of
+  Duration last_wall{};  // wall-clock time of the last stamp
   std::uint64_t count = 0;
   std::uint64_t objects_hash = kEmptyHash, gone_hash = kEmptyHash;  // gone: of robots that were removed
 
   std::function<void()> robots_changed;
-  bool building = false;  // a robot is made ready by `builder`
+  bool building = false;  // a robot is being prepared by `builder`
   std::thread builder;
 };
 
@@ -96,19 +96,19 @@ struct Twin::Running {
 struct Twin::Replacement {
   std::unique_ptr<CompiledScenario> machine;
   std::map<std::string, ControllerSelection> selections;  // by namespace
-  std::shared_ptr<const Running> running;                 // that it was made for
+  std::shared_ptr<const Running> running;                 // the machine for which it was made
 };
 
 struct Twin::JoiningRobot {
   std::shared_ptr<const CompiledRobot> machine;
-  std::shared_ptr<const CompiledWorld> without, with;  // the world that it comes into, and the same with it
+  std::shared_ptr<const CompiledWorld> without, with;  // the world before, and the same with this robot
 
   // On any thread. Throws InputError.
   void compile_into(std::shared_ptr<const CompiledWorld> world);
 };
 
-// A robot on a bus and in a world of its own: its controllers and publishers refuse here what they refuse.
-// Throws InputError.
+// A rehearsal on a separate bus and in a separate world, in which errors of controllers and publishers occur
+// before the running machine is changed. Throws InputError.
 void rehearse(const CompiledRobot& machine, Instance instance, const Scenario& scenario,
               const ControllerRegistry& controllers, const HardwareRegistry& hardware,
               const std::function<void(ControlStack&, const Log&)>& start, Diagnostics& diagnostics);
