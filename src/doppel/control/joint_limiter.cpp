@@ -108,7 +108,10 @@ void JointLimiter::apply(Entry& entry, Time now, double dt) const {
 double JointLimiter::limit_position(Entry& entry, double asked, Time now, double dt) {
   const ModelJoint& joint = *entry.joint;
   const double inside = std::clamp(asked, joint.lower, joint.upper);
-  if (std::abs(inside - asked) > kSlack) note(entry.episodes[kRange], asked, now);
+  // A trajectory begins where the joint is; under load that is a little outside of a limit on which it rests.
+  const double measured = entry.position != nullptr ? *entry.position : inside;
+  const bool joint_is_there = asked > inside ? asked <= measured + kSlack : asked >= measured - kSlack;
+  if (std::abs(inside - asked) > kSlack && !joint_is_there) note(entry.episodes[kRange], asked, now);
   double from = std::isfinite(entry.last_applied) ? entry.last_applied
                 : entry.position != nullptr       ? *entry.position
                                                   : inside;

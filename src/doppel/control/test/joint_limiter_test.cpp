@@ -67,6 +67,18 @@ TEST(JointLimiter, PositionOutsideIsClampedAndReportedOnce) {
   EXPECT_EQ(rig.lines.size(), 2u) << rig.said();
 }
 
+TEST(JointLimiter, TrajectoryFromJointOutsideIsClampedWithoutReport) {
+  LimitRig rig({.name = "j 1", .lower = -1, .upper = 2}, "position", "", 2.0);
+  rig.hardware->set_offset("j 1", 0.01);  // it sags under load
+  rig.value = 2.01;
+  rig.run(40);
+  EXPECT_EQ(rig.applied(), 2.0);
+  EXPECT_TRUE(rig.lines.empty()) << rig.said();
+  rig.value = 2.02;
+  rig.run(40);
+  EXPECT_EQ(rig.count(Severity::warning, "outside the limits"), 1u) << rig.said();
+}
+
 TEST(JointLimiter, CommandOnLimitIsNotReported) {
   LimitRig rig({.name = "j 1", .lower = 0, .upper = 1.570796}, "position");
   rig.value = 1.5707963267948966;
