@@ -92,8 +92,8 @@ void check_presence(const AuditInput& in, const Joint& joint, Findings& out) {
   if (!joint.limits->velocity) check_complete(in, joint, "velocity", out);
 }
 
-// Neither bound holds anything but a number; what does is reported by the parser, and a bound of 0 stands for
-// it.
+// Neither bound holds anything but a number; what does is reported by the parser, and a bound of 0
+// stands for it.
 bool bounds_readable(const AuditInput& in, const Joint& joint) {
   const JointLimits& l = *joint.limits;
   if (l.lower != 0 && l.upper != 0) return true;

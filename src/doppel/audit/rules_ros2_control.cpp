@@ -1,6 +1,6 @@
 // <ros2_control>: the joints, sensors and interfaces of each component, held against the rest of the
-// description. What refuses and what only warns is ros2_control's own behaviour (component_parser.cpp,
-// resource_manager.cpp, Jazzy).
+// description. What refuses and what only warns is ros2_control's own behaviour
+// (component_parser.cpp, resource_manager.cpp, Jazzy).
 #include <algorithm>
 #include <array>
 #include <map>
