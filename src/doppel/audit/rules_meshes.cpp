@@ -53,7 +53,7 @@ void report_problem(const MeshUse& use, bool collides, const MeshReport& report,
           message);
 }
 
-// Once per file, whoever uses it.
+// Once per file, independent of its users.
 void check_file(const MeshUse& use, bool collides, Findings& out) {
   const MeshReport& report = cached_mesh_report(use.mesh->path);
   const std::string name = file_name(*use.mesh);
