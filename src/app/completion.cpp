@@ -12,9 +12,9 @@
 namespace doppel::app {
 namespace {
 
-// The scripts ask for candidates: `doppel complete -- WORDS`, the last one being typed. A line is a word and,
-// behind a tab, what it does; ":files" stands for files, and ":VERB ..." for the lines that this command
-// prints.
+// The scripts ask for candidates: `doppel complete -- WORDS`, the last one being typed. A line is a
+// word and, behind a tab, what it does; ":files" stands for files, and ":VERB ..." for the lines that
+// this command prints.
 constexpr const char* kBashScript = R"sh(# doppel's completion for bash: source <(doppel completion bash)
 _doppel() {
   local current=${COMP_WORDS[COMP_CWORD]} line found arguments

@@ -21,8 +21,8 @@ struct EdgeOptions {
 // --port, --host, --token, --no-open, --no-ros and --domain.
 void add_edge_options(CLI::App& verb, EdgeOptions& options);
 
-// Notes on ROS 2's environment variables go to stderr. Throws InputError; to be called before anything
-// starts.
+// Notes on ROS 2's environment variables go to stderr. Throws InputError; to be called
+// before anything starts.
 SessionOptions session_options(const EdgeOptions& options, const RosArguments& ros);
 
 BundledFolders bundled_folders();

@@ -1,6 +1,6 @@
 #pragma once
-// The twin in the terminal: a table that is drawn in place a few times a second, with the latest log lines
-// below it.
+// The twin in the terminal: a table that is drawn in place a few times a second, with the latest log
+// lines below it.
 
 #include <deque>
 #include <mutex>

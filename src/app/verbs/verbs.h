@@ -1,6 +1,6 @@
 #pragma once
-// ROS 2's verbs against a running twin: topic, control, tf, node, service, param, action, interface; and
-// move.
+// ROS 2's verbs against a running twin: topic, control, tf, node, service, param, action,
+// interface; and move.
 
 namespace CLI {
 class App;
@@ -8,8 +8,8 @@ class App;
 
 namespace doppel::app {
 
-// Adds all verbs; when one has run, `exit_code` is the program's: 0 fine, 1 it failed. Wrong use leaves as
-// InputError.
+// Adds all verbs; when one has run, `exit_code` is the program's: 0 fine, 1 it failed. Wrong use
+// leaves as InputError.
 void add_verbs(CLI::App& app, int& exit_code);
 
 // Puts every verb under its heading in --help.

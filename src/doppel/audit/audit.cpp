@@ -86,7 +86,8 @@ void take_over(const Diagnostics& diagnostics, const XmlNode& root, Findings& ou
 }
 
 std::optional<Model> compile(const RobotDescription& robot, const XmlNode& root, Findings& out) {
-  // What compiling assumes and repairs is what the rules on joints and inertia tell with more to it.
+  // Assumptions and repairs of the compilation are reported by the rules on joints and inertia
+  // in more detail.
   Diagnostics assumptions;
   try {
     return compile_model(robot, BaseKind::fixed, assumptions);

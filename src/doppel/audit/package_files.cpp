@@ -15,8 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 using package_files::joined, package_files::without_trailing_slash;
 
-// '*' and '?' within one folder. The last '*' alone is tried again: what earlier ones take is settled by
-// then.
+// '*' and '?' within one folder. The last '*' alone is tried again: what earlier ones take is
+// settled by then.
 bool matches(std::string_view pattern, std::string_view name) {
   std::size_t p = 0, n = 0, star = std::string_view::npos, tried = 0;
   while (n < name.size()) {

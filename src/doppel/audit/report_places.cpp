@@ -20,8 +20,8 @@ class PathShortener {
 
   [[nodiscard]] std::string path(const std::string& path) const { return shown_path(path, folder_); }
 
-  // Every place below the folder that the text names, as "(at /home/me/arm.urdf:2:1)"; what it quotes of the
-  // description stays.
+  // Every place below the folder that the text names, as "(at /home/me/arm.urdf:2:1)"; what it quotes of
+  // the description stays.
   [[nodiscard]] std::string text(std::string text) const {
     if (prefix_.empty()) return text;
     for (std::size_t at = text.find(prefix_); at != std::string::npos; at = text.find(prefix_, at)) {

@@ -1,5 +1,5 @@
-// What each rule over the description itself is for. The parsers' rules: rule_table_parsers.cpp; those about
-// ROS: rule_table_ros.cpp.
+// What each rule over the description itself is for. The parsers' rules: rule_table_parsers.cpp; those
+// about ROS: rule_table_ros.cpp.
 #include <algorithm>
 #include <array>
 #include <string>

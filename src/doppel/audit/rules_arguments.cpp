@@ -79,8 +79,8 @@ class Arguments {
     for (const XmlNode& child : node.children) visit(child, macro);
   }
 
-  // The included file is the one that was read and has this name; a name with an expression in it matches
-  // none.
+  // The included file is the one that was read and has this name; a name with an expression in
+  // it matches none.
   void include(const XmlNode& node) {
     const XmlAttribute* filename = node.find("filename");
     if (filename == nullptr) return;

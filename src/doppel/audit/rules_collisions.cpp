@@ -161,8 +161,8 @@ class Overlaps {
   }
 
   void neighbours(const LinkContact& c) {
-    // Hulls of parts that reach around each other overlap deeply and rightly; only exact shapes can be
-    // judged.
+    // Hulls of parts that reach around each other overlap deeply and rightly; only exact shapes
+    // can be judged.
     if (has_mesh(link(c.link_a)) || has_mesh(link(c.link_b))) return;
     const double width = std::min(least_width(link(c.link_a)), least_width(link(c.link_b)));
     if (width <= 0 || c.depth < kNeighbourShare * width) return;

@@ -23,7 +23,7 @@ double two_digits(double value) {
 }
 
 struct Quantity {
-  const char* name;  // "effort", as the finding's message and the operation say
+  const char* name;  // "effort", as in the finding's message and the operation
   const char* unit;
   double claimed = 0;
   double able = 0;
@@ -47,7 +47,7 @@ class DatasheetCheck {
     const bool linear = joint->type == JointType::prismatic;
     if (!driven_kind(*joint) || linear != drive.actuator.linear) return;
     const ActuatorSheet& a = drive.actuator;
-    // A voltage that the sheet does not reach is said with the row that was taken.
+    // For a voltage outside of the sheet the message contains the row that was used.
     if (const auto torque = rated(a.stall_torque, drive.voltage)) {
       limit(*joint, {"effort", linear ? "N" : "N m", claimed(*joint, true),
                      torque->value * drive.reduction * drive.count, describe(drive, *torque)});
@@ -109,7 +109,7 @@ class DatasheetCheck {
       if (other->repair.empty()) other->repair.push_back(std::move(operation));
       return;
     }
-    if (!above) return;  // not written or 0: told by the rules on limits
+    if (!above) return;  // not written or 0: reported by the rules on limits
     Finding& finding = out_.add("datasheet.above", subject, where,
                                 fmt::format("{} {:g} {} is above the actuator's rating ({}, {:.3g} {})",
                                             q.name, q.claimed, q.unit, q.sheet, q.able, q.unit),

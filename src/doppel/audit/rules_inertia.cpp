@@ -37,8 +37,8 @@ Severity graded(const Link& link, const Body& body, Severity alone) {
   return carried || body.joint == nullptr ? std::min(alone, Severity::warning) : alone;
 }
 
-// Diagonal moments of exactly zero beside others that are positive, as exporters with few decimals write
-// them.
+// Diagonal moments of exactly zero beside others that are positive, as exporters with few
+// decimals write them.
 bool rounded(const Components& c) {
   double largest = 0;
   int zeros = 0;

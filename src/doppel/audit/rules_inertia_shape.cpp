@@ -16,7 +16,7 @@ constexpr double kConcentrated = 0.05;
 constexpr double kPlaceholder = 0.005;  // m: boxes of a millimetre stand for frames, not for parts
 constexpr int kDirections = 60;
 
-// How far a point is outside of the hull; 0 or less: inside, as far as the directions tell.
+// The distance of a point from the hull, m; 0 or less: inside, within the resolution of the directions.
 double distance_outside(const LinkShape& shape, const Eigen::Vector3d& p) {
   static const std::vector<Eigen::Vector3d> directions = even_directions(kDirections);
   double most = shape.bounds.exteriorDistance(p);
@@ -129,7 +129,8 @@ void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
   }
 }
 
-// The shape itself is in doubt: what is held against it would tell the same fault again, and fix good data.
+// The shape itself is doubtful: a comparison with it would report the same error again, and
+// change valid data.
 bool doubted(const Link& link, const Findings& out) {
   const std::string name = subject(link);
   for (const char* rule : {"mesh.unit", "mesh.scale_zero", "shape.units", "shape.zero_size", "urdf.geometry",

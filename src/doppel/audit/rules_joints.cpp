@@ -42,7 +42,7 @@ Operation set_limit(SetLimit action, std::string why) {
   return out;
 }
 
-// It has an element whose name is nearly the one that is missing, which the schema's rules have told.
+// It has an element with nearly the name of the missing one, which the schema's rules have reported.
 bool misspelt(const AuditInput& in, const Joint& joint, std::string_view element) {
   const XmlNode* node = element_at(in.expanded.root, joint.source);
   return node != nullptr &&
@@ -64,7 +64,7 @@ const XmlAttribute* misspelt_attribute(const XmlNode& node, std::string_view nam
 
 void check_complete(const AuditInput& in, const Joint& joint, const char* name, Findings& out) {
   const XmlNode* node = element_at(in.expanded.root, joint.limits->source);
-  if (node != nullptr && node->find(name) != nullptr) return;  // no number, as the parser has told
+  if (node != nullptr && node->find(name) != nullptr) return;  // not a number, as reported by the parser
   const XmlAttribute* meant = node == nullptr ? nullptr : misspelt_attribute(*node, name);
   if (meant == nullptr) {
     out.add("joint.limit_incomplete", subject(joint), joint.limits->source,
@@ -92,8 +92,8 @@ void check_presence(const AuditInput& in, const Joint& joint, Findings& out) {
   if (!joint.limits->velocity) check_complete(in, joint, "velocity", out);
 }
 
-// Neither bound holds anything but a number; what does is reported by the parser, and a bound of 0 stands for
-// it.
+// Neither bound holds anything but a number; what does is reported by the parser, and a bound of 0
+// stands for it.
 bool bounds_readable(const AuditInput& in, const Joint& joint) {
   const JointLimits& l = *joint.limits;
   if (l.lower != 0 && l.upper != 0) return true;
@@ -106,12 +106,12 @@ bool bounds_readable(const AuditInput& in, const Joint& joint) {
   return true;
 }
 
-// The exporter's constants: both at once, on one joint. Either alone may be somebody's choice.
+// The exporter's constants: both on the same joint. One alone may be intended.
 bool exported(const Joint& joint) {
   return joint.limits && joint.limits->effort == kExporter && joint.limits->velocity == kExporter;
 }
 
-// "Revolute 3", "Rev5", "Slider 12": what Fusion 360 calls a joint that nobody has named.
+// "Revolute 3", "Rev5", "Slider 12": Fusion 360's default names of joints.
 bool named_by_exporter(const std::string& name) {
   for (const std::string_view kind : {"Revolute", "Rev", "Slider", "Cylindrical", "Planar", "Ball"}) {
     if (!name.starts_with(kind)) continue;
@@ -226,7 +226,7 @@ void check_precision(const Joint& joint, const char* name, double value, Finding
   if (count < 1 || count > 8 || missing <= 1e-12 || missing > kCasual) return;
   const double outward = rounded_outward(std::copysign(whole, value));
   const std::string multiple = count == 1 ? "pi/2" : count == 2 ? "pi" : fmt::format("{:g} pi", count / 2);
-  // No repair: whether the angle itself was meant to be inside, only its author knows.
+  // No repair, because it cannot be determined whether the angle should be inside.
   out.add("joint.limit_precision", subject(joint), joint.limits->source,
           fmt::format("its {} limit {:.9g} is short of {}{} by {:.2g} rad", name, value, value < 0 ? "-" : "",
                       multiple, missing),

@@ -13,7 +13,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxDependencies = 50;  // told of one package
+constexpr std::size_t kMaxDependencies = 50;  // reported for one package
 
 struct LaunchFile {
   SideFile file;

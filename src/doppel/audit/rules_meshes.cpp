@@ -53,7 +53,7 @@ void report_problem(const MeshUse& use, bool collides, const MeshReport& report,
           message);
 }
 
-// Once per file, whoever uses it.
+// Once per file, independent of its users.
 void check_file(const MeshUse& use, bool collides, Findings& out) {
   const MeshReport& report = cached_mesh_report(use.mesh->path);
   const std::string name = file_name(*use.mesh);
@@ -131,8 +131,8 @@ bool mirrored_by_mistake(const Link& link) {
   return written && meant && centre_outside(link, *written) > 0 && centre_outside(straight, *meant) == 0;
 }
 
-// The operation sets the scale of every mesh of the link; what is wrong with one file is not wrong with
-// another.
+// The operation sets the scale of every mesh of the link; what is wrong with one file is not
+// wrong with another.
 bool shows_one_file(const Link& link) {
   std::set<std::string> files;
   for (const Visual& v : link.visuals) {

@@ -20,7 +20,7 @@ void check_follower_range(const Joint& joint, const Joint& leader, Findings& out
   const double b = mimic.multiplier * leader.limits->upper + mimic.offset;
   const double lower = std::min(a, b), upper = std::max(a, b);
   const double beyond = std::max(joint.limits->lower - lower, upper - joint.limits->upper);
-  // Digits lost by writing both ranges are nobody's fault.
+  // Rounding of written digits in both ranges is tolerated.
   if (beyond <= 1e-5 + 1e-3 * (upper - lower)) return;
   out.add(
       "mimic.limits", subject(joint), joint.limits->source,

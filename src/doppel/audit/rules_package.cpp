@@ -126,7 +126,7 @@ void check_dependencies(const Package& package, const std::map<std::string, Sour
   for (const auto& [name, where] : named) {
     if (name == m.name || contains(m.dependencies, name) || name == package.folder.filename().string())
       continue;
-    if (slip_of(name, m.name)) continue;  // a slip of its own name, told above
+    if (slip_of(name, m.name)) continue;  // a typo of its own name, reported above
     out.add("package.dependency", fmt::format("package '{}'", m.name), where,
             fmt::format("the description uses the package '{}', which package.xml does not depend on", name),
             fmt::format("add <exec_depend>{}</exec_depend> to {}", name, m.source.place()));

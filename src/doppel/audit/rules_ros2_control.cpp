@@ -1,6 +1,6 @@
 // <ros2_control>: the joints, sensors and interfaces of each component, held against the rest of the
-// description. What refuses and what only warns is ros2_control's own behaviour (component_parser.cpp,
-// resource_manager.cpp, Jazzy).
+// description. What refuses and what only warns is ros2_control's own behaviour
+// (component_parser.cpp, resource_manager.cpp, Jazzy).
 #include <algorithm>
 #include <array>
 #include <map>
@@ -157,7 +157,7 @@ void check_initial_value(const HardwareJoint& joint, const Joint& urdf, Findings
   if (urdf.type == JointType::continuous || urdf.limits->lower > urdf.limits->upper) return;
   const double value = *position->initial_value;
   if (value >= urdf.limits->lower - 1e-6 && value <= urdf.limits->upper + 1e-6) return;
-  // Both limits 0 is a fault of the limits and told there.
+  // Both limits 0 is an error of the limits and reported there.
   if (urdf.limits->lower == 0 && urdf.limits->upper == 0) return;
   out.add("ros2_control.initial_value", subject_of(joint), position->source,
           fmt::format("it starts at {:g}, outside its limits {:g} .. {:g}", value, urdf.limits->lower,

@@ -1,4 +1,4 @@
-// The elements and attributes of a description against the vocabulary that its readers know.
+// The elements and attributes of a description compared with the vocabulary of its readers.
 #include <algorithm>
 #include <map>
 

@@ -35,7 +35,7 @@ void compare_robots(const RobotDescription& a, const RobotDescription& b, std::v
   changes.number("mass", total_mass(a), total_mass(b), 1e3, "g");
 }
 
-// Names of `a` that have other names in `b`. Two that are nobody else's partner and look alike are one.
+// Names of `a` that have other names in `b`. Two unmatched elements with equal properties are the same one.
 using Renames = std::map<std::string, std::string>;
 
 template <class Element, class Alike>

@@ -23,7 +23,7 @@ std::string lower_extension(const fs::path& file) {
   return text.empty() ? text : text.substr(1);
 }
 
-// A binary STL is as long as its count of triangles says.
+// The size of a binary STL corresponds to its number of triangles.
 bool is_binary_stl(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   char head[84];

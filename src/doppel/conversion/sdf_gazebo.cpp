@@ -10,7 +10,7 @@
 namespace doppel {
 namespace {
 
-// Words of Gazebo's readers of URDF that say how to convert, not what to make.
+// Elements that control Gazebo's conversion of URDF and have no counterpart in SDF.
 constexpr const char* kSettled[] = {"disableFixedJointLumping", "preserveFixedJoint", "material", "static"};
 constexpr const char* kLinkElements[] = {"sensor",  "light", "particle_emitter", "projector", "audio_source",
                                          "battery", "plugin"};

@@ -1,6 +1,6 @@
 #pragma once
-// The tree of links and joints as text, Graphviz, SVG and PDF; and the tree of frames as view_frames draws
-// it.
+// The tree of links and joints as text, Graphviz, SVG and PDF; and the tree of frames as
+// view_frames draws it.
 
 #include <string>
 #include <vector>

@@ -26,8 +26,8 @@ class DOPPEL_API Inbox {
   // Any thread. Also frees the tasks that the loop has finished, and ends a wait().
   void post(Task task);
 
-  // The loop's thread only. Runs all tasks posted so far, oldest first; returns how many. A task must not
-  // throw.
+  // The loop's thread only. Runs all tasks posted so far, oldest first; returns how many. A task
+  // must not throw.
   std::size_t run();
 
   // The loop's thread only: waits until there is something to run, or the time is over (false).

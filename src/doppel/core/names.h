@@ -11,8 +11,8 @@
 
 namespace doppel {
 
-// Edit distance with adjacent transpositions (Damerau-Levenshtein, optimal string alignment),
-// case-insensitive.
+// Edit distance with adjacent transpositions (Damerau-Levenshtein, optimal
+// string alignment), case-insensitive.
 DOPPEL_API std::size_t edit_distance(std::string_view a, std::string_view b);
 
 // The nearest candidate, if it is at most a typo away (a third of the length). A name that differs only by a

@@ -10,8 +10,8 @@
 namespace doppel {
 
 struct DOPPEL_API SourceLocation {
-  // One step of an expansion: the place that called or included, and what it called ("in macro
-  // 'servo_joint'").
+  // One step of an expansion: the place that called or included, and what it called
+  // ("in macro 'servo_joint'").
   struct Within;
 
   std::shared_ptr<const std::string> file;  // as the user named it; nullptr: unknown

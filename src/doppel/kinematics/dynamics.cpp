@@ -176,8 +176,8 @@ void drive_torques(const Model& model, const Data& data, Eigen::VectorXd& out) {
 }
 
 std::vector<Eigen::VectorXd> sample_configurations(const Model& model, int count) {
-  // The additive recurrence by powers of the generalised golden ratio (Roberts 2018) spreads evenly in any
-  // dimension.
+  // The additive recurrence by powers of the generalised golden ratio (Roberts 2018) spreads evenly
+  // in any dimension.
   const double dimensions = std::max(1, model.nq);
   double ratio = 2.0;
   for (int i = 0; i < 40; ++i) ratio = std::pow(1.0 + ratio, 1.0 / (dimensions + 1.0));

@@ -3,8 +3,8 @@
 namespace doppel {
 namespace {
 
-// Inertia about a point displaced by d from the centre of mass, minus that about the centre of mass, per unit
-// mass.
+// Inertia about a point displaced by d from the centre of mass, minus that about the centre of mass,
+// per unit mass.
 Eigen::Matrix3d parallel_axis(const Eigen::Vector3d& d) {
   return d.squaredNorm() * Eigen::Matrix3d::Identity() - d * d.transpose();
 }
@@ -27,8 +27,8 @@ MassProperties combined(const MassProperties& a, const MassProperties& b) {
 
 SolidProperties solid_properties(std::span<const Eigen::Vector3f> vertices,
                                  std::span<const std::array<std::uint32_t, 3>> triangles) {
-  // Sum over tetrahedra (origin, a, b, c): volume, first moment and second moment (covariance) are
-  // polynomials.
+  // Sum over tetrahedra (origin, a, b, c): volume, first moment and second moment
+  // (covariance) are polynomials.
   double volume = 0.0;
   Eigen::Vector3d first = Eigen::Vector3d::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();

@@ -1,6 +1,6 @@
 #pragma once
-// ROS 2's action_msgs and unique_identifier_msgs, and the services and topics that rosidl derives from every
-// action.
+// ROS 2's action_msgs and unique_identifier_msgs, and the services and topics that rosidl derives
+// from every action.
 
 #include "doppel/messages/builtin_interfaces.h"
 

@@ -1,6 +1,6 @@
 #pragma once
-// ros-controls' control_msgs, as in Jazzy: states of controllers, and the actions that move arms and
-// grippers.
+// ros-controls' control_msgs, as in Jazzy: states of controllers, and the actions that move
+// arms and grippers.
 
 #include "doppel/messages/geometry_msgs.h"
 #include "doppel/messages/sensor_msgs.h"

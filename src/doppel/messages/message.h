@@ -11,10 +11,10 @@
 //   }
 //
 // A service is a struct with nested Request and Response, an action one with nested Goal, Result and
-// Feedback; their types are called "<pkg>/srv/<Name>_Request" and so on, as ROS 2 does. Field types: bool,
-// std::byte, (u)int8..64, float, double, char16_t, std::string, std::u16string, other messages,
-// std::vector<T> of these, std::array<T, N>, and BoundedString<N>, BoundedVector<T, N> where a .msg file
-// specifies <=N.
+// Feedback; their types are called "<pkg>/srv/<Name>_Request" and so on, as ROS 2 does. Field types:
+// bool, std::byte, (u)int8..64, float, double, char16_t, std::string, std::u16string, other messages,
+// std::vector<T> of these, std::array<T, N>, and BoundedString<N>, BoundedVector<T, N> where a .msg
+// file specifies <=N.
 
 #include <array>
 #include <concepts>

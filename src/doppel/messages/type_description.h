@@ -108,8 +108,8 @@ DOPPEL_API Status cdr_to_json(const TypeDescription& type, std::span<const std::
 DOPPEL_API Status recode_cdr(const TypeDescription& type, std::span<const std::byte> cdr,
                              std::vector<std::byte>& out);
 
-// The shortest decimal that reads back as the same double, spelled as Python's repr: "1.0", "1e-05", "inf",
-// "nan".
+// The shortest decimal that reads back as the same double, spelled as Python's repr: "1.0",
+// "1e-05", "inf", "nan".
 DOPPEL_API std::string shortest_decimal(double value);
 
 }  // namespace doppel

@@ -6,8 +6,8 @@
 namespace doppel::type_description_interfaces::msg {
 
 struct FieldType {
-  // The kind, 1 to 22 as in FieldType.msg, plus 48 for an array, 96 for a bounded, 144 for an unbounded
-  // sequence.
+  // The kind, 1 to 22 as in FieldType.msg, plus 48 for an array, 96 for a bounded, 144 for
+  // an unbounded sequence.
   std::uint8_t type_id = 0;
   std::uint64_t capacity = 0;  // elements of an array or, at most, of a bounded sequence
   std::uint64_t string_capacity = 0;

@@ -112,7 +112,7 @@ const Facts& Application::results_of_later(std::size_t j) {
   try {
     results = result_of(operations_[j], operations_[j].was, around_);
   } catch (const InputError&) {
-    results.clear();  // its own turn will tell
+    results.clear();  // reported when its own operation is applied
   }
   return later_results_.emplace(j, std::move(results)).first->second;
 }

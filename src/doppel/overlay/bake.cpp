@@ -267,8 +267,8 @@ std::vector<BakedFile> Baking::run() {
       refuse(edit, "bake.place", "its source location is unknown");
       continue;
     }
-    // Several attributes may be added to one tag, several children to one parent: each is a change of its
-    // own.
+    // Several attributes may be added to one tag, several children to one parent: each is a change
+    // of its own.
     const bool own = edit.kind == Kind::set_value || edit.kind == Kind::set_text;
     const std::string key = own ? where.place() : where.place() + '\n' + effect(edit);
     auto& there = places[key];

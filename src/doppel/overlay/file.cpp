@@ -165,7 +165,7 @@ fs::path add_to_overlay(const fs::path& description, const std::vector<Operation
     FileLines lines = split(text, overlay);
     if (const auto old = replaced_by(overlay.operations, added)) {
       Operation merged = added;
-      merged.was = overlay.operations[*old].was;  // what the CAD says, not what the old setting made of it
+      merged.was = overlay.operations[*old].was;  // the values of the CAD, not those of the old setting
       const auto [begin, end] = lines.operations[*old];
       const std::vector<std::string> made = lines_of(merged, list_indent(lines));
       const auto at = lines.lines.erase(lines.lines.begin() + static_cast<std::ptrdiff_t>(begin),

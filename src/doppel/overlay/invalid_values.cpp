@@ -1,4 +1,5 @@
-// What no description could hold: told where the overlay is read, before anything is applied.
+// Values that are invalid in every description: reported when the overlay is read, before
+// anything is applied.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -192,7 +192,7 @@ void carry_out(const Operation& operation, const Facts& was, const Facts& result
           [&](const AddMimic& a) {
             if (find_named(root, "joint", a.leader) == nullptr)
               impossible(where, fmt::format("there is no joint '{}' to mimic", a.leader));
-            // Whole, because not every reader of URDF knows the defaults.
+            // Complete, because not every reader of URDF has the defaults.
             write_facts(*find_named(root, "joint", a.joint), result_of(operation, was, around), where);
           },
           [&](const ReplaceCollision& a) { replace_collision(a, where, around); },

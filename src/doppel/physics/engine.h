@@ -83,8 +83,8 @@ struct ExcludedPair {
   bool at_start = false;  // found at the start; false: follows from the structure
 };
 
-// What drives a scalar joint. Mimic joints are moved by a physical coupling to their leader, never by a
-// drive.
+// What drives a scalar joint. Mimic joints are moved by a physical coupling to their leader, never
+// by a drive.
 enum class DriveMode {
   passive,   // nothing: the joint moves freely
   position,  // a servo holds the target position (servo.h)

@@ -160,7 +160,7 @@ struct Bridge::Impl {
   std::uint64_t seen_version = ~std::uint64_t{0}, seen_discovery = ~std::uint64_t{0};
   bool look = true, some_wait = false;  // at the readers; for a client or for the loop
 
-  // Shared with those who ask.
+  // Shared with the threads of callers.
   mutable std::mutex mutex;
   NetworkStatus status;
   std::shared_ptr<const GraphSnapshot> snapshot = std::make_shared<GraphSnapshot>();

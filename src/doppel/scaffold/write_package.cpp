@@ -50,7 +50,7 @@ class DraftFolder {
     const mode_t mask = umask(0);
     umask(mask);
     if (chmod(name_.c_str(), 0777 & ~mask) != 0) refuse(folder_, errno);
-    // rename() would replace an empty folder that somebody has made meanwhile; that loses nothing.
+    // rename() replaces an empty folder that another process has made meanwhile, which loses no data.
     if (rename(name_.c_str(), folder_.c_str()) != 0) refuse(folder_, errno);
     moved_ = true;
   }
@@ -73,7 +73,7 @@ void write_package(const fs::path& folder, std::span<const PackageFile> files) {
     if (failed) refuse(folder, failed.value());
     try {
       write_whole(path, file.text);
-    } catch (const InputError& error) {  // in terms of the place that was asked for
+    } catch (const InputError& error) {  // rethrown with the requested path
       const Diagnostic& reason = error.diagnostics().front();
       throw InputError("new.unwritable", make_location(shown_path(folder / file.path)), reason.message,
                        reason.fix);

@@ -61,7 +61,7 @@ void check_manager(const ParameterFile& file) {
   const ControllerManager manager(bus, model, registry, &file, {}, log, said_later);
 }
 
-// Throws InputError: it cannot be read, or the manager refuses what it says.
+// Throws InputError: it cannot be read, or the manager rejects its values.
 ControllersFile usable_file(const SideFile& read) {
   const ParameterFile file = ParameterFile::parse(read.text, read.path.string());
   check_manager(file);

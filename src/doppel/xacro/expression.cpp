@@ -97,7 +97,7 @@ void bind(const Target& target, const Value& value, InnerScope& scope) {
 
 class Evaluator {
  public:
-  // `tree`: what lambdas keep alive, where nobody else does.
+  // `tree`: kept alive by lambdas if there is no other owner.
   Evaluator(NameScope& scope, std::int64_t& budget, std::shared_ptr<const ExpressionStore> tree = nullptr)
       : scope_(scope), budget_(budget), tree_(std::move(tree)) {}
 
@@ -401,7 +401,7 @@ class Evaluator {
     for (const Expression* part : e.parts.subspan(1)) defaults.push_back(value(*part));
     return Value::function("<lambda>", [&e, outer, captured, defaults, tree = tree_, &budget = budget_](
                                            ValueList& arguments, KeywordArguments& keywords) {
-      const StackGuard guard;  // somebody may call it when no evaluation is going on
+      const StackGuard guard;  // it may be called outside of an evaluation
       InnerScope scope(*outer);
       for (const auto& [name, kept] : captured) scope.set(name, kept);
       bind_arguments(e.rest->names, defaults, arguments, keywords, scope);

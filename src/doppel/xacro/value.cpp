@@ -136,7 +136,7 @@ std::size_t ValueDict::position_of_text(std::string_view key) const {
   const auto same = [key](const Value& other) {
     const std::string* const text = std::get_if<std::string>(&other.data);
     if (text == nullptr || text->size() != key.size()) return false;
-    // The first character tells x from y without a call.
+    // The first character distinguishes x from y without a call.
     return key.empty() ||
            (text->front() == key.front() && std::memcmp(text->data(), key.data(), key.size()) == 0);
   };
@@ -172,7 +172,7 @@ void ValueDict::set(Value key, Value value) {
     entries_[at].second = std::move(value);
     return;
   }
-  // Most are small, and some hold what is said of a joint or link.
+  // Most are small, and some contain the values of a joint or link.
   if (entries_.size() == entries_.capacity() && entries_.size() < 12)
     entries_.reserve(entries_.empty() ? 4 : 12);
   entries_.emplace_back(std::move(key), std::move(value));

@@ -95,7 +95,7 @@ std::string python_notation(bool minus, std::string_view digits, int exponent) {
   return out += ".0";
 }
 
-// Signed digits in any base that std::from_chars knows.
+// Signed digits in any base that std::from_chars supports.
 bool parse_digits(bool minus, std::string_view digits, int base, std::int64_t& out) {
   std::uint64_t magnitude = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), magnitude, base);

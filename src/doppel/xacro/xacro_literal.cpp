@@ -12,7 +12,7 @@ std::optional<bool> truth_word(std::string_view text) {
 }
 
 // What is no plain number, but may be one: with blanks around, an exponent, many digits, inf. With an
-// underscore it stays a text here, whatever Python's int() says.
+// underscore it stays a text here, although Python's int() accepts it.
 std::optional<Value> unusual_number(std::string_view text) {
   if (text.find('_') != std::string_view::npos) return std::nullopt;
   std::string_view body = trimmed(text);

@@ -44,7 +44,7 @@ ValueFunction saying(Interpreter& interpreter, Severity severity) {
   };
 }
 
-// The names that $(eval ...) knows: its own functions, then the arguments, read as numbers where they are.
+// The names in $(eval ...): its own functions, then the arguments, as numbers where possible.
 class EvalScope : public NameScope {
  public:
   EvalScope(Interpreter& interpreter, const TreePlace& where) : interpreter_(interpreter) {

@@ -1,5 +1,5 @@
-// The parameters of a macro, as its params attribute lists them: "a b:=1 c:='x y' d:=^ e:=^|2 *block
-// **blocks".
+// The parameters of a macro, as its params attribute lists them: "a b:=1 c:='x y' d:=^
+// e:=^|2 *block **blocks".
 #include <fmt/format.h>
 
 #include "doppel/xacro/detail/xacro.h"

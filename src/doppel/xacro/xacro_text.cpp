@@ -109,7 +109,7 @@ std::span<const TextPart> Interpreter::parts(std::string_view text, const TreePl
     try {
       part.expression = &compiled(part.text);
     } catch (const ExpressionError&) {
-      continue;  // told when it is evaluated, with its place
+      continue;  // reported at its evaluation, with its place
     }
   }
   return texts_.set(text, arena().copy(std::span<const TextPart>(cutting_)));

@@ -81,7 +81,7 @@ std::string read_file(const std::string& file, std::size_t largest) {
     throw InputError("file.unreadable", make_location(file),
                      fmt::format("'{}' cannot be read: {}", file, why));
   };
-  // Not blocking: what is named may be a pipe that nobody writes to.
+  // Not blocking, because the path may be a pipe without a writer.
   const FileDescriptor in(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};
   if (!in.is_open() || fstat(in.get(), &status) != 0) refuse(std::strerror(errno));

@@ -65,7 +65,7 @@ class Parser {
     throw InputError("xml.not_well_formed", locate(place(offset)), "the XML is not well-formed: " + what,
                      fix.empty() ? "correct the XML at this place; nothing of the file was used" : fix);
   }
-  // What XML forbids, and urdfdom reads: refused, or said where the rules are lenient.
+  // Invalid XML that urdfdom accepts: rejected, or a warning with lenient rules.
   void tolerate(std::size_t offset, const std::string& what, const std::string& fix = "") {
     if (!lenient_) fail(offset, what, fix);
     warn(offset, what + "; urdfdom accepts it, but xacro and other XML parsers reject the file", fix);
@@ -499,7 +499,7 @@ class Parser {
     node->dollar = plain ? dollar : node->text.find('$') != std::string_view::npos;
     node->constant = !node->dollar;
     node->blank = all_blank;
-    if (all_blank) node->where = {};  // nothing is ever said about its place
+    if (all_blank) node->where = {};  // no diagnostic refers to its place
     if (!plain && !all_blank) {
       node->blank = !node->text.empty() && node->text.find_first_not_of(kBlank) == std::string_view::npos;
       decoded_blank_ = decoded_blank_ || node->blank || node->text.empty();

@@ -13,8 +13,8 @@ namespace doppel::audit_rules {
 // the only one of the package, for its joints may be misspelt. What cannot be read becomes a finding.
 std::vector<ControllersFile> read_controllers(const AuditInput& in, Findings& out);
 
-// Initialises the controller and reports what it refuses, whole numbers where ROS 2 requires decimals, and
-// unused parameters.
+// Initialises the controller and reports what it refuses, whole numbers where ROS 2 requires decimals,
+// and unused parameters.
 void check_parameters(const AuditInput& in, const ControllersFile& file, DeclaredController& controller,
                       const ControllerRegistry::Type& type, Findings& out);
 

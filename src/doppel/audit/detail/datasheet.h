@@ -49,9 +49,9 @@ struct Datasheet {
   std::filesystem::path file;
 };
 
-// `name` is a file, or the name of a sheet in `library` ("ds3240", in any case of letters). Throws InputError
-// with file:line:column: unreadable, unknown keys and units (with the nearest), an actuator that is not in
-// the library.
+// `name` is a file, or the name of a sheet in `library` ("ds3240", in any case of letters). Throws
+// InputError with file:line:column: unreadable, unknown keys and units (with the nearest), an actuator that
+// is not in the library.
 Datasheet load_datasheet(const std::filesystem::path& name, const std::filesystem::path& library);
 
 }  // namespace doppel

@@ -1,5 +1,5 @@
 #pragma once
-// Small questions to a description that several rules ask.
+// Small queries of a description that several rules use.
 
 #include <optional>
 #include <string>

@@ -1,5 +1,5 @@
 #pragma once
-// What every form of the report says of a finding: its own words, else those of its rule.
+// The texts of a finding in every form of the report: its own, else those of its rule.
 
 #include <string>
 

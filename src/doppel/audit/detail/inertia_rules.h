@@ -41,7 +41,7 @@ void check_against_shape(const Link& link, const LinkShape& shape, bool sound, S
 // 0: inside. rules_inertia_shape.cpp
 double centre_outside(const Link& link, const LinkShape& shape);
 
-// What its <inertial> says are numbers; what is none was reported by the parser, and 0 stands for it.
+// Whether the values of its <inertial> are numbers; an invalid one was reported by the parser and is 0.
 bool readable(const AuditInput& in, const Link& link, const Findings& out);
 
 // True where the moments fit the shape only about other axes. rules_inertia_axes.cpp

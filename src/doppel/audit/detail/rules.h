@@ -21,7 +21,7 @@ class Findings {
                std::string message, std::string fix = "");
   [[nodiscard]] std::vector<Finding>& all() { return all_; }
   [[nodiscard]] const std::vector<Finding>& all() const { return all_; }
-  // What a rule has said about this subject already; null: nothing.
+  // An earlier finding of a rule about this subject; nullptr: none.
   [[nodiscard]] const Finding* find(std::string_view rule, std::string_view subject) const;
   [[nodiscard]] bool has(std::string_view rule, std::string_view subject) const {
     return find(rule, subject) != nullptr;

@@ -1,7 +1,7 @@
 #pragma once
-// What <gazebo> extensions of a URDF mean in SDF: friction and contact of a link's collisions, its sensors,
-// springs of joints, plugins of the whole model. Source: sdformat's parser_urdf.cc (libsdformat 14), and
-// classic.gazebosim.org/tutorials?tut=ros_urdf.
+// What <gazebo> extensions of a URDF mean in SDF: friction and contact of a link's collisions, its
+// sensors, springs of joints, plugins of the whole model. Source: sdformat's parser_urdf.cc (libsdformat
+// 14), and classic.gazebosim.org/tutorials?tut=ros_urdf.
 
 #include <string>
 #include <vector>

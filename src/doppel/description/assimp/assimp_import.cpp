@@ -48,7 +48,7 @@ void add_node(const aiScene& scene, const aiNode& node, const Eigen::Matrix4d& X
 }  // namespace
 }  // namespace doppel::mesh
 
-// False: it cannot be read, `problem` says why.
+// False: it cannot be read, for the reason in `problem`.
 extern "C" DOPPEL_API bool doppel_import_mesh(const std::string& path, doppel::mesh::TriangleSoup& soup,
                                               std::string& problem) {
   try {

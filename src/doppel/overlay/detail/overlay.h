@@ -41,7 +41,7 @@ XmlNode make_node(const std::string& element, const SourceLocation& where);
 void set_attribute(XmlNode& node, const std::string& name, std::string value, const SourceLocation& where);
 const XmlNode* joint_above(const XmlNode& root, std::string_view link);  // whose child the link is
 std::vector<const XmlNode*> joints_below(const XmlNode& root, std::string_view link);
-std::string root_link(const XmlNode& root);  // the first link that is nobody's child; "" without one
+std::string root_link(const XmlNode& root);  // the first link without a parent; "" if there is none
 std::string link_of(const XmlNode& joint, std::string_view end);  // end: "parent" or "child"
 
 // -- values that no description could hold (invalid_values.cpp)

@@ -78,8 +78,8 @@ class MujocoWorld final : public CompiledWorld {
   std::vector<BodyId> ids_;  // of MuJoCo's bodies
 };
 
-// q of the models, from index `first` on, to MuJoCo's qpos and back: MuJoCo's quaternions are w x y z,
-// normalised.
+// Converts q of the models, from index `first`, to MuJoCo's qpos and back: quaternions are normalised and in
+// the order w x y z in MuJoCo.
 void write_qpos(std::span<const double> q, int first, std::span<const int> quaternions, double* qpos);
 void read_qpos(const double* qpos, std::span<const int> quaternions, std::span<double> q);
 

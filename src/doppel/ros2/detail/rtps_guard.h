@@ -33,10 +33,9 @@ struct Acknowledgement {
 class RtpsGuard {
  public:
   // False for what is no RTPS message or one that Fast DDS would read otherwise than this, for fragments of
-  // nothing or of more than kMaxSampleBytes, for gaps that are wider than kMaxGap together, and for
-  // sequence numbers that leap ahead of what their writer has sent before, unless its next heartbeat or
-  // sample says so, too (it has been out of reach for hours): the same once more, as of a recording, is not
-  // enough.
+  // nothing or of more than kMaxSampleBytes, for gaps that are wider than kMaxGap together, and for sequence
+  // numbers that leap ahead of their writer's earlier ones, unless its next heartbeat or sample confirms them
+  // (after hours without connection); a repetition of the same datagram, as in a recording, does not.
   bool admits(std::span<const std::uint8_t> datagram);
   // Those in the last checked datagram, without an ACKNACK that a reader sends before it has information
   // about the writer's samples.

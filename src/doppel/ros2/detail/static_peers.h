@@ -11,7 +11,7 @@ namespace doppel::ros2 {
 using Lookup = std::function<std::string(const std::string& name)>;
 std::string look_up(const std::string& name);
 
-// In the order of `peers`. While names are looked up `is_cancelled`, which may be empty, is asked every 20 ms
+// In the order of `peers`. During the lookup `is_cancelled`, which may be empty, is called about every 20 ms
 // or so; a lookup that is given up ends by itself, and `lookup` may outlive the call. Throws NetworkError: a
 // name is unknown, or it was cancelled.
 std::vector<std::string> addresses_of(const std::vector<std::string>& peers,

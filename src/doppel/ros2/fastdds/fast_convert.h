@@ -21,7 +21,7 @@ eprosima::fastrtps::rtps::SampleIdentity identity_of(const SampleIdentity& ident
 eprosima::fastdds::dds::DataWriterQos writer_qos(const EndpointSpec& spec);
 eprosima::fastdds::dds::DataReaderQos reader_qos(const EndpointSpec& spec);
 
-// What a peer has told of its endpoint; history and depth never cross the network.
+// The QoS of a peer's endpoint from discovery, which does not include history and depth.
 QosProfile profile_of(const eprosima::fastdds::dds::WriterQos& qos);
 QosProfile profile_of(const eprosima::fastdds::dds::ReaderQos& qos);
 

@@ -1,5 +1,6 @@
 #pragma once
-// Who is on the network: what Fast DDS' discovery tells, and this participant's own endpoints.
+// The network's participants and endpoints: the results of Fast DDS's discovery, and this
+// participant's own endpoints.
 
 #include <atomic>
 #include <fastdds/dds/domain/DomainParticipantListener.hpp>

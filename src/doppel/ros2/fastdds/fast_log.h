@@ -1,5 +1,5 @@
 #pragma once
-// What Fast DDS has to say, kept from the terminal.
+// Captures the log of Fast DDS, which would otherwise be printed to the terminal.
 
 #include "doppel/core/thrown.h"
 #include "doppel/ros2/participant.h"
@@ -9,7 +9,7 @@ namespace doppel::ros2::fast {
 // From now on; the whole process has one log of Fast DDS.
 void catch_log();
 MiddlewareLog middleware_log();
-// As if Fast DDS had said it.
+// Adds an entry as if it were of Fast DDS.
 void log_message(const std::string& text);
 
 // For what Fast DDS' threads run: what it throws would end the process, and is a complaint instead.

@@ -1,6 +1,6 @@
 #pragma once
-// One HTTP connection: a bounded number of requests, each within a bounded time, until it ends or becomes a
-// client's WebSocket.
+// One HTTP connection: a bounded number of requests, each within a bounded time, until it ends or becomes
+// a client's WebSocket.
 
 #include <array>
 #include <chrono>

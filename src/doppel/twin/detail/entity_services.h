@@ -29,8 +29,8 @@ class EntityServices : public Tickable {
   struct Callbacks {
     MeshFinder find_mesh;
     std::function<void()> changed;  // instances were added, removed or moved
-    // Brings up a robot of URDF text under its namespace at its pose; `done` is called later, on the loop's
-    // thread.
+    // Brings up a robot of URDF text under its namespace at its pose; `done` is called later, on
+    // the loop's thread.
     using Done = std::function<void(const Status&)>;
     std::function<void(WorldRobot robot, std::string urdf, Done done)> spawn_robot;
     std::function<Status(int instance)> remove_robot;

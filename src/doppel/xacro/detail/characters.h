@@ -1,5 +1,5 @@
 #pragma once
-// Classes of ASCII characters as Python knows them, whatever the locale.
+// Classes of ASCII characters as in Python, independent of the locale.
 
 #include <cstddef>
 #include <string_view>

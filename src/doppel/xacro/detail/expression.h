@@ -26,8 +26,8 @@ class ExpressionError : public std::runtime_error {
 std::string excerpt(std::string_view expression);
 
 // Where names come from; null: unknown. May itself evaluate (xacro's properties are lazy). What was found
-// stays where it is and as it is until the evaluation that asked for it ends, because the evaluator does not
-// copy it.
+// stays where it is and as it is until the evaluation that asked for it ends, because the evaluator does
+// not copy it.
 class NameScope {
  public:
   virtual ~NameScope() = default;

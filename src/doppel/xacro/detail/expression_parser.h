@@ -103,7 +103,7 @@ struct Loop {
   std::span<const Expression* const> conditions;
 };
 
-// Operators, brackets, and the keywords that the grammar knows.
+// Operators, brackets, and the keywords of the grammar.
 enum class Symbol : std::uint8_t {
   none,
   plus,

@@ -37,8 +37,8 @@ inline std::uint32_t text_hash(std::string_view text) {
   return static_cast<std::uint32_t>(out);
 }
 
-// The names are views of what outlives the table. What find() gives stays where it is until something is
-// added.
+// The names are views of what outlives the table. What find() gives stays where it is until
+// something is added.
 template <class T>
 class TextTable {
  public:

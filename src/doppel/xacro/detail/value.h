@@ -61,7 +61,7 @@ class ValueDict {
   std::vector<Slot> index_;  // empty while a search is as quick
 };
 
-// Something with attributes that are looked up when asked for: a module, a namespace of an include.
+// An object whose attributes are looked up on access: a module, a namespace of an include.
 class ValueObject {
  public:
   virtual ~ValueObject() = default;
@@ -101,7 +101,7 @@ class Value {
   struct Function {
     std::string name;
     std::shared_ptr<ValueFunction> call;
-    bool type = false;  // str, int, list: also what isinstance() and type() know
+    bool type = false;  // str, int, list: also a type for isinstance() and type()
   };
   struct Object {
     std::string name;

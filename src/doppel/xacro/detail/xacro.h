@@ -226,8 +226,8 @@ TextTable<Value> xacro_globals(Interpreter& interpreter);
 // $(eval ...): Python with the arguments as names, and with arg(), env(), optenv(), find(), dirname().
 std::string eval_substitution(std::string_view text, Interpreter& interpreter, const TreePlace& where);
 
-// A property's text as Python would read it as a literal: a number, a truth value, a quoted string; else
-// itself.
+// A property's text as Python would read it as a literal: a number, a truth value, a quoted
+// string; else itself.
 Value literal(std::string_view text);
 // The literal that a text is; any other value as it is.
 Value interpreted(Value value);

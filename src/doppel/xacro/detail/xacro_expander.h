@@ -38,7 +38,7 @@ class Attributes {
 struct Output {
   TreeList nodes;
   Attributes* parent = nullptr;
-  int id = 0;  // tells it from every other one
+  int id = 0;  // unique
 };
 
 class Expander {

@@ -1,5 +1,5 @@
 #pragma once
-// What the parser asks of single characters, for every byte of a file: inline and by table.
+// The parser's tests of single characters, for every byte of a file: inline and by table.
 
 #include <array>
 #include <cstddef>
