@@ -63,7 +63,7 @@ namespace {
 using audit_rules::Findings;
 using audit_rules::holds;
 
-// "joint 'Revolute 1'": the element below <robot> that the place lies in.
+// "joint 'Revolute 1'": the element below <robot> that contains the place.
 std::string subject_at(const XmlNode& root, const SourceLocation& where) {
   if (!where.known()) return "";
   for (const XmlNode& child : root.children) {
@@ -76,7 +76,7 @@ std::string subject_at(const XmlNode& root, const SourceLocation& where) {
   return "the robot";
 }
 
-// The parser warns of what can be left out and continues; the rule says how much it matters.
+// The parser warns about parts that it can leave out, and continues; the severity is that of the rule.
 void take_over(const Diagnostics& diagnostics, const XmlNode& root, Findings& out) {
   for (const Diagnostic& d : diagnostics.all()) {
     const RuleInfo* const rule = d.rule.starts_with("urdf.") ? find_rule(d.rule) : nullptr;
@@ -101,7 +101,7 @@ std::optional<Model> compile(const RobotDescription& robot, const XmlNode& root,
 
 void apply_rules(const AuditInput& in, Findings& out) {
   using namespace audit_rules;
-  // Meshes and shapes come before the inertias that are held against them: one fault is reported once.
+  // Meshes and shapes come before the inertias that are compared with them, so that a fault is reported once.
   for (const auto check : {check_schema, check_joints, check_origins, check_mimics, check_meshes,
                            check_shapes, check_inertia, check_names, check_collisions, check_ros2_control,
                            check_controllers, check_package, check_world, check_datasheet}) {

@@ -12,7 +12,7 @@ void report_unreadable(const fs::path& path, Severity severity, const Diagnostic
   out.add("controllers.unreadable", severity, path.filename().string(), why.where, why.message, why.fix);
 }
 
-// A file that the caller chose is judged whatever it holds.
+// A file that the caller chose is always checked, whatever its content.
 std::vector<ControllersFile> chosen_file(const fs::path& path, Findings& out) {
   try {
     ControllersFile file = controllers_in(ParameterFile::parse(read_side_file(path).text, path.string()));
@@ -34,7 +34,7 @@ bool controls(const GazeboPlugin& plugin) {
   return find_gazebo_control_plugin(plugin.filename) != nullptr;
 }
 
-// Without its folder the package itself may be incomplete here; then nothing is certain.
+// Without its folder the package may be incomplete on this machine, so that a missing file is no proof.
 void report_missing(const ControllersSearch::Missing& missing, Findings& out) {
   if (!controls(*missing.plugin)) return;
   out.add("controllers.file_missing", missing.folder_there ? Severity::error : Severity::warning,

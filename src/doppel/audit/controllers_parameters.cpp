@@ -8,14 +8,14 @@
 namespace doppel::audit_rules {
 namespace {
 
-// Said by rules of this room, with more around it.
+// Reported by rules of the audit, with more context.
 bool reported_elsewhere(const std::string& rule) {
   static const Names kRules{"control.unknown_joint", "control.joint_twice", "control.joint_not_driven",
                             "control.mimic_joint"};
   return contains(kRules, rule);
 }
 
-// Parameters that ROS 2's controllers have and that no on_init of doppel's declares.
+// Parameters that ROS 2's controllers have and that no on_init() of doppel declares.
 bool of_ros2_only(std::string_view name) {
   constexpr std::string_view kNames[] = {"type",
                                          "update_rate",
@@ -59,7 +59,7 @@ void check_whole_numbers(const DeclaredController& c, const Parameters& paramete
           fmt::format("write {}.0", first));
 }
 
-// `complete`: every parameter was declared. Otherwise an unknown name may only not have had its turn.
+// `complete`: every parameter was declared. Otherwise an unknown name may be one that is declared later.
 void check_unknown(const DeclaredController& c, const Parameters& parameters, bool complete, Findings& out) {
   if (!complete || c.has_other_files) return;
   const Names valid = parameters.names();

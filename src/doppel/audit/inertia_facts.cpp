@@ -9,7 +9,7 @@
 namespace doppel::audit_rules {
 namespace {
 
-constexpr double kPossibleSlack = 1e-6;  // what is lost by writing few digits
+constexpr double kPossibleSlack = 1e-6;  // the rounding of few digits
 constexpr double kPlausible = 2;         // moments of a machine part against those of its solid shape
 
 bool plausible(const Components& c, const Eigen::Matrix3d& expected) {

@@ -17,7 +17,7 @@ namespace {
 namespace fs = std::filesystem;
 using package_files::joined, package_files::without_trailing_slash;
 
-constexpr std::size_t kMaxCommands = 20'000;  // run; loops in loops multiply
+constexpr std::size_t kMaxCommands = 20'000;  // executed; nested loops multiply
 constexpr int kMaxLoopDepth = 16;
 constexpr int kMaxReplacements = 64;           // in one text
 constexpr std::size_t kMaxValueLength = 4096;  // of a variable, which may double at every set()
@@ -116,7 +116,7 @@ class CMakeReader {
     }
   }
 
-  // Commands that may install what is not written here.
+  // Commands that may install files that are not named here.
   void may_install_more(const Command& c) {
     if (c.name == "ament_auto_package") {
       const auto to_share = std::find(c.arguments.begin(), c.arguments.end(), "INSTALL_TO_SHARE");
@@ -134,7 +134,7 @@ class CMakeReader {
     out_.given_up_source = file_.place(c.at);
   }
 
-  // A value that is not known is not kept: what uses it is not known either.
+  // An unknown value is not stored, so that everything that uses it is unknown as well.
   void set(const std::string& variable, std::optional<std::string> value) {
     if (value)
       variables_[variable] = std::move(*value);
@@ -167,7 +167,7 @@ class CMakeReader {
     return end;
   }
 
-  // Nothing where a variable is not known, or the text grows beyond reason.
+  // Nothing where a variable is unknown, or the text exceeds its limits.
   [[nodiscard]] std::optional<std::string> expand(std::string text) const {
     int replaced = 0;
     for (std::size_t at = text.find("${"); at != std::string::npos; at = text.find("${")) {

@@ -15,8 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using package_files::joined, package_files::without_trailing_slash;
 
-// '*' and '?' within one folder. The last '*' alone is tried again: what earlier ones take is
-// settled by then.
+// '*' and '?' within one folder. Only the last '*' is extended again: the matches of earlier ones are final.
 bool matches(std::string_view pattern, std::string_view name) {
   std::size_t p = 0, n = 0, star = std::string_view::npos, tried = 0;
   while (n < name.size()) {
@@ -96,7 +95,7 @@ std::size_t comma_of(const std::string& text, std::size_t open, std::size_t clos
   return std::string::npos;
 }
 
-// A glob's "[abc]" as "?": near enough to say what is certainly left out.
+// A glob's "[abc]" as "?": sufficient to find files that are certainly left out.
 std::string without_classes(std::string pattern) {
   for (std::size_t at = pattern.find('['); at != std::string::npos; at = pattern.find('[')) {
     const std::size_t end = pattern.find(']', at);

@@ -20,8 +20,8 @@ class PathShortener {
 
   [[nodiscard]] std::string path(const std::string& path) const { return shown_path(path, folder_); }
 
-  // Every place below the folder that the text names, as "(at /home/me/arm.urdf:2:1)"; what it quotes of
-  // the description stays.
+  // Shortens every place below the folder in the text, such as "(at /home/me/arm.urdf:2:1)"; quotations from
+  // the description stay.
   [[nodiscard]] std::string text(std::string text) const {
     if (prefix_.empty()) return text;
     for (std::size_t at = text.find(prefix_); at != std::string::npos; at = text.find(prefix_, at)) {
@@ -56,7 +56,7 @@ class PathShortener {
 
  private:
   std::filesystem::path folder_;
-  std::string prefix_;  // empty: the root, which nothing is shortened by
+  std::string prefix_;  // empty: the root, which shortens no path
 };
 
 }  // namespace

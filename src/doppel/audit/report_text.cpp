@@ -1,5 +1,5 @@
-// The audit for people: findings of one rule together, each with its place through macros and includes, what
-// they lead to and the fix said once where it is the same for all.
+// The audit for people: findings of one rule together, each with its place through macros and includes. Their
+// effect and the fix are printed once where they are the same for all.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,7 +46,7 @@ std::vector<Group> grouped(const std::vector<Finding>& findings) {
   return out;
 }
 
-// A place as the shell that prints it would name it.
+// Places relative to the working directory of the shell.
 class Places {
  public:
   Places() {

@@ -1,4 +1,4 @@
-// What each rule over the description itself is for. The parsers' rules: rule_table_parsers.cpp; those
+// The purpose of each rule over the description itself. The parsers' rules: rule_table_parsers.cpp; those
 // about ROS: rule_table_ros.cpp.
 #include <algorithm>
 #include <array>

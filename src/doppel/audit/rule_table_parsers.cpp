@@ -1,5 +1,5 @@
-// The rules that hold while a description is read. Those that end the reading stand here too: what doppel
-// says then carries the same ids.
+// The rules that apply while a description is read. Those that end the reading are here too: the error
+// messages of doppel have the same ids.
 #include <array>
 
 #include "doppel/audit/detail/rule_rows.h"

@@ -1,5 +1,5 @@
-// xacro's arguments as the source declares and reads them: what expansion alone cannot show, because it fails
-// or succeeds only for the values that were given.
+// xacro's arguments as the source declares and reads them. Expansion alone does not find these faults,
+// because it fails or succeeds only for the values that were given.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -56,8 +56,7 @@ class Arguments {
   bool complete = true;                     // every include was followed
 
  private:
-  // Once: a second look at a file finds nothing that the first one did not, and files of one name would lead
-  // to each other without end.
+  // Each file once: a second pass finds nothing new, and files of one name would include each other forever.
   void walk(const fs::path& file, const XmlNode& root) {
     if (seen_.insert(file).second) visit(root, false);
   }
@@ -127,7 +126,7 @@ void check_declared(const Arguments& arguments, Findings& out) {
     const auto found = arguments.declared.find(name);
     if (found == arguments.declared.end()) {
       if (!arguments.complete) continue;
-      // An argument that has to be given is a way to write; a switch that has to be is a trap.
+      // A required argument is a matter of style; a required switch is easily forgotten.
       out.add(
           "xacro.argument_undeclared", switches_simulation(name) ? Severity::warning : Severity::note,
           fmt::format("xacro argument '{}'", name), use.where,
@@ -163,12 +162,12 @@ void check_unused(const Arguments& arguments, Findings& out) {
   }
 }
 
-// Does the switch switch? Both expansions are compared. Only where nothing but defaults is needed for them.
+// Whether the switch has an effect: both expansions are compared, where the defaults suffice for them.
 void check_switches(const AuditInput& in, const Arguments& arguments, Findings& out) {
   int tried = 0;
   for (const auto& [name, where] : arguments.declared) {
     if (!switches_simulation(name) || !arguments.used.contains(name)) continue;
-    // What stands in a condition switches; only what is handed on needs the proof.
+    // A switch in a condition has an effect; only one that is passed on is compared.
     if (arguments.conditions.find("$(arg " + name + ")") != std::string::npos) continue;
     if (++tried > kMaxSwitches) return;
     try {

@@ -1,6 +1,6 @@
-// Links that touch where the robot stands when nothing is commanded: at zero, or at the nearest pose inside
-// the limits. Hulls first, as physics uses them; a pair whose hulls overlap by more than their shapes would
-// allow is looked at by its triangles.
+// Links that touch in the pose without commands: at zero, or at the nearest pose inside the limits. Hulls
+// first, as the physics engine uses them; a pair whose hulls overlap by more than their shapes allow is
+// checked by its triangles.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -15,7 +15,7 @@ namespace {
 constexpr double kDepth = 1e-3;            // m; less is a touch, not an overlap
 constexpr double kNeighbourShare = 0.5;    // of the smaller body's least width
 constexpr std::size_t kMaxReported = 50;   // pairs
-constexpr std::size_t kTriangles = 10000;  // looked at in one audit, which is to take milliseconds
+constexpr std::size_t kTriangles = 10000;  // checked in one audit, which has to take milliseconds
 
 // Links that fixed joints make one body, and which bodies share a joint.
 class Bodies {
@@ -55,7 +55,7 @@ class Bodies {
     const auto found = index_.find(name);
     return found == index_.end() ? -1 : at(found->second);
   }
-  // A body without a shape, as between the two axes of a wheel that is steered, parts nothing from nothing.
+  // A body without a shape, as between the two axes of a steered wheel, does not separate its neighbours.
   void look_through_frames(const RobotDescription& robot) {
     std::set<int> shaped;
     for (std::size_t i = 0; i < robot.links.size(); ++i) {
@@ -105,7 +105,7 @@ bool has_mesh(const Link& link) {
                      [](const Collision& c) { return std::holds_alternative<MeshGeometry>(c.geometry); });
 }
 
-// What looking at a link's triangles costs.
+// The cost of checking a link's triangles.
 std::size_t triangles_of(const Link& link) {
   std::size_t count = 0;
   for (const Collision& c : link.collisions) {
@@ -133,7 +133,7 @@ class Overlaps {
     auto contacts = collider.contacts(X_WL_);
     std::erase_if(contacts,
                   [&](const LinkContact& c) { return c.depth < kDepth || bodies_.same(c.link_a, c.link_b); });
-    // The deepest first: where there are many, they are what is looked at closely.
+    // The deepest first: the number of pairs that are checked by triangles is limited.
     std::sort(contacts.begin(), contacts.end(),
               [](const auto& a, const auto& b) { return a.depth > b.depth; });
     const std::size_t told_before = out_.all().size();
@@ -161,7 +161,7 @@ class Overlaps {
   }
 
   void neighbours(const LinkContact& c) {
-    // Hulls of parts that reach around each other overlap deeply and rightly; only exact shapes
+    // Hulls of parts that reach around each other overlap deeply without a fault; only exact shapes
     // can be judged.
     if (has_mesh(link(c.link_a)) || has_mesh(link(c.link_b))) return;
     const double width = std::min(least_width(link(c.link_a)), least_width(link(c.link_b)));
@@ -174,7 +174,7 @@ class Overlaps {
   }
 
   void apart(const LinkContact& c) {
-    // Where one joint mimics the other, the links mesh as gears do, or are fingers that close on each other.
+    // Where one joint mimics the other, the links are meshing gears, or fingers that close on each other.
     if (bodies_.coupled(c.link_a, c.link_b)) return;
     const bool meshes = has_mesh(link(c.link_a)) || has_mesh(link(c.link_b));
     bool only_hulls = meshes;

@@ -1,5 +1,5 @@
-// The controllers' YAML against the description, in both directions. A controller that doppel has is
-// initialised as `doppel up` would do it, on a bus of its own, so that both say the same of its parameters.
+// The controllers' YAML compared with the description, in both directions. A controller that doppel has is
+// initialised as by `doppel up`, on a bus of its own, so that both report the same faults of its parameters.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -68,7 +68,7 @@ class JointCheck {
   void check(const DeclaredController& c) {
     certain_ = file_.named && mostly_known(c);
     for (const char* parameter : {"joints", "command_joints", "dof_names", "joint"}) {
-      // The broadcaster's list is of joints with a state; it may hold any.
+      // A broadcaster lists joints with a state, which may be any joint.
       const bool commands = !c.broadcasts();
       check_list(c, parameter, commands);
     }
@@ -104,7 +104,7 @@ class JointCheck {
     }
   }
 
-  // A controller of which the robot has hardly a joint is of another variant of it.
+  // A controller with few joints of this robot belongs to another variant of it.
   [[nodiscard]] bool mostly_known(const DeclaredController& c) const {
     const auto joints = c.driven_joints();
     const auto known = std::count_if(joints.begin(), joints.end(), [&](const std::string& name) {
@@ -129,7 +129,7 @@ class JointCheck {
   bool certain_ = false;  // the controller is this robot's
 };
 
-// What the hardware offers: "joint/interface" -> where.
+// The interfaces of the hardware: "joint/interface" -> where.
 struct Offer {
   std::set<std::string> commands, states;
 };
@@ -263,7 +263,7 @@ void check_rates(const ControllersFile& file, Findings& out) {
   }
 }
 
-// ROS 2 gives every interface to one active controller; the YAML does not say which ones are started.
+// In ROS 2 one active controller claims an interface; the YAML does not show which ones are started.
 void check_claims(const ControllersFile& file, Findings& out) {
   std::map<std::string, const DeclaredController*> holder;
   std::set<std::pair<const DeclaredController*, const DeclaredController*>> reported;
@@ -284,7 +284,7 @@ void check_claims(const ControllersFile& file, Findings& out) {
 void check_uncontrolled(const AuditInput& in, const ControllersFile& file, Findings& out) {
   std::set<std::string> controlled;
   for (const DeclaredController& c : file.controllers) {
-    // A controller whose parameters cannot be judged may hold anything.
+    // The parameters of an unknown controller cannot be checked.
     if (!c.known_kind() && !c.broadcasts()) return;
     for (const std::string& joint : c.driven_joints()) controlled.insert(joint);
   }

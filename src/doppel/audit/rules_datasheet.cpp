@@ -1,4 +1,4 @@
-// Limits against what the actuators can do. Where another rule has already found a limit to be an exporter's
+// Limits and the ratings of the actuators. Where another rule has already found a limit to be an exporter's
 // default, the sheet adds its value and the repair to that finding; a fault is reported once.
 #include <algorithm>
 #include <cmath>
@@ -13,12 +13,12 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kTolerance = 0.025;  // sheets and descriptions round: 1.8 kg cm is written 0.18 N m
-constexpr double kFarBelow = 0.3;     // of what the sheet promises
+constexpr double kFarBelow = 0.3;     // of the rating in the sheet
 
 double two_digits(double value) {
   const double scale = std::pow(10.0, std::floor(std::log10(value)) - 1);
   const double rounded = std::round(value / scale) * scale;
-  // A power of ten leaves a last bit behind; the text form has none.
+  // The power of ten causes an error in the last bit; the text has none.
   return std::round(rounded * 1e9) / 1e9;
 }
 
@@ -105,7 +105,7 @@ class DatasheetCheck {
     const std::string fix = fmt::format("write {}=\"{:g}\" ({})", q.name, honest, q.sheet);
     if (Finding* other = reported_already(subject, q.name)) {
       other->fix = fix;
-      if (above) other->severity = Severity::error;  // a doubt before, and the sheet proves it
+      if (above) other->severity = Severity::error;  // suspected before, and proven by the sheet
       if (other->repair.empty()) other->repair.push_back(std::move(operation));
       return;
     }

@@ -63,7 +63,7 @@ void check_plugin_name(const GazeboPlugin& plugin, Findings& out) {
   }
 }
 
-// A simulated component and the <gazebo> plugin that carries it come in pairs.
+// A simulated component requires the <gazebo> plugin that runs it, and the plugin a component.
 void check_pair(const AuditInput& in, Findings& out) {
   const GazeboPlugin* plugin = nullptr;
   for (const GazeboExtension& gazebo : in.robot.gazebo) {

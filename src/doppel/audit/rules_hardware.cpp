@@ -97,8 +97,7 @@ void check_sensors(const AuditInput& in, const HardwareDescription& hardware, Fi
   }
 }
 
-// Descriptions that prepare for ros2_control (an include that is still empty, as exporters leave it)
-// and lack it.
+// Descriptions that are prepared for ros2_control (with an empty include, as exporters write it) and lack it.
 void check_presence(const AuditInput& in, Findings& out) {
   if (!in.robot.hardware.empty()) return;
   const auto prepared =

@@ -1,4 +1,4 @@
-// Masses and tensors by themselves. Against the shapes: rules_inertia_shape.cpp; twins: rules_twins.cpp.
+// Masses and tensors by themselves. With the shapes: rules_inertia_shape.cpp; twins: rules_twins.cpp.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -13,9 +13,9 @@ constexpr double kNothing = 1e-12;       // kg m^2
 constexpr double kRounding = 1e-6;       // of the largest moment
 constexpr double kFewUnits = 2e-5;       // kg m^2: where six decimals leave two digits
 constexpr double kRoundedExcess = 0.01;  // of the largest moment: digits were lost
-constexpr double kWrongExcess = 0.3;     // below, a simulation that balances the tensor is hardly another one
+constexpr double kWrongExcess = 0.3;     // below this, balancing the tensor hardly changes the simulation
 constexpr double kNoExcess = 1e-6;
-constexpr double kOneOutOfThree = 1e-9;  // of the largest moment: an off-diagonal that is none
+constexpr double kOneOutOfThree = 1e-9;  // of the largest moment: an off-diagonal that counts as 0
 
 std::string shown(const Eigen::Vector3d& moments) {
   return fmt::format("{:.3g}, {:.3g}, {:.3g}", moments[0], moments[1], moments[2]);
@@ -28,7 +28,7 @@ Operation compute(const Link& link, std::string why) {
   return out;
 }
 
-// What a fault of one link's tensor comes to: engines see a body, all that is joined by fixed joints.
+// The severity of a fault in one link's tensor: engines use the sum over links that are fixed to each other.
 Severity graded(const Link& link, const Body& body, Severity alone) {
   if (link.inertial->mass <= kDummy) return Severity::note;
   const bool others = body.links.size() > 1 && body.mass.mass > link.inertial->mass;
@@ -112,7 +112,7 @@ void report_identity(const Link& link, const std::optional<LinkShape>& shape, Fi
   if (lies && computable(link, shape)) f.repair = {compute(link, "the identity was a placeholder")};
 }
 
-// Zero but for rounding: what a computation leaves of a rod, a sheet or a tensor that was never filled in.
+// Zero except for rounding: the tensor of a rod or a sheet, or one that was never filled in.
 void report_singular(const Link& link, const Body& body, const Eigen::Vector3d& moments, Findings& out) {
   out.add("inertia.not_positive", std::min(graded(link, body, Severity::warning), Severity::warning),
           subject(link), link.inertial->source,
@@ -128,7 +128,7 @@ void report_impossible(const Link& link, const Body& body, const Components& c,
   if (!positive && moments[0] >= -kRounding * moments[2]) return report_singular(link, body, moments, out);
   const double excess = triangle_excess(moments);
   const bool rounding = positive && excess <= kRoundedExcess;
-  // Without a shape to hold it against, a power of ten that would do is a guess.
+  // Without a shape to compare it with, a suitable power of ten is a guess.
   const auto typo = rounding || !computable(link, shape) ? std::nullopt : only_typo(c, *link.inertial, shape);
   std::string fix = typo ? fmt::format("correct {}: no other single change makes it valid", typo->what) : "";
   const bool wrong = !positive || excess > kWrongExcess;
@@ -186,7 +186,7 @@ struct RoundedLinks {
   std::vector<const Link*> few_digits, chosen;
 };
 
-// True where the tensor is one that a body can have.
+// True where the tensor is physically possible.
 bool check_tensor(const Link& link, const Body& body, const std::optional<LinkShape>& shape,
                   RoundedLinks& rounded_links, Findings& out) {
   const Components c = components_of(*link.inertial);
@@ -209,7 +209,7 @@ bool check_tensor(const Link& link, const Body& body, const std::optional<LinkSh
   return false;
 }
 
-// It has an <inertial>, which the parser refuses.
+// It has an <inertial> that the parser rejects.
 bool refused(const Link& link, const Findings& out) {
   return out.has("urdf.inertial", subject(link));
 }

@@ -11,7 +11,7 @@ constexpr double kFits = 2;                       // moments of a part against t
 constexpr double kSame = 1.05, kOtherwise = 1.1;  // the only order: it fits, and no other one does
 using Order = std::array<int, 3>;                 // the moment about axis i stands where axis order[i] should
 
-// By how much the moment about the worst axis is beyond what the shape allows, as a ratio of radii.
+// The excess of the moment about the worst axis over what the shape allows, as a ratio of radii.
 struct Worst {
   int axis = 0;
   double gyration = 0, reach = 0;

@@ -1,4 +1,4 @@
-// Masses and tensors against the shapes of their links.
+// Masses and tensors compared with the shapes of their links.
 #include <algorithm>
 #include <cmath>
 
@@ -9,11 +9,11 @@ namespace doppel::audit_rules {
 namespace {
 
 constexpr double kMinUsualDensity = 200, kMaxUsualDensity = 12000;  // printed shells to machined lead
-constexpr double kPowerSlack = 0.4;                                 // decades by which a solid guess is off
+constexpr double kPowerSlack = 0.4;                                 // decades, by assuming a solid body
 constexpr double kOutside = 0.05;                                   // of the link's size
 constexpr double kFarCentre = 2;  // m; nearer, it may be in another link's frame
 constexpr double kConcentrated = 0.05;
-constexpr double kPlaceholder = 0.005;  // m: boxes of a millimetre stand for frames, not for parts
+constexpr double kPlaceholder = 0.005;  // m: boxes of a millimetre represent frames, not parts
 constexpr int kDirections = 60;
 
 // The distance of a point from the hull, m; 0 or less: inside, within the resolution of the directions.
@@ -34,7 +34,7 @@ double furthest(const LinkShape& shape, const Eigen::Vector3d& p) {
   return out;
 }
 
-// True where the mass can be believed.
+// True where the mass is plausible.
 bool check_density(const Link& link, const LinkShape& shape, SuspectUnits& suspects, Findings& out) {
   const double mass = link.inertial->mass;
   const bool closed = shape.solid.volume > 0;
@@ -90,12 +90,12 @@ std::string units_of(int power) {
   }
 }
 
-// The same moment about every axis, as placeholders are written.
+// The same moment about every axis, as in placeholders.
 bool isotropic(const Components& c) {
   return c[0] == c[3] && c[3] == c[5] && c[1] == 0 && c[2] == 0 && c[4] == 0;
 }
 
-// True where the tensor is off by a power of a thousand.
+// True where the tensor is wrong by a power of a thousand.
 bool check_tensor_units(const Link& link, const LinkShape& shape, SuspectUnits& suspects) {
   const Components c = components_of(*link.inertial);
   const double ratio = tensor_of(c).trace() / expected_tensor(shape, link.inertial->mass).trace();
@@ -117,7 +117,7 @@ void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
   const double reach = furthest(shape, inertial.origin.xyz);
   if (!(reach > 0)) return;
   if (gyration > kMaxGyrationRatio * reach) {
-    // No repair: drives add the inertia of their rotors, and shapes leave out what hangs on a link.
+    // No repair: drives add the inertia of their rotors, and shapes do not include all parts of a link.
     out.add("inertia.gyration", subject(link), inertial.source,
             fmt::format("they imply mass at {:.3g} mm from its centre, but no point of its shape is more "
                         "than {:.3g} mm away",

@@ -14,13 +14,13 @@ namespace doppel::audit_rules {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kExporter = 100;        // what fusion360-urdf-ros2 and its kin write for velocity and effort
+constexpr double kExporter = 100;        // velocity and effort of fusion360-urdf-ros2 and similar exporters
 constexpr double kAbsurdSpeed = 50;      // rad/s: no geared joint turns at 8 revolutions per second
 constexpr double kAbsurdSlide = 10;      // m/s
 constexpr double kAbsurdEffort = 1e5;    // N m or N
 constexpr double kCasual = 2e-3;         // rad: a multiple of pi/2 with three digits: 1.57, 3.14
-constexpr double kManyTurns = 20 * kPi;  // rad: no cable follows
-constexpr double kSomeTurns = 4 * kPi;   // rad: what industrial wrists do
+constexpr double kManyTurns = 20 * kPi;  // rad: more than a cable permits
+constexpr double kSomeTurns = 4 * kPi;   // rad: the range of industrial wrists
 
 bool limited(const Joint& joint) {
   return joint.type == JointType::revolute || joint.type == JointType::prismatic;
@@ -42,7 +42,7 @@ Operation set_limit(SetLimit action, std::string why) {
   return out;
 }
 
-// It has an element with nearly the name of the missing one, which the schema's rules have reported.
+// It has an element with a similar name to the missing one, which the rules of the schema have reported.
 bool misspelt(const AuditInput& in, const Joint& joint, std::string_view element) {
   const XmlNode* node = element_at(in.expanded.root, joint.source);
   return node != nullptr &&
@@ -51,7 +51,7 @@ bool misspelt(const AuditInput& in, const Joint& joint, std::string_view element
          });
 }
 
-// The attribute that was meant to be `name`; null: none.
+// The attribute that is probably a typo of `name`; null: none.
 const XmlAttribute* misspelt_attribute(const XmlNode& node, std::string_view name) {
   const ElementKind* kind = find_kind({"joint", node.name});
   const std::vector<std::string> valid = words(kind == nullptr ? "" : kind->attributes);
@@ -92,8 +92,7 @@ void check_presence(const AuditInput& in, const Joint& joint, Findings& out) {
   if (!joint.limits->velocity) check_complete(in, joint, "velocity", out);
 }
 
-// Neither bound holds anything but a number; what does is reported by the parser, and a bound of 0
-// stands for it.
+// Both bounds are numbers; the parser reports any other value and replaces it by 0.
 bool bounds_readable(const AuditInput& in, const Joint& joint) {
   const JointLimits& l = *joint.limits;
   if (l.lower != 0 && l.upper != 0) return true;
@@ -187,7 +186,7 @@ bool looks_like_degrees(const Joint& joint) {
   return whole_degrees(l.lower) && whole_degrees(l.upper) && l.lower < l.upper;
 }
 
-// Half turns both ways, and the same for every joint, is how "without end" is written for wheels and spools.
+// Half a turn in both directions for every joint usually represents the unlimited range of wheels and spools.
 // Ranges that differ from joint to joint are those of a mechanism.
 bool written_in_degrees(const RobotDescription& robot) {
   std::set<std::pair<double, double>> ranges;
@@ -197,7 +196,7 @@ bool written_in_degrees(const RobotDescription& robot) {
   return ranges.size() >= 2;
 }
 
-// True where the range is in degrees: it makes every other judgement of it void.
+// True where the range is in degrees, so that no other rule can judge it.
 bool check_degrees(const Joint& joint, bool certain, Findings& out) {
   if (!looks_like_degrees(joint)) return false;
   const JointLimits& l = *joint.limits;
@@ -310,7 +309,7 @@ void check_origin(const Joint& joint, Findings& out) {
   f.repair = {repair};
 }
 
-// What the parser found, with the repair that there is only one of.
+// Adds the only possible repair to findings of the parser.
 void offer_repairs(const AuditInput& in, Findings& out) {
   for (Finding& f : out.all()) {
     for (const Joint& joint : in.robot.joints) {

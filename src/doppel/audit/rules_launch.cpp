@@ -1,4 +1,4 @@
-// Launch files of the package, read as text: what they give to xacro and to the spawner.
+// Launch files of the package, read as text: their arguments for xacro and for the spawner.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -102,7 +102,7 @@ std::size_t end_of_call(const std::string& text, std::size_t open) {
   return text.size();
 }
 
-// The argument that has to be given for a simulation; empty: none.
+// The argument that a simulation requires; empty: none.
 std::string simulation_switch(const AuditInput& in) {
   std::string wanted;
   for (const auto& argument : declared_xacro_arguments(in.expanded.file, in.resolver)) {

@@ -41,8 +41,8 @@ std::string file_name(const MeshGeometry& mesh) {
   return std::filesystem::path(mesh.uri).filename().string();
 }
 
-// Neither our readers nor assimp take it. What nobody can touch lets planners and simulators through; what is
-// only drawn is missing in the picture.
+// Neither the readers of doppel nor assimp can read it. Without a collision mesh planners and simulators do
+// not detect contacts; a visual mesh is only missing in the picture.
 void report_problem(const MeshUse& use, bool collides, const MeshReport& report, Findings& out) {
   const std::string message = fmt::format("'{}': {}", file_name(*use.mesh), report.problem);
   if (report.rule == "mesh.not_fetched" || report.rule == "audit.skipped") {
@@ -123,7 +123,7 @@ Link unmirrored(const Link& link) {
   return out;
 }
 
-// The centre of mass lies in the link only where its meshes are not mirrored.
+// The centre of mass is inside of the link only where its meshes are not mirrored.
 bool mirrored_by_mistake(const Link& link) {
   if (!link.inertial) return false;
   const Link straight = unmirrored(link);
@@ -131,8 +131,7 @@ bool mirrored_by_mistake(const Link& link) {
   return written && meant && centre_outside(link, *written) > 0 && centre_outside(straight, *meant) == 0;
 }
 
-// The operation sets the scale of every mesh of the link; what is wrong with one file is not
-// wrong with another.
+// The operation sets the scale of every mesh of the link, so it is only correct for one file.
 bool shows_one_file(const Link& link) {
   std::set<std::string> files;
   for (const Visual& v : link.visuals) {
@@ -144,7 +143,7 @@ bool shows_one_file(const Link& link) {
   return files.size() == 1;
 }
 
-// One side of a robot is often the other one's mesh, mirrored: that file is used without the sign as well.
+// One side of a robot is often the mirrored mesh of the other: that file is also used without the sign.
 void check_sign(const MeshUse& use, const std::vector<MeshUse>& uses, Findings& out) {
   const Eigen::Vector3d& scale = use.mesh->scale;
   if (!(scale.array() < 0).any()) return;
@@ -169,7 +168,7 @@ void check_sign(const MeshUse& use, const std::vector<MeshUse>& uses, Findings& 
   f.repair = {repair};
 }
 
-// How far the joints are from the root at most, by the lengths of their origins; 0: all in one place.
+// The largest distance of a joint from the root, by the lengths of origins; 0: all in one place.
 double reach_of(const RobotDescription& robot, const Findings& out) {
   double sum = 0;
   for (const Joint& joint : robot.joints) {
@@ -186,8 +185,8 @@ std::optional<double> extent(const MeshGeometry& mesh) {
   return (report.upper - report.lower).cwiseProduct(mesh.scale).norm();
 }
 
-// A mesh that is a hundred times as large as all the joints' offsets together, or a hundredth of what a hand
-// can hold: its file's unit was not the one that its scale assumes.
+// A mesh that is a hundred times as large as the reach of the joints, or far too small: the unit of its file
+// is not the one that its scale assumes.
 void check_unit(const MeshUse& use, double reach, const std::vector<double>& extents, Findings& out) {
   const auto size = extent(*use.mesh);
   if (!size || !(*size > 0)) return;
@@ -212,7 +211,7 @@ void check_unit(const MeshUse& use, double reach, const std::vector<double>& ext
   if (large && shows_one_file(*use.link)) f.repair = {repair};
 }
 
-// One finding for the whole robot: it is a habit, not an accident.
+// One finding for the whole robot: exporters do this for every link.
 void check_visuals_as_collisions(const RobotDescription& robot, Findings& out) {
   std::vector<std::string> links;
   SourceLocation where;
@@ -238,8 +237,8 @@ void check_visuals_as_collisions(const RobotDescription& robot, Findings& out) {
                       most > 0 ? fmt::format("; up to {} triangles", most) : ""));
 }
 
-// The parser tells each use of a mesh that is not there. One telling per mesh is enough, and where a whole
-// folder is not there, one for all.
+// The parser reports each use of a missing mesh. One finding for each mesh is enough, and one for all where
+// the whole folder is missing.
 void fold_missing(Findings& out) {
   std::vector<Finding>& all = out.all();
   std::set<std::string> reported;

@@ -1,4 +1,4 @@
-// Names that one tool takes and the next one rewrites or refuses.
+// Names that one tool accepts and another rewrites or rejects.
 #include <algorithm>
 #include <cctype>
 #include <map>
@@ -28,7 +28,7 @@ bool plain(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '-' || c == ' ';
 }
 
-// One finding for all: who names one joint with a space names them all so.
+// One finding for all: usually all names of a description have spaces.
 void check_spaces(const std::vector<Named>& names, Findings& out) {
   std::vector<std::string> spaced;
   const Named* first = nullptr;
@@ -61,14 +61,14 @@ void check_characters(const Named& n, Findings& out) {
   }
 }
 
-// What a name holds besides letters, digits and what harms nobody; empty: nothing.
+// The first character of the name that is neither a letter, a digit nor harmless; empty: none.
 std::string odd_character(const std::string& name) {
   const auto odd = std::find_if_not(name.begin() + (name.starts_with('/') ? 1 : 0), name.end(), plain);
   if (odd == name.end() || name.find("::") != std::string::npos) return "";
   return static_cast<unsigned char>(*odd) < 128 ? fmt::format("'{}'", *odd) : "a character that is not ASCII";
 }
 
-// One finding for each character: a prefix with a slash stands before every name.
+// One finding for each character: a prefix with a slash is part of every name.
 void check_odd_characters(const std::vector<Named>& names, Findings& out) {
   std::map<std::string, std::vector<const Named*>> by_character;
   for (const Named& n : names) {

@@ -1,4 +1,4 @@
-// Joint origins against the links that they join: millimetres taken for metres.
+// Joint origins compared with the links that they connect: millimetres written as metres.
 #include <algorithm>
 
 #include "doppel/audit/detail/description_facts.h"
@@ -36,7 +36,7 @@ void check_origins(const AuditInput& in, Findings& out) {
     const double far = xyz.norm();
     if (far < kFar || far < kSuspicious * links.largest) continue;
     const Link* parent = in.robot.find_link(joint.parent);
-    // A link without a shape may be a place in the world, and any distance from it a choice.
+    // A link without a shape may be a place in the world, so that any distance from it is possible.
     const bool touches = parent != nullptr && !(parent->visuals.empty() && parent->collisions.empty());
     const bool certain = touches && links.all_known && far > kCertain * links.largest;
     const Eigen::Vector3d metres = xyz / 1e3;

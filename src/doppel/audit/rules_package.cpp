@@ -1,5 +1,5 @@
-// The package around a description: its package.xml, and whether what the description names reaches share/
-// when the package is built and installed.
+// The package around a description: its package.xml, and whether the files that the description uses are in
+// share/ when the package is built and installed.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -42,7 +42,7 @@ std::optional<Package> read_package(const AuditInput& in, Findings& out) {
   }
 }
 
-// A folder that was meant as a package: build files beside the description's folder, and no package.xml.
+// An incomplete package: build files beside the description's folder, and no package.xml.
 void check_missing_manifest(const AuditInput& in, Findings& out) {
   const fs::path folder = in.expanded.folder().parent_path();
   std::error_code none;
@@ -96,7 +96,7 @@ std::map<std::string, SourceLocation> packages_named(const AuditInput& in) {
   return out;
 }
 
-// Names share their last word ("_description") with half of ROS; a slip shows in what is left of them.
+// Many packages share the last word of their name ("_description"), so only the rest is compared.
 bool slip_of(std::string_view written, std::string_view own) {
   const std::size_t word = own.rfind('_');
   if (word != std::string_view::npos && written.ends_with(own.substr(word))) {
@@ -133,7 +133,7 @@ void check_dependencies(const Package& package, const std::map<std::string, Sour
   }
 }
 
-// Files below the package that the description needs at run time, each with what for.
+// Files below the package that the description needs at run time, each with its purpose.
 std::map<std::string, std::string> needed_files(const AuditInput& in, const fs::path& package) {
   std::map<std::string, std::string> out;
   const fs::path top = fs::absolute(package).lexically_normal();
@@ -206,7 +206,7 @@ void check_installed(const AuditInput& in, const Package& package, const Install
   }
 }
 
-// What is wrong in the reading of a build file, and nothing of what it would have said.
+// Nothing for a build file that cannot be read, which is reported.
 std::optional<InstallRules> read_rules(InstallRules (*read)(const fs::path&), const fs::path& file,
                                        Findings& out) {
   try {

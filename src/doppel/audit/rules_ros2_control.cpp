@@ -1,6 +1,6 @@
-// <ros2_control>: the joints, sensors and interfaces of each component, held against the rest of the
-// description. What refuses and what only warns is ros2_control's own behaviour
-// (component_parser.cpp, resource_manager.cpp, Jazzy).
+// <ros2_control>: the joints, sensors and interfaces of each component, compared with the rest of the
+// description. Errors and warnings are those of ros2_control itself (Jazzy: component_parser.cpp and
+// resource_manager.cpp).
 #include <algorithm>
 #include <array>
 #include <map>
@@ -18,7 +18,7 @@ using Interface = HardwareInterfaceDescription;
 
 const Names kInterfaces{"position", "velocity", "acceleration", "effort"};
 
-// Words that people write for the four.
+// Common misnomers of the four interfaces.
 std::string_view meant_by(std::string_view name) {
   constexpr std::array<std::pair<std::string_view, std::string_view>, 9> kOther{
       {{"torque", "effort"},
@@ -40,7 +40,7 @@ std::string subject_of(const HardwareJoint& joint) {
   return fmt::format("joint '{}' of <ros2_control>", joint.name);
 }
 
-// ros2_control reads <joint name="..." mimic="false">: this component drives it although the URDF says mimic.
+// ros2_control reads <joint name="..." mimic="false">: this component drives a joint that mimics in the URDF.
 bool mimic_switched_off(const XmlNode* component, const std::string& joint) {
   if (component == nullptr) return false;
   for (const XmlNode& child : component->children) {
@@ -93,7 +93,7 @@ void check_interface_names(const HardwareJoint& joint, bool simulated, Findings&
         }
       }
       if (meant.empty()) continue;
-      // A driver may offer what it likes under other words; a typo is one everywhere.
+      // A driver may have interfaces of any other name; a typo is always a fault.
       out.add("ros2_control.interface_name", other_word && !simulated ? Severity::note : Severity::warning,
               subject_of(joint), interface.source,
               fmt::format("the {} interface '{}' is not one of position, velocity, acceleration, effort; did "
@@ -157,7 +157,7 @@ void check_initial_value(const HardwareJoint& joint, const Joint& urdf, Findings
   if (urdf.type == JointType::continuous || urdf.limits->lower > urdf.limits->upper) return;
   const double value = *position->initial_value;
   if (value >= urdf.limits->lower - 1e-6 && value <= urdf.limits->upper + 1e-6) return;
-  // Both limits 0 is an error of the limits and reported there.
+  // Two limits of 0 are reported by the rules on limits.
   if (urdf.limits->lower == 0 && urdf.limits->upper == 0) return;
   out.add("ros2_control.initial_value", subject_of(joint), position->source,
           fmt::format("it starts at {:g}, outside its limits {:g} .. {:g}", value, urdf.limits->lower,

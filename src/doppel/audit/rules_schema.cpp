@@ -70,9 +70,9 @@ class SchemaCheck {
     const std::vector<std::string> valid = words(kind.children);
     const auto near = nearest_name(child.name, valid);
     const bool meant = near && is_near_certain_match(child.name, *near);
-    // <limits> in a joint without <limit> is a slip, though <ros2_control> has an element of that name.
+    // <limits> in a joint without <limit> is a typo, although <ros2_control> has an element of that name.
     if (!homes.empty() && !(meant && parent.first(*near) == nullptr)) {
-      // A colour for what is not drawn loses nothing.
+      // A colour of an element that is not drawn has no effect.
       const Severity severity = child.name == "material" ? Severity::note : Severity::warning;
       out_.add("schema.misplaced", severity, subject(), child.where,
                fmt::format("<{}> is in <{}>, where it is ignored", child.name, parent.name),
@@ -88,7 +88,7 @@ class SchemaCheck {
 
   void repeated(const XmlNode& parent, const XmlNode& child, const XmlNode& first) {
     const bool same = to_xml(child) == to_xml(first);
-    const bool drawn = child.is("material");  // the picture at most is another one
+    const bool drawn = child.is("material");  // it only changes the picture
     out_.add("schema.repeated", same || drawn ? Severity::note : Severity::warning, subject(), child.where,
              fmt::format("<{}> has a second <{}>{}; the first is at {}", parent.name, child.name,
                          same ? ", with the same content" : " with other content", first.where.place()));

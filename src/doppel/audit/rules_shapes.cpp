@@ -1,4 +1,4 @@
-// Boxes, cylinders, capsules and spheres by themselves: nothing to see, or a thousand times too large.
+// Boxes, cylinders, capsules and spheres by themselves: without extent, or a thousand times too large.
 #include <algorithm>
 #include <array>
 
@@ -9,7 +9,7 @@ namespace doppel::audit_rules {
 namespace {
 
 constexpr double kLighterThanAir = 0.01;         // kg/m^3
-constexpr double kLarge = 2;                     // m, of a link that might have been written in mm
+constexpr double kLarge = 2;                     // m, of a link that may be in mm
 constexpr double kWall = 5, kBeyondReach = 100;  // m, and against all the joints' offsets
 
 struct Extent {
@@ -33,7 +33,7 @@ Primitive primitive(const Geometry& geometry) {
   return {};
 }
 
-// A box that is flat along one axis is a sheet, which can be seen.
+// A box that is flat along one axis is a sheet, which is visible.
 bool sheet(const Primitive& p) {
   std::size_t zeros = 0;
   for (const Extent& e : p.extents) zeros += e.value == 0 ? 1 : 0;
@@ -81,8 +81,8 @@ const typename Elements::value_type* largest_primitive(const Elements& elements)
   return best;
 }
 
-// All of a link's shapes are primitives, and as written it weighs less than the air that it displaces; a
-// thousandth of it has the density of a part.
+// All of a link's shapes are primitives, and as written its mass is below that of the displaced air; at a
+// thousandth of the size its density is plausible.
 bool lighter_than_air(const Link& link, const LinkShape& shape) {
   if (!link.inertial || !(link.inertial->mass > 0) || !(shape.solid.volume > 0)) return false;
   const double density = link.inertial->mass / shape.solid.volume;

@@ -1,4 +1,4 @@
-// Links that should weigh the same: left and right by name, and parts that show the same mesh.
+// Links that should have the same mass: left and right by name, and parts with the same mesh.
 #include <algorithm>
 #include <cctype>
 #include <cmath>

@@ -1,4 +1,4 @@
-// Millimetres for metres, grams for kilograms: a habit of an exporter, so several links show it alike.
+// Millimetres for metres, grams for kilograms: an exporter does this in all links, so several agree.
 #include <algorithm>
 #include <set>
 
@@ -13,7 +13,7 @@ bool alike(const SuspectUnit& a, const SuspectUnit& b) {
   return a.of == b.of && a.power == b.power;
 }
 
-// Copies of one placeholder agree with each other about nothing.
+// Copies of one placeholder count once: their agreement proves nothing.
 std::size_t different(const std::vector<const SuspectUnit*>& suspects) {
   std::set<std::pair<double, Components>> seen;
   for (const SuspectUnit* suspect : suspects)

@@ -1,4 +1,4 @@
-// How the robot stands in its world: the root of the tree and the ground.
+// The robot's place in its world: the root of the tree and the ground.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -26,7 +26,7 @@ const Link* root_of(const RobotDescription& robot) {
   return root;
 }
 
-// Robots that drive or float about have no place to be fixed to.
+// Mobile and floating robots are not fixed to a place.
 bool stands_freely(const RobotDescription& robot, const Link& root) {
   const std::string& name = root.name;
   if (name.find("footprint") != std::string::npos || name == "odom" || name == "map" || name == "dummy")
@@ -59,12 +59,12 @@ void check_root(const AuditInput& in, const Link& root, Findings& out) {
           "add a link 'world' with a fixed joint to it, if the robot is bolted down");
 }
 
-// Descriptions that bring their surroundings along.
+// Some descriptions include their surroundings.
 bool is_ground(const std::string& name) {
   return name.find("ground") != std::string::npos || name.find("floor") != std::string::npos;
 }
 
-// The lowest point of the bodies that stand still with `world`, in its frame.
+// The lowest point of the bodies that are fixed to `world`, in its frame.
 struct Lowest {
   double z = kInfinity;
   std::string link;

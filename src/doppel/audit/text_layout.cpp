@@ -7,7 +7,7 @@
 namespace doppel::audit_rules {
 namespace {
 
-constexpr std::size_t kMinWidth = 24;  // of a text's column: below that it goes over the edge
+constexpr std::size_t kMinWidth = 24;  // of a text's column: narrower, the text exceeds the terminal's width
 
 std::string harmless(std::string_view text) {
   std::string out(text);
@@ -85,7 +85,7 @@ void Layout::wrapped(std::size_t at, std::size_t indent, const std::string& text
   while (i < clean.size()) {
     if (clean[i] == '\n') {
       flush();
-      // What is indented by hand stays so, below where the text began.
+      // Manual indentation is kept, relative to the beginning of the text.
       const std::size_t from = clean.find_first_not_of(' ', i + 1);
       const std::size_t own = from == std::string::npos ? 0 : from - i - 1;
       out_.append(indent + own, ' ');

@@ -11,7 +11,7 @@
 namespace doppel {
 namespace {
 
-// A stream that is read to its end by one number: blanks before it, none behind.
+// Whether one number consumes the whole stream: blanks before it, none behind.
 bool is_double(std::string_view text) {
   return !text.empty() && std::string_view(" \t\r\n").find(text.back()) == std::string_view::npos &&
          parse_number(text).has_value();
@@ -160,7 +160,7 @@ class Parser {
     return out;
   }
 
-  // What it fails to read of a link it leaves out, and continues with what it has.
+  // A part of a link that urdfdom fails to read is left out; parsing continues.
   void link(const XmlNode& node, std::string& name, std::vector<VisualMaterial>& visuals) {
     const XmlAttribute* attribute = node.find("name");
     if (attribute == nullptr) {

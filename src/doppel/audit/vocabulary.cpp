@@ -12,7 +12,7 @@ namespace {
 
 constexpr Content kText = Content::text, kOpen = Content::open;
 
-// In a path, the longest that fits wins: "ros2_control/joint" before "joint".
+// The longest matching path applies: "ros2_control/joint" before "joint".
 constexpr std::array kKinds{
     ElementKind{"robot", "name version",
                 "link joint material gazebo ros2_control transmission sensor plugin mujoco "
@@ -81,7 +81,7 @@ constexpr std::array kKinds{
     ElementKind{"mechanical_reduction", "", "", "", kText},
     ElementKind{"motorTorqueConstant", "", "", "", kText}, ElementKind{"offset", "", "", "", kText},
     ElementKind{"role", "", "", "", kText},
-    // -- what other tools read, as they like it
+    // -- elements of other tools, with any content
     ElementKind{"gazebo", "reference", "", "", kOpen}, ElementKind{"sensor", "", "", "", kOpen},
     ElementKind{"plugin", "", "", "", kOpen}, ElementKind{"mujoco", "", "", "", kOpen}};
 

@@ -1,4 +1,4 @@
-// Compares what an operation was made for with what stands in the tree, and applies, recognises or refuses.
+// Compares an operation's fingerprint with the tree, and applies, recognises or rejects the operation.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,8 +15,8 @@ namespace {
 
 using namespace overlay_detail;
 
-// The overlay as a whole: what later operations make of the same facts tells whether a value that an earlier
-// one neither was made for nor makes is the end of a chain that was baked.
+// The overlay as a whole. A value that is neither the fingerprint nor the result of an operation may be the
+// end of a baked chain, which the results of later operations on the same facts show.
 class Application {
  public:
   Application(const Overlay& overlay, ExpandedDescription& description, const PackageResolver& resolver)
@@ -45,7 +45,7 @@ class Application {
   std::map<std::size_t, Facts> later_results_;
 };
 
-// The name that `name` ends up with when the operations behind `after` have run.
+// The final name of `name` after the operations behind `after`.
 std::string Application::final_name(const std::string& kind, std::string name, std::size_t after) const {
   for (std::size_t j = after + 1; j < operations_.size(); ++j) {
     const auto* renaming = std::get_if<Rename>(&operations_[j].action);
@@ -54,7 +54,7 @@ std::string Application::final_name(const std::string& kind, std::string name, s
   return name;
 }
 
-// Of the target in the tree as it is: it may have its later name already.
+// Of the target in the current tree: it may have its later name already.
 std::string Application::present_name(std::size_t i) const {
   const OperationAction& action = operations_[i].action;
   const std::string kind = target_kind(action), name = target_name(action);
@@ -68,7 +68,7 @@ bool Application::removed_later(std::size_t i) const {
   return removed_later(kind, final_name(kind, target_name(operations_[i].action), i), i);
 }
 
-// `name`: the one that it ends up with.
+// `name`: the final one.
 bool Application::removed_later(const std::string& kind, const std::string& name, std::size_t i) const {
   for (std::size_t j = i + 1; j < operations_.size(); ++j) {
     const auto* gone = std::get_if<Remove>(&operations_[j].action);
@@ -95,7 +95,7 @@ std::string Application::fact_id(std::size_t i, const std::string& key) const {
   return fmt::format("{}\n{}\n{}", kind, final_name(kind, target_name(action), i), key);
 }
 
-// Facts that are names are compared by the names that they end up with.
+// Facts that are names are compared by their final names.
 bool Application::same(std::size_t i, const std::string& key, const std::string& a,
                        const std::string& b) const {
   if (same_fact(key, a, b)) return true;
@@ -211,7 +211,7 @@ OperationOutcome Application::compare(std::size_t i, Operation operation) {
     return {OperationState::already_there,
             standing > 0 ? "the description already contains the result" : "there is nothing to do"};
   }
-  // Recomputed from what stands there, which may have more digits than the fingerprint.
+  // Recomputed from the tree, which may have more digits than the fingerprint.
   if (!masses) {
     const Facts exact = result_of(operation, basis, around_);
     for (auto& [key, value] : pending) value = or_nothing(find_fact(exact, key));
@@ -295,7 +295,7 @@ void warn_of_degrees(const Operation& operation, const XmlNode& root, Diagnostic
   }
 }
 
-// A list of which nothing is left to do is one note: the whole file can go.
+// One note where nothing is left to apply: the whole file can be removed.
 bool report_all_there(const Overlay& overlay, const std::vector<OperationOutcome>& outcomes,
                       Diagnostics& diagnostics) {
   const bool all = std::ranges::all_of(
@@ -321,7 +321,7 @@ std::vector<OperationOutcome> apply_overlay(const Overlay& overlay, ExpandedDesc
       warn_of_degrees(operation, description.root, said);
       report(operation, outcomes.back(), said);
     } catch (const InputError& error) {
-      // A new export may have made it so: what still fits is applied, and the robot loads.
+      // A new export can cause this: operations that still match are applied, and the robot loads.
       outcomes.push_back({OperationState::changed, error.diagnostics().front().message});
       for (Diagnostic diagnostic : error.diagnostics()) {
         diagnostic.severity = Severity::warning;

@@ -25,7 +25,7 @@ const SourceLocation& place_of(const TreeEdit& edit) {
   return attribute != nullptr ? attribute->where : edit.node->where;
 }
 
-// What an edit makes of its place, to compare the edits of one place with each other.
+// The effect of an edit on its place, to compare the edits of one place with each other.
 std::string effect(const TreeEdit& edit) {
   std::string out = fmt::format("{} {} {}", static_cast<int>(edit.kind), edit.attribute, edit.to);
   if (edit.inserted != nullptr) out += to_xml(*edit.inserted);
@@ -93,7 +93,7 @@ void Baking::refuse(const TreeEdit& edit, const char* rule, const std::string& w
   problems_.push_back(std::move(problem));
 }
 
-// A text that xacro gives back as it is.
+// A text that xacro does not change.
 std::string Baking::guarded(std::string text) const {
   if (!plain_.was_xacro) return text;
   for (std::size_t at = text.find('$'); at != std::string::npos; at = text.find('$', at + 2)) {
@@ -124,7 +124,7 @@ std::string argument_name(std::string_view raw) {
 }
 
 // "${upper}" in a macro that was called with upper="3.14": the call is the place, through any number of
-// macros that hand it on.
+// macros that pass it on.
 bool Baking::set_argument(const TreeEdit& edit) {
   SourceLocation where = place_of(edit);
   SourceText* text = &source(where);
@@ -172,7 +172,7 @@ void Baking::insert_text(SourceText& text, std::size_t at, const std::string& in
   text.replace({at, at}, before ? made + "\n" + indent : "\n" + indent + made);
 }
 
-// Before the end tag of the parent; a parent without one gets it.
+// Before the end tag of the parent; a self-closing parent is expanded.
 void Baking::append_child(const TreeEdit& edit, SourceText& text, std::size_t at) {
   const auto tag = text.tag(at, edit.node->name);
   const auto whole = text.element(at, edit.node->name);
@@ -191,7 +191,7 @@ void Baking::append_child(const TreeEdit& edit, SourceText& text, std::size_t at
 }
 
 void Baking::insert(const TreeEdit& edit) {
-  // Behind the sibling it follows, if that stands by itself in the very file of the parent.
+  // Behind its preceding sibling, if that is on lines of its own in the same file as the parent.
   const bool at_root = edit.node == &plain_.root;
   const XmlNode* after = edit.after;
   if (after != nullptr && (after->where.file == nullptr || *after->where.file != *edit.node->where.file ||

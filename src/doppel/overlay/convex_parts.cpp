@@ -14,7 +14,7 @@ namespace {
 constexpr int kEvenCuts = 7, kFlatCuts = 4;  // candidates per axis
 constexpr double kConvexEnough = 0.01;       // concavity
 constexpr double kSamePlace = 1e-8;          // m: end points of one outline
-constexpr std::size_t kSamples = 400;        // faces that concavity asks
+constexpr std::size_t kSamples = 400;        // faces for the concavity
 
 struct Cut {
   int axis = 0;
@@ -67,7 +67,7 @@ void close(const std::vector<Segment>& outline, std::vector<Triangle>& out) {
   }
 }
 
-// What lies on one side (sign +1: above) of the plane, closed again.
+// The part on one side (sign +1: above) of the plane, closed again.
 std::vector<Triangle> clipped(const std::vector<Triangle>& surface, const Cut& cut, double sign) {
   std::vector<Triangle> out;
   std::vector<Segment> outline;
@@ -115,8 +115,8 @@ std::vector<double> candidates(const std::vector<Triangle>& surface, int axis) {
   return out;
 }
 
-// How far the surface dips below its hull, relative to its size. Faces are asked, not corners, because those
-// of a hole through a plate lie on the hull.
+// The largest depth of the surface below its hull, relative to its size. Measured at faces, not at corners,
+// because the corners of a hole through a plate are on the hull.
 double concavity(const std::vector<Triangle>& surface) {
   const std::vector<Eigen::Vector3f> points = points_of(surface);
   const ConvexHull hull = convex_hull(points);
@@ -137,7 +137,7 @@ double concavity(const std::vector<Triangle>& surface) {
   return box.isEmpty() || box.diagonal().norm() <= 0 ? 0.0 : deepest / box.diagonal().norm();
 }
 
-// The part with its best cut, where one saves something by itself.
+// The part with its best cut, if a single cut reduces the volume.
 Part searched(std::vector<Triangle> surface) {
   Part part;
   part.surface = std::move(surface);
@@ -156,8 +156,8 @@ Part searched(std::vector<Triangle> surface) {
   return part;
 }
 
-// A ring gains nothing by the first cut, but by those that follow: then the cut through its middle counts
-// what the next ones save.
+// For a ring the first cut gains nothing, but the following ones do: the cut through its middle is rated by
+// the gain of the next ones.
 Part examined(std::vector<Triangle> surface, double least) {
   Part part = searched(std::move(surface));
   if (part.gain > least || concavity(part.surface) < kConvexEnough) return part;

@@ -8,7 +8,7 @@
 namespace doppel::overlay_detail {
 namespace {
 
-// Where a plain fact stands in its joint or link: below `outer` (if any), in `element`.
+// The place of a plain fact in its joint or link: below `outer` (if any), in `element`.
 struct Slot {
   std::string_view key, outer, element, attribute, absent;
 };

@@ -13,7 +13,7 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxOverlayBytes = 4 << 20;
 
-// The file's lines, each with its end, and the lines that every operation takes.
+// The file's lines, each with its end, and the lines of every operation.
 struct FileLines {
   std::vector<std::string> lines;
   struct Range {
@@ -74,7 +74,7 @@ std::size_t list_indent(const FileLines& lines) {
   return lines.operations.empty() ? 0 : indentation(lines.lines[lines.operations.front().begin]);
 }
 
-// Only a text that reads as what is meant replaces the file.
+// Replaces the file only with a text that reads back as these operations.
 void write_checked(const fs::path& file, const std::string& text, const std::vector<Operation>& meant) {
   Overlay wanted, got;
   wanted.operations = meant;
@@ -107,7 +107,7 @@ std::vector<std::string> written_keys(const OperationAction& action) {
   return fact_keys(action, XmlNode{});
 }
 
-// A setting of the same values replaces the older one, if nothing between them built upon it.
+// A setting of the same values replaces the older one, if no operation between them depends on it.
 std::optional<std::size_t> replaced_by(const std::vector<Operation>& operations, const Operation& added) {
   const bool plain_setting = std::holds_alternative<SetLimit>(added.action) ||
                              std::holds_alternative<SetDynamics>(added.action) ||
@@ -189,7 +189,7 @@ fs::path add_to_overlay(const fs::path& description, const std::vector<Operation
 void remove_from_overlay(const Overlay& overlay, std::size_t i) {
   FileLines lines = split(read_text(overlay.file), overlay);
   auto [begin, end] = lines.operations.at(i);
-  // One of the two gaps around it goes as well.
+  // One of the two blank lines around it is removed as well.
   if (begin > 0 && lines.lines[begin - 1] == "\n" && (end >= lines.lines.size() || lines.lines[end] == "\n"))
     --begin;
   lines.lines.erase(lines.lines.begin() + static_cast<std::ptrdiff_t>(begin),

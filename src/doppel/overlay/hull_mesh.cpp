@@ -17,7 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The user's, or one that can always be written where that cannot.
+// The user's cache folder, or one that is always writable if that is not.
 fs::path cache_folder() {
   fs::path folder;
   if (const char* named = std::getenv("XDG_CACHE_HOME"); named != nullptr && *named == '/') {

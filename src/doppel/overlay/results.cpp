@@ -19,7 +19,7 @@ Eigen::Vector3d vector_fact(const Operation& operation, const Facts& facts, std:
   return *value;
 }
 
-// Rounding leaves 1e-17 where a zero is meant.
+// Rounding produces 1e-17 in place of zero.
 Eigen::Vector3d cleaned(Eigen::Vector3d v) {
   for (double& x : v) {
     if (std::abs(x) < 1e-15) x = 0;

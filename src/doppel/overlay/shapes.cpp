@@ -1,4 +1,4 @@
-// Inertia and collision shapes from what a link looks like.
+// Inertia and collision shapes from a link's visual shapes.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -43,8 +43,8 @@ std::vector<PlacedShape> placed(const Shapes& shapes) {
   return out;
 }
 
-// Of density 1, all solid shapes of the link together. A mesh that is not closed counts as its hull would
-// make no sense, so it is refused.
+// All solid shapes of the link together, of density 1. A mesh that is not closed is rejected, because its
+// hull would give a wrong inertia.
 MassProperties solid_of(const Link& link, const SourceLocation& where) {
   const bool visible = !link.visuals.empty();
   const std::vector<PlacedShape> shapes = visible ? placed(link.visuals) : placed(link.collisions);
@@ -89,7 +89,7 @@ double wanted_mass(const Operation& operation, const ComputeInertia& action, con
   return *mass;
 }
 
-// Seven digits are more than any shape is known to, and keep the file readable.
+// Seven digits exceed the accuracy of any shape, and keep the file readable.
 std::string rounded(double value, double smallest) {
   if (std::abs(value) < smallest) return "0";
   return number_text(number_of(fmt::format("{:.7g}", value)).value_or(value));
@@ -149,7 +149,7 @@ std::vector<Triangle> surface_of(const Geometry& geometry, const Pose& X_LS) {
   return out;
 }
 
-// All that the parts of a shape follow from.
+// All inputs that determine the parts of a shape.
 std::string key_of(const Geometry& geometry, const Origin& origin) {
   std::string key = vector_text(origin.xyz) + '\n' + vector_text(origin.rpy) + '\n';
   if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {

@@ -40,7 +40,7 @@ void replace_text(XmlNode& node, const std::string& from, const std::string& to)
   }
 }
 
-// Elements of Gazebo's and its plugins' whose text is the name of a joint or of a link.
+// Elements of Gazebo and its plugins whose text is the name of a joint or of a link.
 bool names_joint(const XmlNode& node) {
   static const std::vector<std::string> kNames{"joint",     "joint_name",  "jointName",  "left_joint",
                                                "leftJoint", "right_joint", "rightJoint", "mimicJoint"};
@@ -89,7 +89,7 @@ bool refers(const XmlNode& node, const std::string& joint) {
   });
 }
 
-// A joint goes with what only speaks of it: its entry in ros2_control, its transmission, its <gazebo>.
+// Removes a joint with all that only refers to it: its entry in ros2_control, its transmission, its <gazebo>.
 void remove_joint(XmlNode& root, const std::string& name, const SourceLocation& where) {
   for (const XmlNode& child : root.children) {
     const XmlNode* mimic = child.is("joint") ? child.first("mimic") : nullptr;

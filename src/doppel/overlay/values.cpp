@@ -12,8 +12,8 @@ struct Tolerance {
   double relative, absolute;
 };
 
-// Exporters round rotations and lengths to about six digits, so a corrected CAD matches a computed result
-// only that well; a limit is what was written, digit by digit, because the digits may be the correction.
+// Exporters round rotations and lengths to about six digits, so a corrected CAD model matches a computed
+// result only to that accuracy; a limit is compared exactly, because the last digits may be the correction.
 Tolerance tolerance_of(std::string_view key) {
   if (key == "lower" || key == "upper" || key == "effort" || key == "velocity") return {1e-9, 1e-12};
   if (key == "axis" || key == "xyz" || key == "com") return {0, 1e-6};

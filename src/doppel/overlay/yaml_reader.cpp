@@ -125,7 +125,7 @@ class OperationReader {
   std::vector<LargeAngle> beyond_a_turn_;
 };
 
-// Lengths are noted too: whether the joint turns or slides is not known here.
+// Lengths are recorded too: whether the joint is revolute or prismatic is unknown here.
 double OperationReader::noted(double value, Dimension dimension, std::string_view unit) {
   constexpr double kTurn = 2 * std::numbers::pi * (1 + 1e-4);  // a turn may be rounded upwards
   static const std::set<std::string> kMayBeAngles{"rpy", "offset", "lower", "upper"};
@@ -248,7 +248,7 @@ void OperationReader::missing(const char* key) {
        fmt::format("write a line '{}: ...' below it", key));
 }
 
-// Told after the unknown keys: a typo is the more likely reason.
+// Reported after the unknown keys: a typo is the more likely reason.
 void OperationReader::need_one_of(std::initializer_list<const char*> keys) const {
   if (std::ranges::any_of(keys, [&](const char* key) { return node_[key].IsDefined(); })) return;
   std::string all;

@@ -30,7 +30,7 @@ std::string scalar(const std::string& text, bool flow = false) {
   return quoted.c_str();
 }
 
-// In degrees where the value is a plain number of them, bit by bit; a large one with the unit it came in.
+// In degrees where the value is exactly a short number of degrees; a large one with its original unit.
 std::string angle(double rad, const LargeAngle* large = nullptr) {
   if (large != nullptr && large->unit.empty()) return number_text(rad);
   if (large != nullptr && large->unit == "m") return number_text(rad) + " m";
@@ -62,7 +62,7 @@ class Large {
     return fmt::format("[{}, {}, {}]", angle(v.x(), find(key, v.x())), angle(v.y(), find(key, v.y())),
                        angle(v.z(), find(key, v.z())));
   }
-  // Small limits stay in radians: their last digits may be the very correction.
+  // Small limits stay in radians: their last digits may be the correction.
   std::string position(std::string_view key, double value) const {
     const LargeAngle* large = find(key, value);
     return large != nullptr ? angle(value, large) : number_text(value);

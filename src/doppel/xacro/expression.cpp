@@ -33,7 +33,7 @@ bool used_up(const char* begin) {
 
 using BoundNames = std::vector<std::pair<std::string_view, Value>>;
 
-// Names of a comprehension or lambda in front of the scope around them.
+// Names of a comprehension or lambda, looked up before the enclosing scope.
 class InnerScope : public NameScope {
  public:
   explicit InnerScope(NameScope& outer) : outer_(outer) {}
@@ -57,7 +57,7 @@ class InnerScope : public NameScope {
     }
     names_.emplace_back(name, std::move(value));
   }
-  // For a lambda that outlives this scope: its names, behind those of the scopes around it.
+  // For a lambda that outlives this scope: its names, behind those of the enclosing scopes.
   void copy_names(BoundNames& out) const {
     if (const auto* inner = dynamic_cast<const InnerScope*>(&outer_)) inner->copy_names(out);
     out.insert(out.end(), names_.begin(), names_.end());
@@ -115,7 +115,7 @@ class Evaluator {
   }
 
  private:
-  // What an expression gives: a reference where the value lies somewhere already, else a value of its own.
+  // The result of an expression: a reference where the value is stored already, else a value of its own.
   class Operand {
    public:
     Operand(Evaluator& evaluator, const Expression& e) { at_ = evaluator.evaluated(e, &own_); }
@@ -131,12 +131,12 @@ class Evaluator {
 
    private:
     union {
-      Value own_;  // made by evaluated(), where it is
+      Value own_;  // constructed in place by evaluated()
     };
     const Value* at_ = nullptr;
   };
 
-  // A value that stays where it is until the evaluation ends, or one that is made in `room`.
+  // A stored value that is valid until the evaluation ends, or one that is constructed in `room`.
   const Value* evaluated(const Expression& e, Value* room) {
     enter();
     switch (e.kind) {
@@ -165,7 +165,7 @@ class Evaluator {
     }
   }
 
-  // Of the kinds that make a value.
+  // For the kinds that create a value.
   Value made(const Expression& e) {
     switch (e.kind) {
       case Kind::list:
@@ -218,8 +218,8 @@ class Evaluator {
     if ((budget_ -= steps) < 0)
       throw ExpressionError("the evaluation takes too many steps", "xacro.too_much");
   }
-  // What is made or gone through costs steps as well, so that time and memory are bounded with them: one for
-  // an item, or for as many characters as are copied in the same time.
+  // Created and traversed values cost steps as well, which bounds time and memory: one for an item, or for as
+  // many characters as are copied in the same time.
   void spend_on(const Value& touched) {
     if (touched.number()) return;
     if (touched.is<std::string>())
@@ -316,7 +316,7 @@ class Evaluator {
       const Operand function(*this, callee);
       return called(e, *function);
     }
-    // A method is called without a value that binds it to its object.
+    // A method is called directly, without creating a bound method.
     enter();
     const Operand object(*this, *callee.parts[0]);
     if (const Method method = find_method(*object, callee.text)) {
@@ -388,7 +388,7 @@ class Evaluator {
     return charged(e.form == 's' ? Value::set(out) : Value::list(std::move(out)));
   }
 
-  // A lambda keeps the loops' names around it as they are now, and the scope outside of them.
+  // A lambda captures the current values of the enclosing loops' names, and the scope outside of them.
   Value lambda(const Expression& e) {
     BoundNames captured;
     NameScope* outer = &scope_;

@@ -253,7 +253,7 @@ void add_python_sequences(FunctionTable& t) {
   });
 }
 
-// Those that stand in `python` only.
+// Those that are in `python` only.
 FunctionTable python_functions(const FunctionTable& globals) {
   FunctionTable t = globals;
   add_python_sequences(t);
@@ -306,7 +306,7 @@ const FunctionTable& builtins() {
   return table;
 }
 
-// The table by hash, because every name of every expression is looked up once.
+// A hash table, because every name of every expression is looked up once.
 class BuiltinIndex {
  public:
   explicit BuiltinIndex(const FunctionTable& table) {
@@ -333,7 +333,7 @@ class BuiltinIndex {
     for (const char c : name.substr(0, 8)) out = out * 33 + static_cast<unsigned char>(c);
     return out % std::tuple_size_v<decltype(slots_)>;
   }
-  std::array<Slot, 512> slots_{};  // far more than there are names
+  std::array<Slot, 512> slots_{};  // several times the number of names
 };
 
 }  // namespace

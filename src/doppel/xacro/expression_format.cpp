@@ -129,7 +129,7 @@ std::string integer_text(const Spec& spec, const WholeNumber& value) {
                 grouped(digits, spec.grouping, decimal ? 3 : 4), '>');
 }
 
-// The shortest digits, but never without a point; what Python does for a precision without a type.
+// The shortest digits, always with a point, as Python formats a precision without a type.
 std::string general(double magnitude, int precision) {
   std::string out = fmt::format("{:.{}g}", magnitude, std::max(1, precision));
   if (out.find_first_of(".en") == std::string::npos) out += ".0";

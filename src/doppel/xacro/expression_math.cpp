@@ -12,7 +12,7 @@
 namespace doppel {
 namespace {
 
-// f(x), with Python's errors: no value for a finite x, or too large.
+// f(x), with Python's errors: not a number for a finite x, or too large.
 Value checked(double result, const Arguments& a, const char* name) {
   const bool finite = std::all_of(a.begin(), a.end(), [](const Value& v) { return std::isfinite(v.real()); });
   if (finite && std::isnan(result))
@@ -153,7 +153,7 @@ void add_folding_functions(FunctionTable& t) {
       out = binary_operation(Operator::multiply, out, item);
     return out;
   });
-  // Neumaier's sum, exact enough for what a file holds.
+  // Neumaier's sum, accurate enough for robot descriptions.
   add_function(t, "fsum", [](const Arguments& a) {
     double total = 0, lost = 0;
     const ValueList items = items_argument(a, 0, "fsum");

@@ -1,4 +1,4 @@
-// Attributes and methods: of strings, lists, dicts and sets, and what modules and namespaces hold.
+// Attributes and methods of strings, lists, dicts and sets, and the members of modules and namespaces.
 #include <fmt/format.h>
 
 #include <algorithm>

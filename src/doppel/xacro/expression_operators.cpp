@@ -11,7 +11,7 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kMaxLength = 1'000'000;  // items or characters that one operation may make
+constexpr std::size_t kMaxLength = 1'000'000;  // items or characters in the result of one operation
 constexpr std::int64_t kMaxBits = WholeNumber::kMaxBits;
 
 [[noreturn]] void unsupported(Operator op, const Value& a, const Value& b) {
@@ -79,7 +79,7 @@ Value power(const Value& a, const Value& b) {
   return Value(result);
 }
 
-// What does not fit into 64 bits.
+// Operations whose result exceeds 64 bits.
 Value large_integers(Operator op, const Value& a, const Value& b) {
   const WholeNumber x = a.whole_number(), y = b.whole_number();
   switch (op) {
@@ -163,7 +163,7 @@ Value reals(Operator op, const Value& a, const Value& b) {
   }
 }
 
-// Whole numbers that no float holds exactly are divided as such.
+// Whole numbers that no float represents exactly are divided as integers.
 Value divided(const Value& a, const Value& b) {
   constexpr std::int64_t kExact = std::int64_t{1} << 53;
   const auto exact = [](const Value& v) {
@@ -246,7 +246,7 @@ bool contains(const Value& container, const Value& item) {
                      [&item](const Value& v) { return equal(v, item); });
 }
 
-// <, <=, >, >= by `order`: -1, 0, 1; 2: a NaN, nothing holds.
+// <, <=, >, >= by `order`: -1, 0, 1; 2: a NaN, all are false.
 int order(Operator op, const Value& a, const Value& b) {
   if (a.number() && b.number()) return compare_numbers(a, b);
   if (a.is<std::string>() && b.is<std::string>()) {

@@ -16,7 +16,7 @@ using Node = const Expression*;
 
 const Value kTrue(true), kFalse(false);
 
-// How strongly what stands between two operands binds; 0: nothing that does.
+// The precedence of the symbol between two operands; 0: not an operator.
 enum Precedence : std::uint8_t { kNothing, kOr, kAnd, kNot, kComparison, kBinary };
 struct Binding {
   std::uint8_t precedence = kNothing;
@@ -54,7 +54,7 @@ constexpr auto kBindings = [] {
 
 class Parser {
  public:
-  // `text` lies in the store's arena.
+  // `text` is in the store's arena.
   Parser(std::string_view text, ExpressionStore& store, int depth = 0)
       : text_(text), store_(store), arena_(store.arena()), depth_(depth) {
     tokenise(text, store, tokens_);
@@ -76,7 +76,7 @@ class Parser {
     Depth& operator=(const Depth&) = delete;
     int& depth;
   };
-  // Operands that are being gathered, until they are copied into the arena together.
+  // Collects operands until they are copied into the arena together.
   class Gathered {
    public:
     explicit Gathered(std::vector<Node>& all) : all_(all), begin_(all.size()) {}
@@ -124,7 +124,7 @@ class Parser {
     auto* out = arena_.make<Expression>();
     out->kind = kind;
     for (const Node part : parts) out->depth = std::max(out->depth, part->depth + 1);
-    // A chain such as 1+1+1+... leans to one side, one level for each term.
+    // A chain such as 1+1+1+... is a tree with one level for each term.
     if (out->depth > 2 * kMaxExpressionDepth) throw ExpressionError("the expression is nested too deeply");
     out->parts = arena_.copy(parts);
     return out;
@@ -208,7 +208,7 @@ class Parser {
     return operation(kOr);
   }
 
-  // Operands and what stands between them, as far as that binds as strongly as `weakest`.
+  // Operands and the operators between them, of at least the precedence `weakest`.
   Node operation(int weakest) {
     Node left = weakest <= kNot && at(Symbol::key_not) ? negation() : unary();
     while (true) {
@@ -390,7 +390,7 @@ class Parser {
     return out;
   }
 
-  // What stands between brackets, separated by commas; `first` was read already, or is null.
+  // The items between brackets, separated by commas; `first` was read already, or is null.
   Node display(Kind kind, char form, Symbol close, Node first = nullptr) {
     if (first == nullptr && take(close)) return make(kind, {});
     if (first == nullptr) first = item();
@@ -468,7 +468,7 @@ class Parser {
 
   Node text_constant(std::string text) { return constant(store_.keep(std::move(text))); }
 
-  // Strings one after another are one.
+  // Adjacent strings are concatenated.
   Node strings() {
     Gathered parts(gathered_);
     std::string plain;

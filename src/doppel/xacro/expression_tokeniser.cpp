@@ -34,7 +34,7 @@ int hex(char c) {
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
-// By their first letter; the words of statements are not names either.
+// By their first letter; keywords of statements are not names either.
 constexpr std::array<std::pair<std::string_view, Symbol>, 30> kKeywords{{
     {"False", Symbol::key_false}, {"None", Symbol::key_none},     {"True", Symbol::key_true},
     {"and", Symbol::key_and},     {"assert", Symbol::key_other},  {"await", Symbol::key_other},
@@ -169,7 +169,7 @@ class Tokeniser {
     throw ExpressionError(fmt::format("'{}' is not a number", text_.substr(begin, end - begin)));
   }
 
-  // Goes past digits, with single underscores between them.
+  // Skips digits, with single underscores between them.
   template <class Wanted>
   void digits(Wanted wanted) {
     const std::size_t begin = at_;
@@ -179,7 +179,7 @@ class Tokeniser {
       ++at_;
     }
   }
-  // What was read since `begin`, without underscores.
+  // The text since `begin`, without underscores.
   std::string_view number_text(std::size_t begin) {
     const std::string_view text = text_.substr(begin, at_ - begin);
     if (!underscores_) return text;
@@ -230,7 +230,7 @@ class Tokeniser {
     }
     return number_token(text, integer(text, 10));
   }
-  // Digits and powers of ten that a double holds exactly give the nearest double by one division.
+  // Digits and powers of ten that a double represents exactly give the nearest double by one division.
   static bool short_real(std::string_view text, double& out) {
     if (text.size() > 16) return false;
     std::int64_t digits = 0;
@@ -270,7 +270,7 @@ class Tokeniser {
     throw ExpressionError(fmt::format("{} needs too many bits", excerpt(text)), "xacro.overflow");
   }
 
-  // What stands between the quotes: a piece of the text where that has no escapes.
+  // The content of the quotes: a view of the text where it has no escapes.
   std::string_view string(bool raw) {
     const char quote = text_[at_];
     const bool triple = at(at_ + 1) == quote && at(at_ + 2) == quote;

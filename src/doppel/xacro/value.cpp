@@ -15,7 +15,7 @@ namespace {
 constexpr int kMaxContainerDepth = 64;
 constexpr std::int64_t kMaxValueSize = 1'000'000;  // characters and items in one value
 constexpr std::size_t kIndexFrom = 12;
-constexpr std::size_t kFirstContainer = 5;  // in the order of Value::Data: all before hold no other values
+constexpr std::size_t kFirstContainer = 5;  // in the order of Value::Data: all before contain no other values
 static_assert(std::is_same_v<std::variant_alternative_t<kFirstContainer, Value::Data>, Value::List>);
 
 std::string quoted(const std::string& text) {
@@ -44,7 +44,7 @@ std::string joined(const ValueList& items) {
   return out;
 }
 
-// Equal values have equal hashes: numbers by their value, whatever their type.
+// Equal values have equal hashes: numbers by their value, independent of the type.
 std::size_t hash(const Value& v) {
   if (v.is<Value::Big>()) {
     const double value = v.as<Value::Big>().number->real();  // the hash of the float that equals it
@@ -166,7 +166,7 @@ void ValueDict::grow_index() {
 }
 
 void ValueDict::set(Value key, Value value) {
-  if (!key.is<std::string>()) static_cast<void>(hash(key));  // refuses what is not a key
+  if (!key.is<std::string>()) static_cast<void>(hash(key));  // throws for an invalid key
   const std::size_t at = position(key);
   if (at < entries_.size()) {
     entries_[at].second = std::move(value);
@@ -315,7 +315,7 @@ std::int64_t Value::weight() const {
   if (data.index() < kFirstContainer) return 1;
   if (is<Big>()) {
     const auto limbs = static_cast<std::int64_t>(as<Big>().number->bits() / 32 + 1);
-    return limbs * limbs;  // what a product or quotient of it costs
+    return limbs * limbs;  // the cost of a product or quotient
   }
   if (is<List>()) return as<List>().items->weight;
   if (is<Tuple>()) return as<Tuple>().items->weight;
@@ -335,7 +335,7 @@ int compare_numbers(const Value& a, const Value& b) {
   if (a.integral() && b.integral()) return a.integer() < b.integer() ? -1 : a.integer() > b.integer();
   if (a.whole() && b.whole()) return WholeNumber::compare(a.whole_number(), b.whole_number());
   if (a.is<Value::Big>() || b.is<Value::Big>()) {
-    // A float that is as large holds a whole number; one that is smaller decides by its size.
+    // A float of that size is a whole number; for a smaller one the size decides.
     const double real = a.is<double>() ? a.as<double>() : b.as<double>();
     const int sign = a.is<double>() ? 1 : -1;
     if (std::isnan(real)) return 2;

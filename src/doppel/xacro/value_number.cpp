@@ -1,4 +1,4 @@
-// Numbers and characters as Python reads and writes them, whatever the locale.
+// Numbers and characters as Python reads and writes them, independent of the locale.
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -29,7 +29,7 @@ char32_t code_of(std::string_view character) {
   return code;
 }
 
-// What stands for the character in a number: a digit, a blank, or '?'.
+// The ASCII equivalent of the character in a number: a digit, a blank, or '?'.
 char ascii_of(char32_t code) {
   if (code < 0x80) return static_cast<char>(code);
   const char32_t* const next = std::upper_bound(std::begin(kZeros), std::end(kZeros), code);
@@ -70,7 +70,7 @@ bool has_letters(std::string_view text, std::string_view word) {
          });
 }
 
-// Digits as they come out of a double, without their point; the place of the point is their exponent's.
+// The shortest digits of a double, without the point; its place follows from the exponent.
 std::string python_notation(bool minus, std::string_view digits, int exponent) {
   std::string out;
   if (minus) out += '-';
@@ -146,7 +146,7 @@ PlainNumber parse_plain(std::string_view text) {
   const bool minus = at != end && *at == '-';
   if (at != end && (minus || *at == '+')) ++at;
   const char* const begin = at;
-  constexpr std::ptrdiff_t kMaxDigits = 18;  // that surely fit
+  constexpr std::ptrdiff_t kMaxDigits = 18;  // that always fit
   if (end - begin > kMaxDigits + 1) return out;
   std::uint64_t sum = 0;
   const auto scan = [&] {
@@ -166,7 +166,7 @@ PlainNumber parse_plain(std::string_view text) {
   if (*at != '.') return out;
   const char* const fraction = ++at;
   scan();
-  // The quotient is the nearest double as long as both of its sides are exact.
+  // The quotient is the nearest double as long as both operands are exact.
   constexpr std::uint64_t kExact = std::uint64_t{1} << 53;
   if (at != end || sum > kExact) return out;
   out.kind = PlainNumber::Kind::real;
@@ -177,7 +177,7 @@ PlainNumber parse_plain(std::string_view text) {
 
 namespace {
 
-// A whole number's text in its parts; `cleaned` may hold what the digits refer to.
+// A whole number's text in its parts; `cleaned` may own the digits.
 struct WholeText {
   bool minus = false;
   std::string_view digits;

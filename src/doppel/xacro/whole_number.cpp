@@ -60,7 +60,7 @@ std::optional<std::int64_t> WholeNumber::small() const {
   return static_cast<std::int64_t>(minus_ ? 0 - magnitude : magnitude);
 }
 
-// To the nearest, to even at halves: the highest 64 bits, of which the last stands for all that are left off.
+// To the nearest, to even at halves: the highest 64 bits, of which the last represents all omitted ones.
 double WholeNumber::real() const {
   const std::size_t size = bits();
   std::uint64_t high = 0;
@@ -85,7 +85,7 @@ double WholeNumber::real() const {
 std::string WholeNumber::text(int base) const {
   if (limbs_.empty()) return "0";
   std::string out;
-  // Several digits at a time: the largest power of the base that a limb holds.
+  // Several digits at a time: the largest power of the base that fits into a limb.
   std::uint32_t power = 1;
   int digits = 0;
   while (std::uint64_t{power} * static_cast<unsigned>(base) <= UINT32_MAX) {
@@ -186,7 +186,7 @@ std::pair<WholeNumber, WholeNumber> WholeNumber::divide(const WholeNumber& a, co
 }
 
 double WholeNumber::quotient(const WholeNumber& a, const WholeNumber& b) {
-  // More bits than a double holds, and one that stands for the rest.
+  // More bits than a double has, and one that represents the rest.
   constexpr std::size_t kEnough = 66;
   const std::size_t shift = kEnough + b.bits() > a.bits() ? kEnough + b.bits() - a.bits() : 0;
   WholeNumber dividend(false, a.limbs_);

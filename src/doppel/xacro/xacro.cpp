@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kPrefix = "xacro:";
 
-// A run-away recursion is reported by its first call, not by a hundred of them.
+// An infinite recursion is reported at its first call, not with a hundred of them.
 SourceLocation outermost(SourceLocation where) {
   while (where.within) where = SourceLocation(where.within->call);
   return where;
@@ -44,7 +44,7 @@ bool substitution(std::string_view text) {
   return text.find("${") != std::string_view::npos || text.find("$(") != std::string_view::npos;
 }
 
-// Whether a text or attribute anywhere in it is to be evaluated.
+// Whether any text or attribute in it has to be evaluated.
 bool has_substitution(const TreeNode& node) {
   if (node.constant || node.kind == TreeNode::Kind::comment || node.kind == TreeNode::Kind::instruction)
     return false;
@@ -133,7 +133,7 @@ XacroResult Expander::run(XmlTree source, const fs::path& file,
   return out;
 }
 
-// A file has to declare the prefixes that it uses, but for xacro's own: ros/xacro refuses it else.
+// A file has to declare the prefixes that it uses, except for xacro's own; ros/xacro rejects it otherwise.
 void Expander::audit_document(const XmlTree& tree, const TreeWithin& within) {
   for (Diagnostic warning : tree.tolerated) {
     warning.where.within = steps_of(&within);
@@ -193,7 +193,7 @@ Context Expander::deeper(const TreeNode& node, const Context& context, std::stri
   const int deepest = Budget().deepest;
   if (context.depth >= deepest || StackGuard::exhausted()) {
     if (const std::string loop = interpreter_.include_loop(); !loop.empty()) {
-      TreePlace here = node.where;  // by itself, not through a hundred includes
+      TreePlace here = node.where;  // without the chain of includes
       here.within = nullptr;
       throw InputError("xacro.include_loop", locate(here),
                        fmt::format("files include each other recursively: {}", loop),
@@ -210,7 +210,7 @@ Context Expander::deeper(const TreeNode& node, const Context& context, std::stri
   return out;
 }
 
-// A node by itself, without those around it; still with the children and attributes of the other.
+// A copy of the node alone, without its siblings; it shares the children and attributes of the original.
 TreeNode* Expander::copy_of(const TreeNode& in, const Context& context) {
   auto* const out = arena_.make<TreeNode>(in);
   out->next = out->previous = nullptr;
@@ -330,8 +330,7 @@ void Expander::element(const TreeNode& in, std::string_view name, const Context&
   out.nodes.push_back(made);
 }
 
-// An invisible blank text stands behind the last of xacro's elements that looked for comments; comments
-// before it stay.
+// Marks the position behind the last element of xacro that dropped comments; comments before it stay.
 bool Expander::barrier_behind(const Output& out, const TreeNode* node) const {
   return barrier_.settled && barrier_.output == out.id && barrier_.behind == node;
 }
@@ -375,7 +374,7 @@ std::string_view Expander::property_name(const TreeNode& in, const Context& cont
   return name;
 }
 
-// Where a property goes; null: nowhere.
+// The scope that a property is defined in; null: none.
 Scope* Expander::property_scope(const TreeNode& in, std::string_view name, const Context& context) {
   Scope* target = context.scope;
   const TreeAttribute* wanted = in.find("scope");

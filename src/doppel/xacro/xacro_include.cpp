@@ -12,9 +12,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr int kMaxEntries = 100'000;  // of folders, looked at for one pattern
+constexpr int kMaxEntries = 100'000;  // of folders, visited for one pattern
 
-// Files whose path fits a shell's pattern, in order of their names, whatever the locale.
+// Files whose path matches a shell pattern, in order of their names, independent of the locale.
 struct Matches {
   explicit Matches(const fs::path& pattern) {
     for (const fs::path& part : pattern.relative_path()) parts_.push_back(part);

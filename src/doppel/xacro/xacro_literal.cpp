@@ -1,4 +1,4 @@
-// What a text means as a value: xacro's literals and conditions.
+// Texts as values: xacro's literals and conditions.
 #include "doppel/xacro/detail/characters.h"
 #include "doppel/xacro/detail/xacro.h"
 
@@ -11,8 +11,8 @@ std::optional<bool> truth_word(std::string_view text) {
   return std::nullopt;
 }
 
-// What is no plain number, but may be one: with blanks around, an exponent, many digits, inf. With an
-// underscore it stays a text here, although Python's int() accepts it.
+// Numbers that are not plain: with blanks around, an exponent, many digits, inf. With an underscore it is
+// a text here, although Python's int() accepts it.
 std::optional<Value> unusual_number(std::string_view text) {
   if (text.find('_') != std::string_view::npos) return std::nullopt;
   std::string_view body = trimmed(text);
@@ -37,7 +37,7 @@ std::optional<Value> unusual_number(std::string_view text) {
   return std::nullopt;
 }
 
-// A number or truth value; nothing: the text stays one.
+// A number or truth value; nothing: the text stays a text.
 std::optional<Value> read(std::string_view text) {
   if (text.empty()) return std::nullopt;
   const char first = text[0] >= 'A' && text[0] <= 'Z' ? static_cast<char>(text[0] | 0x20) : text[0];

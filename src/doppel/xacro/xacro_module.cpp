@@ -1,4 +1,4 @@
-// The functions of xacro's own: xacro.load_yaml, xacro.message and the others; and $(eval ...).
+// xacro's own functions: xacro.load_yaml, xacro.message and the others; and $(eval ...).
 #include <fmt/format.h>
 
 #include <cstdlib>
@@ -136,7 +136,7 @@ TextTable<Value> xacro_globals(Interpreter& interpreter) {
   FunctionTable t;
   TextTable<Value> out;
   const auto add = [&t](const char* name, ValueFunction f) { t[name] = Value::function(name, std::move(f)); };
-  // Known with and without "xacro." in front.
+  // Available with and without "xacro." in front.
   const auto add_global = [&](const char* name, ValueFunction f) {
     add(name, std::move(f));
     out.set(name, t[name]);

@@ -62,8 +62,8 @@ class Parameters {
   }
 
   // ${...} and $(...) up to a bracket that a blank follows; else quoted and plain pieces. ros/xacro finds the
-  // end by a regular expression that backs up: a quoted piece ends at the first quote from which the rest can
-  // be read to its end, so that 'a'b' is one.
+  // end by a regular expression that backtracks: a quoted piece ends at the first quote from which the rest
+  // can be read to its end, so that 'a'b' is one piece.
   std::size_t default_end(std::string_view name) {
     if (text_.substr(at_, 2) == "${" || text_.substr(at_, 2) == "$(") {
       const char close = text_[at_ + 1] == '{' ? '}' : ')';
@@ -76,12 +76,11 @@ class Parameters {
     return ends_[at_];
   }
 
-  // For each position where the pieces that begin there end; from the last to the first, so that each looks
-  // at what is behind it only once.
+  // The end of the pieces that begin at each position; from the last to the first, to compute each once.
   void find_ends() {
     ends_.assign(text_.size() + 1, kNone);
     ends_[text_.size()] = text_.size();
-    std::size_t single = kNone, twice = kNone;  // the ends behind the next closing quote that leads to one
+    std::size_t single = kNone, twice = kNone;  // the ends that follow from the next closing quote
     for (std::size_t i = text_.size(); i-- > 0;) {
       const char c = text_[i];
       if (c == '\n') single = twice = kNone;

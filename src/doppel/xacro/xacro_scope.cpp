@@ -103,7 +103,7 @@ void Scope::put(std::string_view name, Property property) {
 }
 
 void Scope::set_text(std::string_view name, std::string_view text, const TreePlace& where) {
-  // Quotes come off now, and what was in them is read once more at the first use: '5' ends as a number.
+  // Quotes are removed now, and their content is read again at the first use: '5' becomes a number.
   if (text.size() >= 2 && text.front() == '\'' && text.back() == '\'') text = text.substr(1, text.size() - 2);
   if (text.find('$') != std::string_view::npos)
     put(name, {Value(), text, where, true, false});

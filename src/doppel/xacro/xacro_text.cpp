@@ -12,8 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kParsed =
-    16;  // what a character that is parsed counts: the tree is larger than the text
+constexpr std::size_t kParsed = 16;  // the cost of a parsed character: the tree is larger than the text
 
 std::vector<std::string_view> words(std::string_view text) {
   std::vector<std::string_view> out;
@@ -25,7 +24,7 @@ std::vector<std::string_view> words(std::string_view text) {
   return out;
 }
 
-// Restores what it points to when it goes.
+// Restores the value that it points to at destruction.
 template <class T>
 class ScopedAssignment {
  public:
@@ -221,7 +220,7 @@ std::string_view Interpreter::package(std::string_view name, const TreePlace& wh
       "put the package next to this one, or add it to ROS_PACKAGE_PATH");
 }
 
-// $(...) of a text that holds nothing else, then $(find ...) in what came out.
+// $(...) of a text without anything else, then $(find ...) in the result.
 std::string_view Interpreter::substitution(std::string_view inner, const TreePlace& where) {
   const std::string_view made = command(inner, where);
   if (made.find("$(find ") == std::string_view::npos) return made;

@@ -1,4 +1,4 @@
-// YAML files as values: by the simple reader where it can, and by yaml-cpp.
+// YAML files as values: by the simple reader where it suffices, else by yaml-cpp.
 #include "doppel/xacro/detail/xacro_yaml.h"
 
 #include <fmt/format.h>
@@ -104,7 +104,7 @@ class Converter {
   std::int64_t count_ = 0;
 };
 
-// Documents are only counted; YAML::LoadAll would find them forever in some texts that are not valid YAML.
+// Counts documents without loading them; YAML::LoadAll does not terminate for some invalid texts.
 class DocumentCounter : public YAML::EventHandler {
  public:
   void OnDocumentStart(const YAML::Mark&) override {}

@@ -1,8 +1,8 @@
-// The plain part of YAML that most parameter files keep to, read in one pass: maps and lists by indentation,
-// scalars and lists on one line, comments, quotes without escapes, units. Whatever else a file holds makes it
-// none of these, and it is read by yaml-cpp; a file that is read here has the same values there.
+// The subset of YAML that most parameter files use, read in one pass: maps and lists by indentation, scalars
+// and lists on one line, comments, quotes without escapes, units. A file with anything else is read by
+// yaml-cpp; a file that is read here has the same values there.
 //
-// It stays beside yaml-cpp for its speed alone: of 49 parameter files of public robots it reads 46, 22 times
+// It exists beside yaml-cpp only for its speed: of 49 parameter files of public robots it reads 46, 22 times
 // as fast (18 us against 402 us each), and expanding an arm that loads five of them, as the 25 descriptions
 // of the corpus that load YAML do, takes 0.4 ms with it and 2.2 ms without (bench_xacro); `doppel xacro` of
 // an arm without YAML takes 2.3 ms as typed.
@@ -16,12 +16,12 @@ namespace {
 constexpr int kMaxSimpleYamlDepth = 20;
 struct NotSimple {};
 
-// What a character may be part of, or what it ends.
+// The roles of characters: what they may be part of, or end.
 enum Role : std::uint8_t {
   kWord = 1,          // of a text's beginning
   kKey = 2,           // of a key
   kQuantity = 4,      // of a number with a unit
-  kLineEnd = 8,       // may end a line or what counts of it, or is none of ASCII's printed ones
+  kLineEnd = 8,       // may end a line or its content, or is not a printable ASCII character
   kNotInScalar = 16,  // of a scalar without quotes
   kNotInList = 32,    // of one in a list on one line
 };
@@ -47,13 +47,13 @@ bool is(char c, Role role) {
   return (kRoles[static_cast<unsigned char>(c)] & role) != 0;
 }
 
-// The first that may end a line or what counts of it.
+// The first character that may end a line or its content.
 const char* plain_end(const char* at, const char* end) {
   while (at != end && !is(*at, kLineEnd)) ++at;
   return at;
 }
 
-// The lines that hold something, one at a time.
+// The lines that are not empty, one at a time.
 class Lines {
  public:
   explicit Lines(std::string_view text) : at_(text.data()), end_(text.data() + text.size()) { next(); }
@@ -113,7 +113,7 @@ class Lines {
     }
   }
 
-  // Whether a line ends here; then what is next is behind it.
+  // Whether a line ends here; then reading continues behind it.
   bool ends_line(const char* at) {
     at_ = at;
     if (at == end_) return true;
@@ -130,7 +130,7 @@ class Lines {
   std::string_view text_;
   int indent_ = 0;
   bool first_ = true;
-  bool odd_ = false;  // the line holds what is not printed in ASCII
+  bool odd_ = false;  // the line contains characters other than printable ASCII
 };
 
 std::size_t first_not_blank(std::string_view text, std::size_t at) {
@@ -155,7 +155,7 @@ class Reader {
     return lines_.item() ? list(indent) : map(indent, depth);
   }
 
-  // Scalars only; what is deeper is left to the other reader.
+  // Scalars only; nested lists and maps are read by yaml-cpp.
   Value list(int indent) {
     ValueList out;
     for (; !lines_.done() && lines_.indent() == indent && lines_.item(); lines_.next()) {

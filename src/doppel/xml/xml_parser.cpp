@@ -17,7 +17,7 @@ namespace {
 using namespace xml_characters;
 
 constexpr std::size_t kMaxDepth = 400;           // consumers of the tree recurse
-constexpr std::size_t kEntityBytes = 1'000'000;  // that entities may come to
+constexpr std::size_t kEntityBytes = 1'000'000;  // limit of expanded entities
 constexpr std::size_t kMaxBytes = std::size_t{64} << 20;
 constexpr int kEntityDepth = 16;
 constexpr std::size_t kMaxParts = 1'000'000;  // elements, attributes, texts
@@ -213,7 +213,7 @@ class Parser {
     return node;
   }
 
-  // Behind blank lines and comments, as editors leave them, it does no harm.
+  // Behind blank lines and comments, as editors write them, it does no harm.
   void late_declaration(std::size_t at) {
     const std::string what = "<?xml ...?> is not at the beginning of the file";
     if (declared_ || root_ != nullptr) return tolerate(at, what);
@@ -319,8 +319,8 @@ class Parser {
     }
   }
 
-  // Blank text next to elements has no meaning where only the content matters; what is literally blank was
-  // not even made.
+  // Blank text next to elements has no meaning where only the content matters; literally blank text was not
+  // created at all.
   void tidy(TreeNode& node) const {
     if (keep_ == XmlContent::everything || node.first == node.last) return;
     TreeList children{node.first, node.last};
@@ -376,7 +376,7 @@ class Parser {
     }
   }
 
-  // Prefixes other than xml's need a declaration around them; the first without one is kept.
+  // Prefixes other than xml's need a declaration in an enclosing element; the first without one is kept.
   void check_prefixes(const TreeNode& node) {
     check_prefix(node, node.name, node.where);
     for (const TreeAttribute* a = node.attributes; a != nullptr; a = a->next)
@@ -523,7 +523,7 @@ class Parser {
     return raw.find('\r') == std::string_view::npos ? raw : arena_.copy(xml_characters::line_ends(raw));
   }
 
-  // Appends what the reference at the beginning of `raw` stands for; how many bytes it takes.
+  // Appends the text of the reference at the beginning of `raw`; returns its length in bytes.
   std::size_t reference(std::string_view raw, std::size_t offset, bool attribute, int depth,
                         std::string& out) {
     const std::size_t end = raw.substr(0, 256).find(';');

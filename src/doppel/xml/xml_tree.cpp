@@ -24,7 +24,7 @@ SourceLocation counted(const TreePlace& place) {
   return {place.source->file, lines + 1, static_cast<int>(before.size() - start) + 1, nullptr};
 }
 
-// Copies a tree; finds lines by tables, and makes the steps of an expansion once each.
+// Copies a tree; finds lines by tables, and creates each step of an expansion once.
 class Copier {
  public:
   void copy(const TreeNode& in, const TreeWithin* within, XmlNode& out) {

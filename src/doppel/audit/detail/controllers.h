@@ -1,5 +1,5 @@
 #pragma once
-// The controllers' YAML as the rules look at it.
+// The controllers' YAML, as the rules use it.
 
 #include <vector>
 
@@ -13,7 +13,7 @@ namespace doppel::audit_rules {
 // the only one of the package, for its joints may be misspelt. What cannot be read becomes a finding.
 std::vector<ControllersFile> read_controllers(const AuditInput& in, Findings& out);
 
-// Initialises the controller and reports what it refuses, whole numbers where ROS 2 requires decimals,
+// Initialises the controller and reports rejected parameters, whole numbers where ROS 2 requires decimals,
 // and unused parameters.
 void check_parameters(const AuditInput& in, const ControllersFile& file, DeclaredController& controller,
                       const ControllerRegistry::Type& type, Findings& out);

@@ -30,7 +30,7 @@ struct ActuatorSheet {
 };
 
 // At `voltage` interpolated between the sheet's rows, beyond them the nearest row's; without a voltage the
-// largest that the sheet promises. Nothing where the sheet has no rows.
+// largest in the sheet. Nothing where the sheet has no rows.
 std::optional<RatedValue> rated(const std::vector<RatedValue>& rows, std::optional<double> voltage);
 
 struct JointDrive {
@@ -38,7 +38,7 @@ struct JointDrive {
   ActuatorSheet actuator;
   std::optional<double> voltage;  // V
   double reduction = 1;           // outside the actuator: turns of its output for one of the joint
-  int count = 1;                  // actuators that pull together
+  int count = 1;                  // actuators that work in parallel
   SourceLocation source;
 };
 

@@ -15,25 +15,25 @@ namespace doppel::audit_rules {
 std::string subject(const Joint& joint);  // "joint 'Revolute 1'"
 std::string subject(const Link& link);
 bool same_place(const SourceLocation& a, const SourceLocation& b);
-// The place is the node's, one of its attributes' or below it.
+// The place belongs to the node, to one of its attributes or to a descendant.
 bool holds(const XmlNode& node, const SourceLocation& where);
 // The element that begins at this place; null: none.
 const XmlNode* element_at(const XmlNode& root, const SourceLocation& where);
 std::string names_of(const std::vector<std::string>& names,
                      std::size_t at_most = 4);  // "'a', 'b' and 3 more"
 
-// Links that fixed joints make one: what physics moves as a whole.
+// Links that are connected by fixed joints: one rigid body for the physics.
 struct Body {
   std::vector<const Link*> links;  // from the one nearest to the root
   const Joint* joint = nullptr;    // carries it; null: the root's body
   MassProperties mass;             // of all its <inertial>s, in the first link's frame
   bool weighed = false;            // one of its links has an <inertial>
 };
-// In a faulty tree, those that can be reached from a root.
+// In an invalid tree: those that are reachable from a root.
 std::vector<Body> bodies(const RobotDescription& robot);
 
-// All that a link shows or collides with, in the link's frame. Nothing where a shape is unknown (a mesh that
-// is not found) or there is none.
+// All visual and collision shapes of a link, in the link's frame. Nothing where a shape is unknown (a mesh
+// that is not found) or there is none.
 struct LinkShape {
   Eigen::AlignedBox3d bounds;
   std::vector<Eigen::Vector3d> hull;

@@ -1,5 +1,5 @@
 #pragma once
-// Tensors as numbers: what makes one impossible, and which single typo explains it.
+// Checks of inertia tensors: whether one is physically possible, and which single typo explains it.
 
 #include <array>
 #include <optional>
@@ -22,7 +22,7 @@ Eigen::Vector3d principal_moments(const Components& c);  // ascending
 double triangle_excess(const Eigen::Vector3d& moments);
 bool possible(const Components& c);
 
-// What a body of this shape and mass would have, solid and even, about its centre of mass.
+// The tensor of a solid, homogeneous body of this shape and mass about its centre of mass.
 Eigen::Matrix3d expected_tensor(const LinkShape& shape, double mass);
 
 struct TensorTypo {

@@ -8,20 +8,20 @@
 
 namespace doppel::audit_rules {
 
-inline constexpr double kMinDensity = 50, kMaxDensity = 20000;  // kg/m^3: foam, and lead with room to spare
+inline constexpr double kMinDensity = 50, kMaxDensity = 20000;  // kg/m^3: foam; well above lead
 inline constexpr double kMaxGyrationRatio =
     1.05;  // radius of gyration against the distance of the furthest point
 inline constexpr std::array<const char*, 3> kAxisNames{"x", "y", "z"};
 
-// The shape is closed, and the mass is one that a part of its size has: a tensor can be computed.
+// The shape is closed, and the mass is plausible for its size: a tensor can be computed.
 bool computable(const Link& link, const std::optional<LinkShape>& shape);
 
-// What is off by a power of a thousand in one link: a wrong unit, a placeholder, or a shape that stands for
-// something else. Only several links that agree tell which.
+// A value of one link that is wrong by a power of a thousand: a wrong unit, a placeholder, or a shape that
+// does not match the part. Only the agreement of several links shows which.
 enum class UnitOf { mass, centre, tensor };
 struct SuspectUnit {
   UnitOf of;
-  int power;  // it is 10^power too large
+  int power;  // it is 10^power times too large
   const Link* link;
   std::string said;   // the numbers
   std::string meant;  // "in grams"
@@ -32,12 +32,12 @@ struct SuspectUnits {
 };
 void report_units(const SuspectUnits& suspects, Findings& out);  // rules_units.cpp
 
-// Mass, centre of mass and tensor against what the link looks like. `sound`: the tensor is one that a body
-// can have. rules_inertia_shape.cpp
+// Mass, centre of mass and tensor compared with the link's shape. `sound`: the tensor is physically
+// possible. rules_inertia_shape.cpp
 void check_against_shape(const Link& link, const LinkShape& shape, bool sound, SuspectUnits& suspects,
                          Findings& out);
 
-// How far the centre of mass is outside of the link's shape, where that is further than a guess may be off;
+// The distance of the centre of mass from the link's shape, where it exceeds the tolerance of an estimate;
 // 0: inside. rules_inertia_shape.cpp
 double centre_outside(const Link& link, const LinkShape& shape);
 
@@ -47,7 +47,7 @@ bool readable(const AuditInput& in, const Link& link, const Findings& out);
 // True where the moments fit the shape only about other axes. rules_inertia_axes.cpp
 bool check_axes(const Link& link, const LinkShape& shape, Findings& out);
 
-// Left and right, and parts of one mesh, that weigh differently. rules_twins.cpp
+// Left and right parts, and parts with the same mesh, whose masses differ. rules_twins.cpp
 void check_twins(const AuditInput& in, Findings& out);
 
 }  // namespace doppel::audit_rules

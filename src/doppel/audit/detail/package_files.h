@@ -1,7 +1,7 @@
 #pragma once
-// A ROS 2 package's own files, as far as they decide what reaches the user: package.xml, and what
-// CMakeLists.txt or setup.py install. Read as text, without running anything, in bounded steps; what cannot
-// be understood so counts as unknown. All throw InputError "audit.skipped" for a file that is not read.
+// A ROS 2 package's own files, as far as they decide what is installed: package.xml, and the install rules of
+// CMakeLists.txt or setup.py. Read as text, without running anything, in bounded steps; what this reader
+// cannot evaluate counts as unknown. All throw InputError "audit.skipped" for a file that is not read.
 
 #include <filesystem>
 #include <optional>
@@ -30,14 +30,13 @@ struct InstalledPath {
 };
 
 struct InstallRules {
-  bool understood =
-      true;  // false: something there is beyond this reader, and nothing can be said to be left out
+  bool understood = true;  // false: this reader cannot evaluate all of it, so that no file counts as left out
   std::vector<InstalledPath> paths;
   std::string project;  // of project(...) or name=...
   SourceLocation source, project_source;
-  std::string given_up;  // why it was not followed to its end; empty: it was
+  std::string given_up;  // why the reader stopped before the end; empty: it did not
   SourceLocation given_up_source;
-  // Where the package's own file lands below share/<package>; nothing where it is left out.
+  // The path of the package's own file below share/<package>; nothing where it is not installed.
   [[nodiscard]] std::optional<std::string> installed(const std::string& file) const;
 };
 InstallRules read_cmake(const std::filesystem::path& file);

@@ -1,5 +1,5 @@
 #pragma once
-// What the readers of build files share: paths as text.
+// Shared by the readers of build files: paths as text.
 
 #include <string>
 

@@ -1,5 +1,5 @@
 #pragma once
-// What the rules about ROS have in common: which plugins and controllers there are, and small questions to a
+// Shared by the rules about ROS: the existing plugins and controllers, and small queries of a
 // description. Lists: ros2_controllers, gz_ros2_control (Jazzy), and the names that earlier releases used.
 
 #include <optional>

@@ -1,5 +1,5 @@
 #pragma once
-// What the rows of the rule tables are written with: severities, and the profiles that a rule concerns.
+// Abbreviations for the rows of the rule tables: severities, and the profiles that a rule concerns.
 
 #include "doppel/audit/detail/rules.h"
 

@@ -1,6 +1,6 @@
 #pragma once
-// How a rule is written: a function over the input that adds findings. One file per subject; the table of
-// what each rule is for stands in rule_table.cpp and rule_table_ros.cpp.
+// A rule is a function over the input that adds findings. One file per subject; the purpose of each rule is
+// in the tables of rule_table.cpp and rule_table_ros.cpp.
 
 #include <fmt/format.h>
 
@@ -13,8 +13,8 @@ namespace doppel::audit_rules {
 
 class Findings {
  public:
-  // The severity is the rule's own, unless a lower one is given. The id must stand in the table. The
-  // reference holds until the next add().
+  // The severity is the rule's own, unless a lower one is given. The id must be in the table. The
+  // reference is valid until the next add().
   Finding& add(std::string_view rule, std::string subject, SourceLocation where, std::string message,
                std::string fix = "");
   Finding& add(std::string_view rule, Severity severity, std::string subject, SourceLocation where,
@@ -31,7 +31,7 @@ class Findings {
   std::vector<Finding> all_;
 };
 
-// What is not read beside the description, as notes of the rule "audit.skipped".
+// Reports a file beside the description that is not read, as a note of the rule "audit.skipped".
 void report_skipped(const InputError& error, Findings& out);
 void report_skipped(const Diagnostics& skipped, Findings& out);
 

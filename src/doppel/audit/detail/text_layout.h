@@ -1,6 +1,6 @@
 #pragma once
-// Lines for a terminal: wrapped at its width, indented, coloured where it has colours. Control characters of
-// what is shown never reach the terminal.
+// Lines for a terminal: wrapped at its width, indented, coloured where it has colours. Control characters in
+// the text are never written to the terminal.
 
 #include <string>
 #include <string_view>
@@ -21,7 +21,7 @@ class Layout {
   void heading(Tone tone, std::string_view word, const std::string& title, const std::string& id);
   void paragraph(std::size_t indent, const std::string& text, Tone tone = Tone::plain);
   void quiet(std::size_t indent, const std::string& text) { paragraph(indent, text, Tone::quiet); }
-  // "label: text", what follows hangs under the text.
+  // "label: text", further lines are indented to the text.
   void labelled(std::size_t indent, const std::string& label, const std::string& text);
   // "subject   text": the text begins at a column of its own.
   void entry(std::size_t indent, const std::string& subject, std::size_t column, const std::string& text,
@@ -32,7 +32,7 @@ class Layout {
 
  private:
   [[nodiscard]] std::string toned(Tone tone, std::string_view text) const;
-  // Writes `text` from the column `at` on, where the line stands, wrapped and hung at `indent`.
+  // Writes `text` from the current column `at` on; wrapped lines are indented by `indent`.
   void wrapped(std::size_t at, std::size_t indent, const std::string& text, Tone tone);
 
   bool colour_;

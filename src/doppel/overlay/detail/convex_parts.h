@@ -1,6 +1,6 @@
 #pragma once
 // A solid as a few convex ones that cover it: cut in two by the plane, parallel to a coordinate plane, that
-// leaves the least volume of hulls, and the halves again, as long as a cut gains something. Greedy after the
+// minimises the volume of the hulls, and the halves again, as long as a cut reduces it. Greedy after the
 // idea of Mamou and Ghorbel, "A simple and efficient approach for 3D mesh approximate convex decomposition",
 // 2009 (V-HACD's cuts by axis-aligned planes); exact triangles are clipped here, no voxels.
 

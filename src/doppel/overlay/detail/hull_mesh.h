@@ -15,8 +15,8 @@ namespace doppel::overlay_detail {
 std::optional<std::filesystem::path> write_hull(const std::vector<Eigen::Vector3d>& points,
                                                 const std::string& name);
 
-// The hulls of several parts, as STEM_1.stl, STEM_2.stl... in a folder named by `key`, which says all that
-// they follow from: where they lie there already, `parts` is not requested.
+// The hulls of several parts, as STEM_1.stl, STEM_2.stl... in a folder named by `key`, which contains all
+// inputs: where the files exist already, `parts` is not called.
 using Parts = std::vector<std::vector<Eigen::Vector3d>>;
 std::vector<std::filesystem::path> write_parts(const std::string& key, const std::string& stem,
                                                const std::function<Parts()>& parts);

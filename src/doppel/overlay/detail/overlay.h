@@ -1,7 +1,7 @@
 #pragma once
-// Shared by the files of this module. An operation is seen as facts about its target: what it depends on
-// ("axis" -> "1 0 0"), and what it makes of it. The file keeps the facts as they were, the tree tells them as
-// they are, and an operation is applied, recognised or refused by comparing the two.
+// Shared by the files of this module. An operation is represented by facts about its target: those that it
+// depends on ("axis" -> "1 0 0"), and those that it produces. The file contains the former facts, the tree
+// the present ones, and an operation is applied, recognised or rejected by comparing the two.
 
 #include <filesystem>
 #include <optional>
@@ -27,7 +27,7 @@ std::optional<double> number_of(std::string_view text);
 std::optional<Eigen::Vector3d> vector_of(std::string_view text);
 const std::string* find_fact(const Facts& facts, std::string_view key);
 void set_fact(Facts& facts, const std::string& key, std::string value);
-// Equal as far as anybody can mean it: numbers by value, rpy by the rotation they stand for.
+// Equal in meaning: numbers by value, rpy by the rotation that they represent.
 bool same_fact(std::string_view key, const std::string& a, const std::string& b);
 
 // -- the tree (tree.cpp)
@@ -44,27 +44,27 @@ std::vector<const XmlNode*> joints_below(const XmlNode& root, std::string_view l
 std::string root_link(const XmlNode& root);  // the first link without a parent; "" if there is none
 std::string link_of(const XmlNode& joint, std::string_view end);  // end: "parent" or "child"
 
-// -- values that no description could hold (invalid_values.cpp)
+// -- values that are invalid in every description (invalid_values.cpp)
 struct InvalidValue {
-  std::string key;  // of the setting; empty: what stands behind the operation's name
+  std::string key;  // of the setting; empty: the value behind the operation's name
   std::string message, fix;
 };
 std::optional<InvalidValue> invalid_value_in(const OperationAction& action);
 
 // -- facts (facts.cpp)
-// Which facts the operation depends on or makes, in the order in which they are written down.
+// The facts that the operation depends on or produces, in the order in which they are written.
 std::vector<std::string> fact_keys(const OperationAction& action, const XmlNode& root);
-// As they stand; nothing where the target does not exist.
+// The present values; nothing where the target does not exist.
 std::optional<Facts> facts_of(const OperationAction& action, const XmlNode& root,
                               const std::vector<std::string>& keys);
-// What a fact reads where the part of a joint or link that holds it ("mimic", "inertial") was removed.
+// The value of a fact where its part of the joint or link ("mimic", "inertial") was removed.
 std::optional<std::string> value_without(std::string_view part, std::string_view key);
 // Writes plain facts ("axis", "mass") of a joint or link into its element.
 void write_facts(XmlNode& target, const Facts& facts, const SourceLocation& where);
 void set_target(OperationAction& action, const std::string& name);
 std::string shapes_text(const XmlNode& link, std::string_view element);  // "mesh a.stl, box 1 1 1" or "none"
 
-// -- what an operation makes of them (results.cpp)
+// -- the results of operations (results.cpp)
 [[noreturn]] void impossible(const SourceLocation& where, const std::string& why,
                              const std::string& fix = "");  // throws InputError "overlay.impossible"
 struct Surroundings {
@@ -74,7 +74,7 @@ struct Surroundings {
 };
 // Only the facts that the operation writes. Throws InputError where it cannot be computed.
 Facts result_of(const Operation& operation, const Facts& was, const Surroundings& around);
-// Makes it so; `result`: the facts that are still to be written. Throws InputError "overlay.impossible".
+// Applies it; `result`: the facts that are still to be written. Throws InputError "overlay.impossible".
 void carry_out(const Operation& operation, const Facts& was, const Facts& result, const Surroundings& around);
 double mass_factor(const ScaleMasses& action, const Facts& was);
 
@@ -87,7 +87,7 @@ void remove(XmlNode& root, const Remove& action, const SourceLocation& where);
 // -- operations on shapes (shapes.cpp)
 Facts computed_inertia(const Operation& operation, const Facts& was, const Surroundings& around);
 std::string replaced_collision(const ReplaceCollision& action, const SourceLocation& where,
-                               const Surroundings& around);  // the fact "collision" that it makes
+                               const Surroundings& around);  // the fact "collision" that it produces
 void replace_collision(const ReplaceCollision& action, const SourceLocation& where,
                        const Surroundings& around);
 

@@ -1,6 +1,6 @@
 #pragma once
-// A source file as text with places: where a tag, an attribute's value, an element ends; and edits that are
-// put in together, so that each can name places of the text as it was read.
+// A source file as text with places: the ends of tags, attribute values and elements; and edits that are
+// applied together, so that each refers to places of the text as it was read.
 
 #include <cstddef>
 #include <filesystem>

@@ -1,6 +1,6 @@
 #pragma once
-// What has to happen to a tree to become its corrected copy. Nodes are the same where they come from the same
-// place of the sources through the same expansions.
+// The edits that turn a tree into its corrected copy. Nodes are the same where they come from the same place
+// of the sources through the same expansions.
 
 #include <string>
 #include <vector>

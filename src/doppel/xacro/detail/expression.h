@@ -1,5 +1,5 @@
 #pragma once
-// The Python-like expressions of ${...}: a tokeniser and parser of our own that make a tree, and an evaluator
+// The Python-like expressions of ${...}: a tokeniser and a parser that build a tree, and an evaluator
 // over it, without file, network or process access, bounded in depth, steps and size. Source: The Python
 // Language Reference, chapter 6 (expressions).
 
@@ -25,9 +25,8 @@ class ExpressionError : public std::runtime_error {
 // An expression as an error shows it: the beginning, where it is long.
 std::string excerpt(std::string_view expression);
 
-// Where names come from; null: unknown. May itself evaluate (xacro's properties are lazy). What was found
-// stays where it is and as it is until the evaluation that asked for it ends, because the evaluator does
-// not copy it.
+// Looks up names; null: unknown. A look-up may evaluate (xacro's properties are lazy). A value that was found
+// must neither move nor change until the evaluation that uses it ends, because it is not copied.
 class NameScope {
  public:
   virtual ~NameScope() = default;
@@ -56,14 +55,14 @@ class ExpressionStore {
 // referred to afterwards.
 const Expression* parse_expression(std::string_view text, ExpressionStore& store);
 
-// Names that `scope` does not know are looked for in the built-in ones. Throws ExpressionError. `budget`
+// Names that are not in `scope` are looked up among the built-in ones. Throws ExpressionError. `budget`
 // counts steps down across calls; at zero evaluation stops with an error. Lambdas keep references to all of
-// the arguments, but for `text`, whose tree they keep alive.
+// the arguments, except for `text`, whose tree they keep alive.
 Value evaluate(const Expression& expression, NameScope& scope, std::int64_t& budget);
 Value evaluate(std::string_view text, NameScope& scope, std::int64_t& budget);
 
-// The names that every expression of xacro knows: math's, and some of Python's built-ins; the modules `math`
-// and `python` (with more built-ins).
+// The names that are available in every expression of xacro: those of math and some of Python's built-ins;
+// the modules `math` and `python` (with more built-ins).
 const Value* find_builtin(std::string_view name);
 std::vector<std::string> builtin_names();
 
@@ -73,8 +72,8 @@ Value get_attribute(const Value& object, std::string_view name);
 // Python's format(value, spec).
 std::string format_value(const Value& value, std::string_view spec);
 
-// Whether the stack is used up so far that nothing should recurse deeper; expressions, properties, macros and
-// includes nest within each other, so no single limit on depth would do.
+// Whether too much of the stack is used for a deeper recursion; expressions, properties, macros and includes
+// nest within each other, so a single limit on depth is not enough.
 class StackGuard {
  public:
   StackGuard();  // the outermost one on a thread marks where its stack begins

@@ -1,5 +1,5 @@
 #pragma once
-// What the tables of functions share: checked access to arguments.
+// Shared by the tables of functions: checked access to arguments.
 
 #include <functional>
 #include <map>
@@ -33,7 +33,7 @@ double real_argument(const Arguments& a, std::size_t i, const char* function);
 std::int64_t integer_argument(const Arguments& a, std::size_t i, const char* function);
 const std::string& text_argument(const Arguments& a, std::size_t i, const char* function);
 ValueList items_argument(const Arguments& a, std::size_t i, const char* function);
-// Throws where a function was given too few or too many.
+// Throws for too few or too many arguments.
 void expect_arguments(const Arguments& a, std::size_t least, std::size_t most, const char* function);
 void add_function(FunctionTable& table, const char* name, std::function<Value(const Arguments&)> f);
 // f(arguments...)

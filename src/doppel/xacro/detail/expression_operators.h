@@ -11,7 +11,7 @@ bool compare_values(Operator op, const Value& a, const Value& b);
 // a < b, for sorting.
 bool value_less(const Value& a, const Value& b);
 Value index_value(const Value& object, const Value& key);
-// Where object[key] or object.key lies already; null where it has to be made, or does not exist.
+// The stored value of object[key] or object.key; null where it has to be computed, or does not exist.
 const Value* find_index(const Value& object, const Value& key);
 const Value* find_attribute(const Value& object, const Value& key);
 // The function of a string, list, dict or set by this name that takes no named arguments, or null.

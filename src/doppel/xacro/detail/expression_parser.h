@@ -41,7 +41,7 @@ const char* symbol(Operator op);
 
 struct Loop;
 
-// A node in the arena of a store, as is all that it refers to.
+// A node in the arena of a store; so is everything that it refers to.
 struct Expression {
   enum class Kind : std::uint8_t {
     constant,
@@ -67,7 +67,7 @@ struct Expression {
     double_starred,
     format  // of an f-string: texts and fields, joined
   };
-  // What few kinds of expressions have.
+  // Fields that few kinds of expressions have.
   struct Rest {
     std::span<const std::string_view> names = {};
     std::span<const Operator> operators = {};  // compare's, one less than parts
@@ -75,7 +75,7 @@ struct Expression {
   };
   Kind kind = Kind::constant;
   Operator op = Operator::none;
-  char form = 0;  // comprehension: what it makes, l(ist) s(et) d(ict); format field: its conversion, r or s
+  char form = 0;  // comprehension: its result, l(ist) s(et) d(ict); format field: its conversion, r or s
   int depth = 1;
   std::string_view text;  // a name, an attribute, a field's format
   const Value* value =
@@ -83,7 +83,7 @@ struct Expression {
   // Operands in order. dict: key, value, key, value. call: function, arguments; `names` holds a keyword for
   // each argument, "" for a positional one, or nothing where all are positional. slice: object, from, to,
   // step (constants None where absent). ternary: condition, then, else. lambda: body, defaults of the last
-  // names. comprehension: element (and value, of a dict); its loops stand in `loops`.
+  // names. comprehension: element (and value, of a dict); its loops are in `loops`.
   std::span<const Expression* const> parts;
   const Rest* rest = &kNothing;
 
@@ -161,7 +161,7 @@ struct Token {
   const Value* value = nullptr;  // of a number
 };
 
-// Tokens, with room for those of a usual expression at hand.
+// Tokens, with inline storage for those of a usual expression.
 class Tokens {
  public:
   Tokens() {}
@@ -180,13 +180,13 @@ class Tokens {
  private:
   static constexpr std::size_t kInlineTokens = 32;
   union {
-    Token room_[kInlineTokens];  // not made before it is used
+    Token room_[kInlineTokens];  // not constructed before it is used
   };
   std::vector<Token> more_;
   std::size_t size_ = 0;
 };
 
-// `text` lies in the store's arena. Throws ExpressionError.
+// `text` is in the store's arena. Throws ExpressionError.
 void tokenise(std::string_view text, ExpressionStore& store, Tokens& out);
 
 }  // namespace doppel

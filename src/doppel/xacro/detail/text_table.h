@@ -1,6 +1,6 @@
 #pragma once
-// Values by name, for many small tables that are searched often: the hash of a name is made once and tried on
-// a whole chain of them.
+// Values by name, for many small tables that are searched often: the hash of a name is computed once and used
+// for a whole chain of them.
 
 #include <cstdint>
 #include <cstring>
@@ -37,8 +37,7 @@ inline std::uint32_t text_hash(std::string_view text) {
   return static_cast<std::uint32_t>(out);
 }
 
-// The names are views of what outlives the table. What find() gives stays where it is until
-// something is added.
+// The names are views of text that outlives the table. The result of find() is valid until an entry is added.
 template <class T>
 class TextTable {
  public:

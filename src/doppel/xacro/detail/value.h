@@ -1,6 +1,6 @@
 #pragma once
 // Values of xacro's expressions: Python's, as far as robot descriptions use them, printed as Python prints
-// them. They never change once made, so they hold no cycles; depth and size are bounded when they are made.
+// them. They are immutable, so they contain no cycles; depth and size are checked at construction.
 
 #include <concepts>
 #include <cstddef>
@@ -24,7 +24,7 @@ using ValueList = std::vector<Value>;
 using KeywordArguments = std::vector<std::pair<std::string, Value>>;
 using ValueFunction = std::function<Value(ValueList& arguments, KeywordArguments& keywords)>;
 
-// A dict's or set's entries in order of insertion, found by key. Keys are what Python can hash.
+// A dict's or set's entries in order of insertion, found by key. Keys are of the types that Python can hash.
 class ValueDict {
  public:
   ValueDict();
@@ -33,7 +33,7 @@ class ValueDict {
   ValueDict(ValueDict&&) noexcept;
   ValueDict& operator=(const ValueDict&) = delete;
 
-  void set(Value key, Value value);  // throws ExpressionError for a key that cannot be one
+  void set(Value key, Value value);  // throws ExpressionError for a key that cannot be hashed
   void reserve(std::size_t entries);
   [[nodiscard]] const Value* find(const Value& key) const;
   // By a text, without making a value of it.
@@ -107,7 +107,7 @@ class Value {
     std::string name;
     std::shared_ptr<ValueObject> object;
   };
-  // An int of more than 64 bits; what fits is an std::int64_t always.
+  // An int of more than 64 bits; one that fits is always an std::int64_t.
   struct Big {
     std::shared_ptr<const WholeNumber> number;
   };
@@ -181,7 +181,7 @@ class Value {
   static Value wrap(T v) {
     return Value(Wrapped(), std::move(v));
   }
-  // As the variant would; the numbers and texts, which most are, without a call for each.
+  // As the variant would; numbers and texts, the most frequent types, without a call.
   template <class From>
   static Data transferred(From&& from);
   static Data copied(const Data& from);
@@ -222,7 +222,7 @@ PlainNumber parse_plain(std::string_view text);
 std::size_t character_length(std::string_view text);
 std::size_t count_characters(std::string_view text);
 
-// Here, where Value is whole.
+// Defined here, where Value is complete.
 template <class From>
 Value::Data Value::transferred(From&& from) {
   switch (from.index()) {

@@ -13,20 +13,20 @@ namespace doppel {
 
 class WholeNumber {
  public:
-  static constexpr std::size_t kMaxBits = 4096;  // that a value of an expression may have
+  static constexpr std::size_t kMaxBits = 4096;  // limit for the values of expressions
 
   WholeNumber() = default;
   explicit WholeNumber(std::int64_t value);
   // Truncated; precondition: finite.
   explicit WholeNumber(double value);
-  // Digits of that base (2 to 36), nothing else; null: something else, or none.
+  // Only digits of that base (2 to 36); null: other characters, or none.
   static std::optional<WholeNumber> parse(std::string_view digits, int base);
 
   [[nodiscard]] bool negative() const { return minus_; }
   [[nodiscard]] bool zero() const { return limbs_.empty(); }
   [[nodiscard]] std::size_t bits() const;  // of the magnitude
   [[nodiscard]] std::optional<std::int64_t> small() const;
-  [[nodiscard]] double real() const;                    // infinite where no double is as large
+  [[nodiscard]] double real() const;                    // infinite where it exceeds every double
   [[nodiscard]] std::string text(int base = 10) const;  // small letters; "-" in front
 
   WholeNumber operator-() const;

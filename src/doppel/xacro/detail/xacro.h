@@ -1,5 +1,5 @@
 #pragma once
-// What the parts of the xacro expander share: scopes of properties, tables of macros, and the interpreter of
+// Shared by the parts of the xacro expander: scopes of properties, tables of macros, and the interpreter of
 // texts. Names and texts are views of the files that were read or of the interpreter's arena.
 
 #include <filesystem>
@@ -19,11 +19,11 @@
 
 namespace doppel::xacro {
 
-// What an expansion may use up before it counts as running away.
+// The limits of an expansion, which end an infinite one.
 struct Budget {
   std::int64_t steps = 2'000'000;        // of the evaluator
   std::int64_t nodes = 300'000;          // of the output, and of copies on the way
-  std::int64_t characters = 64'000'000;  // of texts that are made; expressions count sixteenfold
+  std::int64_t characters = 64'000'000;  // of generated texts; expressions count sixteenfold
   int deepest = 250;                     // macro calls and includes within each other
 };
 
@@ -43,7 +43,7 @@ struct Macro {
 // Throws InputError at `where`.
 std::vector<Macro::Parameter> parse_parameters(std::string_view text, const TreePlace& where);
 
-// Macros by name; what is not here is looked for in the parent. An include with a namespace has no parent.
+// Macros by name; others are looked up in the parent. An include with a namespace has no parent.
 class MacroTable {
  public:
   explicit MacroTable(MacroTable* parent = nullptr) : parent_(parent) {}
@@ -66,14 +66,14 @@ class MacroTable {
 
 class Interpreter;
 
-// An element that insert_block puts in: itself, or what is in it.
+// An element that insert_block inserts: itself, or its content.
 struct Block {
   const TreeNode* node = nullptr;
   const TreeWithin* within = nullptr;
 };
 
-// Properties and blocks of the document, a macro call or a namespace; what is not here is looked for in the
-// parent. Names outlive the expansion.
+// Properties and blocks of the document, a macro call or a namespace; others are looked up in the parent.
+// Names outlive the expansion.
 class Scope : public NameScope {
  public:
   enum class Kind { document, macro, space };
@@ -89,9 +89,9 @@ class Scope : public NameScope {
   // Evaluated at first use.
   void set_text(std::string_view name, std::string_view text, const TreePlace& where);
   void set(std::string_view name, Value value);
-  // What the text means as a literal: quotes come off, and what was in them stays a text.
+  // The value of the text as a literal: quotes are removed, and their content stays a text.
   void set_literal(std::string_view name, std::string_view text);
-  // Here and in all scopes around.
+  // In this scope and in all enclosing ones.
   void remove(std::string_view name);
 
   // `name` with its stars.
@@ -125,12 +125,12 @@ class Scope : public NameScope {
   std::vector<std::shared_ptr<Scope>> old_namespaces_;  // replaced, but values may refer to them
 };
 
-// A text cut into what stands for itself and what is evaluated.
+// A text in literal parts and parts that are evaluated.
 struct TextPart {
   enum class Kind { plain, expression, substitution };
   Kind kind = Kind::plain;
   std::string_view text;
-  const Expression* expression = nullptr;  // null: its text holds substitutions, or did not parse yet
+  const Expression* expression = nullptr;  // null: its text contains substitutions, or is not parsed yet
 };
 
 // Evaluates texts with ${...} and $(...) in them. The texts outlive the expansion.
@@ -165,7 +165,7 @@ class Interpreter {
   [[nodiscard]] const std::set<std::string, std::less<>>& used_arguments() const { return used_arguments_; }
   [[nodiscard]] std::vector<std::filesystem::path>& files() { return files_; }
   void add_file(const std::filesystem::path& file);
-  // What was read so far, for messages.
+  // The documents that were read so far, for messages.
   void add_document(const TreeNode& root) { documents_.push_back(&root); }
   // "a.xacro -> b.xacro -> a.xacro" where the file that is being read includes itself; else "".
   [[nodiscard]] std::string include_loop() const;
@@ -173,7 +173,7 @@ class Interpreter {
   [[nodiscard]] Diagnostics& diagnostics() { return diagnostics_; }
   [[nodiscard]] const TreePlace& here() const { return here_ == nullptr ? nowhere_ : *here_; }
   [[nodiscard]] Arena& arena() { return source_->arena; }
-  // What the arena's texts need to stay alive.
+  // Keeps the arena's texts alive.
   [[nodiscard]] std::shared_ptr<TreeSource> source() const { return source_; }
   // xacro's own names: xacro, load_yaml, dotify, abs_filename.
   [[nodiscard]] const Value* global(std::string_view name) const { return globals_.find(name); }
@@ -181,7 +181,7 @@ class Interpreter {
     return globals_.find(name, hash);
   }
   void warn_of_global(std::string_view name);
-  // Keeps a scope that something still refers to.
+  // Keeps a scope that is still referenced.
   void keep(std::unique_ptr<Scope> scope) { kept_.push_back(std::move(scope)); }
 
   // An argument's value; throws InputError where there is none.
@@ -229,17 +229,17 @@ std::string eval_substitution(std::string_view text, Interpreter& interpreter, c
 // A property's text as Python would read it as a literal: a number, a truth value, a quoted
 // string; else itself.
 Value literal(std::string_view text);
-// The literal that a text is; any other value as it is.
+// A text as a literal; any other value unchanged.
 Value interpreted(Value value);
 
-// Whether a condition's value is true; nothing: it is no truth value.
+// Whether a condition's value is true; nothing: it is not a truth value.
 std::optional<bool> truth_of(const Value& value);
 
 // A YAML file as values, with !degrees, !radians and the other units of xacro, dotted. Throws InputError.
 Value load_yaml(const std::filesystem::path& file, const TreePlace& where);
 Value parse_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where);
 
-// A dict with all that is in it, its entries as attributes.
+// A dict, and recursively its content, with its entries as attributes.
 Value dotted(const Value& value);
 
 }  // namespace doppel::xacro

@@ -1,5 +1,5 @@
 #pragma once
-// The walk over the tree: what each element of xacro does.
+// The walk over the tree: the effect of each element of xacro.
 
 #include <initializer_list>
 
@@ -8,7 +8,7 @@
 
 namespace doppel::xacro {
 
-// Where an expansion stands: what names mean here, within which call or include, and how deep.
+// The state of an expansion: the scope of names, the call or include, and the depth.
 struct Context {
   Scope* scope = nullptr;
   MacroTable* macros = nullptr;
@@ -16,8 +16,8 @@ struct Context {
   int depth = 0;
 };
 
-// The attributes of an element that is being made. Where none of them needs evaluation they stay those of the
-// tree that was read, until one is added.
+// The attributes of an element that is being created. Where none of them needs evaluation they are those of
+// the tree that was read, until one is added.
 class Attributes {
  public:
   Attributes() = default;
@@ -33,8 +33,8 @@ class Attributes {
   bool shared_ = false;
 };
 
-// The children that are being made of one element, and that element's attributes: <xacro:attribute> and
-// namespaces of includes go there.
+// The children that are being created in one element, and that element's attributes: <xacro:attribute> and
+// namespaces of includes are added to them.
 struct Output {
   TreeList nodes;
   Attributes* parent = nullptr;
@@ -94,7 +94,7 @@ class Expander {
   void text(const TreeNode& in, const Context& context, Output& out, bool& eval_comments);
   void comment(const TreeNode& in, const Context& context, Output& out, bool& eval_comments);
 
-  // ros/xacro drops the comments directly before its own elements; these tell where that ends.
+  // ros/xacro drops the comments directly before its own elements; these mark where that ends.
   void drop_comments(const TreeNode& in, Output& out);
   void settle_barrier(const Output& out);
   [[nodiscard]] bool barrier_behind(const Output& out, const TreeNode* node) const;
@@ -112,11 +112,11 @@ class Expander {
   std::string_view property_name(const TreeNode& in, const Context& context);
   Scope* property_scope(const TreeNode& in, std::string_view name, const Context& context);
 
-  // What a call needs while its parameters are bound.
+  // The state of a call while its parameters are bound.
   struct Call {
     const TreeNode& node;
     const Macro& macro;
-    const Context& caller;  // whose names the arguments use
+    const Context& caller;  // the arguments are evaluated in its scope
     Scope& inner;
     bool through_call;        // <xacro:call macro="...">
     std::vector<char> bound;  // for each parameter, whether it has a value
@@ -140,7 +140,7 @@ class Expander {
   Scope document_;
   MacroTable macros_;
   XmlContent keep_ = XmlContent::everything;
-  std::vector<std::shared_ptr<TreeSource>> sources_;  // bodies of macros and blocks lie in them
+  std::vector<std::shared_ptr<TreeSource>> sources_;  // they contain the bodies of macros and blocks
   std::map<std::string, const TreeNode*> parsed_;
   std::vector<std::string> declared_;
   int outputs_ = 0;

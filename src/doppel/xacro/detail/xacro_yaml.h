@@ -1,5 +1,5 @@
 #pragma once
-// What the two readers of YAML share.
+// Shared by the two readers of YAML.
 
 #include <optional>
 #include <string>
@@ -13,12 +13,12 @@ namespace doppel::xacro {
 Value yaml_scalar(std::string_view text);
 // "!degrees 90" in SI; nothing: no such unit, or no number.
 std::optional<Value> yaml_quantity(std::string_view tag, std::string_view text);
-// What one of "!degrees", "!millimeters", ... is in SI; 0: no such unit.
+// The factor of "!degrees", "!millimeters", ... to SI; 0: no such unit.
 double yaml_unit(std::string_view tag);
 
-// Nothing: the text uses more of YAML than this reads, or is none.
+// Nothing: the text uses features of YAML that this reader does not support, or is not YAML.
 std::optional<Value> parse_simple_yaml(std::string_view text);
-// By yaml-cpp, whatever the text. Throws InputError.
+// Any YAML, by yaml-cpp. Throws InputError.
 Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where);
 
 }  // namespace doppel::xacro
