@@ -35,7 +35,7 @@ bool has_desktop_session() {
          isatty(STDOUT_FILENO) != 0 && is_installed("xdg-open");
 }
 
-// In a session of its own, so that Ctrl-C here does not end the browser, without our files, and silent.
+// In a session of its own, so that Ctrl-C does not end the browser; without open files and output.
 void spawn_browser(const std::string& url) {
   posix_spawn_file_actions_t files;
   posix_spawn_file_actions_init(&files);
@@ -50,7 +50,7 @@ void spawn_browser(const std::string& url) {
   for (const int signal : {SIGINT, SIGTERM, SIGPIPE}) sigaddset(&defaults, signal);
   posix_spawnattr_setsigdefault(&attributes, &defaults);
   posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETSID | POSIX_SPAWN_SETSIGDEF);
-  // The shell ends at once and leaves the browser to init: nobody here has to wait for it.
+  // The shell ends at once and the browser becomes a child of init, so that no wait() is needed.
   std::string script = R"(xdg-open "$1" &)", shell = "sh", address = url;
   char option[] = "-c";
   char* const arguments[] = {shell.data(), option, script.data(), shell.data(), address.data(), nullptr};

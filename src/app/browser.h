@@ -1,5 +1,5 @@
 #pragma once
-// The desktop's browser, which opens the page by itself where somebody sits in front of it.
+// Opens the page in the desktop's browser where the program is started from a desktop.
 
 #include <string>
 #include <thread>
@@ -16,7 +16,7 @@ class Browser {
   Browser(const Browser&) = delete;
   Browser& operator=(const Browser&) = delete;
 
-  // Once, and only from a terminal of this machine's desktop; does not wait for it.
+  // Once, and only from a terminal of this machine's desktop; does not wait for the browser.
   void open(const std::string& url);
 
  private:

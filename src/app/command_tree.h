@@ -7,7 +7,7 @@
 
 namespace doppel::app {
 
-// What a person sees, in the order of --help: not the hidden ones.
+// The verbs without the hidden ones, in the order of --help.
 std::vector<const CLI::App*> verbs_of(const CLI::App& command);
 std::vector<const CLI::Option*> options_of(const CLI::App& command);
 std::vector<const CLI::Option*> positionals_of(const CLI::App& command);

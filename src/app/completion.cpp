@@ -12,8 +12,8 @@
 namespace doppel::app {
 namespace {
 
-// The scripts ask for candidates: `doppel complete -- WORDS`, the last one being typed. A line is a
-// word and, behind a tab, what it does; ":files" stands for files, and ":VERB ..." for the lines that
+// The scripts get candidates by `doppel complete -- WORDS`, of which the last one is incomplete. A line is a
+// word and, behind a tab, its description; ":files" represents files, and ":VERB ..." the lines that
 // this command prints.
 constexpr const char* kBashScript = R"sh(# doppel's completion for bash: source <(doppel completion bash)
 _doppel() {
@@ -73,7 +73,7 @@ end
 complete -c doppel -f -a '(__doppel_candidates)'
 )sh";
 
-// What is typed so far, up to the word that is not complete.
+// The words up to the incomplete one.
 struct Typed {
   const CLI::App* command = nullptr;     // the deepest verb
   const CLI::Option* waiting = nullptr;  // the option whose value comes next
@@ -107,7 +107,7 @@ std::string list_directive(const std::string& list, bool remote) {
   return ":" + list + (remote ? " --remote\n" : "\n");
 }
 
-// By what the positional's name says that it is.
+// The kind of values follows from the positional's name.
 std::string values_of(const std::string& name, bool remote, const std::string& current) {
   if (name == "FILE" || name == "file") return ":files\n";
   for (const char* kind : {"topic", "service", "node", "action"}) {
@@ -151,7 +151,7 @@ const char* script_of(const std::string& shell) {
   return shell == "zsh" ? kZshScript : shell == "fish" ? kFishScript : kBashScript;
 }
 
-// Hidden: what the scripts ask.
+// Hidden: used by the scripts.
 void add_complete(CLI::App& app, int& exit_code) {
   const auto words = std::make_shared<std::vector<std::string>>();
   CLI::App* verb = app.add_subcommand("complete", "The words that may follow those behind --")->group("");

@@ -1,5 +1,5 @@
 #pragma once
-// `doppel completion`: scripts for bash, zsh and fish, and the candidates that they ask for.
+// `doppel completion`: scripts for bash, zsh and fish, and the candidates that they request.
 
 namespace CLI {
 class App;

@@ -1,5 +1,5 @@
 #pragma once
-// How a program of doppel's ends where its work throws: one message, and the exit code.
+// The end of a program where its work throws: one message, and the exit code.
 
 #include <exception>
 

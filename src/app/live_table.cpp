@@ -28,7 +28,7 @@ std::size_t columns(std::string_view text) {
   return count;
 }
 
-// At most `width` columns of `text`; escape sequences are kept and take no room.
+// At most `width` columns of `text`; escape sequences are kept and count as zero columns.
 std::string shortened(std::string_view text, std::size_t width) {
   if (columns(text) <= width) return std::string(text);
   std::string out;

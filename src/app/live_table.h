@@ -31,11 +31,11 @@ struct TableView {
 };
 std::vector<std::string> render(const TableView& view, const TableStyle& style);
 
-// Draws picture after picture over each other. Any thread, one at a time.
+// Draws each picture over the previous one. Any thread, one at a time.
 class LiveTable {
  public:
   explicit LiveTable(int fd);
-  ~LiveTable();  // leaves the last picture standing and the cursor below it
+  ~LiveTable();  // keeps the last picture, with the cursor below it
   void draw(const TableView& view);
 
  private:

@@ -22,7 +22,7 @@ struct ManOptions {
   std::string verb, folder;
 };
 
-// Text as roff takes it: no escapes, no requests at the start of a line, ASCII hyphens that can be copied.
+// Text for roff: no escapes, no requests at the start of a line, ASCII hyphens that can be copied.
 std::string roff(std::string_view text) {
   std::string out;
   for (const char c : text) {
@@ -88,7 +88,7 @@ std::string details(const CLI::App& command) {
   return out;
 }
 
-// What --help prints at its end, as it stands there.
+// The text at the end of --help, unchanged.
 std::string examples(const CLI::App& command) {
   const std::string footer = command.get_footer();
   return footer.empty() ? "" : fmt::format(".nf\n{}\n.fi\n", roff(footer));

@@ -1,5 +1,5 @@
 #pragma once
-// What the operating system knows of this process.
+// The operating system's data about this process.
 
 #include <atomic>
 #include <filesystem>
@@ -9,11 +9,11 @@ namespace doppel::app {
 // Milliseconds since this process was started (by the kernel's account, in units of 10 ms, never too few).
 double milliseconds_since_process_start();
 
-// The most memory this process has ever held, MB (10^6 bytes).
+// The peak memory of this process, MB (10^6 bytes).
 double peak_rss_mb();
 
-// What was started without stdin, stdout or stderr gets /dev/null for them: else the next file or connection
-// would stand in their place, and be written to.
+// Opens /dev/null for a missing stdin, stdout or stderr: otherwise the next file or connection would get the
+// same descriptor, and be written to.
 void fill_standard_files();
 
 // From now on SIGINT and SIGTERM do not end the process; they set the flag that is returned.

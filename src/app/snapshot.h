@@ -11,7 +11,7 @@
 
 namespace doppel::app {
 
-// Where there are several robots, joints and controllers stand under their scope: "left::Revolute 1".
+// With several robots, joints and controllers are named with their scope: "left::Revolute 1".
 struct Snapshot {
   Time now{};
   std::vector<JointSnapshot> joints;

@@ -1,6 +1,6 @@
-// doppel-start: what the script `doppel` runs, with the folder that it stands in: builds what has changed,
-// then becomes the program. The verb xacro it is itself, without the libraries of physics and server, whose
-// loading would take longer than the work.
+// doppel-start: run by the script `doppel` with the folder of the script. Builds what has changed, then
+// replaces itself by the program. It runs the verb xacro itself, without the libraries of physics and server,
+// whose loading would take longer than the work.
 #include <fmt/format.h>
 #include <unistd.h>
 

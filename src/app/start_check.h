@@ -5,8 +5,7 @@
 
 namespace doppel::app {
 
-// What is looked at: everything, or only what the verb xacro is made of, so that an edit of anything else
-// waits for another verb.
+// The checked files: all, or only those of the verb xacro, so that other edits do not delay it.
 enum class Part { all, xacro };
 
 // True where anything that tools/watched_sources listed for the last build (build/.doppel-built: "SECONDS

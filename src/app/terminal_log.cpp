@@ -6,7 +6,7 @@
 namespace doppel::app {
 
 void TerminalLog::add(const LogLine& said) {
-  // Names that clients send stand in these lines.
+  // These lines contain names from clients, which may have control characters.
   const LogLine line{said.severity, said.origin, printable(said.text)};
   const std::lock_guard lock(mutex_);
   if (!table_) return print(line);

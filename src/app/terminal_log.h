@@ -14,14 +14,14 @@ namespace doppel::app {
 class TerminalLog {
  public:
   void add(const LogLine& said);
-  // For Log::add_sink(): adds what is `least` or worse. This has to outlive the log's use.
+  // For Log::add_sink(): adds lines of severity `least` or worse. This has to outlive the log's use.
   [[nodiscard]] Log::Sink sink(std::optional<Severity> least = std::nullopt) {
     return [this, least](const LogLine& line) {
       if (!least || line.severity >= *least) add(line);
     };
   }
   void table_begins();
-  // Warnings and errors that scrolled away in the table are repeated for the record.
+  // Warnings and errors that are no longer visible in the table are printed again.
   void table_ends();
   [[nodiscard]] std::vector<LogLine> recent();
 

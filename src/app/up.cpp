@@ -202,7 +202,7 @@ void print_twin_banner(Twin& twin, const std::string& engine) {
   print_contacts(twin.engine().world());
 }
 
-// What became of the run; the exit code.
+// Reports the end of the run; returns the exit code.
 int report_end(Twin& twin, Summary summary, bool json) {
   summary.state_hash = twin.state_hash();
   {

@@ -1,5 +1,5 @@
 #pragma once
-// `doppel up TARGET`: the twin, its server and its face in the terminal.
+// `doppel up TARGET`: the twin, its server and its table in the terminal.
 
 namespace CLI {
 class App;

@@ -38,7 +38,7 @@ void print_viewer_banner(const Viewer& viewer, const Session& session) {
   print_stderr("  ready        {:.0f} ms after the start\n", milliseconds_since_process_start());
 }
 
-// Until `stop`; frames that could not be kept up with are left out.
+// Until `stop`; late frames are skipped.
 void show_frames(Viewer& viewer, const std::atomic<bool>& stop) {
   auto due = std::chrono::steady_clock::now();
   while (!stop) {

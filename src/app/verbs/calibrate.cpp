@@ -65,7 +65,7 @@ class Calibration {
     const std::filesystem::path file = write();
     try {
       options_.json ? print_json(file) : print_text(file);
-    } catch (const OutputClosed&) {  // | head has seen enough
+    } catch (const OutputClosed&) {  // stdout was closed (| head)
     }
     return 0;
   }
@@ -80,7 +80,7 @@ class Calibration {
     measured_.emplace_back(joint, measurements);
   }
 
-  // The ends of the swept range are taken for the stops that the description's limits mean.
+  // Assumes that the ends of the swept range are the stops at the description's limits.
   void take_lerobot() {
     std::vector<std::string> names;
     for (const Joint& joint : robot_.joints) names.push_back(joint.name);
@@ -114,7 +114,7 @@ class Calibration {
     return result;
   }
 
-  // A measurement that made a correction was taken of the model before it; once more it would count twice.
+  // A measurement of the uncorrected model must not be applied again to the corrected one.
   void refuse_repetition() const {
     for (const Result& result : results_) {
       const auto i = correction_made_of(overlay_.operations, result.joint->name, result.operations);
@@ -131,7 +131,7 @@ class Calibration {
     }
   }
 
-  // A driver's offset comes on top of a zero that the model holds.
+  // A driver's offset is added to a zero correction that the model contains.
   [[nodiscard]] std::vector<std::string> baked_zeros() const {
     std::vector<std::string> out;
     for (const Result& result : results_) {
@@ -145,7 +145,7 @@ class Calibration {
     return out;
   }
 
-  // Each operation's fingerprint is of the tree as the ones before leave it.
+  // Each operation's fingerprint is of the tree after the previous operations.
   void correct() {
     for (Result& result : results_) {
       for (Operation& operation : result.operations) {
@@ -286,7 +286,7 @@ class Calibration {
     print_line("{}\n", out.dump(2));
   }
 
-  // -- the conversation
+  // -- interactive questions
   static std::string answer(const std::string& question) {
     print_out(question);
     std::string line;
@@ -345,7 +345,7 @@ class Calibration {
     }
   }
 
-  // Asks until it is a number.
+  // Repeats the question until the answer is a number.
   static std::string number_answer(const std::string& question, bool may_be_empty) {
     while (true) {
       std::string said = answer(question);

@@ -66,7 +66,7 @@ std::vector<Operation> repairs_of(const AuditReport& report, DescriptionTarget& 
   std::vector<Operation> out;
   for (const Finding& finding : report.findings) {
     for (Operation repair : finding.repair) {
-      // Behind what the rule itself goes by: a datasheet's line says more than the finding.
+      // Behind the rule's own evidence: a line of a datasheet is more specific than the finding.
       repair.evidence.push_back(fmt::format("doppel check: {}: {}", finding.rule, finding.message));
       take_fingerprint(repair, description);
       apply_overlay({{}, {repair}}, description, target.resolver, ignored);
@@ -76,7 +76,7 @@ std::vector<Operation> repairs_of(const AuditReport& report, DescriptionTarget& 
   return out;
 }
 
-// Writes what is uniquely determined, says so, and runs the audit again.
+// Writes the repairs that are uniquely determined, reports them, and runs the audit again.
 AuditReport fix(DescriptionTarget& target, const AuditOptions& options, const AuditReport& before,
                 bool quiet) {
   const std::vector<Operation> repairs = repairs_of(before, target);
@@ -103,7 +103,7 @@ void print_report(const AuditReport& report, const CheckOptions& o) {
   fmt::print("{}", to_text(report, style));
 }
 
-// What a second of simulation finds, in front: errors come first in a report.
+// Findings of a second of simulation come first, because errors are first in a report.
 void add_run(const CheckOptions& o, const DescriptionTarget& target, AuditReport& report) {
   Scenario scenario = described_scenario({o.words, {}});
   if (!o.controllers.empty()) scenario.robots.front().controllers = o.controllers;
@@ -146,7 +146,7 @@ int check(const CheckOptions& o) {
   AuditOptions options;
   options.profiles = chosen_profiles(o.profiles);
   const AuditResult result = audited(o, options);
-  // A program reads the refusal in the report; a person reads it on stderr.
+  // Programs get the error in the report; for people it is printed on stderr.
   if (!result.refused || o.json || o.sarif || o.github) print_report(result.report, o);
   if (result.refused) throw InputError(*result.refused);
   return result.report.count(Severity::error) > 0 ? 1 : 0;

@@ -43,7 +43,7 @@ struct CompareVerb {
   refuse("cli.trajectory", fmt::format("{}: {}", file.string(), why), fix);
 }
 
-// As far as each joint is one of the robot's, and named once.
+// Every joint has to exist in the robot, and be named once.
 void check_joints(const std::filesystem::path& file, const std::vector<std::string>& joints,
                   const Model& model) {
   const std::vector<std::string> driven = model.driven_joint_names();
@@ -106,7 +106,7 @@ JointPath read_path(const std::filesystem::path& file, const Model& model) {
   return out;
 }
 
-// What comes after the end of the motions is not compared.
+// The part after the end of the motions is not compared.
 void warn_of_motion(const std::filesystem::path& file, const JointPath& path, double duration) {
   if (path.times.back() <= duration) return;
   Diagnostics out;
@@ -161,7 +161,7 @@ std::vector<std::string> chosen_engines(const std::vector<std::string>& asked) {
     }
   }
   for (const std::string& name : out) {
-    static_cast<void>(engine_module(name));  // refuses what is not there
+    static_cast<void>(engine_module(name));  // throws for an unknown engine
     if (std::ranges::count(out, name) > 1)
       refuse("cli.engines", fmt::format("the engine '{}' is listed twice; there is nothing to compare", name),
              "list different engines; `doppel engines` prints them");

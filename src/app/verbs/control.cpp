@@ -48,7 +48,7 @@ std::vector<msg::ControllerState> list_controllers(Client& twin, const std::stri
 namespace {
 
 struct ControlOptions {
-  std::string manager;  // as requested; when a verb runs, whole
+  std::string manager;  // as requested; when a verb runs, the complete name
   bool verbose = false;
   std::string name, type, state;
   std::vector<std::string> activate, deactivate;
@@ -107,7 +107,7 @@ int hardware_interfaces(Shell& shell, const ControlOptions& options) {
   return 0;
 }
 
-// Why a component is not active, as its own node says; "" where nothing has failed.
+// Why a component is not active, as its own node reports; "" where nothing has failed.
 std::string fault_of(const std::vector<NamedParameter>& parameters, const ControlOptions& options,
                      std::string component) {
   for (char& c : component) {
@@ -152,7 +152,7 @@ std::string state_of(Client& twin, const ControlOptions& options, const std::str
   return found == all.end() ? "" : found->state;
 }
 
-// Names that could have been meant: of what is loaded, and of what the controllers' YAML declares.
+// Suggestions: the loaded controllers, and those that the controllers' YAML declares.
 [[noreturn]] void cannot_load(Client& twin, const ControlOptions& options) {
   std::vector<std::string> names;
   for (const auto& c : list_controllers(twin, options.manager)) names.push_back(c.name);

@@ -9,12 +9,12 @@
 
 namespace doppel::app {
 
-// Every controller manager that there is.
+// All existing controller managers.
 std::vector<std::string> find_managers(Client& twin);
-// The controller manager that is meant: `asked`, or the only one that there is, in whatever namespace. Throws
-// InputError where nobody said which of several.
+// The selected controller manager: `asked`, or the only one, in any namespace. Throws InputError where there
+// are several and none is selected.
 std::string find_manager(Client& twin, const std::string& asked);
-// The option that says which.
+// The option that selects it.
 void declare_manager(CLI::App& verb, std::string& manager);
 
 std::vector<controller_manager_msgs::msg::ControllerState> list_controllers(Client& twin,

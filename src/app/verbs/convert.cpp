@@ -63,7 +63,7 @@ void report_absolute_paths(const std::string& text, const std::string& out) {
   print_diagnostics(diagnostics);
 }
 
-// On stderr, and only where somebody looks at it.
+// On stderr, and only if it is a terminal.
 bool print_progress(double done) {
   if (isatty(STDERR_FILENO) != 0) {
     print_stderr("\r  checking collisions {:3.0f} %{}", 100 * done, done < 1 ? "" : "\n");

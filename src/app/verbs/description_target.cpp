@@ -73,7 +73,7 @@ void print_diagnostics(const Diagnostics& diagnostics, bool notes) {
   for (const Diagnostic& diagnostic : diagnostics.all()) ++places[{diagnostic.rule, diagnostic.message}];
   for (const Diagnostic& diagnostic : diagnostics.all()) {
     if (diagnostic.severity == Severity::note && !notes) continue;
-    // What is said of several places in the same words is said once.
+    // The same message for several places is printed once.
     const std::size_t many = std::exchange(places[{diagnostic.rule, diagnostic.message}], 0);
     if (many == 0) continue;
     Diagnostic shown = diagnostic;

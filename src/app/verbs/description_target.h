@@ -1,6 +1,6 @@
 #pragma once
-// What every verb over a description begins with: TARGET and its name:=value arguments, as `doppel up` takes
-// them, become a file with packages known; what was found on the way is said on stderr.
+// The first step of every verb over a description: TARGET and its name:=value arguments, as for `doppel up`,
+// are resolved to a file and its packages; diagnostics are printed on stderr.
 
 #include <filesystem>
 #include <string>
@@ -19,16 +19,16 @@ namespace doppel::app {
 
 using DescriptionTarget = OpenedTarget;
 
-// Adds TARGET and its arguments to a verb; `words` is what open_target takes.
+// Adds TARGET and its arguments to a verb; `words`: the input of open_target.
 void add_target(CLI::App& verb, std::vector<std::string>& words, bool required = true);
 
 // Throws InputError: no such target, an argument that is not name:=value.
 DescriptionTarget open_target(const std::vector<std::string>& words);
 
-// One that was given by a single word (`doppel diff A B`).
+// A target that is a single word (`doppel diff A B`).
 DescriptionTarget open_target(const std::string& target, XacroArguments arguments = {});
 
-// The description with its overlay, as every command sees it. Warnings go to stderr.
+// The description with its overlay, as every command uses it. Warnings go to stderr.
 LoadedDescription load_target(DescriptionTarget& target);
 
 // The controllers that belong to a description (target/controllers_search.h), or those of the file that was
@@ -43,7 +43,7 @@ FoundControllers find_controllers(const RobotDescription& robot, const Descripti
 // "name:=value". Throws InputError.
 std::pair<std::string, std::string> split_argument(const std::string& text);
 
-// Warnings and errors to stderr, and notes where asked for.
+// Warnings and errors to stderr, and notes if requested.
 void print_diagnostics(const Diagnostics& diagnostics, bool notes = false);
 
 }  // namespace doppel::app

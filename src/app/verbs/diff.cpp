@@ -1,4 +1,4 @@
-// doppel diff: what a fresh export, or a colleague's edit, changes in the machine.
+// doppel diff: the changes that a new export, or another edit, makes to the robot.
 #include <unistd.h>
 
 #include <algorithm>
@@ -68,7 +68,7 @@ class Printer {
     print_line("    {:<{}}  {}{}\n", change.aspect, width, arrow, meaning);
   }
 
-  // Aspects of one subject stand in one column.
+  // Aspects of one subject are aligned in one column.
   [[nodiscard]] std::size_t widest(std::size_t at) const {
     std::size_t width = 8;
     for (const Change& change : changes_) {
@@ -110,7 +110,7 @@ int run_diff(const DiffOptions& options) {
           options.color == "always" || (options.color == "auto" && isatty(STDOUT_FILENO) != 0);
       Printer(changes, colour).print();
     }
-  } catch (const OutputClosed&) {  // | head has seen enough; the verdict stays
+  } catch (const OutputClosed&) {  // stdout was closed (| head); the exit code stays
   }
   return changes.empty() ? 0 : 1;
 }

@@ -1,4 +1,4 @@
-// doppel doctor: what of this machine helps or hinders.
+// doppel doctor: checks the configuration of this machine.
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>

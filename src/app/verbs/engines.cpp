@@ -1,4 +1,4 @@
-// doppel engines: the physics engines that doppel knows, and what each of them can.
+// doppel engines: the supported physics engines, and the features of each.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -11,7 +11,7 @@
 namespace doppel::app {
 namespace {
 
-// A message as a tree; small enough, for one is looked at at a time.
+// A message as a tree; one message at a time keeps it small.
 struct Value {
   std::string name;  // of the field that it is, in its message
   std::string scalar;
@@ -40,7 +40,7 @@ class TreeBuilder : public ValueSink {
     path_.back()->children.push_back({.name = std::exchange(name_, {}), .scalar = {}, .children = {}});
     return path_.back()->children.back();
   }
-  // Only the last child of each level grows, so that the pointers to its parents stay.
+  // Only the last child of each level grows, so that the pointers to its parents stay valid.
   Value& open() {
     Value& value = add();
     path_.push_back(&value);

@@ -35,7 +35,7 @@ Bytes with_id(const GoalId& id, std::span<const std::byte> body) {
   return out;
 }
 
-// What stands below "result:" in a response.
+// The part below "result:" in a response.
 std::string result_part(const std::string& yaml) {
   constexpr std::size_t kIndent = 2;
   std::string out;

@@ -1,5 +1,5 @@
 #pragma once
-// A goal of an action, as its client sees it: ROS 2's services and topics under <action>/_action.
+// A client's goal of an action, by ROS 2's services and topics under <action>/_action.
 
 #include <string>
 #include <string_view>
@@ -21,7 +21,7 @@ struct GoalOutcome {
 
 class ActionGoal {
  public:
-  // Sends the goal; throws ClientError if there is no such action or it refuses.
+  // Sends the goal; throws ClientError if the action does not exist or rejects the goal.
   ActionGoal(Client& twin, std::string action, const ActionSupport& type,
              std::span<const std::byte> goal_cdr);
 
@@ -29,7 +29,7 @@ class ActionGoal {
   [[nodiscard]] std::string feedback_topic() const { return action_ + "/_action/feedback"; }
   // The feedback in a message of that topic as YAML; "" if it is of another goal.
   [[nodiscard]] std::string feedback_yaml(std::span<const std::byte> cdr) const;
-  // Whether the result has come; asked for at the goal's sending.
+  // Whether the result has arrived; it is requested when the goal is sent.
   bool take_outcome(GoalOutcome& outcome);
   void cancel();
 

@@ -1,4 +1,4 @@
-// doppel info: a description on one screen.
+// doppel info: a summary of a description on one screen.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// doppel mass: what each link weighs, where, and what gravity asks of the joints.
+// doppel mass: the mass and centre of mass of each link, and the gravity loads of the joints.
 #include <CLI/CLI.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>

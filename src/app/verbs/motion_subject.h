@@ -1,5 +1,5 @@
 #pragma once
-// What the verbs that repeat motions (verify, compare-engines) make of a machine.
+// Shared by the verbs that repeat motions (verify, compare-engines).
 
 #include <chrono>
 
@@ -13,7 +13,7 @@ inline constexpr std::chrono::seconds kProgressPeriod{2};  // between two lines 
 // --duration of a motion, s. Throws InputError cli.duration.
 void check_duration(double seconds);
 
-// The machine's first robot, and what else stands in its world.
+// The machine's first robot, and the other objects in its world.
 MotionSubject motion_subject(CompiledScenario& machine);
 
 }  // namespace doppel::app

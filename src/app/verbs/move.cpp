@@ -144,7 +144,7 @@ Bytes make_goal(const Mover& mover, const Positions& present, double seconds) {
   return to_cdr(goal);
 }
 
-// One line that is written over while the arm moves; only for people.
+// One line that is overwritten while the arm moves; only on a terminal.
 class Progress {
  public:
   explicit Progress(const Positions& targets) : targets_(targets), visible_(isatty(STDERR_FILENO) != 0) {}
@@ -195,7 +195,7 @@ void wait_for_all(Client& twin, std::vector<Running>& running, const Positions& 
     if (twin.next(message, Clock::now() + std::chrono::milliseconds(100))) take_positions(message, positions);
     progress.show(positions);
   }
-  Client::Received message;  // what was under way when the goal ended is not the last word
+  Client::Received message;  // more messages may be pending when the goal ends
   while (twin.next(message, Clock::now())) take_positions(message, positions);
 }
 

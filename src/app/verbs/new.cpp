@@ -1,4 +1,4 @@
-// doppel new NAME: a description package of one's own.
+// doppel new NAME: creates a description package.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -30,7 +30,7 @@ scaffold::PackageAuthor author_of(const NewOptions& options) {
           options.email.empty() ? name + "@todo.todo" : options.email, options.licence};
 }
 
-// A path as a shell takes it.
+// A path, quoted for a shell.
 std::string shell_quoted(const std::string& path) {
   constexpr std::string_view kPlain =
       "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:@%";

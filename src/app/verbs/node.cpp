@@ -26,7 +26,7 @@ bool has(const std::vector<std::string>& names, const std::string& name) {
   return std::ranges::find(names, name) != names.end();
 }
 
-// The entries in which the node stands as `nodes` says, each with its type; of actions their send_goal.
+// The entries that list the node in `nodes`, each with its type; for actions their send_goal.
 template <class Entry>
 void print_part(const char* heading, const std::map<std::string, Entry>& entries,
                 std::vector<std::string> Entry::*nodes, const std::string& node, bool hidden) {

@@ -1,4 +1,4 @@
-// doppel overlay: the corrections beside a description, shown, added, taken out, and baked into its sources.
+// doppel overlay: shows, adds and removes corrections of a description, and bakes them into its sources.
 #include "doppel/overlay/overlay.h"
 
 #include <fmt/format.h>
@@ -30,7 +30,7 @@ struct OverlayOptions {
   bool json = false, in_place = false, dry_run = false;
 };
 
-// A description without its corrections, the overlay beside it, and what came of applying it.
+// A description without its corrections, the overlay beside it, and the result of applying it.
 struct Corrected {
   explicit Corrected(const std::vector<std::string>& words) : target(open_target(words)) {
     plain = expand_description(target.target.description, target.arguments, target.resolver, diagnostics);
@@ -45,7 +45,7 @@ struct Corrected {
     return static_cast<std::size_t>(
         std::ranges::count_if(outcomes, [&](const auto& outcome) { return outcome.state == state; }));
   }
-  // The description as the operations before the i-th leave it.
+  // The description after the operations before the i-th.
   [[nodiscard]] ExpandedDescription before(std::size_t i) const {
     ExpandedDescription out = plain;
     Overlay first = overlay;
@@ -191,8 +191,7 @@ Operation read_operation(const AddWords& words, const OverlayOptions& o) {
   return operation;
 }
 
-// Errors of the description, and what its reader leaves out of it; one that a correction brings in speaks
-// against the correction.
+// Errors of the description, and parts that its reader leaves out. A correction must not add any.
 std::vector<Diagnostic> errors_of(const Corrected& c) {
   Diagnostics said;
   PackageResolver resolver = c.target.resolver;
@@ -219,7 +218,7 @@ void refuse_new_errors(const std::vector<Diagnostic>& before, const Corrected& c
   }
 }
 
-// What is a warning where a whole robot would not load is a refusal where a correction is about to be made.
+// When a robot is loaded these are warnings; when a correction is added they are errors.
 void throw_warnings_as_errors(const Diagnostics& said) {
   std::vector<Diagnostic> refused;
   for (Diagnostic diagnostic : said.all()) {
@@ -305,7 +304,7 @@ int stamp(const OverlayOptions& o) {
   }
   bool stamped = false;
   for (std::size_t i = 0;; ++i) {
-    const Corrected c(words);  // again: each operation's fingerprint is of what the ones before it leave
+    const Corrected c(words);  // again: each operation's fingerprint depends on the previous ones
     if (i >= c.overlay.operations.size()) break;
     if (c.overlay.operations[i].was.empty()) stamped = stamp_one(c, i);
   }
@@ -333,7 +332,7 @@ void copy_meshes(const std::vector<std::pair<fs::path, fs::path>>& copies) {
   }
 }
 
-// Meshes that operations made get a lasting place: in the package, or beside what is written.
+// Moves generated meshes to a permanent place: in the package, or beside the written file.
 void settle(Corrected& c, const fs::path& beside) {
   const fs::path& package = c.target.target.package_folder;
   const std::string name = package.empty() ? "" : package_name(package);

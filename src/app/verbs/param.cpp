@@ -86,7 +86,7 @@ void print_range(Value from, Value to, Step step) {
   if (step != Step{}) print_line("    Step: {}\n", step);
 }
 
-// As ros2param calls the types of a descriptor.
+// The names of types in a descriptor, as printed by ros2param.
 std::string_view described_type(std::uint8_t type) {
   constexpr std::string_view kNames[] = {"not set",      "boolean",     "integer",       "double",
                                          "string",       "byte array",  "boolean array", "integer array",

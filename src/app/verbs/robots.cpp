@@ -1,4 +1,4 @@
-// doppel robots: what comes with the program.
+// doppel robots: the robots that come with the program.
 #include "app/verbs/robots.h"
 
 #include <CLI/CLI.hpp>

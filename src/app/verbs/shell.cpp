@@ -34,7 +34,7 @@ std::uint16_t parse_port(const char* text) {
   return port;
 }
 
-// With an announcement also the token, if the twin requires one.
+// If the twin is announced, also its token if it requires one.
 RunningTwin twin_at(std::uint16_t port) {
   for (const RunningTwin& twin : find_running()) {
     if (twin.port == port) return twin;
@@ -87,7 +87,7 @@ std::unique_ptr<Client> join_graph(const Connection& connection) {
   return std::make_unique<ros2::GraphClient>(std::move(options));
 }
 
-// --remote stands with the verb or before it.
+// --remote is an option of the verb, or stands before it.
 bool asks_for_graph(const CLI::App* app) {
   for (; app != nullptr; app = app->get_parent()) {
     const CLI::Option* remote = app->get_option_no_throw("--remote");
@@ -96,7 +96,7 @@ bool asks_for_graph(const CLI::App* app) {
   return false;
 }
 
-// --ns stands with the verb or before it.
+// --ns is an option of the verb, or stands before it.
 std::string asked_namespace(const CLI::App* app) {
   for (; app != nullptr; app = app->get_parent()) {
     const CLI::Option* const ns = app->get_option_no_throw("--ns");

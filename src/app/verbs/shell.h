@@ -1,6 +1,6 @@
 #pragma once
-// What every verb needs: the connection to the twin, output that is flushed line by line, Ctrl-C, and names
-// that are checked. stdout carries data, stderr what is said about it.
+// Shared by all verbs: the connection to the twin, output that is flushed line by line, Ctrl-C, and checked
+// names. Data goes to stdout, messages to stderr.
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@
 
 namespace doppel::app {
 
-// Nobody reads stdout any more (| head): the verb has done its work.
+// stdout was closed by its reader (| head): the verb ends without an error.
 struct OutputClosed {};
 
 void print_out(std::string_view text);   // flushed; throws OutputClosed
@@ -33,10 +33,10 @@ inline constexpr auto kForever = std::chrono::hours(24 * 365);  // for waits tha
 
 // The connection that a verb uses.
 struct Connection {
-  int port = 0;                 // of the twin; 0: of DOPPEL_PORT, else the newest that runs
+  int port = 0;                 // of the twin; 0: of DOPPEL_PORT, else of the newest running one
   bool remote = false;          // the ROS 2 graph instead of a twin's server
-  double spin_time = 0;         // s to look who is there; 0: until it is quiet
-  std::string name_space = {};  // "left": the robot that is meant; empty: none
+  double spin_time = 0;         // s of discovery; 0: until no new participants appear
+  std::string name_space = {};  // "left": the selected robot; empty: none
 };
 
 class Shell {
@@ -45,7 +45,7 @@ class Shell {
 
   // The twin, or with --remote the ROS 2 graph; connected to on first use.
   Client& twin();
-  // From now on Ctrl-C leaves waits with Interrupted instead of ending the program.
+  // From now on Ctrl-C ends waits with Interrupted instead of ending the program.
   static void catch_interrupts();
   static bool interrupted();
   static void clear_interrupt();
@@ -67,7 +67,7 @@ struct NoOptions {};
 CLI::App& add_group(CLI::App& app, const std::string& name, const std::string& help);
 
 // -- names
-// The robot that --ns names: "/left", or empty. Relative names stand below it.
+// The robot of --ns: "/left", or empty. Relative names are below it.
 const std::string& robot_namespace();
 std::string absolute(std::string_view name);             // with its leading slash
 bool is_hidden(std::string_view name);                   // a part of it begins with an underscore

@@ -1,4 +1,4 @@
-// doppel spawn and delete: robots that come and go while a twin runs.
+// doppel spawn and delete: adds and removes robots of a running twin.
 #include "app/verbs/description_target.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
@@ -10,7 +10,7 @@
 namespace doppel::app {
 namespace {
 
-constexpr std::chrono::seconds kSpawnTimeout{60};  // a robot of large meshes takes its time
+constexpr std::chrono::seconds kSpawnTimeout{60};  // a robot with large meshes loads slowly
 
 struct SpawnOptions {
   std::vector<std::string> words;  // TARGET and its name:=value

@@ -1,4 +1,4 @@
-// The emergency stop from the shell: of every controller manager, whatever commands it.
+// The emergency stop from the shell: of every controller manager, independent of the source of commands.
 
 #include "app/verbs/controllers.h"
 #include "app/verbs/verbs.h"
@@ -19,7 +19,7 @@ int stop(Shell& shell, const StopOptions& options) {
   if (managers.empty()) throw ClientError("there is no controller manager to stop");
   int exit_code = 0;
   for (const std::string& manager : managers) {
-    // One that does not answer must not keep the others from being stopped.
+    // One that does not respond must not prevent the stop of the others.
     try {
       const char* service = options.reset ? "reset_emergency_stop" : "emergency_stop";
       const auto response = call<std_srvs::srv::Trigger>(twin, fmt::format("{}/{}", manager, service));

@@ -28,7 +28,7 @@ struct Frame {
   bool fixed = false;
 };
 
-// The tree of frames as /tf and /tf_static tell it.
+// The tree of frames from /tf and /tf_static.
 class Frames {
  public:
   explicit Frames(Client& twin) : twin_(twin) {
@@ -37,7 +37,7 @@ class Frames {
     }
   }
 
-  // Takes in what comes until `enough` or the time is over (false).
+  // Receives transforms until `enough`, or until the timeout (false).
   bool gather(const std::function<bool()>& enough, Clock::time_point until) {
     while (!enough()) {
       Client::Received message;
@@ -59,7 +59,7 @@ class Frames {
     for (const auto& [name, frame] : frames_) names.insert({name, frame.parent});
     return {names.begin(), names.end()};
   }
-  // `child` in `parent`, if both hang on one tree; `stamp` of what on the way moved last.
+  // `child` in `parent`, if both are in one tree; `stamp`: the latest on the path.
   [[nodiscard]] bool look_up(const std::string& parent, const std::string& child, Pose& X,
                              Time& stamp) const {
     Pose X_RootP, X_RootC;
@@ -70,7 +70,7 @@ class Frames {
   }
 
  private:
-  // With --ns those of the one robot, without prefixes.
+  // With --ns those of the selected robot, without prefixes.
   const std::string moving_topic_ = absolute("tf"), fixed_topic_ = absolute("tf_static");
 
   void take(const Client::Received& message) {
@@ -137,7 +137,7 @@ int echo_transform(Shell& shell, const TfOptions& options) {
     Pose X;
     Time stamp{};
     const auto found = [&] { return frames.look_up(options.parent, options.child, X, stamp); };
-    // A frame that nobody has named yet is its own root, so that only what is known is taken for an answer.
+    // A frame that was not received yet is its own root, so the result is only valid for known frames.
     const auto known = [&] {
       return (frames.has_dynamic() || !frames.moving_expected()) && frames.has_static() && found();
     };

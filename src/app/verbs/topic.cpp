@@ -83,7 +83,7 @@ int echo_topic(Shell& shell, const EchoOptions& options) {
       if (options.once) break;
     }
   } catch (const Interrupted&) {
-    return 0;  // Ctrl-C is how one ends it
+    return 0;  // Ctrl-C is the normal end
   }
   return 0;
 }
@@ -91,12 +91,12 @@ int echo_topic(Shell& shell, const EchoOptions& options) {
 struct RateOptions {
   std::string topic;
   std::size_t window = 0;
-  bool sim_time = false;  // of delay: now is what /clock says
+  bool sim_time = false;  // for delay: the present time is that of /clock
 };
 using Arrival = std::function<void(Clock::time_point, const Client::Received&)>;
 
-// Calls `report` once a second while messages of the topic come; `add` takes each with its time of arrival,
-// those of the topic `also` too.
+// Calls `report` once a second while messages of the topic arrive, and `add` for each with its time of
+// arrival, also for those of the topic `also`.
 void watch(Shell& shell, const std::string& name, const Arrival& add, const std::function<void()>& report,
            const std::string& also = "") {
   Shell::catch_interrupts();
@@ -223,7 +223,7 @@ struct TopicInfoOptions {
   bool verbose = false;
 };
 
-// As rclpy prints a TopicEndpointInfo; what the connection does not tell is left out.
+// As rclpy prints a TopicEndpointInfo; fields that the connection does not provide are left out.
 void print_end(const Client::Endpoint& end, const char* kind) {
   const std::size_t slash = end.node.rfind('/');
   print_line("Node name: {}\nNode namespace: {}\nTopic type: {}\n", end.node.substr(slash + 1),
@@ -289,7 +289,7 @@ void wait_for_subscribers(Client& twin, const std::string& topic, std::size_t co
                         : fmt::format("no subscriber on {}{}", topic, did_you_mean(topic, subscribed)));
 }
 
-// A type that this program does not know is as those have it who are at the other end.
+// The definition of an unknown type is taken from the subscribers of the topic.
 const TypeSupport& type_to_publish(Shell& shell, const std::string& topic, const std::string& name) {
   if (const TypeSupport* known = find_type(name)) return *known;
   const auto& topics = shell.twin().topics();

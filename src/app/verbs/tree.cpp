@@ -18,7 +18,7 @@ struct TreeOptions {
   bool dot = false, frames = false, ascii = false;
 };
 
-// As the C library would say it, without asking for a locale.
+// The same result as from the C library, without setting a locale.
 bool terminal_knows_unicode() {
   for (const char* name : {"LC_ALL", "LC_CTYPE", "LANG"}) {
     const char* value = std::getenv(name);

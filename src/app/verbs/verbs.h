@@ -8,11 +8,10 @@ class App;
 
 namespace doppel::app {
 
-// Adds all verbs; when one has run, `exit_code` is the program's: 0 fine, 1 it failed. Wrong use
-// leaves as InputError.
+// Adds all verbs; when one has run, `exit_code` is 0 for success, 1 for failure. Wrong use throws InputError.
 void add_verbs(CLI::App& app, int& exit_code);
 
-// Puts every verb under its heading in --help.
+// Assigns every verb to its heading in --help.
 void group_verbs(CLI::App& app);
 
 void add_topic(CLI::App& app, int& exit_code);

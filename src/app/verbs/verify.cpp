@@ -1,4 +1,4 @@
-// doppel verify: how exact a robot's motion is at the step of its world.
+// doppel verify: the accuracy of a robot's motion at the step of its world.
 #include "doppel/verification/verify.h"
 
 #include <fmt/format.h>
@@ -60,7 +60,7 @@ void check_numbers(const VerifyVerb& options) {
     throw InputError("cli.within", {}, "--within must be a positive error, rad (m for prismatic joints)");
 }
 
-// False: a motion runs away, or errs by more than the user allows.
+// False: a motion diverges, or its error exceeds the limit of the user.
 bool good(const Verification& of, const std::optional<double>& within) {
   for (const MotionVerdict& motion : of.motions) {
     if (motion.runs_away_after) return false;

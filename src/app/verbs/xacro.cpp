@@ -23,7 +23,7 @@ struct XacroOptions {
   std::string output;
   int verbosity = 1;
   bool deps = false;
-  bool ignored = false;  // what ros/xacro takes and does nothing with any more
+  bool ignored = false;  // options that ros/xacro accepts and ignores
 };
 
 struct ExpansionRequest {
@@ -41,8 +41,8 @@ std::string trimmed(const std::string& text) {
   return text.substr(begin, text.find_last_not_of(" \t\r\n") - begin + 1);
 }
 
-// As ros/xacro reads them: blanks around are nothing, an empty value is as if it were not given, and _name is
-// a node's private parameter, none of xacro's.
+// As ros/xacro reads them: surrounding blanks are ignored, an empty value counts as not given, and _name is a
+// node's private parameter, not an argument of xacro.
 ExpansionRequest read_words(const std::vector<std::string>& words) {
   ExpansionRequest out;
   for (const std::string& word : words) {

@@ -27,7 +27,7 @@ std::string axis_text(const Joint& joint) {
   return Changes::shown(joint.axis, 1, "");
 }
 
-// A frame that turned about the joint's own axis has another zero; any other turn is another mechanism.
+// A rotation of the frame about the joint's own axis changes the zero; any other one changes the mechanism.
 void compare_frames(const Joint& a, const Joint& b, Changes& changes) {
   const Eigen::Matrix3d turn = rotation_from_rpy(a.origin.rpy).transpose() * rotation_from_rpy(b.origin.rpy);
   const Eigen::AngleAxisd whole(turn);
@@ -37,7 +37,7 @@ void compare_frames(const Joint& a, const Joint& b, Changes& changes) {
     const Eigen::Vector3d axis = unit(b.axis);
     const double along = whole.axis().dot(axis);
     if (has_axis(b) && std::abs(std::abs(along) - 1.0) < 1e-9) {
-      // R_new = R_old R_axis(-d): the joint's numbers run d ahead of what they were.
+      // R_new = R_old R_axis(-d): the joint's positions increase by d.
       changes.add("zero", from, to,
                   fmt::format("the zero moved by {:+.6g} deg about the joint axis",
                               -along * whole.angle() / kDegree));

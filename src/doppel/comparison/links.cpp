@@ -7,8 +7,7 @@
 namespace doppel::comparison {
 namespace {
 
-// The tensor about the centre of mass in the link's axes, so that the inertial frame's own turn
-// does not matter.
+// The tensor about the centre of mass in the link's axes, independent of the inertial frame's rotation.
 Eigen::Matrix3d in_link_axes(const Inertial& inertial) {
   const Eigen::Matrix3d R = rotation_from_rpy(inertial.origin.rpy);
   return R * inertial.tensor() * R.transpose();

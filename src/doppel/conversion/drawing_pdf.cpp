@@ -24,7 +24,7 @@ const char* colour(Tone tone) {
   return kPdfTones[static_cast<std::size_t>(tone)];
 }
 
-// The page's matrix turns y around, so coordinates are written as they are.
+// The page's matrix inverts y, so coordinates are written unchanged.
 void write_pdf(const DrawnBox& box, std::string& out) {
   const double x1 = box.x, y1 = box.y, x2 = box.x + box.width, y2 = box.y + box.height, r = box.radius;
   const double c = r * (1 - kRound);

@@ -59,8 +59,8 @@ class MjcfWriter final : private MjcfNaming {
   }
 
  private:
-  // MuJoCo requires mass on a body that moves itself. Where only links that are fixed to it have any, the
-  // first of them gives its own to it.
+  // MuJoCo requires a mass for every moving body. Where only links that are fixed to it have one, the mass of
+  // the first of them is assigned to it.
   void distribute_masses() {
     const std::vector<int> groups = rigid_groups(model_);
     const std::vector<Pose> X_GL = poses_in_groups(model_, groups);
@@ -77,7 +77,7 @@ class MjcfWriter final : private MjcfNaming {
   static XmlNode defaults() {
     const XmlNode seen = element("geom", {{"contype", "0"}, {"conaffinity", "0"}, {"group", "2"}});
     const XmlNode felt = element("geom", {{"group", "3"}});
-    // Twice the step is the stiffest that MuJoCo's constraints stay stable with.
+    // A time constant of twice the step is the stiffest stable setting of MuJoCo's constraints.
     const XmlNode tight = element("equality", {{"solref", "0.002 1"}, {"solimp", "0.9999 0.9999 0.001"}});
     return element("default", {},
                    {tight, element("default", {{"class", "visual"}}, {seen}),
@@ -100,7 +100,7 @@ class MjcfWriter final : private MjcfNaming {
 
   void add_shapes(int index, XmlNode& body) override {
     const Link* link = robot_.find_link(model_.links[index].name);
-    if (link == nullptr) return;  // the world that a floating base was given
+    if (link == nullptr) return;  // the world that was added for a floating base
     for (const Visual& visual : link->visuals) {
       auto geom = geom_of(*link, visual.geometry, visual.origin.pose(), visual.source, "visual");
       if (!geom) continue;
@@ -147,7 +147,7 @@ class MjcfWriter final : private MjcfNaming {
     return geom;
   }
 
-  // A mesh, or a box where it is flat, which MuJoCo refuses.
+  // A mesh, or a box for a flat one, which MuJoCo rejects.
   bool mesh_shape(const Link& link, const MeshGeometry& mesh, const SourceLocation& where, XmlNode& geom,
                   Pose& X) {
     const CollisionMesh* solid = nullptr;
@@ -183,7 +183,7 @@ class MjcfWriter final : private MjcfNaming {
     return found->second;
   }
 
-  // Neighbours, and what overlaps where the robot starts, which would be thrown apart: as `doppel up` does.
+  // Neighbours, and links that overlap at the start, which would be pushed apart; as in `doppel up`.
   XmlNode exclusions() {
     const std::set<std::pair<int, int>> touching = touching_at_start();
     XmlNode contact = element("contact");
@@ -211,7 +211,7 @@ class MjcfWriter final : private MjcfNaming {
   }
 
   // stiffness (ctrl - q) - damping v, clipped at the effort: <position> with its damping, which this version
-  // of MuJoCo spells as <general>.
+  // of MuJoCo writes as <general>.
   XmlNode actuators() {
     XmlNode out = element("actuator");
     const std::vector<ServoParameters> servos = choose_servos(model_, ServoOptions{}, kGravity);
@@ -239,7 +239,7 @@ class MjcfWriter final : private MjcfNaming {
     return out;
   }
 
-  // Where zero is outside of some joint's limits, MuJoCo's own start would be too.
+  // Where zero is outside of a joint's limits, MuJoCo's default start is too.
   void add_home(XmlNode& root) const {
     const Eigen::VectorXd q = model_.neutral();
     const bool plain = std::all_of(model_.joints.begin(), model_.joints.end(),

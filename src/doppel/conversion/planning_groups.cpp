@@ -68,7 +68,7 @@ class Finder {
     groups_.push_back(std::move(group));
   }
 
-  // Something leads mimics, or goes by such a name, or it is a few joints beside each other.
+  // All names are those of grippers, or there are at most two joints and one of them leads a mimic joint.
   [[nodiscard]] bool looks_like_gripper(const std::vector<int>& joints) const {
     const bool named = std::all_of(joints.begin(), joints.end(), [this](int joint) {
       return has_word(model_.joints[joint].name, kGripperWords) ||
@@ -81,8 +81,8 @@ class Finder {
     return named || (leads && joints.size() <= 2);
   }
 
-  // Gripper joints first: from a joint that looks like one, all that moves below its siblings' parent. What
-  // is left falls into chains between branches.
+  // Gripper joints first: for a joint that looks like one, all moving joints below its siblings' parent. The
+  // remaining joints form chains between branches.
   void take_tree() {
     std::set<int> grippers;
     for (int joint = 0; joint < static_cast<int>(model_.joints.size()); ++joint) {
@@ -153,7 +153,7 @@ class Finder {
     return above < 0 ? 0 : model_.joints[above].child_link;
   }
 
-  // Down fixed joints to a frame with the name of a tip, if there is one; a gripper's links are none.
+  // Follows fixed joints to a frame with the name of a tip, if there is one; links of a gripper are excluded.
   [[nodiscard]] int tip_of(int link) const {
     int best = link;
     std::size_t best_word = std::size(kTipWords);
@@ -177,7 +177,7 @@ class Finder {
     return best;
   }
 
-  // "arm" and "gripper" where there is one of them; else with what the joints' names begin with, or a number.
+  // "arm" and "gripper" where there is one of them; else with the common prefix of the joints, or a number.
   void name_groups() {
     const auto count = [this](bool gripper) {
       return std::count_if(groups_.begin(), groups_.end(),

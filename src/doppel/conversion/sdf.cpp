@@ -82,7 +82,7 @@ class SdfWriter {
       is_frame_.push_back(!is_world_.back() && bare && fixed && !link.inertia);
       taken_.push_back(link.name);
     }
-    // A model of nothing but frames has nothing to hold on to.
+    // A model of only frames has no link that they could be attached to.
     if (std::all_of(is_frame_.begin(), is_frame_.end(), [](bool frame) { return frame; }))
       is_frame_[0] = false;
   }
@@ -112,7 +112,7 @@ class SdfWriter {
 
   [[nodiscard]] const Joint& written(const ModelJoint& joint) const { return *robot_.find_joint(joint.name); }
 
-  // What a thing that hangs on `link` is placed relative to.
+  // The frame that elements of `link` are placed relative to.
   [[nodiscard]] std::string frame_of(int link) const {
     return is_world_[link] ? "__model__" : model_.links[link].name;
   }
@@ -167,7 +167,7 @@ class SdfWriter {
     out.push_back(element("frame", {{"name", link.name}, {"attached_to", joint_names_[link.joint]}}));
   }
 
-  // A root without mass (base_footprint) hangs on the first link that is fixed to it.
+  // A root without mass (base_footprint) is attached to the first link that is fixed to it.
   void write_root_frame(std::vector<XmlNode>& out) {
     for (const ModelJoint& joint : model_.joints) {
       if (joint.parent_link != 0 || is_frame_[joint.child_link]) continue;
@@ -262,7 +262,7 @@ class SdfWriter {
   Diagnostics& diagnostics_;
   std::vector<bool> is_world_, is_frame_;  // [links]
   std::vector<std::string> taken_, joint_names_;
-  int root_holder_ = -1;  // the link that a root without mass hangs on
+  int root_holder_ = -1;  // the link that a root without mass is attached to
 };
 
 }  // namespace

@@ -82,7 +82,7 @@ class Sampling {
     }
   }
 
-  // Joined by a joint, or with nothing but links without shapes between them.
+  // Connected by a joint, or only by links without shapes.
   [[nodiscard]] bool adjacent(const Pair& pair) const {
     for (int at = pair.b; model_.links[at].joint >= 0;) {
       at = model_.joints[model_.links[at].joint].parent_link;
@@ -112,7 +112,7 @@ class Sampling {
     });
   }
 
-  // Every pair in the first samples, afterwards only those that have never touched. False: given up.
+  // Every pair in the first samples, afterwards only those that have never touched. False: cancelled.
   bool sample() {
     std::uint64_t state = options_.seed;
     for (int i = 0; i < options_.samples; ++i) {

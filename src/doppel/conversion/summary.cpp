@@ -116,7 +116,7 @@ std::string interfaces(const std::vector<HardwareInterfaceDescription>& all) {
   return out.empty() ? "nothing" : out;
 }
 
-// Each component, and its joints once for all that offer the same.
+// Each component; joints with the same interfaces are listed together.
 std::string hardware_lines(const RobotDescription& robot) {
   std::string out;
   for (const HardwareDescription& hardware : robot.hardware) {

@@ -42,7 +42,7 @@ Size size_of(const std::vector<Line>& lines) {
   Size size;
   for (const Line& line : lines)
     size.width = std::max(size.width, text_width(line.text, line.title ? kTitleSize : kLineSize, line.title));
-  // Readers without Helvetica take something a little wider.
+  // Viewers without Helvetica use a slightly wider font.
   size.width = 1.1 * size.width + 2 * kPadding;
   size.height = static_cast<double>(lines.size()) * kLineHeight + 10;
   return size;
@@ -62,7 +62,7 @@ class Layout {
       if (labels[i].parent >= 0) nodes_[labels[i].parent].children.push_back(static_cast<int>(i));
     }
     place_levels();
-    // Children stand behind their parents, so backwards every subtree is there before it is needed.
+    // Children are behind their parents, so backwards every subtree is complete before it is needed.
     for (std::size_t i = nodes_.size(); i-- > 0;) arrange(nodes_[i]);
     spread();
   }
@@ -210,7 +210,7 @@ class Layout {
   double total_depth_ = 0, total_breadth_ = 0;
 };
 
-// How far from a page's proportions, and how large: the longer side of the page it needs.
+// The cost of a layout by its proportions and size: the longer side of the page that it needs.
 double page_needed(const Layout& layout) {
   const double longer = std::max(layout.width(), layout.height());
   const double shorter = std::min(layout.width(), layout.height());

@@ -53,7 +53,7 @@ std::string millimetres_word(const Eigen::Vector3d& v) {
 }
 
 std::string degrees_word(const Eigen::Vector3d& rpy) {
-  // A hundredth of a degree is less than any description means.
+  // A hundredth of a degree is finer than any relevant angle.
   return rounded(rpy.x() * kDegreesPerRadian, 2) + " " + rounded(rpy.y() * kDegreesPerRadian, 2) + " " +
          rounded(rpy.z() * kDegreesPerRadian, 2);
 }

@@ -11,7 +11,7 @@ void note_meshes(const Geometry& geometry, std::map<std::string, const MeshGeome
   if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) by_uri.emplace(mesh->uri, mesh);
 }
 
-// Whatever the tree holds beyond what doppel knows stays; only the names of mesh files are new.
+// Elements that doppel does not use are kept; only the names of mesh files change.
 void rename_meshes(XmlNode& node, const std::map<std::string, const MeshGeometry*>& by_uri,
                    MeshFiles& meshes) {
   if (node.is("mesh")) {

@@ -1,4 +1,4 @@
-// The xacro files of the package. What repeats is a macro there as well, so that people can edit the sizes.
+// The xacro files of the package. Repeated parts are macros, so that users can edit the sizes.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -211,7 +211,7 @@ constexpr std::string_view kControl = R"x(<?xml version="1.0" encoding="utf-8"?>
 </robot>
 )x";
 
-// Millimetres and milliradians are what a person would write.
+// Rounded to four decimals, as in a description that is written by hand.
 std::string number(double value) {
   return fmt::format("{:g}", std::round(value * 1e4) / 1e4);
 }

@@ -12,8 +12,8 @@ namespace {
 
 constexpr double kGravity = 9.81;
 constexpr double kRollLimit = 2.9, kPitchLimit = 2.0;
-constexpr double kReserve = 2.0;       // times what holds the arm stretched out with its payload
-constexpr double kAcceleration = 8.0;  // rad/s^2 that each joint can give the arm stretched out
+constexpr double kReserve = 2.0;       // times the effort that holds the stretched arm with its payload
+constexpr double kAcceleration = 8.0;  // rad/s^2 of each joint with the arm stretched out
 
 void check_range(const char* option, double value, double least, double most, const char* unit) {
   if (value >= least && value <= most) return;
@@ -25,14 +25,14 @@ double default_reach(int dof) {
   return dof > 6 ? 0.1 * dof : std::min(0.6, 0.2 + 0.1 * dof);
 }
 
-// Two significant digits, upwards: a limit that one would write by hand.
+// Two significant digits, rounded up, as in a limit that is written by hand.
 double rounded_up(double value) {
   const double unit = std::pow(10.0, std::floor(std::log10(value)) - 1);
   return std::ceil(value / unit - 1e-9) * unit;
 }
 
-// Arms of one joint swing. Others turn on their base first, and alternate from the fourth joint on as
-// industrial arms do.
+// A single joint is a pitch joint. Other arms begin with a roll joint, and alternate from the fourth joint on
+// as industrial arms do.
 AxisKind axis_of(int index, int dof) {
   if (dof == 1) return AxisKind::pitch;
   if (dof == 5) return index == 0 || index == 4 ? AxisKind::roll : AxisKind::pitch;
@@ -74,8 +74,8 @@ struct Load {
   double torque = 0, inertia = 0;
 };
 
-// What joint `index` carries where all behind it is stretched out at right angles to its axis. A roll joint
-// carries what the next pitch joint behind it can hold out to the side.
+// The load of joint `index` where all links behind it are stretched out at right angles to its axis. The load
+// of a roll joint is that of the next pitch joint behind it, held out to the side.
 Load load_at(const ArmDesign& design, std::size_t index) {
   Load load;
   const auto add = [&](double mass, double distance) {

@@ -30,7 +30,7 @@ struct ArmJoint {
   double length = 0;            // to the next joint, or to the tool
   double tube = 0, radius = 0;  // the tube's length and radius
   double lower = 0, upper = 0, effort = 0, velocity = 0;
-  double initial = 0;  // a bent pose, away from the singular upright one
+  double initial = 0;  // a bent pose, because the upright one is singular
 };
 
 struct ArmDesign {

@@ -25,7 +25,7 @@ bool is_valid(std::string_view name) {
          std::ranges::all_of(name, [](char c) { return is_letter(c) || is_digit(c) || c == '_'; });
 }
 
-// The same name as ROS would write it; empty where nothing of it can stay.
+// The same name in a form that ROS accepts; empty where no character is valid.
 std::string repaired(std::string_view name) {
   std::string out;
   for (const char c : lowered(name)) {

@@ -29,7 +29,7 @@ namespace fs = std::filesystem;
                    fmt::format("the package cannot be written: {}", std::strerror(reason)), remedy);
 }
 
-// A hidden folder beside the package's place, which goes unless it is moved there.
+// A hidden folder beside the package's place, which is removed unless it is moved there.
 class DraftFolder {
  public:
   explicit DraftFolder(const fs::path& folder)

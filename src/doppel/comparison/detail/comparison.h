@@ -1,5 +1,5 @@
 #pragma once
-// What the parts of the comparison share.
+// Shared by the parts of the comparison.
 
 #include <fmt/format.h>
 
@@ -24,7 +24,7 @@ class Changes {
   void text(const char* aspect, const std::string& from, const std::string& to) {
     if (from != to) add(aspect, from, to);
   }
-  // scale and unit: how people read it.
+  // scale and unit: for the text of the change.
   void number(const char* aspect, double from, double to, double scale, const char* unit) {
     if (!same(from, to)) add(aspect, shown(from * scale, unit), shown(to * scale, unit));
   }

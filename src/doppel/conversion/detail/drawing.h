@@ -1,5 +1,5 @@
 #pragma once
-// What the writers of drawings share.
+// Shared by the writers of drawings.
 
 #include <fmt/format.h>
 
@@ -17,10 +17,10 @@ void append(std::string& out, fmt::format_string<Arguments...> format, Arguments
   fmt::format_to(std::back_inserter(out), format, std::forward<Arguments>(arguments)...);
 }
 
-// The code points of UTF-8; what is none counts as U+FFFD.
+// The code points of UTF-8; invalid bytes become U+FFFD.
 std::vector<char32_t> code_points(std::string_view utf8);
 
-// The same character in the encoding of PDF's standard fonts (WinAnsi); '?' where it is not in there.
+// The same character in the encoding of PDF's standard fonts (WinAnsi); '?' where it is not part of it.
 std::uint8_t win_ansi(char32_t character);
 
 }  // namespace doppel

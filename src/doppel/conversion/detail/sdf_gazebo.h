@@ -1,5 +1,5 @@
 #pragma once
-// What <gazebo> extensions of a URDF mean in SDF: friction and contact of a link's collisions, its
+// The <gazebo> extensions of a URDF in SDF: friction and contact of a link's collisions, its
 // sensors, springs of joints, plugins of the whole model. Source: sdformat's parser_urdf.cc (libsdformat
 // 14), and classic.gazebosim.org/tutorials?tut=ros_urdf.
 
@@ -14,7 +14,7 @@ namespace doppel {
 struct XmlNode;
 
 void write_gazebo_of_robot(const RobotDescription& robot, std::vector<XmlNode>& model);
-// A sensor sits on the link, which has to be a body then.
+// A link with a sensor has to be a body.
 bool carries_sensor(const RobotDescription& robot, const std::string& link);
 // `link` has its collisions already.
 void write_gazebo_of_link(const RobotDescription& robot, const std::string& name, XmlNode& link,

@@ -6,7 +6,7 @@
 
 namespace doppel {
 
-// `wanted`, or with _2, _3 ... behind it where it is taken; the result is taken from now on.
+// `wanted`, or with _2, _3 ... behind it where it is taken; the result is added to `taken`.
 std::string unique_name(const std::string& wanted, std::vector<std::string>& taken);
 
 }  // namespace doppel

@@ -88,8 +88,7 @@ TEST(SelfCollisionTest, AgreesWithBruteForce) {
 }
 
 TEST(SelfCollisionTest, PairsTouchingInNearlyEveryPoseAreAlways) {
-  // A ball on a slide that separates from another one only in the last half millimetre of its travel, at
-  // zero.
+  // A ball on a slide that separates from another one only in the last half millimetre of travel, at zero.
   const Converted converted = from_text(
       "<robot name=\"r\"><link name=\"a\"><collision><geometry><sphere "
       "radius=\"0.1\"/></geometry></collision>"

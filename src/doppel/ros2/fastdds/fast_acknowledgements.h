@@ -1,6 +1,6 @@
 #pragma once
-// Which readers have yet to acknowledge anything of a writer that they are matched with. Fast DDS tells of a
-// match when it knows the reader, not when the reader knows the writer, which may be 70 ms later.
+// The matched readers that have not acknowledged any sample of a writer yet. Fast DDS reports a match when it
+// has discovered the reader; the reader may discover the writer 70 ms later.
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,6 @@
 #pragma once
-// Answers go to whom they are for. DDS gives each sample to all readers of its topic; of forty clients of one
-// service each would get the answers of all, in a history of ten.
+// Sends each reply only to its client. DDS sends a sample to all readers of its topic: each of forty clients
+// of one service would receive the replies to all, in a history of ten.
 
 #include <fastdds/rtps/common/Locator.h>
 
@@ -17,7 +17,7 @@ namespace doppel::ros2::fast {
 
 using Places = std::vector<eprosima::fastrtps::rtps::Locator_t>;
 
-// Where readers of replies take datagrams. Any thread.
+// The locators of the readers of replies. Any thread.
 class ReaderPlaces {
  public:
   void put(const Gid& reader, Places places) {
@@ -32,7 +32,7 @@ class ReaderPlaces {
     const std::lock_guard lock(mutex_);
     std::erase_if(places_, [&](const auto& entry) { return is_same_participant(entry.first, participant); });
   }
-  // Empty: not known.
+  // Empty: unknown.
   [[nodiscard]] Places of(const Gid& reader) const {
     const std::lock_guard lock(mutex_);
     const auto found = places_.find(reader);
@@ -44,9 +44,8 @@ class ReaderPlaces {
   std::map<Gid, Places> places_;
 };
 
-// While it is there, samples of `writer` that this thread sends go to `places` alone, and all others are told
-// that they are not for them. Without places, to all. What is sent again later, on other threads, goes to who
-// has requested it.
+// During its lifetime, samples of `writer` that this thread sends go to `places` only; all other readers
+// receive a GAP. Without places they go to all. Retransmissions, on other threads, go to their requester.
 class AddressingScope {
  public:
   AddressingScope(const Gid& writer, Places places) : places_(std::move(places)) {
@@ -57,7 +56,7 @@ class AddressingScope {
   AddressingScope(const AddressingScope&) = delete;
   AddressingScope& operator=(const AddressingScope&) = delete;
 
-  // Of this thread; null: everybody.
+  // Of this thread; null: samples go to all readers.
   static const AddressingScope* present() { return present_; }
   [[nodiscard]] const std::array<std::uint8_t, 4>& writer() const { return writer_; }
   [[nodiscard]] bool is_at(const Places::value_type& place) const {

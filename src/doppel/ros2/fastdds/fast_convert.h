@@ -1,5 +1,5 @@
 #pragma once
-// Between the room's words and Fast DDS' own.
+// Conversions between the types of this module and those of Fast DDS.
 
 #include <fastdds/rtps/common/Guid.h>
 #include <fastdds/rtps/common/SampleIdentity.h>

@@ -17,7 +17,7 @@ class Discovery : public eprosima::fastdds::dds::DomainParticipantListener {
  public:
   explicit Discovery(std::function<void()> on_activity) : on_activity_(std::move(on_activity)) {}
 
-  // The own participant is among those.
+  // Includes this participant.
   void add(ParticipantInfo participant);
   void add(EndpointInfo endpoint);
   void remove(const Gid& endpoint);

@@ -1,5 +1,5 @@
 #pragma once
-// What writers and readers share: the peers that they are matched with, and a type that is bytes.
+// Shared by writers and readers: the matched peers, and a type of raw bytes.
 
 #include <fastdds/rtps/common/InstanceHandle.h>
 
@@ -15,7 +15,7 @@ namespace doppel::ros2::fast {
 
 class FastParticipant;
 
-// The endpoints of other participants on the other side.
+// The matched endpoints of other participants.
 class Matches {
  public:
   explicit Matches(const Gid& own) : own_(own) {}
@@ -30,8 +30,8 @@ class Matches {
   std::set<Gid> peers_;
 };
 
-// Fast DDS asks the type for a sample's bytes and gives those of a peer to it. We have bytes on both sides:
-// what is written is a span of them, what is read goes into a Bytes.
+// Fast DDS serialises and deserialises samples by the type. Here both sides are bytes already: a written
+// sample is a span, a received one is stored in a Bytes.
 class BytesType : public eprosima::fastdds::dds::TopicDataType {
  public:
   using Written = std::span<const std::byte>;

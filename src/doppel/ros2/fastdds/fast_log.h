@@ -9,10 +9,10 @@ namespace doppel::ros2::fast {
 // From now on; the whole process has one log of Fast DDS.
 void catch_log();
 MiddlewareLog middleware_log();
-// Adds an entry as if it were of Fast DDS.
+// Adds an entry to the captured log of Fast DDS.
 void log_message(const std::string& text);
 
-// For what Fast DDS' threads run: what it throws would end the process, and is a complaint instead.
+// For callbacks on threads of Fast DDS: an exception would end the process, so it is logged instead.
 template <class Work>
 void with_logged_exceptions(const Work& work) {
   try {

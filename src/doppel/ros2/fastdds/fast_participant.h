@@ -1,5 +1,5 @@
 #pragma once
-// The participant of Fast DDS, and what its endpoints need of it.
+// The participant of Fast DDS, as its endpoints use it.
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
@@ -37,7 +37,7 @@ class FastParticipant : public Participant {
   // name is in use with another type.
   eprosima::fastdds::dds::Topic* acquire_topic(const EndpointSpec& spec);
   void release_topic(eprosima::fastdds::dds::Topic* topic);
-  // Makes an own endpoint part of what is known of the network.
+  // Adds an endpoint of this participant to the discovery results.
   void announce(const Gid& gid, bool is_writer, const EndpointSpec& spec);
   void withdraw(const Gid& gid) { discovery_.remove(gid); }
 

@@ -10,8 +10,7 @@ struct Ports {
   std::uint16_t multicast = 0, discovery = 0, data = 0;
 };
 
-// Those of the first participant of the domain that nobody has taken at `address` ("0.0.0.0":
-// any). Throws NetworkError.
+// Those of the first free participant index of the domain at `address` ("0.0.0.0": any). Throws NetworkError.
 Ports free_ports(std::uint32_t domain, const std::string& address);
 
 }  // namespace doppel::ros2::fast

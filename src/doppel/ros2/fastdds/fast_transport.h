@@ -1,5 +1,5 @@
 #pragma once
-// How far the participant's packets go.
+// The transports of the participant, and the networks that they reach.
 
 #include <atomic>
 #include <condition_variable>
@@ -14,17 +14,17 @@
 
 namespace doppel::ros2::fast {
 
-// What comes in from the network.
+// Holds back incoming datagrams until open(); they stay in the sockets.
 //
-// Fast DDS announces a new participant before it listens: answers that come at once would be lost, and with
-// them up to three seconds, until the peer's next announcement. Until open(), datagrams stay in the sockets.
+// Fast DDS announces a new participant before it listens: immediate replies would be lost, and discovery
+// would be delayed by up to three seconds, until the peer's next announcement.
 class ReceiveGate {
  public:
   explicit ReceiveGate(std::shared_ptr<Acknowledgements> acknowledgements)
       : acknowledgements_(std::move(acknowledgements)) {}
   void open();
-  // Whether Fast DDS shall see the datagram, after a wait for open(), though not forever: a participant that
-  // could not be made is destroyed unopened.
+  // Whether Fast DDS may process the datagram. Waits for open(), but not forever: a participant whose
+  // creation fails is destroyed unopened.
   bool admits(std::span<const std::uint8_t> datagram);
   [[nodiscard]] std::uint64_t refused() const { return refused_.load(std::memory_order_relaxed); }
 
