@@ -7,6 +7,7 @@
 //     -p joints:='[shoulder, elbow]' -p positions:='[0.5, -0.3]' -p seconds:=2.0
 #include <fmt/format.h>
 
+#include "doppel/core/time.h"
 #include "doppel/messages/control_msgs.h"
 #include "doppel/ros2/action_client.h"
 
@@ -25,10 +26,8 @@ FollowJointTrajectory::Goal goal_of(doppel::ros2::Node& node) {
   auto& point = goal.trajectory.points.emplace_back();
   point.positions = node.declare_parameter("positions", std::vector{0.5, -0.3, 0.0, 0.0, 0.0, 0.0},
                                            "one for each joint, rad or m");
-  const double seconds = node.declare_parameter("seconds", 2.0, "from the start of the motion to its end");
-  point.time_from_start.sec = static_cast<std::int32_t>(seconds);
-  point.time_from_start.nanosec =
-      static_cast<std::uint32_t>((seconds - static_cast<std::int32_t>(seconds)) * 1e9);
+  const double seconds = node.declare_parameter("seconds", 2.0, "duration of the motion, s");
+  point.time_from_start = doppel::to_duration_msg(doppel::from_seconds(seconds));
   return goal;
 }
 
@@ -46,7 +45,11 @@ int run(int argc, char** argv) {
       node.declare_parameter<std::string>("action", "/omarm_arm_controller/follow_joint_trajectory");
   doppel::ros2::ActionClient<FollowJointTrajectory> client(node, action);
   if (!client.wait_for_action_server(10s)) {
-    fmt::print(stderr, "error: no server offers the action {}\n", action);
+    fmt::print(
+        stderr,
+        "error: no server offers the action {}\n"
+        "  fix: start the twin, or pass -p action:=NAME; doppel --remote action list lists the names\n",
+        action);
     return 1;
   }
   const auto goal = client.send_goal(goal_of(node), {.on_feedback = print_errors});

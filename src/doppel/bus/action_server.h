@@ -1,6 +1,6 @@
 #pragma once
 // Actions as in ROS 2, made of services and topics of the bus: <name>/_action/send_goal, cancel_goal,
-// get_result (services), feedback and status (topics). Everything runs on the loop's thread, between steps.
+// get_result (services), feedback and status (topics). Loop's thread only, between steps.
 
 #include <functional>
 #include <memory>

@@ -8,8 +8,8 @@
 //   const auto timer = node.create_wall_timer(1s, [&] { chatter.publish({"hello"}); });
 //   context.spin();
 //
-// Everything runs on the thread that made the context: callbacks run only while it spins. An exception of a
-// callback leaves the spinning function; spinning in a callback throws std::logic_error.
+// A context is used on the thread that creates it; callbacks are executed there while it spins. An exception
+// in a callback leaves the spinning function; spinning in a callback throws std::logic_error.
 
 #include <chrono>
 #include <exception>

@@ -1,6 +1,6 @@
 #pragma once
 // Runs a twin: steps it in pace with wall-clock time (or as fast as possible), pauses it, ends it, and
-// publishes /doppel/status and /diagnostics. Runs on the calling thread, which is then the loop's thread.
+// publishes /doppel/status and /diagnostics. The calling thread becomes the loop's thread.
 
 #include <array>
 #include <atomic>

@@ -1,7 +1,7 @@
 #pragma once
 // The simulator's node, /gazebo, with Gazebo's names and types: pause, step, reset, speed, efforts and
 // wrenches on robots and objects, and the state of joints (for poses of objects see entity_services.h).
-// Everything runs on the loop's thread, between steps. Names of joints and links: entity.h.
+// Loop's thread only, between steps. Names of joints and links: entity.h.
 
 #include <functional>
 #include <memory>

@@ -7,7 +7,7 @@ import { AssetStore } from '../robot/assets';
 import { Twin } from './twin';
 
 performance.mark('doppel: script');
-const PATIENCE = 250; // ms that the picture waits for the robot before it is set up without it
+const ROBOT_TIMEOUT = 250; // ms after which the picture is set up without the robot
 
 function serverUrl(): string {
   const asked = new URLSearchParams(location.search);
@@ -19,7 +19,7 @@ function serverUrl(): string {
 const twin = new Twin(serverUrl());
 const assets = new AssetStore(twin.client);
 const known = new Promise<void>((done) => {
-  setTimeout(done, PATIENCE);
+  setTimeout(done, ROBOT_TIMEOUT);
   twin.robotChanged.on(({ robot }) => {
     performance.mark('doppel: description');
     for (const link of robot.links.values()) {

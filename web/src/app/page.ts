@@ -14,7 +14,7 @@ import { Sources } from './sources';
 import { startTheme } from './theme';
 import type { Twin } from './twin';
 
-const PATIENCE = 1500; // ms after which panels are loaded without a picture
+const PICTURE_TIMEOUT = 1500; // ms after which panels are loaded without a picture
 
 export function startPage(twin: Twin, assets: AssetStore): void {
   performance.mark('doppel: page');
@@ -57,5 +57,5 @@ export function startPage(twin: Twin, assets: AssetStore): void {
     startWorkbench(app, layout);
   };
   app.world.pictured.on(() => void begin());
-  setTimeout(() => void begin(), PATIENCE);
+  setTimeout(() => void begin(), PICTURE_TIMEOUT);
 }

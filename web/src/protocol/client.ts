@@ -368,7 +368,7 @@ export class Client {
     return service ? this.typeOf(...schemaOf(service, 'request')) : null;
   }
 
-  call(name: string, request: Message = {}, patience = 5000): Promise<Message> {
+  call(name: string, request: Message = {}, timeout = 5000): Promise<Message> {
     const service = this.services.get(name);
     const type = this.requestType(name);
     if (!service || !type) return Promise.reject(new Error(`there is no service ${name}`));
@@ -377,8 +377,8 @@ export class Client {
       const callId = this.nextId++;
       const timer = setTimeout(() => {
         this.calls.delete(callId);
-        failed(new Error(`${name} did not answer within ${patience / 1000} s`));
-      }, patience);
+        failed(new Error(`${name} did not answer within ${timeout / 1000} s`));
+      }, timeout);
       this.calls.set(callId, { service, done, failed, timer });
       this.wire?.sendServiceCallRequest({ serviceId: service.id, callId, encoding: 'cdr', data });
     });

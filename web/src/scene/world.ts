@@ -14,7 +14,7 @@ import { AxisLayer, centres, frames, inertiaBoxes } from './layers';
 import { Stage } from './stage';
 import { Trace } from './trace';
 
-const PATIENCE = 1200; // ms after which the ground is drawn without a robot
+const GROUND_TIMEOUT = 1200; // ms after which the ground is drawn without a robot
 const PICKED = new THREE.Color(0x0b6bcb);
 
 export class World {
@@ -65,7 +65,7 @@ export class World {
       this.stage.invalidate();
     });
     this.applyOthers();
-    setTimeout(() => this.stage.begin(), PATIENCE);
+    setTimeout(() => this.stage.begin(), GROUND_TIMEOUT);
     twin.referenceChanged.on(() => {
       if (this.ghostDiffers()) this.stage.invalidate();
     });

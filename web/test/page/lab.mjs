@@ -12,7 +12,7 @@ const root = join(here, '../../..');
 export const program = process.env.DOPPEL ?? join(root, 'build/bin/doppel');
 export const robot = process.env.DOPPEL_ROBOT ?? join(root, 'robots/omarm_one');
 
-const patience = Number(process.env.PATIENCE ?? 60000); // ms
+const timeLimit = Number(process.env.TIMEOUT ?? 60000); // ms
 
 export const sleep = (ms) => new Promise((done) => setTimeout(done, ms));
 
@@ -35,7 +35,7 @@ export async function until(what, check, ms = 20000) {
 }
 
 // playwright's own waitForFunction evaluates text in the page, which the page's policy rejects.
-export async function waitFor(page, condition, arg, ms = patience / 2) {
+export async function waitFor(page, condition, arg, ms = timeLimit / 2) {
   const end = Date.now() + ms;
   while (!(await page.evaluate(condition, arg))) {
     if (Date.now() > end) throw new Error(`expected within ${ms / 1000} s: ${condition}${arg === undefined ? '' : ` with ${JSON.stringify(arg)}`}`);
@@ -98,8 +98,8 @@ export class Lab {
     page.on('pageerror', (e) => page.problems.push(e.stack));
     await page.addInitScript(() => addEventListener('securitypolicyviolation', (e) => console.error(`refused by the policy: ${e.violatedDirective} ${e.blockedURI}`)));
     await prepare(page);
-    await page.goto(url, { timeout: patience });
-    await waitFor(page, () => window.doppel?.ready && doppel.world.firstPicture > 0, undefined, patience);
+    await page.goto(url, { timeout: timeLimit });
+    await waitFor(page, () => window.doppel?.ready && doppel.world.firstPicture > 0, undefined, timeLimit);
     return page;
   }
 
@@ -128,7 +128,7 @@ export class Lab {
 
   // A test with a fresh page.
   check(name, body) {
-    test(name, { timeout: 3 * patience }, async () => {
+    test(name, { timeout: 3 * timeLimit }, async () => {
       const page = await this.fresh();
       await this.watched(name, page, () => body(page));
     });
@@ -140,7 +140,7 @@ export class Lab {
     } catch (problem) {
       if (process.env.SHOTS) {
         mkdirSync(process.env.SHOTS, { recursive: true });
-        await page.screenshot({ path: join(process.env.SHOTS, `${name.replace(/\W+/g, '-').slice(0, 60)}.png`), timeout: patience }).catch(() => {});
+        await page.screenshot({ path: join(process.env.SHOTS, `${name.replace(/\W+/g, '-').slice(0, 60)}.png`), timeout: timeLimit }).catch(() => {});
       }
       if (page.problems.length > 0) console.log(`the console of '${name}':\n${page.problems.join('\n')}`);
       throw problem;

@@ -1,5 +1,5 @@
 // node test/page/run.mjs [NAME...]: runs the tests of the page in a browser, file after file. DOPPEL: the program;
-// CHROMIUM: the browser; SHOTS: a folder for pictures of failures; PATIENCE: ms to wait for the slowest operation.
+// CHROMIUM: the browser; SHOTS: a folder for pictures of failures; TIMEOUT: ms to wait for the slowest operation.
 import { spawnSync } from 'node:child_process';
 import { existsSync, readdirSync } from 'node:fs';
 import { dirname, join } from 'node:path';

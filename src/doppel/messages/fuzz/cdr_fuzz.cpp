@@ -25,11 +25,12 @@ struct Subject {
 
 std::vector<Subject> subjects() {
   std::vector<Subject> all;
+  const auto codecs = doppel::messages_testing::struct_codecs();
   for (const TypeSupport* type : doppel::messages_testing::all_types()) {
     doppel::Status status;
     all.push_back({type, doppel::described_type(doppel::description_message(*type->description()), status)});
     if (!status || all.back().described->hash() != type->hash()) std::abort();
-    for (const auto& codec : doppel::messages_testing::struct_codecs()) {
+    for (const auto& codec : codecs) {
       if (codec.type->name == type->name) all.back().recode_struct = codec.recode;
     }
   }

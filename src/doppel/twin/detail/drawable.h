@@ -5,7 +5,7 @@
 
 namespace doppel {
 
-// Errors in `found` that do not prevent a picture (an unknown type of joint) become warnings in `told`, with
+// Errors in `found` that do not prevent a picture (an unknown joint type) become warnings in `out`, with
 // what is drawn instead; other warnings and notes are copied. Throws InputError with the errors of `found`
 // that do prevent it (no tree, invalid numbers, missing names).
 void make_drawable(const Diagnostics& found, Diagnostics& out);
