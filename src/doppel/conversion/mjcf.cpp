@@ -114,8 +114,8 @@ class MjcfWriter final : private MjcfNaming {
       auto geom = geom_of(*link, collision.geometry, collision.origin.pose(), collision.source, "collision");
       if (!geom) continue;
       for (const GazeboExtension& extension : robot_.gazebo) {
-        if (extension.reference == link->name && extension.mu1)
-          add_attribute(*geom, "friction", decimal(*extension.mu1) + " 0.005 0.0001");
+        if (extension.reference == link->name && extension.surface.mu)
+          add_attribute(*geom, "friction", decimal(*extension.surface.mu) + " 0.005 0.0001");
       }
       has_shape_[index] = true;
       body.children.push_back(std::move(*geom));

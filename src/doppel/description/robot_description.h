@@ -54,6 +54,22 @@ struct MeshGeometry {
 };
 using Geometry = std::variant<Box, Cylinder, Capsule, Sphere, MeshGeometry>;
 
+// The surface of a collision shape: SDF's <surface>, or mu1, mu2, ... of a URDF's <gazebo>. Absent values are
+// not written. Source: SDFormat 1.11, surface.
+struct ContactSurface {
+  std::optional<double> mu, mu2;         // Coulomb friction along fdir1, and across it (without: mu)
+  std::optional<Eigen::Vector3d> fdir1;  // direction of mu, not zero, any length
+  std::string fdir1_frame;               // a link in whose axes fdir1 is; empty: those of the collision
+  std::optional<double> slip1, slip2;    // m/s per N, along fdir1 and across it
+  std::optional<double> torsional_mu;    // Coulomb friction of rotation about the normal ...
+  std::optional<double> patch_radius;    // ... of a patch of this radius, m
+  std::optional<double> kp, kd;          // stiffness N/m, damping N s/m
+  std::optional<double> max_velocity;    // m/s, of the correction of a penetration
+  std::optional<double> min_depth;       // m, penetration that is not corrected
+  std::optional<double> restitution;     // speed after an impact over that before, 0..1
+  std::string shape;                     // <doppel:contact>, "cylinder" or "hull"; empty: chosen
+};
+
 struct Material {
   std::string name;
   std::optional<Eigen::Vector4d> rgba;  // 0..1
@@ -74,6 +90,7 @@ struct Collision {
   Origin origin;
   Geometry geometry;
   SourceLocation source;
+  ContactSurface surface = {};  // of SDF; a URDF's is in the <gazebo> extension of the link
 };
 
 struct Link {
@@ -168,7 +185,7 @@ struct GazeboPlugin {
 struct GazeboExtension {
   std::string reference;  // link or joint; empty: the whole robot
   std::vector<GazeboPlugin> plugins;
-  std::optional<double> mu1, mu2, kp, kd;  // Coulomb friction; contact stiffness N/m and damping N s/m
+  ContactSurface surface;  // of each collision of the link
   // Of a joint's limit stop: <stopStiffness> (N m/rad or N/m), <stopRestitution> (speed after over before).
   std::optional<double> stop_stiffness, stop_restitution;
   std::optional<bool> self_collide, gravity;

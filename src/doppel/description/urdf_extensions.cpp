@@ -110,6 +110,21 @@ bool read_bool(const XmlNode& node, Diagnostics& diagnostics) {
   return false;
 }
 
+// nullopt: three numbers that are 0, which is Gazebo's word for no direction, or no three numbers.
+std::optional<Eigen::Vector3d> read_direction(const XmlNode& node, UrdfReader& read) {
+  const auto direction = read.vector_of<3>(node, value_of(node));
+  return direction && direction->norm() > 0 ? direction : std::nullopt;
+}
+
+std::string read_contact_shape(const XmlNode& node, UrdfReader& read) {
+  const std::string shape = value_of(node);
+  if (shape == "cylinder" || shape == "hull") return shape;
+  read.fault("urdf.optional_value", node.where,
+             fmt::format("<doppel:contact> is '{}', which is neither 'cylinder' nor 'hull'", shape),
+             "write 'cylinder' or 'hull', or omit it: a wheel then rolls on its exact round shape");
+  return "";
+}
+
 }  // namespace
 
 namespace {
@@ -171,10 +186,14 @@ GazeboExtension read_gazebo(const XmlNode& node, const std::filesystem::path& ba
   out.xml = to_xml(node);
   out.source = node.where;
   const std::pair<const char*, std::optional<double>*> numbers[] = {
-      {"mu1", &out.mu1},
-      {"mu2", &out.mu2},
-      {"kp", &out.kp},
-      {"kd", &out.kd},
+      {"mu1", &out.surface.mu},
+      {"mu2", &out.surface.mu2},
+      {"slip1", &out.surface.slip1},
+      {"slip2", &out.surface.slip2},
+      {"kp", &out.surface.kp},
+      {"kd", &out.surface.kd},
+      {"maxVel", &out.surface.max_velocity},
+      {"minDepth", &out.surface.min_depth},
       {"stopStiffness", &out.stop_stiffness},
       {"stopRestitution", &out.stop_restitution}};
   for (const XmlNode& child : node.children) {
@@ -186,6 +205,8 @@ GazeboExtension read_gazebo(const XmlNode& node, const std::filesystem::path& ba
     if (child.is("gravity")) out.gravity = read_bool(child, diagnostics);
     if (child.is("turnGravityOff")) out.gravity = !read_bool(child, diagnostics);
     if (child.is("material")) out.material = value_of(child);
+    if (child.is("fdir1")) out.surface.fdir1 = read_direction(child, read);
+    if (child.is("doppel:contact")) out.surface.shape = read_contact_shape(child, read);
   }
   return out;
 }

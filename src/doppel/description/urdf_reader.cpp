@@ -63,10 +63,8 @@ void UrdfReader::fault(std::string rule, const SourceLocation& where, std::strin
                        std::move(fix));
 }
 
-bool UrdfReader::numbers(const XmlNode& node, std::string_view name, double* out, int count) {
-  const XmlAttribute* attribute = node.find(name);
-  if (attribute == nullptr) return false;
-  std::istringstream words(attribute->value);
+bool UrdfReader::read_numbers(const std::string& text, double* out, int count) {
+  std::istringstream words(text);
   std::string word;
   int found = 0;
   bool good = true;
@@ -76,10 +74,20 @@ bool UrdfReader::numbers(const XmlNode& node, std::string_view name, double* out
     if (value && found < count) out[found] = *value;
     ++found;
   }
-  if (good && found == count) return true;
+  return good && found == count;
+}
+
+std::string UrdfReader::not_numbers(const XmlNode& node, const std::string& text, int count) {
+  return fmt::format("<{}> is '{}', which is not {} finite numbers", node.name, text, count);
+}
+
+bool UrdfReader::numbers(const XmlNode& node, std::string_view name, double* out, int count) {
+  const XmlAttribute* attribute = node.find(name);
+  if (attribute == nullptr) return false;
+  if (read_numbers(attribute->value, out, count)) return true;
   fault("urdf.vector", attribute->where,
         fmt::format("{}=\"{}\" of <{}> is not {} finite numbers", name, attribute->value, node.name, count),
-        "write them with decimal points, separated by spaces, such as 0 0 0.25");
+        kNumbersFix);
   return false;
 }
 

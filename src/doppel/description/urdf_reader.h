@@ -38,12 +38,24 @@ class DOPPEL_API UrdfReader {
     if (!numbers(node, name, out.data(), count)) return std::nullopt;
     return out;
   }
+  // The same of the numbers in `text`, which is part of `node`.
+  template <int count>
+  std::optional<Eigen::Matrix<double, count, 1>> vector_of(const XmlNode& node, const std::string& text) {
+    Eigen::Matrix<double, count, 1> out;
+    if (read_numbers(text, out.data(), count)) return out;
+    fault("urdf.vector", node.where, not_numbers(node, text, count), kNumbersFix);
+    return std::nullopt;
+  }
   // Reports an error of `rule`, or a warning if the element can be left out.
   void fault(std::string rule, const SourceLocation& where, std::string message, std::string fix = "");
   [[nodiscard]] bool faulty() const { return faulty_; }
 
  private:
   bool numbers(const XmlNode& node, std::string_view name, double* out, int count);
+  static bool read_numbers(const std::string& text, double* out, int count);
+  static std::string not_numbers(const XmlNode& node, const std::string& text, int count);
+  static constexpr const char* kNumbersFix =
+      "write them with decimal points, separated by spaces, such as 0 0 0.25";
   Diagnostics& diagnostics_;
   std::string rule_, instead_;  // empty: faults are errors
   bool faulty_ = false;

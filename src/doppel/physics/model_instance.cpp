@@ -93,7 +93,7 @@ class ShapeReader {
 double friction_of(const RobotDescription& robot, const std::string& link) {
   double friction = kFriction;
   for (const GazeboExtension& extension : robot.gazebo) {
-    if (extension.reference == link && extension.mu1) friction = *extension.mu1;
+    if (extension.reference == link && extension.surface.mu) friction = *extension.surface.mu;
   }
   return friction;
 }

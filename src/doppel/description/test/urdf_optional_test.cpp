@@ -50,20 +50,48 @@ TEST_F(UrdfOptionalPartsTest, GazeboValuesAreReadFromAttributesOrText) {
       "<material value=\"Gazebo/Blue\"/></gazebo>");
   EXPECT_TRUE(silent());
   const GazeboExtension& gazebo = robot_.gazebo.at(0);
-  EXPECT_EQ(gazebo.mu1, 0.8);
-  EXPECT_EQ(gazebo.mu2, 0.5);
-  EXPECT_EQ(gazebo.kp, 1e6) << "expected the attribute to take precedence";
-  EXPECT_EQ(gazebo.kd, 2.0);
+  EXPECT_EQ(gazebo.surface.mu, 0.8);
+  EXPECT_EQ(gazebo.surface.mu2, 0.5);
+  EXPECT_EQ(gazebo.surface.kp, 1e6) << "expected the attribute to take precedence";
+  EXPECT_EQ(gazebo.surface.kd, 2.0);
   EXPECT_EQ(gazebo.self_collide, true);
   EXPECT_EQ(gazebo.gravity, false);
   EXPECT_EQ(gazebo.material, "Gazebo/Blue");
 }
 
+TEST_F(UrdfOptionalPartsTest, GazeboContactSurfaceIsRead) {
+  read(
+      "<gazebo reference=\"arm\"><fdir1>0 2 0</fdir1><slip1>0.1</slip1><slip2 "
+      "value=\"0.2\"/><maxVel>1</maxVel>"
+      "<minDepth>0.001</minDepth><doppel:contact>hull</doppel:contact></gazebo>");
+  EXPECT_TRUE(silent());
+  const ContactSurface& surface = robot_.gazebo.at(0).surface;
+  EXPECT_EQ(surface.fdir1, Eigen::Vector3d(0, 2, 0));
+  EXPECT_EQ(surface.slip1, 0.1);
+  EXPECT_EQ(surface.slip2, 0.2);
+  EXPECT_EQ(surface.max_velocity, 1.0);
+  EXPECT_EQ(surface.min_depth, 0.001);
+  EXPECT_EQ(surface.shape, "hull");
+}
+
+TEST_F(UrdfOptionalPartsTest, ZeroFdir1IsNoDirection) {
+  read("<gazebo reference=\"arm\"><fdir1 value=\"0 0 0\"/></gazebo>");
+  EXPECT_TRUE(silent());
+  EXPECT_FALSE(robot_.gazebo.at(0).surface.fdir1.has_value());
+}
+
+TEST_F(UrdfOptionalPartsTest, UnreadableContactSurfaceIsIgnored) {
+  read("<gazebo reference=\"arm\"><fdir1>0 1</fdir1><doppel:contact>round</doppel:contact></gazebo>");
+  EXPECT_EQ(warnings("urdf.optional_value"), 2);
+  EXPECT_FALSE(robot_.gazebo.at(0).surface.fdir1.has_value());
+  EXPECT_EQ(robot_.gazebo.at(0).surface.shape, "");
+}
+
 TEST_F(UrdfOptionalPartsTest, UnreadableGazeboValueIsIgnored) {
   read("<gazebo reference=\"nobody\"><mu1>much</mu1><kp/><selfCollide>maybe</selfCollide></gazebo>");
   EXPECT_EQ(warnings("urdf.optional_value"), 3);
-  EXPECT_FALSE(robot_.gazebo.at(0).mu1.has_value());
-  EXPECT_FALSE(robot_.gazebo.at(0).kp.has_value());
+  EXPECT_FALSE(robot_.gazebo.at(0).surface.mu.has_value());
+  EXPECT_FALSE(robot_.gazebo.at(0).surface.kp.has_value());
   EXPECT_EQ(robot_.gazebo.at(0).self_collide, false);
 }
 

@@ -59,7 +59,7 @@ TEST(Urdf, FileContentIsKept) {
   EXPECT_EQ(robot.hardware[0].plugin, "p/Q");
   EXPECT_EQ(robot.hardware[0].joints[0].state_interfaces[0].initial_value, 0.5);
   EXPECT_EQ(robot.hardware[0].joints[0].command_interfaces[0].min, -1.0);
-  EXPECT_EQ(robot.gazebo[0].mu1, 0.3);
+  EXPECT_EQ(robot.gazebo[0].surface.mu, 0.3);
   EXPECT_EQ(robot.unknown.size(), 1u);
   EXPECT_EQ(j.source.place(), "r.urdf:2:175");
 }
