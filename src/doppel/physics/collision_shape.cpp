@@ -83,6 +83,7 @@ struct ReachBelow {
   Eigen::Vector3d up;  // unit
   [[nodiscard]] double across() const { return std::hypot(up.x(), up.y()); }
   double operator()(const Sphere& sphere) const { return sphere.radius; }
+  double operator()(const Ellipsoid& e) const { return e.radii.cwiseProduct(up).norm(); }
   double operator()(const Box& box) const { return 0.5 * up.cwiseAbs().dot(box.size); }
   double operator()(const Capsule& c) const { return c.radius + 0.5 * std::abs(up.z()) * c.length; }
   double operator()(const Cylinder& c) const {

@@ -11,6 +11,7 @@
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
 #include "doppel/export.h"
+#include "doppel/physics/friction.h"
 
 namespace doppel {
 
@@ -20,9 +21,9 @@ struct CollisionHull {
 using SharedHull = std::shared_ptr<const CollisionHull>;  // shapes of one mesh and scale share it
 
 struct CollisionShape {
-  std::variant<Box, Cylinder, Capsule, Sphere, SharedHull> geometry;
+  std::variant<Box, Cylinder, Capsule, Sphere, Ellipsoid, SharedHull> geometry;
   Pose X_LS = Pose::Identity();  // shape in the link frame
-  double friction = 0.8;         // Coulomb
+  Friction friction = {};
 };
 
 // z in m, along the axis of F, of the shape's lowest point. X_FS: the shape in a frame F.

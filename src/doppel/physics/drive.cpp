@@ -63,7 +63,20 @@ double Drive::advance_position() {
   return (at_limit ? 0.5 : 1.0) * way / step_;
 }
 
-void Drive::advance(double q) {
+// The reference of a velocity is the integral of a PI controller. While the damper alone needs the whole
+// effort, as from standstill, it is held at the joint, so that no position is made up for afterwards.
+void Drive::advance_velocity(double q, double v) {
+  seen_ = std::clamp(target_, -servo_.velocity, servo_.velocity);
+  if (servo_.stiffness > 0) {
+    const double damper = servo_.damping * (seen_ - v);
+    const double ahead = std::max(servo_.effort - damper, 0.0) / servo_.stiffness;
+    const double behind = std::max(servo_.effort + damper, 0.0) / servo_.stiffness;
+    before_ = reference_ = std::clamp(reference_, q - behind, q + ahead);
+  }
+  reference_ += seen_ * step_;
+}
+
+void Drive::advance(double q, double v) {
   ++steps_since_target_;
   before_ = reference_;
   if (!servoing()) return;
@@ -71,9 +84,7 @@ void Drive::advance(double q) {
   if (mode_ == DriveMode::position) {
     seen_ = advance_position();
   } else {
-    const double velocity = std::clamp(target_, -servo_.velocity, servo_.velocity);
-    reference_ += velocity * step_;
-    seen_ = 0.5 * velocity;
+    advance_velocity(q, v);
   }
 }
 

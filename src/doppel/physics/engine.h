@@ -44,6 +44,7 @@ struct EngineCapabilities {
   bool mimics = false, friction = false;  // of joints
   bool stops = false;                     // limit stops with a stiffness
   bool ideal = false;                     // ideal servos
+  bool directed_friction = false;         // friction with a direction, and torsion (friction.h)
   std::vector<Integrator> integrators;    // the first is the default
   EngineTolerances tolerances;
 };

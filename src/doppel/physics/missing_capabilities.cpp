@@ -63,6 +63,14 @@ void report_missing_capabilities(const EngineCapabilities& engine, const WorldSe
   for (const ModelInstance& instance : instances) {
     const bool shaped = std::ranges::any_of(instance.shapes, [](const auto& of) { return !of.empty(); });
     if (!engine.contacts && shaped) lacks.warn(instance, "contacts", "it collides with nothing");
+    const bool directed = std::ranges::any_of(instance.shapes, [](const auto& shapes) {
+      return std::ranges::any_of(shapes, [](const CollisionShape& shape) {
+        return shape.friction.directed() || shape.friction.torsion > 0;
+      });
+    });
+    if (engine.contacts && !engine.directed_friction && directed)
+      lacks.warn(instance, "friction with a direction (fdir1, torsional)",
+                 "the smaller coefficient holds in every direction");
     if (!engine.mimics)
       lacks.joints(
           instance, [](const ModelJoint& j) { return j.mimics(); }, "<mimic> coupling",

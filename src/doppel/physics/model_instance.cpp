@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 #include "doppel/math/mass_properties.h"
@@ -11,7 +12,6 @@
 namespace doppel {
 namespace {
 
-constexpr double kFriction = 0.8;  // Coulomb, without a <gazebo> mu1
 constexpr const char* kObjectLink = "link";
 // Engines reject bodies of about 1e-15 kg, and no measured quantity distinguishes a smaller mass from zero.
 constexpr double kMinMass = 1e-9;  // kg
@@ -26,7 +26,7 @@ bool has_size(const Geometry& geometry) {
 
 // Of a primitive, or of a mesh that was loaded.
 CollisionShape shape_of(const Geometry& geometry, const CollisionMesh* mesh, const Pose& X_LG,
-                        double friction) {
+                        const Friction& friction) {
   CollisionShape out{Box{}, X_LG, friction};
   if (mesh != nullptr) {
     if (mesh->hull != nullptr) {
@@ -46,12 +46,71 @@ CollisionShape shape_of(const Geometry& geometry, const CollisionMesh* mesh, con
   return out;
 }
 
+// `above`, with the values that `below` has.
+ContactSurface overlaid(ContactSurface above, const ContactSurface& below) {
+  const auto take = [](auto& to, const auto& from) {
+    if (from) to = from;
+  };
+  take(above.mu, below.mu);
+  take(above.mu2, below.mu2);
+  take(above.torsional_mu, below.torsional_mu);
+  take(above.patch_radius, below.patch_radius);
+  if (below.fdir1) {
+    above.fdir1 = below.fdir1;
+    above.fdir1_frame = below.fdir1_frame;
+  }
+  if (!below.shape.empty()) above.shape = below.shape;
+  return above;
+}
+
+// That of the <gazebo> extensions of a URDF.
+ContactSurface surface_of(const RobotDescription& robot, const std::string& link) {
+  ContactSurface out;
+  for (const GazeboExtension& extension : robot.gazebo) {
+    if (extension.reference == link) out = overlaid(out, extension.surface);
+  }
+  return out;
+}
+
+// Pressure is even over the patch of a round contact: the torque is 3 pi / 16 of that at its rim.
+constexpr double kPatchLever = 3.0 * std::numbers::pi / 16.0;
+
+// Of a torsional friction without a coefficient. Source: SDFormat 1.11, torsional/coefficient.
+constexpr double kTorsionalFriction = 1.0;
+
+Friction friction_of(const ContactSurface& surface, const Model& model, const Collision& collision,
+                     Diagnostics& diagnostics) {
+  Friction out;
+  out.written = surface.mu || surface.mu2;
+  out.along = surface.mu.value_or(kDefaultFriction);
+  out.across = surface.mu2.value_or(out.along);
+  if (surface.fdir1) {
+    out.direction = *surface.fdir1;
+    if (!surface.fdir1_frame.empty()) {
+      out.direction_link = model.find_link(surface.fdir1_frame);
+      if (out.direction_link < 0) {
+        diagnostics.warning("physics.friction_direction", collision.source,
+                            fmt::format("fdir1 is given in the axes of '{}', which is not a link; those of "
+                                        "the collision are used",
+                                        surface.fdir1_frame));
+      }
+    }
+    if (out.direction_link < 0) out.direction = collision.origin.pose().linear() * out.direction;
+    out.decides = out.along != out.across;
+  }
+  if (!out.directed()) out.across = out.along;
+  out.torsion =
+      kPatchLever * surface.patch_radius.value_or(0.0) * surface.torsional_mu.value_or(kTorsionalFriction);
+  return out;
+}
+
 class ShapeReader {
  public:
   ShapeReader(CollisionMeshes& meshes, Diagnostics& diagnostics)
       : meshes_(meshes), diagnostics_(diagnostics) {}
 
-  std::vector<CollisionShape> shapes_of(const Link& link, double friction) {
+  std::vector<CollisionShape> shapes_of(const RobotDescription& robot, const Model& model, const Link& link) {
+    const ContactSurface of_link = surface_of(robot, link.name);
     std::vector<CollisionShape> out;
     for (const Collision& collision : link.collisions) {
       if (!has_size(collision.geometry)) {
@@ -66,7 +125,9 @@ class ShapeReader {
         mesh = mesh_of(link, collision, *geometry);
         if (mesh == nullptr) continue;
       }
-      out.push_back(shape_of(collision.geometry, mesh, collision.origin.pose(), friction));
+      const ContactSurface surface = overlaid(of_link, collision.surface);
+      out.push_back(shape_of(collision.geometry, mesh, collision.origin.pose(),
+                             friction_of(surface, model, collision, diagnostics_)));
     }
     return out;
   }
@@ -90,12 +151,13 @@ class ShapeReader {
   Diagnostics& diagnostics_;
 };
 
-double friction_of(const RobotDescription& robot, const std::string& link) {
-  double friction = kFriction;
-  for (const GazeboExtension& extension : robot.gazebo) {
-    if (extension.reference == link && extension.surface.mu) friction = *extension.surface.mu;
+// <doppel:contact> of a link or of one of its collisions; empty: there is none.
+std::string contact_shape_of(const RobotDescription& robot, const Link& link) {
+  std::string out = surface_of(robot, link.name).shape;
+  for (const Collision& collision : link.collisions) {
+    if (!collision.surface.shape.empty()) out = collision.surface.shape;
   }
-  return friction;
+  return out;
 }
 
 // Side lengths of the box with about the same inertia, and its centre.
@@ -222,12 +284,15 @@ ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
   out.self_collision = options.self_collision;
   out.set_on_ground = options.set_on_ground;
   ShapeReader reader(meshes, diagnostics);
+  std::vector<std::string> keep;  // links whose shapes collide as they are described
   out.shapes.resize(model->links.size());
   for (std::size_t i = 0; i < model->links.size(); ++i) {
     const Link* const link = description->find_link(model->links[i].name);
     if (link == nullptr) continue;  // the world that a floating base was given
-    out.shapes[i] = reader.shapes_of(*link, friction_of(*description, link->name));
+    out.shapes[i] = reader.shapes_of(*description, *model, *link);
+    if (!contact_shape_of(*description, *link).empty()) keep.push_back(link->name);
   }
+  out.rolling = fit_rolling_parts(*model, out.q0, keep, out.shapes);
   out.description = std::move(description);
   out.model = std::move(model);
   return out;
@@ -245,7 +310,8 @@ ModelInstance make_instance(const WorldObject& object, CollisionMeshes& meshes, 
   out.servos.resize(out.model->joints.size());
   out.shapes.resize(out.model->links.size());
   const bool shaped = mesh != nullptr || !std::holds_alternative<MeshGeometry>(object.shape);
-  if (shaped) out.shapes.back().push_back(shape_of(object.shape, mesh, object.X_OS, object.friction));
+  if (shaped)
+    out.shapes.back().push_back(shape_of(object.shape, mesh, object.X_OS, uniform_friction(object.friction)));
   out.q0 = out.model->neutral();
   if (object.mass > 0) {
     out.q0.head<3>() = object.X_WO.translation();

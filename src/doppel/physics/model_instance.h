@@ -15,6 +15,7 @@
 #include "doppel/kinematics/model.h"
 #include "doppel/physics/collision_shape.h"
 #include "doppel/physics/servo.h"
+#include "doppel/physics/wheels.h"
 #include "doppel/physics/world.h"
 
 namespace doppel {
@@ -27,6 +28,7 @@ struct DOPPEL_API ModelInstance {
   Pose X_WR = Pose::Identity();                     // links[0] of the model, which does not move
   Eigen::VectorXd q0;                               // [nq] rad, m: the configuration at reset
   std::vector<ServoParameters> servos;              // [joints]
+  std::vector<RollingPart> rolling;                 // wheels and casters, whose shapes are as they roll
   bool self_collision = true;
   // A floating joint from the root moves along z so that the lowest point of the shapes lies on the ground;
   // where X_WR is not the identity, it is only lifted out of the ground.

@@ -24,4 +24,10 @@ void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> accel
       engine, acceleration.data(), tau.data());
 }
 
+bool empty_contact_rules_change_nothing(const Engine& engine) {
+  using Compare = bool (*)(const Engine&);
+  return reinterpret_cast<Compare>(plugin_symbol(kModule, "doppel_mujoco_empty_contact_rules"))(  // NOLINT
+      engine);
+}
+
 }  // namespace doppel

@@ -1,6 +1,6 @@
 #pragma once
 // Functions of the MuJoCo module beyond the contract, for the benchmark and for tests against independent
-// dynamics. Precondition of both: the engine is MuJoCo's.
+// dynamics. Precondition of all: the engine is MuJoCo's.
 
 #include <span>
 
@@ -18,5 +18,9 @@ DOPPEL_API double measure_bare_step_rate(const Engine& engine, int steps);
 // world has no floating joint.
 DOPPEL_API void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> acceleration,
                                         std::span<double> tau);
+
+// Whether the first half of a step with empty contact rules (mujoco/contact_rules.h) gives bit-identical
+// contacts, constraints, inertia and bias to that of MuJoCo's own mj_step1, at the engine's state.
+DOPPEL_API bool empty_contact_rules_change_nothing(const Engine& engine);
 
 }  // namespace doppel

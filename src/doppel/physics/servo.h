@@ -10,7 +10,10 @@
 // the time between it and its predecessor, as in an interpolating drive, so that commands at 100 Hz
 // move a joint smoothly.
 //
-// Velocity limit: while the reference moves at the limit, half of its velocity is used as v_ref, so that the
+// Velocity commands: the reference moves at the commanded velocity, within the joint's limit, and v_ref is that
+// velocity: the servo is a PI controller of the velocity, which also holds a standing wheel on a slope.
+//
+// Velocity limit: while the reference of a position moves at the limit, half of its velocity is used as v_ref, so that the
 // joint approaches the limit without overshooting it.
 //
 // Wind-up: the reference is never further ahead of the joint than effort / stiffness, so that a blocked joint

@@ -44,6 +44,12 @@ inline const char* name_of(Integrator integrator) {
 DOPPEL_API Integrator integrator_named(const std::string& name, const std::string& rule,
                                        const SourceLocation& where = {});
 
+// The friction of two shapes that touch, where none of them decides it (friction.h).
+enum class FrictionRule {
+  larger,   // of the two coefficients, as in MuJoCo: that of a YAML file without another word
+  smaller,  // of the two coefficients, as in Gazebo: that of SDF worlds
+};
+
 inline constexpr double kMinStep = 1e-6, kMaxStep = 0.02;  // s
 
 struct WorldSettings {
@@ -53,6 +59,7 @@ struct WorldSettings {
   Integrator integrator = Integrator::euler;
   bool ground = true;            // an infinite plane at z = 0
   double ground_friction = 0.8;  // Coulomb
+  FrictionRule friction_rule = FrictionRule::larger;
 };
 
 struct DOPPEL_API World : WorldSettings {

@@ -74,7 +74,8 @@ void BulletEngine::step() {
   if (diverged_) return;
   for (InstanceState& state : states_) {
     for (std::size_t k = 0; k < state.drives.size(); ++k) {
-      state.drives[k].advance(state.q[static_cast<std::size_t>(state.springs[k].q)]);
+      state.drives[k].advance(state.q[static_cast<std::size_t>(state.springs[k].q)],
+                              state.v[static_cast<std::size_t>(state.springs[k].v)]);
       state.drives[k].write_law(state.springs[k]);
     }
   }

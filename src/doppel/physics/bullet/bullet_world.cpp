@@ -111,7 +111,7 @@ void BulletWorld::note_start(Exclusions& exclusions, const BulletWorld* before) 
     poses.push_back(links[instance][static_cast<std::size_t>(piece.link.link)] * piece.source.X_LS);
     colliders.push_back(&anything);
   }
-  ContactFinder finder(pieces_, pairs_, colliders, ground, settings().ground_friction);
+  ContactFinder finder(pieces_, pairs_, colliders, ground, settings());
   finder.find(poses);
   for (std::size_t i = 0; i < finder.manifolds().size(); ++i) {
     Contact contact;

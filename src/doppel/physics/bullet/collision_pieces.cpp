@@ -46,6 +46,38 @@ struct Within {
   }
 };
 
+// Bullet has no ellipsoid.
+class EllipsoidShape final : public btConvexInternalShape {
+ public:
+  explicit EllipsoidShape(const Eigen::Vector3d& radii) : radii_(to_bullet(radii)) {
+    m_shapeType = CUSTOM_CONVEX_SHAPE_TYPE;
+    setImplicitShapeDimensions(radii_);
+  }
+  [[nodiscard]] btVector3 localGetSupportingVertexWithoutMargin(const btVector3& direction) const override {
+    const btVector3 stretched = direction * radii_;
+    const btScalar length = stretched.length();
+    return length > 0 ? btVector3(radii_ * stretched / length) : btVector3(radii_.x(), 0, 0);
+  }
+  void batchedUnitVectorGetSupportingVertexWithoutMargin(const btVector3* directions, btVector3* out,
+                                                         int count) const override {
+    for (int i = 0; i < count; ++i) out[i] = localGetSupportingVertexWithoutMargin(directions[i]);
+  }
+  void getAabb(const btTransform& X, btVector3& low, btVector3& high) const override {
+    btVector3 half;
+    for (int i = 0; i < 3; ++i) half[i] = (X.getBasis()[i] * radii_).length();
+    low = X.getOrigin() - half;
+    high = X.getOrigin() + half;
+  }
+  void calculateLocalInertia(btScalar mass, btVector3& inertia) const override {
+    const btVector3 squares = radii_ * radii_ * (mass / 5);
+    inertia = {squares.y() + squares.z(), squares.x() + squares.z(), squares.x() + squares.y()};
+  }
+  [[nodiscard]] const char* getName() const override { return "Ellipsoid"; }
+
+ private:
+  btVector3 radii_;
+};
+
 double ray_to_sphere(const Eigen::Vector3d& from, const Eigen::Vector3d& along, double radius) {
   Within within;
   within.cut_round(along.squaredNorm(), from.dot(along), from.squaredNorm() - radius * radius);
@@ -111,6 +143,9 @@ std::shared_ptr<btConvexShape> ShapeMaker::make(const CollisionShape& shape) {
           [](const Sphere& sphere) -> std::shared_ptr<btConvexShape> {
             return std::make_shared<btSphereShape>(sphere.radius);
           },
+          [](const Ellipsoid& ellipsoid) -> std::shared_ptr<btConvexShape> {
+            return std::make_shared<EllipsoidShape>(ellipsoid.radii);
+          },
           [this](const SharedHull& hull) -> std::shared_ptr<btConvexShape> {
             for (const auto& [known, made] : hulls_) {
               if (known == hull) return made;
@@ -147,6 +182,10 @@ double ray_distance(const Piece& piece, const Eigen::Vector3d& from, const Eigen
                  },
                  [&](const Capsule& capsule) { return ray_to_capsule(from, along, capsule); },
                  [&](const Sphere& sphere) { return ray_to_sphere(from, along, sphere.radius); },
+                 [&](const Ellipsoid& ellipsoid) {
+                   return ray_to_sphere(from.cwiseQuotient(ellipsoid.radii),
+                                        along.cwiseQuotient(ellipsoid.radii), 1.0);
+                 },
                  [&](const SharedHull&) {
                    Within within;
                    const auto& hull = static_cast<const btPolyhedralConvexShape&>(*piece.shape);
@@ -178,6 +217,10 @@ void lowest_points(const Piece& piece, const Eigen::Vector3d& down, std::vector<
                             out.push_back(z * Eigen::Vector3d::UnitZ() + capsule.radius * down);
                         },
                         [&](const Sphere& sphere) { out.push_back(sphere.radius * down); },
+                        [&](const Ellipsoid& ellipsoid) {
+                          const Eigen::Vector3d stretched = ellipsoid.radii.cwiseProduct(down);
+                          out.push_back(ellipsoid.radii.cwiseProduct(stretched) / stretched.norm());
+                        },
                         [&](const SharedHull& hull) {
                           for (const Eigen::Vector3f& vertex : hull->vertices)
                             out.push_back(vertex.cast<double>());

@@ -17,7 +17,7 @@ struct Piece {
   BodyId link;
   int group = 0;                 // rigid group of its instance
   Pose X_BS = Pose::Identity();  // in the frame of the group's body
-  double friction = 0;
+  Friction friction;
   CollisionShape source;
   std::shared_ptr<btConvexShape> shape;
 };

@@ -26,12 +26,13 @@ btDefaultCollisionConstructionInfo small_pools() {
 
 ContactFinder::ContactFinder(const std::vector<Piece>& pieces, const std::vector<PiecePair>& pairs,
                              std::vector<btCollisionObject*> colliders, btCollisionObject& ground,
-                             double ground_friction)
+                             const WorldSettings& settings)
     : pieces_(pieces),
       pairs_(pairs),
       colliders_(std::move(colliders)),
       ground_(ground),
-      ground_friction_(ground_friction),
+      ground_friction_(uniform_friction(settings.ground_friction)),
+      friction_rule_(settings.friction_rule),
       configuration_(small_pools()),
       dispatcher_(&configuration_),
       transforms_(pieces.size()),
@@ -49,6 +50,12 @@ ContactFinder::~ContactFinder() {
     known.algorithm->~btCollisionAlgorithm();
     dispatcher_.freeCollisionAlgorithm(known.algorithm);
   }
+}
+
+// Bullet's friction has no direction: the smaller coefficient holds in every one.
+double ContactFinder::combined(const Friction& a, const Friction& b) const {
+  const PairFriction pair = combine(a, b, friction_rule_);
+  return std::min(pair.along, pair.across);
 }
 
 void ContactFinder::find(std::span<const Pose> poses) {
@@ -102,7 +109,7 @@ void ContactFinder::touch_ground(const PiecePair& pair, const Pose& X_WS) {
   }
   if (manifold.getNumContacts() == 0) return;
   for (int i = 0; i < manifold.getNumContacts(); ++i)
-    manifold.getContactPoint(i).m_combinedFriction = std::max(pieces_[a].friction, ground_friction_);
+    manifold.getContactPoint(i).m_combinedFriction = combined(pieces_[a].friction, ground_friction_);
   found_.push_back(&manifold);
   touching_.push_back(&pair);
 }
@@ -143,7 +150,7 @@ void ContactFinder::touch(const PiecePair& pair) {
   manifold = *known.manifold;
   manifold.setContactProcessingThreshold(SIMD_INFINITY);
   for (int i = 0; i < manifold.getNumContacts(); ++i) {
-    manifold.getContactPoint(i).m_combinedFriction = std::max(pieces_[a].friction, pieces_[b].friction);
+    manifold.getContactPoint(i).m_combinedFriction = combined(pieces_[a].friction, pieces_[b].friction);
     manifold.getContactPoint(i).m_combinedRestitution = 0.0;
   }
   found_.push_back(&manifold);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "doppel/physics/bullet/collision_pieces.h"
+#include "doppel/physics/detail/contact_rule.h"
 
 namespace doppel {
 
@@ -24,7 +25,8 @@ class ContactFinder {
   // `pieces` and `pairs` outlive this. colliders: of each piece; ground: the collision object of the plane
   // z = 0.
   ContactFinder(const std::vector<Piece>& pieces, const std::vector<PiecePair>& pairs,
-                std::vector<btCollisionObject*> colliders, btCollisionObject& ground, double ground_friction);
+                std::vector<btCollisionObject*> colliders, btCollisionObject& ground,
+                const WorldSettings& settings);
   ~ContactFinder();
   ContactFinder(const ContactFinder&) = delete;
   ContactFinder& operator=(const ContactFinder&) = delete;
@@ -39,6 +41,7 @@ class ContactFinder {
   btPersistentManifold& next_manifold();
   void touch_ground(const PiecePair& pair, const Pose& X_WS);
   void touch(const PiecePair& pair);
+  [[nodiscard]] double combined(const Friction& a, const Friction& b) const;
   struct Known {
     int type_a, type_b;
     btCollisionAlgorithm* algorithm;
@@ -50,7 +53,8 @@ class ContactFinder {
   const std::vector<PiecePair>& pairs_;
   std::vector<btCollisionObject*> colliders_;
   btCollisionObject& ground_;
-  double ground_friction_;
+  Friction ground_friction_;
+  FrictionRule friction_rule_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;
   btPersistentManifold work_;  // for algorithms without a manifold of their own

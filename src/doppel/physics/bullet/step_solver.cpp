@@ -60,7 +60,7 @@ void StepSolver::make_colliders() {
     of_pieces.push_back(collider_of_group_[static_cast<std::size_t>(piece.link.instance)]
                                           [static_cast<std::size_t>(piece.group)]);
   finder_ = std::make_unique<ContactFinder>(world_.pieces(), world_.pairs(), std::move(of_pieces), ground_,
-                                            world_.settings().ground_friction);
+                                            world_.settings());
   piece_poses_.resize(world_.pieces().size());
 }
 

@@ -20,8 +20,8 @@ class Drive {
   [[nodiscard]] DriveState state() const { return {mode_, target_, reference_}; }
   [[nodiscard]] double reference() const { return reference_; }
   void set_target(double target);  // a target that is not finite is ignored
-  // Advances the reference by one step, which write_law() then describes.
-  void advance(double q);
+  // Advances the reference by one step, which write_law() then describes. The joint is at q with velocity v.
+  void advance(double q, double v);
   // The spring and damper during the step that advance() began. Sets all fields but the spring's joint, its
   // indices and its bound.
   void write_law(JointSpring& spring) const;
@@ -29,6 +29,7 @@ class Drive {
  private:
   [[nodiscard]] bool servoing() const { return mode_ == DriveMode::position || mode_ == DriveMode::velocity; }
   double advance_position();
+  void advance_velocity(double q, double v);
 
   int joint_;
   ServoParameters servo_;

@@ -9,6 +9,8 @@
 #include <mutex>
 #include <new>
 
+#include "doppel/physics/mujoco/box_contacts.h"
+
 namespace doppel {
 
 namespace mujoco_detail {
@@ -79,6 +81,7 @@ ModelHandle compile_mjcf(const std::string& mjcf, std::string& message) {
   static std::mutex one_at_a_time;  // MuJoCo keeps the last parsed text in a global
   const std::lock_guard lock(one_at_a_time);
   mujoco_detail::install_handlers();
+  install_checked_box_contacts();
   const TextFile file(mjcf);
   std::array<char, 1024> text{};
   mjModel* model = nullptr;

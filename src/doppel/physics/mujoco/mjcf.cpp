@@ -47,12 +47,16 @@ class MeshAssets {
   XmlNode assets_ = element("asset");
 };
 
-std::string shape_name(int link, std::size_t shape) {
-  return fmt::format("~g{}s{}", link, shape);
-}
+constexpr double kTorsion = 0.005;  // m, MuJoCo's default; of no effect with condim 3
 
-std::string friction_text(double friction) {
-  return decimal(friction) + " 0.005 0.0001";
+// Of a pair, or of a shape: friction in the tangent plane, by rotation about the normal, by rolling. Rules
+// that need more than these numbers are applied to each contact (contact_rules.h).
+void add_friction(XmlNode& node, const std::string& coefficient, double torsion, bool pair) {
+  if (torsion > 0) add_attribute(node, "condim", "4");
+  const std::string twist = decimal(torsion > 0 ? torsion : kTorsion);
+  add_attribute(node, "friction",
+                pair ? coefficient + " " + coefficient + " " + twist + " 0.0001 0.0001"
+                     : coefficient + " " + twist + " 0.0001");
 }
 
 // The naming of one instance in the engine's document: by index over all instances.
@@ -81,10 +85,10 @@ class InstanceNaming final : public MjcfNaming {
   void add_shapes(int link, XmlNode& body) override {
     const std::vector<CollisionShape>& shapes = instance_.shapes[static_cast<std::size_t>(link)];
     for (std::size_t i = 0; i < shapes.size(); ++i) {
-      XmlNode geom = element("geom", {{"name", shape_name(offsets_.link + link, i)}});
+      XmlNode geom = element("geom", {{"name", mjcf_shape_name(offsets_.link + link, i)}});
       std::visit([&](const auto& shape) { add_form(shape, geom); }, shapes[i].geometry);
       mjcf_place(geom, shapes[i].X_LS);
-      add_attribute(geom, "friction", friction_text(shapes[i].friction));
+      add_friction(geom, decimal(shapes[i].friction.along), shapes[i].friction.torsion, false);
       body.children.push_back(std::move(geom));
     }
   }
@@ -161,7 +165,7 @@ class PairWriter {
  private:
   struct Shape {
     std::string name;
-    double friction;
+    double friction = 0, torsion = 0;
   };
 
   // Objects collide with each other and with the ground, even if they overlap at the start.
@@ -182,9 +186,9 @@ class PairWriter {
     return body.is_ground() ? 1 : instance(body).shapes[static_cast<std::size_t>(body.link)].size();
   }
   [[nodiscard]] Shape shape_of(BodyId body, std::size_t index) const {
-    if (body.is_ground()) return {"~ground", settings_.ground_friction};
-    return {shape_name(link(body), index),
-            instance(body).shapes[static_cast<std::size_t>(body.link)][index].friction};
+    if (body.is_ground()) return {kMjcfGround, settings_.ground_friction};
+    const Friction& friction = instance(body).shapes[static_cast<std::size_t>(body.link)][index].friction;
+    return {mjcf_shape_name(link(body), index), friction.along, friction.torsion};
   }
 
   // The larger friction of the two, as for pairs that MuJoCo finds itself.
@@ -193,11 +197,10 @@ class PairWriter {
       for (std::size_t k = 0; k < shape_count(b); ++k) {
         if (++count_ > kMaxListedPairs) return;
         const Shape first = shape_of(a, i), second = shape_of(b, k);
-        const std::string friction = decimal(std::max(first.friction, second.friction));
-        pairs_.children.push_back(
-            element("pair", {{"geom1", first.name},
-                             {"geom2", second.name},
-                             {"friction", friction + " " + friction + " 0.005 0.0001 0.0001"}}));
+        XmlNode pair = element("pair", {{"geom1", first.name}, {"geom2", second.name}});
+        add_friction(pair, decimal(std::max(first.friction, second.friction)),
+                     std::max(first.torsion, second.torsion), true);
+        pairs_.children.push_back(std::move(pair));
       }
     }
   }
@@ -275,6 +278,9 @@ std::string mjcf_joint_name(int joint) {
 std::string mjcf_exclusion_name(std::size_t pair) {
   return fmt::format("~x{}", pair);
 }
+std::string mjcf_shape_name(int link, std::size_t shape) {
+  return fmt::format("~g{}s{}", link, shape);
+}
 
 MjcfDocument write_document(const WorldSettings& settings, std::span<const ModelInstance> instances,
                             const Exclusions& exclusions) {
@@ -282,10 +288,9 @@ MjcfDocument write_document(const WorldSettings& settings, std::span<const Model
   MeshAssets assets;
   XmlNode world = element("worldbody"), equality = element("equality");
   if (settings.ground) {
-    world.children.push_back(element("geom", {{"name", "~ground"},
-                                              {"type", "plane"},
-                                              {"size", "0 0 1"},
-                                              {"friction", friction_text(settings.ground_friction)}}));
+    XmlNode ground = element("geom", {{"name", kMjcfGround}, {"type", "plane"}, {"size", "0 0 1"}});
+    add_friction(ground, decimal(settings.ground_friction), 0.0, false);
+    world.children.push_back(std::move(ground));
   }
   for (std::size_t i = 0; i < instances.size(); ++i) {
     const Model& model = *instances[i].model;

@@ -23,6 +23,8 @@ std::vector<InstanceOffsets> instance_offsets(std::span<const ModelInstance> ins
 std::string mjcf_link_name(int link);
 std::string mjcf_joint_name(int joint);  // of the joint's first degree of freedom
 std::string mjcf_exclusion_name(std::size_t pair);
+inline constexpr const char* kMjcfGround = "~ground";  // the shape of the ground
+std::string mjcf_shape_name(int link, std::size_t shape);
 
 // Up to this many pairs of shapes that may touch, each pair is tested individually; with more, MuJoCo sorts
 // all bodies along an axis in every step, at the cost of about as many pairs (bench_loop_rate).

@@ -172,7 +172,7 @@ void MujocoEngine::reset() {
 
 // Computes the quantities that depend only on positions and velocities. False: MuJoCo raised an error.
 bool MujocoEngine::refresh() {
-  return guarded([this] { mj_step1(m(), d()); });
+  return guarded([this] { compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules); });
 }
 
 bool MujocoEngine::ran_away() const {

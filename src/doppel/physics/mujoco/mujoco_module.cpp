@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 
 #include "doppel/export.h"
 #include "doppel/physics/mujoco/mujoco_engine.h"
@@ -24,7 +25,7 @@ EngineCapabilities capabilities_of_mujoco() {
   out.name = "mujoco";
   out.version = version_text();
   out.contacts = out.rays = out.floating = out.planar = true;
-  out.mimics = out.friction = out.stops = out.ideal = true;
+  out.mimics = out.friction = out.stops = out.ideal = out.directed_friction = true;
   out.integrators = {Integrator::euler, Integrator::midpoint, Integrator::rk4, Integrator::implicit};
   // Measured values with a margin. Friction is a soft constraint and creeps; a hull penetrates a box
   // by 0.3 mm.
@@ -58,6 +59,40 @@ std::unique_ptr<Engine> MujocoWorld::make_engine() const {
 }  // namespace doppel
 
 DOPPEL_EXPORT_ENGINE(doppel::kModule)
+
+namespace {
+
+template <typename Number>
+bool same_bits(const Number* a, const Number* b, int count) {
+  return std::memcmp(a, b, sizeof(Number) * static_cast<std::size_t>(count)) == 0;
+}
+
+// Not by their bytes, because they have padding.
+bool same_contact(const mjContact& a, const mjContact& b) {
+  return a.dist == b.dist && same_bits(a.pos, b.pos, 3) && same_bits(a.frame, b.frame, 9) &&
+         same_bits(a.friction, b.friction, 5) && a.mu == b.mu && a.geom1 == b.geom1 && a.geom2 == b.geom2 &&
+         a.efc_address == b.efc_address;
+}
+
+}  // namespace
+
+extern "C" DOPPEL_API bool doppel_mujoco_empty_contact_rules(const doppel::Engine& engine) {
+  const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
+  const mjModel* const m = at.m();
+  const doppel::DataHandle own = doppel::make_data(m), ruled = doppel::make_data(m);
+  doppel::copy_data(m, own.get(), at.d());
+  doppel::copy_data(m, ruled.get(), at.d());
+  mj_step1(m, own.get());
+  doppel::compute_contacts_and_constraints(m, ruled.get(), {});
+  const mjData &a = *own, &b = *ruled;
+  return a.ncon == b.ncon && a.nefc == b.nefc &&
+         std::equal(a.contact, a.contact + a.ncon, b.contact, same_contact) &&
+         same_bits(a.efc_aref, b.efc_aref, a.nefc) && same_bits(a.efc_R, b.efc_R, a.nefc) &&
+         same_bits(a.efc_D, b.efc_D, a.nefc) && same_bits(a.efc_vel, b.efc_vel, a.nefc) &&
+         same_bits(a.qM, b.qM, m->nM) && same_bits(a.qLD, b.qLD, m->nM) &&
+         same_bits(a.qfrc_bias, b.qfrc_bias, m->nv) && same_bits(a.qfrc_passive, b.qfrc_passive, m->nv) &&
+         same_bits(a.cvel, b.cvel, 6 * m->nbody) && same_bits(a.xpos, b.xpos, 3 * m->nbody);
+}
 
 extern "C" DOPPEL_API double doppel_mujoco_bare_step_rate(const doppel::Engine& engine, int steps) {
   const auto& at = static_cast<const doppel::MujocoEngine&>(engine);

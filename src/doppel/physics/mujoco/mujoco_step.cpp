@@ -46,7 +46,7 @@ bool MujocoEngine::robot_touches() const {
 
 void MujocoEngine::begin_step() {
   for (std::size_t k = 0; k < drives_.size(); ++k) {
-    drives_[k].advance(d()->qpos[springs_[k].q]);
+    drives_[k].advance(d()->qpos[springs_[k].q], d()->qvel[springs_[k].v]);
     drives_[k].write_law(springs_[k]);
   }
   bool stopped = false;
@@ -104,7 +104,7 @@ void MujocoEngine::move_by(const std::array<double, kMaxStages>& weights, int st
 // Sets MuJoCo's q and v of stage `i` and computes all that depends on them.
 void MujocoEngine::enter_stage(int i) {
   move_by(scheme_->alpha[i], i);
-  mj_step1(m(), d());
+  compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules);
   if (any_wrench_ || !compiled_world().weightless.empty()) write_wrenches();
 }
 
@@ -231,7 +231,7 @@ void MujocoEngine::finish_step() {
                             : spring.bound != 0 ? spring.effort_at_bound()
                                                 : std::clamp(wanted_[k], spring.low, spring.high);
   }
-  mj_step1(m(), d());
+  compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules);
 }
 
 void MujocoEngine::step() {

@@ -52,6 +52,7 @@ MujocoWorld::MujocoWorld(WorldSettings settings, std::vector<ModelInstance> inst
   compile(document, diagnostics);
   number_bodies();
   collect_joints();
+  collect_contact_rules();
   find_exclusions(exclusions, before, document.exclusions);
   excluded_ = exclusions.list();
 }
@@ -116,6 +117,25 @@ void MujocoWorld::collect_joints() {
     joints = at.joint + static_cast<int>(instance(i).model->joints.size());
   }
   drive_of_joint.resize(static_cast<std::size_t>(joints), -1);
+}
+
+void MujocoWorld::collect_contact_rules() {
+  std::vector<RuledShape> shapes(static_cast<std::size_t>(m()->ngeom));
+  if (settings().ground)
+    shapes[static_cast<std::size_t>(find_part(m(), mjOBJ_GEOM, kMjcfGround))].friction =
+        uniform_friction(settings().ground_friction);
+  for (int i = 0; i < static_cast<int>(instances().size()); ++i) {
+    for (std::size_t link = 0; link < instance(i).shapes.size(); ++link) {
+      for (std::size_t k = 0; k < instance(i).shapes[link].size(); ++k) {
+        const int in_all = offsets(i).link + static_cast<int>(link);
+        const int geom = find_part(m(), mjOBJ_GEOM, mjcf_shape_name(in_all, k));
+        const Friction& friction = instance(i).shapes[link][k].friction;
+        const int of = friction.direction_link >= 0 ? friction.direction_link : static_cast<int>(link);
+        shapes[static_cast<std::size_t>(geom)] = {friction, mujoco_body(i, of)};
+      }
+    }
+  }
+  contact_rules = ContactRules(settings().friction_rule, std::move(shapes));
 }
 
 void MujocoWorld::collect_stops(int index) {

@@ -8,6 +8,7 @@
 #include "doppel/physics/detail/joint_springs.h"
 #include "doppel/physics/engine_modules.h"
 #include "doppel/physics/mujoco/compiled.h"
+#include "doppel/physics/mujoco/contact_rules.h"
 #include "doppel/physics/mujoco/mjcf.h"
 
 namespace doppel {
@@ -61,11 +62,13 @@ class MujocoWorld final : public CompiledWorld {
   std::vector<int> turning;           // first degrees of freedom of free rotations
   std::vector<int> quaternions;       // their indices in q
   std::vector<WeightlessBody> weightless;
+  ContactRules contact_rules;
 
  private:
   void compile(const MjcfDocument& document, Diagnostics& diagnostics);
   void number_bodies();
   void collect_joints();
+  void collect_contact_rules();
   void collect_stops(int instance);
   void find_exclusions(Exclusions& exclusions, const CompiledWorld* before,
                        const std::vector<std::pair<BodyId, BodyId>>& excludable);

@@ -162,7 +162,8 @@ class AnalyticEngine final : public Engine {
   }
   void step(const ModelInstance& instance, State& state) const {
     for (std::size_t k = 0; k < state.drives.size(); ++k) {
-      state.drives[k].advance(state.q[static_cast<std::size_t>(state.springs[k].q)]);
+      state.drives[k].advance(state.q[static_cast<std::size_t>(state.springs[k].q)],
+                              state.v[static_cast<std::size_t>(state.springs[k].v)]);
       state.drives[k].write_law(state.springs[k]);
       state.effort[static_cast<std::size_t>(state.springs[k].joint)] = 0.0;
     }

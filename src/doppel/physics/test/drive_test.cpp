@@ -16,7 +16,7 @@ ServoParameters servo() {
 
 // At the end of the step that begins now, before clipping.
 double effort_at(Drive& drive, double q, double v) {
-  drive.advance(q);
+  drive.advance(q, 0.0);
   JointSpring spring;
   drive.write_law(spring);
   return spring.on ? spring.law(q, v, 1e-3) : 0.0;
@@ -70,12 +70,12 @@ TEST(Drive, BlockedJointHoldsReference) {
   Drive drive(0, servo(), 1.0, kStep);
   drive.start(DriveMode::position, 0.0);
   drive.set_target(10.0);
-  for (int i = 0; i < 5000; ++i) drive.advance(0.0);
+  for (int i = 0; i < 5000; ++i) drive.advance(0.0, 0.0);
   // Released beside its target, the joint does not jump: the reference is half a radian ahead, not ten.
   EXPECT_LE(effort_at(drive, 0.0, 0.0), 50.0 + 4.0 * 2.0 + 100.0 * 0.002 + 1e-9);
   drive.start(DriveMode::velocity, 0.0);
   drive.set_target(1.0);
-  for (int i = 0; i < 5000; ++i) drive.advance(0.0);
+  for (int i = 0; i < 5000; ++i) drive.advance(0.0, 0.0);
   EXPECT_LE(effort_at(drive, 0.0, 0.0), 50.0 + 4.0 * 2.0 + 100.0 * 0.002 + 1e-9);
 }
 
@@ -83,9 +83,9 @@ TEST(Drive, VelocityAndEffortTargetsAreClipped) {
   Drive drive(0, servo(), 1.0, kStep);
   drive.start(DriveMode::velocity, 0.0);
   drive.set_target(-7.0);
-  drive.advance(0.0);
+  drive.advance(0.0, 0.0);
   const double first = drive.reference();
-  drive.advance(0.0);
+  drive.advance(0.0, 0.0);
   EXPECT_NEAR(drive.reference() - first, -2.0 * 1e-3, 1e-12);
   drive.start(DriveMode::effort, 0.0);
   drive.set_target(80.0);

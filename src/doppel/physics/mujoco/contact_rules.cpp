@@ -1,0 +1,104 @@
+#include "doppel/physics/mujoco/contact_rules.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace doppel {
+namespace {
+
+constexpr double kStiffer = 100;       // friction, than MuJoCo's with the impedance ratio of the world
+constexpr double kAlongNormal = 1e-6;  // squared length of a direction's projection that has no direction
+
+}  // namespace
+
+ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes) : rule_(rule) {
+  const bool plain = rule == FrictionRule::larger &&
+                     std::ranges::all_of(shapes, [](const RuledShape& s) { return s.friction.plain(); });
+  if (!plain) shapes_ = std::move(shapes);
+}
+
+void ContactRules::apply(mjData& data) const {
+  if (empty()) return;
+  for (int i = 0; i < data.ncon; ++i) apply(data, data.contact[i]);
+}
+
+void ContactRules::apply(const mjData& data, mjContact& contact) const {
+  const RuledShape& first = shapes_[static_cast<std::size_t>(contact.geom1)];
+  const RuledShape& second = shapes_[static_cast<std::size_t>(contact.geom2)];
+  PairFriction pair = combine(first.friction, second.friction, rule_);
+  if (pair.directed >= 0) {
+    const RuledShape& shape = pair.directed == 0 ? first : second;
+    const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> R_WB(data.xmat +
+                                                                              9 * shape.direction_body);
+    const Eigen::Map<const Eigen::Vector3d> normal(contact.frame);
+    const Eigen::Vector3d direction = (R_WB * shape.friction.direction).normalized();
+    Eigen::Vector3d along = direction - normal * normal.dot(direction);
+    if (along.squaredNorm() < kAlongNormal) {
+      pair.along = pair.across = std::min(pair.along, pair.across);
+    } else {
+      along.normalize();
+      // MuJoCo scales the regularisation of the second tangent by the friction of the first: the larger one
+      // has to be the first.
+      if (pair.along < pair.across) {
+        along = normal.cross(along);
+        std::swap(pair.along, pair.across);
+      }
+      Eigen::Map<Eigen::Vector3d>(contact.frame + 3) = along;
+      Eigen::Map<Eigen::Vector3d>(contact.frame + 6) = normal.cross(along);
+    }
+  } else {
+    pair.across = pair.along;
+  }
+  contact.friction[0] = std::max(pair.along, mjMINMU);
+  contact.friction[1] = std::max(pair.across, mjMINMU);
+}
+
+void ContactRules::stiffen_friction(mjData& data) const {
+  if (empty()) return;
+  for (int i = 0; i < data.ncon; ++i) {
+    mjContact& contact = data.contact[i];
+    if (contact.efc_address < 0) continue;
+    for (int k = 1; k < contact.dim; ++k) {
+      data.efc_R[contact.efc_address + k] /= kStiffer;
+      data.efc_D[contact.efc_address + k] *= kStiffer;
+    }
+    contact.mu /= std::sqrt(kStiffer);
+  }
+}
+
+void ContactRules::keep_sliding_contacts(mjData& data) const {
+  if (empty()) return;
+  for (int i = 0; i < data.ncon; ++i) {
+    const mjContact& contact = data.contact[i];
+    if (contact.efc_address < 0) continue;
+    double* const reference = data.efc_aref + contact.efc_address;
+    double squares = 0.0;
+    for (int k = 1; k < contact.dim; ++k) {
+      const double slip = contact.friction[k - 1] * reference[k];
+      squares += slip * slip;
+    }
+    reference[0] -= std::sqrt(squares);
+  }
+}
+
+void compute_contacts_and_constraints(const mjModel* m, mjData* d, const ContactRules& rules) {
+  mj_checkPos(m, d);
+  mj_checkVel(m, d);
+  mj_kinematics(m, d);
+  mj_comPos(m, d);
+  mj_camlight(m, d);
+  mj_tendon(m, d);
+  mj_crb(m, d);
+  mj_factorM(m, d);
+  mj_collision(m, d);
+  rules.apply(*d);
+  mj_makeConstraint(m, d);
+  rules.stiffen_friction(*d);
+  mj_transmission(m, d);
+  mj_fwdVelocity(m, d);
+  rules.keep_sliding_contacts(*d);
+}
+
+}  // namespace doppel
