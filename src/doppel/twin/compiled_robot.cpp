@@ -6,6 +6,7 @@
 
 #include "doppel/core/names.h"
 #include "doppel/target/target.h"
+#include "doppel/twin/rolling_report.h"
 #include "doppel/twin/simulated_hardware.h"
 
 namespace doppel {
@@ -33,6 +34,13 @@ void report_base(const RobotDescription& robot, const Instance& instance, const 
       "up.base_fixed", robot.source,
       fmt::format("the root link '{}' is fixed to the world: {}", root_name(model), choice.reason),
       "--base floating lets it move freely");
+}
+
+void report_wheels(const RobotDescription& robot, const Instance& instance, Diagnostics& diagnostics) {
+  const RollingReport report = report_rolling(instance);
+  if (report.parts.empty()) return;
+  diagnostics.note("up.wheels", robot.source, fmt::format("'{}' {}", robot.name, to_string(report)),
+                   "<doppel:contact>cylinder</doppel:contact> in the <gazebo> of a wheel keeps its shape");
 }
 
 void report_weightless(const RobotDescription& robot, const Model& model, Diagnostics& diagnostics) {
@@ -170,6 +178,7 @@ void CompiledRobot::build(const Scenario& scenario, const World& world, std::opt
 
 void CompiledRobot::report_choices(const Instance& instance, Diagnostics& diagnostics) {
   report_base(description(), instance, base_, base_decided_, diagnostics);
+  report_wheels(description(), instance, diagnostics);
   report_weightless(description(), model(), diagnostics);
   hardware_ = hardware_of(*setup_, model(), diagnostics);
   report_rotors(description(), model(), servos(), hardware_, diagnostics);
