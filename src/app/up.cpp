@@ -38,6 +38,7 @@ struct UpOptions {
   std::vector<std::string> robots, activate, plugins;
   double duration = 0;
   bool no_reload = false;
+  bool strict = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
   EdgeOptions edges;
 };
@@ -59,6 +60,7 @@ Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
   scenario.plugins = options.plugins;
   scenario.ideal = options.ideal;
   scenario.enforce_limits = !options.no_limits;
+  scenario.strict = options.strict;
   return scenario;
 }
 
@@ -314,6 +316,9 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
       ->check(CLI::IsMember({"auto", "fixed", "floating"}));
   up->add_flag("--ideal", options->ideal, "Ideal servos: joints follow commands exactly, whatever the load");
   up->add_flag("--no-limits", options->no_limits, "Do not enforce joint limits on commands");
+  up->add_flag(
+      "--strict", options->strict,
+      "Refuse what ROS 2 would drop: a Twist on a topic where TwistStamped is read, and the reverse");
   up->add_option("--duration", options->duration, "Stop after this many simulated seconds");
   up->add_option("--speed", options->speed, "1: real time, N: N times real time, max: as fast as possible");
   up->add_option("--stamp", options->stamp,

@@ -5,6 +5,7 @@
 #include "app/verbs/field_value.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
+#include "doppel/bus/twist_conversion.h"
 #include "doppel/core/names.h"
 #include "doppel/messages/rosgraph_msgs.h"
 #include "doppel/messages/std_msgs.h"
@@ -304,7 +305,9 @@ int pub(Shell& shell, const PubOptions& options) {
   const Bytes cdr = to_request(type, options.yaml);
   Client& twin = shell.twin();
   const auto known = twin.topics().find(topic);
-  if (known != twin.topics().end() && !known->second.type.empty() && known->second.type != type.name) {
+  const bool is_other_type =
+      known != twin.topics().end() && !known->second.type.empty() && known->second.type != type.name;
+  if (is_other_type && !is_convertible_twist(type.name, known->second.type)) {  // the twin decides
     throw_usage_error(fmt::format("{} has type {}, not {}", topic, known->second.type, type.name));
   }
   const std::size_t times = options.once ? 1 : options.times;

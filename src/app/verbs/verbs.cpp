@@ -9,17 +9,17 @@ namespace doppel::app {
 
 void add_verbs(CLI::App& app, int& exit_code) {
   for (const auto add :
-       {add_move,  add_stop,    add_spawn,   add_robots,          add_topic,     add_control, add_tf,
-        add_node,  add_service, add_param,   add_action,          add_interface, add_new,     add_xacro,
-        add_tree,  add_info,    add_mass,    add_convert,         add_overlay,   add_diff,    add_calibrate,
-        add_check, add_verify,  add_engines, add_compare_engines, add_doctor}) {
+       {add_move,      add_teleop, add_stop,    add_spawn,   add_robots,          add_topic,     add_control,
+        add_tf,        add_node,   add_service, add_param,   add_action,          add_interface, add_new,
+        add_xacro,     add_tree,   add_info,    add_mass,    add_convert,         add_overlay,   add_diff,
+        add_calibrate, add_check,  add_verify,  add_engines, add_compare_engines, add_doctor}) {
     add(app, exit_code);
   }
 }
 
 void group_verbs(CLI::App& app) {
   const std::vector<std::pair<std::string, std::vector<std::string>>> groups{
-      {"Twins", {"up", "view", "move", "stop", "spawn", "delete", "robots"}},
+      {"Twins", {"up", "view", "move", "teleop", "stop", "spawn", "delete", "robots"}},
       {"ROS 2's verbs", {"topic", "control", "tf", "node", "service", "param", "action", "interface"}},
       {"Descriptions",
        {"new", "xacro", "tree", "info", "mass", "convert", "overlay", "diff", "calibrate", "check"}},

@@ -23,6 +23,7 @@ void add_service(CLI::App& app, int& exit_code);
 void add_param(CLI::App& app, int& exit_code);
 void add_action(CLI::App& app, int& exit_code);
 void add_move(CLI::App& app, int& exit_code);
+void add_teleop(CLI::App& app, int& exit_code);
 void add_stop(CLI::App& app, int& exit_code);
 void add_spawn(CLI::App& app, int& exit_code);  // and delete
 

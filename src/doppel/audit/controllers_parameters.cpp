@@ -72,6 +72,22 @@ void check_unknown(const DeclaredController& c, const Parameters& parameters, bo
   }
 }
 
+// A base's odometry whose variances are all zero, the default of ros2_controllers.
+void check_covariance(const DeclaredController& c, const Parameters& parameters, Findings& out) {
+  for (const char* name : {"pose_covariance_diagonal", "twist_covariance_diagonal"}) {
+    const Parameters::Declared* declared = parameters.find(name);
+    if (declared == nullptr) continue;
+    const auto& variances = std::get<std::vector<double>>(declared->value);
+    if (!std::all_of(variances.begin(), variances.end(), [](double v) { return v == 0; })) continue;
+    const auto written = std::find_if(c.parameters.all().begin(), c.parameters.all().end(),
+                                      [&](const ParameterOverride& o) { return o.name == name; });
+    const bool by_default = written == c.parameters.all().end();
+    out.add("controllers.zero_covariance", c.subject(), by_default ? c.where : written->source,
+            fmt::format("'{}' is all zero{}", name, by_default ? ", the default" : ""),
+            fmt::format("write {}: [0.001, 0.001, 0.001, 0.001, 0.001, 0.01], or measured variances", name));
+  }
+}
+
 }  // namespace
 
 void check_parameters(const AuditInput& in, const ControllersFile& file, DeclaredController& c,
@@ -93,6 +109,7 @@ void check_parameters(const AuditInput& in, const ControllersFile& file, Declare
     }
   }
   check_whole_numbers(c, node.parameters(), out);
+  check_covariance(c, node.parameters(), out);
   check_unknown(c, node.parameters(), complete, out);
 }
 

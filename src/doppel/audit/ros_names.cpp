@@ -41,7 +41,6 @@ const Names& other_controller_types() {
                            "admittance_controller/AdmittanceController",
                            "bicycle_steering_controller/BicycleSteeringController",
                            "chained_filter_controller/ChainedFilter",
-                           "diff_drive_controller/DiffDriveController",
                            "effort_controllers/GripperActionController",
                            "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster",
                            "gpio_controllers/GpioCommandController",

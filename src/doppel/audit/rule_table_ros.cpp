@@ -83,6 +83,11 @@ constexpr std::array kRosRules{
     RuleInfo{"controllers.whole_number", kError, "an integer where ROS 2 accepts only a double",
              "rclcpp rejects the parameter's type and the controller cannot be loaded (doppel accepts it)",
              "write 1.0 for 1", kControl},
+    RuleInfo{
+        "controllers.zero_covariance", kWarning, "a base's odometry without variances",
+        "state estimators such as robot_localization and robot_pose_ekf take it as exact, and ignore all "
+        "other sensors, or refuse it",
+        "write the variances of x, y, z and of the rotations about them", kControl},
 
     // -- datasheet
     RuleInfo{"datasheet.above", kError, "a limit above the actuator's rating",

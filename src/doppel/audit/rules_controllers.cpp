@@ -67,7 +67,8 @@ class JointCheck {
 
   void check(const DeclaredController& c) {
     certain_ = file_.named && mostly_known(c);
-    for (const char* parameter : {"joints", "command_joints", "dof_names", "joint"}) {
+    for (const char* parameter :
+         {"joints", "command_joints", "dof_names", "joint", "left_wheel_names", "right_wheel_names"}) {
       // A broadcaster lists joints with a state, which may be any joint.
       const bool commands = !c.broadcasts();
       check_list(c, parameter, commands);

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "doppel/bus/detail/bus_impl.h"
+#include "doppel/bus/twist_conversion.h"
 #include "doppel/core/thrown.h"
 
 namespace doppel {
@@ -231,6 +232,12 @@ void Bus::Impl::receive(Topic& topic, std::span<const std::byte> cdr, std::share
   }
 }
 
+void Bus::Impl::explain_twist(const std::string& who, const std::string& topic, std::string_view came) {
+  constexpr std::size_t kMaxAdvised = 1000;  // names are chosen by clients
+  if (!advise || advised.size() >= kMaxAdvised || !advised.emplace(topic, who).second) return;
+  advise(twist_conversion_text(who, topic, came, bus.twists() == TwistPolicy::explain));
+}
+
 std::shared_ptr<const bus_detail::ServiceEntry> Bus::Impl::serving(
     const std::string& name, const std::weak_ptr<const ServiceEntry>& found,
     decltype(ServiceEntry::decode) decode) const {
@@ -252,7 +259,8 @@ Node* Bus::Impl::find_node(std::string_view name, std::string_view parameter) co
 Bus::Bus(BusOptions options)
     : names_(std::move(options.names)),
       sim_time_(options.sim_time),
-      impl_(std::make_unique<Impl>(*this, std::move(options.report))) {}
+      twists_(options.twists),
+      impl_(std::make_unique<Impl>(*this, std::move(options))) {}
 Bus::~Bus() = default;
 
 namespace {

@@ -145,6 +145,8 @@ struct EdgeOptions {
   std::size_t ring_bytes = std::size_t{8} << 20;  // how much it may lag before messages are dropped for it
   // Whether an edge that subscribes to a topic also gets its own messages. A network must not get them back.
   bool receives_own = true;
+  // The edge logs converted messages itself, by the names of their publishers behind it (BusOptions::advise).
+  bool reports_conversions = false;
 };
 
 // The interface of an edge: all functions are called from the edge's one thread, wake() from any. The bus
@@ -186,6 +188,10 @@ class DOPPEL_API Edge {
                              std::function<void(Status)> reply) = 0;
 };
 
+// What an edge does with a geometry_msgs Twist for a topic where nodes read TwistStamped, or the reverse
+// (twist_conversion.h): refuses it like any other type, refuses it and explains, or converts it and explains.
+enum class TwistPolicy { refuse, explain, convert };
+
 struct BusOptions {
   NameRules names = {};
   // Whether messages are stamped with simulated time, which is published on /clock; else with wall-clock
@@ -194,6 +200,9 @@ struct BusOptions {
   // Called with the text of the first exception of each topic's subscribers, and the loop continues. Empty:
   // exceptions leave publish() and spin(), as a user program expects.
   std::function<void(const std::string&)> report = {};
+  TwistPolicy twists = TwistPolicy::refuse;
+  // Called once for each topic and publisher of such messages, with the explanation. The loop's thread.
+  std::function<void(const std::string&)> advise = {};
 };
 
 class DOPPEL_API Bus {
@@ -213,6 +222,7 @@ class DOPPEL_API Bus {
   [[nodiscard]] Time now() const { return now_; }
   [[nodiscard]] NameRules& names() { return names_; }
   [[nodiscard]] bool sim_time() const { return sim_time_; }
+  [[nodiscard]] TwistPolicy twists() const { return twists_; }
   // The lowest level of lines on /rosout by the logger's name, in rcl's numbers. The loop's thread.
   [[nodiscard]] std::map<std::string, std::uint32_t>& logger_levels() { return logger_levels_; }
   // Conversion between the loop's time and a header's stamp. With wall-clock stamps they differ by
@@ -245,6 +255,7 @@ class DOPPEL_API Bus {
   friend class BusStage;
   NameRules names_;
   const bool sim_time_;
+  const TwistPolicy twists_;
   std::map<std::string, std::uint32_t> logger_levels_;
   Inbox inbox_;
   Time now_{};

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 #include <poll.h>
 
+#include <algorithm>
+
 #include "doppel/bus/detail/bus_impl.h"
+#include "doppel/bus/twist_conversion.h"
 #include "doppel/core/names.h"
 #include "doppel/core/thrown.h"
 
@@ -127,7 +130,9 @@ class EdgeImpl : public Edge {
 
  private:
   Status target_of(const std::string& topic, std::string_view type, const TypeSupport*& support,
-                   const bus_detail::TopicOps*& ops) const;
+                   const bus_detail::TopicOps*& ops, bool& converts) const;
+  Status publish_twist(std::string_view from, const std::string& topic, std::string_view type,
+                       const TypeSupport& read, std::span<const std::byte> cdr);
   // The objects of a call; weak, so that handlers are only destroyed by the loop.
   struct Target {
     std::weak_ptr<const bus_detail::ServiceEntry> entry;
@@ -154,9 +159,10 @@ class EdgeImpl : public Edge {
   mutable bool fd_is_watched_ = false;
 };
 
-// The type of a message's bytes, or the reason why the topic cannot accept them.
+// The type of a message's bytes, or the reason why the topic cannot accept them. `converts`: the topic has another
+// type, which is in `support`.
 Status EdgeImpl::target_of(const std::string& topic, std::string_view type, const TypeSupport*& support,
-                           const bus_detail::TopicOps*& ops) const {
+                           const bus_detail::TopicOps*& ops, bool& converts) const {
   support = find_type(type);
   if (support == nullptr) {
     return Status::refused(
@@ -171,6 +177,13 @@ Status EdgeImpl::target_of(const std::string& topic, std::string_view type, cons
     return {};
   }
   if (existing.publishers.empty() && existing.subscribers.empty()) return {};
+  const bool is_read = std::ranges::any_of(existing.subscribers, &bus_detail::Endpoint::is_node);
+  if (is_read && bus_.twists() != TwistPolicy::refuse &&
+      is_convertible_twist(support->name, existing.support->name)) {
+    converts = true;
+    support = existing.support;
+    return {};
+  }
   return Status::refused(
       fmt::format("topic {} has type {}, not {}", topic, existing.support->name, support->name));
 }
@@ -181,8 +194,10 @@ Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::str
   if (Status fine = check_topic_name(name); !fine) return fine;
   const TypeSupport* support = nullptr;
   const bus_detail::TopicOps* ops = nullptr;
-  Status status = target_of(name, type, support, ops);
+  bool converts = false;
+  Status status = target_of(name, type, support, ops, converts);
   if (!status) return status;
+  if (converts) return publish_twist(from, name, type, *support, cdr);
   std::shared_ptr<const void> message;
   Bytes bytes;
   status = ops != nullptr ? ops->decode(cdr, message) : support->recode(cdr, bytes);
@@ -195,6 +210,25 @@ Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::str
     impl.receive(*target, bytes, message, link.get());
   });
   return {};
+}
+
+Status EdgeImpl::publish_twist(std::string_view from, const std::string& topic, std::string_view type,
+                               const TypeSupport& read, std::span<const std::byte> cdr) {
+  const bool refused = bus_.twists() == TwistPolicy::explain;
+  Bytes checked;
+  if (Status valid = convert_twist(type, cdr, {}, checked); !valid) return valid;
+  bus_.post([&bus = bus_, &impl = impl_, link = link_, from = std::string(from), topic,
+             came = std::string(type), &read, refused, received = Bytes(cdr.begin(), cdr.end())] {
+    if (!link->reports_conversions()) impl.explain_twist(from, topic, came);
+    bus_detail::Topic* target = refused ? nullptr : impl.topic_for_edge(topic, read);
+    if (target == nullptr) return;
+    Bytes converted;
+    static_cast<void>(
+        convert_twist(came, received, to_time_msg(bus.ros_now()), converted));  // checked before
+    impl.add_endpoint(*target, true, {link.get(), {from, link->name(), {}}});
+    impl.receive(*target, converted, nullptr, link.get());
+  });
+  return refused ? Status::refused(twist_conversion_text(from, topic, type, true)) : Status{};
 }
 
 EdgeImpl::Target EdgeImpl::find_target(std::string_view name, std::string& why) const {

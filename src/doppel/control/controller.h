@@ -62,6 +62,12 @@ class DOPPEL_API CommandHandle {
   double* value_ = nullptr;
 };
 
+// The transform of the robot's root link that a controller of a mobile base publishes.
+struct BaseTransform {
+  std::string topic;          // "/tf"
+  std::string parent, child;  // frames with their prefixes: "odom", "base_link"
+};
+
 // The environment of a controller; outlives it. The model may be replaced by another one with the same joints
 // while the controller runs, so a controller must not keep the pointer.
 struct ControllerContext {
@@ -105,6 +111,10 @@ class DOPPEL_API Controller {
   // Between ticks, while active. True: from now on another controller commands the references, earlier in the
   // same tick, and commands from topics and actions are ignored. False: no other controller does.
   virtual void set_chained_mode(bool /*chained*/) {}
+
+  // Between steps, while active: the transform whose child is the base, so that no other node publishes
+  // another parent of it; nullptr: none.
+  [[nodiscard]] virtual const BaseTransform* base_transform() const { return nullptr; }
 
   // Filled by the controller manager before on_activate, emptied after on_deactivate.
   std::vector<CommandHandle> command_handles;

@@ -443,6 +443,13 @@ double ControllerManager::state(std::string_view full_name) const {
   return state ? impl_->resources.state(*state) : kNaN;
 }
 
+const BaseTransform* ControllerManager::base_transform() const {
+  for (const LoadedController* c : impl_->active) {
+    if (const BaseTransform* base = c->controller->base_transform()) return base;
+  }
+  return nullptr;
+}
+
 double ControllerManager::reference(std::string_view interface) const {
   for (const LoadedController* c : impl_->active) {
     for (std::size_t i = 0; i < c->references.size(); ++i) {

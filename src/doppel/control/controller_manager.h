@@ -137,6 +137,8 @@ class DOPPEL_API ControllerManager {
   // (hardware.h); NaN: none.
   [[nodiscard]] double command(std::string_view full_name) const;
   [[nodiscard]] double state(std::string_view full_name) const;
+  // The transform of the robot's root link that an active controller publishes; nullptr: none does.
+  [[nodiscard]] const BaseTransform* base_transform() const;
   // The value that an active chainable controller follows for "joint/position"; NaN: there is none.
   [[nodiscard]] double reference(std::string_view interface) const;
 

@@ -22,11 +22,15 @@ std::string unfit_for_commands(const ModelJoint& joint) {
   }
 }
 
-// "CONTROLLER/JOINT": a chainable controller's reference. It is checked by the switch, when both
-// controllers are loaded.
+// "CONTROLLER/JOINT" or "CONTROLLER/linear": a chainable controller's reference. It is checked by the switch, when
+// both controllers are loaded. In a robot whose joints have names with a slash only the first form is accepted,
+// so that a misspelt joint is found here.
 bool is_reference(const Model& model, const std::string& name) {
   const std::size_t slash = name.find('/');
-  return slash != std::string::npos && slash > 0 && model.find_joint(name.substr(slash + 1)) >= 0;
+  if (slash == std::string::npos || slash == 0) return false;
+  if (model.find_joint(name.substr(slash + 1)) >= 0) return true;
+  return std::none_of(model.joints.begin(), model.joints.end(),
+                      [](const ModelJoint& joint) { return joint.name.find('/') != std::string::npos; });
 }
 
 }  // namespace

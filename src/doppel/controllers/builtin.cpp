@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include "doppel/controllers/detail/diff_drive_controller.h"
 #include "doppel/controllers/detail/forward_command_controller.h"
 #include "doppel/controllers/detail/gripper_controller.h"
 #include "doppel/controllers/detail/joint_state_broadcaster.h"
@@ -31,6 +32,7 @@ ControllerRegistry builtin_controllers() {
                make<JointGroupController>(std::string(kVelocity)));
   registry.add("effort_controllers/JointGroupEffortController",
                make<JointGroupController>(std::string(kEffort)));
+  registry.add("diff_drive_controller/DiffDriveController", make<DiffDriveController>());
   registry.add("pid_controller/PidController", make<PidController>());
   using control_msgs::action::GripperCommand;
   using control_msgs::action::ParallelGripperCommand;

@@ -1,10 +1,10 @@
 // Types of plain values and geometry.
 
 #include "doppel/messages/builtin_interfaces.h"
-#include "doppel/messages/detail/nav_msgs.h"
 #include "doppel/messages/detail/registry.h"
 #include "doppel/messages/detail/shape_msgs.h"
 #include "doppel/messages/geometry_msgs.h"
+#include "doppel/messages/nav_msgs.h"
 #include "doppel/messages/rosgraph_msgs.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/std_srvs.h"

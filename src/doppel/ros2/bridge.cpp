@@ -13,6 +13,7 @@
 #include "doppel/ros2/detail/bridge_mailbox.h"
 #include "doppel/ros2/detail/bridge_services.h"
 #include "doppel/ros2/detail/bridge_topics.h"
+#include "doppel/ros2/detail/bridge_twists.h"
 #include "doppel/ros2/detail/bridge_warnings.h"
 
 namespace doppel::ros2 {
@@ -44,15 +45,18 @@ class RateLimitedTask {
 // The objects that exist while there is a participant.
 struct JoinedNetwork {
   JoinedNetwork(Bus& bus, Edge& edge, std::unique_ptr<Participant> made, NetworkStatus& status,
-                RejectionLog& rejections, UnbridgedLog& unbridged, PostToBridge post_to_bridge)
+                RejectionLog& rejections, UnbridgedLog& unbridged, PostToBridge post_to_bridge,
+                const Log& log, BridgedTwists::Join join_again)
       : participant(std::move(made)),
         graph(*participant),
         topics(bus, edge, *participant, status, rejections, unbridged),
+        twists(bus, edge, status, rejections, log, std::move(join_again)),
         services(edge, *participant, status, rejections, unbridged, std::move(post_to_bridge)) {}
 
   std::unique_ptr<Participant> participant;
   Graph graph;
   BridgedTopics topics;
+  BridgedTwists twists;
   BridgedServices services;
 };
 
@@ -143,8 +147,8 @@ struct Bridge::Impl {
   const BridgeOptions options;
   const Log& log;
   const MakeParticipant make_participant;
-  std::unique_ptr<Edge> edge =
-      bus.attach(kBridgeName, {.ring_bytes = options.ring_bytes, .receives_own = false});
+  std::unique_ptr<Edge> edge = bus.attach(
+      kBridgeName, {.ring_bytes = options.ring_bytes, .receives_own = false, .reports_conversions = true});
   std::shared_ptr<BridgeMailbox> mailbox = std::make_shared<BridgeMailbox>(*edge);
   std::optional<NetworkDiagnostics> diagnostics;
 
@@ -189,10 +193,10 @@ void Bridge::Impl::join() {
   try {
     ParticipantOptions with = options.network;
     with.is_cancelled = [this] { return stop.load(); };
-    auto participant = make_participant(with, [box = mailbox] { box->activity(); });
-    network =
-        std::make_unique<JoinedNetwork>(bus, *edge, std::move(participant), now_so_far, rejections, unbridged,
-                                        [box = mailbox](auto task) { box->post(std::move(task)); });
+    const auto make = [this, with] { return make_participant(with, [box = mailbox] { box->activity(); }); };
+    network = std::make_unique<JoinedNetwork>(
+        bus, *edge, make(), now_so_far, rejections, unbridged,
+        [box = mailbox](auto task) { box->post(std::move(task)); }, log, make);
     clients.set_participant(network->participant.get());
     now_so_far.state = NetworkStatus::State::joined;
   } catch (...) {
@@ -235,7 +239,9 @@ bool Bridge::Impl::work_with_network(SteadyTime now) {
   if (look) {
     bool left = network->topics.take();
     left = clients.take() || left;
-    const bool held_back = network->topics.is_held_back() || clients.is_held_back();
+    left = network->twists.take() || left;
+    const bool held_back =
+        network->topics.is_held_back() || clients.is_held_back() || network->twists.is_held_back();
     more = network->services.take() || (left && !held_back);
     some_wait = some_wait || (left && held_back);
     look = left || more;
@@ -291,11 +297,14 @@ void Bridge::Impl::take_snapshot() {
   next->services = network->graph.services();
   const Gid own = network->participant->gid();
   warnings.look_at(next->topics, own);
+  network->twists.look_at(next->topics, own);
   now_so_far.nodes = static_cast<std::size_t>(
       std::ranges::count_if(next->nodes, [&own](const GraphNode& node) { return node.participant != own; }));
   const auto participants = network->participant->participants();
-  now_so_far.participants = static_cast<std::size_t>(std::ranges::count_if(
-      participants, [&own](const ParticipantInfo& participant) { return participant.gid != own; }));
+  now_so_far.participants =
+      static_cast<std::size_t>(std::ranges::count_if(participants, [&](const ParticipantInfo& participant) {
+        return participant.gid != own && !network->twists.is_own(participant.gid);
+      }));
   status_update.request();
   const std::lock_guard lock(mutex);
   next->version = snapshot->version + 1;

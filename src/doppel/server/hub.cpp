@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "doppel/bus/twist_conversion.h"
 #include "doppel/foxglove/parameter_name.h"
 
 namespace doppel {
@@ -200,7 +201,8 @@ void Hub::handle(Client& client, ClientId, const foxglove::Advertise& advertise)
       why = fmt::format("the encoding '{:.64}' is not supported; use cdr or json", channel.encoding);
     } else if (type == nullptr) {
       why = fmt::format("unknown type '{:.256}'", channel.schema_name);
-    } else if (known != channels_.end() && known->second.offer.schema_name != type->name) {
+    } else if (known != channels_.end() && known->second.offer.schema_name != type->name &&
+               !is_convertible_twist(type->name, known->second.offer.schema_name)) {  // the bus decides
       why = fmt::format("the topic has type {}, not {}", known->second.offer.schema_name, type->name);
     } else {
       channel.schema_name = type->name;

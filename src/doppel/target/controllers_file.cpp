@@ -8,6 +8,8 @@
 namespace doppel {
 namespace {
 
+constexpr std::string_view kDiffDrive = "diff_drive_controller/DiffDriveController";
+
 std::string rooted(const std::string& node) {
   return node.starts_with('/') ? node : "/" + node;
 }
@@ -94,7 +96,7 @@ bool names_joints(std::string_view parameter) {
 }  // namespace
 
 bool DeclaredController::known_kind() const {
-  return type == "joint_trajectory_controller/JointTrajectoryController" ||
+  return type == "joint_trajectory_controller/JointTrajectoryController" || type == kDiffDrive ||
          type.starts_with("forward_command_controller/") || type.find("JointGroup") != std::string::npos;
 }
 
@@ -130,7 +132,8 @@ std::vector<PlacedName> DeclaredController::interfaces(bool commands) const {
   if (type == "forward_command_controller/MultiInterfaceForwardCommandController")
     return texts("interface_names");
   if (type == "position_controllers/JointGroupPositionController") return {{kPosition, where}};
-  if (type == "velocity_controllers/JointGroupVelocityController") return {{kVelocity, where}};
+  if (type == kDiffDrive || type == "velocity_controllers/JointGroupVelocityController")
+    return {{kVelocity, where}};
   if (type == "effort_controllers/JointGroupEffortController") return {{kEffort, where}};
   return {};
 }
@@ -140,6 +143,10 @@ std::vector<std::string> DeclaredController::driven_joints() const {
   auto listed = texts("command_joints");
   if (listed.empty()) listed = texts("joints");
   if (listed.empty()) listed = texts("joint");
+  if (type == kDiffDrive) {
+    listed = texts("left_wheel_names");
+    for (PlacedName& right : texts("right_wheel_names")) listed.push_back(std::move(right));
+  }
   for (auto& placed : listed) out.push_back(std::move(placed.first));
   return out;
 }

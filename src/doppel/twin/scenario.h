@@ -23,8 +23,9 @@ struct Scenario {
   std::vector<std::string> plugins;  // shared libraries with controllers and hardware
   bool ideal = false;                // joints follow commands exactly, under any load
   bool enforce_limits = true;
-  RosArguments ros;                      // names and parameters of --ros-args
-  bool wall_stamps = false;              // messages are stamped with wall-clock time, and there is no /clock
+  bool strict = false;       // what ROS 2 would not accept is refused (a Twist for a TwistStamped)
+  RosArguments ros;          // names and parameters of --ros-args
+  bool wall_stamps = false;  // messages are stamped with wall-clock time, and there is no /clock
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
   // Called with each expanded description whenever one is read, also at a reload; its diagnostics are
   // reported with the others.

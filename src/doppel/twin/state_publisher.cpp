@@ -71,6 +71,7 @@ void StatePublisher::add_tree(Tree tree, const std::string& tf, const std::strin
   const Qos latched{.depth = 1, .latched = true}, depth{.depth = 100};
   tree.tf = node_.advertise<tf2_msgs::msg::TFMessage>(tf, depth);
   tree.tf_static = node_.advertise<tf2_msgs::msg::TFMessage>(tf_static, latched);
+  tree.topic = node_.bus().names().resolve(NameKind::topic, tf, node_.name());
   declare_qos_overrides(node_, tf, QosOverrideOf::publisher, depth);
   declare_qos_overrides(node_, tf_static, QosOverrideOf::publisher, latched,
                         QosOverridePolicies::without_durability);
@@ -125,25 +126,63 @@ void StatePublisher::declare_parameters(const RobotDescription& robot, Parameter
 void StatePublisher::set_frame_prefix(const std::string& prefix) {
   for (Tree& tree : trees_) {
     if (tree.separate) continue;  // its frames have no prefix
+    give_back_root(tree);
     // The parent of the first transform of a shared tree is the common world.
     const auto* const from_world = tree.shared ? &tree.fixed.transforms.front() : nullptr;
-    for (auto* message : {&tree.moving, &tree.fixed}) {
-      for (auto& transform : message->transforms) {
-        for (std::string* frame : {&transform.header.frame_id, &transform.child_frame_id}) {
-          if (&transform == from_world && frame == &transform.header.frame_id) continue;
-          *frame = prefix + frame->substr(tree.prefix.size());
-        }
+    const auto rename = [&](geometry_msgs::msg::TransformStamped& transform) {
+      for (std::string* frame : {&transform.header.frame_id, &transform.child_frame_id}) {
+        if (&transform == from_world && frame == &transform.header.frame_id) continue;
+        *frame = prefix + frame->substr(tree.prefix.size());
       }
+    };
+    for (auto* message : {&tree.moving, &tree.fixed}) {
+      for (auto& transform : message->transforms) rename(transform);
     }
     tree.prefix = prefix;
   }
 }
 
+// The joint that a floating base has above its root; false: the base is fixed, and its root static.
+bool StatePublisher::floats() const {
+  return !model_->joints.empty() && model_->joints.front().type == JointType::floating;
+}
+
+bool StatePublisher::is_root_of(const Tree& tree, const BaseTransform* base) const {
+  if (base == nullptr || base->topic != tree.topic) return false;
+  if (!floats() && !tree.shared && model_->find_link(kWorld) >= 0) return false;  // the root has no parent
+  return base->child == tree.prefix + model_->links[floats() ? 1 : 0].name;
+}
+
+void StatePublisher::give_back_root(Tree& tree) const {
+  if (!tree.withheld) return;
+  auto& from = (floats() ? tree.moving : tree.fixed).transforms;
+  from.insert(from.begin(), std::move(*tree.withheld));
+  tree.withheld.reset();
+}
+
+void StatePublisher::follow_base_transform(const BaseTransform* base, Time now) {
+  bool static_changed = false;
+  for (Tree& tree : trees_) {
+    const bool withhold = is_root_of(tree, base);
+    if (withhold == tree.withheld.has_value()) continue;
+    static_changed = static_changed || !floats();
+    if (!withhold) {
+      give_back_root(tree);
+      continue;
+    }
+    auto& from = (floats() ? tree.moving : tree.fixed).transforms;
+    tree.withheld = std::move(from.front());
+    from.erase(from.begin());
+  }
+  if (static_changed) publish_latched(now);
+}
+
 void StatePublisher::publish_transforms(Time now, const Eigen::Ref<const Eigen::VectorXd>& q) {
   for (Tree& tree : trees_) {
     if (!tree.tf.has_listeners()) continue;
-    for (std::size_t i = 0; i < moving_joints_.size(); ++i) {
-      auto& transform = tree.moving.transforms[i];
+    const std::size_t first = floats() && tree.withheld ? 1 : 0;
+    for (std::size_t i = first; i < moving_joints_.size(); ++i) {
+      auto& transform = tree.moving.transforms[i - first];
       transform.header.stamp = to_time_msg(node_.bus().stamp(now));
       write_transform(parent_to_child(model_->joints[moving_joints_[i]], q), transform.transform);
     }

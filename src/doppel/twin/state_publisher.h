@@ -5,14 +5,19 @@
 // A robot with a namespace NS has its node and robot_description in it. Its transforms are on /tf, where all
 // robots share one tree and its frames have the prefix "NS/", and on /NS/tf and /NS/tf_static with the frames
 // of the description (TfTopics). Frames and names by REP 105.
+//
+// While a controller publishes the transform odom -> root of a mobile base, the true pose of the root is left out
+// of that topic, because a frame has one parent; it remains on ground_truth/odom (detail/ground_truth.h).
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "doppel/bus/bus.h"
 #include "doppel/bus/parameter_file.h"
+#include "doppel/control/controller.h"
 #include "doppel/description/robot_description.h"
 #include "doppel/export.h"
 #include "doppel/kinematics/model.h"
@@ -50,6 +55,8 @@ class DOPPEL_API StatePublisher {
 
   // In the loop: no allocation, no lock, no throw. q: [model.nq].
   void publish_transforms(Time now, const Eigen::Ref<const Eigen::VectorXd>& q);
+  // Between steps: the controller's transform of the root link (ControllerManager::base_transform); nullptr: none.
+  void follow_base_transform(const BaseTransform* base, Time now);
   // Between steps, at the start and after a reset of time.
   void publish_latched(Time now);
   // The period of /tf; zero: at every step.
@@ -63,7 +70,14 @@ class DOPPEL_API StatePublisher {
     bool shared = false;    // with other robots; frames have the prefix "NS/"
     bool separate = false;  // /NS/tf
     std::string prefix = {};
+    std::string topic = {};  // of tf, resolved
+    // The transform of the root link, while a controller publishes another one. In `moving` or `fixed` it is the
+    // first.
+    std::optional<geometry_msgs::msg::TransformStamped> withheld = std::nullopt;
   };
+  [[nodiscard]] bool floats() const;
+  void give_back_root(Tree& tree) const;
+  [[nodiscard]] bool is_root_of(const Tree& tree, const BaseTransform* base) const;
   void add_tree(Tree tree, const std::string& tf, const std::string& tf_static, const Pose& X_WR);
   void declare_parameters(const RobotDescription& robot, ParameterOverrides& parameters);
   static void collect_root(Tree& tree, const Model& model, const Pose& X_WR);

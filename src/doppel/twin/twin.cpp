@@ -38,7 +38,9 @@ Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diag
       log(the_log),
       bus({.names = scenario.ros.names,
            .sim_time = !scenario.wall_stamps,
-           .report = [&the_log](const std::string& problem) { the_log.error("bus", problem); }}),
+           .report = [&the_log](const std::string& problem) { the_log.error("bus", problem); },
+           .twists = scenario.strict ? TwistPolicy::explain : TwistPolicy::convert,
+           .advise = [&the_log](const std::string& advice) { the_log.warning("bus", advice); }}),
       machine(std::make_unique<CompiledScenario>(scenario, diagnostics)) {
   follow_wall(machine->engine->time());
   controllers = builtin_controllers();

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "doppel/twin/detail/ground_truth.h"
 #include "doppel/twin/detail/load_publisher.h"
 #include "doppel/twin/detail/oscillation_watch.h"
 #include "doppel/twin/detail/state_hash.h"
@@ -38,6 +39,9 @@ class Transforms : public Tickable {
     publisher_->publish_latched(now);
   }
   void robots_changed(Time now) override { publisher_->publish_latched(now); }
+  void between_steps(Time now) override {
+    publisher_->follow_base_transform(robot_.controller_manager().base_transform(), now);
+  }
 
  private:
   [[nodiscard]] Duration period() const {
@@ -133,6 +137,11 @@ TickList TwinRobot::make_publishers() {
   if (around_.scenario.start_controllers)
     fresh.add(std::make_unique<RestMonitor>(*this, history_.rest, [this] { report_rest(); }));
   fresh.add(std::make_unique<LoadMonitor>(*this, around_.bus));
+  if (machine_->instance().floating()) {
+    fresh.add(std::make_unique<GroundTruth>(
+        around_.bus, *machine_, [this]() -> const Instance& { return instance_; },
+        instance_.engine().time()));
+  }
   return std::exchange(ticks_, std::move(fresh));
 }
 

@@ -123,6 +123,7 @@ class DOPPEL_API TwinRobot {
   [[nodiscard]] Instance& instance() { return instance_; }
   [[nodiscard]] const Instance& instance() const { return instance_; }
   [[nodiscard]] ControllerManager& controller_manager() { return control_->manager(); }
+  [[nodiscard]] const ControllerManager& controller_manager() const { return control_->manager(); }
   [[nodiscard]] ControllerSelection present_selection() const { return control_->present_selection(); }
   [[nodiscard]] std::string controllers_origin() const;
   [[nodiscard]] std::vector<JointSnapshot> joints() const;  // scalar joints, in the model's order

@@ -28,6 +28,8 @@ export class Jog {
   joint = 0; // index among the independent joints
   local = false;
   readonly jointChanged = new Signal();
+  // Takes the gamepad for the base: the sticks while the dead-man button is held, else null.
+  base: ((axes: readonly number[] | null) => void) | null = null;
   private readonly held = new Set<string>();
   private moving = false;
   private stopHeld = false;
@@ -71,11 +73,15 @@ export class Jog {
     const stop = pad.buttons[STOP_BUTTON]?.pressed ?? false;
     if (stop && !this.stopHeld && !this.app.commander.stopped) void this.app.commander.stop();
     this.stopHeld = stop;
-    if (!live) return null;
     const axis = (i: number): number => {
       const value = pad.axes[i] ?? 0;
       return Math.abs(value) < DEADZONE ? 0 : (value - Math.sign(value) * DEADZONE) / (1 - DEADZONE);
     };
+    if (this.base) {
+      this.base(live ? [axis(0), axis(1), axis(2), axis(3)] : null);
+      return null;
+    }
+    if (!live) return null;
     const key = (i: number): number => pad.buttons[i]?.value ?? 0;
     return [-axis(1), -axis(0), key(7) - key(6), 0, -axis(3), -axis(2)];
   }

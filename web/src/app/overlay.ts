@@ -14,6 +14,7 @@ const LAYERS: [string, string, string][] = [
   ['axes', 'Joint axes', 'Axes of the joints and the arcs that limits allow'],
   ['ghost', 'Commanded pose', 'A ghost at the target positions'],
   ['trace', 'Trace of the tool', 'The path of the tool'],
+  ['base', 'Trace of the base', 'The true path of the base, and in blue that of its odometry'],
   ['contacts', 'Contacts', 'Contact points and forces, if the twin publishes them'],
   ['grid', 'Grid', 'The ground'],
   ['shadows', 'Shadows', 'Shadows'],

@@ -30,6 +30,15 @@ export function readTransform(raw: Message, still: boolean, at: number): Transfo
   };
 }
 
+// The pose of a nav_msgs/msg/Odometry: x y z qx qy qz qw.
+export function poseOf(odometry: Message): Float64Array {
+  const { position: p, orientation: q } = (odometry['pose'] as Message)['pose'] as unknown as {
+    position: { x: number; y: number; z: number };
+    orientation: { x: number; y: number; z: number; w: number };
+  };
+  return Float64Array.of(p.x, p.y, p.z, q.x, q.y, q.z, q.w);
+}
+
 export class TransformStore {
   private readonly intervals = new Map<string, { mean: number; count: number }>(); // ms, by child
   readonly frames = new Map<string, Transform>();

@@ -6,7 +6,7 @@ import { STRIDE, Tree } from '../robot/tree';
 import { parseUrdf } from '../robot/urdf';
 import { Signal, Standing } from './signal';
 import { readLoads, readStatus, type Load, type Status } from './status';
-import { readTransform, type Transform, TransformStore } from './transforms';
+import { poseOf, readTransform, type Transform, TransformStore } from './transforms';
 
 export interface Controller {
   name: string;
@@ -59,6 +59,10 @@ export class Twin {
   status: Status | null = null; // null: the server does not publish it
   readonly loads = new Map<string, Load>(); // by joint; updated while a part of the page uses it
 
+  // The true pose of a base that is free to move, in the world; null: none is published. On /tf its parent may be the
+  // frame of the odometry.
+  truth: Float64Array | null = null;
+
   private readonly heard = new Map<string, number>(); // joint → ms
   private loadWatchers = 0;
   private endLoads: (() => void) | null = null;
@@ -71,6 +75,7 @@ export class Twin {
     this.client = new Client({ url });
     const { client } = this;
     client.onphase = (phase) => {
+      this.truth = null;
       if (phase === 'open') void this.listControllers();
       else this.takeStatus(null);
       this.phaseChanged.emit(phase);
@@ -85,6 +90,7 @@ export class Twin {
     client.subscribe('/joint_states', (m) => this.takeJointState(m));
     client.subscribe('/tf', (m) => this.takeTransforms(m, false));
     client.subscribe('/tf_static', (m) => this.takeTransforms(m, true));
+    client.subscribe('/ground_truth/odom', (m) => this.takeTruth(m));
     client.subscribe('/clock', (m) => this.knowTime(stampOf(m['clock'])));
     client.subscribe('/doppel/status', (m) => this.takeStatus(readStatus(m)));
     client.subscribe('/rosout', (m) => this.takeLog(m));
@@ -103,6 +109,7 @@ export class Twin {
       const old = this.q;
       this.description = text;
       this.tree = tree;
+      this.truth = null;
       this.q = tree.rest();
       for (const joint of tree.moving) {
         const was = before?.jointByName.get(joint.name);
@@ -166,8 +173,13 @@ export class Twin {
   private placeRoot(): void {
     const { tree } = this;
     if (!tree) return;
-    const world = this.transforms.toWorld(tree.links[tree.root] ?? '');
+    const world = this.truth ?? this.transforms.toWorld(tree.links[tree.root] ?? '');
     if (world) this.poses.set(world, tree.root * STRIDE);
+  }
+
+  private takeTruth(message: Message): void {
+    this.truth = poseOf(message);
+    this.update();
   }
 
   private takeTransforms(message: Message, still: boolean): void {

@@ -1,6 +1,7 @@
 // Everything besides the picture: tools that command the arm, keys, panels.
 import type { App, Panel } from './app';
 import type { Layout } from './layout';
+import { Drive } from './drive';
 import { Jog } from './jog';
 import { startKeyboard } from './keyboard';
 import { Parameters } from './parameters';
@@ -8,6 +9,7 @@ import { Recorder } from './recorder';
 import { Tolerances } from './tolerances';
 import { ToolDriver } from './tool';
 import { controlPanel } from '../panels/control';
+import { drivePanel } from '../panels/drive';
 import { healthPanel } from '../panels/health';
 import { jointsPanel } from '../panels/joints';
 import { logPanel } from '../panels/log';
@@ -19,6 +21,7 @@ import { tfPanel } from '../panels/tf';
 import { toolPanel } from '../panels/tool';
 import { topicsPanel } from '../panels/topics';
 import { treePanel } from '../panels/tree';
+import { BaseTrace } from '../scene/base_trace';
 import { ContactLayer } from '../scene/contacts';
 import { ToolHandle } from '../scene/handle';
 import { ObjectLayer } from '../scene/objects';
@@ -31,14 +34,16 @@ export function startWorkbench(app: App, layout: Layout): void {
   const driver = new ToolDriver(app);
   const handle = new ToolHandle(app, driver);
   const jog = new Jog(app, driver);
+  const drive = new Drive(app);
   new ContactLayer(app);
+  const baseTrace = new BaseTrace(app);
   const objects = new ObjectLayer(app, picker);
   const parameters = new Parameters(app.twin.client);
   const tolerances = new Tolerances(app.twin, parameters);
   const recorder = new Recorder(app.twin, tolerances);
   startKeyboard(app, jog);
 
-  const right: Panel[] = [jointsPanel(app), treePanel(app), toolPanel(app, driver, handle, jog, pusher), posesPanel(app), objectsPanel(app, objects), controlPanel(app), healthPanel(app)];
+  const right: Panel[] = [jointsPanel(app), treePanel(app), toolPanel(app, driver, handle, jog, pusher), drivePanel(app, drive, jog), posesPanel(app), objectsPanel(app, objects), controlPanel(app), healthPanel(app)];
   const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   layout.mount(right, bottom);
 
@@ -65,5 +70,5 @@ export function startWorkbench(app: App, layout: Layout): void {
     if (objects.click(event, hit ? hit.point.distanceTo(app.world.stage.camera.position) : Infinity)) return;
     app.select(hit ? { link: hit.link } : null);
   });
-  Object.assign(app, { driver, handle, jog, pusher, objects, parameters, recorder, ready: true });
+  Object.assign(app, { driver, handle, jog, drive, baseTrace, pusher, objects, parameters, recorder, ready: true });
 }

@@ -2,6 +2,7 @@
 
 const TIME = '================================================================================\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n';
 const DURATION = '================================================================================\nMSG: builtin_interfaces/Duration\nint32 sec\nuint32 nanosec\n';
+const VECTOR = '================================================================================\nMSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n';
 const HEADER = '================================================================================\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n';
 
 export const BUILTIN: Record<string, string> = {
@@ -10,6 +11,11 @@ export const BUILTIN: Record<string, string> = {
     '================================================================================\nMSG: trajectory_msgs/JointTrajectoryPoint\n' +
     'float64[] positions\nfloat64[] velocities\nfloat64[] accelerations\nfloat64[] effort\nbuiltin_interfaces/Duration time_from_start\n' +
     DURATION,
+  'geometry_msgs/msg/Twist': 'geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n' + VECTOR,
+  'geometry_msgs/msg/TwistStamped':
+    'std_msgs/Header header\ngeometry_msgs/Twist twist\n' + HEADER + TIME +
+    '================================================================================\nMSG: geometry_msgs/Twist\n' +
+    'geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n' + VECTOR,
   'std_msgs/msg/Float64MultiArray':
     'std_msgs/MultiArrayLayout layout\nfloat64[] data\n' +
     '================================================================================\nMSG: std_msgs/MultiArrayLayout\n' +

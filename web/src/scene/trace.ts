@@ -1,4 +1,4 @@
-// The path of the tool over the last seconds.
+// A path over the last seconds: of the tool, or of the base.
 import * as THREE from 'three';
 
 const SIZE = 3000;
@@ -9,11 +9,11 @@ export class Trace {
   readonly line: THREE.Line;
   private count = 0;
 
-  constructor() {
+  constructor(colour = 0xd55e00) {
     const attribute = new THREE.BufferAttribute(this.positions, 3);
     attribute.setUsage(THREE.DynamicDrawUsage);
     this.geometry.setAttribute('position', attribute);
-    this.line = new THREE.Line(this.geometry, new THREE.LineBasicMaterial({ color: 0xd55e00 }));
+    this.line = new THREE.Line(this.geometry, new THREE.LineBasicMaterial({ color: colour }));
     this.line.frustumCulled = false;
     this.geometry.setDrawRange(0, 0);
   }

@@ -48,8 +48,11 @@ export class Lab {
   #page = null;
   #root;
 
-  // `other`: a checkout whose page is served instead of this one's.
-  constructor(other) {
+  #up;
+
+  // `other`: a checkout whose page is served instead of this one's. `up`: the arguments of `doppel up`.
+  constructor(other, up = [robot]) {
+    this.#up = up;
     this.#root = other ? { DOPPEL_ROOT: resolve(other) } : {};
   }
 
@@ -68,7 +71,7 @@ export class Lab {
   }
 
   async startTwin() {
-    this.twin = this.#spawn(program, ['up', robot, '--headless', '--port', this.twinPort]);
+    this.twin = this.#spawn(program, ['up', ...this.#up, '--headless', '--port', this.twinPort]);
     await until('the twin', async () => (await fetch(`http://127.0.0.1:${this.twinPort}/health`)).ok);
   }
 

@@ -120,8 +120,9 @@ TEST_F(ControllerRulesTest, MissingDeclarationOrSectionIsReported) {
   EXPECT_THAT(type[0].message, HasSubstr("did you mean"));
   EXPECT_THAT(of("controllers.unknown_type", manager("", "100", "my_package/MyController") + section()),
               IsEmpty());
-  EXPECT_THAT(of("controllers.unknown_type", manager("", "100", "diff_drive_controller/DiffDriveController")),
-              IsEmpty());
+  EXPECT_THAT(
+      of("controllers.unknown_type", manager("", "100", "admittance_controller/AdmittanceController")),
+      IsEmpty());
   EXPECT_THAT(of("controllers.no_section", manager()), SizeIs(1));
   const auto typo =
       of("controllers.section_of_nobody", manager() + section("[elbow]", "", "[position]", "amr"));
@@ -129,6 +130,26 @@ TEST_F(ControllerRulesTest, MissingDeclarationOrSectionIsReported) {
   EXPECT_THAT(typo[0].message, HasSubstr("did you mean 'arm'?"));
   EXPECT_THAT(of("controllers.no_type", manager("    other:\n      params_file: x.yaml\n") + section()),
               SizeIs(1));
+}
+
+TEST_F(ControllerRulesTest, OdometryWithoutVariancesIsReported) {
+  const std::string declared = manager("", "100", "diff_drive_controller/DiffDriveController");
+  const auto base = [](const std::string& more) {
+    return "arm:\n  ros__parameters: {left_wheel_names: [shoulder], right_wheel_names: [elbow], "
+           "wheel_separation: 0.4, wheel_radius: 0.1" +
+           more + "}\n";
+  };
+  const auto silent = of("controllers.zero_covariance", declared + base(""));
+  ASSERT_THAT(silent, SizeIs(2));
+  EXPECT_THAT(silent[0].message, HasSubstr("'pose_covariance_diagonal' is all zero, the default"));
+  const std::string variances = "_covariance_diagonal: [0.001, 0.001, 0.001, 0.001, 0.001, 0.01]";
+  EXPECT_THAT(
+      of("controllers.zero_covariance", declared + base(", pose" + variances + ", twist" + variances)),
+      IsEmpty());
+  EXPECT_THAT(
+      of("controllers.unknown_joint",
+         declared + "arm:\n  ros__parameters: {left_wheel_names: [sholder], right_wheel_names: [elbow]}\n"),
+      SizeIs(1));
 }
 
 TEST_F(ControllerRulesTest, UpdateRateMismatchIsReported) {

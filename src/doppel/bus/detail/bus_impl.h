@@ -6,6 +6,7 @@
 
 #include <deque>
 #include <map>
+#include <set>
 #include <system_error>
 #include <thread>
 
@@ -44,6 +45,7 @@ class EdgeLink {
   [[nodiscard]] ByteRing& ring() { return ring_; }
   [[nodiscard]] const ByteRing& ring() const { return ring_; }
   [[nodiscard]] bool fits_in_ring(std::size_t size) const { return size + 64 < options_.ring_bytes; }
+  [[nodiscard]] bool reports_conversions() const { return options_.reports_conversions; }
   [[nodiscard]] bool wants_from(const EdgeLink* sender) const {
     return sender != this || options_.receives_own;
   }
@@ -94,8 +96,8 @@ class EdgeLink {
 namespace doppel {
 
 struct Bus::Impl {
-  Impl(Bus& owner, std::function<void(const std::string&)> reporter)
-      : bus(owner), report(std::move(reporter)) {}
+  Impl(Bus& owner, BusOptions&& options)
+      : bus(owner), report(std::move(options.report)), advise(std::move(options.advise)) {}
 
   using Topic = bus_detail::Topic;
   using ServiceEntry = bus_detail::ServiceEntry;
@@ -110,8 +112,10 @@ struct Bus::Impl {
   };
 
   Bus& bus;
-  const std::function<void(const std::string&)> report;  // BusOptions::report
-  mutable std::mutex mutex;                              // publish() never takes it
+  const std::function<void(const std::string&)> report;   // BusOptions::report
+  const std::function<void(const std::string&)> advise;   // BusOptions::advise
+  std::set<std::pair<std::string, std::string>> advised;  // topic, publisher
+  mutable std::mutex mutex;                               // publish() never takes it
   std::deque<std::unique_ptr<Topic>>
       topics;  // by id - 1; never removed, as publishers may outlive their node
   std::map<std::string, Topic*, std::less<>> by_name;  // the present topic of a name
@@ -139,6 +143,7 @@ struct Bus::Impl {
   void remove_owner(const void* owner);  // a node or a link, with all of its endpoints
   void receive(Topic& topic, std::span<const std::byte> cdr, std::shared_ptr<const void> message,
                const bus_detail::EdgeLink* from);
+  void explain_twist(const std::string& who, const std::string& topic, std::string_view came);
   void deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link);
 
   // The service that an edge has found or, if that was removed, the present one of the same name and type.

@@ -128,14 +128,14 @@ TEST_F(FoundControllersTest, CompatibleControllersRunWithoutAdditions) {
 }
 
 TEST_F(FoundControllersTest, UnavailableTypeIsLeftOut) {
-  const auto there = up(manager(kBroadcaster + declared("base", "diff_drive_controller/DiffDriveController") +
-                                declared("arm", kJtc)) +
-                        "base:\n  ros__parameters:\n    left_wheel_names: [shoulder]\n" +
-                        trajectories("arm", "[shoulder, elbow]"));
+  const auto there =
+      up(manager(kBroadcaster + declared("base", "admittance_controller/AdmittanceController") +
+                 declared("arm", kJtc)) +
+         "base:\n  ros__parameters:\n    joints: [shoulder]\n" + trajectories("arm", "[shoulder, elbow]"));
   EXPECT_EQ(there.count("base"), 0U);
   EXPECT_EQ(there.at("arm").size(), 2U);
   EXPECT_THAT(said_,
-              HasSubstr("'diff_drive_controller/DiffDriveController' of ROS 2 Jazzy is not available"));
+              HasSubstr("'admittance_controller/AdmittanceController' of ROS 2 Jazzy is not available"));
   EXPECT_THAT(said_, HasSubstr("'base' is not started, the others are"));
   EXPECT_THAT(said_, HasSubstr("controllers.yaml:5"));
 }

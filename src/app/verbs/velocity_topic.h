@@ -1,0 +1,39 @@
+#pragma once
+// The topic that drives a base: found by its type among those with subscribers, and published on with stamps.
+
+#include <optional>
+#include <string>
+
+#include "app/verbs/shell.h"
+#include "doppel/messages/geometry_msgs.h"
+
+namespace doppel::app {
+
+struct VelocityTopic {
+  std::string name;     // "/base_controller/cmd_vel"
+  bool stamped = true;  // TwistStamped, else Twist
+};
+
+// `asked`: the user's choice, or empty for the one that a node reads: in the robot's namespace (--ns), and of
+// several the one named cmd_vel. `stamped`: the user's choice of the type. Waits up to two seconds for one.
+// Throws ClientError if there is none, or several.
+VelocityTopic find_velocity_topic(Client& twin, const std::string& asked, std::optional<bool> stamped);
+
+class VelocityPublisher {
+ public:
+  VelocityPublisher(Client& twin, VelocityTopic topic, std::string frame);
+  // Takes received messages; those of topics other than /clock are given to `other`.
+  using Other = std::function<void(const Client::Received&)>;
+  void receive(const Other& other = {});
+  // With the stamp of simulated time where there is a clock, else of this machine. Throws ClientError if the
+  // twin refuses the message.
+  void send(const geometry_msgs::msg::Twist& twist);
+
+ private:
+  Client& twin_;
+  const VelocityTopic topic_;
+  const std::string frame_;
+  std::optional<Time> clock_;
+};
+
+}  // namespace doppel::app

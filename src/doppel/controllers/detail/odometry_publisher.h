@@ -1,0 +1,45 @@
+#pragma once
+// ~/odom (nav_msgs/msg/Odometry) and the transform odom -> base on /tf of a mobile base's controller, with the
+// parameters of ros2_controllers' bases: odom_frame_id, base_frame_id, tf_frame_prefix, covariances,
+// enable_odom_tf, publish_rate. Frames by REP 105.
+
+#include <optional>
+#include <string>
+
+#include "doppel/control/controller.h"
+#include "doppel/controllers/detail/planar_odometry.h"
+#include "doppel/messages/nav_msgs.h"
+#include "doppel/messages/tf2_msgs.h"
+
+namespace doppel {
+
+class OdometryPublisher {
+ public:
+  // Declares the parameters and advertises the topics. Throws InputError for an invalid value.
+  void declare(ControllerContext& context, const std::string& odometry_topic = "~/odom",
+               const std::string& transform_topic = "/tf");
+  // Between steps: takes the present values of the parameters; the next call of publish() is due.
+  Status configure();
+  // In the loop, at each update: publishes when it is due, at publish_rate.
+  void publish(Time now, const PlanarOdometry& odometry);
+  // The transform that publish() sends; nullptr: none.
+  [[nodiscard]] const BaseTransform* base_transform() const { return sends_tf_ ? &base_transform_ : nullptr; }
+
+ private:
+  void declare_frames(ControllerContext& context);
+  [[nodiscard]] std::string frame_prefix() const;
+
+  const Node* node_ = nullptr;
+  const Bus* bus_ = nullptr;
+  const Parameters* parameters_ = nullptr;
+  Publisher<nav_msgs::msg::Odometry> odometry_topic_;
+  Publisher<tf2_msgs::msg::TFMessage> transform_topic_;
+  nav_msgs::msg::Odometry odometry_;
+  tf2_msgs::msg::TFMessage transform_;
+  BaseTransform base_transform_;
+  bool sends_tf_ = true;
+  Duration period_{};
+  std::optional<Time> last_;  // when the last message was due
+};
+
+}  // namespace doppel

@@ -1,0 +1,42 @@
+#pragma once
+// The last velocity command of a base: geometry_msgs/msg/TwistStamped with its age, as ros2_controllers' bases
+// take it. A stamp of zero is now; a command that is already older than the time-out is refused.
+
+#include <cstdint>
+#include <string>
+
+#include "doppel/control/controller.h"
+#include "doppel/messages/geometry_msgs.h"
+
+namespace doppel {
+
+class TwistCommand {
+ public:
+  // `timeout`: zero: commands are valid forever.
+  void configure(const ControllerContext& context, Duration timeout);
+  // No command; its age counts from `now`.
+  void forget(Time now);
+  void receive(const geometry_msgs::msg::TwistStamped& message);
+
+  // Whether it is older than the time-out.
+  [[nodiscard]] bool is_stale(Time now) const { return timeout_ > Duration{} && now - stamp_ > timeout_; }
+  // Whether the components that `finite` looks at are numbers is the caller's question: NaN until the first.
+  [[nodiscard]] const geometry_msgs::msg::Twist& twist() const { return twist_; }
+  [[nodiscard]] Duration timeout() const { return timeout_; }
+
+  // Between steps: reports once that the base brakes because commands ended while it was commanded to move.
+  void report_braking(Time now);
+
+ private:
+  [[nodiscard]] bool moves() const;
+
+  std::string name_;
+  const Log* log_ = nullptr;
+  const Bus* bus_ = nullptr;
+  Duration timeout_{};
+  Time stamp_{};  // in the loop's time
+  geometry_msgs::msg::Twist twist_;
+  bool zero_stamp_reported_ = false, old_reported_ = false, braking_reported_ = false;
+};
+
+}  // namespace doppel

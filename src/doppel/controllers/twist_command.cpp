@@ -1,0 +1,67 @@
+#include "doppel/controllers/detail/twist_command.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "doppel/control/nan.h"
+
+namespace doppel {
+
+void TwistCommand::configure(const ControllerContext& context, Duration timeout) {
+  name_ = context.name;
+  log_ = context.log;
+  bus_ = &context.node->bus();
+  timeout_ = timeout;
+  forget(bus_->now());
+}
+
+void TwistCommand::forget(Time now) {
+  stamp_ = now;
+  twist_ = {{kNaN, kNaN, kNaN}, {kNaN, kNaN, kNaN}};
+  old_reported_ = braking_reported_ = false;
+}
+
+void TwistCommand::receive(const geometry_msgs::msg::TwistStamped& message) {
+  const Time now = bus_->now();
+  const auto& written = message.header.stamp;
+  const bool unstamped = written.sec == 0 && written.nanosec == 0;
+  if (unstamped && !zero_stamp_reported_) {
+    zero_stamp_reported_ = true;
+    log_->note(name_,
+               "a command has the stamp 0, which is taken as now, as in ros2_controllers; set header.stamp "
+               "so that late commands are recognised");
+  }
+  const Time stamp = unstamped ? now : bus_->from_stamp(from_msg(written));
+  if (timeout_ > Duration{} && now - stamp >= timeout_) {
+    if (!old_reported_) {
+      log_->warning(
+          name_, fmt::format("commands are refused: a stamp is {:.3f} s old, and cmd_vel_timeout is {:g} s; "
+                             "stamp them with the time of /clock when they are sent",
+                             to_seconds(now - stamp), to_seconds(timeout_)));
+    }
+    old_reported_ = true;
+    return;
+  }
+  old_reported_ = braking_reported_ = false;
+  stamp_ = stamp;
+  twist_ = message.twist;
+}
+
+bool TwistCommand::moves() const {
+  const auto nonzero = [](const geometry_msgs::msg::Vector3& v) {
+    return std::abs(v.x) + std::abs(v.y) + std::abs(v.z) > 0;  // false for NaN
+  };
+  return nonzero(twist_.linear) || nonzero(twist_.angular);
+}
+
+void TwistCommand::report_braking(Time now) {
+  if (braking_reported_ || !is_stale(now) || !moves()) return;
+  braking_reported_ = true;
+  log_->warning(
+      name_, fmt::format("no command for {:g} s (cmd_vel_timeout): the base brakes; a command holds only as "
+                         "long as it is repeated",
+                         to_seconds(timeout_)));
+}
+
+}  // namespace doppel

@@ -1,0 +1,37 @@
+#pragma once
+// ground_truth/odom (nav_msgs/msg/Odometry) of a robot with a floating base, in its namespace: the true pose and
+// velocity of the root link, as Gazebo's p3d plugin publishes them. The pose is in the frame "world", the
+// velocity along the axes of the root link (REP 105). Published at 50 Hz of simulated time.
+
+#include <functional>
+
+#include "doppel/bus/bus.h"
+#include "doppel/messages/nav_msgs.h"
+#include "doppel/physics/engine.h"
+#include "doppel/twin/compiled_robot.h"
+#include "doppel/twin/tickable.h"
+
+namespace doppel {
+
+class GroundTruth : public Tickable {
+ public:
+  // `instance`: the robot's present handle.
+  using Present = std::function<const Instance&()>;
+  GroundTruth(Bus& bus, const CompiledRobot& robot, Present instance, Time now);
+
+  Time publish(Time now) override;
+  [[nodiscard]] Time next_after(Time now) const override { return now + period(); }
+  void show(Time now) override;
+  void reset(Time now) override { pace_.restart(now); }
+
+ private:
+  [[nodiscard]] Duration period() const;
+
+  const Present instance_;
+  Node node_;
+  Publisher<nav_msgs::msg::Odometry> topic_;
+  nav_msgs::msg::Odometry message_;
+  Pace pace_;
+};
+
+}  // namespace doppel
