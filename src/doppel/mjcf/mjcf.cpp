@@ -151,6 +151,9 @@ void mjcf_size(XmlNode& geom, const Capsule& capsule) {
 void mjcf_size(XmlNode& geom, const Sphere& sphere) {
   add_size(geom, "sphere", decimal(sphere.radius));
 }
+void mjcf_size(XmlNode& geom, const Ellipsoid& ellipsoid) {
+  add_size(geom, "ellipsoid", decimals(ellipsoid.radii));
+}
 
 void mjcf_place(XmlNode& node, const Pose& X) {
   if (X.translation() != Eigen::Vector3d::Zero()) add_attribute(node, "pos", decimals(X.translation()));

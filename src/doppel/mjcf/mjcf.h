@@ -79,6 +79,7 @@ DOPPEL_API void mjcf_size(XmlNode& geom, const Box& box);
 DOPPEL_API void mjcf_size(XmlNode& geom, const Cylinder& cylinder);
 DOPPEL_API void mjcf_size(XmlNode& geom, const Capsule& capsule);
 DOPPEL_API void mjcf_size(XmlNode& geom, const Sphere& sphere);
+DOPPEL_API void mjcf_size(XmlNode& geom, const Ellipsoid& ellipsoid);
 
 // pos and quat, left out where they are the identity.
 DOPPEL_API void mjcf_place(XmlNode& node, const Pose& X);

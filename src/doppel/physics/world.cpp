@@ -34,7 +34,8 @@ class WorldReader {
     World world;
     if (root.IsNull()) return world;
     if (fields(root, "a world",
-               {"name", "gravity", "step", "integrator", "ground", "robot", "robots", "objects"})) {
+               {"name", "gravity", "step", "integrator", "ground", "friction_rule", "robot", "robots",
+                "objects"})) {
       read_world(root, world);
     }
     errors_.throw_if_errors();
@@ -129,6 +130,10 @@ class WorldReader {
     if (root["step"]) world.step = step(root["step"]);
     if (root["integrator"]) world.integrator = integrator(root["integrator"]);
     if (root["ground"]) read_ground(root["ground"], world);
+    if (root["friction_rule"]) {
+      const bool smaller = choice(root["friction_rule"], "friction_rule", {"max", "min"}) == 1;
+      world.friction_rule = smaller ? FrictionRule::smaller : FrictionRule::larger;
+    }
     if (root["robot"] && fields(root["robot"], "the robot's pose", {"xyz", "rpy"}))
       world.X_WR = pose(root["robot"]);
     if (root["robots"]) read_robots(root["robots"], world);

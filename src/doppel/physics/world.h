@@ -44,6 +44,9 @@ inline const char* name_of(Integrator integrator) {
 DOPPEL_API Integrator integrator_named(const std::string& name, const std::string& rule,
                                        const SourceLocation& where = {});
 
+// The Coulomb friction of two shapes in contact, from that of each: Gazebo takes the smaller, MuJoCo the larger.
+enum class FrictionRule { larger, smaller };
+
 inline constexpr double kMinStep = 1e-6, kMaxStep = 0.02;  // s
 
 struct WorldSettings {
@@ -53,6 +56,7 @@ struct WorldSettings {
   Integrator integrator = Integrator::euler;
   bool ground = true;            // an infinite plane at z = 0
   double ground_friction = 0.8;  // Coulomb
+  FrictionRule friction_rule = FrictionRule::larger;
 };
 
 struct DOPPEL_API World : WorldSettings {
