@@ -62,8 +62,8 @@ XmlNode geometry_of(const Geometry& geometry, MeshFiles& meshes) {
                      text_element("size", decimal(p->size.x()) + " " + decimal(p->size.y()))});
   } else if (const auto* x = std::get_if<Extrusion>(&geometry)) {
     shape = element("polyline");
-    for (const Eigen::Vector2d& p : x->outline)
-      shape.children.push_back(text_element("point", decimal(p.x()) + " " + decimal(p.y())));
+    for (const Eigen::Vector2d& corner : x->outline)
+      shape.children.push_back(text_element("point", decimal(corner.x()) + " " + decimal(corner.y())));
     shape.children.push_back(number_element("height", x->height));
   } else {
     const auto& mesh = std::get<MeshGeometry>(geometry);

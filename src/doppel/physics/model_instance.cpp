@@ -217,7 +217,7 @@ int ModelInstance::base_link() const {
 }
 
 bool ModelInstance::is_object() const {
-  return model->links.size() == (floating() ? 2u : 1u);
+  return passive || model->links.size() == (floating() ? 2u : 1u);
 }
 
 ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
@@ -234,6 +234,7 @@ ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
     throw std::invalid_argument("InstanceOptions: q0 or servos has the wrong size");
   out.self_collision = options.self_collision;
   out.set_on_ground = options.set_on_ground;
+  out.passive = options.passive;
   ShapeReader reader(meshes, diagnostics);
   out.shapes.resize(model->links.size());
   for (std::size_t i = 0; i < model->links.size(); ++i) {

@@ -74,7 +74,7 @@ std::vector<Dof> dofs_of(const JointSpec& spec, Elements& elements) {
     return {dof_of("", spec.axis, false), slide};
   }
   elements.diagnostics.warning(
-      "sdf.joint_type", spec.source,
+      "sdf.unsupported_joint", spec.source,
       fmt::format("the joint '{}' has the type '{}', which is not simulated; it is fixed", spec.name,
                   spec.type.substr(0, 40)),
       "use revolute, continuous, prismatic, fixed, ball, universal, screw or revolute2");

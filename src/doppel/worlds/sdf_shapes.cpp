@@ -35,6 +35,14 @@ void Files::add_missing(const std::string& uri) {
 
 std::string Files::find(const std::string& uri, const std::filesystem::path& folder,
                         const SourceLocation& where) {
+  if (finder_) {
+    try {
+      return finder_(uri).string();
+    } catch (const InputError& refused) {
+      for (const Diagnostic& one : refused.diagnostics()) diagnostics_.error(one.rule, where, one.message, one.fix);
+      return "";
+    }
+  }
   if (search_ == nullptr || uri.empty()) return "";
   const FoundFile& found = search_->find(uri, folder);
   if (!found.path.empty()) return found.path.string();

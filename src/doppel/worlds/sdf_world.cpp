@@ -42,7 +42,8 @@ void find_ground(SdfWorld& world) {
   }
 }
 
-SdfWorld read(std::string text, const std::string& name, const fs::path& folder, const ModelSearch* search,
+template <class Search>
+SdfWorld read(std::string text, const std::string& name, const fs::path& folder, const Search& search,
               PackageResolver& resolver, Diagnostics& diagnostics) {
   Diagnostics found;
   sdf::Elements elements(found);
@@ -99,9 +100,15 @@ SdfWorld load_sdf(const fs::path& given, PackageResolver& resolver, Diagnostics&
 
 SdfWorld parse_sdf(const std::string& text, const std::string& name, const fs::path& folder,
                    PackageResolver& resolver, Diagnostics& diagnostics) {
-  if (folder.empty()) return read(text, name, folder, nullptr, resolver, diagnostics);
+  if (folder.empty()) return read(text, name, folder, static_cast<const ModelSearch*>(nullptr), resolver, diagnostics);
   const ModelSearch search(folder, resolver);
   return read(text, name, folder, &search, resolver, diagnostics);
+}
+
+SdfWorld parse_sdf(const std::string& text, const std::string& name, const SdfMeshFinder& find_mesh,
+                   Diagnostics& diagnostics) {
+  PackageResolver nothing;
+  return read(text, name, {}, find_mesh, nothing, diagnostics);
 }
 
 bool is_sdf(const fs::path& file) {
@@ -136,6 +143,7 @@ ModelInstance make_instance(const SdfModel& model, const std::string& name, Coll
   InstanceOptions options;
   options.name = name.empty() ? model.name : name;
   options.self_collision = model.self_collide;
+  options.passive = true;
   options.q0 = compiled->neutral();
   for (const auto& [joint, q] : model.positions) {
     const int index = compiled->find_joint(joint);

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -99,6 +100,10 @@ DOPPEL_API SdfWorld load_sdf(const std::filesystem::path& file, PackageResolver&
 // no file is read: models and meshes are searched nowhere.
 DOPPEL_API SdfWorld parse_sdf(const std::string& text, const std::string& name,
                               const std::filesystem::path& folder, PackageResolver& resolver,
+                              Diagnostics& diagnostics);
+// The same for text whose meshes are found by a function, which throws InputError; no model is included.
+using SdfMeshFinder = std::function<std::filesystem::path(const std::string& uri)>;
+DOPPEL_API SdfWorld parse_sdf(const std::string& text, const std::string& name, const SdfMeshFinder& find_mesh,
                               Diagnostics& diagnostics);
 
 // Whether it is an SDF file by its name: .sdf, .world, .model, or a folder with a model.config.

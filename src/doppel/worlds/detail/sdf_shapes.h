@@ -9,6 +9,7 @@
 #include "doppel/math/mass_properties.h"
 #include "doppel/worlds/detail/model_search.h"
 #include "doppel/worlds/detail/sdf_elements.h"
+#include "doppel/worlds/sdf_world.h"
 
 namespace doppel::sdf {
 
@@ -17,6 +18,9 @@ class Files {
  public:
   // `search` nullptr: nothing is searched.
   Files(const ModelSearch* search, Diagnostics& diagnostics) : search_(search), diagnostics_(diagnostics) {}
+  // Files other than models by a function that throws InputError, which becomes an error at the URI's place.
+  Files(SdfMeshFinder finder, Diagnostics& diagnostics)
+      : search_(nullptr), finder_(std::move(finder)), diagnostics_(diagnostics) {}
   std::string find(const std::string& uri, const std::filesystem::path& folder, const SourceLocation& where);
   [[nodiscard]] const std::vector<std::string>& missing() const { return missing_; }
   void add_missing(const std::string& uri);
@@ -24,6 +28,7 @@ class Files {
 
  private:
   const ModelSearch* search_;
+  SdfMeshFinder finder_;
   Diagnostics& diagnostics_;
   std::vector<std::string> missing_;
 };

@@ -170,7 +170,7 @@ TEST(SdfJoint, EveryTypeIsComposed) {
   const Joint& slide = *screw.model("a").description->find_joint("j_slide");
   EXPECT_NEAR(slide.mimic->multiplier, 0.01 / (2 * kPi), 1e-15);
   EXPECT_EQ(made("ball").count("sdf.composed_joint"), 1);
-  EXPECT_EQ(made("wobbly").count("sdf.joint_type"), 1);
+  EXPECT_EQ(made("wobbly").count("sdf.unsupported_joint"), 1);
 }
 
 TEST(SdfJoint, GearboxCouplesJointsOnReferenceBody) {
