@@ -45,8 +45,8 @@ TEST(SdfPoses, GeneratedWorldsAgreeWithLibsdformat) {
       const sdf::Link* const found = model->LinkByName(link);
       ASSERT_NE(found, nullptr) << link;
       Pose X = resolved(*model, "world");
-      if (const std::size_t scope = link.rfind("::"); scope != std::string::npos)
-        X = X * resolved(*model->ModelByName(link.substr(0, scope)), "__model__");
+      for (std::size_t at = link.find("::"); at != std::string::npos; at = link.find("::", at + 2))
+        X = X * resolved(*model->ModelByName(link.substr(0, at)), "__model__");
       X = X * resolved(*found, "__model__");
       EXPECT_LT((link_pose(read.model(name), link).matrix() - X.matrix()).cwiseAbs().maxCoeff(), kSamePose)
           << name << " " << link << "\n"
