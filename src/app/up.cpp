@@ -307,7 +307,9 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   up->add_option("--plugin", options->plugins,
                  "Shared library with your own controllers or hardware components")
       ->take_all();
-  up->add_option("--world", options->world, "World file (YAML): gravity, step, ground, objects, robots");
+  up->add_option(
+      "--world", options->world,
+      "World: a YAML or SDF file (.sdf, .world), a model's folder, or a name on GZ_SIM_RESOURCE_PATH");
   up->add_option("--engine", options->engine, "Physics engine; 'doppel engines' lists the available ones")
       ->capture_default_str();
   up->add_option("--base", options->base,
@@ -335,6 +337,8 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
       "  doppel up my_arm.urdf.xacro use_gripper:=true --speed 2\n"
       "  doppel up --robot omarm_one:left --robot omarm_one:right@0.8,0,0,0,0,3.14159 --world "
       "worlds/table.yaml\n"
+      "  doppel up omarm_one --world my_world.sdf\n"
+      "  doppel up --world my_world.sdf          # without a robot\n"
       "  doppel up ~/ros2_ws --controllers ~/ros2_ws/src/my_arm/config/controllers.yaml\n"
       "  doppel up omarm_one --ros-args -r __ns:=/left -r /clock:=clock -p robot_state_publisher:"
       "frame_prefix:=left/\n"

@@ -43,5 +43,6 @@ void add_compare_engines(CLI::App& app, int& exit_code);
 void add_new(CLI::App& app, int& exit_code);
 void add_robots(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
+void add_world(CLI::App& app, int& exit_code);
 
 }  // namespace doppel::app

@@ -89,7 +89,7 @@ int run_verify(const VerifyVerb& options) {
   CompiledScenario machine(scenario, diagnostics);
   print_diagnostics(diagnostics);
   if (!options.plot.empty()) {
-    const std::vector<std::filesystem::path> sources = machine.files(scenario);
+    const std::vector<std::filesystem::path> sources = machine.files();
     refuse_own_source(options.plot, sources, "write the plot to another file");
   }
   MotionSubject subject = motion_subject(machine);

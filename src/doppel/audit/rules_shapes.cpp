@@ -30,6 +30,8 @@ Primitive primitive(const Geometry& geometry) {
   if (const auto* c = std::get_if<Capsule>(&geometry))
     return {"capsule", {{"radius", c->radius}, {"length", c->length}}};
   if (const auto* s = std::get_if<Sphere>(&geometry)) return {"sphere", {{"radius", s->radius}}};
+  if (const auto* c = std::get_if<Cone>(&geometry))
+    return {"cone", {{"radius", c->radius}, {"length", c->length}}};
   return {};
 }
 

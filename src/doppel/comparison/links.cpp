@@ -46,6 +46,13 @@ std::string size_text(const Geometry& geometry) {
     return fmt::format("capsule r {:.6g} l {:.6g} mm", c->radius * 1e3, c->length * 1e3);
   if (const auto* s = std::get_if<Sphere>(&geometry))
     return fmt::format("sphere r {:.6g} mm", s->radius * 1e3);
+  if (const auto* e = std::get_if<Ellipsoid>(&geometry))
+    return "ellipsoid " + Changes::shown(e->radii, 1e3, "mm");
+  if (const auto* c = std::get_if<Cone>(&geometry))
+    return fmt::format("cone r {:.6g} l {:.6g} mm", c->radius * 1e3, c->length * 1e3);
+  if (const auto* p = std::get_if<Plane>(&geometry)) return "plane " + Changes::shown(p->normal, 1, "");
+  if (const auto* e = std::get_if<Extrusion>(&geometry))
+    return fmt::format("extrusion of {} corners, {:.6g} mm high", e->outline.size(), e->height * 1e3);
   const auto& mesh = std::get<MeshGeometry>(geometry);
   return "mesh " + mesh.uri.substr(mesh.uri.find_last_of('/') + 1);
 }

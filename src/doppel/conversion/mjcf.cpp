@@ -140,8 +140,18 @@ class MjcfWriter final : private MjcfNaming {
       mjcf_size(geom, *cylinder);
     } else if (const auto* capsule = std::get_if<Capsule>(&geometry)) {
       mjcf_size(geom, *capsule);
+    } else if (const auto* sphere = std::get_if<Sphere>(&geometry)) {
+      mjcf_size(geom, *sphere);
+    } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(&geometry)) {
+      mjcf_size(geom, *ellipsoid);
     } else {
-      mjcf_size(geom, std::get<Sphere>(geometry));
+      diagnostics_.warning(
+          "mjcf.shape", where,
+          fmt::format("a {} shape of link '{}' is a cone or an extrusion, which MJCF does not "
+                      "have; it is omitted",
+                      use, link.name),
+          "use a mesh");
+      return std::nullopt;
     }
     mjcf_place(geom, X_shape);
     return geom;

@@ -52,6 +52,19 @@ XmlNode geometry_of(const Geometry& geometry, MeshFiles& meshes) {
         element("capsule", {}, {number_element("radius", k->radius), number_element("length", k->length)});
   } else if (const auto* s = std::get_if<Sphere>(&geometry)) {
     shape = element("sphere", {}, {number_element("radius", s->radius)});
+  } else if (const auto* e = std::get_if<Ellipsoid>(&geometry)) {
+    shape = element("ellipsoid", {}, {text_element("radii", decimals(e->radii))});
+  } else if (const auto* o = std::get_if<Cone>(&geometry)) {
+    shape = element("cone", {}, {number_element("radius", o->radius), number_element("length", o->length)});
+  } else if (const auto* p = std::get_if<Plane>(&geometry)) {
+    shape = element("plane", {},
+                    {text_element("normal", decimals(p->normal)),
+                     text_element("size", decimal(p->size.x()) + " " + decimal(p->size.y()))});
+  } else if (const auto* x = std::get_if<Extrusion>(&geometry)) {
+    shape = element("polyline");
+    for (const Eigen::Vector2d& corner : x->outline)
+      shape.children.push_back(text_element("point", decimal(corner.x()) + " " + decimal(corner.y())));
+    shape.children.push_back(number_element("height", x->height));
   } else {
     const auto& mesh = std::get<MeshGeometry>(geometry);
     shape = element("mesh", {}, {text_element("uri", meshes.reference(mesh))});

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <unordered_map>
 
+#include "doppel/core/names.h"
 #include "doppel/core/plugin_module.h"
 #include "doppel/description/detail/mesh.h"
 #include "doppel/xml/xml.h"
@@ -168,6 +169,43 @@ TriangleMesh parse_mesh(std::string_view bytes, std::string_view format, const s
     return finished(mesh::read_obj(bytes, name, beside), name, scale);
   }
   mesh::refuse(name, 0, fmt::format("'{}' is not a format that can be read from memory", format));
+}
+
+namespace {
+
+// Only the triangles of the part; throws "mesh.no_submesh".
+mesh::TriangleSoup part_of(mesh::TriangleSoup soup, const MeshGeometry& mesh) {
+  std::vector<std::array<std::uint32_t, 3>> kept;
+  std::vector<std::string> names;
+  for (const auto& part : soup.parts) {
+    names.insert(names.end(), part.names.begin(), part.names.end());
+    if (std::find(part.names.begin(), part.names.end(), mesh.submesh) == part.names.end()) continue;
+    kept.insert(kept.end(), soup.triangles.begin() + static_cast<std::ptrdiff_t>(part.begin),
+                soup.triangles.begin() + static_cast<std::ptrdiff_t>(part.end));
+  }
+  if (kept.empty()) {
+    throw InputError(
+        "mesh.no_submesh", make_location(mesh.path),
+        fmt::format("the mesh has no part '{}'{}", mesh.submesh, did_you_mean(mesh.submesh, names)),
+        "name a part of a COLLADA file, or leave out <submesh>");
+  }
+  soup.triangles = std::move(kept);
+  return soup;
+}
+
+}  // namespace
+
+TriangleMesh load_mesh(const MeshGeometry& mesh) {
+  if (mesh.submesh.empty()) return load_mesh(mesh.path, mesh.scale);
+  mesh::TriangleSoup soup;
+  if (lower(fs::path(mesh.path).extension().string()) == ".dae")
+    soup = mesh::read_collada(read_file(mesh.path, kMaxMeshBytes), mesh.path);
+  TriangleMesh out = finished(part_of(std::move(soup), mesh), mesh.path, mesh.scale);
+  if (mesh.center_submesh) {
+    const Eigen::Vector3f centre = out.bounds().center();
+    for (Eigen::Vector3f& p : out.vertices) p -= centre;
+  }
+  return out;
 }
 
 TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale) {

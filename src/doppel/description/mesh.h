@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "doppel/description/robot_description.h"
 #include "doppel/export.h"
 
 namespace doppel {
@@ -31,6 +32,10 @@ struct DOPPEL_API TriangleMesh {
 // not, as in RViz and Gazebo. Throws InputError (rules "file.unreadable", "mesh.unreadable", "mesh.empty",
 // "mesh.not_fetched"). Any thread.
 DOPPEL_API TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale);
+
+// The mesh of a description: its file, or the part of it that is named, at its scale. InputError
+// "mesh.no_submesh" if the file has no such part.
+DOPPEL_API TriangleMesh load_mesh(const MeshGeometry& mesh);
 
 // The same for the bytes of a file; format: "stl", "obj" or "dae". `name` is used as the file in messages,
 // and an OBJ's materials are searched in its folder.

@@ -131,15 +131,30 @@ class ColladaReader {
       } else if (child.is("instance_geometry")) {
         if (const XmlNode* geometry = follow(child, "url")) {
           find_colour(child);
+          const std::size_t begin = soup_.triangles.size();
           show_geometry(*geometry, X);
+          soup_.parts.push_back({names_of(node, *geometry), begin, soup_.triangles.size()});
         }
       } else if (child.is("instance_controller")) {
         if (const XmlNode* geometry = skinned(child)) {
           find_colour(child);
+          const std::size_t begin = soup_.triangles.size();
           show_geometry(*geometry, X);
+          soup_.parts.push_back({names_of(node, *geometry), begin, soup_.triangles.size()});
         }
       }
     }
+  }
+
+  // Gazebo names a submesh by the node that shows it, some exporters of its models by the geometry.
+  static std::vector<std::string> names_of(const XmlNode& node, const XmlNode& geometry) {
+    std::vector<std::string> out;
+    for (const XmlNode* named : {&node, &geometry}) {
+      for (const char* attribute : {"name", "id"}) {
+        if (const XmlAttribute* written = named->find(attribute)) out.push_back(written->value);
+      }
+    }
+    return out;
   }
 
   // The geometry under a skin, in its bind shape: robots' links do not bend.

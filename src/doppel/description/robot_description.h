@@ -54,8 +54,27 @@ struct MeshGeometry {
   std::string uri;  // as written: "package://p/meshes/a.stl"
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();
   std::string path;  // resolved absolute file; empty: not found
+  // Only the part of the file with this name; empty: the whole file.
+  std::string submesh = {};
+  bool center_submesh = false;  // the part is moved so that the centre of its bounding box is the origin
 };
-using Geometry = std::variant<Box, Cylinder, Capsule, Sphere, MeshGeometry>;
+// The kinds below are those of SDF; URDF has none of them.
+struct Ellipsoid {
+  Eigen::Vector3d radii = Eigen::Vector3d::Zero();
+};  // semi-axes, m
+struct Cone {
+  double radius = 0, length = 0;
+};  // m; axis z, centred: the base is at -length / 2, the tip at +length / 2
+struct Plane {
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // of any length but 0; the solid is on the other side
+  Eigen::Vector2d size = Eigen::Vector2d::Ones();     // m, of what is drawn; what collides has no border
+};
+struct Extrusion {
+  std::vector<Eigen::Vector2d> outline;  // m; a convex polygon, counter-clockwise
+  double height = 0;                     // m, along z from 0
+};
+using Geometry =
+    std::variant<Box, Cylinder, Capsule, Sphere, MeshGeometry, Ellipsoid, Cone, Plane, Extrusion>;
 
 // The surface of a collision shape: SDF's <surface>, or mu1, mu2, ... of a URDF's <gazebo>. Absent values are
 // not written. Source: SDFormat 1.11, surface.

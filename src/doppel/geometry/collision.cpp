@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <optional>
+#include <stdexcept>
 
 #include "doppel/core/plugin_module.h"
 #include "doppel/description/mesh.h"
+#include "doppel/description/shape_mesh.h"
 #include "doppel/geometry/detail/convex.h"
 #include "doppel/geometry/detail/surface.h"
 #include "doppel/geometry/mesh_report.h"
@@ -37,7 +39,14 @@ std::optional<ConvexShape> convex_shape(const Geometry& geometry) {
   if (const auto* box = std::get_if<Box>(&geometry)) return *box;
   if (const auto* cylinder = std::get_if<Cylinder>(&geometry)) return *cylinder;
   if (const auto* capsule = std::get_if<Capsule>(&geometry)) return *capsule;
-  return std::get<Sphere>(geometry);
+  if (const auto* sphere = std::get_if<Sphere>(&geometry)) return *sphere;
+  ConvexPoints points;
+  const std::optional<TriangleMesh> surface = convex_surface(geometry);
+  if (!surface) throw std::logic_error("a plane has no convex shape");  // has_extent() is false for it
+  points.vertices.resize(3, static_cast<Eigen::Index>(surface->vertices.size()));
+  for (std::size_t i = 0; i < surface->vertices.size(); ++i)
+    points.vertices.col(static_cast<Eigen::Index>(i)) = surface->vertices[i].cast<double>();
+  return points;
 }
 
 const SurfaceFunctions& surfaces() {
@@ -49,7 +58,11 @@ const SurfaceFunctions& surfaces() {
 
 std::shared_ptr<void> surface_of(const Geometry& geometry) {
   std::optional<TriangleMesh> triangles;
-  if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) triangles = load_mesh(mesh->path, mesh->scale);
+  if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {
+    triangles = load_mesh(*mesh);
+  } else {
+    triangles = convex_surface(geometry);
+  }
   return {surfaces().make(geometry, triangles ? &*triangles : nullptr), surfaces().discard};
 }
 
@@ -66,7 +79,12 @@ bool has_extent(const Geometry& geometry) {
   if (const auto* capsule = std::get_if<Capsule>(&geometry))
     return capsule->radius > 0 && capsule->length >= 0;
   if (const auto* sphere = std::get_if<Sphere>(&geometry)) return sphere->radius > 0;
-  return !std::get<MeshGeometry>(geometry).path.empty();
+  if (const auto* ellipsoid = std::get_if<Ellipsoid>(&geometry)) return ellipsoid->radii.minCoeff() > 0;
+  if (const auto* cone = std::get_if<Cone>(&geometry)) return cone->radius > 0 && cone->length > 0;
+  if (const auto* extrusion = std::get_if<Extrusion>(&geometry))
+    return extrusion->outline.size() >= 3 && extrusion->height > 0;
+  const auto* const mesh = std::get_if<MeshGeometry>(&geometry);
+  return mesh != nullptr && !mesh->path.empty();  // else a plane
 }
 
 struct LinkCollider::Impl {

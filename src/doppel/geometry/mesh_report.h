@@ -50,7 +50,7 @@ DOPPEL_API std::string to_bytes(const MeshReport& report, const std::string& key
 DOPPEL_API std::optional<MeshReport> from_bytes(std::string_view bytes, const std::string& key);
 
 // A shape of a link: bounds, solid and hull in m, in the frame of the shape. The solid of a mesh that is not
-// watertight is meaningless. nullopt: a mesh without a file or with a problem.
+// watertight is meaningless. nullopt: a plane, or a mesh without a file or with a problem.
 struct ShapeReport {
   Eigen::AlignedBox3d bounds;
   SolidProperties solid;

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "doppel/description/shape_mesh.h"
 #include "doppel/geometry/convex_hull.h"
 #include "doppel/geometry/mesh_report.h"
 
@@ -82,6 +83,24 @@ SolidProperties scaled(const SolidProperties& solid, const Eigen::Vector3d& scal
   const Eigen::Matrix3d moved = factor * (scale.asDiagonal() * second * scale.asDiagonal());
   out.unit.I = moved.trace() * Eigen::Matrix3d::Identity() - moved;
   return out;
+}
+
+template <class Shape>
+ShapeReport report(const Shape& shape) requires requires {
+  surface_mesh(shape);
+}
+{
+  const TriangleMesh convex = surface_mesh(shape);
+  ShapeReport out;
+  out.bounds = convex.bounds().cast<double>();
+  out.solid = solid_properties(convex.vertices, convex.triangles);
+  out.hull_volume = out.solid.volume;
+  for (const Eigen::Vector3f& p : convex.vertices) out.hull.push_back(p.cast<double>());
+  return out;
+}
+
+std::optional<ShapeReport> report(const Plane&) {
+  return std::nullopt;
 }
 
 std::optional<ShapeReport> report(const MeshGeometry& geometry) {

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/kinematics/detail/link_solid.h"
 #include "doppel/kinematics/dynamics.h"
 #include "doppel/kinematics/link_inertia.h"
+#include "doppel/kinematics/link_solid.h"
 
 namespace doppel {
 namespace {

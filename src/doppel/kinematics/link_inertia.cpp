@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/kinematics/detail/link_solid.h"
+#include "doppel/kinematics/link_solid.h"
 
 namespace doppel {
 namespace {

@@ -1,10 +1,11 @@
-#include "doppel/kinematics/detail/link_solid.h"
+#include "doppel/kinematics/link_solid.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
 #include "doppel/description/mesh.h"
+#include "doppel/description/shape_mesh.h"
 #include "doppel/kinematics/link_inertia.h"
 
 namespace doppel {
@@ -23,9 +24,7 @@ MassProperties box(const Eigen::Vector3d& size, double filled = 1.0) {
   return solid(filled * size.prod(), {s.y() + s.z(), s.x() + s.z(), s.x() + s.y()});
 }
 
-MassProperties mesh_solid(const MeshGeometry& mesh) {
-  if (mesh.path.empty()) return {};
-  const TriangleMesh triangles = load_mesh(mesh.path, mesh.scale);
+MassProperties mesh_solid(const TriangleMesh& triangles) {
   Eigen::AlignedBox3d bounds;
   for (const Eigen::Vector3f& p : triangles.vertices) bounds.extend(p.cast<double>());
   if (bounds.isEmpty()) return {};
@@ -43,6 +42,15 @@ MassProperties mesh_solid(const MeshGeometry& mesh) {
   return body;
 }
 
+// The centre of mass is a quarter of the length above the base.
+MassProperties solid_cone(const Cone& c) {
+  const double across = 3.0 / 80.0 * (4.0 * c.radius * c.radius + c.length * c.length);
+  MassProperties body = solid(std::numbers::pi * c.radius * c.radius * c.length / 3.0,
+                              {across, across, 0.3 * c.radius * c.radius});
+  body.com.z() = -0.25 * c.length;
+  return body;
+}
+
 // The solid that a shape encloses, in the shape's frame; mass 0: it encloses nothing.
 MassProperties solid_of(const Geometry& geometry) {
   if (const auto* b = std::get_if<Box>(&geometry)) return box(b->size);
@@ -51,8 +59,17 @@ MassProperties solid_of(const Geometry& geometry) {
   if (const auto* c = std::get_if<Capsule>(&geometry))
     return solid_cylinder(c->radius, c->length + 4.0 / 3.0 * c->radius);
   if (const auto* s = std::get_if<Sphere>(&geometry)) return solid_ball(s->radius);
+  if (const auto* e = std::get_if<Ellipsoid>(&geometry)) {
+    const Eigen::Vector3d s = e->radii.cwiseAbs2() / 5.0;
+    return solid(4.0 / 3.0 * std::numbers::pi * e->radii.prod(),
+                 {s.y() + s.z(), s.x() + s.z(), s.x() + s.y()});
+  }
+  if (const auto* c = std::get_if<Cone>(&geometry)) return solid_cone(*c);
+  if (const auto* e = std::get_if<Extrusion>(&geometry)) return mesh_solid(surface_mesh(*e));
+  const auto* const mesh = std::get_if<MeshGeometry>(&geometry);
+  if (mesh == nullptr || mesh->path.empty()) return {};
   try {
-    return mesh_solid(std::get<MeshGeometry>(geometry));
+    return mesh_solid(load_mesh(*mesh));
   } catch (const InputError&) {
     return {};  // an unreadable mesh is reported where the collision shapes are made
   }
@@ -78,6 +95,13 @@ MassProperties solid_cylinder(double radius, double length) {
 MassProperties solid_ball(double radius) {
   return solid(4.0 / 3.0 * std::numbers::pi * std::pow(radius, 3),
                Eigen::Vector3d::Constant(0.4 * radius * radius));
+}
+
+MassProperties shape_solid(const Geometry& geometry, double density) {
+  MassProperties out = solid_of(geometry);
+  out.mass *= density / kAssumedDensity;
+  out.I *= density / kAssumedDensity;
+  return out;
 }
 
 MassProperties link_solid(const Link& link) {

@@ -131,7 +131,7 @@ std::string hull_name(const std::string& link) {
 std::vector<Triangle> surface_of(const Geometry& geometry, const Pose& X_LS) {
   std::vector<Triangle> out;
   if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {
-    const TriangleMesh loaded = load_mesh(mesh->path, mesh->scale);
+    const TriangleMesh loaded = load_mesh(*mesh);
     for (const auto& t : loaded.triangles) {
       const auto corner = [&](std::size_t i) -> Eigen::Vector3d {
         return X_LS * loaded.vertices[t[i]].cast<double>();

@@ -139,11 +139,11 @@ CollisionMesh make_collision_mesh(const Vertices& all) {
 const CollisionMesh* CollisionMeshes::find(const MeshGeometry& mesh, const std::string& owner,
                                            const SourceLocation& where, Diagnostics& diagnostics) {
   if (mesh.path.empty()) return nullptr;
-  const std::string key =
-      fmt::format("{} {} {} {}", mesh.path, mesh.scale.x(), mesh.scale.y(), mesh.scale.z());
+  const std::string key = fmt::format("{} {} {} {} {} {}", mesh.path, mesh.scale.x(), mesh.scale.y(),
+                                      mesh.scale.z(), mesh.submesh, mesh.center_submesh);
   const auto found = loaded_.find(key);
   if (found != loaded_.end()) return &found->second;
-  CollisionMesh made = make_collision_mesh(load_mesh(mesh.path, mesh.scale).vertices);
+  CollisionMesh made = make_collision_mesh(load_mesh(mesh).vertices);
   if (made.hull == nullptr) {
     diagnostics.warning(
         "physics.flat_mesh", where,

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "doppel/description/shape_mesh.h"
 #include "doppel/math/mass_properties.h"
 
 namespace doppel {
@@ -21,8 +22,14 @@ bool has_size(const Geometry& geometry) {
   if (const auto* c = std::get_if<Cylinder>(&geometry)) return c->radius > 0 && c->length > 0;
   if (const auto* c = std::get_if<Capsule>(&geometry)) return c->radius > 0 && c->length > 0;
   if (const auto* s = std::get_if<Sphere>(&geometry)) return s->radius > 0;
+  if (const auto* e = std::get_if<Ellipsoid>(&geometry)) return e->radii.minCoeff() > 0;
+  if (const auto* c = std::get_if<Cone>(&geometry)) return c->radius > 0 && c->length > 0;
+  if (const auto* e = std::get_if<Extrusion>(&geometry)) return e->outline.size() >= 3 && e->height > 0;
   return true;
 }
+
+// A plane collides as a slab below it.
+constexpr double kPlaneSide = 100.0, kPlaneDepth = 1.0;  // m, at least
 
 // Of a primitive, or of a mesh that was loaded.
 CollisionShape shape_of(const Geometry& geometry, const CollisionMesh* mesh, const Pose& X_LG,
@@ -35,11 +42,16 @@ CollisionShape shape_of(const Geometry& geometry, const CollisionMesh* mesh, con
       out.geometry = Box{mesh->box_size};
       out.X_LS = X_LG * mesh->X_GB;
     }
+  } else if (const auto convex = convex_surface(geometry)) {
+    out.geometry = std::make_shared<const CollisionHull>(CollisionHull{convex->vertices});
+  } else if (const auto* plane = std::get_if<Plane>(&geometry)) {
+    const Eigen::Vector2d sides = plane->size.cwiseMax(kPlaneSide);
+    out.geometry = Box{{sides.x(), sides.y(), kPlaneDepth}};
+    out.X_LS = X_LG * Pose(rotation_from_z(plane->normal)) * Eigen::Translation3d(0, 0, -kPlaneDepth / 2);
   } else {
     std::visit(
         [&out](const auto& primitive) {
-          if constexpr (!std::is_same_v<std::decay_t<decltype(primitive)>, MeshGeometry>)
-            out.geometry = primitive;
+          if constexpr (requires { out.geometry = primitive; }) out.geometry = primitive;
         },
         geometry);
   }
@@ -266,7 +278,7 @@ int ModelInstance::base_link() const {
 }
 
 bool ModelInstance::is_object() const {
-  return model->links.size() == (floating() ? 2u : 1u);
+  return passive || model->links.size() == (floating() ? 2u : 1u);
 }
 
 ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
@@ -283,6 +295,7 @@ ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
     throw std::invalid_argument("InstanceOptions: q0 or servos has the wrong size");
   out.self_collision = options.self_collision;
   out.set_on_ground = options.set_on_ground;
+  out.passive = options.passive;
   ShapeReader reader(meshes, diagnostics);
   std::vector<std::string> keep;  // links whose shapes collide as they are described
   out.shapes.resize(model->links.size());

@@ -1,6 +1,6 @@
 #pragma once
 // The content of a world: instances of models, each with a unique name. A robot is an instance; an object is
-// an instance with one link. An instance holds everything that an engine is built from, so that no engine
+// an instance that nothing drives. An instance holds everything that an engine is built from, so that no engine
 // reads a file: the compiled model, the collision shapes of its links, its servos and its initial pose.
 
 #include <Eigen/Core>
@@ -33,8 +33,9 @@ struct DOPPEL_API ModelInstance {
   // A floating joint from the root moves along z so that the lowest point of the shapes lies on the ground;
   // where X_WR is not the identity, it is only lifted out of the ground.
   bool set_on_ground = false;
+  bool passive = false;  // a model of the world: nothing drives its joints
 
-  // One body without drives: its model has one link, besides the "world" above a floating one.
+  // Passive, or one body: its model has one link, besides the "world" above a floating one.
   [[nodiscard]] bool is_object() const;
   // The root link, or the child of the floating joint.
   [[nodiscard]] int base_link() const;
@@ -47,7 +48,7 @@ struct InstanceOptions {
   Eigen::VectorXd q0;                    // empty: Model::neutral()
   std::vector<ServoParameters> servos;   // empty: choose_servos() under `gravity`
   Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2, world axes
-  bool self_collision = true, set_on_ground = false;
+  bool self_collision = true, set_on_ground = false, passive = false;
 };
 
 // A mesh that cannot be read, or a shape without a size, is left out with a warning at its place.

@@ -99,9 +99,9 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
   resolver.add_bundled(scenario.bundled_robots);
   for (const WorldRobot& robot : scenario.robots)
     resolver.add_context(resolve_target(robot.target, scenario.bundled_robots).description);
-  if (scenario.world) world = load_world(*scenario.world, resolver);
+  const std::vector<SdfModel> models = read_world(scenario, diagnostics);
   const std::vector<WorldRobot> asked = robots_asked_for(scenario, world, running, diagnostics);
-  if (asked.empty()) {
+  if (asked.empty() && models.empty()) {
     throw InputError("up.no_robot", {},
                      "no robot is given, neither on the command line nor in the world file",
                      "give one: doppel up TARGET, or `robots:` in the world file");
@@ -119,13 +119,31 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
   }
   std::vector<ModelInstance> instances;
   for (const auto& robot : robots) instances.push_back(robot->instance());
+  const std::size_t robot_count = instances.size();
   for (const WorldObject& object : world.objects)
     instances.push_back(make_instance(object, meshes, diagnostics));
+  for (const SdfModel& model : models) instances.push_back(make_instance(model, "", meshes, diagnostics));
+  for (std::size_t i = robot_count; i < instances.size(); ++i) in_file.push_back(instances[i].name);
   engine = compile_world(scenario.engine, static_cast<const WorldSettings&>(world), std::move(instances),
                          diagnostics)
                ->make_engine();
   for (const auto& robot : fresh) robot->report_choices(instance_of(*engine, *robot), diagnostics);
   for (const auto& robot : fresh) report_overlaps(*robot, *engine, diagnostics);
+}
+
+// A world file of either format; the models of an SDF file.
+std::vector<SdfModel> CompiledScenario::read_world(const Scenario& scenario, Diagnostics& diagnostics) {
+  if (!scenario.world) return {};
+  const std::filesystem::path file = find_world(scenario.world->string(), resolver);
+  if (!is_sdf(file)) {
+    world = load_world(file, resolver);
+    included = {file};
+    return {};
+  }
+  SdfWorld read = load_sdf(file, resolver, diagnostics);
+  static_cast<WorldSettings&>(world) = read.settings;
+  included = std::move(read.files);
+  return std::move(read.models);
 }
 
 std::shared_ptr<const CompiledRobot> CompiledScenario::find(std::string_view name_space) const {
@@ -134,12 +152,12 @@ std::shared_ptr<const CompiledRobot> CompiledScenario::find(std::string_view nam
   return found == robots.end() ? nullptr : *found;
 }
 
-std::vector<std::filesystem::path> CompiledScenario::files(const Scenario& scenario) const {
+std::vector<std::filesystem::path> CompiledScenario::files() const {
   std::vector<std::filesystem::path> out;
   for (const auto& robot : robots) {
     for (std::filesystem::path& file : robot->files()) out.push_back(std::move(file));
   }
-  if (scenario.world) out.push_back(*scenario.world);
+  out.insert(out.end(), included.begin(), included.end());
   return out;
 }
 
@@ -255,7 +273,7 @@ bool is_robot(const CompiledScenario& machine, const ModelInstance& instance) {
 }
 
 bool in_file(const CompiledScenario& machine, const std::string& object) {
-  return std::ranges::find(machine.world.objects, object, &WorldObject::name) != machine.world.objects.end();
+  return std::ranges::find(machine.in_file, object) != machine.in_file.end();
 }
 
 // The new instances without objects that were deleted at run time, and with spawned ones.
@@ -273,6 +291,21 @@ std::vector<ModelInstance> instances_after(const CompiledScenario& from, const C
   return out;
 }
 
+void carry_over_joints(const Instance& from, Instance to) {
+  Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(to.q().data(), to.model().nq);
+  Eigen::VectorXd v = Eigen::VectorXd::Zero(to.model().nv);
+  for (const ModelJoint& joint : to.model().joints) {
+    const int index = from.model().find_joint(joint.name);
+    if (index < 0) continue;
+    const ModelJoint& old = from.model().joints[static_cast<std::size_t>(index)];
+    if (old.nq != joint.nq || old.nv != joint.nv) continue;
+    for (int i = 0; i < joint.nq; ++i) q[joint.q + i] = from.q()[static_cast<std::size_t>(old.q + i)];
+    for (int i = 0; i < joint.nv; ++i) v[joint.v + i] = from.v()[static_cast<std::size_t>(old.v + i)];
+  }
+  to.set_state({q.data(), static_cast<std::size_t>(q.size())},
+               {v.data(), static_cast<std::size_t>(v.size())});
+}
+
 void carry_over_objects(const CompiledScenario& from, CompiledScenario& to) {
   std::vector<ModelInstance> instances = instances_after(from, to);
   const bool as_in_file = std::ranges::equal(instances, to.engine->world().instances(), {},
@@ -286,25 +319,10 @@ void carry_over_objects(const CompiledScenario& from, CompiledScenario& to) {
       // An object that was not moved gets its pose from the file, which may have been edited.
       if (before->root_pose().isApprox(before->made_of().X_WR, 1e-9)) continue;
     }
+    if (object.model().joints.size() > 1) carry_over_joints(*before, object);
     object.place(before->base_pose());
     object.set_base_velocity(before->base_velocity());
   }
-}
-
-void carry_over_robot(const Instance& from, Instance to) {
-  Eigen::VectorXd q = Eigen::Map<const Eigen::VectorXd>(to.q().data(), to.model().nq);
-  Eigen::VectorXd v = Eigen::VectorXd::Zero(to.model().nv);
-  for (const ModelJoint& joint : to.model().joints) {
-    const int index = from.model().find_joint(joint.name);
-    if (index < 0) continue;
-    const ModelJoint& old = from.model().joints[static_cast<std::size_t>(index)];
-    if (old.nq != joint.nq || old.nv != joint.nv) continue;
-    for (int i = 0; i < joint.nq; ++i) q[joint.q + i] = from.q()[static_cast<std::size_t>(old.q + i)];
-    for (int i = 0; i < joint.nv; ++i) v[joint.v + i] = from.v()[static_cast<std::size_t>(old.v + i)];
-  }
-  to.set_state({q.data(), static_cast<std::size_t>(q.size())},
-               {v.data(), static_cast<std::size_t>(v.size())});
-  to.lift_out_of_ground();  // an edit may have made shapes larger
 }
 
 }  // namespace
@@ -314,8 +332,10 @@ void carry_over_state(const CompiledScenario& from, CompiledScenario& to) {
   carry_over_objects(from, to);
   for (const auto& robot : to.robots) {
     const auto before = from.find(robot->name_space());
-    if (before != nullptr)
-      carry_over_robot(instance_of(*from.engine, *before), instance_of(*to.engine, *robot));
+    if (before == nullptr) continue;
+    Instance state = instance_of(*to.engine, *robot);
+    carry_over_joints(instance_of(*from.engine, *before), state);
+    state.lift_out_of_ground();  // an edit may have made shapes larger
   }
 }
 

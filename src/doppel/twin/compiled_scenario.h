@@ -9,6 +9,7 @@
 #include "doppel/export.h"
 #include "doppel/physics/engine.h"
 #include "doppel/twin/compiled_robot.h"
+#include "doppel/worlds/sdf_world.h"
 
 namespace doppel {
 
@@ -29,12 +30,17 @@ struct DOPPEL_API CompiledScenario {
   // nullptr: no robot has this namespace.
   [[nodiscard]] std::shared_ptr<const CompiledRobot> find(std::string_view name_space) const;
   // All files that it was made from: descriptions, controllers, world and meshes.
-  [[nodiscard]] std::vector<std::filesystem::path> files(const Scenario& scenario) const;
+  [[nodiscard]] std::vector<std::filesystem::path> files() const;
 
   PackageResolver resolver;
   World world;
-  std::vector<std::shared_ptr<const CompiledRobot>> robots;  // at least one
+  std::vector<std::string> in_file;                          // the names of the objects of the world file
+  std::vector<std::filesystem::path> included;               // the files that an SDF world is made of
+  std::vector<std::shared_ptr<const CompiledRobot>> robots;  // none: a world of objects
   std::unique_ptr<Engine> engine;
+
+ private:
+  std::vector<SdfModel> read_world(const Scenario& scenario, Diagnostics& diagnostics);
 };
 
 // The handle of the robot's instance. Throws std::logic_error if it is not in the engine.

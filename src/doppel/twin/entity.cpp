@@ -83,11 +83,26 @@ bool is_world(const std::string& frame) {
 }
 
 bool find_object(const Scene& scene, const std::string& name, Entity& entity) {
-  const std::vector<std::string> parts = parts_of(name);
-  const int index = parts.size() > 3 ? -1 : scene.find(parts.front());
-  if (index < 0 || !scene.is_object(index)) return false;
-  entity = {{index, scene.instance(index).made_of().base_link()}, false, parts.size() == 3};
-  return true;
+  // The names of objects and links may contain "::" themselves: the longest object's name wins.
+  for (std::size_t end = name.size();; end = name.rfind("::", end - 1)) {
+    if (end == std::string::npos || end == 0) return false;
+    const int index = scene.find(name.substr(0, end));
+    if (index < 0 || !scene.is_object(index)) continue;
+    const ModelInstance& object = scene.instance(index).made_of();
+    entity = {{index, object.base_link()}, false, false};
+    if (end == name.size()) return true;
+    std::string link = name.substr(end + 2);
+    const int whole = object.model->find_link(link);
+    if (whole < 0) {
+      const std::size_t shape = link.rfind("::");
+      entity.shape = shape != std::string::npos;
+      link = link.substr(0, shape);
+    }
+    const bool one_link = object.model->links.size() == (object.floating() ? 2u : 1u);
+    if (one_link || entity.shape) return link.find("::") == std::string::npos;
+    entity.body.link = object.model->find_link(link);
+    return entity.body.link >= 0;
+  }
 }
 
 Status find_scalar_joint(const Scene& scene, const std::string& name, int& robot, int& joint) {
@@ -164,7 +179,7 @@ EntityMotion motion_of(const Scene& scene, const Entity& entity) {
   out.X_WE = instance.link_pose(entity.body.link);
   out.velocity = instance.link_velocity(entity.body.link);
   if (!entity.shape) return out;
-  const Pose X_WS = out.X_WE * shape_in_object(instance.made_of());
+  const Pose X_WS = out.X_WE * shape_in_object(instance);
   out.velocity.linear_W += out.velocity.angular_W.cross(X_WS.translation() - out.X_WE.translation());
   out.X_WE = X_WS;
   return out;
@@ -182,12 +197,21 @@ Status find_frame(const Scene& scene, const std::string& name, EntityMotion& fra
   return {};
 }
 
-const Visual& visual_of(const ModelInstance& object) {
-  return object.description->links.front().visuals.front();
+std::vector<LinkVisual> visuals_of(const ModelInstance& object) {
+  std::vector<LinkVisual> out;
+  for (std::size_t i = 0; i < object.model->links.size(); ++i) {
+    const Link* const link = object.description->find_link(object.model->links[i].name);
+    if (link == nullptr) continue;
+    for (const Visual& visual : link->visuals) out.push_back({static_cast<int>(i), &visual});
+  }
+  return out;
 }
 
-Pose shape_in_object(const ModelInstance& object) {
-  return visual_of(object).origin.pose();
+Pose shape_in_object(const Instance& object) {
+  const std::vector<LinkVisual> visuals = visuals_of(object.made_of());
+  if (visuals.empty()) return Pose::Identity();
+  const LinkVisual& first = visuals.front();
+  return object.base_pose().inverse() * object.link_pose(first.link) * first.visual->origin.pose();
 }
 
 }  // namespace doppel

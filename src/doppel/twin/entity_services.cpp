@@ -24,6 +24,14 @@ bool is_printable(const std::string& name) {
   return !blank;
 }
 
+// The base link in links[0].
+Pose base_at_start(const ModelInstance& made) {
+  Pose X = Pose::Identity();
+  if (!made.floating()) return X;
+  X.translation() = made.q0.head<3>();
+  return X;
+}
+
 std::string joined(const std::vector<Diagnostic>& diagnostics) {
   std::string out;
   for (const Diagnostic& diagnostic : diagnostics) {
@@ -77,17 +85,20 @@ Status EntityServices::place_of(const Spawn::Request& request, Pose& X_WE) const
 Status EntityServices::spawn_object(const Spawn::Request& request, const Pose& X_WE, std::string& good) {
   try {
     Diagnostics notes;
-    WorldObject object = read_entity_xml(request.xml, callbacks_.find_mesh, notes);
-    if (!request.name.empty()) object.name = request.name;
-    if (const Status free = check_name(object.name); !free) return free;
-    object.X_WO = X_WE * object.X_WO;
-    if (object.X_WO.translation().cwiseAbs().maxCoeff() > kMaxEntityDistance)
-      return Status::refused(fmt::format("the pose is more than {:g} m away", kMaxEntityDistance));
-    CollisionMeshes meshes;
-    scene_.engine().spawn(make_instance(object, meshes, notes));
+    const EntityText entity = read_entity_xml(request.xml, callbacks_.find_mesh, notes);
+    const std::string name = request.name.empty() ? entity.name : request.name;
+    if (const Status free = check_name(name); !free) return free;
+    std::vector<ModelInstance> instances = scene_.engine().world().instances();
+    for (ModelInstance& made : instances_of(entity, name, X_WE, notes)) {
+      const Pose X_WO = made.X_WR * base_at_start(made);
+      if (X_WO.translation().cwiseAbs().maxCoeff() > kMaxEntityDistance)
+        return Status::refused(fmt::format("the pose is more than {:g} m away", kMaxEntityDistance));
+      instances.push_back(std::move(made));
+    }
+    scene_.engine().set_instances(std::move(instances));
     callbacks_.changed();
-    good = fmt::format("'{}' is in the world{}{}", object.name, notes.all().empty() ? "" : "; ",
-                       joined(notes.all()));
+    good =
+        fmt::format("'{}' is in the world{}{}", name, notes.all().empty() ? "" : "; ", joined(notes.all()));
     return {};
   } catch (const InputError& refused) {
     return Status::refused(joined(refused.diagnostics()));
@@ -126,7 +137,11 @@ Status EntityServices::remove(const std::string& name) {
   const int index = scene_.find(name);
   if (index >= 0 && scene_.is_robot(index)) return callbacks_.remove_robot(index);
   if (index >= 0) {
-    scene_.engine().remove(name);
+    std::vector<ModelInstance> left;  // without the parts of the model that no joint connects with it
+    for (const ModelInstance& instance : scene_.engine().world().instances()) {
+      if (instance.name != name && !instance.name.starts_with(name + "::")) left.push_back(instance);
+    }
+    scene_.engine().set_instances(std::move(left));
     callbacks_.changed();
     return {};
   }
@@ -165,6 +180,10 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
                     "/gazebo/set_state",
                     name));
   }
+  if (entity.body.link != scene_.instance(entity.body.instance).made_of().base_link()) {
+    return Status::refused(
+        fmt::format("'{}' is a link that joints carry; move the object that it belongs to", name));
+  }
   const std::optional<Pose> X_FE = from_msg(pose);
   if (!X_FE)
     return Status::refused("the pose is not valid: it needs a finite position and a unit quaternion");
@@ -184,7 +203,7 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
 void EntityServices::move(const Entity& entity, EntityMotion motion) {
   Instance object = scene_.instance(entity.body.instance);
   if (entity.shape) {
-    const Pose X_WO = motion.X_WE * shape_in_object(object.made_of()).inverse();
+    const Pose X_WO = motion.X_WE * shape_in_object(object).inverse();
     motion.velocity.linear_W +=
         motion.velocity.angular_W.cross(X_WO.translation() - motion.X_WE.translation());
     motion.X_WE = X_WO;
@@ -243,7 +262,7 @@ void EntityServices::offer_model_state() {
   node_.serve<GetModelState>("~/get_model_state", [this](const GetModelState::Request& r,
                                                          Responder<GetModelState::Response> respond) {
     GetModelState::Response found;
-    const std::string first = scene_.instance(scene_.robots().front()).name();
+    const std::string first = scene_.robots().empty() ? "" : scene_.instance(scene_.robots().front()).name();
     const Status status = get_state(r.model_name.empty() ? first : r.model_name, r.relative_entity_name,
                                     found.pose, found.twist);
     auto response = answer<GetModelState::Response>(status, "");

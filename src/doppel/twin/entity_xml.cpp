@@ -46,7 +46,7 @@ bool same_xml(const XmlNode& a, const XmlNode& b) {
          std::ranges::equal(a.children, b.children, same_xml);
 }
 
-// The common part of SDF and URDF: bounded numbers, shapes, and elements that must exist once.
+// Bounded numbers, shapes, and elements that must exist once.
 class Reader {
  public:
   Reader(const MeshFinder& find_mesh, Diagnostics& notes) : find_mesh_(find_mesh), notes_(notes) {}
@@ -123,14 +123,16 @@ class Reader {
                          : Eigen::Vector3d(found[0], found[1], found[2]);
   }
 
-  void check_range(const XmlNode& node, const char* what, double value, double low, double high,
+  void check_range(const SourceLocation& where, const char* what, double value, double low, double high,
                    const char* unit) {
     if (value >= low && value <= high) return;
-    error(node, fmt::format("the {} is {:g} {}; it must be from {:g} to {:g}", what, value, unit, low, high));
+    errors_.error(
+        kInvalid, where,
+        fmt::format("the {} is {:g} {}; it must be from {:g} to {:g}", what, value, unit, low, high));
   }
-  void check_sizes(const XmlNode& node, const Geometry& shape) {
+  void check_sizes(const SourceLocation& where, const Geometry& shape) {
     const auto check = [&](const char* what, double value) {
-      check_range(node, what, value, kMinSize, kMaxSize, "m");
+      check_range(where, what, value, kMinSize, kMaxSize, "m");
     };
     if (const auto* box = std::get_if<Box>(&shape)) {
       for (const double side : box->size) check("side", side);
@@ -142,16 +144,25 @@ class Reader {
       check("length", capsule->length);
     } else if (const auto* sphere = std::get_if<Sphere>(&shape)) {
       check("radius", sphere->radius);
+    } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(&shape)) {
+      for (const double radius : ellipsoid->radii) check("radius", radius);
+    } else if (const auto* cone = std::get_if<Cone>(&shape)) {
+      check("radius", cone->radius);
+      check("length", cone->length);
+    } else if (const auto* extrusion = std::get_if<Extrusion>(&shape)) {
+      check("height", extrusion->height);
+      for (const Eigen::Vector2d& p : extrusion->outline)
+        check_range(where, "distance", p.cwiseAbs().maxCoeff(), 0, kMaxSize, "m");
     } else if (const auto* mesh = std::get_if<MeshGeometry>(&shape)) {
-      for (const double scale : mesh->scale) check_range(node, "scale", std::fabs(scale), 1e-6, 1e6, "");
+      for (const double scale : mesh->scale) check_range(where, "scale", std::fabs(scale), 1e-6, 1e6, "");
     }
   }
-  void check_pose(const XmlNode& node, const Pose& pose) {
-    check_range(node, "distance", pose.translation().cwiseAbs().maxCoeff(), 0, kMaxEntityDistance, "m");
+  void check_pose(const SourceLocation& where, const Pose& pose) {
+    check_range(where, "distance", pose.translation().cwiseAbs().maxCoeff(), 0, kMaxEntityDistance, "m");
   }
   double mass_from(const XmlNode& node, std::optional<double> value) {
     if (!value) return kMinMass;  // already reported
-    check_range(node, "mass", *value, kMinMass, kMaxMass, "kg");
+    check_range(node.where, "mass", *value, kMinMass, kMaxMass, "kg");
     return *value;
   }
 
@@ -159,7 +170,7 @@ class Reader {
     const std::vector<double> found = numbers(node, text, 3, 4);
     for (std::size_t i = 0; i < found.size(); ++i) {
       object.rgba[static_cast<Eigen::Index>(i)] = found[i];
-      check_range(node, "colour", found[i], 0, 1, "");
+      check_range(node.where, "colour", found[i], 0, 1, "");
     }
   }
 
@@ -228,136 +239,45 @@ class Reader {
   Diagnostics errors_;
 };
 
-class SdfReader : private Reader {
+// Bounds of what is accepted from a client: shapes, mass and pose of every link.
+class ModelCheck : private Reader {
  public:
   using Reader::Reader;
 
-  WorldObject read(const XmlNode& sdf) {
-    WorldObject object;
-    const auto models = all(sdf, "model");
-    if (models.size() != 1) {
-      error(models.size() > 1 ? *models[1] : sdf,
-            fmt::format("the SDF has {} models; an entity must be one <model>", models.size()));
-    } else {
-      read_model(*models.front(), object);
+  void check(const SdfModel& model) {
+    std::size_t shapes = 0;
+    for (const Link& link : model.description->links) {
+      for (const Visual& visual : link.visuals) check_sizes(visual.source, visual.geometry);
+      for (const Collision& collision : link.collisions) check_sizes(collision.source, collision.geometry);
+      shapes += link.visuals.size() + link.collisions.size();
+      if (link.inertial)
+        check_range(link.inertial->source, "mass", link.inertial->mass, kMinMass, kMaxMass, "kg");
     }
+    if (shapes == 0)
+      errors_.error(kInvalid, model.source, "the model has no shape: neither <collision> nor <visual>");
+    check_pose(model.source, model.X_WR);
+    for (const Joint& joint : model.description->joints) check_pose(joint.source, joint.origin.pose());
     errors_.throw_if_errors();
-    return object;
-  }
-
- private:
-  void read_model(const XmlNode& model, WorldObject& object) {
-    object.name = UrdfReader::optional(model, "name");
-    object.X_WO = pose(model);
-    object.mass = 1.0;  // SDF's default
-    for (const XmlNode& child : model.children) {
-      if (child.is("joint") || child.is("model") || child.is("include")) {
-        error(child, fmt::format("a <{}>; an object is one link", child.name));
-      } else if (child.kind == XmlNode::Kind::element && !child.is("pose") && !child.is("static") &&
-                 !child.is("link")) {
-        has_no_effect(child);
-      }
-    }
-    if (const XmlNode* link = only_link(model)) read_link(*link, object);
-    if (const XmlNode* fixed = model.first("static"); fixed != nullptr && truth(*fixed)) object.mass = 0;
-  }
-
-  void read_link(const XmlNode& link, WorldObject& object) {
-    for (const XmlNode& child : link.children) {
-      if (child.kind == XmlNode::Kind::element && !child.is("pose") && !child.is("inertial") &&
-          !child.is("collision") && !child.is("visual")) {
-        has_no_effect(child);
-      }
-    }
-    if (const XmlNode* inertial = link.first("inertial")) {
-      if (const XmlNode* mass = inertial->first("mass")) object.mass = mass_from(*mass, number(*mass));
-      note_inertial(*inertial);
-    }
-    if (const XmlNode* visual = link.first("visual")) read_color(*visual, object);
-    const XmlNode* carrier = carrier_of_shape(link);
-    if (carrier == nullptr) return;
-    note_visuals(link, *carrier, "pose");
-    object.X_OS = pose(link) * pose(*carrier);
-    if (const XmlNode* shape = shape_below(*carrier, {"box", "sphere", "cylinder", "capsule", "mesh"})) {
-      object.shape = geometry(*shape);
-      check_sizes(*shape, object.shape);
-    }
-    const XmlNode* mu = carrier;
-    for (const char* below : {"surface", "friction", "ode", "mu"})
-      mu = mu == nullptr ? nullptr : mu->first(below);
-    if (mu == nullptr) return;
-    object.friction = number(*mu).value_or(object.friction);
-    check_range(*mu, "friction", object.friction, 0, kMaxFriction, "");
-  }
-
-  void read_color(const XmlNode& visual, WorldObject& object) {
-    const XmlNode* material = visual.first("material");
-    if (material == nullptr) return;
-    const XmlNode* color = material->first("diffuse");
-    if (color == nullptr) color = material->first("ambient");
-    if (color != nullptr) set_color(*color, color->content(), object);
-  }
-
-  Geometry geometry(const XmlNode& shape) {
-    if (shape.is("box")) return Box{vector(shape, "size")};
-    if (shape.is("sphere")) return Sphere{length(shape, "radius")};
-    if (shape.is("cylinder")) return Cylinder{length(shape, "radius"), length(shape, "length")};
-    if (shape.is("capsule")) return Capsule{length(shape, "radius"), length(shape, "length")};
-    if (const XmlNode* part = shape.first("submesh")) error(*part, "a part of a mesh cannot be used alone");
-    const XmlNode* uri = shape.first("uri");
-    if (uri == nullptr) {
-      error(shape, "<mesh> has no <uri>");
-      return MeshGeometry{};
-    }
-    return mesh_from(
-        *uri, uri->content(),
-        shape.first("scale") ? vector(shape, "scale") : Eigen::Vector3d(Eigen::Vector3d::Ones()));
-  }
-
-  std::optional<double> number(const XmlNode& node) {
-    const std::vector<double> found = numbers(node, node.content(), 1, 1);
-    return found.empty() ? std::nullopt : std::optional(found.front());
-  }
-  double length(const XmlNode& shape, const char* name) {
-    const XmlNode* node = shape.first(name);
-    if (node != nullptr) return number(*node).value_or(kMinSize);
-    error(shape, fmt::format("<{}> has no <{}>", shape.name, name));
-    return kMinSize;
-  }
-  Eigen::Vector3d vector(const XmlNode& shape, const char* name) {
-    const XmlNode* node = shape.first(name);
-    if (node != nullptr) return triple(*node, node->content());
-    error(shape, fmt::format("<{}> has no <{}>", shape.name, name));
-    return Eigen::Vector3d::Ones();
-  }
-  bool truth(const XmlNode& node) {
-    const std::string text = node.content();
-    if (text == "true" || text == "1") return true;
-    if (text != "false" && text != "0")
-      error(node, fmt::format("<{}> must be true or false, not '{}'", node.name, text.substr(0, 40)));
-    return false;
-  }
-
-  Pose pose(const XmlNode& parent) {
-    const XmlNode* node = parent.first("pose");
-    if (node == nullptr) return Pose::Identity();
-    if (!UrdfReader::optional(*node, "relative_to").empty())
-      error(*node, "poses relative to other frames are not supported",
-            "write it relative to the element's parent");
-    const std::string format = UrdfReader::optional(*node, "rotation_format");
-    const std::string degrees = UrdfReader::optional(*node, "degrees");
-    if (!format.empty() && format != "euler_rpy")
-      error(*node, fmt::format("the rotation format '{}' is not supported", format.substr(0, 40)),
-            "write roll pitch yaw");
-    const std::vector<double> found = numbers(*node, node->content(), 6, 6);
-    if (found.empty()) return Pose::Identity();
-    const double unit = degrees == "true" || degrees == "1" ? std::numbers::pi / 180 : 1;
-    const Pose X =
-        make_pose({found[0], found[1], found[2]}, unit * Eigen::Vector3d(found[3], found[4], found[5]));
-    check_pose(*node, X);
-    return X;
   }
 };
+
+EntityText read_sdf(const std::string& xml, const MeshFinder& find_mesh, Diagnostics& notes) {
+  SdfWorld world = parse_sdf(xml, "xml", find_mesh, notes);
+  const auto top = [](const SdfModel& model) { return model.name.find("::") == std::string::npos; };
+  const auto models = std::ranges::count_if(world.models, top);
+  if (models != 1 || world.is_world) {
+    const SourceLocation where =
+        world.models.empty() ? make_location("xml", 1, 1) : world.models.front().source;
+    throw InputError(kInvalid, where,
+                     world.is_world
+                         ? "this is a world; an entity must be one <model>"
+                         : fmt::format("the SDF has {} models; an entity must be one <model>", models),
+                     "start a world with: doppel up --world FILE");
+  }
+  for (const SdfModel& model : world.models) ModelCheck(find_mesh, notes).check(model);
+  const std::string name = std::ranges::find_if(world.models, top)->name;
+  return {name, std::move(world.models)};
+}
 
 class UrdfEntityReader : private Reader {
  public:
@@ -393,11 +313,11 @@ class UrdfEntityReader : private Reader {
     if (const XmlNode* origin = carrier->first("origin")) {
       object.X_OS = make_pose(vector(*origin, "xyz", Eigen::Vector3d::Zero()),
                               vector(*origin, "rpy", Eigen::Vector3d::Zero()));
-      check_pose(*origin, object.X_OS);
+      check_pose(origin->where, object.X_OS);
     }
     if (const XmlNode* shape = shape_below(*carrier, {"box", "sphere", "cylinder", "capsule", "mesh"})) {
       object.shape = geometry(*shape);
-      check_sizes(*shape, object.shape);
+      check_sizes(shape->where, object.shape);
     }
   }
 
@@ -440,16 +360,38 @@ class UrdfEntityReader : private Reader {
 
 }  // namespace
 
-WorldObject read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, Diagnostics& notes) {
+EntityText read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, Diagnostics& notes) {
   if (xml.size() > kMaxTextBytes)
     throw InputError(kInvalid, {},
                      fmt::format("the xml has {} bytes; at most {} are read", xml.size(), kMaxTextBytes));
   const XmlNode root = parse_xml(xml, "xml");
-  if (root.is("sdf")) return SdfReader(find_mesh, notes).read(root);
-  if (root.is("robot")) return UrdfEntityReader(find_mesh, notes).read(root);
+  if (root.is("sdf")) return read_sdf(std::string(xml), find_mesh, notes);
+  if (root.is("robot")) {
+    WorldObject object = UrdfEntityReader(find_mesh, notes).read(root);
+    return {object.name, object};
+  }
   throw InputError(kInvalid, root.where,
                    fmt::format("<{}> is neither <sdf> nor <robot>", root.name.substr(0, 40)),
                    "send SDF with one <model>, or a URDF with one <link>");
+}
+
+std::vector<ModelInstance> instances_of(const EntityText& entity, const std::string& name, const Pose& X_WE,
+                                        Diagnostics& notes) {
+  CollisionMeshes meshes;
+  std::vector<ModelInstance> out;
+  if (const auto* object = std::get_if<WorldObject>(&entity.made_of)) {
+    WorldObject placed = *object;
+    placed.name = name;
+    placed.X_WO = X_WE * placed.X_WO;
+    out.push_back(make_instance(placed, meshes, notes));
+    return out;
+  }
+  for (const SdfModel& model : std::get<std::vector<SdfModel>>(entity.made_of)) {
+    SdfModel placed = model;
+    placed.X_WR = X_WE * model.X_WR;
+    out.push_back(make_instance(placed, name + model.name.substr(entity.name.size()), meshes, notes));
+  }
+  return out;
 }
 
 std::string robot_in_xml(std::string_view xml) {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "doppel/description/shape_mesh.h"
 #include "doppel/twin/detail/entity.h"
 #include "doppel/twin/pose_messages.h"
 
@@ -13,16 +14,36 @@ namespace {
 using visualization_msgs::msg::Marker;
 
 constexpr std::size_t kMaxDeletedRepeated = 32;
-constexpr double kMoved = 1e-5;  // m, and of a rotation matrix's entries
+constexpr double kPlaneThickness = 1e-3;  // m
+constexpr double kMoved = 1e-5;           // m, and of a rotation matrix's entries
+
+void add_triangles(const TriangleMesh& mesh, Marker& marker) {
+  marker.type = Marker::TRIANGLE_LIST;
+  marker.scale = to_vector_msg(Eigen::Vector3d::Ones());
+  for (const auto& triangle : mesh.triangles) {
+    for (const std::uint32_t corner : triangle) {
+      const Eigen::Vector3f& p = mesh.vertices[corner];
+      marker.points.push_back({p.x(), p.y(), p.z()});
+    }
+  }
+}
+
+// A part of a mesh has no URI; a file that cannot be read was reported when it was loaded for collisions.
+void add_part(const MeshGeometry& mesh, Marker& marker) {
+  try {
+    add_triangles(load_mesh(mesh), marker);
+  } catch (const InputError&) {
+    add_triangles({}, marker);
+  }
+}
 
 // Shape, size and colour.
-Marker marker_of(const ModelInstance& object) {
-  const Visual& visual = visual_of(object);
-  const Eigen::Vector4d rgba =
-      visual.material && visual.material->rgba ? *visual.material->rgba : Eigen::Vector4d(WorldObject{}.rgba);
+Marker marker_of(const std::string& object, const Visual& visual) {
+  const bool coloured = visual.material && visual.material->rgba;
+  const Eigen::Vector4d rgba = coloured ? *visual.material->rgba : Eigen::Vector4d(WorldObject{}.rgba);
   Marker marker;
   marker.ns = "objects";
-  marker.text = object.name;
+  marker.text = object;
   marker.header.frame_id = "world";
   marker.color = {static_cast<float>(rgba[0]), static_cast<float>(rgba[1]), static_cast<float>(rgba[2]),
                   static_cast<float>(rgba[3])};
@@ -38,8 +59,21 @@ Marker marker_of(const ModelInstance& object) {
   } else if (const auto* capsule = std::get_if<Capsule>(&visual.geometry)) {
     marker.type = Marker::CYLINDER;  // the bounding cylinder, because there is no marker for a capsule
     marker.scale = {2 * capsule->radius, 2 * capsule->radius, capsule->length + 2 * capsule->radius};
+  } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(&visual.geometry)) {
+    marker.type = Marker::SPHERE;
+    marker.scale = to_vector_msg(2 * ellipsoid->radii);
+  } else if (const auto* plane = std::get_if<Plane>(&visual.geometry)) {
+    marker.type = Marker::CUBE;
+    marker.scale = {plane->size.x(), plane->size.y(), kPlaneThickness};
+  } else if (const auto convex = convex_surface(visual.geometry)) {
+    add_triangles(*convex, marker);
   } else if (const auto* mesh = std::get_if<MeshGeometry>(&visual.geometry)) {
+    if (!mesh->submesh.empty()) {
+      add_part(*mesh, marker);
+      return marker;
+    }
     marker.type = Marker::MESH_RESOURCE;
+    marker.mesh_use_embedded_materials = !coloured;
     marker.scale = to_vector_msg(mesh->scale);
     marker.mesh_resource = mesh_resource(*mesh);
   }
@@ -69,30 +103,38 @@ ObjectPublisher::ObjectPublisher(Bus& bus, const Scene& scene) : scene_(scene), 
 
 // An object keeps its id as long as it exists under its name.
 void ObjectPublisher::list() {
-  const auto before = static_cast<std::ptrdiff_t>(published_.size());
+  const auto before = static_cast<std::ptrdiff_t>(parts_.size());
   std::vector<Marker> old(message_.markers.begin(), message_.markers.begin() + before);
   message_.markers.clear();
+  parts_.clear();
   for (const int index : scene_.objects()) {
-    Marker marker = marker_of(scene_.instance(index).made_of());
-    const auto known = std::ranges::find(old, marker.text, &Marker::text);
-    marker.id = known != old.end() ? known->id : next_id_++;
-    if (known != old.end()) old.erase(known);
-    message_.markers.push_back(std::move(marker));
+    const ModelInstance& object = scene_.instance(index).made_of();
+    for (const LinkVisual& part : visuals_of(object)) {
+      Marker marker = marker_of(object.name, *part.visual);
+      const auto known = std::ranges::find(old, marker.text, &Marker::text);
+      marker.id = known != old.end() ? known->id : next_id_++;
+      if (known != old.end()) old.erase(known);
+      message_.markers.push_back(std::move(marker));
+      Pose X_LS = part.visual->origin.pose();
+      if (const auto* plane = std::get_if<Plane>(&part.visual->geometry))
+        X_LS = X_LS * Pose(rotation_from_z(plane->normal)) * Eigen::Translation3d(0, 0, -kPlaneThickness / 2);
+      parts_.push_back({index, part.link, X_LS, std::nullopt});
+    }
   }
   for (const Marker& marker : old) gone_.push_back(marker.id);
   while (gone_.size() > kMaxDeletedRepeated) gone_.pop_front();
   for (const std::int32_t id : gone_) message_.markers.push_back(deletion(id));
-  published_.assign(scene_.objects().size(), std::nullopt);
 }
 
 bool ObjectPublisher::update_poses() {
   const Pose X_TW = scene_.world_in_tf();
   bool moved = false;
-  for (std::size_t i = 0; i < scene_.objects().size(); ++i) {
-    const Instance object = scene_.instance(scene_.objects()[i]);
-    const Pose X_TS = X_TW * object.base_pose() * shape_in_object(object.made_of());
-    if (published_[i] && (X_TS.matrix() - published_[i]->matrix()).cwiseAbs().maxCoeff() <= kMoved) continue;
-    published_[i] = X_TS;
+  for (std::size_t i = 0; i < parts_.size(); ++i) {
+    Part& part = parts_[i];
+    const Pose X_TS = X_TW * scene_.instance(part.instance).link_pose(part.link) * part.X_LS;
+    if (part.published && (X_TS.matrix() - part.published->matrix()).cwiseAbs().maxCoeff() <= kMoved)
+      continue;
+    part.published = X_TS;
     message_.markers[i].pose = to_pose_msg(X_TS);
     moved = true;
   }

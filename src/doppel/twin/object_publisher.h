@@ -1,6 +1,6 @@
 #pragma once
 // /doppel/objects (visualization_msgs/msg/MarkerArray, latched): the world's objects as RViz's markers, ns
-// "objects", text: the object's name, in the frame "world". Published when an object is spawned, deleted or
+// "objects", text: the object's name, in the frame "world"; one marker for each visual shape. Published when an object is spawned, deleted or
 // moved, at most at 25 Hz of simulated time. Every message has all objects, and DELETE for recently deleted
 // ones, so that a subscriber that missed a message is up to date with the next one.
 
@@ -46,8 +46,14 @@ class DOPPEL_API ObjectPublisher : public Tickable {
   Publisher<visualization_msgs::msg::MarkerArray> topic_;
   PublishSchedule due_{Duration{40'000'000}};
   visualization_msgs::msg::MarkerArray message_;  // first the objects, in the scene's order, then the deleted
-  std::vector<std::optional<Pose>> published_;    // [objects] as published last
-  std::deque<std::int32_t> gone_;                 // ids of recently deleted objects
+  // What a marker shows, at the same index.
+  struct Part {
+    int instance = 0, link = 0;
+    Pose X_LS = Pose::Identity();   // the marker in the link
+    std::optional<Pose> published;  // its pose as published last, in TF's world
+  };
+  std::vector<Part> parts_;
+  std::deque<std::int32_t> gone_;  // ids of recently deleted objects
   std::int32_t next_id_ = 0;
   bool listed_ = false;
 };

@@ -14,8 +14,7 @@ void Scene::show(Engine& engine, std::vector<std::string> robots, std::string ro
   }
   for (int i = 0; i < static_cast<int>(world.instances().size()); ++i) {
     const ModelInstance& made = world.instances()[static_cast<std::size_t>(i)];
-    const bool seen = !made.description->links.empty() && !made.description->links.front().visuals.empty();
-    if (!is_robot(i) && made.is_object() && seen) objects_.push_back(i);
+    if (!is_robot(i) && made.is_object()) objects_.push_back(i);
   }
   root_ = root.empty() ? -1 : world.find(root);
 }

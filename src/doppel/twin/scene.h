@@ -20,7 +20,7 @@ class DOPPEL_API Scene {
   [[nodiscard]] Engine& engine() const { return *engine_; }
   [[nodiscard]] Time now() const { return engine_->time(); }
   [[nodiscard]] const std::vector<int>& robots() const { return robots_; }  // instances
-  // Instances with one body and a visual shape that are not robots.
+  // Instances that are not robots.
   [[nodiscard]] const std::vector<int>& objects() const { return objects_; }
   [[nodiscard]] bool is_robot(int instance) const;
   [[nodiscard]] bool is_object(int instance) const;

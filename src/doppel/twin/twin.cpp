@@ -92,7 +92,8 @@ void Twin::Impl::add_world_ticks() {
   ticks.add(std::make_unique<SimulatorServices>(bus, scene, time_control, std::move(simulator)));
   EntityServices::Callbacks entities;
   entities.find_mesh = [this](const std::string& uri) {
-    return find_entity_mesh(uri, machine->resolver, robots.front()->machine().setup().target);
+    return find_entity_mesh(uri, machine->resolver,
+                            robots.empty() ? Target{} : robots.front()->machine().setup().target);
   };
   entities.changed = [this] { renew_handles(); };
   entities.spawn_robot = [this](WorldRobot robot, std::string urdf, const auto& done) {
@@ -261,7 +262,7 @@ const LoopPhases& Twin::step_phases() const {
 }
 
 std::vector<std::filesystem::path> Twin::files() const {
-  return impl_->machine->files(impl_->scenario);
+  return impl_->machine->files();
 }
 
 Time Twin::now() const {
@@ -281,7 +282,7 @@ bool Twin::diverged() const {
 std::string Twin::name() const {
   std::string out;
   for (const auto& robot : impl_->robots) out += (out.empty() ? "" : ", ") + robot->name();
-  return out;
+  return out.empty() ? impl_->machine->world.name : out;
 }
 const std::vector<std::unique_ptr<TwinRobot>>& Twin::robots() const {
   return impl_->robots;

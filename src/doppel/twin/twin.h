@@ -97,11 +97,11 @@ class DOPPEL_API Twin {
   [[nodiscard]] std::uint64_t state_hash() const;
   [[nodiscard]] bool diverged() const;
 
-  // "omarm_one", or "left, right".
+  // "omarm_one", or "left, right"; without robots the world's.
   [[nodiscard]] std::string name() const;
-  // At least one. A reference is valid until the robots change.
+  // None: a world of objects. A reference is valid until the robots change.
   [[nodiscard]] const std::vector<std::unique_ptr<TwinRobot>>& robots() const;
-  // The first robot, which is the only one of most twins.
+  // The first robot, which is the only one of most twins. Precondition: there is one.
   [[nodiscard]] TwinRobot& robot() const { return *robots().front(); }
   // nullptr: no robot has this namespace.
   [[nodiscard]] TwinRobot* find_robot(std::string_view name_space) const;

@@ -12,12 +12,18 @@ export const OBJECTS_TOPIC = '/doppel/objects';
 export const SPAWN = '/spawn_entity', DELETE = '/delete_entity', SET_STATE = '/gazebo/set_entity_state';
 const PERIOD = 40; // ms between two poses sent while dragging
 const ACTION = { remove: 2, removeAll: 3 }; // visualization_msgs/Marker
-const MARKER = { cube: 1, sphere: 2, cylinder: 3, mesh: 10 };
+const MARKER = { cube: 1, sphere: 2, cylinder: 3, mesh: 10, triangles: 11 };
+
+// What one marker shows.
+interface Part {
+  holder: THREE.Group;
+  shape: string; // the marker that it was created from
+}
 
 export interface WorldObject {
   name: string;
-  holder: THREE.Group;
-  shape: string; // the marker that it was created from
+  holder: THREE.Group; // of its first part, which the handle moves
+  parts: Map<number, Part>; // by the marker's id
 }
 
 type Vector = { x: number; y: number; z: number };
@@ -83,9 +89,16 @@ export class ObjectLayer {
 
   private drop(id: number): boolean {
     for (const [name, object] of this.objects) {
-      if (object.holder.userData['id'] !== id) continue;
+      const part = object.parts.get(id);
+      if (!part) continue;
+      this.root.remove(part.holder);
+      object.parts.delete(id);
+      const [next] = object.parts.values();
+      if (next) {
+        object.holder = next.holder;
+        return false;
+      }
       if (this.selected === name) this.select(null);
-      this.root.remove(object.holder);
       this.objects.delete(name);
       return true;
     }
@@ -95,31 +108,37 @@ export class ObjectLayer {
   private put(name: string, marker: Message): boolean {
     let object = this.objects.get(name);
     const made = object === undefined;
-    if (!object) {
-      object = { name, holder: new THREE.Group(), shape: '' };
-      object.holder.userData['object'] = name;
-      this.objects.set(name, object);
-      this.root.add(object.holder);
+    const id = Number(marker['id']);
+    let part = object?.parts.get(id);
+    if (!part) {
+      part = { holder: new THREE.Group(), shape: '' };
+      part.holder.userData['object'] = name;
+      this.root.add(part.holder);
     }
-    object.holder.userData['id'] = Number(marker['id']);
-    this.look(object, marker);
+    if (!object) {
+      object = { name, holder: part.holder, parts: new Map() };
+      this.objects.set(name, object);
+    }
+    object.parts.set(id, part);
+    this.look(name, part, marker);
     const { position: p, orientation: q } = marker['pose'] as unknown as { position: Vector; orientation: Vector & { w: number } };
     if (this.controls?.dragging && this.selected === name) return made;
-    object.holder.position.set(p.x, p.y, p.z);
-    object.holder.quaternion.set(q.x, q.y, q.z, q.w);
-    if (this.selected === name) this.follow(object);
+    part.holder.position.set(p.x, p.y, p.z);
+    part.holder.quaternion.set(q.x, q.y, q.z, q.w);
+    if (this.selected === name && part.holder === object.holder) this.follow(object);
     return made;
   }
 
-  private look(object: WorldObject, marker: Message): void {
+  private look(name: string, part: Part, marker: Message): void {
     const scale = marker['scale'] as unknown as Vector;
     const colour = marker['color'] as unknown as { r: number; g: number; b: number; a: number };
     const type = Number(marker['type']);
     const uri = String(marker['mesh_resource'] ?? '');
-    const shape = JSON.stringify([type, scale, colour, uri]);
-    if (shape === object.shape) return;
-    object.shape = shape;
-    object.holder.clear();
+    const points = marker['points'] as unknown as Vector[];
+    const shape = JSON.stringify([type, scale, colour, uri, points.length]);
+    if (shape === part.shape) return;
+    part.shape = shape;
+    part.holder.clear();
     const embedded = type === MARKER.mesh && marker['mesh_use_embedded_materials'] === true;
     const rgba: [number, number, number, number] = [colour.r, colour.g, colour.b, colour.a > 0 ? colour.a : 1];
     const material = materialOf({ name: '', color: rgba, texture: null });
@@ -130,15 +149,20 @@ export class ObjectLayer {
         if (!embedded) one.material = material;
       });
       made.scale.set(scale.x || 1, scale.y || 1, scale.z || 1);
-      object.holder.add(made);
+      part.holder.add(made);
       this.app.world.stage.moved();
     };
     if (type === MARKER.sphere) add(new THREE.Mesh(new THREE.SphereGeometry(0.5, 32, 20), material));
     else if (type === MARKER.cylinder) add(new THREE.Mesh(new THREE.CylinderGeometry(0.5, 0.5, 1, 40).rotateX(Math.PI / 2), material));
-    else if (type === MARKER.mesh) {
+    else if (type === MARKER.triangles) {
+      const geometry = new THREE.BufferGeometry();
+      geometry.setAttribute('position', new THREE.Float32BufferAttribute(points.flatMap((at) => [at.x, at.y, at.z]), 3));
+      geometry.computeVertexNormals();
+      add(new THREE.Mesh(geometry, material));
+    } else if (type === MARKER.mesh) {
       this.app.world.meshes.get(uri).then((loaded) => {
-        if (object.shape === shape) add('geometry' in loaded ? new THREE.Mesh(loaded.geometry, material) : loaded.object.clone());
-      }, (problem: Error) => toast(`${object.name}: ${problem.message}`, 'warning'));
+        if (part.shape === shape) add('geometry' in loaded ? new THREE.Mesh(loaded.geometry, material) : loaded.object.clone());
+      }, (problem: Error) => toast(`${name}: ${problem.message}`, 'warning'));
     } else add(new THREE.Mesh(new THREE.BoxGeometry(1, 1, 1), material));
   }
 
@@ -254,7 +278,7 @@ export class ObjectLayer {
   private showOutline(): void {
     const object = this.objects.get(this.selected ?? '');
     if (this.outline) this.app.world.stage.scene.remove(this.outline);
-    this.outline = object ? new THREE.Box3Helper(new THREE.Box3().setFromObject(object.holder), 0x0b6bcb) : null;
+    this.outline = object ? new THREE.Box3Helper(boundsOf(object), 0x0b6bcb) : null;
     if (this.outline) this.app.world.stage.scene.add(this.outline);
   }
 
@@ -283,6 +307,12 @@ export class ObjectLayer {
   remove(name: string): Promise<boolean> {
     return this.ask(DELETE, { name });
   }
+}
+
+function boundsOf(object: WorldObject): THREE.Box3 {
+  const out = new THREE.Box3();
+  for (const part of object.parts.values()) out.expandByObject(part.holder);
+  return out;
 }
 
 function poseMessage(p: THREE.Vector3, q: THREE.Quaternion): Message {

@@ -19,6 +19,12 @@ struct TriangleSoup {
   std::vector<std::array<std::uint32_t, 3>> triangles;  // indices into points
   std::optional<Eigen::Vector4f> rgba;
   std::size_t ear_tests = 0;  // spent by add_polygon
+  // A part of a file with names of its own: triangles [begin, end).
+  struct Part {
+    std::vector<std::string> names;
+    std::size_t begin = 0, end = 0;
+  };
+  std::vector<Part> parts;  // of COLLADA only
 };
 
 // Reads a file to which the mesh refers, from its folder; empty: it cannot be read.

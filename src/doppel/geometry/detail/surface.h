@@ -9,7 +9,7 @@
 namespace doppel {
 
 struct SurfaceFunctions {
-  // `mesh`: the triangles of a mesh geometry, else nullptr.
+  // `mesh`: the triangles of a mesh, ellipsoid, cone or extrusion, else nullptr.
   void* (*make)(const Geometry& geometry, const TriangleMesh* mesh);
   void (*discard)(void* surface);
   bool (*touch)(const void* a, const Pose& X_WA, const void* b, const Pose& X_WB);

@@ -225,11 +225,16 @@ XmlNode option_of(const WorldSettings& world, bool listed_pairs) {
                  {element("flag", {{"filterparent", "disable"}})});
 }
 
+constexpr std::size_t kMaxTouchingShapes = 12;  // of a link at once
+
 // Fixed bodies have no contacts among themselves, and MuJoCo's memory grows with the square of njmax.
 XmlNode size_of(std::span<const ModelInstance> instances) {
   const auto objects = static_cast<std::size_t>(std::ranges::count_if(instances, &ModelInstance::is_object));
-  const auto loose = static_cast<std::size_t>(
-      std::ranges::count_if(instances, [](const ModelInstance& i) { return i.is_object() && i.floating(); }));
+  std::size_t loose = 0;  // shapes of objects that move
+  for (const ModelInstance& instance : instances) {
+    if (!instance.is_object() || instance.model->nv == 0) continue;
+    for (const auto& shapes : instance.shapes) loose += std::min(shapes.size(), kMaxTouchingShapes);
+  }
   const std::size_t robots = std::max<std::size_t>(instances.size() - objects, 1);
   return element("size", {{"nconmax", std::to_string(100 * robots + 8 * loose)},
                           {"njmax", std::to_string(400 * robots + 24 * loose)}});

@@ -1,10 +1,11 @@
 #pragma once
 // The names of entities in services, as in Gazebo: a robot, "robot::link" or only the link if one robot has
-// it; an object or "object::link", which are its frame; and "object::link::collision", its shape, whose pose
-// is that of /doppel/objects. An object has one link and one shape, regardless of their names in its text. A
-// robot with a namespace has that name. Empty, "world" and "map" are TF's world (scene.h).
+// it; an object, which is its base link; "object::link", a link of it (of an object with one link, any name);
+// and "object::link::collision", its first visual shape, whose pose is that of its first marker of
+// /doppel/objects. A robot with a namespace has that name. Empty, "world" and "map" are TF's world (scene.h).
 
 #include <string>
+#include <vector>
 
 #include "doppel/core/status.h"
 #include "doppel/twin/scene.h"
@@ -37,9 +38,13 @@ struct EntityMotion {
 [[nodiscard]] EntityMotion motion_of(const Scene& scene, const Entity& entity);
 // A frame of reference: an entity or the world.
 [[nodiscard]] Status find_frame(const Scene& scene, const std::string& name, EntityMotion& frame);
-// An object's look: its one shape, with pose and colour.
-[[nodiscard]] const Visual& visual_of(const ModelInstance& object);
-// The pose of its shape in its frame.
-[[nodiscard]] Pose shape_in_object(const ModelInstance& object);
+struct LinkVisual {
+  int link = 0;  // of the model
+  const Visual* visual = nullptr;
+};
+// What is drawn of an object, in the order of its links.
+[[nodiscard]] std::vector<LinkVisual> visuals_of(const ModelInstance& object);
+// The present pose of its first visual shape in its base link; the identity if it has none.
+[[nodiscard]] Pose shape_in_object(const Instance& object);
 
 }  // namespace doppel

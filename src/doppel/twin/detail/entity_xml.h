@@ -1,27 +1,35 @@
 #pragma once
-// The one reader of SDF (descriptions of robots are URDF, worlds are YAML, and SDF is otherwise only
-// written): an object of the world from the text that /spawn_entity gets: SDF (one <model> with one
-// <link>) or URDF (one <link>). It has one shape, which collides: that of its <collision>, or of its
-// <visual> where there is none; its mass is distributed evenly over it. Elements without effect are notes.
-// Source: SDFormat 1.9.
+// An entity of the world from the text that /spawn_entity gets: SDF with one <model>, read as everywhere
+// (worlds/sdf_world.h), or a URDF with one <link>. The URDF's link has one shape, which collides: that of its
+// <collision>, or of its <visual> where there is none; its mass is distributed evenly over it. Elements without
+// effect are notes.
 
-#include <filesystem>
-#include <functional>
 #include <string>
 #include <string_view>
+#include <variant>
+#include <vector>
 
 #include "doppel/core/diagnostic.h"
-#include "doppel/physics/world.h"
+#include "doppel/physics/model_instance.h"
+#include "doppel/worlds/sdf_world.h"
 
 namespace doppel {
 
 // From a mesh's URI to a permitted file; throws InputError.
-using MeshFinder = std::function<std::filesystem::path(const std::string& uri)>;
+using MeshFinder = SdfMeshFinder;
 
-// X_WO is the pose of the model's frame in the text, and the name that of the text. Throws InputError
-// with all errors, at "xml:LINE:COLUMN": invalid XML, two links or shapes, unknown shapes, unrealistic
-// sizes and masses.
-WorldObject read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, Diagnostics& notes);
+struct EntityText {
+  std::string name;  // of the model in the text; parts of it that no joint connects are named "name::link"
+  std::variant<WorldObject, std::vector<SdfModel>> made_of;  // of a URDF, of an SDF; poses as in the text
+};
+
+// Throws InputError with all errors, at "xml:LINE:COLUMN": invalid XML, no or several models, unrealistic sizes
+// and masses.
+EntityText read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, Diagnostics& notes);
+
+// Under another name, in the world. X_WE: the frame in which the text's poses are. Throws InputError.
+std::vector<ModelInstance> instances_of(const EntityText& entity, const std::string& name, const Pose& X_WE,
+                                        Diagnostics& notes);
 
 // The name of the robot that the text describes: a URDF with several links, or with <ros2_control>. Empty: an
 // object, or invalid text.

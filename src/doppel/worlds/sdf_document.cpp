@@ -1,0 +1,436 @@
+#include "doppel/worlds/detail/sdf_document.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "doppel/core/names.h"
+#include "doppel/core/text.h"
+#include "doppel/description/load.h"
+#include "doppel/xml/xml_tree.h"
+
+namespace doppel::sdf {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr int kMaxDepth = 50;                             // of nested and included models
+constexpr std::size_t kMaxBytes = std::size_t{64} << 20;  // of a file
+constexpr std::size_t kMaxItems = 200'000;                // of a world with all that it includes
+constexpr std::size_t kMaxPlaces = 12;                    // named in a message
+const Eigen::Vector4d kWarningColour{1.0, 0.2, 0.7, 1.0};
+
+std::pair<int, int> sdf_version(const std::string& text) {
+  std::pair<int, int> out{1, 11};
+  const char* const end = text.data() + text.size();
+  const auto [dot, failed] = std::from_chars(text.data(), end, out.first);
+  if (failed == std::errc{} && dot != end && *dot == '.') std::from_chars(dot + 1, end, out.second);
+  return out;
+}
+
+bool is_world_root(const XmlNode& root) {
+  return root.is("sdf") || root.is("gazebo") || root.is("world") || root.is("model");
+}
+
+}  // namespace
+
+struct Document::Override {
+  const XmlNode* include = nullptr;
+  std::string name;
+  WrittenPose pose;
+  bool fixed = false;  // <static>true</static>
+  std::string placement_frame;
+  bool merge = false;
+};
+
+const Source* Document::parse(std::string text, const std::string& name, const fs::path& folder) {
+  const XmlTree tree = parse_xml_tree(std::move(text), name, XmlContent::content, XmlRules::lenient);
+  for (Diagnostic tolerated : tree.tolerated) {
+    tolerated.message =
+        tolerated.message.substr(0, tolerated.message.find("; urdfdom")) + "; Gazebo accepts it";
+    elements_.diagnostics.add(std::move(tolerated));
+  }
+  auto source = std::make_unique<Source>();
+  source->folder = folder;
+  source->root = tree.node();
+  source->version = sdf_version(Elements::attribute(source->root, "version"));
+  texts_.push_back(std::move(source));
+  return texts_.back().get();
+}
+
+const Source* Document::load(const fs::path& file) {
+  const auto known = sources_.find(file);
+  if (known != sources_.end()) return known->second.get();
+  const Source* const made = parse(read_file(file.string(), kMaxBytes), file.string(), file.parent_path());
+  read_files_.push_back(file);
+  sources_[file] = std::move(texts_.back());
+  texts_.pop_back();
+  return made;
+}
+
+const XmlNode& Document::made(std::string text) {
+  return parse(std::move(text), "built in", {})->root;
+}
+
+void Document::read(std::string text, const std::string& name, const fs::path& folder, SdfWorld& out) {
+  const Source& source = *parse(std::move(text), name, folder);
+  const XmlNode& root = source.root;
+  if (!is_world_root(root)) {
+    throw InputError("sdf.not_sdf", root.where,
+                     fmt::format("<{}> is not the root of an SDF file{}", root.name.substr(0, 40),
+                                 root.is("robot") ? "; this is a URDF" : ""),
+                     "give a file with <sdf>");
+  }
+  out.version = Elements::attribute(root, "version");
+  if (source.version > std::pair(1, 11)) {
+    elements_.diagnostics.note(
+        "sdf.version", root.where,
+        fmt::format("version {} of SDF is newer than 1.11; what 1.11 does not have is ignored", out.version));
+  }
+  if (root.is("sdf") || root.is("gazebo")) elements_.check(root, "sdf");
+  const XmlNode* const world = root.is("world") ? &root : root.first("world");
+  world_.is_world = true;
+  world_.source = &source;
+  world_.node = world != nullptr ? world : &root;
+  out.settings.friction_rule = FrictionRule::smaller;
+  out.settings.ground = false;
+  if (world != nullptr) {
+    for (const XmlNode& other : root.children) {
+      if (other.is("world") && &other != world)
+        elements_.without_effect(other.where, "a second <world>", "one world is simulated");
+    }
+    out.is_world = true;
+    return read_world(*world, source, out);
+  }
+  out.settings.name = world_.name = fs::path(name).stem().string();
+  out.settings.ground = true;
+  if (root.is("model")) return read_model(root, source, world_, nullptr, 0);
+  read_items(root, source, world_, &out, 0);
+  if (world_.items.empty() && out.lights.empty())
+    elements_.error("sdf.not_sdf", root.where, "the file has neither a <world> nor a <model>");
+}
+
+void Document::read_world(const XmlNode& node, const Source& source, SdfWorld& out) {
+  elements_.check(node, "world");
+  out.settings.name = world_.name = Elements::attribute(node, "name");
+  if (const auto gravity = elements_.vector<3>(node, "gravity")) out.settings.gravity = *gravity;
+  if (const XmlNode* const physics = node.first("physics")) read_physics(*physics, out);
+  if (const XmlNode* const scene = node.first("scene")) {
+    elements_.check(*scene, "scene");
+    out.scene.ambient = elements_.colour(*scene, "ambient").value_or(out.scene.ambient);
+    out.scene.background = elements_.colour(*scene, "background").value_or(out.scene.background);
+    out.scene.shadows = elements_.truth(*scene, "shadows", true);
+  }
+  for (const XmlNode& child : node.children) {
+    if (!child.is("plugin")) continue;
+    out.plugins.push_back({Elements::attribute(child, "filename"),
+                           Elements::attribute(child, "name"),
+                           {},
+                           to_xml(child),
+                           child.where});
+  }
+  state_ = node.first("state");
+  read_items(node, source, world_, &out, 0);
+}
+
+void Document::read_physics(const XmlNode& node, SdfWorld& out) {
+  elements_.check(node, "physics");
+  if (const auto gravity = elements_.vector<3>(node, "gravity")) out.settings.gravity = *gravity;
+  const std::optional<double> step = elements_.number(node, "max_step_size");
+  if (!step) return;
+  if (*step >= kMinStep && *step <= kMaxStep) {
+    out.settings.step = from_seconds(*step);
+    return;
+  }
+  elements_.diagnostics.warning("sdf.step", node.first("max_step_size")->where,
+                                fmt::format("the step of {} s is not from {} to {} s; {} s is used", *step,
+                                            kMinStep, kMaxStep, to_seconds(out.settings.step)),
+                                "write 0.001 for a step of 1 ms");
+}
+
+void Document::read_items(const XmlNode& node, const Source& source, Scope& scope, SdfWorld* world,
+                          int depth) {
+  for (const XmlNode& child : node.children) {
+    if (child.kind != XmlNode::Kind::element) continue;
+    if (scope.items.size() > kMaxItems)
+      throw InputError("sdf.too_much", child.where,
+                       fmt::format("'{}' has more than {} parts", scope.name, kMaxItems));
+    if (child.is("model")) {
+      read_model(child, source, scope, nullptr, depth + 1);
+    } else if (child.is("include")) {
+      read_include(child, source, scope, world, depth + 1);
+    } else if (child.is("frame") || (child.is("link") && !scope.is_world)) {
+      Item item;
+      item.kind = child.is("link") ? Item::Kind::link : Item::Kind::frame;
+      item.name = Elements::attribute(child, "name");
+      item.node = &child;
+      item.source = &source;
+      item.pose = elements_.pose(child);
+      item.attached_to = Elements::attribute(child, "attached_to");
+      elements_.check(child, child.name);
+      scope.add(std::move(item));
+    } else if (child.is("joint")) {
+      add_joint(child, source, scope);
+    } else if (child.is("plugin") && !scope.is_world) {
+      scope.plugins.push_back(&child);
+    } else if (child.is("sensor") && !scope.is_world) {
+      scope.sensors.push_back(&child);
+    } else if (child.is("light") && world != nullptr) {
+      const WrittenPose pose = elements_.pose(child);
+      read_light(child, pose.X, pose.where.known(), *world);
+    } else if (child.is("actor") || child.is("population")) {
+      elements_.without_effect(child.where, fmt::format("<{}>", child.name));
+    }
+  }
+}
+
+void Document::add_joint(const XmlNode& node, const Source& source, Scope& scope) {
+  elements_.check(node, "joint");
+  Item item;
+  item.kind = Item::Kind::joint;
+  item.name = Elements::attribute(node, "name");
+  item.node = &node;
+  item.source = &source;
+  item.pose = elements_.pose(node);
+  const auto end = [&](const char* which) {
+    const XmlNode* const written = node.first(which);
+    if (written == nullptr) return std::string();
+    const XmlNode* const link = written->first("link_name");  // of SDF 1.2
+    return link != nullptr ? link->content() : written->content();
+  };
+  item.parent = end("parent");
+  item.child = end("child");
+  for (const auto& [which, name] : {std::pair("parent", item.parent), std::pair("child", item.child)}) {
+    if (name.empty()) {
+      elements_.error("sdf.value", node.where, fmt::format("the joint '{}' has no <{}>", item.name, which),
+                      "name a link of the model, or world");
+      return;
+    }
+  }
+  scope.add(std::move(item));
+}
+
+void Document::read_model(const XmlNode& node, const Source& source, Scope& into, const Override* over,
+                          int depth) {
+  if (depth > kMaxDepth) {
+    elements_.error("sdf.too_deep", node.where,
+                    fmt::format("models are nested in more than {} levels", kMaxDepth));
+    return;
+  }
+  elements_.check(node, "model");
+  Item item;
+  item.kind = Item::Kind::model;
+  item.node = over != nullptr && over->include != nullptr ? over->include : &node;
+  item.source = &source;
+  item.name = over != nullptr && !over->name.empty() ? over->name : Elements::attribute(node, "name");
+  item.pose = over != nullptr && over->pose.where.known() ? over->pose : elements_.pose(node);
+  item.scope = std::make_unique<Scope>();
+  Scope& scope = *item.scope;
+  scope.name = item.name;
+  scope.node = &node;
+  scope.source = &source;
+  scope.canonical_link = Elements::attribute(node, "canonical_link");
+  scope.placement_frame = Elements::attribute(node, "placement_frame");
+  if (over != nullptr && !over->placement_frame.empty()) scope.placement_frame = over->placement_frame;
+  scope.is_static = elements_.truth(node, "static", false) || (over != nullptr && over->fixed);
+  if (over != nullptr && over->include->first("static") != nullptr) scope.is_static = over->fixed;
+  scope.self_collide = elements_.truth(node, "self_collide", false);
+  read_items(node, source, scope, nullptr, depth);
+  if (over != nullptr) {
+    for (const XmlNode& child : over->include->children) {
+      if (child.is("plugin")) scope.plugins.push_back(&child);
+    }
+  }
+  if (!scope.placement_frame.empty()) {
+    item.X_M_placement =
+        frames_.pose(scope, scope.placement_frame, "", over != nullptr ? over->include->where : node.where);
+  }
+  if (over != nullptr && over->merge && !into.is_world) return merge(std::move(item), into);
+  into.add(std::move(item));
+}
+
+// The parts of the model become parts of the scope; "__model__" in them is a frame at the model's place.
+void Document::merge(Item model, Scope& into) {
+  Item frame;
+  frame.kind = Item::Kind::frame;
+  frame.name = fmt::format("_merged__{}__model__", model.name);
+  frame.node = model.node;
+  frame.source = model.source;
+  frame.pose = model.pose;
+  frame.X_M_placement = model.X_M_placement;
+  if (const LinkRef root = frames_.canonical(*model.scope); root.found && root.scope == model.scope.get())
+    frame.attached_to = root.link->name;
+  // Its pose is relative to the scope even where it is attached to one of the merged links.
+  if (frame.pose.relative_to.empty()) frame.pose.relative_to = kModelFrame;
+  const std::string proxy = frame.name;
+  into.add(std::move(frame));
+  for (Item& item : model.scope->items) {
+    item.state = Item::State::open;
+    if (item.base.empty()) item.base = proxy;
+    into.add(std::move(item));
+  }
+  into.plugins.insert(into.plugins.end(), model.scope->plugins.begin(), model.scope->plugins.end());
+  into.sensors.insert(into.sensors.end(), model.scope->sensors.begin(), model.scope->sensors.end());
+}
+
+void Document::read_urdf(const fs::path& file, Scope& into, const Override& over) {
+  Item item;
+  item.kind = Item::Kind::model;
+  item.node = over.include;
+  item.source = into.source;
+  item.pose = over.pose;
+  LoadedDescription loaded = load_description(file, {}, resolver_, elements_.diagnostics);
+  read_files_.insert(read_files_.end(), loaded.files.begin(), loaded.files.end());
+  item.name = over.name.empty() ? loaded.robot.name : over.name;
+  item.scope = std::make_unique<Scope>();
+  item.scope->name = item.name;
+  item.scope->is_static = over.fixed;
+  item.scope->node = over.include;
+  item.scope->source = into.source;
+  item.urdf = std::make_shared<RobotDescription>(std::move(loaded.robot));
+  if (into.is_world) return into.add(std::move(item));
+  elements_.without_effect(over.include->where, "a URDF included in a model", "include it in the world");
+}
+
+void Document::read_include(const XmlNode& node, const Source& source, Scope& into, SdfWorld* world,
+                            int depth) {
+  elements_.check(node, "include");
+  Override over;
+  over.include = &node;
+  over.name = Elements::text(node, "name");
+  over.pose = elements_.pose(node);
+  over.fixed = elements_.truth(node, "static", false);
+  over.placement_frame = Elements::text(node, "placement_frame");
+  const std::string merged = Elements::attribute(node, "merge");
+  over.merge = merged == "true" || merged == "1";
+  const std::string uri = Elements::text(node, "uri");
+  if (uri.empty()) return elements_.error("sdf.value", node.where, "this <include> has no <uri>");
+  FoundFile found;
+  if (files_.search() != nullptr) found = files_.search()->find(uri, source.folder);
+  fs::path file = found.path;
+  std::error_code none;
+  if (fs::is_directory(file, none)) file = model_file(file);
+  if (file.empty()) {
+    if (built_in(uri, over, into, world, depth)) return;
+    return stand_in(node, over, uri, found, into);
+  }
+  if (std::find(including_.begin(), including_.end(), file) != including_.end())
+    return elements_.error("sdf.include_cycle", node.where, fmt::format("'{}' includes itself", uri));
+  const std::string extension = lowered(file.extension().string());
+  if (extension == ".urdf" || extension == ".xacro") return read_urdf(file, into, over);
+  const Source* const included = load(file);
+  including_.push_back(file);
+  const XmlNode& root = included->root;
+  const XmlNode* model = root.is("model") ? &root : root.first("model");
+  const XmlNode* const light = root.first("light");
+  if (model != nullptr) {
+    read_model(*model, *included, into, &over, depth);
+  } else if (light != nullptr && world != nullptr) {
+    const WrittenPose own = elements_.pose(*light);
+    read_light(*light, over.pose.where.known() ? over.pose.X : own.X, over.pose.where.known(), *world);
+  } else {
+    elements_.without_effect(node.where, fmt::format("the <include> of '{}'", uri), "it contains no model");
+  }
+  including_.pop_back();
+}
+
+// The two models that nearly every world includes and that Gazebo brings along.
+bool Document::built_in(const std::string& uri, const Override& over, Scope& into, SdfWorld* world,
+                        int depth) {
+  std::string name = uri.substr(uri.rfind('/') + 1);
+  for (char& c : name) c = c == ' ' ? '_' : c;
+  name = lowered(name);
+  if (name == "sun" && world != nullptr) {
+    const XmlNode& root = made(
+        "<sdf version='1.9'><light type='directional' name='sun'><cast_shadows>true</cast_shadows>"
+        "<pose>0 0 10 0 0 0</pose><diffuse>0.8 0.8 0.8 1</diffuse><specular>0.2 0.2 0.2 1</specular>"
+        "<direction>-0.5 0.1 -0.9</direction></light></sdf>");
+    read_light(*root.first("light"), over.pose.X, over.pose.where.known(), *world);
+  } else if (name == "ground_plane") {
+    const XmlNode& root = made(
+        "<sdf version='1.9'><model name='ground_plane'><static>true</static><link name='link'>"
+        "<collision name='collision'><geometry><plane><normal>0 0 1</normal><size>100 "
+        "100</size></plane></geometry>"
+        "<surface><friction><ode><mu>100</mu><mu2>50</mu2></ode></friction></surface></collision>"
+        "<visual name='visual'><geometry><plane><normal>0 0 1</normal><size>100 100</size></plane></geometry>"
+        "<material><script><name>Gazebo/Grey</name></script></material></visual></link></model></sdf>");
+    read_model(*root.first("model"), *texts_.back(), into, &over, depth);
+  } else {
+    return false;
+  }
+  elements_.diagnostics.note(
+      "sdf.built_in", over.include->where,
+      fmt::format("'{}' is not found on this machine; doppel's own '{}' is used", uri, name));
+  return true;
+}
+
+// A box of half a metre in a warning colour, which collides with nothing, because the model's size is unknown.
+void Document::stand_in(const XmlNode& node, const Override& over, const std::string& uri,
+                        const FoundFile& found, Scope& into) {
+  files_.add_missing(uri);
+  if (stand_ins_[uri]++ == 0) {
+    std::vector<std::string> tried = found.tried;
+    const std::size_t all = tried.size();
+    if (all > kMaxPlaces) tried.resize(kMaxPlaces);
+    elements_.diagnostics.warning(
+        "sdf.missing_model", node.where,
+        fmt::format(
+            "the model '{}' is not found; a box of 0.5 m that collides with nothing is drawn for each "
+            "<include> of it; searched: {}{}",
+            uri, tried.empty() ? "nowhere" : fmt::format("{}", fmt::join(tried, ", ")),
+            all > tried.size() ? fmt::format(" and {} more places", all - tried.size()) : ""),
+        "set GZ_SIM_RESOURCE_PATH to the folder that contains it; `doppel world fetch` lists what is "
+        "missing");
+  }
+  std::string name = uri.substr(uri.rfind('/') + 1);
+  if (name.empty()) name = "missing_model";
+  Override named = over;
+  if (named.name.empty()) named.name = name;
+  if (into.find(named.name) != nullptr && over.name.empty())
+    named.name = fmt::format("{}_{}", named.name, stand_ins_[uri]);
+  named.merge = false;
+  named.placement_frame.clear();
+  const XmlNode& root = made(fmt::format(
+      "<sdf version='1.9'><model name='m'><static>true</static><link name='link'><visual name='stand_in'>"
+      "<pose>0 0 0.25 0 0 0</pose><geometry><box><size>0.5 0.5 0.5</size></box></geometry><material><diffuse>"
+      "{} {} {} 1</diffuse></material></visual></link></model></sdf>",
+      kWarningColour[0], kWarningColour[1], kWarningColour[2]));
+  named.fixed = true;
+  read_model(*root.first("model"), *texts_.back(), into, &named, 0);
+}
+
+void Document::read_light(const XmlNode& node, const Pose& X, bool posed, SdfWorld& out) {
+  elements_.check(node, "light");
+  SdfLight light;
+  light.name = Elements::attribute(node, "name");
+  light.source = node.where;
+  const std::string type = Elements::attribute(node, "type");
+  light.kind = type == "directional" ? SdfLightKind::directional
+               : type == "spot"      ? SdfLightKind::spot
+                                     : SdfLightKind::point;
+  if (posed) light.X_WL = X;
+  const Eigen::Vector3d direction = elements_.vector<3>(node, "direction").value_or(light.direction_W);
+  if (direction.norm() > 1e-9) light.direction_W = light.X_WL.linear() * direction.normalized();
+  light.diffuse = elements_.colour(node, "diffuse").value_or(light.diffuse);
+  light.specular = elements_.colour(node, "specular").value_or(light.specular);
+  light.cast_shadows = elements_.truth(node, "cast_shadows", false);
+  light.intensity = elements_.number_or(node, "intensity", light.intensity);
+  light.range = elements_.number_or(node, "range", light.range);
+  if (const XmlNode* const attenuation = node.first("attenuation")) {
+    light.range = elements_.number_or(*attenuation, "range", light.range);
+    light.attenuation_constant = elements_.number_or(*attenuation, "constant", light.attenuation_constant);
+    light.attenuation_linear = elements_.number_or(*attenuation, "linear", light.attenuation_linear);
+    light.attenuation_quadratic = elements_.number_or(*attenuation, "quadratic", light.attenuation_quadratic);
+  }
+  if (const XmlNode* const spot = node.first("spot")) {
+    light.inner_angle = elements_.number_or(*spot, "inner_angle", 0);
+    light.outer_angle = elements_.number_or(*spot, "outer_angle", 0);
+    light.falloff = elements_.number_or(*spot, "falloff", 0);
+  }
+  out.lights.push_back(std::move(light));
+}
+
+}  // namespace doppel::sdf

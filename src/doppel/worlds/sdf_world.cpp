@@ -1,0 +1,163 @@
+#include "doppel/worlds/sdf_world.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "doppel/core/text.h"
+#include "doppel/worlds/detail/model_search.h"
+#include "doppel/worlds/detail/sdf_document.h"
+#include "doppel/worlds/detail/sdf_trees.h"
+
+namespace doppel {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+constexpr double kLevel = 1e-9;  // of a plane's normal; m of its height
+constexpr std::size_t kMaxSdfBytes = std::size_t{64} << 20;
+
+// A static horizontal plane at z = 0 is the ground of the engines, which has no borders.
+void find_ground(SdfWorld& world) {
+  for (SdfModel& model : world.models) {
+    if (!model.is_static || model.description->joints.size() > 0) continue;
+    auto robot = std::make_shared<RobotDescription>(*model.description);
+    std::vector<Collision>& collisions = robot->links.front().collisions;
+    const auto is_ground = [&](const Collision& collision) {
+      const auto* const plane = std::get_if<Plane>(&collision.geometry);
+      if (plane == nullptr) return false;
+      const Pose X_WP = model.X_WR * collision.origin.pose();
+      const Eigen::Vector3d up = X_WP.linear() * plane->normal.normalized();
+      return up.z() > 1 - kLevel && std::abs(X_WP.translation().z()) < kLevel;
+    };
+    const auto found = std::find_if(collisions.begin(), collisions.end(), is_ground);
+    if (found == collisions.end()) continue;
+    if (!world.settings.ground || world.is_world)
+      world.settings.ground_friction = found->surface.mu.value_or(world.settings.ground_friction);
+    world.settings.ground = true;
+    collisions.erase(std::remove_if(collisions.begin(), collisions.end(), is_ground), collisions.end());
+    model.description = std::move(robot);
+  }
+}
+
+template <class Search>
+SdfWorld read(std::string text, const std::string& name, const fs::path& folder, const Search& search,
+              PackageResolver& resolver, Diagnostics& diagnostics) {
+  Diagnostics found;
+  sdf::Elements elements(found);
+  sdf::Files files(search, found);
+  sdf::Document document(elements, files, resolver);
+  SdfWorld out;
+  try {
+    document.read(std::move(text), name, folder, out);
+    document.frames().resolve_all(document.world());
+    found.throw_if_errors();
+    const sdf::StatePoses state = sdf::read_state(document.state(), elements);
+    out.models = sdf::Trees(document.world(), document.frames(), elements, files, state).build();
+    found.throw_if_errors();
+  } catch (const InputError&) {
+    for (const Diagnostic& diagnostic : found.all()) {
+      if (diagnostic.severity != Severity::error) diagnostics.add(diagnostic);
+    }
+    throw;
+  }
+  find_ground(out);
+  out.missing = files.missing();
+  out.files = document.read_files();
+  for (const Diagnostic& diagnostic : found.all()) diagnostics.add(diagnostic);
+  return out;
+}
+
+}  // namespace
+
+const SdfModel* SdfWorld::find(std::string_view name) const {
+  const auto found =
+      std::find_if(models.begin(), models.end(), [&](const SdfModel& m) { return m.name == name; });
+  return found == models.end() ? nullptr : &*found;
+}
+
+SdfWorld load_sdf(const fs::path& given, PackageResolver& resolver, Diagnostics& diagnostics) {
+  std::error_code none;
+  fs::path file = given;
+  if (fs::is_directory(given, none)) {
+    file = model_file(given);
+    if (file.empty()) {
+      throw InputError("world.not_found", make_location(given.string()),
+                       "the folder has no model.config that names an SDF file, and no model.sdf",
+                       "give the SDF file itself");
+    }
+  }
+  resolver.add_context(file);
+  const ModelSearch search(file, resolver);
+  const fs::path folder = fs::absolute(file, none).lexically_normal().parent_path();
+  SdfWorld out =
+      read(read_file(file.string(), kMaxSdfBytes), file.string(), folder, &search, resolver, diagnostics);
+  out.files.insert(out.files.begin(), file);
+  return out;
+}
+
+SdfWorld parse_sdf(const std::string& text, const std::string& name, const fs::path& folder,
+                   PackageResolver& resolver, Diagnostics& diagnostics) {
+  if (folder.empty())
+    return read(text, name, folder, static_cast<const ModelSearch*>(nullptr), resolver, diagnostics);
+  const ModelSearch search(folder, resolver);
+  return read(text, name, folder, &search, resolver, diagnostics);
+}
+
+SdfWorld parse_sdf(const std::string& text, const std::string& name, const SdfMeshFinder& find_mesh,
+                   Diagnostics& diagnostics) {
+  PackageResolver nothing;
+  return read(text, name, {}, find_mesh, nothing, diagnostics);
+}
+
+bool is_sdf(const fs::path& file) {
+  std::error_code none;
+  const std::string extension = lowered(file.extension().string());
+  if (fs::is_directory(file, none)) return !model_file(file).empty();
+  return extension == ".sdf" || extension == ".world" || extension == ".model";
+}
+
+fs::path find_world(const std::string& name, PackageResolver& resolver) {
+  std::error_code none;
+  if (fs::exists(name, none)) return name;
+  const ModelSearch search(fs::current_path(none) / "none.sdf", resolver);
+  std::vector<std::string> tried{name};
+  for (const std::string& as : {name, name + ".sdf", name + ".world", "worlds/" + name,
+                                "worlds/" + name + ".sdf", "worlds/" + name + ".world"}) {
+    const FoundFile& found = search.find(as, fs::current_path(none));
+    if (!found.path.empty()) return found.path;
+    for (const std::string& place : found.tried) {
+      if (std::find(tried.begin(), tried.end(), place) == tried.end()) tried.push_back(place);
+    }
+  }
+  throw InputError("world.not_found", {},
+                   fmt::format("there is no world '{}'; searched: {}", name, fmt::join(tried, ", ")),
+                   "give a YAML or SDF file, a model's folder, or a name on GZ_SIM_RESOURCE_PATH");
+}
+
+ModelInstance make_instance(const SdfModel& model, const std::string& name, CollisionMeshes& meshes,
+                            Diagnostics& diagnostics) {
+  const auto compiled =
+      std::make_shared<const Model>(compile_model(*model.description, model.base, diagnostics));
+  InstanceOptions options;
+  options.name = name.empty() ? model.name : name;
+  options.self_collision = model.self_collide;
+  options.passive = true;
+  options.q0 = compiled->neutral();
+  for (const auto& [joint, q] : model.positions) {
+    const int index = compiled->find_joint(joint);
+    if (index >= 0) options.q0[compiled->joints[static_cast<std::size_t>(index)].q] = q;
+  }
+  compiled->apply_mimics(options.q0);
+  if (model.base == BaseKind::floating) {
+    options.q0.head<3>() = model.X_WR.translation();
+    options.q0.segment<4>(3) = Eigen::Quaterniond(model.X_WR.linear()).coeffs();  // x y z w
+  } else {
+    options.X_WR = model.X_WR;
+  }
+  return make_instance(model.description, compiled, options, meshes, diagnostics);
+}
+
+}  // namespace doppel
