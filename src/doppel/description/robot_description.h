@@ -47,9 +47,6 @@ struct Capsule {
 struct Sphere {
   double radius = 0;
 };  // m
-struct Ellipsoid {
-  Eigen::Vector3d radii = Eigen::Vector3d::Zero();
-};  // m, along x, y, z
 struct MeshGeometry {
   std::string uri;  // as written: "package://p/meshes/a.stl"
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();

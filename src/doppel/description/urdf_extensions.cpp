@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 
+#include "doppel/description/contact_surface.h"
 #include "doppel/description/urdf_parser.h"
 #include "doppel/description/urdf_reader.h"
 #include "doppel/packages/find_expression.h"
@@ -116,6 +117,23 @@ std::optional<Eigen::Vector3d> read_direction(const XmlNode& node, UrdfReader& r
   return direction && direction->norm() > 0 ? direction : std::nullopt;
 }
 
+// <collision><surface><friction> of SDF, which sdformat copies to each collision of the link.
+void read_surface(const XmlNode& collision, UrdfReader& read, ContactSurface& out) {
+  const XmlNode* const surface = collision.first("surface");
+  const XmlNode* const friction = surface == nullptr ? nullptr : surface->first("friction");
+  if (friction == nullptr) return;
+  const ElementNumbers numbers{
+      [&read](const XmlNode& parent, std::string_view name) {
+        const XmlNode* const child = parent.first(name);
+        return child == nullptr ? std::nullopt : read.number_inside(*child);
+      },
+      [&read](const XmlNode& parent, std::string_view name) -> std::optional<Eigen::Vector3d> {
+        const XmlNode* const child = parent.first(name);
+        return child == nullptr ? std::nullopt : read.vector_of<3>(*child, child->content());
+      }};
+  read_friction(*friction, numbers, out);
+}
+
 std::string read_contact_shape(const XmlNode& node, UrdfReader& read) {
   const std::string shape = value_of(node);
   if (shape == "cylinder" || shape == "hull") return shape;
@@ -206,6 +224,7 @@ GazeboExtension read_gazebo(const XmlNode& node, const std::filesystem::path& ba
     if (child.is("turnGravityOff")) out.gravity = !read_bool(child, diagnostics);
     if (child.is("material")) out.material = value_of(child);
     if (child.is("fdir1")) out.surface.fdir1 = read_direction(child, read);
+    if (child.is("collision")) read_surface(child, read, out.surface);
     if (child.is("doppel:contact")) out.surface.shape = read_contact_shape(child, read);
   }
   return out;

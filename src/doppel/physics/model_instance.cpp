@@ -42,16 +42,18 @@ CollisionShape shape_of(const Geometry& geometry, const CollisionMesh* mesh, con
       out.geometry = Box{mesh->box_size};
       out.X_LS = X_LG * mesh->X_GB;
     }
-  } else if (const auto convex = convex_surface(geometry)) {
-    out.geometry = std::make_shared<const CollisionHull>(CollisionHull{convex->vertices});
   } else if (const auto* plane = std::get_if<Plane>(&geometry)) {
     const Eigen::Vector2d sides = plane->size.cwiseMax(kPlaneSide);
     out.geometry = Box{{sides.x(), sides.y(), kPlaneDepth}};
     out.X_LS = X_LG * Pose(rotation_from_z(plane->normal)) * Eigen::Translation3d(0, 0, -kPlaneDepth / 2);
   } else {
     std::visit(
-        [&out](const auto& primitive) {
-          if constexpr (requires { out.geometry = primitive; }) out.geometry = primitive;
+        [&](const auto& primitive) {
+          if constexpr (requires { out.geometry = primitive; }) {
+            out.geometry = primitive;
+          } else if (const auto convex = convex_surface(geometry)) {
+            out.geometry = std::make_shared<const CollisionHull>(CollisionHull{convex->vertices});
+          }
         },
         geometry);
   }

@@ -7,13 +7,14 @@
 #include <cmath>
 
 #include "doppel/core/names.h"
+#include "doppel/description/contact_surface.h"
 #include "doppel/description/shape_mesh.h"
 #include "doppel/kinematics/link_solid.h"
 
 namespace doppel::sdf {
 namespace {
 
-constexpr double kDefaultFriction = 1.0;  // SDF's mu
+constexpr double kSdfFriction = 1.0;  // SDF's mu
 constexpr std::size_t kMaxPlacesNamed = 6;
 
 Origin origin_of(const Pose& X, const SourceLocation& where) {
@@ -228,38 +229,19 @@ void ShapeReader::named_material(const XmlNode& script, Material& out) {
   out.rgba = gazebo_colour("Gazebo/Grey");
 }
 
-void ShapeReader::direction(const XmlNode& node, ContactSurface& out) {
-  const XmlNode* const written = node.first("fdir1");
-  const auto values = elements_.vector<3>(node, "fdir1");
-  if (!values || !(values->norm() > 0)) return;
-  out.fdir1 = *values;
-  for (const char* attribute : {"gz:expressed_in", "ignition:expressed_in"}) {
-    if (const XmlAttribute* const frame = written->find(attribute)) out.fdir1_frame = frame->value;
-  }
-}
-
 void ShapeReader::friction(const XmlNode& friction, ContactSurface& out) {
   elements_.check(friction, "friction");
-  if (const XmlNode* const bullet = friction.first("bullet")) {
-    out.mu = elements_.number(*bullet, "friction");
-    out.mu2 = elements_.number(*bullet, "friction2");
-    direction(*bullet, out);
-  }
-  if (const XmlNode* const ode = friction.first("ode")) {  // goes before Bullet's where both are written
-    if (const auto mu = elements_.number(*ode, "mu")) out.mu = mu;
-    if (const auto mu2 = elements_.number(*ode, "mu2")) out.mu2 = mu2;
-    out.slip1 = elements_.number(*ode, "slip1");
-    out.slip2 = elements_.number(*ode, "slip2");
-    direction(*ode, out);
-  }
-  if (const XmlNode* const torsional = friction.first("torsional")) {
-    out.torsional_mu = elements_.number(*torsional, "coefficient");
-    out.patch_radius = elements_.number(*torsional, "patch_radius");
-    if (!elements_.truth(*torsional, "use_patch_radius", true)) {
-      out.patch_radius.reset();
-      elements_.without_effect(torsional->where, "<surface_radius> of a <torsional>");
-    }
-  }
+  read_friction(
+      friction,
+      {[this](const XmlNode& parent, std::string_view name) { return elements_.number(parent, name); },
+       [this](const XmlNode& parent, std::string_view name) -> std::optional<Eigen::Vector3d> {
+         return elements_.vector<3>(parent, name);
+       }},
+      out);
+  const XmlNode* const torsional = friction.first("torsional");
+  if (torsional == nullptr || elements_.truth(*torsional, "use_patch_radius", true)) return;
+  out.patch_radius.reset();
+  elements_.without_effect(torsional->where, "<surface_radius> of a <torsional>");
 }
 
 void ShapeReader::contact(const XmlNode& contact, ContactSurface& out) {
@@ -276,12 +258,12 @@ void ShapeReader::contact(const XmlNode& contact, ContactSurface& out) {
 
 ContactSurface ShapeReader::surface(const XmlNode& collision) {
   ContactSurface out;
-  out.mu = kDefaultFriction;
+  out.mu = kSdfFriction;
   const XmlNode* const node = collision.first("surface");
   if (node == nullptr) return out;
   elements_.check(*node, "surface");
   if (const XmlNode* const written = node->first("friction")) friction(*written, out);
-  if (!out.mu || !(*out.mu >= 0)) out.mu = kDefaultFriction;
+  if (!out.mu || !(*out.mu >= 0)) out.mu = kSdfFriction;
   if (const XmlNode* const written = node->first("contact")) contact(*written, out);
   if (const XmlNode* const bounce = node->first("bounce"))
     out.restitution = elements_.number(*bounce, "restitution_coefficient");

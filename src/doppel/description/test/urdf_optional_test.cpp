@@ -74,6 +74,21 @@ TEST_F(UrdfOptionalPartsTest, GazeboContactSurfaceIsRead) {
   EXPECT_EQ(surface.shape, "hull");
 }
 
+TEST_F(UrdfOptionalPartsTest, GazeboCollisionSurfaceIsRead) {
+  read(
+      "<gazebo "
+      "reference=\"arm\"><mu1>0.3</mu1><collision><surface><friction><ode><mu2>0.4</mu2></ode><torsional>"
+      "<coefficient>0.7</coefficient><patch_radius>0.02</patch_radius></torsional></friction></surface></"
+      "collision>"
+      "</gazebo>");
+  EXPECT_TRUE(silent());
+  const ContactSurface& surface = robot_.gazebo.at(0).surface;
+  EXPECT_EQ(surface.mu, 0.3);
+  EXPECT_EQ(surface.mu2, 0.4);
+  EXPECT_EQ(surface.torsional_mu, 0.7);
+  EXPECT_EQ(surface.patch_radius, 0.02);
+}
+
 TEST_F(UrdfOptionalPartsTest, ZeroFdir1IsNoDirection) {
   read("<gazebo reference=\"arm\"><fdir1 value=\"0 0 0\"/></gazebo>");
   EXPECT_TRUE(silent());

@@ -13,8 +13,8 @@ constexpr double kAlongNormal = 1e-6;  // squared length of a direction's projec
 
 }  // namespace
 
-ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes) : rule_(rule) {
-  const bool plain = rule == FrictionRule::larger &&
+ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, bool rolling) : rule_(rule) {
+  const bool plain = !rolling && rule == FrictionRule::larger &&
                      std::ranges::all_of(shapes, [](const RuledShape& s) { return s.friction.plain(); });
   if (!plain) shapes_ = std::move(shapes);
 }

@@ -20,8 +20,8 @@ struct RuledShape {
 class ContactRules {
  public:
   ContactRules() = default;
-  // shapes: of each geom.
-  ContactRules(FrictionRule rule, std::vector<RuledShape> shapes);
+  // shapes: of each geom. rolling: the world has wheels, whose contacts need the rules whatever their friction.
+  ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, bool rolling);
 
   // No shape needs a rule: every contact is as MuJoCo found it.
   [[nodiscard]] bool empty() const { return shapes_.empty(); }

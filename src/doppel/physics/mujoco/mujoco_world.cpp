@@ -135,7 +135,9 @@ void MujocoWorld::collect_contact_rules() {
       }
     }
   }
-  contact_rules = ContactRules(settings().friction_rule, std::move(shapes));
+  const bool rolling =
+      std::ranges::any_of(instances(), [](const ModelInstance& of) { return !of.rolling.empty(); });
+  contact_rules = ContactRules(settings().friction_rule, std::move(shapes), rolling);
 }
 
 void MujocoWorld::collect_stops(int index) {

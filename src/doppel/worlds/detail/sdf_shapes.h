@@ -65,7 +65,6 @@ class ShapeReader {
   ContactSurface surface(const XmlNode& collision);
   void friction(const XmlNode& friction, ContactSurface& out);
   void contact(const XmlNode& contact, ContactSurface& out);
-  void direction(const XmlNode& node, ContactSurface& out);
   void add_density(const XmlNode& collision, const Link& shapes, double fallback, MassProperties& sum);
 
   Elements& elements_;
