@@ -19,7 +19,7 @@ void DiffDriveController::on_init(ControllerContext& context) {
   declare_diff_drive(context);
   declare_speed_limits(context, kLinear);
   declare_speed_limits(context, kAngular);
-  publisher_.declare(context);
+  publisher_.declare(context, {});
   Node& node = *context.node;
   node.subscribe<geometry_msgs::msg::TwistStamped>(
       "~/cmd_vel",
@@ -46,7 +46,7 @@ Status DiffDriveController::on_configure() {
     limited_topic_ = context_->node->advertise<geometry_msgs::msg::TwistStamped>(
         "~/cmd_vel_out", Qos::system_default_publisher());
   }
-  command_.configure(*context_, settings_.timeout);
+  command_.configure(*context_, "cmd_vel_timeout", settings_.timeout);
   odometry_.set_window(settings_.window);
   odometry_.reset();
   last_left_ = last_right_ = kNaN;

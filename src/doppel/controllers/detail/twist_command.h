@@ -12,8 +12,8 @@ namespace doppel {
 
 class TwistCommand {
  public:
-  // `timeout`: zero: commands are valid forever.
-  void configure(const ControllerContext& context, Duration timeout);
+  // `timeout`: the value of the parameter `parameter`; zero: commands are valid forever.
+  void configure(const ControllerContext& context, const char* parameter, Duration timeout);
   // No command; its age counts from `now`.
   void forget(Time now);
   void receive(const geometry_msgs::msg::TwistStamped& message);
@@ -30,7 +30,7 @@ class TwistCommand {
  private:
   [[nodiscard]] bool moves() const;
 
-  std::string name_;
+  std::string name_, parameter_;
   const Log* log_ = nullptr;
   const Bus* bus_ = nullptr;
   Duration timeout_{};
