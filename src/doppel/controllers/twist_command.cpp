@@ -48,6 +48,12 @@ void TwistCommand::receive(const geometry_msgs::msg::TwistStamped& message) {
   twist_ = message.twist;
 }
 
+void TwistCommand::receive(const geometry_msgs::msg::Twist& message) {
+  braking_reported_ = false;
+  stamp_ = bus_->now();
+  twist_ = message;
+}
+
 bool TwistCommand::moves() const {
   const auto nonzero = [](const geometry_msgs::msg::Vector3& v) {
     return std::abs(v.x) + std::abs(v.y) + std::abs(v.z) > 0;  // false for NaN

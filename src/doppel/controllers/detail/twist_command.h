@@ -17,6 +17,7 @@ class TwistCommand {
   // No command; its age counts from `now`.
   void forget(Time now);
   void receive(const geometry_msgs::msg::TwistStamped& message);
+  void receive(const geometry_msgs::msg::Twist& message);  // given now
 
   // Whether it is older than the time-out.
   [[nodiscard]] bool is_stale(Time now) const { return timeout_ > Duration{} && now - stamp_ > timeout_; }
