@@ -37,16 +37,13 @@ const GazeboControlPlugin* find_gazebo_control_plugin(std::string_view file) {
 }
 
 const Names& other_controller_types() {
-  static const Names types{"ackermann_steering_controller/AckermannSteeringController",
-                           "admittance_controller/AdmittanceController",
-                           "bicycle_steering_controller/BicycleSteeringController",
+  static const Names types{"admittance_controller/AdmittanceController",
                            "chained_filter_controller/ChainedFilter",
                            "effort_controllers/GripperActionController",
                            "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster",
                            "gpio_controllers/GpioCommandController",
                            "gps_sensor_broadcaster/GPSSensorBroadcaster",
                            "imu_sensor_broadcaster/IMUSensorBroadcaster",
-                           "mecanum_drive_controller/MecanumDriveController",
                            "motion_primitives_controllers/MotionPrimitivesForwardController",
                            "omni_wheel_drive_controller/OmniWheelDriveController",
                            "parallel_gripper_action_controller/GripperActionController",
@@ -55,8 +52,7 @@ const Names& other_controller_types() {
                            "range_sensor_broadcaster/RangeSensorBroadcaster",
                            "state_interfaces_broadcaster/StateInterfacesBroadcaster",
                            "steering_controllers_library/SteeringControllersLibrary",
-                           "tricycle_controller/TricycleController",
-                           "tricycle_steering_controller/TricycleSteeringController"};
+                           "tricycle_controller/TricycleController"};
   return types;
 }
 

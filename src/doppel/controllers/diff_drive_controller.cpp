@@ -19,14 +19,17 @@ void DiffDriveController::on_init(ControllerContext& context) {
   declare_diff_drive(context);
   declare_speed_limits(context, kLinear);
   declare_speed_limits(context, kAngular);
-  publisher_.declare(context);
+  publisher_.declare(context, {});
   Node& node = *context.node;
-  node.subscribe<geometry_msgs::msg::TwistStamped>(
-      "~/cmd_vel",
-      [this](const auto& message) {
-        if (active_ && !chained_) command_.receive(message);
-      },
-      Qos::system_default_subscription());
+  const auto receive = [this](const auto& message) {
+    if (active_ && !chained_) command_.receive(message);
+  };
+  const Qos qos = Qos::system_default_subscription();
+  if (declare_stamped_commands(context)) {
+    node.subscribe<geometry_msgs::msg::TwistStamped>("~/cmd_vel", receive, qos);
+  } else {
+    node.subscribe<geometry_msgs::msg::Twist>("~/cmd_vel_unstamped", receive, qos);
+  }
   node.serve<control_msgs::srv::SetOdometry>("~/set_odometry", [this](const auto& request, auto respond) {
     if (!active_) return respond({false, "the controller is not active"});
     odometry_.reset({request.x, request.y, request.yaw});
@@ -46,7 +49,7 @@ Status DiffDriveController::on_configure() {
     limited_topic_ = context_->node->advertise<geometry_msgs::msg::TwistStamped>(
         "~/cmd_vel_out", Qos::system_default_publisher());
   }
-  command_.configure(*context_, settings_.timeout);
+  command_.configure(*context_, "cmd_vel_timeout", settings_.timeout);
   odometry_.set_window(settings_.window);
   odometry_.reset();
   last_left_ = last_right_ = kNaN;

@@ -80,6 +80,23 @@ void declare_diff_drive(ControllerContext& context) {
       {.description = "velocities in the mean of the odometry", .range = ParameterRange{1, 10000}});
 }
 
+bool declare_stamped_commands(ControllerContext& context) {
+  constexpr const char* kStamped = "use_stamped_vel";
+  const bool stamped =
+      declare<bool>(context.node->parameters(), context.overrides, kStamped, true,
+                    {"of ROS 2 Humble; false: reads Twist on ~/cmd_vel_unstamped", true, {}});
+  const SourceLocation place = place_of(context, kStamped);
+  if (place.known() && !place.file->starts_with('<')) {  // "<generated controllers>" is no file of the user
+    log_diagnostic(
+        *context.log, context.name,
+        {Severity::warning, "control.deprecated_parameter",
+         fmt::format("'{}' is of ROS 2 Humble: {}; Jazzy ignores it and reads TwistStamped on ~/cmd_vel",
+                     kStamped, stamped ? "true has no effect" : "Twist is read on ~/cmd_vel_unstamped"),
+         place, "remove it"});
+  }
+  return stamped;
+}
+
 DiffDriveSettings diff_drive_settings(const Parameters& parameters) {
   const auto number = [&](const char* name) { return parameter_value<double>(parameters, name); };
   const auto flag = [&](const char* name) { return parameter_value<bool>(parameters, name); };

@@ -40,11 +40,13 @@ const std::string& base_link(const Model& model) {
 void OdometryPublisher::declare_frames(ControllerContext& context) {
   Parameters& parameters = context.node->parameters();
   ParameterOverrides* written = context.overrides;
-  doppel::declare<bool>(parameters, written, "tf_frame_prefix_enable", true,
-                        {"whether frames have a prefix", false, {}});
-  doppel::declare<std::string>(
-      parameters, written, "tf_frame_prefix", "",
-      {"of both frames; empty: the controller's namespace, which '~' stands for", false, {}});
+  if (options_.has_prefix) {
+    doppel::declare<bool>(parameters, written, "tf_frame_prefix_enable", true,
+                          {"whether frames have a prefix", false, {}});
+    doppel::declare<std::string>(
+        parameters, written, "tf_frame_prefix", "",
+        {"of both frames; empty: the controller's namespace, which '~' stands for", false, {}});
+  }
   doppel::declare<std::string>(parameters, written, "odom_frame_id", "odom",
                                {"frame of the odometry", false, {}});
   const auto base = doppel::declare<std::string>(parameters, written, "base_frame_id", "base_link",
@@ -61,34 +63,48 @@ void OdometryPublisher::declare_frames(ControllerContext& context) {
        place_of(context, "base_frame_id"), fmt::format("write base_frame_id: {}", root)});
 }
 
-void OdometryPublisher::declare(ControllerContext& context, const std::string& odometry_topic,
-                                const std::string& transform_topic) {
+// Some controllers publish the transform on a topic of their own, which no listener of TF reads.
+void OdometryPublisher::report_transform_topic(const ControllerContext& context) const {
+  const std::string own =
+      context.node->bus().names().resolve(NameKind::topic, options_.transform, context.node->name());
+  if (!options_.transform.starts_with('~') || own.ends_with("/tf")) return;
+  if (!parameter_value<bool>(*parameters_, "enable_odom_tf")) return;
+  context.log->note(context.name, fmt::format("the transform of the base is on {}, as in ros2_controllers, "
+                                              "and not on /tf; add --ros-args -r {}:=/tf "
+                                              "for RViz, Nav2 and other listeners of TF",
+                                              own, own));
+}
+
+void OdometryPublisher::declare(ControllerContext& context, const Options& options) {
   Parameters& parameters = context.node->parameters();
   ParameterOverrides* written = context.overrides;
   node_ = context.node;
   bus_ = &context.node->bus();
   parameters_ = &parameters;
+  options_ = options;
   declare_frames(context);
   for (const char* name : {"pose_covariance_diagonal", "twist_covariance_diagonal"}) {
     doppel::declare<std::vector<double>>(
-        parameters, written, name, std::vector<double>(kDegrees, 0.0),
+        parameters, written, name, options_.covariance,
         {"variances of x, y, z and the rotations about them in ~/odom", false, check_diagonal});
   }
   doppel::declare<bool>(parameters, written, "enable_odom_tf", true,
                         {"publish odom_frame_id -> base_frame_id on /tf", false, {}});
-  doppel::declare<double>(parameters, written, "publish_rate", 50.0,
-                          {"Hz, of the odometry and its transform", false, check_positive});
-  odometry_topic_ =
-      context.node->advertise<nav_msgs::msg::Odometry>(odometry_topic, Qos::system_default_publisher());
-  transform_topic_ =
-      context.node->advertise<tf2_msgs::msg::TFMessage>(transform_topic, Qos::system_default_publisher());
+  if (options_.has_rate) {
+    doppel::declare<double>(parameters, written, "publish_rate", 50.0,
+                            {"Hz, of the odometry and its transform", false, check_positive});
+  }
+  const Qos qos = Qos::system_default_publisher();
+  odometry_topic_ = context.node->advertise<nav_msgs::msg::Odometry>(options_.odometry, qos);
+  transform_topic_ = context.node->advertise<tf2_msgs::msg::TFMessage>(options_.transform, qos);
   base_transform_.topic =
-      context.node->bus().names().resolve(NameKind::topic, transform_topic, context.node->name());
+      context.node->bus().names().resolve(NameKind::topic, options_.transform, context.node->name());
+  report_transform_topic(context);
   transform_.transforms.resize(1);
 }
 
 std::string OdometryPublisher::frame_prefix() const {
-  if (!parameter_value<bool>(*parameters_, "tf_frame_prefix_enable")) return "";
+  if (!options_.has_prefix || !parameter_value<bool>(*parameters_, "tf_frame_prefix_enable")) return "";
   const std::string own = prefix_of_namespace(node_->name());
   std::string prefix = parameter_value<std::string>(*parameters_, "tf_frame_prefix");
   if (prefix.empty()) return own;
@@ -114,14 +130,15 @@ Status OdometryPublisher::configure() {
   fill_diagonal(parameter_value<std::vector<double>>(*parameters_, "twist_covariance_diagonal"),
                 odometry_.twist.covariance);
   sends_tf_ = parameter_value<bool>(*parameters_, "enable_odom_tf");
-  period_ = from_seconds(1.0 / parameter_value<double>(*parameters_, "publish_rate"));
+  if (options_.has_rate) period_ = from_seconds(1.0 / parameter_value<double>(*parameters_, "publish_rate"));
   last_.reset();
   return {};
 }
 
 void OdometryPublisher::publish(Time now, const PlanarOdometry& odometry) {
   if (last_ && *last_ <= now && now - *last_ < period_) return;
-  const bool first = !last_ || *last_ > now;  // also after time was set back
+  // Also after time was set back.
+  const bool first = !last_ || *last_ > now || period_ == Duration{};
   last_ = first ? now : *last_ + (now - *last_) / period_ * period_;
   const PlanarPose& pose = odometry.pose();
   const PlanarVelocity& velocity = odometry.velocity();

@@ -49,7 +49,8 @@ void report_deprecated(const ControllerContext& context, const std::string& para
 
 }  // namespace
 
-void declare_speed_limits(ControllerContext& context, const std::string& component) {
+void declare_speed_limits(ControllerContext& context, const std::string& component,
+                          DeprecatedLimits deprecated) {
   Parameters& parameters = context.node->parameters();
   for (const LimitParameter& limit : kLimitParameters) {
     declare<double>(parameters, context.overrides, component + "." + limit.name, kNaN,
@@ -57,6 +58,7 @@ void declare_speed_limits(ControllerContext& context, const std::string& compone
                        return check_sign(value, upper);
                      }});
   }
+  if (deprecated == DeprecatedLimits::absent) return;
   for (const char* kind : {"velocity", "acceleration", "jerk"}) {
     const std::string name = fmt::format("{}.has_{}_limits", component, kind);
     const bool on = declare<bool>(parameters, context.overrides, name, true,
@@ -76,7 +78,8 @@ SpeedLimits speed_limits(const Parameters& parameters, const std::string& compon
   for (const LimitParameter& limit : kLimitParameters)
     limits.*(limit.value) = parameter_value<double>(parameters, component + "." + limit.name);
   const auto is_off = [&](const char* kind) {
-    return !parameter_value<bool>(parameters, fmt::format("{}.has_{}_limits", component, kind));
+    const std::string name = fmt::format("{}.has_{}_limits", component, kind);
+    return parameters.find(name) != nullptr && !parameter_value<bool>(parameters, name);
   };
   if (is_off("velocity")) limits.min_velocity = limits.max_velocity = kNaN;
   if (is_off("acceleration")) {

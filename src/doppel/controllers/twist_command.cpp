@@ -8,8 +8,9 @@
 
 namespace doppel {
 
-void TwistCommand::configure(const ControllerContext& context, Duration timeout) {
+void TwistCommand::configure(const ControllerContext& context, const char* parameter, Duration timeout) {
   name_ = context.name;
+  parameter_ = parameter;
   log_ = context.log;
   bus_ = &context.node->bus();
   timeout_ = timeout;
@@ -35,10 +36,9 @@ void TwistCommand::receive(const geometry_msgs::msg::TwistStamped& message) {
   const Time stamp = unstamped ? now : bus_->from_stamp(from_msg(written));
   if (timeout_ > Duration{} && now - stamp >= timeout_) {
     if (!old_reported_) {
-      log_->warning(
-          name_, fmt::format("commands are refused: a stamp is {:.3f} s old, and cmd_vel_timeout is {:g} s; "
-                             "stamp them with the time of /clock when they are sent",
-                             to_seconds(now - stamp), to_seconds(timeout_)));
+      log_->warning(name_, fmt::format("commands are refused: a stamp is {:.3f} s old, and {} is {:g} s; "
+                                       "stamp them with the time of /clock when they are sent",
+                                       to_seconds(now - stamp), parameter_, to_seconds(timeout_)));
     }
     old_reported_ = true;
     return;
@@ -46,6 +46,12 @@ void TwistCommand::receive(const geometry_msgs::msg::TwistStamped& message) {
   old_reported_ = braking_reported_ = false;
   stamp_ = stamp;
   twist_ = message.twist;
+}
+
+void TwistCommand::receive(const geometry_msgs::msg::Twist& message) {
+  braking_reported_ = false;
+  stamp_ = bus_->now();
+  twist_ = message;
 }
 
 bool TwistCommand::moves() const {
@@ -58,10 +64,9 @@ bool TwistCommand::moves() const {
 void TwistCommand::report_braking(Time now) {
   if (braking_reported_ || !is_stale(now) || !moves()) return;
   braking_reported_ = true;
-  log_->warning(
-      name_, fmt::format("no command for {:g} s (cmd_vel_timeout): the base brakes; a command holds only as "
-                         "long as it is repeated",
-                         to_seconds(timeout_)));
+  log_->warning(name_, fmt::format("no command for {:g} s ({}): the base brakes; a command holds only as "
+                                   "long as it is repeated",
+                                   to_seconds(timeout_), parameter_));
 }
 
 }  // namespace doppel

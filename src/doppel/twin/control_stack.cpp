@@ -136,7 +136,8 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
     : model_(machine.shared_model()),
       first_model_(model_),
       controllers_(machine.setup().controllers),
-      named_(machine.setup().controllers_named) {
+      named_(machine.setup().controllers_named),
+      free_joints_(machine.setup().free_joints) {
   ControllerManagerOptions of_manager;
   if (!machine.name_space().empty()) of_manager.name_space = "/" + machine.name_space();
   of_manager.choose_period = [step = instance.engine().world().settings().step](
@@ -240,7 +241,8 @@ void ControlStack::hold_unclaimed_joints(const ControllerSelection& selection, c
   bool velocities = true;
   for (const ModelJoint& joint : model_->joints) {
     if (!joint.scalar() || joint.mimics() || !offer.commands.contains(joint.name) ||
-        offer.driven.contains(joint.name) || among(selection.released, joint.name))
+        offer.driven.contains(joint.name) || among(selection.released, joint.name) ||
+        among(free_joints_, joint.name))
       continue;
     const bool position = offer.positions.contains(joint.name);
     (position ? held : offer.speeds.contains(joint.name) ? stopped : passive).push_back(joint.name);

@@ -90,8 +90,9 @@ class DOPPEL_API ControlStack {
   // The second one is the model with which the hardware was initialised, which may keep pointers to it.
   std::shared_ptr<const Model> model_, first_model_;
   ParameterFile controllers_;
-  bool named_;                    // by the user
-  bool only_compatible_ = false;  // of the selection of start()
+  bool named_;                            // by the user
+  std::vector<std::string> free_joints_;  // RobotSetup::free_joints
+  bool only_compatible_ = false;          // of the selection of start()
   std::vector<GeneratedController> generated_;
   std::vector<std::string> left_out_;  // declared in the file; after an edit they are tried again
   std::unique_ptr<ControllerManager> manager_;

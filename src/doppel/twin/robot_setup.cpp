@@ -8,6 +8,7 @@
 #include "doppel/core/names.h"
 #include "doppel/target/controllers_search.h"
 #include "doppel/target/target.h"
+#include "doppel/twin/detail/base_plugins.h"
 #include "doppel/twin/robot_names.h"
 
 namespace doppel {
@@ -55,6 +56,19 @@ std::string quoted(const std::string& text) {
   return out + '"';
 }
 
+// The wheels belong to the base's controller; other joints that turn without end are casters, which roll freely.
+std::vector<std::string> leave_to_base(const RobotDescription& robot, const MappedBase& base,
+                                       std::vector<std::string>& joints) {
+  std::vector<std::string> casters;
+  std::erase_if(joints, [&](const std::string& name) {
+    if (std::find(base.joints.begin(), base.joints.end(), name) != base.joints.end()) return true;
+    if (robot.find_joint(name)->type != JointType::continuous) return false;
+    casters.push_back(name);
+    return true;
+  });
+  return casters;
+}
+
 void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const PackageResolver& resolver,
                         RobotSetup& setup, Diagnostics& diagnostics) {
   Diagnostics said;
@@ -87,9 +101,14 @@ void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const
     report_other_managers(setup.controllers, manager, diagnostics);
     return;
   }
-  const auto joints = joints_to_drive(setup.description.robot);
+  const auto base = map_base_plugin(setup.description.robot, diagnostics);
+  auto joints = joints_to_drive(setup.description.robot);
+  if (base) setup.free_joints = leave_to_base(setup.description.robot, *base, joints);
   setup.controllers_origin = "generated";
-  if (joints.empty()) {
+  if (joints.empty() && base) {
+    if (!others.empty())
+      diagnostics.note("up.controllers_of_others", setup.description.robot.source, others.substr(2));
+  } else if (joints.empty()) {
     diagnostics.note("up.nothing_to_drive", setup.description.robot.source,
                      "no joint of this robot can be driven");
   } else {
@@ -101,23 +120,27 @@ void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const
         "give your own file with --controllers FILE, or put it into the package's config/");
   }
   setup.controllers =
-      ParameterFile::parse(generated_controllers(joints, offers_velocities(setup.description.robot, joints)),
+      ParameterFile::parse(generated_controllers(joints, offers_velocities(setup.description.robot, joints),
+                                                 base ? &*base : nullptr),
                            "<generated controllers>");
 }
 
 }  // namespace
 
-std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states) {
+std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states,
+                                  const MappedBase* base) {
   std::string yaml = "controller_manager:\n  ros__parameters:\n    update_rate: 100\n";
-  if (joints.empty()) return yaml;
+  if (joints.empty() && base == nullptr) return yaml;
+  yaml += "    joint_state_broadcaster:\n      type: joint_state_broadcaster/JointStateBroadcaster\n";
+  if (base != nullptr) yaml += base->declaration;
+  if (joints.empty()) return yaml + base->section;
   yaml +=
-      "    joint_state_broadcaster:\n      type: joint_state_broadcaster/JointStateBroadcaster\n"
       "    joint_trajectory_controller:\n      type: joint_trajectory_controller/JointTrajectoryController\n"
       "joint_trajectory_controller:\n  ros__parameters:\n    joints:\n";
   for (const std::string& joint : joints) yaml += fmt::format("      - {}\n", quoted(joint));
   yaml += "    command_interfaces: [position]\n    state_interfaces: [position";
   yaml += velocity_states ? ", velocity]\n" : "]\n";
-  return yaml;
+  return base == nullptr ? yaml : yaml + base->section;
 }
 
 ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, PackageResolver& resolver,

@@ -22,6 +22,7 @@ struct RobotSetup {
   std::vector<std::filesystem::path> controllers_files;  // the files it was read from; empty: generated
   std::vector<std::filesystem::path> declaring_files;    // found files that declare controllers
   bool controllers_named = false;                        // the user named the file
+  std::vector<std::string> free_joints = {};             // casters of a base: no controller holds them
 };
 
 // A robot's target, found and expanded with its overlay. Throws InputError: there is no such target, or
@@ -41,7 +42,10 @@ DOPPEL_API RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& r
                                    RobotDescription description, Diagnostics& diagnostics);
 
 // YAML for a robot without controllers: a broadcaster, and a trajectory controller for `joints`.
-// `velocity_states`: the hardware has velocity state interfaces.
-DOPPEL_API std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states);
+// `velocity_states`: the hardware has velocity state interfaces. `base`: a controller that stands for a plugin of
+// Gazebo (detail/base_plugins.h); nullptr: none.
+struct MappedBase;
+DOPPEL_API std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states,
+                                             const MappedBase* base = nullptr);
 
 }  // namespace doppel

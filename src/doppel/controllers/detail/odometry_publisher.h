@@ -5,6 +5,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "doppel/control/controller.h"
 #include "doppel/controllers/detail/planar_odometry.h"
@@ -15,9 +16,15 @@ namespace doppel {
 
 class OdometryPublisher {
  public:
+  // What differs between the controllers.
+  struct Options {
+    std::string odometry = "~/odom", transform = "/tf";            // topics
+    std::vector<double> covariance = std::vector<double>(6, 0.0);  // default of both diagonals
+    bool has_prefix = true;                                        // parameters tf_frame_prefix...
+    bool has_rate = true;                                          // publish_rate; else at each update
+  };
   // Declares the parameters and advertises the topics. Throws InputError for an invalid value.
-  void declare(ControllerContext& context, const std::string& odometry_topic = "~/odom",
-               const std::string& transform_topic = "/tf");
+  void declare(ControllerContext& context, const Options& options);
   // Between steps: takes the present values of the parameters; the next call of publish() is due.
   Status configure();
   // In the loop, at each update: publishes when it is due, at publish_rate.
@@ -27,6 +34,7 @@ class OdometryPublisher {
 
  private:
   void declare_frames(ControllerContext& context);
+  void report_transform_topic(const ControllerContext& context) const;
   [[nodiscard]] std::string frame_prefix() const;
 
   const Node* node_ = nullptr;
@@ -37,6 +45,7 @@ class OdometryPublisher {
   nav_msgs::msg::Odometry odometry_;
   tf2_msgs::msg::TFMessage transform_;
   BaseTransform base_transform_;
+  Options options_;
   bool sends_tf_ = true;
   Duration period_{};
   std::optional<Time> last_;  // when the last message was due

@@ -11,7 +11,9 @@ namespace doppel {
 
 // `component`: "linear.x". Reports deprecated parameters that the YAML sets. Throws InputError for a value with
 // the wrong sign.
-void declare_speed_limits(ControllerContext& context, const std::string& component);
+enum class DeprecatedLimits { declared, absent };
+void declare_speed_limits(ControllerContext& context, const std::string& component,
+                          DeprecatedLimits deprecated = DeprecatedLimits::declared);
 // The present values; without those that a deprecated has_..._limits: false turns off.
 SpeedLimits speed_limits(const Parameters& parameters, const std::string& component);
 

@@ -12,11 +12,12 @@ namespace doppel {
 
 class TwistCommand {
  public:
-  // `timeout`: zero: commands are valid forever.
-  void configure(const ControllerContext& context, Duration timeout);
+  // `timeout`: the value of the parameter `parameter`; zero: commands are valid forever.
+  void configure(const ControllerContext& context, const char* parameter, Duration timeout);
   // No command; its age counts from `now`.
   void forget(Time now);
   void receive(const geometry_msgs::msg::TwistStamped& message);
+  void receive(const geometry_msgs::msg::Twist& message);  // given now
 
   // Whether it is older than the time-out.
   [[nodiscard]] bool is_stale(Time now) const { return timeout_ > Duration{} && now - stamp_ > timeout_; }
@@ -30,7 +31,7 @@ class TwistCommand {
  private:
   [[nodiscard]] bool moves() const;
 
-  std::string name_;
+  std::string name_, parameter_;
   const Log* log_ = nullptr;
   const Bus* bus_ = nullptr;
   Duration timeout_{};

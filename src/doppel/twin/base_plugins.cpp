@@ -1,0 +1,343 @@
+#include "doppel/twin/detail/base_plugins.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <optional>
+#include <set>
+#include <string_view>
+
+#include "doppel/core/text.h"
+#include "doppel/xml/xml.h"
+
+namespace doppel {
+namespace {
+
+using Texts = std::vector<std::string>;
+
+enum class BasePlugin { diff_drive, skid_steer, mecanum, ackermann, other };
+
+struct KnownPlugin {
+  std::string_view name;  // part of the file's or class's name, in lower case
+  BasePlugin kind;
+};
+// Longer names first: "ackermann" is in none of the others.
+constexpr std::array<KnownPlugin, 11> kBasePlugins{{{"skid_steer_drive", BasePlugin::skid_steer},
+                                                    {"gazebo_ros_diff_drive", BasePlugin::diff_drive},
+                                                    {"diff-drive-system", BasePlugin::diff_drive},
+                                                    {"diffdrive", BasePlugin::diff_drive},
+                                                    {"mecanum-drive-system", BasePlugin::mecanum},
+                                                    {"mecanumdrive", BasePlugin::mecanum},
+                                                    {"ackermann-steering-system", BasePlugin::ackermann},
+                                                    {"ackermannsteering", BasePlugin::ackermann},
+                                                    {"planar_move", BasePlugin::other},
+                                                    {"tricycle_drive", BasePlugin::other},
+                                                    {"ackermann_drive", BasePlugin::other}}};
+
+std::string plain_lower(std::string text) {
+  std::ranges::transform(text, text.begin(),
+                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return text;
+}
+
+std::optional<BasePlugin> kind_of(const GazeboPlugin& plugin) {
+  for (const std::string& text : {plain_lower(plugin.filename), plain_lower(plugin.name)}) {
+    for (const KnownPlugin& known : kBasePlugins) {
+      if (text.find(known.name) != std::string::npos) return known.kind;
+    }
+  }
+  return std::nullopt;
+}
+
+// The values of a plugin's elements; remembers which names were read.
+class PluginValues {
+ public:
+  explicit PluginValues(const GazeboPlugin& plugin) : element_(parse_xml(plugin.xml, "<plugin>")) {}
+
+  Texts all(std::initializer_list<std::string_view> names) {
+    Texts out;
+    for (const XmlNode& child : element_.children) {
+      if (std::ranges::find(names, child.name) == names.end()) continue;
+      read_.insert(child.name);
+      out.push_back(child.content());
+    }
+    return out;
+  }
+  std::string text(std::initializer_list<std::string_view> names, std::string otherwise = "") {
+    const Texts found = all(names);
+    return found.empty() || found.front().empty() ? otherwise : found.front();
+  }
+  std::optional<double> number(std::initializer_list<std::string_view> names) {
+    const std::string found = text(names);
+    double value = 0;
+    const auto [end, problem] = std::from_chars(found.data(), found.data() + found.size(), value);
+    if (problem != std::errc() || end == found.data() || !std::isfinite(value)) return std::nullopt;
+    return value;
+  }
+  double positive(std::initializer_list<std::string_view> names, double otherwise) {
+    const auto found = number(names);
+    return found && *found > 0 ? *found : otherwise;
+  }
+  bool flag(std::initializer_list<std::string_view> names, bool otherwise) {
+    const std::string found = plain_lower(text(names));
+    return found.empty() ? otherwise : found == "true" || found == "1";
+  }
+  // <ros><remapping>cmd_vel:=other</remapping></ros>
+  std::string remapped(const std::string& topic) {
+    const XmlNode* ros = element_.first("ros");
+    read_.insert("ros");
+    if (ros == nullptr) return topic;
+    for (const XmlNode& child : ros->children) {
+      const std::string rule = child.is("remapping") ? child.content() : "";
+      if (rule.starts_with(topic + ":=")) return rule.substr(topic.size() + 2);
+    }
+    return topic;
+  }
+  [[nodiscard]] Texts unread() const {
+    Texts out;
+    for (const XmlNode& child : element_.children) {
+      const bool fresh = std::ranges::find(out, child.name) == out.end();
+      if (child.kind == XmlNode::Kind::element && !read_.contains(child.name) && fresh)
+        out.push_back(child.name);
+    }
+    return out;
+  }
+
+ private:
+  XmlNode element_;
+  std::set<std::string, std::less<>> read_;
+};
+
+std::string yaml_text(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
+std::string yaml_list(const Texts& texts) {
+  Texts quoted;
+  for (const std::string& text : texts) quoted.push_back(yaml_text(text));
+  return fmt::format("[{}]", fmt::join(quoted, ", "));
+}
+
+// The parameters of a section, and what the note says about them.
+struct Mapping {
+  MappedBase base;
+  std::string input, output;  // the controller's own topics
+  std::string text;           // "wheels ..."
+
+  void set(const std::string& name, const std::string& yaml) {
+    base.section += fmt::format("    {}: {}\n", name, yaml);
+  }
+  void set(const std::string& name, double value) { set(name, fmt::format("{:#.9g}", value)); }
+};
+
+// Frames that the description does not have are replaced by its root.
+void map_frames(PluginValues& values, const RobotDescription& robot, Mapping& out) {
+  std::set<std::string> children;
+  for (const Joint& joint : robot.joints) children.insert(joint.child);
+  std::string root;
+  for (const Link& link : robot.links) {
+    if (!children.contains(link.name) && root.empty()) root = link.name;
+  }
+  const std::string base = values.text({"robot_base_frame", "robotBaseFrame", "child_frame_id"}, root);
+  out.set("odom_frame_id", yaml_text(values.text({"odometry_frame", "odometryFrame", "frame_id"}, "odom")));
+  out.set("base_frame_id", yaml_text(base == root ? base : root));
+  const bool transform = values.flag({"publish_odom_tf", "publishOdomTF", "publishTf"}, true);
+  out.set("enable_odom_tf", transform ? "true" : "false");
+}
+
+void map_covariances(Mapping& out) {
+  for (const char* name : {"pose_covariance_diagonal", "twist_covariance_diagonal"})
+    out.set(name, "[0.001, 0.001, 0.001, 0.001, 0.001, 0.01]");
+}
+
+void map_limits(PluginValues& values, Mapping& out) {
+  const auto limit = [&](const char* parameter, std::initializer_list<std::string_view> names, double sign) {
+    const auto value = values.number(names);
+    if (value && *value * sign > 0) out.set(parameter, *value);
+  };
+  limit("linear.x.max_velocity", {"max_linear_velocity", "max_velocity"}, 1);
+  limit("linear.x.min_velocity", {"min_linear_velocity", "min_velocity"}, -1);
+  limit("linear.x.max_acceleration",
+        {"max_linear_acceleration", "max_acceleration", "max_wheel_acceleration"}, 1);
+  limit("linear.x.max_acceleration_reverse", {"min_linear_acceleration", "min_acceleration"}, -1);
+  limit("angular.z.max_velocity", {"max_angular_velocity"}, 1);
+  limit("angular.z.min_velocity", {"min_angular_velocity"}, -1);
+  limit("angular.z.max_acceleration", {"max_angular_acceleration"}, 1);
+  limit("angular.z.max_acceleration_reverse", {"min_angular_acceleration"}, -1);
+}
+
+Mapping map_diff_drive(PluginValues& values, const RobotDescription& robot, bool skid) {
+  Mapping out;
+  out.base.name = "diff_drive";
+  out.base.type = "diff_drive_controller/DiffDriveController";
+  out.input = "~/cmd_vel_unstamped";
+  out.output = "~/odom";
+  Texts left = values.all({"left_joint", "leftJoint"}), right = values.all({"right_joint", "rightJoint"});
+  if (skid && left.empty()) {
+    left = values.all({"leftFrontJoint", "leftRearJoint"});
+    right = values.all({"rightFrontJoint", "rightRearJoint"});
+  }
+  const double separation = values.positive({"wheel_separation", "wheelSeparation"}, skid ? 0.4 : 0.34);
+  const double radius =
+      values.positive({"wheel_radius"}, values.positive({"wheel_diameter", "wheelDiameter"}, 0.4) / 2);
+  out.set("left_wheel_names", yaml_list(left));
+  out.set("right_wheel_names", yaml_list(right));
+  out.set("wheel_separation", separation);
+  out.set("wheel_radius", radius);
+  out.set("use_stamped_vel", "false");
+  out.set("cmd_vel_timeout", 0.0);  // such plugins keep the last command
+  out.set("publish_rate", values.positive({"odom_publish_frequency", "update_rate", "updateRate"}, 50.0));
+  map_frames(values, robot, out);
+  map_covariances(out);
+  map_limits(values, out);
+  out.base.joints = left;
+  out.base.joints.insert(out.base.joints.end(), right.begin(), right.end());
+  out.text = fmt::format("wheels {} and {}, separation {:g} m, radius {:g} m", fmt::join(left, ", "),
+                         fmt::join(right, ", "), separation, radius);
+  return out;
+}
+
+Mapping map_mecanum(PluginValues& values, const RobotDescription& robot) {
+  Mapping out;
+  out.base.name = "mecanum_drive";
+  out.base.type = "mecanum_drive_controller/MecanumDriveController";
+  out.input = "~/reference";
+  out.output = "~/odometry";
+  const std::array<std::pair<const char*, std::string>, 4> wheels{
+      {{"front_left", values.text({"front_left_joint"})},
+       {"front_right", values.text({"front_right_joint"})},
+       {"rear_right", values.text({"back_right_joint"})},
+       {"rear_left", values.text({"back_left_joint"})}}};
+  for (const auto& [wheel, joint] : wheels) {
+    out.set(fmt::format("{}_wheel_command_joint_name", wheel), yaml_text(joint));
+    out.base.joints.push_back(joint);
+  }
+  const double separation = values.positive({"wheel_separation"}, 1.0),
+               wheelbase = values.positive({"wheelbase"}, 1.0);
+  const double radius = values.positive({"wheel_radius"}, 0.2);
+  out.set("kinematics.wheels_radius", radius);
+  out.set("kinematics.sum_of_robot_center_projection_on_X_Y_axis", (separation + wheelbase) / 2);
+  out.set("reference_timeout", 0.5);
+  map_frames(values, robot, out);
+  map_limits(values, out);
+  out.text = fmt::format("wheels {}, separation {:g} m, wheelbase {:g} m, radius {:g} m",
+                         fmt::join(out.base.joints, ", "), separation, wheelbase, radius);
+  return out;
+}
+
+Mapping map_ackermann(PluginValues& values, const RobotDescription& robot) {
+  Mapping out;
+  out.base.name = "ackermann_steering";
+  out.base.type = "ackermann_steering_controller/AckermannSteeringController";
+  out.input = "~/reference";
+  out.output = "~/odometry";
+  // The plugin lists all wheels of a side: the last ones are driven by default, and the first ones by the steering.
+  const Texts left = values.all({"left_joint"}), right = values.all({"right_joint"});
+  const Texts driven{right.empty() ? "" : right.back(), left.empty() ? "" : left.back()};
+  const Texts steered{values.text({"right_steering_joint"}), values.text({"left_steering_joint"})};
+  const double wheelbase = values.positive({"wheel_base"}, 1.0),
+               track = values.positive({"wheel_separation"}, 1.0);
+  const double radius = values.positive({"wheel_radius"}, 0.2);
+  out.set("traction_joints_names", yaml_list(driven));
+  out.set("steering_joints_names", yaml_list(steered));
+  out.set("wheelbase", wheelbase);
+  out.set("traction_track_width", track);
+  out.set("steering_track_width", values.positive({"kingpin_width"}, track));
+  out.set("traction_wheels_radius", radius);
+  out.set("reference_timeout", 0.5);
+  map_frames(values, robot, out);
+  map_covariances(out);
+  out.base.joints = driven;
+  out.base.joints.insert(out.base.joints.end(), steered.begin(), steered.end());
+  out.text = fmt::format("driven {}, steered {}, wheelbase {:g} m, track {:g} m, radius {:g} m",
+                         fmt::join(driven, ", "), fmt::join(steered, ", "), wheelbase, track, radius);
+  return out;
+}
+
+// The joint that the mapping needs and the robot does not offer; "" if there is none.
+std::string missing_joint(const RobotDescription& robot, const MappedBase& base) {
+  for (const std::string& name : base.joints) {
+    if (name.empty()) return "a joint that is not given";
+    if (robot.find_joint(name) == nullptr) return fmt::format("'{}', which the robot does not have", name);
+    const bool offered =
+        robot.hardware.empty() ||
+        std::ranges::any_of(robot.hardware, [&](const HardwareDescription& hardware) {
+          return std::ranges::any_of(hardware.joints, [&](const HardwareJointDescription& joint) {
+            return joint.name == name && std::ranges::any_of(joint.command_interfaces, [](const auto& i) {
+                     return i.name == "velocity";
+                   });
+          });
+        });
+    if (!offered) return fmt::format("'{}', which has no velocity command in <ros2_control>", name);
+  }
+  return base.joints.empty() ? "wheels, and names none" : "";
+}
+
+// Topics as the plugin has them: by <topic> (relative), <command_topic> or a remapping.
+void add_topics(PluginValues& values, Mapping& out, std::string& input, std::string& output) {
+  input = values.remapped(values.text({"command_topic", "commandTopic", "topic"}, "cmd_vel"));
+  output = values.remapped(values.text({"odometry_topic", "odometryTopic", "odom_topic"}, "odom"));
+  Texts rules{"-r", fmt::format("{}:={}", out.input, input), "-r", fmt::format("{}:={}", out.output, output)};
+  if (out.output == "~/odometry") rules.insert(rules.end(), {"-r", "~/tf_odometry:=/tf"});
+  out.base.declaration = fmt::format("    {}: {{type: {}, node_options_args: {}}}\n", out.base.name,
+                                     out.base.type, yaml_list(rules));
+  out.base.section = fmt::format("{}:\n  ros__parameters:\n{}", out.base.name, out.base.section);
+}
+
+void note_unmapped(const GazeboPlugin& plugin, const std::string& why, Diagnostics& diagnostics) {
+  diagnostics.note(
+      "up.base_plugin", plugin.source,
+      fmt::format("the plugin '{}' drives the base in Gazebo and is not mapped to a controller: {}",
+                  plugin.filename, why),
+      "declare a controller of the base in a YAML file: --controllers FILE");
+}
+
+}  // namespace
+
+std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnostics& diagnostics) {
+  std::optional<MappedBase> mapped;
+  for (const GazeboExtension& extension : robot.gazebo) {
+    for (const GazeboPlugin& plugin : extension.plugins) {
+      const auto kind = kind_of(plugin);
+      if (!kind) continue;
+      if (mapped || *kind == BasePlugin::other) {
+        note_unmapped(plugin, mapped ? "another one is" : "there is no such controller here yet",
+                      diagnostics);
+        continue;
+      }
+      PluginValues values(plugin);
+      Mapping made = *kind == BasePlugin::mecanum ? map_mecanum(values, robot)
+                     : *kind == BasePlugin::ackermann
+                         ? map_ackermann(values, robot)
+                         : map_diff_drive(values, robot, *kind == BasePlugin::skid_steer);
+      if (const std::string missing = missing_joint(robot, made.base); !missing.empty()) {
+        note_unmapped(plugin, "it needs " + missing, diagnostics);
+        continue;
+      }
+      std::string input, output;
+      add_topics(values, made, input, output);
+      const Texts unread = values.unread();
+      diagnostics.note(
+          "up.base_plugin", plugin.source,
+          fmt::format(
+              "the plugin '{}' is mapped to the controller '{}' ({}): {}; it reads {} and publishes {} "
+              "and the transform of the base{}",
+              plugin.filename, made.base.name, made.base.type, made.text, input, output,
+              unread.empty() ? "" : fmt::format("; without effect: {}", fmt::join(unread, ", "))),
+          "declare your own controllers with --controllers FILE");
+      mapped = std::move(made.base);
+    }
+  }
+  return mapped;
+}
+
+}  // namespace doppel

@@ -1,0 +1,26 @@
+#pragma once
+// The plugins of Gazebo Classic and of gz-sim that drive a mobile base, mapped onto the controllers of ros2_control:
+// for descriptions that have such a plugin and no controllers' file. The topics are those of the plugin, or of the
+// usual ros_gz_bridge: cmd_vel (geometry_msgs/msg/Twist) and odom.
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/description/robot_description.h"
+
+namespace doppel {
+
+struct MappedBase {
+  std::string name, type;           // of the controller
+  std::string declaration;          // its entry below controller_manager, YAML with 4 blanks before the name
+  std::string section;              // its own section
+  std::vector<std::string> joints;  // that it commands
+};
+
+// The first plugin that can be mapped, with a note that says how; a note for each other one of a base. nullopt:
+// there is none, or its joints have no velocity command in <ros2_control>.
+std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnostics& diagnostics);
+
+}  // namespace doppel
