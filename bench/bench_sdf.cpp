@@ -43,14 +43,18 @@ fs::path make_world(const fs::path& folder) {
     text << fmt::format("<sdf version='1.9'><model name='model_{}'>\n", i);
     for (int k = 0; k < 5; ++k) {
       text << fmt::format(
-          "<link name='l{0}'><pose>{0} 0 0 0 0 0</pose><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy>"
-          "<izz>1</izz></inertia></inertial><visual name='v'><geometry><box><size>1 1 1</size></box></geometry>"
-          "<material><script><name>Gazebo/Grey</name></script></material></visual><collision name='c'><geometry><box>"
+          "<link name='l{0}'><pose>{0} 0 0 0 0 "
+          "0</pose><inertial><mass>1</mass><inertia><ixx>1</ixx><iyy>1</iyy>"
+          "<izz>1</izz></inertia></inertial><visual name='v'><geometry><box><size>1 1 "
+          "1</size></box></geometry>"
+          "<material><script><name>Gazebo/Grey</name></script></material></visual><collision "
+          "name='c'><geometry><box>"
           "<size>1 1 1</size></box></geometry></collision></link>\n",
           k);
       if (k > 0) {
         text << fmt::format(
-            "<joint name='j{0}' type='revolute'><parent>l{1}</parent><child>l{0}</child><axis><xyz>0 0 1</xyz></axis>"
+            "<joint name='j{0}' type='revolute'><parent>l{1}</parent><child>l{0}</child><axis><xyz>0 0 "
+            "1</xyz></axis>"
             "</joint>\n",
             k, k - 1);
       }
@@ -82,6 +86,6 @@ int main(int argc, char** argv) {
   }
   if (times.empty()) return 0;
   std::sort(times.begin(), times.end());
-  fmt::print("{} files: median {:.2f} ms, longest {:.1f} ms; {} refused\n", times.size(), times[times.size() / 2],
-             times.back(), refused);
+  fmt::print("{} files: median {:.2f} ms, longest {:.1f} ms; {} refused\n", times.size(),
+             times[times.size() / 2], times.back(), refused);
 }

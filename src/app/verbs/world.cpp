@@ -48,9 +48,9 @@ void open_sdf(const std::string& name, OpenedWorld& out) {
 }
 
 std::size_t moving_joints(const RobotDescription& robot) {
-  return static_cast<std::size_t>(std::count_if(robot.joints.begin(), robot.joints.end(), [](const Joint& joint) {
-    return joint.type != JointType::fixed;
-  }));
+  return static_cast<std::size_t>(
+      std::count_if(robot.joints.begin(), robot.joints.end(),
+                    [](const Joint& joint) { return joint.type != JointType::fixed; }));
 }
 
 std::string kind_of(const SdfModel& model) {
@@ -111,8 +111,9 @@ std::string info_text(const OpenedWorld& opened) {
   std::string out = fmt::format("{} '{}', SDF {}\n", world.is_world ? "world" : "models", world.settings.name,
                                 world.version.empty() ? "without a version" : world.version);
   const Eigen::Vector3d& g = world.settings.gravity;
-  out += fmt::format("  gravity  {:g} {:g} {:g} m/s^2, step {:g} s, {}\n", g.x(), g.y(), g.z(),
-                     to_seconds(world.settings.step), world.settings.ground ? "ground at z = 0" : "no ground");
+  out +=
+      fmt::format("  gravity  {:g} {:g} {:g} m/s^2, step {:g} s, {}\n", g.x(), g.y(), g.z(),
+                  to_seconds(world.settings.step), world.settings.ground ? "ground at z = 0" : "no ground");
   std::size_t fixed = 0, joints = 0, sensors = 0;
   std::size_t width = 4;
   for (const SdfModel& model : world.models) {
@@ -121,13 +122,13 @@ std::string info_text(const OpenedWorld& opened) {
     sensors += model.sensors.size();
     width = std::max(width, model.name.size());
   }
-  out += fmt::format("  models   {}, of which {} static; {} joints, {} sensors, {} lights\n", world.models.size(),
-                     fixed, joints, sensors, world.lights.size());
+  out += fmt::format("  models   {}, of which {} static; {} joints, {} sensors, {} lights\n",
+                     world.models.size(), fixed, joints, sensors, world.lights.size());
   for (const SdfModel& model : world.models) {
     const Eigen::Vector3d& p = model.X_WR.translation();
-    out += fmt::format("    {:<{}}  {} link{}, {} joints, {}", model.name, width, model.description->links.size(),
-                       model.description->links.size() == 1 ? "" : "s", moving_joints(*model.description),
-                       kind_of(model));
+    out += fmt::format("    {:<{}}  {} link{}, {} joints, {}", model.name, width,
+                       model.description->links.size(), model.description->links.size() == 1 ? "" : "s",
+                       moving_joints(*model.description), kind_of(model));
     if (!model.is_static) out += fmt::format(", {:.4g} kg", mass_of(*model.description));
     out += fmt::format(", at {:.3g} {:.3g} {:.3g}\n", p.x(), p.y(), p.z());
   }
@@ -146,7 +147,8 @@ int run_world_info(const WorldOptions& options) {
 void compile(const OpenedWorld& opened, Diagnostics& found) {
   CollisionMeshes meshes;
   std::vector<ModelInstance> instances;
-  for (const SdfModel& model : opened.world.models) instances.push_back(make_instance(model, "", meshes, found));
+  for (const SdfModel& model : opened.world.models)
+    instances.push_back(make_instance(model, "", meshes, found));
   compile_world(kDefaultEngine, opened.world.settings, std::move(instances), found)->make_engine();
 }
 
@@ -172,8 +174,9 @@ int run_world_check(const WorldOptions& options) {
   for (const Diagnostic& one : opened.found.all()) {
     if (!options.quiet || one.severity != Severity::note) text += one.str() + "\n";
   }
-  text += fmt::format("{}: {} models, {} warnings, {} notes\n", shown_path(opened.file), opened.world.models.size(),
-                      opened.found.count(Severity::warning), opened.found.count(Severity::note));
+  text += fmt::format("{}: {} models, {} warnings, {} notes\n", shown_path(opened.file),
+                      opened.world.models.size(), opened.found.count(Severity::warning),
+                      opened.found.count(Severity::note));
   deliver(text);
   return 0;
 }
@@ -246,7 +249,8 @@ using Run = int (*)(const WorldOptions&);
 CLI::App* add_one(CLI::App& world, const char* name, const char* about, Run run, int& exit_code,
                   const std::shared_ptr<WorldOptions>& options) {
   CLI::App* const verb = world.add_subcommand(name, about);
-  verb->add_option("FILE", options->file, "An SDF file, a model's folder, or a name on GZ_SIM_RESOURCE_PATH")->required();
+  verb->add_option("FILE", options->file, "An SDF file, a model's folder, or a name on GZ_SIM_RESOURCE_PATH")
+      ->required();
   verb->footer(fmt::format("Example:\n  doppel world {} my_world.sdf", name));
   verb->callback([options, run, &exit_code] { exit_code = run(*options); });
   return verb;
@@ -267,11 +271,11 @@ void add_world(CLI::App& app, int& exit_code) {
   check->add_flag("--json", options->json, "Print a JSON object to stdout");
   check->add_flag("--quiet", options->quiet, "Leave out notes");
   add_one(*world, "tree", "Print the links and joints of every model", run_world_tree, exit_code, options);
-  add_one(*world, "convert", "Write a world as one SDF file without includes, with resolved poses", run_world_convert,
-          exit_code, options)
+  add_one(*world, "convert", "Write a world as one SDF file without includes, with resolved poses",
+          run_world_convert, exit_code, options)
       ->add_option("-o,--out", options->out, "File to write; default: stdout");
-  add_one(*world, "fetch", "Print the URLs of missing models, for a machine with a network", run_world_fetch, exit_code,
-          options);
+  add_one(*world, "fetch", "Print the URLs of missing models, for a machine with a network", run_world_fetch,
+          exit_code, options);
 }
 
 }  // namespace doppel::app

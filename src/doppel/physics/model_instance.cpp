@@ -6,8 +6,10 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "doppel/description/mesh.h"
 #include "doppel/description/shape_mesh.h"
 #include "doppel/math/mass_properties.h"
+#include "doppel/physics/detail/mesh_parts.h"
 
 namespace doppel {
 namespace {
@@ -63,7 +65,8 @@ class ShapeReader {
   ShapeReader(CollisionMeshes& meshes, Diagnostics& diagnostics)
       : meshes_(meshes), diagnostics_(diagnostics) {}
 
-  std::vector<CollisionShape> shapes_of(const Link& link, double friction) {
+  // still: the link does not move, so that its meshes collide by their triangles.
+  std::vector<CollisionShape> shapes_of(const Link& link, double friction, bool still) {
     std::vector<CollisionShape> out;
     for (const Collision& collision : link.collisions) {
       if (!has_size(collision.geometry)) {
@@ -75,6 +78,10 @@ class ShapeReader {
       }
       const CollisionMesh* mesh = nullptr;
       if (const auto* geometry = std::get_if<MeshGeometry>(&collision.geometry)) {
+        if (still) {
+          add_parts(link, collision, *geometry, collision.surface.mu.value_or(friction), out);
+          continue;
+        }
         mesh = mesh_of(link, collision, *geometry);
         if (mesh == nullptr) continue;
       }
@@ -85,16 +92,44 @@ class ShapeReader {
   }
 
  private:
+  void add_parts(const Link& link, const Collision& collision, const MeshGeometry& geometry, double friction,
+                 std::vector<CollisionShape>& out) {
+    if (geometry.path.empty()) return;
+    MeshParts made;
+    try {
+      made = static_parts(load_mesh(geometry));
+    } catch (const InputError& error) {
+      return leave_out(link, collision, error);
+    }
+    for (const std::vector<Eigen::Vector3f>& part : made.parts) {
+      const CollisionMesh solid = make_collision_mesh(part);
+      out.push_back(shape_of(geometry, &solid, collision.origin.pose(), friction));
+    }
+    if (made.filled > 0) {
+      diagnostics_.note(
+          "physics.filled_mesh", collision.source,
+          fmt::format("{} of the {} parts of the mesh '{}' of link '{}' have more than {} triangles and are "
+                      "not convex; they collide as their convex hulls",
+                      made.filled, made.parts.size(), geometry.uri, link.name, kMaxShellTriangles),
+          "give the collision a simpler mesh, or boxes");
+    }
+  }
+
+  // What cannot be read collides with nothing.
+  void leave_out(const Link& link, const Collision& collision, const InputError& error) {
+    for (Diagnostic diagnostic : error.diagnostics()) {
+      diagnostic.severity = Severity::warning;
+      diagnostic.message += fmt::format("; this shape of link '{}' collides with nothing", link.name);
+      if (!diagnostic.where.known()) diagnostic.where = collision.source;
+      diagnostics_.add(std::move(diagnostic));
+    }
+  }
+
   const CollisionMesh* mesh_of(const Link& link, const Collision& collision, const MeshGeometry& geometry) {
     try {
       return meshes_.find(geometry, fmt::format("link '{}'", link.name), collision.source, diagnostics_);
     } catch (const InputError& error) {
-      for (Diagnostic diagnostic : error.diagnostics()) {
-        diagnostic.severity = Severity::warning;
-        diagnostic.message += fmt::format("; this shape of link '{}' collides with nothing", link.name);
-        if (!diagnostic.where.known()) diagnostic.where = collision.source;
-        diagnostics_.add(std::move(diagnostic));
-      }
+      leave_out(link, collision, error);
       return nullptr;
     }
   }
@@ -235,12 +270,14 @@ ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
   out.self_collision = options.self_collision;
   out.set_on_ground = options.set_on_ground;
   out.passive = options.passive;
+  out.X_BO = options.X_BO;
   ShapeReader reader(meshes, diagnostics);
   out.shapes.resize(model->links.size());
+  const bool still = options.passive && model->nv == 0;
   for (std::size_t i = 0; i < model->links.size(); ++i) {
     const Link* const link = description->find_link(model->links[i].name);
     if (link == nullptr) continue;  // the world that a floating base was given
-    out.shapes[i] = reader.shapes_of(*link, friction_of(*description, link->name));
+    out.shapes[i] = reader.shapes_of(*link, friction_of(*description, link->name), still);
   }
   out.description = std::move(description);
   out.model = std::move(model);

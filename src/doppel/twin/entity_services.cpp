@@ -97,8 +97,8 @@ Status EntityServices::spawn_object(const Spawn::Request& request, const Pose& X
     }
     scene_.engine().set_instances(std::move(instances));
     callbacks_.changed();
-    good = fmt::format("'{}' is in the world{}{}", name, notes.all().empty() ? "" : "; ",
-                       joined(notes.all()));
+    good =
+        fmt::format("'{}' is in the world{}{}", name, notes.all().empty() ? "" : "; ", joined(notes.all()));
     return {};
   } catch (const InputError& refused) {
     return Status::refused(joined(refused.diagnostics()));
@@ -199,15 +199,12 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
   return {};
 }
 
-// Moves an object so that it, or its shape, has the requested pose and velocity.
+// Moves an object so that its frame or its shape has the requested pose and velocity.
 void EntityServices::move(const Entity& entity, EntityMotion motion) {
   Instance object = scene_.instance(entity.body.instance);
-  if (entity.shape) {
-    const Pose X_WO = motion.X_WE * shape_in_object(object).inverse();
-    motion.velocity.linear_W +=
-        motion.velocity.angular_W.cross(X_WO.translation() - motion.X_WE.translation());
-    motion.X_WE = X_WO;
-  }
+  const Pose X_WB = motion.X_WE * entity.X_BE.inverse();
+  motion.velocity.linear_W += motion.velocity.angular_W.cross(X_WB.translation() - motion.X_WE.translation());
+  motion.X_WE = X_WB;
   object.place(motion.X_WE);
   if (!motion.velocity.linear_W.isZero(0) || !motion.velocity.angular_W.isZero(0))
     object.set_base_velocity(motion.velocity);
@@ -262,8 +259,7 @@ void EntityServices::offer_model_state() {
   node_.serve<GetModelState>("~/get_model_state", [this](const GetModelState::Request& r,
                                                          Responder<GetModelState::Response> respond) {
     GetModelState::Response found;
-    const std::string first =
-        scene_.robots().empty() ? "" : scene_.instance(scene_.robots().front()).name();
+    const std::string first = scene_.robots().empty() ? "" : scene_.instance(scene_.robots().front()).name();
     const Status status = get_state(r.model_name.empty() ? first : r.model_name, r.relative_entity_name,
                                     found.pose, found.twist);
     auto response = answer<GetModelState::Response>(status, "");

@@ -126,8 +126,9 @@ class Reader {
   void check_range(const SourceLocation& where, const char* what, double value, double low, double high,
                    const char* unit) {
     if (value >= low && value <= high) return;
-    errors_.error(kInvalid, where,
-                  fmt::format("the {} is {:g} {}; it must be from {:g} to {:g}", what, value, unit, low, high));
+    errors_.error(
+        kInvalid, where,
+        fmt::format("the {} is {:g} {}; it must be from {:g} to {:g}", what, value, unit, low, high));
   }
   void check_sizes(const SourceLocation& where, const Geometry& shape) {
     const auto check = [&](const char* what, double value) {
@@ -265,10 +266,12 @@ EntityText read_sdf(const std::string& xml, const MeshFinder& find_mesh, Diagnos
   const auto top = [](const SdfModel& model) { return model.name.find("::") == std::string::npos; };
   const auto models = std::ranges::count_if(world.models, top);
   if (models != 1 || world.is_world) {
-    const SourceLocation where = world.models.empty() ? make_location("xml", 1, 1) : world.models.front().source;
+    const SourceLocation where =
+        world.models.empty() ? make_location("xml", 1, 1) : world.models.front().source;
     throw InputError(kInvalid, where,
-                     world.is_world ? "this is a world; an entity must be one <model>"
-                                    : fmt::format("the SDF has {} models; an entity must be one <model>", models),
+                     world.is_world
+                         ? "this is a world; an entity must be one <model>"
+                         : fmt::format("the SDF has {} models; an entity must be one <model>", models),
                      "start a world with: doppel up --world FILE");
   }
   for (const SdfModel& model : world.models) ModelCheck(find_mesh, notes).check(model);

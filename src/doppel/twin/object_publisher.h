@@ -53,7 +53,7 @@ class DOPPEL_API ObjectPublisher : public Tickable {
     std::optional<Pose> published;  // its pose as published last, in TF's world
   };
   std::vector<Part> parts_;
-  std::deque<std::int32_t> gone_;                 // ids of recently deleted objects
+  std::deque<std::int32_t> gone_;  // ids of recently deleted objects
   std::int32_t next_id_ = 0;
   bool listed_ = false;
 };

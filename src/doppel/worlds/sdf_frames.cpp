@@ -70,6 +70,15 @@ Pose Frames::pose(Scope& scope, const std::string& name, const std::string& base
     return X * pose(*item->scope, tail, "", where);
   }
   if (!tail.empty() && head == scope.name) return pose(scope, tail, base, where);  // its own name in front
+  if (scope.is_stand_in) return Pose::Identity();
+  if (name == scope.name) {
+    elements_.diagnostics.note(
+        "sdf.own_frame", where,
+        fmt::format("'{}' is the model itself, which has no frame of that name; its own frame "
+                    "'{}' is taken",
+                    name, kModelFrame));
+    return pose(scope, kModelFrame, base, where);
+  }
   unknown(scope, name, where);
   return Pose::Identity();
 }
@@ -169,6 +178,7 @@ LinkRef Frames::link(Scope& scope, const std::string& name, const std::string& b
     if (item != nullptr && item->scope != nullptr) return link(*item->scope, tail, "", where, depth + 1);
     if (head == scope.name) return link(scope, tail, base, where, depth + 1);
   }
+  if (scope.is_stand_in) return canonical(scope);
   unknown(scope, name, where);
   return {};
 }

@@ -39,7 +39,8 @@ std::string Files::find(const std::string& uri, const std::filesystem::path& fol
     try {
       return finder_(uri).string();
     } catch (const InputError& refused) {
-      for (const Diagnostic& one : refused.diagnostics()) diagnostics_.error(one.rule, where, one.message, one.fix);
+      for (const Diagnostic& one : refused.diagnostics())
+        diagnostics_.error(one.rule, where, one.message, one.fix);
       return "";
     }
   }
@@ -109,12 +110,16 @@ std::vector<PlacedGeometry> ShapeReader::geometry(const XmlNode& parent, const S
 double ShapeReader::size(const XmlNode& node, const char* name) {
   const std::optional<double> value = elements_.number(node, name);
   if (value && *value >= 0 && std::isfinite(*value)) return *value;
-  if (value || node.first(name) == nullptr) {
-    elements_.error(
-        "sdf.value", node.where,
-        value ? fmt::format("<{}> of this <{}> is {}; it must not be negative", name, node.name, *value)
-              : fmt::format("this <{}> has no <{}>", node.name, name),
+  if (value) {
+    elements_.error("sdf.value", node.where,
+                    fmt::format("<{}> of this <{}> is {}; it must not be negative", name, node.name, *value),
+                    "write the size in m");
+  } else if (node.first(name) == nullptr) {
+    elements_.diagnostics.warning(
+        "sdf.default_size", node.where,
+        fmt::format("this <{}> has no <{}>; SDF's default of 1 m is taken", node.name, name),
         "write the size in m");
+    return 1;
   }
   return 0;
 }
@@ -268,9 +273,8 @@ void ShapeReader::contact(const XmlNode& contact, ContactSurface& out) {
     out.max_velocity = elements_.number(*ode, "max_vel");
     out.min_depth = elements_.number(*ode, "min_depth");
   }
-  if (elements_.number_or(contact, "collide_bitmask", 1) != 1 &&
-      contact.first("collide_bitmask") != nullptr && Elements::text(contact, "collide_bitmask") != "65535")
-    elements_.without_effect(contact.first("collide_bitmask")->where, "<collide_bitmask>");
+  if (const XmlNode* const mask = contact.first("collide_bitmask"))
+    elements_.without_effect(mask->where, "<collide_bitmask>");
 }
 
 ContactSurface ShapeReader::surface(const XmlNode& collision) {

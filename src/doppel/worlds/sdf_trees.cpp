@@ -310,6 +310,22 @@ void Trees::weld_static(Tree& tree, int root) {
   }
 }
 
+// The axis in the joint's frame; without the element, SDF's default.
+JointAxis Trees::axis_of(FlatJoint& joint, const char* name) {
+  const XmlNode* const written = joint.item->node->first(name);
+  if (written == nullptr) return JointAxis{};
+  const XmlNode* const xyz = written->first("xyz");
+  const std::string frame = xyz == nullptr ? "" : Elements::attribute(*xyz, "expressed_in");
+  Eigen::Matrix3d R_JE = Eigen::Matrix3d::Identity();
+  const bool of_model = elements_.truth(*written, "use_parent_model_frame", joint.item->source->before(5));
+  if (!frame.empty() || of_model) {
+    const Pose X_J = frames_.pose(*joint.scope, *joint.item);
+    const Pose X_E = frames_.pose(*joint.scope, frame, joint.item->base, written->where);
+    R_JE = X_J.linear().transpose() * X_E.linear();
+  }
+  return read_axis(*written, R_JE, elements_);
+}
+
 void Trees::attach(Tree& tree, int up, int down, FlatJoint& joint) {
   joint.used = true;
   add_link(tree, down);
@@ -329,22 +345,8 @@ void Trees::attach(Tree& tree, int up, int down, FlatJoint& joint) {
   spec.X_JD = joint.X.inverse() * lower.X;
   spec.reversed = joint.child != down;
   if (const Link& link = tree.robot->links.back(); link.inertial) spec.lower_mass = link.inertial->mass;
-  const auto axis = [&](const char* name) {
-    const XmlNode* const written = node.first(name);
-    if (written == nullptr) return JointAxis{};
-    const XmlNode* const xyz = written->first("xyz");
-    const std::string frame = xyz == nullptr ? "" : Elements::attribute(*xyz, "expressed_in");
-    Eigen::Matrix3d R_JE = Eigen::Matrix3d::Identity();
-    const bool of_model = elements_.truth(*written, "use_parent_model_frame", joint.item->source->before(5));
-    if (!frame.empty() || of_model) {
-      const Pose X_J = frames_.pose(*joint.scope, *joint.item);
-      const Pose X_E = frames_.pose(*joint.scope, frame, joint.item->base, written->where);
-      R_JE = X_J.linear().transpose() * X_E.linear();
-    }
-    return read_axis(*written, R_JE, elements_);
-  };
-  spec.axis = axis("axis");
-  spec.axis2 = axis("axis2");
+  spec.axis = axis_of(joint, "axis");
+  spec.axis2 = axis_of(joint, "axis2");
   if (const auto old = elements_.number(node, "thread_pitch"); old && *old != 0)
     spec.screw_pitch = -2 * std::numbers::pi / *old;
   spec.screw_pitch = elements_.number_or(node, "screw_thread_pitch", spec.screw_pitch);

@@ -100,7 +100,8 @@ SdfWorld load_sdf(const fs::path& given, PackageResolver& resolver, Diagnostics&
 
 SdfWorld parse_sdf(const std::string& text, const std::string& name, const fs::path& folder,
                    PackageResolver& resolver, Diagnostics& diagnostics) {
-  if (folder.empty()) return read(text, name, folder, static_cast<const ModelSearch*>(nullptr), resolver, diagnostics);
+  if (folder.empty())
+    return read(text, name, folder, static_cast<const ModelSearch*>(nullptr), resolver, diagnostics);
   const ModelSearch search(folder, resolver);
   return read(text, name, folder, &search, resolver, diagnostics);
 }
@@ -144,6 +145,7 @@ ModelInstance make_instance(const SdfModel& model, const std::string& name, Coll
   options.name = name.empty() ? model.name : name;
   options.self_collision = model.self_collide;
   options.passive = true;
+  options.X_BO = model.X_RM;
   options.q0 = compiled->neutral();
   for (const auto& [joint, q] : model.positions) {
     const int index = compiled->find_joint(joint);

@@ -103,8 +103,8 @@ DOPPEL_API SdfWorld parse_sdf(const std::string& text, const std::string& name,
                               Diagnostics& diagnostics);
 // The same for text whose meshes are found by a function, which throws InputError; no model is included.
 using SdfMeshFinder = std::function<std::filesystem::path(const std::string& uri)>;
-DOPPEL_API SdfWorld parse_sdf(const std::string& text, const std::string& name, const SdfMeshFinder& find_mesh,
-                              Diagnostics& diagnostics);
+DOPPEL_API SdfWorld parse_sdf(const std::string& text, const std::string& name,
+                              const SdfMeshFinder& find_mesh, Diagnostics& diagnostics);
 
 // Whether it is an SDF file by its name: .sdf, .world, .model, or a folder with a model.config.
 DOPPEL_API bool is_sdf(const std::filesystem::path& file);

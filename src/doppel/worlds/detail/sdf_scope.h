@@ -43,6 +43,7 @@ struct Item {
 struct Scope {
   std::string name;  // of the model or world
   bool is_world = false, is_static = false, self_collide = false;
+  bool is_stand_in = false;  // for a model that is not found: every name is its only link
   std::string canonical_link, placement_frame;
   const XmlNode* node = nullptr;
   const Source* source = nullptr;

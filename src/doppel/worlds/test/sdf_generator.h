@@ -55,7 +55,8 @@ class SdfGenerator {
       Model made = model(name, i == 0 ? 0 : 1);
       const auto [reference, X_WF] = choose(known);
       const std::string text = written(X_WF.inverse() * X_WM * made.X_M_placement, reference, "");
-      parts.push_back(fmt::format("<model name='{}'{}>{}{}</model>\n", name, made.attributes, text, made.content));
+      parts.push_back(
+          fmt::format("<model name='{}'{}>{}{}</model>\n", name, made.attributes, text, made.content));
       known.push_back({name, X_WM});
       for (const auto& [link, X_ML] : made.links) {
         out_.links.emplace_back(name, link, X_WM * X_ML);
@@ -84,7 +85,9 @@ class SdfGenerator {
   };
 
   [[nodiscard]] bool has(PoseFeature feature) const { return (features_ >> feature & 1u) != 0; }
-  double number(double low, double high) { return std::uniform_real_distribution<double>(low, high)(random_); }
+  double number(double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(random_);
+  }
   std::size_t index(std::size_t count) { return random_() % count; }
   Pose pose() {
     const double pi = std::numbers::pi;
@@ -130,7 +133,8 @@ class SdfGenerator {
       out.links.emplace_back(link, X);
       if (has(kFrames)) add_frame(i, known, parts);
     }
-    for (int i = 0; i < 2; ++i) add_joint(fmt::format("l{}", i), fmt::format("l{}", i + 1), known, parts, out);
+    for (int i = 0; i < 2; ++i)
+      add_joint(fmt::format("l{}", i), fmt::format("l{}", i + 1), known, parts, out);
     if (has(kNested) && depth < 2) add_nested(name, depth, known, parts, out);
     if (has(kPlacement)) {
       const Placed& at = known[index(known.size())];
@@ -157,8 +161,8 @@ class SdfGenerator {
       attached = fmt::format(" attached_to='{}'", to.name);
       if (reference.empty()) X_MF = to.X;
     }
-    parts.push_back(
-        fmt::format("<frame name='{}'{}>{}</frame>\n", name, attached, written(X_MF.inverse() * X, reference, "")));
+    parts.push_back(fmt::format("<frame name='{}'{}>{}</frame>\n", name, attached,
+                                written(X_MF.inverse() * X, reference, "")));
     known.push_back({name, X});
   }
 
@@ -187,21 +191,24 @@ class SdfGenerator {
       R = in.X.linear();
     }
     parts.push_back(fmt::format(
-        "<joint name='{}' type='revolute'>{}<parent>{}</parent><child>{}</child><axis><xyz{}>{}</xyz></axis></joint>\n",
+        "<joint name='{}' "
+        "type='revolute'>{}<parent>{}</parent><child>{}</child><axis><xyz{}>{}</xyz></axis></joint>\n",
         name, place, parent, child, expressed, decimals(axis)));
     known.push_back({name, X});
     out.axes.emplace_back(name, X.translation(), (R * axis).normalized());
   }
 
-  void add_nested(const std::string& outer, int depth, std::vector<Placed>& known, std::vector<std::string>& parts,
-                  Model& out) {
+  void add_nested(const std::string& outer, int depth, std::vector<Placed>& known,
+                  std::vector<std::string>& parts, Model& out) {
     const std::string name = "inner";
     Model inner = model(outer + "_inner", depth + 1);
     const Pose X = pose();
     const auto [reference, X_MF] = choose(known);
     parts.push_back(fmt::format("<model name='{}'{}>{}{}</model>\n", name, inner.attributes,
-                                written(X_MF.inverse() * X * inner.X_M_placement, reference, ""), inner.content));
-    parts.push_back("<joint name='to_inner' type='fixed'><parent>l0</parent><child>inner::l0</child></joint>\n");
+                                written(X_MF.inverse() * X * inner.X_M_placement, reference, ""),
+                                inner.content));
+    parts.push_back(
+        "<joint name='to_inner' type='fixed'><parent>l0</parent><child>inner::l0</child></joint>\n");
     known.push_back({name, X});
     for (const auto& [link, X_IL] : inner.links) {
       out.links.emplace_back(name + "::" + link, X * X_IL);

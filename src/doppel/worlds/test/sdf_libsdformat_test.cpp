@@ -32,11 +32,13 @@ Pose resolved(const Part& part, const std::string& in) {
 TEST(SdfPoses, GeneratedWorldsAgreeWithLibsdformat) {
   int links = 0;
   for (unsigned seed = 0; seed < 60; ++seed) {
-    const unsigned features = seed < 40 ? (seed * 2654435761u) % (1u << kPoseFeatures) : (1u << kPoseFeatures) - 1;
+    const unsigned features =
+        seed < 40 ? (seed * 2654435761u) % (1u << kPoseFeatures) : (1u << kPoseFeatures) - 1;
     const GeneratedWorld made = SdfGenerator(features, 5000 + seed).world();
     const ReadSdf read = read_sdf(made.text);
     sdf::Root root;
-    for (const sdf::Error& error : root.LoadSdfString(made.text)) ADD_FAILURE() << error.Message() << made.text;
+    for (const sdf::Error& error : root.LoadSdfString(made.text))
+      ADD_FAILURE() << error.Message() << made.text;
     const sdf::World* const world = root.WorldByIndex(0);
     ASSERT_NE(world, nullptr);
     for (const auto& [name, link, X_WL] : made.links) {

@@ -19,7 +19,8 @@ void expect_poses(const GeneratedWorld& made, const ReadSdf& read) {
     ASSERT_NE(found, nullptr) << model << "\n" << made.text;
     ASSERT_NE(found->description->find_link(link), nullptr) << link << "\n" << made.text;
     const Pose X = link_pose(*found, link);
-    EXPECT_LT((X.matrix() - X_WL.matrix()).cwiseAbs().maxCoeff(), kSame) << model << " " << link << "\n" << made.text;
+    EXPECT_LT((X.matrix() - X_WL.matrix()).cwiseAbs().maxCoeff(), kSame) << model << " " << link << "\n"
+                                                                         << made.text;
   }
   for (const auto& [model, joint, p_W, a_W] : made.axes) {
     const RobotDescription& robot = *read.model(model).description;
@@ -38,7 +39,8 @@ TEST(SdfPoses, EachFeatureAloneAndInPairsGivesTruePoses) {
     for (int b = a; b < kPoseFeatures; ++b) {
       for (int seed = 0; seed < kFilesPerCombination; ++seed) {
         const unsigned features = (1u << a) | (1u << b);
-        const GeneratedWorld made = SdfGenerator(features, static_cast<unsigned>(1000 * (8 * a + b) + seed)).world();
+        const GeneratedWorld made =
+            SdfGenerator(features, static_cast<unsigned>(1000 * (8 * a + b) + seed)).world();
         ReadSdf read;
         try {
           read = read_sdf(made.text);

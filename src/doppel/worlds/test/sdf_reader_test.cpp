@@ -323,6 +323,29 @@ TEST(SdfState, SavedPosesReplaceThoseOfModels) {
   EXPECT_NEAR(read.model("a").positions[0].second, kPi / 2, 1e-12);
 }
 
+TEST(SdfJoint, JointWithoutRangeIsFixed) {
+  const ReadSdf read = read_world(model(
+      "a",
+      links(2) +
+          "<joint name='j' type='revolute'><parent>l0</parent><child>l1</child><axis><xyz>0 0 1</xyz><limit>"
+          "<lower>0</lower><upper>0</upper></limit></axis></joint>"));
+  EXPECT_EQ(read.model("a").description->find_joint("j")->type, JointType::fixed);
+}
+
+TEST(SdfPose, NameOfModelItselfIsItsFrame) {
+  const ReadSdf read = read_world(
+      model("a", "<link name='l'/><frame name='f'><pose relative_to='a'>1 0 0 0 0 0</pose></frame>"));
+  EXPECT_EQ(read.count("sdf.own_frame"), 1);
+}
+
+TEST(SdfInclude, JointToPartOfMissingModelIsToItsStandIn) {
+  const ReadSdf read = read_world(model(
+      "a",
+      "<link name='l'/><include><uri>model://arm</uri><name>arm</name></include><joint name='j' type='fixed'>"
+      "<parent>l</parent><child>arm::wrist</child></joint>"));
+  EXPECT_NE(read.model("a").description->find_link("arm::link"), nullptr);
+}
+
 TEST(SdfLight, LightHasDirectionAndColour) {
   const ReadSdf read = read_world(
       "<light type='directional' name='sun'><diffuse>1 0.5 0 1</diffuse><direction>0 3 "
