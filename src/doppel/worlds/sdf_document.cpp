@@ -126,6 +126,7 @@ void Document::read_world(const XmlNode& node, const Source& source, SdfWorld& o
   }
   for (const XmlNode& child : node.children) {
     if (!child.is("plugin")) continue;
+    elements_.without_effect(child.where, "<plugin> of a <world>", "plugins of SDF are kept, but not loaded");
     out.plugins.push_back({Elements::attribute(child, "filename"),
                            Elements::attribute(child, "name"),
                            {},

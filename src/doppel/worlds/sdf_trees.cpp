@@ -483,6 +483,8 @@ void Trees::add_extras(Tree& tree) {
   Scope& scope = *models_[static_cast<std::size_t>(tree.primary)].item->scope;
   GazeboExtension plugins;
   for (const XmlNode* plugin : scope.plugins) {
+    elements_.without_effect(plugin->where, "<plugin> of a <model>",
+                             "plugins of SDF are kept, but not loaded");
     plugins.plugins.push_back({Elements::attribute(*plugin, "filename"),
                                Elements::attribute(*plugin, "name"),
                                {},
