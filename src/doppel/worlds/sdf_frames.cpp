@@ -10,6 +10,7 @@ namespace doppel::sdf {
 namespace {
 
 constexpr int kMaxAttached = 200;
+constexpr std::size_t kMaxChain = 1000;  // of relative poses, for the stack's sake
 
 // "inner" and "frame" of "inner::frame".
 std::pair<std::string, std::string> head_and_tail(const std::string& name) {
@@ -96,6 +97,11 @@ Pose Frames::pose(Scope& scope, Item& item) {
         "give one of them a pose relative to the model");
     for (auto at = begin; at != path_.end(); ++at) const_cast<Item*>(*at)->state = Item::State::done;
     return Pose::Identity();
+  }
+  if (path_.size() >= kMaxChain) {
+    const SourceLocation& where = item.pose.where.known() ? item.pose.where : item.node->where;
+    throw InputError("sdf.too_deep", where,
+                     fmt::format("more than {} poses are relative to each other in a chain", kMaxChain));
   }
   item.state = Item::State::busy;
   path_.push_back(&item);

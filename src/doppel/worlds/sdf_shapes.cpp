@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kDefaultFriction = 1.0;  // SDF's mu
 constexpr std::size_t kMaxPlacesNamed = 6;
+constexpr std::size_t kMaxOutline = 500;  // points: cutting it into convex parts takes their third power
 
 Origin origin_of(const Pose& X, const SourceLocation& where) {
   return {X.translation(), rpy_from_rotation(X.linear()), where};
@@ -158,6 +159,13 @@ std::vector<PlacedGeometry> ShapeReader::polyline(const XmlNode& node) {
   }
   const double height = node.first("height") == nullptr ? 1.0 : size(node, "height");
   std::vector<PlacedGeometry> out;
+  if (outline.size() > kMaxOutline) {
+    elements_.error(
+        "sdf.value", node.where,
+        fmt::format("this <polyline> has {} points; at most {} are read", outline.size(), kMaxOutline),
+        "use a mesh");
+    return out;
+  }
   for (auto& part : convex_parts(outline)) out.push_back({Extrusion{std::move(part), height}});
   if (out.empty()) {
     elements_.diagnostics.warning("sdf.polyline", node.where,

@@ -11,6 +11,7 @@ namespace doppel::sdf {
 namespace {
 
 constexpr const char* kWorldLink = "world";
+constexpr int kMaxJointsInChain = 500;  // algorithms on the tree are recursive
 
 Origin placed(const Pose& X, const SourceLocation& where) {
   return {X.translation(), rpy_from_rotation(X.linear()), where};
@@ -112,9 +113,9 @@ void Trees::collect_joint(Scope& scope, Item& item, const std::string& prefix, c
 }
 
 int Trees::component(int link) {
-  auto& up = group_[static_cast<std::size_t>(link)];
-  if (up != link) up = component(up);
-  return up;
+  const auto up = [this](int at) -> int& { return group_[static_cast<std::size_t>(at)]; };
+  while (up(link) != link) link = up(link) = up(up(link));
+  return link;
 }
 
 void Trees::connect() {
@@ -257,6 +258,7 @@ void Trees::set_positions(Tree& tree) {
 void Trees::grow(Tree& tree, int root) {
   std::deque<int> open;
   std::vector<bool> reached(links_.size(), false);
+  std::vector<int> depth(links_.size(), 0);
   const auto reach = [&](int link) {
     reached[static_cast<std::size_t>(link)] = true;
     tree.order.push_back(link);
@@ -288,6 +290,12 @@ void Trees::grow(Tree& tree, int root) {
       const int down = joint.parent == up ? joint.child : joint.parent;
       if (joint.used || down < 0 || reached[static_cast<std::size_t>(down)]) continue;
       if (is_static(up) && is_static(down)) continue;
+      depth[static_cast<std::size_t>(down)] = depth[static_cast<std::size_t>(up)] + 1;
+      if (depth[static_cast<std::size_t>(down)] > kMaxJointsInChain) {
+        throw InputError(
+            "sdf.too_deep", joint.item->node->where,
+            fmt::format("more than {} joints of '{}' are in a chain", kMaxJointsInChain, tree.out.name));
+      }
       attach(tree, up, down, joint);
       reach(down);
     }

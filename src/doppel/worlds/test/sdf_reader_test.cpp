@@ -1,4 +1,5 @@
 // What the reader makes of each feature of SDF.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -426,6 +427,28 @@ TEST(SdfErrors, JointToUnknownLinkGivesOneError) {
       "<child>x</child></joint></model></sdf>");
   ASSERT_EQ(errors.size(), 1u);
   EXPECT_EQ(errors[0].where.line, 2);
+}
+
+// What a client could send to end the process.
+TEST(SdfErrors, EndlessChainsAreRefused) {
+  std::string frames, chain, outline;
+  for (int i = 1; i < 3000; ++i) {
+    frames += fmt::format("<frame name='f{}'><pose relative_to='f{}'/></frame>", i, i + 1);
+    chain += fmt::format(
+        "<link name='l{0}'/><joint name='j{0}' type='fixed'><parent>l{1}</parent><child>l{0}</child></joint>",
+        i, i - 1);
+    outline += fmt::format("<point>{} {}</point>", i, i % 2);
+  }
+  const auto refused = [](const std::string& content) {
+    const auto errors =
+        errors_of("<sdf version='1.9'><model name='m'><link name='l0'/>" + content + "</model></sdf>");
+    return errors.empty() ? "" : errors.front().rule;
+  };
+  EXPECT_EQ(refused(frames), "sdf.too_deep");
+  EXPECT_EQ(refused(chain), "sdf.too_deep");
+  EXPECT_EQ(refused("<link name='a'><visual name='v'><geometry><polyline>" + outline +
+                    "</polyline></geometry></visual></link>"),
+            "sdf.value");
 }
 
 class SdfFiles : public ::testing::Test {
