@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 
@@ -9,7 +10,7 @@ namespace doppel {
 namespace {
 
 constexpr double kPlanar = 1e-4;        // of the surface's extent
-constexpr double kThinnestPart = 5e-4;  // of the triangle's extent: thinner ones count as flat
+constexpr double kThinnestPart = 2e-3;  // of the triangle's extent: MuJoCo rejects thinner ones
 constexpr double kSliver = 2e-3;        // m, of a triangle's height: lower ones are left out
 constexpr std::size_t kMaxConvexTests = 5'000'000;
 
@@ -57,12 +58,20 @@ Eigen::Vector3d normal_of(const TriangleMesh& mesh, const Triangle& t) {
   return (corner(mesh, t[1]) - a).cross(corner(mesh, t[2]) - a);
 }
 
-// Whether all vertices are on one side of the plane of every triangle.
-bool is_convex(const TriangleMesh& mesh, const Surface& surface) {
-  if (surface.triangles.size() * surface.vertices.size() > kMaxConvexTests) return false;
+struct Convexity {
+  bool convex = false;  // all vertices are on one side of the plane of every triangle
+  double extent = 0,
+         thickness = std::numeric_limits<double>::infinity();  // m; the least along a triangle's normal
+  Eigen::Vector3d across = Eigen::Vector3d::UnitZ();           // that normal, unit
+};
+
+Convexity convexity(const TriangleMesh& mesh, const Surface& surface) {
+  Convexity out;
+  if (surface.triangles.size() * surface.vertices.size() > kMaxConvexTests) return out;
   Eigen::AlignedBox3d bounds;
   for (const std::uint32_t v : surface.vertices) bounds.extend(corner(mesh, v));
-  const double slack = kPlanar * bounds.sizes().norm();
+  out.extent = bounds.sizes().norm();
+  const double slack = kPlanar * out.extent;
   for (const Triangle& t : surface.triangles) {
     const Eigen::Vector3d normal = normal_of(mesh, t);
     if (!(normal.norm() > 0)) continue;
@@ -73,9 +82,26 @@ bool is_convex(const TriangleMesh& mesh, const Surface& surface) {
       low = std::min(low, height);
       high = std::max(high, height);
     }
-    if (high > slack && low < -slack) return false;
+    if (high > slack && low < -slack) return out;
+    if (high - low >= out.thickness) continue;
+    out.thickness = high - low;
+    out.across = n;
   }
-  return true;
+  out.convex = std::isfinite(out.thickness);
+  return out;
+}
+
+// The vertices; of a thin surface once more, so far inwards that engines accept the hull.
+std::vector<Eigen::Vector3f> solid_part(const TriangleMesh& mesh, const Surface& surface,
+                                        const Convexity& is) {
+  std::vector<Eigen::Vector3f> out;
+  const double least = kThinnestPart * is.extent;
+  for (const std::uint32_t v : surface.vertices) {
+    out.push_back(mesh.vertices[v]);
+    if (is.convex && is.thickness < least)
+      out.push_back((corner(mesh, v) - std::max(kShellThickness, least) * is.across).cast<float>());
+  }
+  return out;
 }
 
 std::vector<Eigen::Vector3f> prism(const TriangleMesh& mesh, const Triangle& t) {
@@ -99,8 +125,8 @@ MeshParts static_parts(const TriangleMesh& mesh) {
   MeshParts out;
   std::size_t shells = 0;
   for (const Surface& surface : connected_surfaces(mesh)) {
-    const bool convex = is_convex(mesh, surface);
-    if (!convex && shells + surface.triangles.size() <= kMaxShellTriangles) {
+    const Convexity is = convexity(mesh, surface);
+    if (!is.convex && shells + surface.triangles.size() <= kMaxShellTriangles) {
       shells += surface.triangles.size();
       for (const Triangle& t : surface.triangles) {
         if (std::vector<Eigen::Vector3f> part = prism(mesh, t); !part.empty())
@@ -108,10 +134,8 @@ MeshParts static_parts(const TriangleMesh& mesh) {
       }
       continue;
     }
-    out.filled += convex ? 0 : 1;
-    std::vector<Eigen::Vector3f> part;
-    for (const std::uint32_t v : surface.vertices) part.push_back(mesh.vertices[v]);
-    out.parts.push_back(std::move(part));
+    out.filled += is.convex ? 0 : 1;
+    out.parts.push_back(solid_part(mesh, surface, is));
   }
   return out;
 }

@@ -80,8 +80,24 @@ Pose Frames::pose(Scope& scope, const std::string& name, const std::string& base
                     name, kModelFrame));
     return pose(scope, kModelFrame, base, where);
   }
+  if (Item* const missing = missing_part(scope, name, where)) return pose(scope, *missing);
   unknown(scope, name, where);
   return Pose::Identity();
+}
+
+// The stand-in that a name "model::part" may mean: the name of a model that is not found is in its file.
+Item* Frames::missing_part(Scope& scope, const std::string& name, const SourceLocation& where) {
+  if (name.find("::") == std::string::npos) return nullptr;
+  for (Item& item : scope.items) {
+    if (item.scope == nullptr || !item.scope->is_stand_in) continue;
+    if (reported_.insert(where.place() + name).second) {
+      elements_.diagnostics.note(
+          "sdf.missing_part", where,
+          fmt::format("'{}' is taken for a part of '{}', which is not found", name, item.name));
+    }
+    return &item;
+  }
+  return nullptr;
 }
 
 Pose Frames::pose(Scope& scope, Item& item) {
@@ -185,6 +201,7 @@ LinkRef Frames::link(Scope& scope, const std::string& name, const std::string& b
     if (head == scope.name) return link(scope, tail, base, where, depth + 1);
   }
   if (scope.is_stand_in) return canonical(scope);
+  if (Item* const missing = missing_part(scope, name, where)) return canonical(*missing->scope);
   unknown(scope, name, where);
   return {};
 }

@@ -84,6 +84,7 @@ class Frames {
   LinkRef link(Scope& scope, const std::string& name, const std::string& base, const SourceLocation& where,
                int depth);
   void unknown(const Scope& scope, const std::string& name, const SourceLocation& where);
+  Item* missing_part(Scope& scope, const std::string& name, const SourceLocation& where);
 
   Elements& elements_;
   std::vector<const Item*> path_;

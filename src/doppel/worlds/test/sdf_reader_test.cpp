@@ -345,6 +345,12 @@ TEST(SdfInclude, JointToPartOfMissingModelIsToItsStandIn) {
       "<link name='l'/><include><uri>model://arm</uri><name>arm</name></include><joint name='j' type='fixed'>"
       "<parent>l</parent><child>arm::wrist</child></joint>"));
   EXPECT_NE(read.model("a").description->find_link("arm::link"), nullptr);
+  const ReadSdf unnamed =
+      read_world(model("a",
+                       "<link name='l'/><include><uri>model://arm_v2</uri></include><joint name='j' "
+                       "type='fixed'><parent>l</parent>"
+                       "<child>arm::wrist</child></joint>"));
+  EXPECT_EQ(unnamed.count("sdf.missing_part"), 1);
 }
 
 TEST(SdfLight, LightHasDirectionAndColour) {
