@@ -84,7 +84,7 @@ TEST_F(EntityTest, InvalidEntityIsRefusedWithoutChange) {
                                   "{name: " + std::string(name) + ", xml: \"" + ball("a") + "\"}");
     EXPECT_THAT(said, ::testing::Not(HasSubstr("success: true"))) << name;
   }
-  EXPECT_THAT(spawn("b", "<sdf/>"), HasSubstr("0 models"));
+  EXPECT_THAT(spawn("b", "<sdf/>"), HasSubstr("neither a <world> nor a <model>"));
   EXPECT_THAT(spawn("b", "not xml"), HasSubstr("success: false"));
   EXPECT_THAT(spawn("b", ball("b"), at(0, 0, 1), "nowhere"), HasSubstr("frame of reference is unknown"));
   EXPECT_THAT(spawn("b", ball("b"), "{position: {x: .nan}}"), HasSubstr("is not valid"));
@@ -281,7 +281,7 @@ TEST_F(EntityStateTest, StateMatchesMarker) {
   ASSERT_THAT(spawn("can", kBeside, at(1, 2, 3)), HasSubstr("success: true"));
   EXPECT_NEAR(state_of("can").pose.position.x, 1.0, 1e-9)
       << "expected the model's frame where it was spawned";
-  EXPECT_NEAR(state_of("can::body").pose.position.x, 1.0, 1e-9);
+  EXPECT_NEAR(state_of("can::body").pose.position.x, 1.1, 1e-9) << "expected the link's frame";
   const auto shape = state_of("can::link::collision").pose;
   EXPECT_NEAR(shape.position.x, 1.1, 1e-9);
   EXPECT_NEAR(shape.position.z, 3.2, 1e-9);
@@ -292,7 +292,7 @@ TEST_F(EntityStateTest, StateMatchesMarker) {
       "pose: {position: {x: 1.1, y: 2, z: 3.2}, orientation: {z: 0.70710678118654752, w: "
       "0.70710678118654752}}";
   EXPECT_THAT(put("can::link::collision", markers), HasSubstr("success: true"));
-  EXPECT_TRUE(where("can").isApprox(Eigen::Vector3d(1, 2, 3), 1e-9)) << where("can").transpose();
+  EXPECT_TRUE(where("can").isApprox(Eigen::Vector3d(1.1, 2, 3), 1e-9)) << where("can").transpose();
 }
 
 TEST_F(EntityStateTest, ShapeMovesAsRigidBody) {

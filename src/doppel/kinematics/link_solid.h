@@ -16,10 +16,10 @@ DOPPEL_API MassProperties shape_solid(const Geometry& geometry, double density);
 
 // The solids of the collision shapes, else of the visual ones, at kAssumedDensity, in the link frame. Mass
 // 0: nothing is enclosed, or no mesh can be read.
-MassProperties link_solid(const Link& link);
+DOPPEL_API MassProperties link_solid(const Link& link);
 
 // Of kAssumedDensity, centred; the cylinder's axis is z. Lengths in m.
-MassProperties solid_cylinder(double radius, double length);
-MassProperties solid_ball(double radius);
+DOPPEL_API MassProperties solid_cylinder(double radius, double length);
+DOPPEL_API MassProperties solid_ball(double radius);
 
 }  // namespace doppel

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <stdexcept>
 
+#include "doppel/description/mesh.h"
 #include "doppel/description/shape_mesh.h"
 #include "doppel/math/mass_properties.h"
+#include "doppel/physics/detail/contact_friction.h"
+#include "doppel/physics/detail/mesh_parts.h"
 
 namespace doppel {
 namespace {
@@ -60,70 +62,14 @@ CollisionShape shape_of(const Geometry& geometry, const CollisionMesh* mesh, con
   return out;
 }
 
-// `above`, with the values that `below` has.
-ContactSurface overlaid(ContactSurface above, const ContactSurface& below) {
-  const auto take = [](auto& to, const auto& from) {
-    if (from) to = from;
-  };
-  take(above.mu, below.mu);
-  take(above.mu2, below.mu2);
-  take(above.torsional_mu, below.torsional_mu);
-  take(above.patch_radius, below.patch_radius);
-  if (below.fdir1) {
-    above.fdir1 = below.fdir1;
-    above.fdir1_frame = below.fdir1_frame;
-  }
-  if (!below.shape.empty()) above.shape = below.shape;
-  return above;
-}
-
-// That of the <gazebo> extensions of a URDF.
-ContactSurface surface_of(const RobotDescription& robot, const std::string& link) {
-  ContactSurface out;
-  for (const GazeboExtension& extension : robot.gazebo) {
-    if (extension.reference == link) out = overlaid(out, extension.surface);
-  }
-  return out;
-}
-
-// Pressure is even over the patch of a round contact: the torque is 3 pi / 16 of that at its rim.
-constexpr double kPatchLever = 3.0 * std::numbers::pi / 16.0;
-
-// Of a torsional friction without a coefficient. Source: SDFormat 1.11, torsional/coefficient.
-constexpr double kTorsionalFriction = 1.0;
-
-Friction friction_of(const ContactSurface& surface, const Model& model, const Collision& collision,
-                     Diagnostics& diagnostics) {
-  Friction out;
-  out.written = surface.mu || surface.mu2;
-  out.along = surface.mu.value_or(kDefaultFriction);
-  out.across = surface.mu2.value_or(out.along);
-  if (surface.fdir1) {
-    out.direction = *surface.fdir1;
-    if (!surface.fdir1_frame.empty()) {
-      out.direction_link = model.find_link(surface.fdir1_frame);
-      if (out.direction_link < 0) {
-        diagnostics.warning("physics.friction_direction", collision.source,
-                            fmt::format("fdir1 is given in the axes of '{}', which is not a link; those of "
-                                        "the collision are used",
-                                        surface.fdir1_frame));
-      }
-    }
-    if (out.direction_link < 0) out.direction = collision.origin.pose().linear() * out.direction;
-    out.decides = out.along != out.across;
-  }
-  if (!out.directed()) out.across = out.along;
-  out.torsion =
-      kPatchLever * surface.patch_radius.value_or(0.0) * surface.torsional_mu.value_or(kTorsionalFriction);
-  return out;
-}
-
 class ShapeReader {
  public:
   ShapeReader(CollisionMeshes& meshes, Diagnostics& diagnostics)
       : meshes_(meshes), diagnostics_(diagnostics) {}
 
-  std::vector<CollisionShape> shapes_of(const RobotDescription& robot, const Model& model, const Link& link) {
+  // still: the link does not move, so that its meshes collide by their triangles.
+  std::vector<CollisionShape> shapes_of(const RobotDescription& robot, const Model& model, const Link& link,
+                                        bool still) {
     const ContactSurface of_link = surface_of(robot, link.name);
     std::vector<CollisionShape> out;
     for (const Collision& collision : link.collisions) {
@@ -134,29 +80,61 @@ class ShapeReader {
             "write positive sizes, m");
         continue;
       }
+      const Friction friction =
+          friction_of(overlaid(of_link, collision.surface), model, collision, diagnostics_);
       const CollisionMesh* mesh = nullptr;
       if (const auto* geometry = std::get_if<MeshGeometry>(&collision.geometry)) {
+        if (still) {
+          add_parts(link, collision, *geometry, friction, out);
+          continue;
+        }
         mesh = mesh_of(link, collision, *geometry);
         if (mesh == nullptr) continue;
       }
-      const ContactSurface surface = overlaid(of_link, collision.surface);
-      out.push_back(shape_of(collision.geometry, mesh, collision.origin.pose(),
-                             friction_of(surface, model, collision, diagnostics_)));
+      out.push_back(shape_of(collision.geometry, mesh, collision.origin.pose(), friction));
     }
     return out;
   }
 
  private:
+  void add_parts(const Link& link, const Collision& collision, const MeshGeometry& geometry,
+                 const Friction& friction, std::vector<CollisionShape>& out) {
+    if (geometry.path.empty()) return;
+    MeshParts made;
+    try {
+      made = static_parts(load_mesh(geometry));
+    } catch (const InputError& error) {
+      return leave_out(link, collision, error);
+    }
+    for (const std::vector<Eigen::Vector3f>& part : made.parts) {
+      const CollisionMesh solid = make_collision_mesh(part);
+      out.push_back(shape_of(geometry, &solid, collision.origin.pose(), friction));
+    }
+    if (made.filled > 0) {
+      diagnostics_.note(
+          "physics.filled_mesh", collision.source,
+          fmt::format("{} of the {} parts of the mesh '{}' of link '{}' have more than {} triangles and are "
+                      "not convex; they collide as their convex hulls",
+                      made.filled, made.parts.size(), geometry.uri, link.name, kMaxShellTriangles),
+          "give the collision a simpler mesh, or boxes");
+    }
+  }
+
+  // What cannot be read collides with nothing.
+  void leave_out(const Link& link, const Collision& collision, const InputError& error) {
+    for (Diagnostic diagnostic : error.diagnostics()) {
+      diagnostic.severity = Severity::warning;
+      diagnostic.message += fmt::format("; this shape of link '{}' collides with nothing", link.name);
+      if (!diagnostic.where.known()) diagnostic.where = collision.source;
+      diagnostics_.add(std::move(diagnostic));
+    }
+  }
+
   const CollisionMesh* mesh_of(const Link& link, const Collision& collision, const MeshGeometry& geometry) {
     try {
       return meshes_.find(geometry, fmt::format("link '{}'", link.name), collision.source, diagnostics_);
     } catch (const InputError& error) {
-      for (Diagnostic diagnostic : error.diagnostics()) {
-        diagnostic.severity = Severity::warning;
-        diagnostic.message += fmt::format("; this shape of link '{}' collides with nothing", link.name);
-        if (!diagnostic.where.known()) diagnostic.where = collision.source;
-        diagnostics_.add(std::move(diagnostic));
-      }
+      leave_out(link, collision, error);
       return nullptr;
     }
   }
@@ -164,15 +142,6 @@ class ShapeReader {
   CollisionMeshes& meshes_;
   Diagnostics& diagnostics_;
 };
-
-// <doppel:contact> of a link or of one of its collisions; empty: there is none.
-std::string contact_shape_of(const RobotDescription& robot, const Link& link) {
-  std::string out = surface_of(robot, link.name).shape;
-  for (const Collision& collision : link.collisions) {
-    if (!collision.surface.shape.empty()) out = collision.surface.shape;
-  }
-  return out;
-}
 
 // Side lengths of the box with about the same inertia, and its centre.
 struct SolidBox {
@@ -298,13 +267,15 @@ ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
   out.self_collision = options.self_collision;
   out.set_on_ground = options.set_on_ground;
   out.passive = options.passive;
+  out.X_BO = options.X_BO;
   ShapeReader reader(meshes, diagnostics);
   std::vector<std::string> keep;  // links whose shapes collide as they are described
   out.shapes.resize(model->links.size());
+  const bool still = options.passive && model->nv == 0;
   for (std::size_t i = 0; i < model->links.size(); ++i) {
     const Link* const link = description->find_link(model->links[i].name);
     if (link == nullptr) continue;  // the world that a floating base was given
-    out.shapes[i] = reader.shapes_of(*description, *model, *link);
+    out.shapes[i] = reader.shapes_of(*description, *model, *link, still);
     if (!contact_shape_of(*description, *link).empty()) keep.push_back(link->name);
   }
   out.rolling = fit_rolling_parts(*model, out.q0, keep, out.shapes);

@@ -33,7 +33,8 @@ struct DOPPEL_API ModelInstance {
   // A floating joint from the root moves along z so that the lowest point of the shapes lies on the ground;
   // where X_WR is not the identity, it is only lifted out of the ground.
   bool set_on_ground = false;
-  bool passive = false;  // a model of the world: nothing drives its joints
+  bool passive = false;          // a model of the world: nothing drives its joints
+  Pose X_BO = Pose::Identity();  // the frame by which an object is placed, in its base link
 
   // Passive, or one body: its model has one link, besides the "world" above a floating one.
   [[nodiscard]] bool is_object() const;
@@ -49,6 +50,7 @@ struct InstanceOptions {
   std::vector<ServoParameters> servos;   // empty: choose_servos() under `gravity`
   Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2, world axes
   bool self_collision = true, set_on_ground = false, passive = false;
+  Pose X_BO = Pose::Identity();
 };
 
 // A mesh that cannot be read, or a shape without a size, is left out with a warning at its place.

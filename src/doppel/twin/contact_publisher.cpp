@@ -15,8 +15,11 @@ ContactPublisher::ContactPublisher(Bus& bus, const Scene& scene) : scene_(scene)
 std::string ContactPublisher::shape_name(BodyId body) const {
   if (body.is_ground()) return "ground::link::collision";
   const Instance instance = scene_.instance(body.instance);
-  if (!scene_.is_robot(body.instance)) return fmt::format("{}::link::collision", instance.name());
   const std::string& name = instance.model().links[static_cast<std::size_t>(body.link)].name;
+  if (!scene_.is_robot(body.instance)) {
+    const bool one_link = instance.model().links.size() == (instance.made_of().floating() ? 2u : 1u);
+    return fmt::format("{}::{}::collision", instance.name(), one_link ? "link" : name);
+  }
   return fmt::format("{}::{}::{}_collision", instance.name(), name, name);
 }
 

@@ -89,19 +89,18 @@ bool find_object(const Scene& scene, const std::string& name, Entity& entity) {
     const int index = scene.find(name.substr(0, end));
     if (index < 0 || !scene.is_object(index)) continue;
     const ModelInstance& object = scene.instance(index).made_of();
-    entity = {{index, object.base_link()}, false, false};
+    entity = {{index, object.base_link()}, false, object.X_BO};
     if (end == name.size()) return true;
     std::string link = name.substr(end + 2);
-    const int whole = object.model->find_link(link);
-    if (whole < 0) {
-      const std::size_t shape = link.rfind("::");
-      entity.shape = shape != std::string::npos;
-      link = link.substr(0, shape);
+    if (const int found = object.model->find_link(link); found >= 0) {
+      entity = {{index, found}, false, Pose::Identity()};
+      return true;
     }
+    const std::size_t shape = link.rfind("::");
+    if (shape != std::string::npos) entity.X_BE = shape_in_object(scene.instance(index));
+    link = link.substr(0, shape);
     const bool one_link = object.model->links.size() == (object.floating() ? 2u : 1u);
-    if (one_link || entity.shape) return link.find("::") == std::string::npos;
-    entity.body.link = object.model->find_link(link);
-    return entity.body.link >= 0;
+    return (one_link || shape != std::string::npos) && link.find("::") == std::string::npos;
   }
 }
 
@@ -153,7 +152,7 @@ Status find_link(const Scene& scene, const std::string& name, BodyId& body) {
 
 Status find_entity(const Scene& scene, const std::string& name, Entity& entity) {
   if (find_object(scene, name, entity)) return {};
-  entity = {{}, true, false};
+  entity = {{}, true, Pose::Identity()};
   const std::vector<std::string> parts = parts_of(name);
   if (const int robot = robot_named(scene, name); robot >= 0) {
     entity.body = {robot, 0};
@@ -178,10 +177,10 @@ EntityMotion motion_of(const Scene& scene, const Entity& entity) {
   EntityMotion out;
   out.X_WE = instance.link_pose(entity.body.link);
   out.velocity = instance.link_velocity(entity.body.link);
-  if (!entity.shape) return out;
-  const Pose X_WS = out.X_WE * shape_in_object(instance);
-  out.velocity.linear_W += out.velocity.angular_W.cross(X_WS.translation() - out.X_WE.translation());
-  out.X_WE = X_WS;
+  if (entity.X_BE.matrix() == Pose::Identity().matrix()) return out;
+  const Pose X_WF = out.X_WE * entity.X_BE;
+  out.velocity.linear_W += out.velocity.angular_W.cross(X_WF.translation() - out.X_WE.translation());
+  out.X_WE = X_WF;
   return out;
 }
 
@@ -198,20 +197,24 @@ Status find_frame(const Scene& scene, const std::string& name, EntityMotion& fra
 }
 
 std::vector<LinkVisual> visuals_of(const ModelInstance& object) {
-  std::vector<LinkVisual> out;
+  std::vector<LinkVisual> visuals, collisions;
   for (std::size_t i = 0; i < object.model->links.size(); ++i) {
     const Link* const link = object.description->find_link(object.model->links[i].name);
     if (link == nullptr) continue;
-    for (const Visual& visual : link->visuals) out.push_back({static_cast<int>(i), &visual});
+    for (const Visual& one : link->visuals)
+      visuals.push_back(
+          {static_cast<int>(i), &one.geometry, &one.origin, one.material ? &*one.material : nullptr});
+    for (const Collision& one : link->collisions)
+      collisions.push_back({static_cast<int>(i), &one.geometry, &one.origin, nullptr});
   }
-  return out;
+  return visuals.empty() ? collisions : visuals;
 }
 
 Pose shape_in_object(const Instance& object) {
   const std::vector<LinkVisual> visuals = visuals_of(object.made_of());
   if (visuals.empty()) return Pose::Identity();
   const LinkVisual& first = visuals.front();
-  return object.base_pose().inverse() * object.link_pose(first.link) * first.visual->origin.pose();
+  return object.base_pose().inverse() * object.link_pose(first.link) * first.origin->pose();
 }
 
 }  // namespace doppel

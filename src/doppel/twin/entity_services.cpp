@@ -199,15 +199,12 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
   return {};
 }
 
-// Moves an object so that it, or its shape, has the requested pose and velocity.
+// Moves an object so that its frame or its shape has the requested pose and velocity.
 void EntityServices::move(const Entity& entity, EntityMotion motion) {
   Instance object = scene_.instance(entity.body.instance);
-  if (entity.shape) {
-    const Pose X_WO = motion.X_WE * shape_in_object(object).inverse();
-    motion.velocity.linear_W +=
-        motion.velocity.angular_W.cross(X_WO.translation() - motion.X_WE.translation());
-    motion.X_WE = X_WO;
-  }
+  const Pose X_WB = motion.X_WE * entity.X_BE.inverse();
+  motion.velocity.linear_W += motion.velocity.angular_W.cross(X_WB.translation() - motion.X_WE.translation());
+  motion.X_WE = X_WB;
   object.place(motion.X_WE);
   if (!motion.velocity.linear_W.isZero(0) || !motion.velocity.angular_W.isZero(0))
     object.set_base_velocity(motion.velocity);

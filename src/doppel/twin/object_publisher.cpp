@@ -38,8 +38,8 @@ void add_part(const MeshGeometry& mesh, Marker& marker) {
 }
 
 // Shape, size and colour.
-Marker marker_of(const std::string& object, const Visual& visual) {
-  const bool coloured = visual.material && visual.material->rgba;
+Marker marker_of(const std::string& object, const LinkVisual& visual) {
+  const bool coloured = visual.material != nullptr && visual.material->rgba;
   const Eigen::Vector4d rgba = coloured ? *visual.material->rgba : Eigen::Vector4d(WorldObject{}.rgba);
   Marker marker;
   marker.ns = "objects";
@@ -47,27 +47,27 @@ Marker marker_of(const std::string& object, const Visual& visual) {
   marker.header.frame_id = "world";
   marker.color = {static_cast<float>(rgba[0]), static_cast<float>(rgba[1]), static_cast<float>(rgba[2]),
                   static_cast<float>(rgba[3])};
-  if (const auto* box = std::get_if<Box>(&visual.geometry)) {
+  if (const auto* box = std::get_if<Box>(visual.geometry)) {
     marker.type = Marker::CUBE;
     marker.scale = to_vector_msg(box->size);
-  } else if (const auto* sphere = std::get_if<Sphere>(&visual.geometry)) {
+  } else if (const auto* sphere = std::get_if<Sphere>(visual.geometry)) {
     marker.type = Marker::SPHERE;
     marker.scale = to_vector_msg(Eigen::Vector3d::Constant(2 * sphere->radius));
-  } else if (const auto* cylinder = std::get_if<Cylinder>(&visual.geometry)) {
+  } else if (const auto* cylinder = std::get_if<Cylinder>(visual.geometry)) {
     marker.type = Marker::CYLINDER;
     marker.scale = {2 * cylinder->radius, 2 * cylinder->radius, cylinder->length};
-  } else if (const auto* capsule = std::get_if<Capsule>(&visual.geometry)) {
+  } else if (const auto* capsule = std::get_if<Capsule>(visual.geometry)) {
     marker.type = Marker::CYLINDER;  // the bounding cylinder, because there is no marker for a capsule
     marker.scale = {2 * capsule->radius, 2 * capsule->radius, capsule->length + 2 * capsule->radius};
-  } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(&visual.geometry)) {
+  } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(visual.geometry)) {
     marker.type = Marker::SPHERE;
     marker.scale = to_vector_msg(2 * ellipsoid->radii);
-  } else if (const auto* plane = std::get_if<Plane>(&visual.geometry)) {
+  } else if (const auto* plane = std::get_if<Plane>(visual.geometry)) {
     marker.type = Marker::CUBE;
     marker.scale = {plane->size.x(), plane->size.y(), kPlaneThickness};
-  } else if (const auto convex = convex_surface(visual.geometry)) {
+  } else if (const auto convex = convex_surface(*visual.geometry)) {
     add_triangles(*convex, marker);
-  } else if (const auto* mesh = std::get_if<MeshGeometry>(&visual.geometry)) {
+  } else if (const auto* mesh = std::get_if<MeshGeometry>(visual.geometry)) {
     if (!mesh->submesh.empty()) {
       add_part(*mesh, marker);
       return marker;
@@ -110,13 +110,13 @@ void ObjectPublisher::list() {
   for (const int index : scene_.objects()) {
     const ModelInstance& object = scene_.instance(index).made_of();
     for (const LinkVisual& part : visuals_of(object)) {
-      Marker marker = marker_of(object.name, *part.visual);
+      Marker marker = marker_of(object.name, part);
       const auto known = std::ranges::find(old, marker.text, &Marker::text);
       marker.id = known != old.end() ? known->id : next_id_++;
       if (known != old.end()) old.erase(known);
       message_.markers.push_back(std::move(marker));
-      Pose X_LS = part.visual->origin.pose();
-      if (const auto* plane = std::get_if<Plane>(&part.visual->geometry))
+      Pose X_LS = part.origin->pose();
+      if (const auto* plane = std::get_if<Plane>(part.geometry))
         X_LS = X_LS * Pose(rotation_from_z(plane->normal)) * Eigen::Translation3d(0, 0, -kPlaneThickness / 2);
       parts_.push_back({index, part.link, X_LS, std::nullopt});
     }

@@ -63,7 +63,7 @@ Status SimulatorServices::find_body(const std::string& name, Load& load) const {
   Entity entity;
   if (find_object(scene_, name, entity)) {
     load.body = entity.body;
-    if (entity.shape) load.p_BoP_B = shape_in_object(scene_.instance(entity.body.instance)) * load.p_BoP_B;
+    load.p_BoP_B = entity.X_BE * load.p_BoP_B;
     return {};
   }
   return find_link(scene_, name, load.body);

@@ -126,6 +126,7 @@ void Document::read_world(const XmlNode& node, const Source& source, SdfWorld& o
   }
   for (const XmlNode& child : node.children) {
     if (!child.is("plugin")) continue;
+    elements_.without_effect(child.where, "<plugin> of a <world>", "plugins of SDF are kept, but not loaded");
     out.plugins.push_back({Elements::attribute(child, "filename"),
                            Elements::attribute(child, "name"),
                            {},
@@ -399,7 +400,9 @@ void Document::stand_in(const XmlNode& node, const Override& over, const std::st
       "{} {} {} 1</diffuse></material></visual></link></model></sdf>",
       kWarningColour[0], kWarningColour[1], kWarningColour[2]));
   named.fixed = true;
+  const std::size_t before = into.items.size();
   read_model(*root.first("model"), *texts_.back(), into, &named, 0);
+  if (into.items.size() > before) into.items.back().scope->is_stand_in = true;
 }
 
 void Document::read_light(const XmlNode& node, const Pose& X, bool posed, SdfWorld& out) {

@@ -10,6 +10,7 @@ namespace doppel::sdf {
 namespace {
 
 constexpr int kMaxAttached = 200;
+constexpr std::size_t kMaxChain = 1000;  // of relative poses, for the stack's sake
 
 // "inner" and "frame" of "inner::frame".
 std::pair<std::string, std::string> head_and_tail(const std::string& name) {
@@ -70,8 +71,33 @@ Pose Frames::pose(Scope& scope, const std::string& name, const std::string& base
     return X * pose(*item->scope, tail, "", where);
   }
   if (!tail.empty() && head == scope.name) return pose(scope, tail, base, where);  // its own name in front
+  if (scope.is_stand_in) return Pose::Identity();
+  if (name == scope.name) {
+    elements_.diagnostics.note(
+        "sdf.own_frame", where,
+        fmt::format("'{}' is the model itself, which has no frame of that name; its own frame "
+                    "'{}' is taken",
+                    name, kModelFrame));
+    return pose(scope, kModelFrame, base, where);
+  }
+  if (Item* const missing = missing_part(scope, name, where)) return pose(scope, *missing);
   unknown(scope, name, where);
   return Pose::Identity();
+}
+
+// The stand-in that a name "model::part" may mean: the name of a model that is not found is in its file.
+Item* Frames::missing_part(Scope& scope, const std::string& name, const SourceLocation& where) {
+  if (name.find("::") == std::string::npos) return nullptr;
+  for (Item& item : scope.items) {
+    if (item.scope == nullptr || !item.scope->is_stand_in) continue;
+    if (reported_.insert(where.place() + name).second) {
+      elements_.diagnostics.note(
+          "sdf.missing_part", where,
+          fmt::format("'{}' is taken for a part of '{}', which is not found", name, item.name));
+    }
+    return &item;
+  }
+  return nullptr;
 }
 
 Pose Frames::pose(Scope& scope, Item& item) {
@@ -87,6 +113,11 @@ Pose Frames::pose(Scope& scope, Item& item) {
         "give one of them a pose relative to the model");
     for (auto at = begin; at != path_.end(); ++at) const_cast<Item*>(*at)->state = Item::State::done;
     return Pose::Identity();
+  }
+  if (path_.size() >= kMaxChain) {
+    const SourceLocation& where = item.pose.where.known() ? item.pose.where : item.node->where;
+    throw InputError("sdf.too_deep", where,
+                     fmt::format("more than {} poses are relative to each other in a chain", kMaxChain));
   }
   item.state = Item::State::busy;
   path_.push_back(&item);
@@ -169,6 +200,8 @@ LinkRef Frames::link(Scope& scope, const std::string& name, const std::string& b
     if (item != nullptr && item->scope != nullptr) return link(*item->scope, tail, "", where, depth + 1);
     if (head == scope.name) return link(scope, tail, base, where, depth + 1);
   }
+  if (scope.is_stand_in) return canonical(scope);
+  if (Item* const missing = missing_part(scope, name, where)) return canonical(*missing->scope);
   unknown(scope, name, where);
   return {};
 }

@@ -47,6 +47,11 @@ std::vector<Dof> dofs_of(const JointSpec& spec, Elements& elements) {
                               fmt::format("the {} joint '{}' is simulated as {}", spec.type, spec.name, of));
   };
   if (spec.type == "fixed") return {};
+  const bool one_axis = spec.type == "prismatic" || spec.type == "revolute" || spec.type == "hinge";
+  if (one_axis && spec.axis.bounded && spec.axis.limits.lower == 0 && spec.axis.limits.upper == 0) {
+    elements.without_effect(spec.source, "the axis of a joint whose limits are both 0", "it is fixed");
+    return {};
+  }
   if (spec.type == "prismatic") return {dof_of("", spec.axis, true)};
   if (spec.type == "revolute" || spec.type == "hinge") return {dof_of("", spec.axis, false)};
   if (spec.type == "continuous") {

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kSdfFriction = 1.0;  // SDF's mu
 constexpr std::size_t kMaxPlacesNamed = 6;
+constexpr std::size_t kMaxOutline = 500;  // points: cutting it into convex parts takes their third power
 
 Origin origin_of(const Pose& X, const SourceLocation& where) {
   return {X.translation(), rpy_from_rotation(X.linear()), where};
@@ -111,12 +112,16 @@ std::vector<PlacedGeometry> ShapeReader::geometry(const XmlNode& parent, const S
 double ShapeReader::size(const XmlNode& node, const char* name) {
   const std::optional<double> value = elements_.number(node, name);
   if (value && *value >= 0 && std::isfinite(*value)) return *value;
-  if (value || node.first(name) == nullptr) {
-    elements_.error(
-        "sdf.value", node.where,
-        value ? fmt::format("<{}> of this <{}> is {}; it must not be negative", name, node.name, *value)
-              : fmt::format("this <{}> has no <{}>", node.name, name),
+  if (value) {
+    elements_.error("sdf.value", node.where,
+                    fmt::format("<{}> of this <{}> is {}; it must not be negative", name, node.name, *value),
+                    "write the size in m");
+  } else if (node.first(name) == nullptr) {
+    elements_.diagnostics.warning(
+        "sdf.default_size", node.where,
+        fmt::format("this <{}> has no <{}>; SDF's default of 1 m is taken", node.name, name),
         "write the size in m");
+    return 1;
   }
   return 0;
 }
@@ -155,6 +160,13 @@ std::vector<PlacedGeometry> ShapeReader::polyline(const XmlNode& node) {
   }
   const double height = node.first("height") == nullptr ? 1.0 : size(node, "height");
   std::vector<PlacedGeometry> out;
+  if (outline.size() > kMaxOutline) {
+    elements_.error(
+        "sdf.value", node.where,
+        fmt::format("this <polyline> has {} points; at most {} are read", outline.size(), kMaxOutline),
+        "use a mesh");
+    return out;
+  }
   for (auto& part : convex_parts(outline)) out.push_back({Extrusion{std::move(part), height}});
   if (out.empty()) {
     elements_.diagnostics.warning("sdf.polyline", node.where,
@@ -251,9 +263,8 @@ void ShapeReader::contact(const XmlNode& contact, ContactSurface& out) {
     out.max_velocity = elements_.number(*ode, "max_vel");
     out.min_depth = elements_.number(*ode, "min_depth");
   }
-  if (elements_.number_or(contact, "collide_bitmask", 1) != 1 &&
-      contact.first("collide_bitmask") != nullptr && Elements::text(contact, "collide_bitmask") != "65535")
-    elements_.without_effect(contact.first("collide_bitmask")->where, "<collide_bitmask>");
+  if (const XmlNode* const mask = contact.first("collide_bitmask"))
+    elements_.without_effect(mask->where, "<collide_bitmask>");
 }
 
 ContactSurface ShapeReader::surface(const XmlNode& collision) {

@@ -11,6 +11,7 @@ namespace doppel::sdf {
 namespace {
 
 constexpr const char* kWorldLink = "world";
+constexpr int kMaxJointsInChain = 500;  // algorithms on the tree are recursive
 
 Origin placed(const Pose& X, const SourceLocation& where) {
   return {X.translation(), rpy_from_rotation(X.linear()), where};
@@ -112,9 +113,9 @@ void Trees::collect_joint(Scope& scope, Item& item, const std::string& prefix, c
 }
 
 int Trees::component(int link) {
-  auto& up = group_[static_cast<std::size_t>(link)];
-  if (up != link) up = component(up);
-  return up;
+  const auto up = [this](int at) -> int& { return group_[static_cast<std::size_t>(at)]; };
+  while (up(link) != link) link = up(link) = up(up(link));
+  return link;
 }
 
 void Trees::connect() {
@@ -257,6 +258,7 @@ void Trees::set_positions(Tree& tree) {
 void Trees::grow(Tree& tree, int root) {
   std::deque<int> open;
   std::vector<bool> reached(links_.size(), false);
+  std::vector<int> depth(links_.size(), 0);
   const auto reach = [&](int link) {
     reached[static_cast<std::size_t>(link)] = true;
     tree.order.push_back(link);
@@ -288,6 +290,12 @@ void Trees::grow(Tree& tree, int root) {
       const int down = joint.parent == up ? joint.child : joint.parent;
       if (joint.used || down < 0 || reached[static_cast<std::size_t>(down)]) continue;
       if (is_static(up) && is_static(down)) continue;
+      depth[static_cast<std::size_t>(down)] = depth[static_cast<std::size_t>(up)] + 1;
+      if (depth[static_cast<std::size_t>(down)] > kMaxJointsInChain) {
+        throw InputError(
+            "sdf.too_deep", joint.item->node->where,
+            fmt::format("more than {} joints of '{}' are in a chain", kMaxJointsInChain, tree.out.name));
+      }
       attach(tree, up, down, joint);
       reach(down);
     }
@@ -310,6 +318,22 @@ void Trees::weld_static(Tree& tree, int root) {
   }
 }
 
+// The axis in the joint's frame; without the element, SDF's default.
+JointAxis Trees::axis_of(FlatJoint& joint, const char* name) {
+  const XmlNode* const written = joint.item->node->first(name);
+  if (written == nullptr) return JointAxis{};
+  const XmlNode* const xyz = written->first("xyz");
+  const std::string frame = xyz == nullptr ? "" : Elements::attribute(*xyz, "expressed_in");
+  Eigen::Matrix3d R_JE = Eigen::Matrix3d::Identity();
+  const bool of_model = elements_.truth(*written, "use_parent_model_frame", joint.item->source->before(5));
+  if (!frame.empty() || of_model) {
+    const Pose X_J = frames_.pose(*joint.scope, *joint.item);
+    const Pose X_E = frames_.pose(*joint.scope, frame, joint.item->base, written->where);
+    R_JE = X_J.linear().transpose() * X_E.linear();
+  }
+  return read_axis(*written, R_JE, elements_);
+}
+
 void Trees::attach(Tree& tree, int up, int down, FlatJoint& joint) {
   joint.used = true;
   add_link(tree, down);
@@ -329,22 +353,8 @@ void Trees::attach(Tree& tree, int up, int down, FlatJoint& joint) {
   spec.X_JD = joint.X.inverse() * lower.X;
   spec.reversed = joint.child != down;
   if (const Link& link = tree.robot->links.back(); link.inertial) spec.lower_mass = link.inertial->mass;
-  const auto axis = [&](const char* name) {
-    const XmlNode* const written = node.first(name);
-    if (written == nullptr) return JointAxis{};
-    const XmlNode* const xyz = written->first("xyz");
-    const std::string frame = xyz == nullptr ? "" : Elements::attribute(*xyz, "expressed_in");
-    Eigen::Matrix3d R_JE = Eigen::Matrix3d::Identity();
-    const bool of_model = elements_.truth(*written, "use_parent_model_frame", joint.item->source->before(5));
-    if (!frame.empty() || of_model) {
-      const Pose X_J = frames_.pose(*joint.scope, *joint.item);
-      const Pose X_E = frames_.pose(*joint.scope, frame, joint.item->base, written->where);
-      R_JE = X_J.linear().transpose() * X_E.linear();
-    }
-    return read_axis(*written, R_JE, elements_);
-  };
-  spec.axis = axis("axis");
-  spec.axis2 = axis("axis2");
+  spec.axis = axis_of(joint, "axis");
+  spec.axis2 = axis_of(joint, "axis2");
   if (const auto old = elements_.number(node, "thread_pitch"); old && *old != 0)
     spec.screw_pitch = -2 * std::numbers::pi / *old;
   spec.screw_pitch = elements_.number_or(node, "screw_thread_pitch", spec.screw_pitch);
@@ -481,6 +491,8 @@ void Trees::add_extras(Tree& tree) {
   Scope& scope = *models_[static_cast<std::size_t>(tree.primary)].item->scope;
   GazeboExtension plugins;
   for (const XmlNode* plugin : scope.plugins) {
+    elements_.without_effect(plugin->where, "<plugin> of a <model>",
+                             "plugins of SDF are kept, but not loaded");
     plugins.plugins.push_back({Elements::attribute(*plugin, "filename"),
                                Elements::attribute(*plugin, "name"),
                                {},

@@ -145,6 +145,7 @@ ModelInstance make_instance(const SdfModel& model, const std::string& name, Coll
   options.name = name.empty() ? model.name : name;
   options.self_collision = model.self_collide;
   options.passive = true;
+  options.X_BO = model.X_RM;
   options.q0 = compiled->neutral();
   for (const auto& [joint, q] : model.positions) {
     const int index = compiled->find_joint(joint);

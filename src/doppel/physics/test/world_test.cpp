@@ -48,6 +48,7 @@ objects:
   - {name: ball, sphere: {radius: 0.03}, mass: 0.05, friction: 0.5, color: [1, 0, 0, 1]}
   - {name: can, cylinder: {radius: 0.03, length: 0.1}, mass: 0.2}
   - {name: pill, capsule: {radius: 0.01, length: 0.1}, mass: 0.2}
+friction_rule: min
 )");
   EXPECT_EQ(world.name, "bench");
   EXPECT_EQ(world.gravity.z(), -1.62);
@@ -55,6 +56,7 @@ objects:
   EXPECT_EQ(world.integrator, Integrator::rk4);
   EXPECT_TRUE(world.ground);
   EXPECT_EQ(world.ground_friction, 0.3);
+  EXPECT_EQ(world.friction_rule, FrictionRule::smaller);
   EXPECT_EQ(world.X_WR.translation().z(), 0.4);
   ASSERT_EQ(world.objects.size(), 4u);
   EXPECT_EQ(std::get<Box>(world.objects[0].shape).size.y(), 2);

@@ -1,6 +1,7 @@
 #pragma once
 // The names of entities in services, as in Gazebo: a robot, "robot::link" or only the link if one robot has
-// it; an object, which is its base link; "object::link", a link of it (of an object with one link, any name);
+// it; an object, which is its model's frame; "object::link", a link of it (any other name, of an object with one
+// link, is the object);
 // and "object::link::collision", its first visual shape, whose pose is that of its first marker of
 // /doppel/objects. A robot with a namespace has that name. Empty, "world" and "map" are TF's world (scene.h).
 
@@ -17,8 +18,8 @@ inline constexpr double kMaxEntityDistance = 1e4;   // m, of a pose from its fra
 
 struct Entity {
   BodyId body;
-  bool robot = false;  // of a robot, else an object
-  bool shape = false;  // the object's shape
+  bool robot = false;            // of a robot, else an object
+  Pose X_BE = Pose::Identity();  // in the body's link: an object's model frame or shape
 };
 
 struct EntityMotion {
@@ -40,9 +41,11 @@ struct EntityMotion {
 [[nodiscard]] Status find_frame(const Scene& scene, const std::string& name, EntityMotion& frame);
 struct LinkVisual {
   int link = 0;  // of the model
-  const Visual* visual = nullptr;
+  const Geometry* geometry = nullptr;
+  const Origin* origin = nullptr;      // in the link
+  const Material* material = nullptr;  // nullptr: none
 };
-// What is drawn of an object, in the order of its links.
+// What is drawn of an object, in the order of its links: its visuals, or its collisions where it has none.
 [[nodiscard]] std::vector<LinkVisual> visuals_of(const ModelInstance& object);
 // The present pose of its first visual shape in its base link; the identity if it has none.
 [[nodiscard]] Pose shape_in_object(const Instance& object);

@@ -16,11 +16,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   };
   try {
     doppel::Diagnostics notes;
-    const doppel::WorldObject object =
+    const doppel::EntityText entity =
         doppel::read_entity_xml({reinterpret_cast<const char*>(data), size}, find_mesh, notes);
-    if (!std::isfinite(object.mass) || object.mass < 0 || !object.X_WO.matrix().allFinite() ||
-        !object.X_OS.matrix().allFinite() || !object.rgba.allFinite())
-      std::abort();
+    for (const doppel::ModelInstance& made :
+         doppel::instances_of(entity, "entity", doppel::Pose::Identity(), notes)) {
+      if (!std::isfinite(made.model->total_mass) || !made.X_WR.matrix().allFinite() || !made.q0.allFinite())
+        std::abort();
+    }
   } catch (const doppel::InputError&) {
   }
   return 0;

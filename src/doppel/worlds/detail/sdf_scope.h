@@ -43,6 +43,7 @@ struct Item {
 struct Scope {
   std::string name;  // of the model or world
   bool is_world = false, is_static = false, self_collide = false;
+  bool is_stand_in = false;  // for a model that is not found: every name is its only link
   std::string canonical_link, placement_frame;
   const XmlNode* node = nullptr;
   const Source* source = nullptr;
@@ -83,6 +84,7 @@ class Frames {
   LinkRef link(Scope& scope, const std::string& name, const std::string& base, const SourceLocation& where,
                int depth);
   void unknown(const Scope& scope, const std::string& name, const SourceLocation& where);
+  Item* missing_part(Scope& scope, const std::string& name, const SourceLocation& where);
 
   Elements& elements_;
   std::vector<const Item*> path_;

@@ -70,6 +70,7 @@ class Trees {
   int choose_root(const std::vector<int>& members, Tree& tree);
   void grow(Tree& tree, int root);
   void attach(Tree& tree, int up, int down, FlatJoint& joint);
+  JointAxis axis_of(FlatJoint& joint, const char* name);
   void weld_static(Tree& tree, int root);
   void add_link(Tree& tree, int link);
   void add_extras(Tree& tree);

@@ -2,10 +2,13 @@
 // and written relative to random frames, so that the reader has to come back to them.
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <random>
 
 #include "doppel/worlds/test/sdf_fixture.h"
 #include "doppel/worlds/test/sdf_generator.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {
@@ -64,12 +67,24 @@ TEST(SdfPoses, AllFeaturesTogetherGiveTruePoses) {
   }
 }
 
+// Of the fuzz target's corpus, and generated ones.
+std::vector<std::string> texts() {
+  std::vector<std::string> out;
+  const std::filesystem::path corpus = DOPPEL_SOURCE_DIR "/src/doppel/worlds/fuzz/corpus/sdf";
+  for (const auto& entry : std::filesystem::directory_iterator(corpus))
+    out.push_back(read_file(entry.path().string(), std::size_t{1} << 20));
+  std::sort(out.begin(), out.end());
+  EXPECT_GE(out.size(), 4u);
+  for (unsigned seed = 0; seed < 60; ++seed)
+    out.push_back(SdfGenerator(seed * 37 % (1u << kPoseFeatures), seed).world().text);
+  return out;
+}
+
 // W2: no damaged text is anything but accepted or refused.
 TEST(SdfPoses, DamagedTextIsReadOrRefused) {
   std::mt19937 random(7);
   int refused = 0, accepted = 0;
-  for (unsigned seed = 0; seed < 60; ++seed) {
-    const std::string text = SdfGenerator(random() % (1u << kPoseFeatures), seed).world().text;
+  for (const std::string& text : texts()) {
     for (int change = 0; change < 25; ++change) {
       std::string damaged = text;
       for (int i = 0; i <= change % 2; ++i) {

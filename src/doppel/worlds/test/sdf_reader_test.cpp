@@ -1,4 +1,5 @@
 // What the reader makes of each feature of SDF.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <fstream>
@@ -323,6 +324,35 @@ TEST(SdfState, SavedPosesReplaceThoseOfModels) {
   EXPECT_NEAR(read.model("a").positions[0].second, kPi / 2, 1e-12);
 }
 
+TEST(SdfJoint, JointWithoutRangeIsFixed) {
+  const ReadSdf read = read_world(model(
+      "a",
+      links(2) +
+          "<joint name='j' type='revolute'><parent>l0</parent><child>l1</child><axis><xyz>0 0 1</xyz><limit>"
+          "<lower>0</lower><upper>0</upper></limit></axis></joint>"));
+  EXPECT_EQ(read.model("a").description->find_joint("j")->type, JointType::fixed);
+}
+
+TEST(SdfPose, NameOfModelItselfIsItsFrame) {
+  const ReadSdf read = read_world(
+      model("a", "<link name='l'/><frame name='f'><pose relative_to='a'>1 0 0 0 0 0</pose></frame>"));
+  EXPECT_EQ(read.count("sdf.own_frame"), 1);
+}
+
+TEST(SdfInclude, JointToPartOfMissingModelIsToItsStandIn) {
+  const ReadSdf read = read_world(model(
+      "a",
+      "<link name='l'/><include><uri>model://arm</uri><name>arm</name></include><joint name='j' type='fixed'>"
+      "<parent>l</parent><child>arm::wrist</child></joint>"));
+  EXPECT_NE(read.model("a").description->find_link("arm::link"), nullptr);
+  const ReadSdf unnamed =
+      read_world(model("a",
+                       "<link name='l'/><include><uri>model://arm_v2</uri></include><joint name='j' "
+                       "type='fixed'><parent>l</parent>"
+                       "<child>arm::wrist</child></joint>"));
+  EXPECT_EQ(unnamed.count("sdf.missing_part"), 1);
+}
+
 TEST(SdfLight, LightHasDirectionAndColour) {
   const ReadSdf read = read_world(
       "<light type='directional' name='sun'><diffuse>1 0.5 0 1</diffuse><direction>0 3 "
@@ -403,6 +433,28 @@ TEST(SdfErrors, JointToUnknownLinkGivesOneError) {
       "<child>x</child></joint></model></sdf>");
   ASSERT_EQ(errors.size(), 1u);
   EXPECT_EQ(errors[0].where.line, 2);
+}
+
+// What a client could send to end the process.
+TEST(SdfErrors, EndlessChainsAreRefused) {
+  std::string frames, chain, outline;
+  for (int i = 1; i < 3000; ++i) {
+    frames += fmt::format("<frame name='f{}'><pose relative_to='f{}'/></frame>", i, i + 1);
+    chain += fmt::format(
+        "<link name='l{0}'/><joint name='j{0}' type='fixed'><parent>l{1}</parent><child>l{0}</child></joint>",
+        i, i - 1);
+    outline += fmt::format("<point>{} {}</point>", i, i % 2);
+  }
+  const auto refused = [](const std::string& content) {
+    const auto errors =
+        errors_of("<sdf version='1.9'><model name='m'><link name='l0'/>" + content + "</model></sdf>");
+    return errors.empty() ? "" : errors.front().rule;
+  };
+  EXPECT_EQ(refused(frames), "sdf.too_deep");
+  EXPECT_EQ(refused(chain), "sdf.too_deep");
+  EXPECT_EQ(refused("<link name='a'><visual name='v'><geometry><polyline>" + outline +
+                    "</polyline></geometry></visual></link>"),
+            "sdf.value");
 }
 
 class SdfFiles : public ::testing::Test {

@@ -1,0 +1,76 @@
+#include "doppel/physics/detail/contact_friction.h"
+
+#include <fmt/format.h>
+
+#include <numbers>
+
+namespace doppel {
+namespace {
+
+// Pressure is even over the patch of a round contact: the torque is 3 pi / 16 of that at its rim.
+constexpr double kPatchLever = 3.0 * std::numbers::pi / 16.0;
+
+// Of a torsional friction without a coefficient. Source: SDFormat 1.11, torsional/coefficient.
+constexpr double kTorsionalFriction = 1.0;
+
+}  // namespace
+
+ContactSurface overlaid(ContactSurface above, const ContactSurface& below) {
+  const auto take = [](auto& to, const auto& from) {
+    if (from) to = from;
+  };
+  take(above.mu, below.mu);
+  take(above.mu2, below.mu2);
+  take(above.torsional_mu, below.torsional_mu);
+  take(above.patch_radius, below.patch_radius);
+  if (below.fdir1) {
+    above.fdir1 = below.fdir1;
+    above.fdir1_frame = below.fdir1_frame;
+  }
+  if (!below.shape.empty()) above.shape = below.shape;
+  return above;
+}
+
+ContactSurface surface_of(const RobotDescription& robot, const std::string& link) {
+  ContactSurface out;
+  for (const GazeboExtension& extension : robot.gazebo) {
+    if (extension.reference == link) out = overlaid(out, extension.surface);
+  }
+  return out;
+}
+
+Friction friction_of(const ContactSurface& surface, const Model& model, const Collision& collision,
+                     Diagnostics& diagnostics) {
+  Friction out;
+  out.written = surface.mu || surface.mu2;
+  out.along = surface.mu.value_or(kDefaultFriction);
+  out.across = surface.mu2.value_or(out.along);
+  if (surface.fdir1) {
+    out.direction = *surface.fdir1;
+    if (!surface.fdir1_frame.empty()) {
+      out.direction_link = model.find_link(surface.fdir1_frame);
+      if (out.direction_link < 0) {
+        diagnostics.warning("physics.friction_direction", collision.source,
+                            fmt::format("fdir1 is given in the axes of '{}', which is not a link; those of "
+                                        "the collision are used",
+                                        surface.fdir1_frame));
+      }
+    }
+    if (out.direction_link < 0) out.direction = collision.origin.pose().linear() * out.direction;
+    out.decides = out.along != out.across;
+  }
+  if (!out.directed()) out.across = out.along;
+  out.torsion =
+      kPatchLever * surface.patch_radius.value_or(0.0) * surface.torsional_mu.value_or(kTorsionalFriction);
+  return out;
+}
+
+std::string contact_shape_of(const RobotDescription& robot, const Link& link) {
+  std::string out = surface_of(robot, link.name).shape;
+  for (const Collision& collision : link.collisions) {
+    if (!collision.surface.shape.empty()) out = collision.surface.shape;
+  }
+  return out;
+}
+
+}  // namespace doppel

@@ -1,0 +1,26 @@
+#pragma once
+// From the surfaces that a description gives to links and collisions to the friction of a collision shape.
+
+#include <string>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/description/robot_description.h"
+#include "doppel/kinematics/model.h"
+#include "doppel/physics/friction.h"
+
+namespace doppel {
+
+// `above`, with the values that `below` has.
+ContactSurface overlaid(ContactSurface above, const ContactSurface& below);
+
+// That of the <gazebo> extensions of a URDF.
+ContactSurface surface_of(const RobotDescription& robot, const std::string& link);
+
+// The friction of a collision with this surface. An unknown link of fdir1 is a warning at the collision's place.
+Friction friction_of(const ContactSurface& surface, const Model& model, const Collision& collision,
+                     Diagnostics& diagnostics);
+
+// <doppel:contact> of a link or of one of its collisions; empty: there is none.
+std::string contact_shape_of(const RobotDescription& robot, const Link& link);
+
+}  // namespace doppel

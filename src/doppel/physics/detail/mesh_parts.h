@@ -1,0 +1,23 @@
+#pragma once
+// The convex parts by which the triangles of a mesh that does not move collide, so that a room can be entered and a
+// table has space below it.
+
+#include <vector>
+
+#include "doppel/description/mesh.h"
+
+namespace doppel {
+
+inline constexpr double kShellThickness = 0.01;          // m, inwards
+inline constexpr std::size_t kMaxShellTriangles = 1000;  // of a mesh: more of them are replaced by hulls
+
+struct MeshParts {
+  std::vector<std::vector<Eigen::Vector3f>> parts;  // m; each is the convex hull of its vertices
+  std::size_t filled = 0;  // connected surfaces that are not convex and became their hull
+};
+
+// Each connected surface of the mesh: its vertices if it is convex; else a prism for each of its triangles; with too many
+// triangles its hull.
+MeshParts static_parts(const TriangleMesh& mesh);
+
+}  // namespace doppel

@@ -1,0 +1,155 @@
+// SDF worlds in the twin: models as objects, with and without robots.
+#include <gmock/gmock.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "doppel/messages/visualization_msgs.h"
+#include "twin_fixture.h"
+
+namespace doppel::test {
+namespace {
+
+using ::testing::HasSubstr;
+using visualization_msgs::msg::MarkerArray;
+
+// A cabinet with a door and two shelves that are loose, and a static wall of two links.
+constexpr const char* kRoom = R"(<sdf version='1.9'><world name='room'>
+<gravity>0 0 -9.81</gravity>
+<include><uri>model://ground_plane</uri></include>
+<model name='cabinet'><pose>3 0 0.5 0 0 0</pose>
+  <link name='body'><inertial><mass>20</mass></inertial>
+    <collision name='c'><geometry><box><size>0.4 0.6 1</size></box></geometry></collision>
+    <visual name='v'><geometry><box><size>0.4 0.6 1</size></box></geometry></visual></link>
+  <link name='door'><pose>-0.25 0 0 0 0 0</pose><inertial><mass>2</mass></inertial>
+    <collision name='c'><geometry><box><size>0.02 0.5 0.9</size></box></geometry></collision>
+    <visual name='v'><geometry><box><size>0.02 0.5 0.9</size></box></geometry></visual>
+    <visual name='knob'><pose>-0.03 -0.2 0 0 0 0</pose><geometry><cone><radius>0.02</radius><length>0.04</length></cone>
+      </geometry></visual></link>
+  <joint name='hinge' type='revolute'><pose>0 0.25 0 0 0 0</pose><parent>body</parent><child>door</child>
+    <axis><xyz>0 0 -1</xyz><limit><lower>0</lower><upper>1.6</upper></limit></axis></joint>
+</model>
+<model name='ball'><pose>3 2 0.5 0 0 0</pose><link name='l'><inertial><mass>1</mass></inertial>
+  <collision name='c'><geometry><sphere><radius>0.1</radius></sphere></geometry></collision></link></model>
+<model name='wall'><static>true</static>
+  <link name='a'><pose>5 0 1 0 0 0</pose><collision name='c'><geometry><box><size>0.1 2 2</size></box></geometry>
+    </collision></link>
+  <link name='b'><pose>5 2 1 0 0 0</pose><collision name='c'><geometry><box><size>0.1 2 2</size></box></geometry>
+    </collision></link></model>
+</world></sdf>)";
+
+class SdfWorldTest : public TwinFixture {
+ protected:
+  void SetUp() override {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    folder_ = std::filesystem::path(::testing::TempDir()) / "sdf_world" / info->name();
+    std::filesystem::create_directories(folder_);
+    write(kRoom);
+  }
+  void write(const std::string& text) const { std::ofstream(folder_ / "room.sdf") << text; }
+  void start(const std::string& robot) {
+    Scenario scenario;
+    if (!robot.empty()) scenario.robots = {{.target = robot}};
+    scenario.world = folder_ / "room.sdf";
+    bring_up(scenario);
+  }
+  Instance find(const std::string& name) {
+    const std::optional<Instance> found = twin_->engine().find(name);
+    EXPECT_TRUE(found) << name;
+    return *found;
+  }
+  std::string state_of(const std::string& name) {
+    return call("/gazebo/get_entity_state", "gazebo_msgs/srv/GetEntityState", "{name: '" + name + "'}");
+  }
+  std::filesystem::path folder_;
+};
+
+TEST_F(SdfWorldTest, ModelsStandAndFallWithoutRobot) {
+  start("");
+  EXPECT_EQ(twin_->name(), "room");
+  EXPECT_TRUE(twin_->robots().empty());
+  run(1.0);
+  EXPECT_NEAR(find("ball").base_pose().translation().z(), 0.1, 2e-3);
+  EXPECT_NEAR(find("cabinet").base_pose().translation().z(), 0.5, 2e-3);
+  EXPECT_FALSE(twin_->diverged());
+}
+
+TEST_F(SdfWorldTest, RobotsControllersRunInIt) {
+  start("lab_arm");
+  run(0.3);
+  EXPECT_EQ(twin_->robots().size(), 1u);
+  EXPECT_THAT(state_of("cabinet::door"), HasSubstr("success: true"));
+  EXPECT_THAT(state_of("wall::b"), HasSubstr("success: true"));
+  EXPECT_THAT(state_of("cabinet::dor"), HasSubstr("success: false"));
+}
+
+TEST_F(SdfWorldTest, DoorTurnsAboutItsHinge) {
+  start("");
+  listen("/doppel/objects");
+  EXPECT_THAT(call("/gazebo/apply_link_wrench", "gazebo_msgs/srv/ApplyLinkWrench",
+                   "{link_name: 'cabinet::door', reference_point: {y: -0.2}, wrench: {force: {x: -2}}, "
+                   "duration: {sec: 1}}"),
+              HasSubstr("success: true"));
+  run(1.0);
+  const Instance cabinet = find("cabinet");
+  const int hinge = cabinet.model().find_joint("hinge");
+  const double q =
+      cabinet.q()[static_cast<std::size_t>(cabinet.model().joints[static_cast<std::size_t>(hinge)].q)];
+  EXPECT_GT(q, 0.2);
+  EXPECT_LT(q, 1.7);
+}
+
+TEST_F(SdfWorldTest, EveryVisualHasMarker) {
+  start("");
+  listen("/doppel/objects");
+  run(0.05);
+  const auto messages = received<MarkerArray>("/doppel/objects");
+  ASSERT_FALSE(messages.empty());
+  int cabinet = 0, wall = 0;
+  bool triangles = false;
+  for (const auto& marker : messages.back().markers) {
+    cabinet += marker.text == "cabinet";
+    wall += marker.text == "wall";
+    triangles = triangles ||
+                (marker.type == visualization_msgs::msg::Marker::TRIANGLE_LIST && !marker.points.empty());
+  }
+  EXPECT_EQ(cabinet, 3);
+  EXPECT_EQ(wall, 2) << "expected the collisions of a model without visuals to be drawn";
+  EXPECT_TRUE(triangles);
+}
+
+TEST_F(SdfWorldTest, ModelIsMovedAndDeletedAsWhole) {
+  start("");
+  EXPECT_THAT(call("/gazebo/set_entity_state", "gazebo_msgs/srv/SetEntityState",
+                   "{state: {name: cabinet, pose: {position: {x: 1, y: 1, z: 0.5}}}}"),
+              HasSubstr("success: true"));
+  const Instance cabinet = find("cabinet");
+  EXPECT_NEAR(cabinet.base_pose().translation().y(), 1, 1e-9);
+  const Pose X_WD = cabinet.link_pose(cabinet.model().find_link("door"));
+  EXPECT_TRUE(X_WD.translation().isApprox(Eigen::Vector3d(0.75, 1, 0.5), 1e-9))
+      << X_WD.translation().transpose();
+  EXPECT_THAT(call("/delete_entity", "gazebo_msgs/srv/DeleteEntity", "{name: cabinet}"),
+              HasSubstr("success: true"));
+  EXPECT_FALSE(twin_->engine().find("cabinet"));
+}
+
+TEST_F(SdfWorldTest, EditedWorldIsReloaded) {
+  start("lab_arm");
+  EXPECT_THAT(twin_->files(), ::testing::Contains(folder_ / "room.sdf"));
+  run(0.8);
+  std::string edited = kRoom;
+  edited.replace(edited.find("<mass>1</mass>"), 14, "<mass>3</mass>");
+  write(edited);
+  Diagnostics found;
+  twin_->replace(twin_->prepare(twin_->running(), found));
+  EXPECT_EQ(find("ball").model().total_mass, 3);
+  EXPECT_NEAR(find("ball").base_pose().translation().z(), 0.1, 2e-3) << "expected it where it had fallen";
+}
+
+TEST_F(SdfWorldTest, WorldWithoutModelsAndRobotsIsRefused) {
+  write("<sdf version='1.9'><world name='nothing'/></sdf>");
+  EXPECT_THROW(start(""), InputError);
+}
+
+}  // namespace
+}  // namespace doppel::test
