@@ -69,7 +69,7 @@ const char* name_of_light(SdfLightKind kind) {
   return kNames[static_cast<int>(kind)];
 }
 
-Json vector_json(const Eigen::Vector3d& v) {
+Json xyz_json(const Eigen::Vector3d& v) {
   return Json{v.x(), v.y(), v.z()};
 }
 
@@ -77,7 +77,7 @@ Json info_json(const OpenedWorld& opened) {
   const SdfWorld& world = opened.world;
   Json out{{"version", 1}, {"world", world.settings.name}, {"sdf", world.version}, {"files", Json::array()}};
   for (const auto& file : world.files) out["files"].push_back(shown_path(file));
-  out["gravity"] = vector_json(world.settings.gravity);
+  out["gravity"] = xyz_json(world.settings.gravity);
   out["step"] = to_seconds(world.settings.step);
   out["ground"] = world.settings.ground;
   out["models"] = Json::array();
@@ -91,8 +91,8 @@ Json info_json(const OpenedWorld& opened) {
     }
     out["models"].push_back({{"name", model.name},
                              {"kind", kind_of(model)},
-                             {"xyz", vector_json(model.X_WR.translation())},
-                             {"rpy", vector_json(rpy_from_rotation(model.X_WR.linear()))},
+                             {"xyz", xyz_json(model.X_WR.translation())},
+                             {"rpy", xyz_json(rpy_from_rotation(model.X_WR.linear()))},
                              {"links", model.description->links.size()},
                              {"joints", moving_joints(*model.description)},
                              {"mass", mass_of(*model.description)},
@@ -144,7 +144,7 @@ int run_world_info(const WorldOptions& options) {
 }
 
 // Reads and compiles as `doppel up` does.
-void compile(const OpenedWorld& opened, Diagnostics& found) {
+void compile_as_up(const OpenedWorld& opened, Diagnostics& found) {
   CollisionMeshes meshes;
   std::vector<ModelInstance> instances;
   for (const SdfModel& model : opened.world.models)
@@ -155,7 +155,7 @@ void compile(const OpenedWorld& opened, Diagnostics& found) {
 int run_world_check(const WorldOptions& options) {
   OpenedWorld opened;
   open_sdf(options.file, opened);
-  compile(opened, opened.found);
+  compile_as_up(opened, opened.found);
   if (options.json) {
     Json out{{"version", 1}, {"file", shown_path(opened.file)}, {"findings", Json::array()}};
     for (const Diagnostic& one : opened.found.all()) {
