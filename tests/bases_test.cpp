@@ -29,7 +29,6 @@ class DrivingFixture : public test::TwinFixture {
     scenario.robots = {asked};
     if (!world.empty()) scenario.world = std::string(DOPPEL_SOURCE_DIR "/worlds/") + world;
     bring_up(scenario);
-    node_ = std::make_unique<Node>(twin_->bus(), "/driver");
     turned_ = 0;
     run(1.0);
   }
@@ -62,7 +61,6 @@ class DrivingFixture : public test::TwinFixture {
   }
 
   std::string topic_ = "/base_controller/cmd_vel";
-  std::unique_ptr<Node> node_;
   double turned_ = 0;
 };
 
