@@ -141,6 +141,13 @@ Client& Shell::twin() {
   return *client_;
 }
 
+std::string Shell::page_url() const {
+  if (connection_.remote) throw_usage_error("the page is that of a twin, and --remote selects a ROS 2 graph");
+  const RunningTwin chosen = choose_twin(connection_.port);
+  return fmt::format("http://{}:{}/{}", chosen.address, chosen.port,
+                     chosen.token.empty() ? "" : fmt::format("?token={}", chosen.token));
+}
+
 void Shell::catch_interrupts() {
   struct sigaction action {};
   action.sa_handler = [](int) { interrupt_caught = true; };

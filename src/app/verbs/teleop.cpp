@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "app/browser.h"
 #include "app/verbs/joy_settings.h"
 #include "app/verbs/joystick.h"
 #include "app/verbs/raw_terminal.h"
@@ -186,6 +187,15 @@ int joy(Shell& shell, const TeleopOptions& options) {
   return 0;
 }
 
+// The page's tab with the pad.
+int page(Shell& shell, const NoOptions& /*options*/) {
+  const std::string url = shell.page_url() + "#drive";
+  print_out(url + "\n");
+  const Log log;
+  Browser(log).open(url);
+  return 0;
+}
+
 void declare_common(CLI::App& verb, TeleopOptions& options) {
   verb.add_option("topic", options.topic, "Topic of velocities (default: the one that the base reads)");
   verb.add_option("--type", options.type, "Type of the messages (default: the topic's)")
@@ -218,7 +228,7 @@ void declare_joystick(CLI::App& verb, TeleopOptions& options) {
 }  // namespace
 
 void add_teleop(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "teleop", "Drive the robot's base by keys or a joystick");
+  CLI::App& group = add_group(app, "teleop", "Drive the robot's base by keys, a joystick, or on the page");
   add_verb<TeleopOptions>(
       group, "keyboard", "Keys as those of teleop_twist_keyboard; 1 to 9 move joints of an arm",
       "doppel teleop keyboard\n  doppel teleop keyboard /base_controller/cmd_vel --speed 0.3", exit_code,
@@ -226,6 +236,9 @@ void add_teleop(CLI::App& app, int& exit_code) {
   add_verb<TeleopOptions>(group, "joy", "A joystick, with the parameters of joy and teleop_twist_joy",
                           "doppel teleop joy --calibrate\n  doppel teleop joy --config ps3.yaml", exit_code,
                           declare_joystick, joy);
+  add_verb<NoOptions>(
+      group, "page", "Print the address of the page's pad, and open it on a desktop", "doppel teleop page",
+      exit_code, [](CLI::App&, NoOptions&) {}, page);
 }
 
 }  // namespace doppel::app

@@ -46,6 +46,7 @@ export function startWorkbench(app: App, layout: Layout): void {
   const right: Panel[] = [jointsPanel(app), treePanel(app), toolPanel(app, driver, handle, jog, pusher), drivePanel(app, drive, jog), posesPanel(app), objectsPanel(app, objects), controlPanel(app), healthPanel(app)];
   const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   layout.mount(right, bottom);
+  if (location.hash === '#drive') layout.open('drive'); // the address that `doppel teleop page` prints
 
   let down: { x: number; y: number } | null = null;
   const canvas = app.world.stage.renderer.domElement;

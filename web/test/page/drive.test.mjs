@@ -102,6 +102,12 @@ test('the traces of the true and the odometric path are drawn', async () => {
   await resting();
 });
 
+test('the address with #drive opens the pad', async () => {
+  const other = await lab.page({}, `${lab.url}#drive`);
+  assert.equal(await other.locator('#drive-pad').isVisible(), true);
+  await other.close();
+});
+
 test('STOP ends driving, and the pad does nothing until it is released', async () => {
   await page.mouse.move(...await point(0, 0.8));
   await page.mouse.down();

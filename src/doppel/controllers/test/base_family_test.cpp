@@ -35,6 +35,7 @@ struct MecanumRig : ReferenceRig {
 
 TEST(MecanumDrive, WheelsFollowReference) {
   MecanumRig rig;
+  rig.listen();
   rig.start();
   rig.say(1, 0, 0);
   rig.run(1);
@@ -50,6 +51,7 @@ TEST(MecanumDrive, WheelsFollowReference) {
 TEST(MecanumDrive, AllWheelsStopWithoutReference) {
   MecanumRig rig(
       "}, reference_timeout: 0.1, linear: {x: {max_acceleration: 1000.0, max_deceleration: -0.1}}");
+  rig.listen();
   rig.start();
   rig.drive(1, 0, 0, 0.5);
   EXPECT_THAT(rig.wheels(), ElementsAre(2, 2, 2, 2));
@@ -60,6 +62,7 @@ TEST(MecanumDrive, AllWheelsStopWithoutReference) {
 
 TEST(MecanumDrive, TimeoutOfZeroUsesReferenceOnce) {
   MecanumRig rig("}");
+  rig.listen();
   rig.start();
   rig.say(1, 0, 0);
   rig.run(1);
@@ -70,6 +73,7 @@ TEST(MecanumDrive, TimeoutOfZeroUsesReferenceOnce) {
 
 TEST(MecanumDrive, OdometryFollowsEveryDirection) {
   MecanumRig rig;
+  rig.listen();
   rig.start();
   rig.drive(0.5, 0.2, 0.4, 2.0);
   const auto& last = rig.odometry.back();
@@ -85,6 +89,7 @@ TEST(MecanumDrive, OdometryFollowsEveryDirection) {
 
 TEST(MecanumDrive, BaseFrameMayBeElsewhere) {
   MecanumRig rig(", base_frame_offset: {x: 0.3, y: -0.2, theta: 0.7}}, reference_timeout: 0.1");
+  rig.listen();
   rig.start();
   rig.drive(0.5, 0.2, 0.4, 1.0);
   EXPECT_NEAR(rig.odometry.back().twist.twist.linear.x, 0.5, 1e-9);
@@ -93,6 +98,7 @@ TEST(MecanumDrive, BaseFrameMayBeElsewhere) {
 
 TEST(MecanumDrive, TransformIsOnItsOwnTopicAndReported) {
   MecanumRig rig;
+  rig.listen();
   rig.start();
   rig.drive(0, 0, 0, 0.1);
   ASSERT_FALSE(rig.transforms.empty());
@@ -114,6 +120,7 @@ TEST(MecanumDrive, MissingWheelIsRefused) {
 
 TEST(MecanumDrive, ReferencesAreThree) {
   MecanumRig rig;
+  rig.listen();
   rig.start();
   EXPECT_THAT(rig.manager->controllers()[0].references,
               ElementsAre("linear/x/velocity", "linear/y/velocity", "angular/z/velocity"));
@@ -135,6 +142,7 @@ ReferenceRig ackermann(const std::string& more = "") {
 // Each wheel of a car in a curve is perpendicular to the line to the centre of the turn and rolls by its distance.
 TEST(AckermannSteering, WheelsRollAboutOneCentre) {
   ReferenceRig rig = ackermann();
+  rig.listen();
   rig.start();
   rig.drive(1.0, 0, 0.25, 0.5);  // a turn of radius 4 m to the left, in the middle of the driven axle
   EXPECT_NEAR(rig.position("right_steer"), std::atan2(2.0, 4.5), 1e-9);
@@ -147,6 +155,7 @@ TEST(AckermannSteering, WheelsRollAboutOneCentre) {
 
 TEST(AckermannSteering, SteeringStaysWithoutReference) {
   ReferenceRig rig = ackermann(", reference_timeout: 0.2");
+  rig.listen();
   rig.start();
   rig.drive(1.0, 0, 0.25, 0.5);
   const double steering = rig.position("left_steer");
@@ -171,6 +180,7 @@ TEST(AckermannSteering, DeprecatedNamesAreReportedAndUsed) {
       "rear_wheels_names: [right, left], front_wheels_names: [right_steer, left_steer], wheelbase: 2.0, "
       "rear_wheel_track: 1.0, rear_wheels_radius: 0.5",
       {"right", "left"}, {"right_steer", "left_steer"});
+  rig.listen();
   rig.start();
   rig.drive(1.0, 0, 0.25, 0.5);
   EXPECT_NEAR(rig.velocity("right"), 0.25 * 4.5 / 0.5, 1e-9);
@@ -184,6 +194,7 @@ TEST(TricycleSteering, OneSteeredAndTwoDrivenWheels) {
                    "traction_joints_names: [right, left], steering_joints_names: [steer], wheelbase: 2.0, "
                    "traction_track_width: 1.0, traction_wheels_radius: 0.5",
                    {"right", "left"}, {"steer"});
+  rig.listen();
   rig.start();
   rig.drive(1.0, 0, 0.25, 0.5);
   EXPECT_NEAR(rig.position("steer"), std::atan(0.5), 1e-9);
@@ -199,6 +210,7 @@ TEST(BicycleSteering, WheelAndSteeringFollowReference) {
   for (const char* more : {"", ", open_loop: true"}) {
     ReferenceRig rig("bicycle_steering_controller/BicycleSteeringController", kBicycle + more, {"rear"},
                      {"steer"});
+    rig.listen();
     rig.start();
     rig.drive(1.0, 0, 0.25, 1.0);
     EXPECT_NEAR(rig.velocity("rear"), 2.0, 1e-9);
@@ -213,6 +225,7 @@ TEST(BicycleSteering, PositionsGiveOdometry) {
   ReferenceRig rig("bicycle_steering_controller/BicycleSteeringController",
                    kBicycle + ", position_feedback: true", {"rear"}, {"steer"});
   rig.hardware->set_position("rear", 40);  // the first position is no displacement
+  rig.listen();
   rig.start();
   for (int i = 1; i <= 50; ++i) {
     rig.drive(1.0, 0, 0, 0.01);
@@ -227,6 +240,7 @@ TEST(BicycleSteering, PositionsGiveOdometry) {
 TEST(BicycleSteering, SpeedIsReducedUntilSteeringIsThere) {
   ReferenceRig rig("bicycle_steering_controller/BicycleSteeringController",
                    kBicycle + ", reduce_wheel_speed_until_steering_reached: true", {"rear"}, {"steer"});
+  rig.listen();
   rig.start();
   rig.hardware->block("steer");
   const double wanted = std::atan(1.0 * 2.0 / 1.0);

@@ -22,11 +22,13 @@ struct ReferenceRig : ManagerRig {
                        "}}}\nbase: {ros__parameters: {" + parameters + "}}\n",
                    joints_of(velocities, positions), hardware_of(velocities, positions)),
         node(bus, "/speaker") {
+    references = node.advertise<geometry_msgs::msg::TwistStamped>("/base/reference");
+  }
+  void listen() {
     node.subscribe<nav_msgs::msg::Odometry>("/base/odometry",
                                             [this](const auto& m) { odometry.push_back(m); });
     node.subscribe<tf2_msgs::msg::TFMessage>("/base/tf_odometry",
                                              [this](const auto& m) { transforms.push_back(m); });
-    references = node.advertise<geometry_msgs::msg::TwistStamped>("/base/reference");
   }
   void start() {
     bus.set_now(now);

@@ -1,0 +1,80 @@
+// update() of a base's controller neither allocates nor frees: driving, at the end of the commands, and while an
+// edge receives its messages.
+
+#include <gtest/gtest.h>
+
+#include "doppel/controllers/test/base_rig.h"
+#include "doppel/core/test/heap_touches.h"
+
+namespace doppel {
+namespace {
+
+struct BaseCase {
+  const char *name, *type, *parameters, *topic;
+  std::vector<std::string> velocities, positions;
+};
+
+std::vector<BaseCase> bases() {
+  return {{"Differential",
+           "diff_drive_controller/DiffDriveController",
+           "left_wheel_names: [l], right_wheel_names: [r], wheel_separation: 0.4, wheel_radius: 0.1, "
+           "publish_limited_velocity: true, linear: {x: {max_acceleration: 2.0, max_jerk: 5.0}}",
+           "/base/cmd_vel",
+           {"l", "r"},
+           {}},
+          {"Mecanum",
+           "mecanum_drive_controller/MecanumDriveController",
+           "front_left_wheel_command_joint_name: fl, front_right_wheel_command_joint_name: fr, "
+           "rear_right_wheel_command_joint_name: rr, rear_left_wheel_command_joint_name: rl, "
+           "reference_timeout: 0.2, "
+           "kinematics: {wheels_radius: 0.5, sum_of_robot_center_projection_on_X_Y_axis: 1.0}",
+           "/base/reference",
+           {"fl", "fr", "rr", "rl"},
+           {}},
+          {"Ackermann",
+           "ackermann_steering_controller/AckermannSteeringController",
+           "traction_joints_names: [r, l], steering_joints_names: [rs, ls], wheelbase: 2.0, "
+           "traction_track_width: 1.0, "
+           "traction_wheels_radius: 0.5, reference_timeout: 0.2",
+           "/base/reference",
+           {"r", "l"},
+           {"rs", "ls"}}};
+}
+
+class BaseAllocation : public testing::TestWithParam<BaseCase> {};
+
+TEST_P(BaseAllocation, UpdateDoesNotAllocate) {
+  const BaseCase& base = GetParam();
+  ReferenceRig rig(base.type, base.parameters, base.velocities, base.positions);
+  rig.start();
+  const auto commands = rig.node.advertise<geometry_msgs::msg::TwistStamped>(base.topic);
+  const auto edge = rig.bus.attach("listener");
+  for (const TopicInfo& topic : rig.bus.topics()) edge->subscribe(topic.id);
+  test::HeapTouches touches;
+  for (int i = 0; i < 200; ++i) {
+    rig.bus.set_now(rig.now);
+    if (i < 100) {  // then the commands end
+      geometry_msgs::msg::TwistStamped message;
+      message.header.stamp = to_time_msg(rig.now);
+      message.twist.linear.x = 0.5;
+      message.twist.angular.z = 0.3;
+      commands.publish(message, rig.now);
+    }
+    rig.bus.spin();
+    rig.manager->housekeeping(rig.now);
+    touches.run();
+    rig.manager->tick(rig.now);
+    touches.pause();
+    rig.now += rig.manager->period();
+  }
+  EXPECT_EQ(touches.count(), 0U);
+  EXPECT_EQ(rig.velocity(base.velocities[0]), 0.0);
+  Edge::Incoming message;
+  EXPECT_TRUE(edge->next(message));
+}
+
+INSTANTIATE_TEST_SUITE_P(All, BaseAllocation, testing::ValuesIn(bases()),
+                         [](const auto& tested) { return std::string(tested.param.name); });
+
+}  // namespace
+}  // namespace doppel
