@@ -159,5 +159,45 @@ TEST_F(Kate, PushesLightTableAndNotHeavyOne) {
   }
 }
 
+// What one robot does alone, it does beside another one that it does not touch. Not to the last bit: MuJoCo solves the
+// contacts of all robots together, so that sums are rounded differently.
+TEST_F(Kate, TwoKatesAreEachAsOneAlone) {
+  const auto state_of = [this](const std::vector<WorldRobot>& robots, const std::string& name) {
+    Scenario scenario;
+    scenario.robots = robots;
+    bring_up(scenario);
+    run(0.5);
+    for (int i = 0; i < 40; ++i) {
+      for (const WorldRobot& robot : robots) {
+        publish("/" + robot.name_space + "/base_controller/cmd_vel", "geometry_msgs/msg/TwistStamped",
+                robot.name_space == "a" ? "{twist: {linear: {x: 0.3}, angular: {z: 0.4}}}"
+                                        : "{twist: {linear: {x: -0.2}, angular: {z: 0.7}}}");
+      }
+      run(0.05);
+    }
+    const Instance of = twin_->find_robot(name)->instance();
+    std::vector<double> out(of.q().begin(), of.q().end());
+    out.insert(out.end(), of.v().begin(), of.v().end());
+    return out;
+  };
+  const auto kate = [](const std::string& name, double y) {
+    WorldRobot out{.target = "kate", .name_space = name};
+    out.X_WR = Pose::Identity();
+    out.X_WR->translation() << 0, y, 0;
+    return out;
+  };
+  const WorldRobot a = kate("a", 0), b = kate("b", 3);
+  for (const WorldRobot& alone : {a, b}) {
+    const std::vector<double> together = state_of({a, b}, alone.name_space);
+    const std::vector<double> single = state_of({alone}, alone.name_space);
+    ASSERT_EQ(together.size(), single.size());
+    double difference = 0;
+    for (std::size_t i = 0; i < single.size(); ++i)
+      difference = std::max(difference, std::abs(together[i] - single[i]));
+    std::cout << alone.name_space << " differs by " << difference << " rad, m or per second\n";
+    EXPECT_LT(difference, 1e-7) << alone.name_space;
+  }
+}
+
 }  // namespace
 }  // namespace doppel

@@ -4,11 +4,13 @@
 
 #include <Eigen/Core>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 inline constexpr double kDefaultFriction = 0.8;  // Coulomb, of a shape whose description has none
 
-struct Friction {
+struct DOPPEL_API Friction {
   double along = kDefaultFriction;   // Coulomb, along `direction`, or in every direction
   double across = kDefaultFriction;  // Coulomb, across `direction`; equal to `along` without one
   // In the axes of the link `direction_link` of the same instance, -1: the shape's own; not normalised. Zero:

@@ -89,7 +89,7 @@ TEST(Wheels, ArmOnFixedBaseKeepsItsShapes) {
   EXPECT_TRUE(make_instance(shared, model, {}, meshes, heard).rolling.empty());
 }
 
-TEST(ContactRules, EmptyRulesGiveTheEnginesOwnStep) {
+TEST(ContactRules, EmptyRulesGiveEnginesOwnStep) {
   World world;
   world.objects.push_back(test::make_object("box", Box{{0.1, 0.1, 0.1}}, {1, 0, 0.05}, 1.0));
   world.objects.push_back(test::make_object("ball", Sphere{0.05}, {1, 0.02, 0.149}, 0.5));
