@@ -1,6 +1,7 @@
 // SDF worlds in the twin: models as objects, with and without robots.
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -144,6 +145,30 @@ TEST_F(SdfWorldTest, EditedWorldIsReloaded) {
   twin_->replace(twin_->prepare(twin_->running(), found));
   EXPECT_EQ(find("ball").model().total_mass, 3);
   EXPECT_NEAR(find("ball").base_pose().translation().z(), 0.1, 2e-3) << "expected it where it had fallen";
+}
+
+// A cube of mu 0.3 on Gazebo's ground of mu 100, on slopes just below and above 0.3.
+TEST_F(SdfWorldTest, SmallerFrictionOfPairHolds) {
+  for (const double slope : {0.29, 0.31}) {
+    const double angle = std::atan(slope);
+    write("<sdf version='1.9'><world name='slope'><gravity>" + std::to_string(9.81 * std::sin(angle)) +
+          " 0 " + std::to_string(-9.81 * std::cos(angle)) +
+          "</gravity><include><uri>model://ground_plane</uri></include><model name='cube'><pose>0 0 0.05 0 0 "
+          "0</pose>"
+          "<link name='l'><inertial><mass>1</mass></inertial><collision name='c'><geometry><box><size>0.1 "
+          "0.1 0.1"
+          "</size></box></geometry><surface><friction><ode><mu>0.3</mu><mu2>0.3</mu2></ode></friction></"
+          "surface>"
+          "</collision></link></model></world></sdf>");
+    start("");
+    run(2.0);
+    const double way = find("cube").base_pose().translation().x();
+    if (slope < 0.3) {
+      EXPECT_LT(way, 1e-3);
+    } else {
+      EXPECT_NEAR(way, 0.5 * 9.81 * (std::sin(angle) - 0.3 * std::cos(angle)) * 4, 0.03);
+    }
+  }
 }
 
 TEST_F(SdfWorldTest, WorldWithoutModelsAndRobotsIsRefused) {

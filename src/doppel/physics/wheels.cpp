@@ -200,8 +200,7 @@ class Fitter {
         const double bottom = lowest_point(shape, data_.X_WL[link] * shape.X_LS);
         if (bottom > ground + kCasterLift * radius) continue;
         shape.friction.decides = true;
-        if (ball != nullptr && !shape.friction.written)
-          shape.friction.along = shape.friction.across = kCasterFriction;
+        if (!shape.friction.written) shape.friction.along = shape.friction.across = kCasterFriction;
         found_.push_back({RollingPart::Kind::caster, static_cast<int>(link), -1, Eigen::Vector3d::UnitY(),
                           shape.X_LS.translation(), ball == nullptr ? 0.0 : ball->radius, 0.0, shape.friction,
                           ball == nullptr ? "skid" : "sphere"});

@@ -11,9 +11,9 @@ namespace doppel {
 namespace {
 
 constexpr int kSettlingSteps = 300;
-constexpr double kSameAxis = 0.01;    // m, between the axles of two wheels of one axis
-constexpr double kSameLoad = 0.05;    // relative; wheels of about the same load and size share a sentence
-constexpr double kSameRadius = 0.01;  // relative
+constexpr double kSameAxis = 0.01;     // m, between the axles of two wheels of one axis
+constexpr double kAlikeLoad = 0.05;    // relative; wheels of about the same load and size share a sentence
+constexpr double kAlikeRadius = 0.01;  // relative
 
 void hold_joints(Instance robot) {
   const Model& model = robot.model();
@@ -50,8 +50,8 @@ void find_track(RollingReport& report, const Instance& robot) {
 
 bool alike(const RollingLoad& a, const RollingLoad& b) {
   return a.part.kind == b.part.kind &&
-         std::abs(a.part.radius - b.part.radius) <= kSameRadius * a.part.radius &&
-         a.part.friction.along == b.part.friction.along && std::abs(a.load - b.load) <= kSameLoad * a.load;
+         std::abs(a.part.radius - b.part.radius) <= kAlikeRadius * a.part.radius &&
+         a.part.friction.along == b.part.friction.along && std::abs(a.load - b.load) <= kAlikeLoad * a.load;
 }
 
 std::string text_of(const std::vector<const RollingLoad*>& group) {

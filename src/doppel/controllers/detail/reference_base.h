@@ -35,7 +35,7 @@ class ReferenceBase : public Controller {
   virtual void measure(const std::optional<PlanarVelocity>& reference, double dt) = 0;
   virtual void command(const PlanarVelocity& reference, double dt) = 0;
   virtual void stop_wheels() = 0;
-  virtual void publish_state(Time now) = 0;
+  void publish_state(Time now) override = 0;
   virtual void rest() {}  // forgets the history of limiters
 
   ControllerContext* context_ = nullptr;
