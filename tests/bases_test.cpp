@@ -139,6 +139,62 @@ TEST_F(Kate, TenRadiansOnSpotAgreeWithMultiplierOfHerControllers) {
   }
 }
 
+// UMBmark, Borenstein and Feng 1994: squares of 4 m in both directions, steered by the odometry alone. Where it says
+// that she is, she is.
+TEST_F(Kate, SquaresBothWaysEndWhereOdometrySays) {
+  for (const double direction : {1.0, -1.0}) {
+    bring_up_base("kate");
+    listen("/base_controller/odom");
+    Planar odometry;
+    const auto look = [&] {
+      for (const auto& message : received<nav_msgs::msg::Odometry>("/base_controller/odom")) {
+        const auto& q = message.pose.pose.orientation;
+        const double heading = 2 * std::atan2(q.z, q.w);
+        odometry.heading += std::remainder(heading - odometry.heading, 2 * kPi);
+        odometry.x = message.pose.pose.position.x;
+        odometry.y = message.pose.pose.position.y;
+      }
+    };
+    const Planar start = truth();
+    double corner_x = 0, corner_y = 0;
+    for (int side = 0; side < 4; ++side) {
+      drive_until(0.5, 0, [&] {
+        look();
+        return std::hypot(odometry.x - corner_x, odometry.y - corner_y) > 3.8;
+      });
+      look();
+      corner_x = odometry.x;
+      corner_y = odometry.y;
+      drive_until(0, direction, [&] {
+        look();
+        return std::abs(odometry.heading) > (side + 1) * kPi / 2 - 0.15;
+      });
+    }
+    run(0.1);
+    look();
+    const Planar end = truth();
+    const double error = std::hypot(end.x - start.x - odometry.x, end.y - start.y - odometry.y);
+    std::cout << "after a square of 4 m she is " << 1e3 * error << " mm from where the odometry says\n";
+    EXPECT_GT(std::abs(odometry.heading), 6.0);
+    EXPECT_LT(error, 0.010);
+  }
+}
+
+TEST_F(Kate, CasterSwivelsOnceAfterReversal) {
+  bring_up_base("kate");
+  drive(3.0, 0.3, 0);
+  EXPECT_NEAR(std::remainder(joint("caster_swivel_joint").q, 2 * kPi), 0.0, 0.05);
+  double turned = 0, before = joint("caster_swivel_joint").q;
+  for (int i = 0; i < 120; ++i) {
+    drive(0.05, -0.3, 0.001);
+    turned += std::abs(joint("caster_swivel_joint").q - before);
+    before = joint("caster_swivel_joint").q;
+  }
+  EXPECT_NEAR(std::abs(std::remainder(before, 2 * kPi)), kPi, 0.05);
+  EXPECT_LT(turned, 1.2 * kPi) << "expected it to swing over once, without oscillation";
+  EXPECT_LT(std::abs(joint("caster_swivel_joint").v), 0.01);
+}
+
 TEST_F(Kate, PushesLightTableAndNotHeavyOne) {
   for (const bool light : {true, false}) {
     bring_up_base("kate", "kate_lab.sdf", 0, light ? 0.0 : -1.6);
