@@ -12,6 +12,7 @@
 #include <unordered_map>
 
 #include "doppel/core/text.h"
+#include "doppel/twin/detail/root_link.h"
 
 namespace doppel {
 namespace {
@@ -75,12 +76,6 @@ std::string shown(const std::vector<std::string>& names) {
   for (std::size_t i = 0; i < std::min(names.size(), kMaxNamesInReason); ++i)
     out += fmt::format("{}'{}'", i == 0 ? "" : ", ", names[i]);
   return out + (names.size() > kMaxNamesInReason ? ", ..." : "");
-}
-
-std::string root_of(const RobotDescription& robot, const Parents& parents) {
-  const auto root = std::find_if(robot.links.begin(), robot.links.end(),
-                                 [&](const Link& link) { return !parents.contains(link.name); });
-  return root == robot.links.end() ? "" : root->name;
 }
 
 std::string mobile_plugin(const RobotDescription& robot) {
@@ -188,7 +183,7 @@ std::vector<std::string> words_of_name(const std::string& name) {
 
 BaseChoice choose_base(const RobotDescription& robot) {
   const Parents parents = parents_of(robot);
-  if (root_of(robot, parents) == "world") return {BaseKind::fixed, "its root is the link 'world'"};
+  if (root_link_of(robot) == "world") return {BaseKind::fixed, "its root is the link 'world'"};
   std::string reason;
   const auto footprint = std::find_if(robot.links.begin(), robot.links.end(),
                                       [](const Link& link) { return link.name.ends_with("base_footprint"); });

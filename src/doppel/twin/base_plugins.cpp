@@ -12,6 +12,8 @@
 #include <string_view>
 
 #include "doppel/core/text.h"
+#include "doppel/twin/detail/root_link.h"
+#include "doppel/twin/detail/yaml_text.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {
@@ -112,15 +114,6 @@ class PluginValues {
   std::set<std::string, std::less<>> read_;
 };
 
-std::string yaml_text(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
-}
-
 std::string yaml_list(const Texts& texts) {
   Texts quoted;
   for (const std::string& text : texts) quoted.push_back(yaml_text(text));
@@ -133,6 +126,8 @@ struct Mapping {
   std::string input, output;  // the controller's own topics
   std::string text;           // "wheels ..."
 
+  Mapping(const char* name, const char* type, const char* read, const char* published)
+      : base{name, type, {}, {}, {}}, input(read), output(published) {}
   void set(const std::string& name, const std::string& yaml) {
     base.section += fmt::format("    {}: {}\n", name, yaml);
   }
@@ -141,12 +136,7 @@ struct Mapping {
 
 // Frames that the description does not have are replaced by its root.
 void map_frames(PluginValues& values, const RobotDescription& robot, Mapping& out) {
-  std::set<std::string> children;
-  for (const Joint& joint : robot.joints) children.insert(joint.child);
-  std::string root;
-  for (const Link& link : robot.links) {
-    if (!children.contains(link.name) && root.empty()) root = link.name;
-  }
+  const std::string root = root_link_of(robot);
   const std::string base = values.text({"robot_base_frame", "robotBaseFrame", "child_frame_id"}, root);
   out.set("odom_frame_id", yaml_text(values.text({"odometry_frame", "odometryFrame", "frame_id"}, "odom")));
   out.set("base_frame_id", yaml_text(base == root ? base : root));
@@ -176,11 +166,7 @@ void map_limits(PluginValues& values, Mapping& out) {
 }
 
 Mapping map_diff_drive(PluginValues& values, const RobotDescription& robot, bool skid) {
-  Mapping out;
-  out.base.name = "diff_drive";
-  out.base.type = "diff_drive_controller/DiffDriveController";
-  out.input = "~/cmd_vel_unstamped";
-  out.output = "~/odom";
+  Mapping out("diff_drive", "diff_drive_controller/DiffDriveController", "~/cmd_vel_unstamped", "~/odom");
   Texts left = values.all({"left_joint", "leftJoint"}), right = values.all({"right_joint", "rightJoint"});
   if (skid && left.empty()) {
     left = values.all({"leftFrontJoint", "leftRearJoint"});
@@ -207,11 +193,8 @@ Mapping map_diff_drive(PluginValues& values, const RobotDescription& robot, bool
 }
 
 Mapping map_mecanum(PluginValues& values, const RobotDescription& robot) {
-  Mapping out;
-  out.base.name = "mecanum_drive";
-  out.base.type = "mecanum_drive_controller/MecanumDriveController";
-  out.input = "~/reference";
-  out.output = "~/odometry";
+  Mapping out("mecanum_drive", "mecanum_drive_controller/MecanumDriveController", "~/reference",
+              "~/odometry");
   const std::array<std::pair<const char*, std::string>, 4> wheels{
       {{"front_left", values.text({"front_left_joint"})},
        {"front_right", values.text({"front_right_joint"})},
@@ -235,11 +218,8 @@ Mapping map_mecanum(PluginValues& values, const RobotDescription& robot) {
 }
 
 Mapping map_ackermann(PluginValues& values, const RobotDescription& robot) {
-  Mapping out;
-  out.base.name = "ackermann_steering";
-  out.base.type = "ackermann_steering_controller/AckermannSteeringController";
-  out.input = "~/reference";
-  out.output = "~/odometry";
+  Mapping out("ackermann_steering", "ackermann_steering_controller/AckermannSteeringController",
+              "~/reference", "~/odometry");
   // The plugin lists all wheels of a side: the last ones are driven by default, and the first ones by the steering.
   const Texts left = values.all({"left_joint"}), right = values.all({"right_joint"});
   const Texts driven{right.empty() ? "" : right.back(), left.empty() ? "" : left.back()};

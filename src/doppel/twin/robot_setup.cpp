@@ -9,6 +9,7 @@
 #include "doppel/target/controllers_search.h"
 #include "doppel/target/target.h"
 #include "doppel/twin/detail/base_plugins.h"
+#include "doppel/twin/detail/yaml_text.h"
 #include "doppel/twin/robot_names.h"
 
 namespace doppel {
@@ -45,15 +46,6 @@ bool offers_velocities(const RobotDescription& robot, const std::vector<std::str
     }
     return true;
   });
-}
-
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
 }
 
 // The wheels belong to the base's controller; other joints that turn without end are casters, which roll freely.
@@ -137,7 +129,7 @@ std::string generated_controllers(const std::vector<std::string>& joints, bool v
   yaml +=
       "    joint_trajectory_controller:\n      type: joint_trajectory_controller/JointTrajectoryController\n"
       "joint_trajectory_controller:\n  ros__parameters:\n    joints:\n";
-  for (const std::string& joint : joints) yaml += fmt::format("      - {}\n", quoted(joint));
+  for (const std::string& joint : joints) yaml += fmt::format("      - {}\n", yaml_text(joint));
   yaml += "    command_interfaces: [position]\n    state_interfaces: [position";
   yaml += velocity_states ? ", velocity]\n" : "]\n";
   return base == nullptr ? yaml : yaml + base->section;
