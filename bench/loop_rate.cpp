@@ -1,6 +1,6 @@
 // The whole loop (physics, servos, controllers, publishing without subscribers) at full speed, compared with
-// a bare mj_step on the same compiled model, the integrators of world files with each other, and four such
-// robots in one world, in turn, in one run:  build/bin/bench_loop_rate [robot] [rounds]
+// a bare mj_step on the same compiled model, the integrators of world files with each other, four such robots
+// in one world, and four arms with two mobile bases, in turn, in one run:  build/bin/bench_loop_rate [robot] [rounds]
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -32,18 +32,19 @@ double loop_rate(doppel::Twin& twin) {
   return kSteps / std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 }
 
-// One twin for each integrator, in an otherwise empty world; `robots` of them, 1 m apart.
+// Robots in an otherwise empty world, 1 m apart.
 struct Contender {
-  Contender(const std::string& target, const char* integrator, int robots) : name(integrator) {
+  Contender(const std::vector<std::string>& targets, const char* integrator) : name(integrator) {
     const std::filesystem::path world = std::filesystem::temp_directory_path() /
                                         fmt::format("bench_loop_rate_{}_{}.yaml", getpid(), integrator);
     std::ofstream(world) << "integrator: " << integrator << "\n";
     doppel::Scenario scenario;
-    for (int i = 0; i < robots; ++i) {
+    for (const std::string& target : targets) {
+      const std::size_t i = scenario.robots.size();
       doppel::WorldRobot& robot = scenario.robots.emplace_back();
       robot.target = target;
-      if (robots > 1) robot.name_space = fmt::format("robot_{}", i);
-      robot.X_WR = doppel::make_pose({1.0 * i, 0, 0}, {0, 0, 0});
+      if (targets.size() > 1) robot.name_space = fmt::format("robot_{}", i);
+      robot.X_WR = doppel::make_pose({1.0 * static_cast<double>(i), 0, 0}, {0, 0, 0});
     }
     scenario.bundled_robots = DOPPEL_ROBOTS;
     scenario.world = world;
@@ -66,14 +67,16 @@ int main(int argc, char** argv) {
   const int rounds = argc > 2 ? std::max(1, std::atoi(argv[2])) : 15;
   std::vector<std::unique_ptr<Contender>> contenders;
   for (const char* integrator : doppel::kIntegratorNames)
-    contenders.push_back(std::make_unique<Contender>(target, integrator, 1));
+    contenders.push_back(std::make_unique<Contender>(std::vector{target}, integrator));
   Contender& euler = *contenders.front();
-  Contender four(target, doppel::kIntegratorNames[0], 4);
+  Contender four(std::vector(4, target), doppel::kIntegratorNames[0]);
+  Contender mixed({"omarm_one", "omarm_one", "omarm_one", "omarm_one", "kate", "kate"},
+                  doppel::kIntegratorNames[0]);
 
   std::vector<double> bare, ratio;
   for (int round = 0; round < rounds; ++round) {
     for (const auto& contender : contenders) contender->rates.push_back(loop_rate(*contender->twin));
-    four.rates.push_back(loop_rate(*four.twin));
+    for (Contender* const several : {&four, &mixed}) several->rates.push_back(loop_rate(*several->twin));
     bare.push_back(doppel::measure_bare_step_rate(euler.twin->engine(), kSteps));
     ratio.push_back(euler.rates.back() / bare.back());
   }
@@ -83,9 +86,12 @@ int main(int argc, char** argv) {
     fmt::print("  whole loop, {:<9}  {:10.0f} steps/s  {:6.2f} us\n", contender->name,
                median(contender->rates), 1e6 / median(contender->rates));
   }
-  fmt::print(
-      "  four robots, euler     {:10.0f} steps/s  {:6.2f} us: {:.1f} x real time at 1 kHz on one core\n",
-      median(four.rates), 1e6 / median(four.rates), median(four.rates) / 1000);
+  for (const auto& [name, several] :
+       {std::pair("four robots", &four), std::pair("4 arms, 2 bases", &mixed)}) {
+    const double rate = median(several->rates);
+    fmt::print("  {:<21}  {:10.0f} steps/s  {:6.2f} us: {:.1f} x real time at 1 kHz on one core\n", name,
+               rate, 1e6 / rate, rate / 1000);
+  }
   fmt::print("  euler over bare        {:10.3f}  (least {:.3f}, most {:.3f})\n", median(ratio),
              *std::min_element(ratio.begin(), ratio.end()), *std::max_element(ratio.begin(), ratio.end()));
 }

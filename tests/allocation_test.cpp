@@ -41,24 +41,36 @@ points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 
   EXPECT_EQ(edge_->dropped(), 0u);
 }
 
-TEST_F(Allocation, FourRobotsWithListenerDoNotAllocate) {
+TEST_F(Allocation, FourArmsAndTwoBasesWithListenerDoNotAllocate) {
   Scenario scenario;
-  for (int i = 0; i < 4; ++i) {
+  for (int i = 0; i < 6; ++i) {
     WorldRobot& robot = scenario.robots.emplace_back();
-    robot.target = "omarm_one";
-    robot.name_space = "arm_" + std::to_string(i);
-    robot.X_WR = make_pose({1.0 * i, 0, 0}, {0, 0, 0});
+    robot.target = i < 4 ? "omarm_one" : "kate";
+    robot.name_space = (i < 4 ? "arm_" : "base_") + std::to_string(i);
+    robot.X_WR = make_pose({2.0 * i, 0, 0}, {0, 0, 0});
   }
   bring_up(scenario);
   for (const TopicInfo& topic : twin_->bus().topics()) edge_->subscribe(topic.id);
+  const auto drive = [&](const WorldRobot& robot) {
+    publish("/" + robot.name_space + "/base_controller/cmd_vel", "geometry_msgs/msg/TwistStamped",
+            "{twist: {linear: {x: 0.3}, angular: {z: 0.2}}}");
+  };
   for (const WorldRobot& robot : scenario.robots) {
-    publish("/" + robot.name_space + "/omarm_arm_controller/joint_trajectory",
-            "trajectory_msgs/msg/JointTrajectory",
-            R"({joint_names: ["Revolute 1","Revolute 2","Revolute 3","Revolute 4","Revolute 5","Revolute 6"],
+    if (robot.target == "kate") {
+      drive(robot);
+    } else {
+      publish(
+          "/" + robot.name_space + "/omarm_arm_controller/joint_trajectory",
+          "trajectory_msgs/msg/JointTrajectory",
+          R"({joint_names: ["Revolute 1","Revolute 2","Revolute 3","Revolute 4","Revolute 5","Revolute 6"],
 points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 2}}]})");
+    }
   }
-  run(0.6);  // the check of rest is over
-  EXPECT_EQ(count(1.0), 0u);
+  run(0.4);  // the check of rest is over
+  for (const WorldRobot& robot : scenario.robots) {
+    if (robot.target == "kate") drive(robot);
+  }
+  EXPECT_EQ(count(0.4), 0u) << "within the time-out of the command, whose end is reported";
 }
 
 TEST_F(Allocation, PushOnObjectDoesNotAllocate) {

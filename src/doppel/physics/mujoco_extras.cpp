@@ -30,4 +30,10 @@ bool empty_contact_rules_change_nothing(const Engine& engine) {
       engine);
 }
 
+double difference_of_islands(const Engine& engine) {
+  using Compare = double (*)(const Engine&);
+  return reinterpret_cast<Compare>(plugin_symbol(kModule, "doppel_mujoco_island_difference"))(  // NOLINT
+      engine);
+}
+
 }  // namespace doppel

@@ -23,4 +23,8 @@ DOPPEL_API void mujoco_inverse_dynamics(const Engine& engine, std::span<const do
 // contacts, constraints, inertia and bias to that of MuJoCo's own mj_step1, at the engine's state.
 DOPPEL_API bool empty_contact_rules_change_nothing(const Engine& engine);
 
+// The largest difference of the accelerations of the next step, solved island by island (mujoco/islands.h) and
+// by MuJoCo as one problem, over the largest acceleration.
+DOPPEL_API double difference_of_islands(const Engine& engine);
+
 }  // namespace doppel

@@ -13,7 +13,6 @@ ContactPublisher::ContactPublisher(Bus& bus, const Scene& scene) : scene_(scene)
 }
 
 std::string ContactPublisher::shape_name(BodyId body) const {
-  if (body.is_ground()) return "ground::link::collision";
   const Instance instance = scene_.instance(body.instance);
   const std::string& name = instance.model().links[static_cast<std::size_t>(body.link)].name;
   if (!scene_.is_robot(body.instance)) {
@@ -23,35 +22,63 @@ std::string ContactPublisher::shape_name(BodyId body) const {
   return fmt::format("{}::{}::{}_collision", instance.name(), name, name);
 }
 
+void ContactPublisher::name_shapes() {
+  if (named_ == scene_.engine().compiled()) return;
+  named_ = scene_.engine().compiled();
+  names_.clear();
+  for (int i = 0; i < static_cast<int>(named_->instances().size()); ++i) {
+    auto& of_links = names_.emplace_back();
+    const auto links = named_->instances()[static_cast<std::size_t>(i)].model->links.size();
+    for (int link = 0; link < static_cast<int>(links); ++link) of_links.push_back(shape_name({i, link}));
+  }
+}
+
+const std::string& ContactPublisher::name_of(BodyId body) const {
+  if (body.is_ground()) return ground_;
+  return names_[static_cast<std::size_t>(body.instance)][static_cast<std::size_t>(body.link)];
+}
+
+gazebo_msgs::msg::ContactState& ContactPublisher::state_of(BodyId a, BodyId b) {
+  const std::string &first = name_of(a), &second = name_of(b);
+  const auto found = std::ranges::find_if(message_.states, [&](const auto& s) {
+    return s.collision1_name == first && s.collision2_name == second;
+  });
+  if (found != message_.states.end()) return *found;
+  if (spare_.empty()) spare_.emplace_back();
+  auto& out = message_.states.emplace_back(std::move(spare_.back()));
+  spare_.pop_back();
+  out.info.assign(first).append(" touches ").append(second);
+  out.collision1_name = first;
+  out.collision2_name = second;
+  out.total_wrench = {};
+  out.wrenches.clear();
+  out.contact_positions.clear();
+  out.contact_normals.clear();
+  out.depths.clear();
+  return out;
+}
+
 void ContactPublisher::publish_contacts(Time now) {
   scene_.engine().contacts(contacts_);
+  name_shapes();
   const Pose X_TW = scene_.world_in_tf();
-  gazebo_msgs::msg::ContactsState message;
-  message.header.stamp = to_time_msg(node_.bus().stamp(now));
-  message.header.frame_id = "world";
+  message_.header.stamp = to_time_msg(node_.bus().stamp(now));
+  message_.header.frame_id = "world";
+  for (auto& state : message_.states) spare_.push_back(std::move(state));
+  message_.states.clear();
   for (const Contact& contact : contacts_) {
-    const std::string first = shape_name(contact.a);
-    const std::string second = shape_name(contact.b);
-    auto state = std::ranges::find_if(message.states, [&](const auto& s) {
-      return s.collision1_name == first && s.collision2_name == second;
-    });
-    if (state == message.states.end()) {
-      state = message.states.emplace(message.states.end());
-      state->info = fmt::format("{} touches {}", first, second);
-      state->collision1_name = first;
-      state->collision2_name = second;
-    }
+    gazebo_msgs::msg::ContactState& state = state_of(contact.a, contact.b);
     // Gazebo's wrench acts on the first shape, the engine's force on the second.
     const Eigen::Vector3d force = X_TW.linear() * -contact.force_W;
-    state->wrenches.push_back({to_vector_msg(force), {}});
-    state->total_wrench.force.x += force.x();
-    state->total_wrench.force.y += force.y();
-    state->total_wrench.force.z += force.z();
-    state->contact_positions.push_back(to_vector_msg(X_TW * contact.p_W));
-    state->contact_normals.push_back(to_vector_msg(X_TW.linear() * -contact.normal_W));
-    state->depths.push_back(contact.depth);
+    state.wrenches.push_back({to_vector_msg(force), {}});
+    state.total_wrench.force.x += force.x();
+    state.total_wrench.force.y += force.y();
+    state.total_wrench.force.z += force.z();
+    state.contact_positions.push_back(to_vector_msg(X_TW * contact.p_W));
+    state.contact_normals.push_back(to_vector_msg(X_TW.linear() * -contact.normal_W));
+    state.depths.push_back(contact.depth);
   }
-  topic_.publish(message, now);
+  topic_.publish(message_, now);
 }
 
 }  // namespace doppel

@@ -150,7 +150,9 @@ bool StatePublisher::floats() const {
 bool StatePublisher::is_root_of(const Tree& tree, const BaseTransform* base) const {
   if (base == nullptr || base->topic != tree.topic) return false;
   if (!floats() && !tree.shared && model_->find_link(kWorld) >= 0) return false;  // the root has no parent
-  return base->child == tree.prefix + model_->links[floats() ? 1 : 0].name;
+  const std::string& root = model_->links[floats() ? 1 : 0].name;  // compared in parts: a sum would allocate
+  return base->child.size() == tree.prefix.size() + root.size() && base->child.starts_with(tree.prefix) &&
+         base->child.ends_with(root);
 }
 
 void StatePublisher::give_back_root(Tree& tree) const {

@@ -13,15 +13,21 @@ constexpr double kAlongNormal = 1e-6;  // squared length of a direction's projec
 
 }  // namespace
 
-ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, bool rolling) : rule_(rule) {
-  const bool plain = !rolling && rule == FrictionRule::larger &&
-                     std::ranges::all_of(shapes, [](const RuledShape& s) { return s.friction.plain(); });
-  if (!plain) shapes_ = std::move(shapes);
+ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes) : rule_(rule) {
+  if (rule != FrictionRule::larger || std::ranges::any_of(shapes, &RuledShape::ruled))
+    shapes_ = std::move(shapes);
+}
+
+bool ContactRules::ruled(const mjContact& contact) const {
+  return rule_ != FrictionRule::larger || shapes_[static_cast<std::size_t>(contact.geom1)].ruled ||
+         shapes_[static_cast<std::size_t>(contact.geom2)].ruled;
 }
 
 void ContactRules::apply(mjData& data) const {
   if (empty()) return;
-  for (int i = 0; i < data.ncon; ++i) apply(data, data.contact[i]);
+  for (int i = 0; i < data.ncon; ++i) {
+    if (ruled(data.contact[i])) apply(data, data.contact[i]);
+  }
 }
 
 void ContactRules::apply(const mjData& data, mjContact& contact) const {
@@ -59,7 +65,7 @@ void ContactRules::stiffen_friction(mjData& data) const {
   if (empty()) return;
   for (int i = 0; i < data.ncon; ++i) {
     mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0) continue;
+    if (contact.efc_address < 0 || !ruled(contact)) continue;
     for (int k = 1; k < contact.dim; ++k) {
       data.efc_R[contact.efc_address + k] /= kStiffer;
       data.efc_D[contact.efc_address + k] *= kStiffer;
@@ -72,7 +78,7 @@ void ContactRules::keep_sliding_contacts(mjData& data) const {
   if (empty()) return;
   for (int i = 0; i < data.ncon; ++i) {
     const mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0) continue;
+    if (contact.efc_address < 0 || !ruled(contact)) continue;
     double* const reference = data.efc_aref + contact.efc_address;
     double squares = 0.0;
     for (int k = 1; k < contact.dim; ++k) {
@@ -83,7 +89,8 @@ void ContactRules::keep_sliding_contacts(mjData& data) const {
   }
 }
 
-void compute_contacts_and_constraints(const mjModel* m, mjData* d, const ContactRules& rules) {
+void compute_contacts_and_constraints(const mjModel* m, mjData* d, const ContactRules& rules,
+                                      IslandSolver& islands) {
   mj_checkPos(m, d);
   mj_checkVel(m, d);
   mj_kinematics(m, d);
@@ -96,8 +103,10 @@ void compute_contacts_and_constraints(const mjModel* m, mjData* d, const Contact
   rules.apply(*d);
   mj_makeConstraint(m, d);
   rules.stiffen_friction(*d);
-  mj_transmission(m, d);
-  mj_fwdVelocity(m, d);
+  mj_comVel(m, d);
+  mj_passive(m, d);
+  islands.refer(*m, *d);
+  mj_rne(m, d, 0, d->qfrc_bias);
   rules.keep_sliding_contacts(*d);
 }
 

@@ -65,11 +65,12 @@ MujocoEngine::MujocoEngine(std::shared_ptr<const MujocoWorld> world)
     : Engine(world),
       view_(*world->m()),
       data_(make_data(world->m())),
+      islands_(*world->m(), world->islands),
       drives_(world->drives),
       springs_(world->springs),
       q_(size(m()->nq)),
       effort_(size(world->joints), 0.0),
-      kept_(size(m()->nq + m()->nv)),
+      kept_(size(m()->nq + 2 * m()->nv)),
       applied_effort_(size(m()->nv), 0.0),
       rotors_(size(m()->nv), 0.0),
       linear_damping_(size(m()->nv)),
@@ -92,6 +93,7 @@ MujocoEngine::MujocoEngine(const MujocoEngine& other)
     : Engine(other),
       view_(other.view_),
       data_(make_data(other.m())),
+      islands_(*other.m(), other.compiled_world().islands),
       roots_(other.roots_),
       drives_(other.drives_),
       springs_(other.springs_),
@@ -172,7 +174,8 @@ void MujocoEngine::reset() {
 
 // Computes the quantities that depend only on positions and velocities. False: MuJoCo raised an error.
 bool MujocoEngine::refresh() {
-  return guarded([this] { compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules); });
+  return guarded(
+      [this] { compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules, islands_); });
 }
 
 bool MujocoEngine::ran_away() const {
@@ -398,7 +401,7 @@ void MujocoEngine::contacts(std::vector<Contact>& out) const {
     copy_data(m(), c, d());
     write_present_efforts(*c);
     mj_fwdAcceleration(m(), c);
-    mj_fwdConstraint(m(), c);
+    islands_.solve(*m(), *c);
   });
   if (!whole) return;
   for (int i = 0; i < c->ncon; ++i) {

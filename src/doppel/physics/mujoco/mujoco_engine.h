@@ -65,6 +65,7 @@ class MujocoEngine final : public Engine {
     return compiled_world().joint_damping[static_cast<std::size_t>(v)] * d()->qvel[v];
   }
   void write_present_efforts(mjData& data) const;
+  [[nodiscard]] const MujocoWorld& compiled_world() const { return static_cast<const MujocoWorld&>(world()); }
   [[nodiscard]] mjModel* m() { return view_.get(); }
   [[nodiscard]] const mjModel* m() const { return view_.get(); }
   [[nodiscard]] mjData* d() const { return data_.get(); }
@@ -89,7 +90,6 @@ class MujocoEngine final : public Engine {
   [[nodiscard]] Pose pose_of(int instance, int link) const override;
   [[nodiscard]] FrameVelocity velocity_of(int instance, int link) const override;
 
-  [[nodiscard]] const MujocoWorld& compiled_world() const { return static_cast<const MujocoWorld&>(world()); }
   [[nodiscard]] const WorldSettings& settings() const { return world().settings(); }
   // Index of the joint's drive; -1: it has none.
   [[nodiscard]] int drive_index(int instance, int joint) const;
@@ -125,12 +125,13 @@ class MujocoEngine final : public Engine {
   ModelView view_;
   DataHandle data_;
   mutable DataHandle looked_;  // a copy in which const functions compute; made at first use
-  std::vector<Pose> roots_;    // [instances] X_WR
+  mutable IslandSolver islands_;
+  std::vector<Pose> roots_;  // [instances] X_WR
   std::vector<Drive> drives_;
   std::vector<JointSpring> springs_;    // of the drives, in their order, then of the limit stops
   std::vector<double> q_;               // [nq] as the models have it
   std::vector<double> effort_;          // [joints of all instances]
-  std::vector<double> kept_;            // MuJoCo's qpos and qvel before the step
+  std::vector<double> kept_;            // MuJoCo's qpos, qvel and qacc_warmstart before the step
   std::vector<double> applied_effort_;  // [nv] from outside
   std::vector<double> rotors_;          // [nv] inertia of motors commanded by effort
   const StepScheme* scheme_ = nullptr;  // of the present step

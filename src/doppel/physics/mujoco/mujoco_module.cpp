@@ -83,7 +83,8 @@ extern "C" DOPPEL_API bool doppel_mujoco_empty_contact_rules(const doppel::Engin
   doppel::copy_data(m, own.get(), at.d());
   doppel::copy_data(m, ruled.get(), at.d());
   mj_step1(m, own.get());
-  doppel::compute_contacts_and_constraints(m, ruled.get(), {});
+  doppel::IslandSolver islands(*m, at.compiled_world().islands);
+  doppel::compute_contacts_and_constraints(m, ruled.get(), {}, islands);
   const mjData &a = *own, &b = *ruled;
   return a.ncon == b.ncon && a.nefc == b.nefc &&
          std::equal(a.contact, a.contact + a.ncon, b.contact, same_contact) &&
@@ -92,6 +93,26 @@ extern "C" DOPPEL_API bool doppel_mujoco_empty_contact_rules(const doppel::Engin
          same_bits(a.qM, b.qM, m->nM) && same_bits(a.qLD, b.qLD, m->nM) &&
          same_bits(a.qfrc_bias, b.qfrc_bias, m->nv) && same_bits(a.qfrc_passive, b.qfrc_passive, m->nv) &&
          same_bits(a.cvel, b.cvel, 6 * m->nbody) && same_bits(a.xpos, b.xpos, 3 * m->nbody);
+}
+
+extern "C" DOPPEL_API double doppel_mujoco_island_difference(const doppel::Engine& engine) {
+  const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
+  const mjModel* const m = at.m();
+  const doppel::DataHandle whole = doppel::make_data(m), divided = doppel::make_data(m);
+  doppel::IslandSolver islands(*m, at.compiled_world().islands);
+  for (mjData* const data : {whole.get(), divided.get()}) {
+    doppel::copy_data(m, data, at.d());
+    at.write_present_efforts(*data);
+    mj_fwdAcceleration(m, data);
+  }
+  mj_fwdConstraint(m, whole.get());
+  islands.solve(*m, *divided);
+  double difference = 0.0, largest = 1e-9;
+  for (int v = 0; v < m->nv; ++v) {
+    difference = std::max(difference, std::abs(whole->qacc[v] - divided->qacc[v]));
+    largest = std::max(largest, std::abs(whole->qacc[v]));
+  }
+  return difference / largest;
 }
 
 extern "C" DOPPEL_API double doppel_mujoco_bare_step_rate(const doppel::Engine& engine, int steps) {

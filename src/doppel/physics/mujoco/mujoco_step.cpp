@@ -60,6 +60,7 @@ void MujocoEngine::begin_step() {
   scheme_ = stopped || (wanted.order == 2 && robot_touches()) ? &step_scheme(Integrator::euler) : &wanted;
   std::copy_n(d()->qpos, m()->nq, kept_.data());
   std::copy_n(d()->qvel, m()->nv, kept_.data() + m()->nq);
+  std::copy_n(d()->qacc_warmstart, m()->nv, kept_.data() + m()->nq + m()->nv);
 }
 
 // True: the armature has changed since the mass matrix was computed.
@@ -104,7 +105,7 @@ void MujocoEngine::move_by(const std::array<double, kMaxStages>& weights, int st
 // Sets MuJoCo's q and v of stage `i` and computes all that depends on them.
 void MujocoEngine::enter_stage(int i) {
   move_by(scheme_->alpha[i], i);
-  compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules);
+  compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules, islands_);
   if (any_wrench_ || !compiled_world().weightless.empty()) write_wrenches();
 }
 
@@ -145,7 +146,7 @@ void MujocoEngine::write_stage_efforts(int i) {
 
 bool MujocoEngine::solve_stage(int i) {
   mj_fwdAcceleration(m(), d());
-  mj_fwdConstraint(m(), d());
+  islands_.solve(*m(), *d());
   const double h = to_seconds(settings().step) * scheme_->diagonal;
   bool sane = true;
   for (int v = 0; v < m()->nv; ++v) {
@@ -205,6 +206,8 @@ bool MujocoEngine::settle(int pass) {
 bool MujocoEngine::take_stages() {
   for (int pass = 0;; ++pass) {
     std::fill(asked_.begin(), asked_.end(), 0.0);
+    // A repeated step is that of a first pass for the instances whose springs did not change.
+    std::copy_n(kept_.data() + m()->nq + m()->nv, m()->nv, d()->qacc_warmstart);
     const bool changed = write_armature();
     for (int i = 0; i < scheme_->stages; ++i) {
       if (i > 0 || changed || (pass > 0 && scheme_->stages > 1)) enter_stage(i);
@@ -231,7 +234,7 @@ void MujocoEngine::finish_step() {
                             : spring.bound != 0 ? spring.effort_at_bound()
                                                 : std::clamp(wanted_[k], spring.low, spring.high);
   }
-  compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules);
+  compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules, islands_);
 }
 
 void MujocoEngine::step() {

@@ -24,6 +24,13 @@ int find_part(const mjModel* m, int type, const std::string& name) {
   return id;
 }
 
+bool needs_contact_rules(const ModelInstance& instance) {
+  const auto directed = [](const CollisionShape& shape) { return !shape.friction.plain(); };
+  return !instance.rolling.empty() || std::ranges::any_of(instance.shapes, [&directed](const auto& shapes) {
+    return std::ranges::any_of(shapes, directed);
+  });
+}
+
 }  // namespace
 
 void write_qpos(std::span<const double> q, int first, std::span<const int> quaternions, double* qpos) {
@@ -72,19 +79,23 @@ void MujocoWorld::compile(const MjcfDocument& document, Diagnostics& diagnostics
 
 void MujocoWorld::number_bodies() {
   ids_.assign(static_cast<std::size_t>(m()->nbody), BodyId{});
+  islands.instance_of_body.assign(ids_.size(), -1);
   // MuJoCo's compiler precomputes the inertia of bodies on slides along principal axes, without an armature
   // that is written later.
   std::fill_n(model_->dof_simplenum, m()->nv, 0);
   for (std::size_t i = 0; i < instances().size(); ++i) {
+    islands.first_dof.push_back(offsets_[i].v);
     for (int link = 0; link < static_cast<int>(instances()[i].model->links.size()); ++link) {
       const int body = find_part(m(), mjOBJ_BODY, mjcf_link_name(offsets_[i].link + link));
       bodies_.push_back(body);
       ids_[static_cast<std::size_t>(body)] = {static_cast<int>(i), link};
       model_->body_simple[body] = 0;
+      islands.instance_of_body[static_cast<std::size_t>(body)] = static_cast<int>(i);
       const ModelLink& of = instances()[i].model->links[static_cast<std::size_t>(link)];
       if (of.weightless && of.inertia) weightless.push_back({body, of.inertia->mass, of.inertia->com});
     }
   }
+  islands.first_dof.push_back(m()->nv);
 }
 
 void MujocoWorld::collect_joints() {
@@ -125,19 +136,18 @@ void MujocoWorld::collect_contact_rules() {
     shapes[static_cast<std::size_t>(find_part(m(), mjOBJ_GEOM, kMjcfGround))].friction =
         uniform_friction(settings().ground_friction);
   for (int i = 0; i < static_cast<int>(instances().size()); ++i) {
+    const bool ruled = needs_contact_rules(instance(i));
     for (std::size_t link = 0; link < instance(i).shapes.size(); ++link) {
       for (std::size_t k = 0; k < instance(i).shapes[link].size(); ++k) {
         const int in_all = offsets(i).link + static_cast<int>(link);
         const int geom = find_part(m(), mjOBJ_GEOM, mjcf_shape_name(in_all, k));
         const Friction& friction = instance(i).shapes[link][k].friction;
         const int of = friction.direction_link >= 0 ? friction.direction_link : static_cast<int>(link);
-        shapes[static_cast<std::size_t>(geom)] = {friction, mujoco_body(i, of)};
+        shapes[static_cast<std::size_t>(geom)] = {friction, mujoco_body(i, of), ruled};
       }
     }
   }
-  const bool rolling =
-      std::ranges::any_of(instances(), [](const ModelInstance& of) { return !of.rolling.empty(); });
-  contact_rules = ContactRules(settings().friction_rule, std::move(shapes), rolling);
+  contact_rules = ContactRules(settings().friction_rule, std::move(shapes));
 }
 
 void MujocoWorld::collect_stops(int index) {

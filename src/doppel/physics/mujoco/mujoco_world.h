@@ -63,6 +63,7 @@ class MujocoWorld final : public CompiledWorld {
   std::vector<int> quaternions;       // their indices in q
   std::vector<WeightlessBody> weightless;
   ContactRules contact_rules;
+  IslandLayout islands;
 
  private:
   void compile(const MjcfDocument& document, Diagnostics& diagnostics);

@@ -4,6 +4,8 @@
 // its namespace if it has one), an object's "object::link::collision"; the ground is the object "ground".
 // Positions (m) and forces (N) are in the frame "world".
 
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "doppel/bus/bus.h"
@@ -27,12 +29,21 @@ class ContactPublisher : public Tickable {
  private:
   void publish_contacts(Time now);
   [[nodiscard]] std::string shape_name(BodyId body) const;
+  void name_shapes();
+  [[nodiscard]] const std::string& name_of(BodyId body) const;
+  gazebo_msgs::msg::ContactState& state_of(BodyId a, BodyId b);
 
   const Scene& scene_;
   Node node_;
   Publisher<gazebo_msgs::msg::ContactsState> topic_;
   PublishSchedule due_{Duration{33'333'333}};
   std::vector<Contact> contacts_;
+  // Names are formed once, and messages keep their memory: robots on wheels touch the ground in every one.
+  std::shared_ptr<const CompiledWorld> named_;   // the world of names_
+  std::vector<std::vector<std::string>> names_;  // [instances][links]
+  std::string ground_ = "ground::link::collision";
+  gazebo_msgs::msg::ContactsState message_;
+  std::vector<gazebo_msgs::msg::ContactState> spare_;  // not in the message
 };
 
 }  // namespace doppel
