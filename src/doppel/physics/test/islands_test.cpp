@@ -67,7 +67,7 @@ TEST(Islands, HeapsMoveBitIdenticallyToEachAlone) {
 }
 
 // MuJoCo's whole solver stops at a tolerance, so that the two agree by their digits.
-TEST(Islands, AccelerationsAgreeWithOneSolutionOfTheWhole) {
+TEST(Islands, AccelerationsAgreeWithWholeSolution) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
     SCOPED_TRACE("seed " + std::to_string(seed));
     const int count = 2 + static_cast<int>(seed);
