@@ -1,11 +1,13 @@
 // The bundled mobile robots: each stands on its wheels, drives by the controllers of its own YAML, and is where its
 // odometry says; Kate against closed forms and in her lab.
+#include <array>
 #include <cmath>
 #include <cstring>
 #include <iostream>
 #include <numbers>
 
 #include "doppel/messages/nav_msgs.h"
+#include "doppel/odometry/base_report.h"
 #include "doppel/twin/rolling_report.h"
 #include "twin_fixture.h"
 
@@ -112,6 +114,36 @@ INSTANTIATE_TEST_SUITE_P(Robots, BundledBases,
                                                      false}),
                          [](const testing::TestParamInfo<BundledBase>& of) { return of.param.robot; });
 
+class SkidBase : public DrivingFixture {
+ protected:
+  // The way of the left and the right wheels, m.
+  [[nodiscard]] std::array<double, 2> ways() const {
+    return {0.05 * (joint("front_left_wheel_joint").q + joint("rear_left_wheel_joint").q),
+            0.05 * (joint("front_right_wheel_joint").q + joint("rear_right_wheel_joint").q)};
+  }
+};
+
+TEST_F(SkidBase, MultiplierOfReportIsThatOfFullTurn) {
+  bring_up_base("rover_skid");
+  const std::array<double, 2> before = ways();
+  const double start = truth().heading;
+  drive_until(0, 0.8, [&] { return truth().heading - start > 2 * kPi; });
+  const std::array<double, 2> after = ways();
+  const double by_wheels = (after[1] - before[1] - after[0] + before[0]) / 0.44;
+  const double wanted = by_wheels / (truth().heading - start);
+
+  Scenario scenario;
+  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+  scenario.robots = {{.target = "rover_skid"}};
+  const BaseReport report = report_base(scenario, {}, diagnostics_);
+  ASSERT_TRUE(report.fitted.has_value());
+  std::cout << "a turn of 360 degrees asks for " << wanted << ", the report for " << report.fitted->separation
+            << '\n';
+  EXPECT_NEAR(report.fitted->separation, wanted, 0.01 * wanted);
+  EXPECT_GT(wanted, 1.3) << "expected a base that scrubs";
+  for (const double error : report.square_error_fitted) EXPECT_LT(error, 0.02);
+}
+
 class Kate : public DrivingFixture {
  protected:
   void SetUp() override {}
@@ -216,8 +248,7 @@ TEST_F(Kate, PushesLightTableAndNotHeavyOne) {
   }
 }
 
-// What one robot does alone, it does beside another one that it does not touch. Not to the last bit: MuJoCo solves the
-// contacts of all robots together, so that sums are rounded differently.
+// What one robot does alone, it does beside another one that it does not touch.
 TEST_F(Kate, TwoKatesAreEachBitIdenticalToOneAlone) {
   const auto state_of = [this](const std::vector<WorldRobot>& robots, const std::string& name) {
     Scenario scenario;

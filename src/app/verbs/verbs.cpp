@@ -12,7 +12,8 @@ void add_verbs(CLI::App& app, int& exit_code) {
        {add_move,      add_teleop, add_stop,    add_spawn,   add_robots,          add_topic,     add_control,
         add_tf,        add_node,   add_service, add_param,   add_action,          add_interface, add_new,
         add_xacro,     add_tree,   add_info,    add_mass,    add_convert,         add_overlay,   add_diff,
-        add_calibrate, add_check,  add_verify,  add_engines, add_compare_engines, add_doctor,    add_world}) {
+        add_calibrate, add_check,  add_verify,  add_engines, add_compare_engines, add_doctor,    add_world,
+        add_base}) {
     add(app, exit_code);
   }
 }
@@ -23,7 +24,7 @@ void group_verbs(CLI::App& app) {
       {"ROS 2's verbs", {"topic", "control", "tf", "node", "service", "param", "action", "interface"}},
       {"Descriptions",
        {"new", "xacro", "tree", "info", "mass", "convert", "overlay", "diff", "calibrate", "check", "world"}},
-      {"Physics", {"verify", "engines", "compare-engines"}},
+      {"Physics", {"verify", "base", "engines", "compare-engines"}},
       {"This machine", {"doctor", "completion", "man"}}};
   for (const auto& [group, verbs] : groups) {
     for (const std::string& verb : verbs) app.get_subcommand(verb)->group(group);

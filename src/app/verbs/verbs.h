@@ -44,5 +44,6 @@ void add_new(CLI::App& app, int& exit_code);
 void add_robots(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_world(CLI::App& app, int& exit_code);
+void add_base(CLI::App& app, int& exit_code);  // drives a twin of its own
 
 }  // namespace doppel::app

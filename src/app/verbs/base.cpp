@@ -1,0 +1,105 @@
+// doppel base report: how far a base's odometry is from the truth, and the multipliers that make it true.
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <iterator>
+#include <memory>
+
+#include "app/described_scenario.h"
+#include "app/print_stderr.h"
+#include "app/verbs/description_target.h"
+#include "app/verbs/output.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/output_file.h"
+#include "doppel/core/shown_path.h"
+#include "doppel/odometry/base_report.h"
+#include "doppel/twin/robot_setup.h"
+
+namespace doppel::app {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct BaseVerb {
+  DescribedBy robot;
+  std::string controllers, controller, world, plot;
+  bool write = false, json = false;
+};
+
+std::string whole_file(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+// The file with the controller's parameters. Throws InputError.
+fs::path file_to_write(const Scenario& scenario, const std::string& controller) {
+  Diagnostics quiet;
+  PackageResolver resolver;
+  resolver.add_bundled(scenario.bundled_robots);
+  const RobotSetup setup = set_up_robot(scenario, scenario.robots.front(), resolver, quiet);
+  for (const fs::path& file : setup.controllers_files) {
+    if (ParameterFile::load(file).overrides_for("/" + controller, controller).find("wheel_separation") !=
+        nullptr)
+      return file;
+  }
+  throw InputError("base.nothing_to_write", {},
+                   fmt::format("no controllers' file has a wheel_separation of {}", controller),
+                   "write a controllers' file (`doppel new`), name it with --controllers, and repeat");
+}
+
+void write_multipliers(const Scenario& scenario, const BaseReport& report) {
+  if (!report.fitted) {
+    throw InputError("base.nothing_to_write", {},
+                     fmt::format("{} ({}) has no multipliers", report.controller, report.type),
+                     "--write is for diff_drive_controller/DiffDriveController");
+  }
+  const fs::path file = file_to_write(scenario, report.controller);
+  write_whole(file, with_multipliers(whole_file(file), file, report.controller, *report.fitted));
+  print_stderr("written to {}\n", shown_path(file));
+}
+
+int run_report(const BaseVerb& options) {
+  Scenario scenario = described_scenario(options.robot);
+  if (!options.controllers.empty()) scenario.robots.front().controllers = options.controllers;
+  if (!options.world.empty()) scenario.world = options.world;
+  BaseReportOptions wanted;
+  wanted.controller = options.controller;
+  wanted.on_leg = [](const std::string& leg) { print_stderr("base: {} ...\n", leg); };
+  Diagnostics diagnostics;
+  const BaseReport report = report_base(scenario, wanted, diagnostics);
+  print_diagnostics(diagnostics);
+  if (!options.plot.empty()) deliver(base_report_svg(report), options.plot);
+  deliver(options.json ? base_report_json(report) : base_report_text(report));
+  if (options.write) write_multipliers(scenario, report);
+  return 0;
+}
+
+}  // namespace
+
+void add_base(CLI::App& app, int& exit_code) {
+  CLI::App* verb = app.add_subcommand("base", "Odometry of a mobile base against the truth");
+  verb->require_subcommand(1);
+  const auto options = std::make_shared<BaseVerb>();
+  CLI::App* report = verb->add_subcommand(
+      "report", "Drive 5 m, 10 rad to each side and squares of 4 m; print slip, drift and the multipliers");
+  add_described_by(*report, options->robot);
+  report
+      ->add_option("--controllers", options->controllers, "Controllers' file (default: found in its package)")
+      ->type_name("FILE");
+  report->add_option("--controller", options->controller, "Controller of the base, where there are several")
+      ->type_name("NAME");
+  report->add_option("--world", options->world, "World with the ground to drive on (default: a plane)");
+  report->add_option("--plot", options->plot, "Write the squares, true and by odometry, to this file (SVG)")
+      ->type_name("FILE");
+  report->add_flag("--write", options->write,
+                   "Write the multipliers that make odometry true into the controllers' file");
+  report->add_flag("--json", options->json, "Print a JSON object to stdout, in m, rad");
+  report->footer(
+      "The simulated base is driven by its own controller, so that the odometry is that of its encoders.\n"
+      "Examples:\n  doppel base report kate\n  doppel base report my_rover.urdf.xacro --plot squares.svg\n"
+      "  doppel base report rover_skid --write");
+  report->callback([options, &exit_code] { exit_code = run_report(*options); });
+}
+
+}  // namespace doppel::app
