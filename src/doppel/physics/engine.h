@@ -62,6 +62,7 @@ struct Contact {
   Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();  // unit, from a to b
   Eigen::Vector3d force_W = Eigen::Vector3d::Zero();    // N, on b
   double depth = 0;                                     // m, positive: penetrating
+  double friction = 0;  // Coulomb, of the pair; the larger of the two where its friction has a direction
 };
 
 // Velocity of a frame relative to the world: of its origin and of its rotation, in world axes.

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "doppel/physics/grasp.h"
+
 namespace doppel {
 namespace {
 
@@ -13,10 +15,15 @@ constexpr double kAlongNormal = 1e-6;  // squared length of a direction's projec
 
 }  // namespace
 
-ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, bool rolling) : rule_(rule) {
+ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, std::vector<GripShape> grips,
+                           bool rolling)
+    : rule_(rule) {
   const bool plain = !rolling && rule == FrictionRule::larger &&
                      std::ranges::all_of(shapes, [](const RuledShape& s) { return s.friction.plain(); });
   if (!plain) shapes_ = std::move(shapes);
+  const bool fingers = std::ranges::any_of(grips, [](const GripShape& g) { return g.robot >= 0; });
+  const bool holdable = std::ranges::any_of(grips, [](const GripShape& g) { return g.held >= 0; });
+  if (fingers && holdable) grips_ = std::move(grips);
 }
 
 void ContactRules::apply(mjData& data) const {
@@ -55,11 +62,31 @@ void ContactRules::apply(const mjData& data, mjContact& contact) const {
   contact.friction[1] = std::max(pair.across, mjMINMU);
 }
 
+ContactRules::Touch ContactRules::touch_of(const mjContact& contact) const {
+  const GripShape& first = grips_[static_cast<std::size_t>(contact.geom1)];
+  const GripShape& second = grips_[static_cast<std::size_t>(contact.geom2)];
+  if (first.robot >= 0 && second.held >= 0) return {first.robot, second.held, first.link, 1};
+  if (second.robot >= 0 && first.held >= 0) return {second.robot, first.held, second.link, -1};
+  return {};
+}
+
+// Whether another link of the robot touches the same body with an opposed normal.
+bool ContactRules::holds(const mjData& data, const mjContact& contact) const {
+  const Touch own = touch_of(contact);
+  if (own.held < 0) return false;
+  const Eigen::Vector3d normal = own.into * Eigen::Map<const Eigen::Vector3d>(contact.frame);
+  return std::any_of(data.contact, data.contact + data.ncon, [&](const mjContact& other) {
+    const Touch of = touch_of(other);
+    return of.robot == own.robot && of.held == own.held && of.link != own.link &&
+           opposed(normal, of.into * Eigen::Map<const Eigen::Vector3d>(other.frame));
+  });
+}
+
 void ContactRules::stiffen_friction(mjData& data) const {
-  if (empty()) return;
+  if (empty() && grips_.empty()) return;
   for (int i = 0; i < data.ncon; ++i) {
     mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0) continue;
+    if (contact.efc_address < 0 || !is_ruled(data, contact)) continue;
     for (int k = 1; k < contact.dim; ++k) {
       data.efc_R[contact.efc_address + k] /= kStiffer;
       data.efc_D[contact.efc_address + k] *= kStiffer;
@@ -69,10 +96,10 @@ void ContactRules::stiffen_friction(mjData& data) const {
 }
 
 void ContactRules::keep_sliding_contacts(mjData& data) const {
-  if (empty()) return;
+  if (empty() && grips_.empty()) return;
   for (int i = 0; i < data.ncon; ++i) {
     const mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0) continue;
+    if (contact.efc_address < 0 || !is_ruled(data, contact)) continue;
     double* const reference = data.efc_aref + contact.efc_address;
     double squares = 0.0;
     for (int k = 1; k < contact.dim; ++k) {

@@ -17,16 +17,26 @@ struct RuledShape {
   int direction_body = 0;  // MuJoCo's body in whose axes the direction is
 };
 
+// A shape of MuJoCo's model, of a robot that can hold something or of a body that can be held (grasp.h).
+struct GripShape {
+  int robot = -1;  // instance; -1: not of a robot
+  int held = -1;   // MuJoCo's body; -1: cannot be held
+  int link = -1;   // MuJoCo's body
+};
+
 class ContactRules {
  public:
   ContactRules() = default;
-  // shapes: of each geom. rolling: the world has wheels, whose contacts need the rules whatever their friction.
-  ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, bool rolling);
+  // shapes, grips: of each geom. rolling: the world has wheels, whose contacts need the rules whatever their
+  // friction.
+  ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, std::vector<GripShape> grips, bool rolling);
 
   // No shape needs a rule: every contact is as MuJoCo found it.
   [[nodiscard]] bool empty() const { return shapes_.empty(); }
   // Writes the friction and the tangents of all contacts. Does not allocate.
   void apply(mjData& data) const;
+  // The two functions below act on all contacts; without rules, on those between a robot and a body that two of its
+  // links hold (grasp.h).
   // MuJoCo's friction is a convex optimisation, whose contacts open with the speed mu v while they slide with
   // the speed v, and so hop. Subtracting it from the reference of the normal gives Coulomb's law (de Saxce
   // and Feng, International Journal of Engineering Science 29, 1991). Does not allocate.
@@ -36,12 +46,24 @@ class ContactRules {
   void stiffen_friction(mjData& data) const;
 
  private:
+  // A contact of a robot's shape with one that can be held.
+  struct Touch {
+    int robot = -1, held = -1, link = -1;
+    double into = 1;  // the sign of the contact's normal into the held body
+  };
+  [[nodiscard]] Touch touch_of(const mjContact& contact) const;
+  [[nodiscard]] bool holds(const mjData& data, const mjContact& contact) const;
+  [[nodiscard]] bool is_ruled(const mjData& data, const mjContact& contact) const {
+    return !empty() || holds(data, contact);
+  }
   void apply(const mjData& data, mjContact& contact) const;
   FrictionRule rule_ = FrictionRule::larger;
   std::vector<RuledShape> shapes_;  // [geoms]; empty: see empty()
+  std::vector<GripShape> grips_;    // [geoms]; empty: nothing can be held
 };
 
-// mj_step1 with the rules. With empty rules the result is bit-identical to that of mj_step1.
+// mj_step1 with the rules. With empty rules the result is bit-identical to that of mj_step1 unless a robot holds
+// something.
 void compute_contacts_and_constraints(const mjModel* model, mjData* data, const ContactRules& rules);
 
 }  // namespace doppel

@@ -76,14 +76,16 @@ bool same_contact(const mjContact& a, const mjContact& b) {
 
 }  // namespace
 
-extern "C" DOPPEL_API bool doppel_mujoco_empty_contact_rules(const doppel::Engine& engine) {
+extern "C" DOPPEL_API bool doppel_mujoco_same_contacts(const doppel::Engine& engine, bool rules_of_world) {
   const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
   const mjModel* const m = at.m();
   const doppel::DataHandle own = doppel::make_data(m), ruled = doppel::make_data(m);
   doppel::copy_data(m, own.get(), at.d());
   doppel::copy_data(m, ruled.get(), at.d());
   mj_step1(m, own.get());
-  doppel::compute_contacts_and_constraints(m, ruled.get(), {});
+  const auto& world = static_cast<const doppel::MujocoWorld&>(at.world());
+  doppel::compute_contacts_and_constraints(m, ruled.get(),
+                                           rules_of_world ? world.contact_rules : doppel::ContactRules{});
   const mjData &a = *own, &b = *ruled;
   return a.ncon == b.ncon && a.nefc == b.nefc &&
          std::equal(a.contact, a.contact + a.ncon, b.contact, same_contact) &&
