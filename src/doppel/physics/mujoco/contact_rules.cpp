@@ -110,6 +110,23 @@ void ContactRules::keep_sliding_contacts(mjData& data) const {
   }
 }
 
+namespace {
+
+// Attached bodies may overlap, and do not touch each other.
+void drop_contacts_of_welds(const mjModel* m, mjData* d) {
+  for (int i = 0; i < m->neq; ++i) {
+    if (m->eq_type[i] != mjEQ_WELD) continue;
+    const int a = m->eq_obj1id[i], b = m->eq_obj2id[i];
+    const auto* const end = std::remove_if(d->contact, d->contact + d->ncon, [&](const mjContact& contact) {
+      const int first = m->geom_bodyid[contact.geom1], second = m->geom_bodyid[contact.geom2];
+      return (first == a && second == b) || (first == b && second == a);
+    });
+    d->ncon = static_cast<int>(end - d->contact);
+  }
+}
+
+}  // namespace
+
 void compute_contacts_and_constraints(const mjModel* m, mjData* d, const ContactRules& rules) {
   mj_checkPos(m, d);
   mj_checkVel(m, d);
@@ -120,6 +137,7 @@ void compute_contacts_and_constraints(const mjModel* m, mjData* d, const Contact
   mj_crb(m, d);
   mj_factorM(m, d);
   mj_collision(m, d);
+  drop_contacts_of_welds(m, d);
   rules.apply(*d);
   mj_makeConstraint(m, d);
   rules.stiffen_friction(*d);
