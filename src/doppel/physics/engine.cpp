@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "doppel/kinematics/kinematics.h"
+#include "doppel/physics/engine_modules.h"
 #include "doppel/physics/exclusions.h"
 
 namespace doppel {
@@ -122,6 +123,7 @@ void Instance::set_state(std::span<const double> q, std::span<const double> v) {
     throw std::out_of_range(fmt::format("a state of '{}' has {} positions and {} velocities, not {} and {}",
                                         name(), model().nq, model().nv, q.size(), v.size()));
   engine_->write_state(index_, q, v);
+  engine_->carry_attached(index_);
 }
 
 const Pose& Instance::root_pose() const {
@@ -129,6 +131,7 @@ const Pose& Instance::root_pose() const {
 }
 void Instance::set_root_pose(const Pose& X_WR) {
   engine_->write_root_pose(index_, X_WR);
+  engine_->carry_attached(index_);
 }
 
 void Instance::place(const Pose& X_WB) {
@@ -224,7 +227,68 @@ void Engine::continue_with(std::shared_ptr<const CompiledWorld> world) {
         before >= 0 && world_->instances()[static_cast<std::size_t>(before)].model == instance.model;
     kept.push_back(same ? before : -1);
   }
+  // Attachments of instances that stay, by their new indices.
+  std::vector<Attachment> attached;
+  const auto renumbered = [&kept](BodyId& body) {
+    if (body.is_ground()) return true;
+    const auto found = std::ranges::find(kept, body.instance);
+    body.instance = static_cast<int>(found - kept.begin());
+    return found != kept.end();
+  };
+  for (Attachment attachment : attachments_) {
+    if (renumbered(attachment.a) && renumbered(attachment.b)) attached.push_back(attachment);
+  }
   become(std::move(world), kept);
+  attachments_ = std::move(attached);
+  if (!attachments_.empty()) apply_attachments();
+}
+
+// -- attachments
+
+Pose Engine::pose_of(BodyId body) const {
+  return body.is_ground() ? Pose(Pose::Identity()) : instance(body.instance).link_pose(body.link);
+}
+
+Status Engine::attach(BodyId a, BodyId b) {
+  const Pose X_AB = pose_of(a).inverse() * pose_of(b);
+  const auto refused = [&](const char* why) {
+    return Status::refused(fmt::format("'{}' and '{}' {}", world_->name_of(a), world_->name_of(b), why));
+  };
+  const auto moves = [this](BodyId body) {
+    return !body.is_ground() && instance(body.instance).model().nv > 0;
+  };
+  if (!world_->capabilities().attachments)
+    return Status::refused(
+        fmt::format("the engine {} cannot attach bodies to each other; start with --engine {}",
+                    world_->capabilities().name, kDefaultEngine));
+  if (a.instance == b.instance) return refused("belong to the same model");
+  if (!moves(a) && !moves(b)) return refused("are both fixed to the world");
+  if (std::ranges::any_of(attachments_, [&](const Attachment& of) { return of.joins(a, b); }))
+    return refused("are attached already");
+  attachments_.push_back({a, b, X_AB});
+  apply_attachments();
+  return {};
+}
+
+bool Engine::detach(BodyId a, BodyId b) {
+  if (std::erase_if(attachments_, [&](const Attachment& of) { return of.joins(a, b); }) == 0) return false;
+  apply_attachments();
+  return true;
+}
+
+// Places what is attached to the links of an instance whose state was written, and what is attached to that. A
+// body that is where it belongs ends a ring of attachments.
+void Engine::carry_attached(int index) {
+  constexpr double kInPlace = 1e-9;
+  for (const Attachment& of : attachments_) {
+    if (of.a.instance != index || of.b.is_ground()) continue;
+    Instance carried = instance(of.b.instance);
+    if (!carried.made_of().floating()) continue;
+    const Pose X_WB = pose_of(of.a) * of.X_AB;
+    const Pose X_LB = pose_of(of.b).inverse() * carried.base_pose();
+    if (X_WB.isApprox(pose_of(of.b), kInPlace)) continue;
+    carried.place(X_WB * X_LB);
+  }
 }
 
 void Engine::spawn(ModelInstance instance) {

@@ -16,6 +16,7 @@
 #include <string_view>
 #include <vector>
 
+#include "doppel/core/status.h"
 #include "doppel/core/time.h"
 #include "doppel/export.h"
 #include "doppel/physics/model_instance.h"
@@ -45,6 +46,7 @@ struct EngineCapabilities {
   bool stops = false;                     // limit stops with a stiffness
   bool ideal = false;                     // ideal servos
   bool directed_friction = false;         // friction with a direction, and torsion (friction.h)
+  bool attachments = false;               // Engine::attach()
   std::vector<Integrator> integrators;    // the first is the default
   EngineTolerances tolerances;
 };
@@ -62,12 +64,22 @@ struct Contact {
   Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();  // unit, from a to b
   Eigen::Vector3d force_W = Eigen::Vector3d::Zero();    // N, on b
   double depth = 0;                                     // m, positive: penetrating
+  double friction = 0;  // Coulomb, of the pair; the larger of the two where its friction has a direction
 };
 
 // Velocity of a frame relative to the world: of its origin and of its rotation, in world axes.
 struct FrameVelocity {
   Eigen::Vector3d linear_W = Eigen::Vector3d::Zero();   // m/s
   Eigen::Vector3d angular_W = Eigen::Vector3d::Zero();  // rad/s
+};
+
+// Two bodies of different instances that are fixed to each other, on request and until they are detached.
+struct Attachment {
+  BodyId a, b;
+  Pose X_AB = Pose::Identity();
+  [[nodiscard]] bool joins(BodyId one, BodyId other) const {
+    return (a == one && b == other) || (a == other && b == one);
+  }
 };
 
 struct RayHit {
@@ -155,7 +167,7 @@ class DOPPEL_API Instance {
   // Effort of each joint's drive in the last step [joints]; 0 where passive or not scalar. N m or N.
   [[nodiscard]] std::span<const double> drive_effort() const;
   // Writes the whole state, q [nq] and v [nv]; drives' references follow q, so that no joint moves back.
-  // Mimics are set from their leaders.
+  // Mimics are set from their leaders. Objects that are attached to its links are placed along with them, at rest.
   void set_state(std::span<const double> q, std::span<const double> v);
   // Pose of links[0] in the world; part of the state, because a fixed object or base may be moved.
   [[nodiscard]] const Pose& root_pose() const;  // X_WR
@@ -215,10 +227,11 @@ class DOPPEL_API Engine {
 
   // Another state of the same compilation, bit-identical to this one. Allocates.
   [[nodiscard]] virtual std::unique_ptr<Engine> clone() const = 0;
-  // Becomes bit-identical to `from`. Throws std::invalid_argument if `from` has another compilation.
+  // Becomes bit-identical to `from`. Throws std::invalid_argument if `from` has another compilation. Allocates if
+  // `from` has more attachments.
   virtual void copy_state(const Engine& from) = 0;
 
-  // Back to q0, at rest, time 0, all drives passive, no applied loads, every root at its X_WR.
+  // Back to q0, at rest, time 0, all drives passive, no applied loads, no attachments, every root at its X_WR.
   virtual void reset() = 0;
   // One step of WorldSettings::step.
   virtual void step() = 0;
@@ -229,6 +242,13 @@ class DOPPEL_API Engine {
   // state and time unchanged.
   [[nodiscard]] virtual bool diverged() const = 0;
   virtual void clear_applied() = 0;  // joint efforts and wrenches on all instances
+
+  // Fixes body b to body a as they are now. They no longer touch each other. Refused: the engine cannot, both belong
+  // to one instance, neither can move, or they are attached already. Throws std::out_of_range. Allocates.
+  Status attach(BodyId a, BodyId b);
+  // In either order. False: they are not attached.
+  bool detach(BodyId a, BodyId b);
+  [[nodiscard]] const std::vector<Attachment>& attachments() const { return attachments_; }
 
   // Sums over all moving bodies.
   [[nodiscard]] virtual double kinetic_energy() const = 0;    // J
@@ -242,7 +262,7 @@ class DOPPEL_API Engine {
                                         const Eigen::Vector3d& direction_W) const = 0;
 
   // Compiles (and allocates), then continues with other instances: an instance that keeps its name and model
-  // keeps its state, drives and loads. These throw InputError, as for a name that is already used; the engine
+  // keeps its state, drives, loads and attachments. These throw InputError, as for a name that is already used; the engine
   // is then unchanged.
   void set_instances(std::vector<ModelInstance> instances);
   // The same with a compilation that world().with() made beforehand, on any thread.
@@ -259,10 +279,15 @@ class DOPPEL_API Engine {
   // Becomes a state of `world`. kept: for each instance of `world`, the instance of this engine whose state
   // it keeps, or -1. Time continues. If it throws, the engine is unchanged.
   virtual void become(std::shared_ptr<const CompiledWorld> world, std::span<const int> kept) = 0;
+  // Takes over attachments_, which have changed. Called only with EngineCapabilities::attachments.
+  virtual void apply_attachments() {}
   std::shared_ptr<const CompiledWorld> world_;
+  std::vector<Attachment> attachments_;
 
  private:
   friend class Instance;
+  void carry_attached(int instance);
+  [[nodiscard]] Pose pose_of(BodyId body) const;
   // Called with indices that are in range; units and frames are those of Instance.
   [[nodiscard]] virtual std::span<const double> q_of(int instance) const = 0;
   [[nodiscard]] virtual std::span<const double> v_of(int instance) const = 0;

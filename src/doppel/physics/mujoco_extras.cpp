@@ -24,10 +24,22 @@ void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> accel
       engine, acceleration.data(), tau.data());
 }
 
+namespace {
+
+bool changes_nothing(const Engine& engine, bool rules_of_world) {
+  using Compare = bool (*)(const Engine&, bool);
+  return reinterpret_cast<Compare>(plugin_symbol(kModule, "doppel_mujoco_same_contacts"))(  // NOLINT
+      engine, rules_of_world);
+}
+
+}  // namespace
+
 bool empty_contact_rules_change_nothing(const Engine& engine) {
-  using Compare = bool (*)(const Engine&);
-  return reinterpret_cast<Compare>(plugin_symbol(kModule, "doppel_mujoco_empty_contact_rules"))(  // NOLINT
-      engine);
+  return changes_nothing(engine, false);
+}
+
+bool contact_rules_change_nothing(const Engine& engine) {
+  return changes_nothing(engine, true);
 }
 
 double difference_of_islands(const Engine& engine) {

@@ -22,6 +22,8 @@ DOPPEL_API void mujoco_inverse_dynamics(const Engine& engine, std::span<const do
 // Whether the first half of a step with empty contact rules (mujoco/contact_rules.h) gives bit-identical
 // contacts, constraints, inertia and bias to that of MuJoCo's own mj_step1, at the engine's state.
 DOPPEL_API bool empty_contact_rules_change_nothing(const Engine& engine);
+// The same with the rules of the engine's world.
+DOPPEL_API bool contact_rules_change_nothing(const Engine& engine);
 
 // The largest difference of the accelerations of the next step, solved island by island (mujoco/islands.h) and
 // by MuJoCo as one problem, over the largest acceleration.

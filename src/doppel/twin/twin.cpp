@@ -8,6 +8,7 @@
 #include "doppel/twin/detail/contact_publisher.h"
 #include "doppel/twin/detail/entity_mesh.h"
 #include "doppel/twin/detail/entity_services.h"
+#include "doppel/twin/detail/grasp_monitor.h"
 #include "doppel/twin/detail/twin.h"
 #include "doppel/twin/object_publisher.h"
 #include "doppel/twin/robot_names.h"
@@ -109,6 +110,7 @@ void Twin::Impl::add_world_ticks() {
   ticks.add(std::make_unique<ClockPublisher>(bus, scene));
   ticks.add(std::make_unique<ContactPublisher>(bus, scene));
   ticks.add(std::make_unique<ObjectPublisher>(bus, scene));
+  ticks.add(std::make_unique<GraspMonitor>(bus, scene, log));
 }
 
 void Twin::Impl::renew_handles() {

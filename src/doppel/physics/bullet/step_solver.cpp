@@ -406,6 +406,7 @@ void StepSolver::contacts(std::vector<Contact>& out) {
                                      point.m_lateralFrictionDir2 * point.m_appliedImpulseLateral2) /
                         step_;
       contact.depth = -point.getDistance();
+      contact.friction = point.m_combinedFriction;
       out.push_back(contact);
     }
   }

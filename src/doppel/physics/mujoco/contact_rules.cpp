@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "doppel/physics/grasp.h"
+
 namespace doppel {
 namespace {
 
@@ -13,9 +15,13 @@ constexpr double kAlongNormal = 1e-6;  // squared length of a direction's projec
 
 }  // namespace
 
-ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes) : rule_(rule) {
+ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, std::vector<GripShape> grips)
+    : rule_(rule) {
   if (rule != FrictionRule::larger || std::ranges::any_of(shapes, &RuledShape::ruled))
     shapes_ = std::move(shapes);
+  const bool fingers = std::ranges::any_of(grips, [](const GripShape& g) { return g.robot >= 0; });
+  const bool holdable = std::ranges::any_of(grips, [](const GripShape& g) { return g.held >= 0; });
+  if (fingers && holdable) grips_ = std::move(grips);
 }
 
 bool ContactRules::ruled(const mjContact& contact) const {
@@ -61,11 +67,31 @@ void ContactRules::apply(const mjData& data, mjContact& contact) const {
   contact.friction[1] = std::max(pair.across, mjMINMU);
 }
 
+ContactRules::Touch ContactRules::touch_of(const mjContact& contact) const {
+  const GripShape& first = grips_[static_cast<std::size_t>(contact.geom1)];
+  const GripShape& second = grips_[static_cast<std::size_t>(contact.geom2)];
+  if (first.robot >= 0 && second.held >= 0) return {first.robot, second.held, first.link, 1};
+  if (second.robot >= 0 && first.held >= 0) return {second.robot, first.held, second.link, -1};
+  return {};
+}
+
+// Whether another link of the robot touches the same body with an opposed normal.
+bool ContactRules::holds(const mjData& data, const mjContact& contact) const {
+  const Touch own = touch_of(contact);
+  if (own.held < 0) return false;
+  const Eigen::Vector3d normal = own.into * Eigen::Map<const Eigen::Vector3d>(contact.frame);
+  return std::any_of(data.contact, data.contact + data.ncon, [&](const mjContact& other) {
+    const Touch of = touch_of(other);
+    return of.robot == own.robot && of.held == own.held && of.link != own.link &&
+           opposed(normal, of.into * Eigen::Map<const Eigen::Vector3d>(other.frame));
+  });
+}
+
 void ContactRules::stiffen_friction(mjData& data) const {
-  if (empty()) return;
+  if (empty() && grips_.empty()) return;
   for (int i = 0; i < data.ncon; ++i) {
     mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0 || !ruled(contact)) continue;
+    if (contact.efc_address < 0 || !slides_by_coulomb(data, contact)) continue;
     for (int k = 1; k < contact.dim; ++k) {
       data.efc_R[contact.efc_address + k] /= kStiffer;
       data.efc_D[contact.efc_address + k] *= kStiffer;
@@ -75,10 +101,10 @@ void ContactRules::stiffen_friction(mjData& data) const {
 }
 
 void ContactRules::keep_sliding_contacts(mjData& data) const {
-  if (empty()) return;
+  if (empty() && grips_.empty()) return;
   for (int i = 0; i < data.ncon; ++i) {
     const mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0 || !ruled(contact)) continue;
+    if (contact.efc_address < 0 || !slides_by_coulomb(data, contact)) continue;
     double* const reference = data.efc_aref + contact.efc_address;
     double squares = 0.0;
     for (int k = 1; k < contact.dim; ++k) {
@@ -88,6 +114,23 @@ void ContactRules::keep_sliding_contacts(mjData& data) const {
     reference[0] -= std::sqrt(squares);
   }
 }
+
+namespace {
+
+// Attached bodies may overlap, and do not touch each other.
+void drop_contacts_of_welds(const mjModel* m, mjData* d) {
+  for (int i = 0; i < m->neq; ++i) {
+    if (m->eq_type[i] != mjEQ_WELD) continue;
+    const int a = m->eq_obj1id[i], b = m->eq_obj2id[i];
+    const auto* const end = std::remove_if(d->contact, d->contact + d->ncon, [&](const mjContact& contact) {
+      const int first = m->geom_bodyid[contact.geom1], second = m->geom_bodyid[contact.geom2];
+      return (first == a && second == b) || (first == b && second == a);
+    });
+    d->ncon = static_cast<int>(end - d->contact);
+  }
+}
+
+}  // namespace
 
 void compute_contacts_and_constraints(const mjModel* m, mjData* d, const ContactRules& rules,
                                       IslandSolver& islands) {
@@ -100,6 +143,7 @@ void compute_contacts_and_constraints(const mjModel* m, mjData* d, const Contact
   mj_crb(m, d);
   mj_factorM(m, d);
   mj_collision(m, d);
+  drop_contacts_of_welds(m, d);
   rules.apply(*d);
   mj_makeConstraint(m, d);
   rules.stiffen_friction(*d);

@@ -19,10 +19,18 @@ struct RuledShape {
   bool ruled = false;      // of an instance that has wheels, or a friction that MuJoCo's own rule cannot give
 };
 
+// A shape of MuJoCo's model, of a robot that can hold something or of a body that can be held (grasp.h).
+struct GripShape {
+  int robot = -1;  // instance; -1: not of a robot
+  int held = -1;   // MuJoCo's body; -1: cannot be held
+  int link = -1;   // MuJoCo's body
+};
+
 class ContactRules {
  public:
   ContactRules() = default;
-  ContactRules(FrictionRule rule, std::vector<RuledShape> shapes);  // shapes: of each geom
+  // shapes, grips: of each geom.
+  ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, std::vector<GripShape> grips);
 
   // No shape needs a rule: every contact is as MuJoCo found it.
   [[nodiscard]] bool empty() const { return shapes_.empty(); }
@@ -30,6 +38,7 @@ class ContactRules {
   // without wheels moves as it does in a world without robots that have some. They do not allocate.
   // Writes the friction and the tangents.
   void apply(mjData& data) const;
+  // The two functions below also act on the contacts of a robot with a body that two of its links hold (grasp.h).
   // MuJoCo's friction is a convex optimisation, whose contacts open with the speed mu v while they slide with
   // the speed v, and so hop. Subtracting it from the reference of the normal gives Coulomb's law (de Saxce
   // and Feng, International Journal of Engineering Science 29, 1991).
@@ -40,13 +49,24 @@ class ContactRules {
 
  private:
   [[nodiscard]] bool ruled(const mjContact& contact) const;
+  // A contact of a robot's shape with one that can be held.
+  struct Touch {
+    int robot = -1, held = -1, link = -1;
+    double into = 1;  // the sign of the contact's normal into the held body
+  };
+  [[nodiscard]] Touch touch_of(const mjContact& contact) const;
+  [[nodiscard]] bool holds(const mjData& data, const mjContact& contact) const;
+  [[nodiscard]] bool slides_by_coulomb(const mjData& data, const mjContact& contact) const {
+    return (!empty() && ruled(contact)) || (!grips_.empty() && holds(data, contact));
+  }
   void apply(const mjData& data, mjContact& contact) const;
   FrictionRule rule_ = FrictionRule::larger;
   std::vector<RuledShape> shapes_;  // [geoms]; empty: see empty()
+  std::vector<GripShape> grips_;    // [geoms]; empty: nothing can be held
 };
 
 // mj_step1 with the rules, island by island. With empty rules and one island the result is bit-identical to
-// that of mj_step1.
+// that of mj_step1 unless a robot holds something.
 void compute_contacts_and_constraints(const mjModel* model, mjData* data, const ContactRules& rules,
                                       IslandSolver& islands);
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <stdexcept>
 #include <utility>
 
@@ -30,7 +31,8 @@ std::size_t size(int n) {
 // -- state in the model
 
 ModelView::ModelView(const mjModel& shared)
-    : model_(shared),
+    : shared_(&shared),
+      model_(shared),
       armature_(shared.dof_armature, shared.dof_armature + shared.nv),
       positions_(shared.body_pos, shared.body_pos + 3 * shared.nbody),
       rotations_(shared.body_quat, shared.body_quat + 4 * shared.nbody) {
@@ -38,7 +40,9 @@ ModelView::ModelView(const mjModel& shared)
 }
 
 ModelView::ModelView(const ModelView& other)
-    : model_(other.model_),
+    : shared_(other.shared_),
+      model_(other.model_),
+      couplings_(other.couplings_),
       armature_(other.armature_),
       positions_(other.positions_),
       rotations_(other.rotations_) {
@@ -50,13 +54,57 @@ ModelView& ModelView::operator=(const ModelView& other) {
   armature_ = other.armature_;
   positions_ = other.positions_;
   rotations_ = other.rotations_;
+  couplings_ = other.couplings_;
+  point();
   return *this;
+}
+
+// MuJoCo reads its couplings anew at every step, so that they can be added to those of the compiled model.
+void ModelView::set_welds(std::span<const Weld> welds, double step) {
+  couplings_ = {};
+  if (!welds.empty()) {
+    const mjModel& m = *shared_;
+    Couplings& c = couplings_;
+    c.type.assign(m.eq_type, m.eq_type + m.neq);
+    c.first.assign(m.eq_obj1id, m.eq_obj1id + m.neq);
+    c.second.assign(m.eq_obj2id, m.eq_obj2id + m.neq);
+    c.active.assign(m.eq_active, m.eq_active + m.neq);
+    c.solref.assign(m.eq_solref, m.eq_solref + mjNREF * m.neq);
+    c.solimp.assign(m.eq_solimp, m.eq_solimp + mjNIMP * m.neq);
+    c.data.assign(m.eq_data, m.eq_data + mjNEQDATA * m.neq);
+    for (const Weld& weld : welds) {
+      c.type.push_back(mjEQ_WELD);
+      c.first.push_back(weld.a);
+      c.second.push_back(weld.b);
+      c.active.push_back(1);
+      // As the couplings of mimics (mjcf.cpp).
+      c.solref.insert(c.solref.end(), {2.0 * step, 1.0});
+      c.solimp.insert(c.solimp.end(), {0.9999, 0.9999, 0.001, 0.5, 2.0});
+      // The point in b, the same point in a, the rotation of b in a, the weight of rotations.
+      std::array<double, mjNEQDATA> data{};
+      Eigen::Map<Eigen::Vector3d>(data.data() + 3) = weld.X_AB.translation();
+      quaternion_to_mujoco(Eigen::Quaterniond(weld.X_AB.linear()), data.data() + 6);
+      data[10] = 1.0;
+      c.data.insert(c.data.end(), data.begin(), data.end());
+    }
+  }
+  point();
 }
 
 void ModelView::point() {
   model_.dof_armature = armature_.data();
   model_.body_pos = positions_.data();
   model_.body_quat = rotations_.data();
+  const bool own = !couplings_.type.empty();
+  model_.neq = own ? static_cast<int>(couplings_.type.size()) : shared_->neq;
+  model_.nemax = shared_->nemax + 6 * (model_.neq - shared_->neq);
+  model_.eq_type = own ? couplings_.type.data() : shared_->eq_type;
+  model_.eq_obj1id = own ? couplings_.first.data() : shared_->eq_obj1id;
+  model_.eq_obj2id = own ? couplings_.second.data() : shared_->eq_obj2id;
+  model_.eq_active = own ? couplings_.active.data() : shared_->eq_active;
+  model_.eq_solref = own ? couplings_.solref.data() : shared_->eq_solref;
+  model_.eq_solimp = own ? couplings_.solimp.data() : shared_->eq_solimp;
+  model_.eq_data = own ? couplings_.data.data() : shared_->eq_data;
 }
 
 // -- making states
@@ -144,9 +192,12 @@ void MujocoEngine::copy_state(const Engine& from) {
   any_wrench_ = other.any_wrench_;
   diverged_ = other.diverged_;
   steps_ = other.steps_;
+  attachments_ = other.attachments_;
 }
 
 void MujocoEngine::reset() {
+  attachments_.clear();
+  write_welds();
   mj_resetData(m(), d());
   for (AppliedWrench& wrench : wrenches_) wrench.on = false;
   any_wrench_ = diverged_ = false;
@@ -170,6 +221,20 @@ void MujocoEngine::reset() {
   scheme_ = &step_scheme(settings().integrator);
   write_armature();
   diverged_ = !refresh() || ran_away();
+}
+
+void MujocoEngine::write_welds() {
+  std::vector<ModelView::Weld> welds;
+  const auto mujoco_body = [this](BodyId body) {
+    return body.is_ground() ? 0 : compiled_world().mujoco_body(body.instance, body.link);
+  };
+  for (const Attachment& of : attachments_) welds.push_back({mujoco_body(of.a), mujoco_body(of.b), of.X_AB});
+  view_.set_welds(welds, to_seconds(settings().step));
+}
+
+void MujocoEngine::apply_attachments() {
+  write_welds();
+  if (!refresh()) diverged_ = true;
 }
 
 // Computes the quantities that depend only on positions and velocities. False: MuJoCo raised an error.

@@ -18,21 +18,36 @@ struct AppliedWrench {
 };
 
 // The compiled model with copies of the arrays that belong to the state: the armature that makes springs
-// implicit, and the poses of roots. All else is shared.
+// implicit, the poses of roots, and the couplings while something is attached. All else is shared, and outlives it.
 class ModelView {
  public:
   explicit ModelView(const mjModel& shared);
   ModelView(const ModelView& other);
-  ModelView& operator=(const ModelView& other);  // of the same model; does not allocate
+  ModelView& operator=(const ModelView& other);  // of the same model
   ModelView(ModelView&&) = default;              // moved vectors keep their memory
   ModelView& operator=(ModelView&&) = default;
   ~ModelView() = default;
   [[nodiscard]] mjModel* get() { return &model_; }
   [[nodiscard]] const mjModel* get() const { return &model_; }
 
+  // Two of MuJoCo's bodies that are fixed to each other.
+  struct Weld {
+    int a = 0, b = 0;
+    Pose X_AB = Pose::Identity();
+  };
+  // Instead of the former ones.
+  void set_welds(std::span<const Weld> welds, double step);
+
  private:
+  struct Couplings {
+    std::vector<int> type, first, second;
+    std::vector<mjtByte> active;
+    std::vector<double> solref, solimp, data;
+  };
   void point();
+  const mjModel* shared_;
   mjModel model_;
+  Couplings couplings_;  // empty: those of the shared model
   std::vector<double> armature_, positions_, rotations_;
 };
 
@@ -72,6 +87,8 @@ class MujocoEngine final : public Engine {
 
  private:
   void become(std::shared_ptr<const CompiledWorld> world, std::span<const int> kept) override;
+  void apply_attachments() override;
+  void write_welds();
   [[nodiscard]] std::span<const double> q_of(int instance) const override;
   [[nodiscard]] std::span<const double> v_of(int instance) const override;
   [[nodiscard]] std::span<const double> drive_effort_of(int instance) const override;

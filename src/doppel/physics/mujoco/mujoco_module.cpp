@@ -25,7 +25,7 @@ EngineCapabilities capabilities_of_mujoco() {
   out.name = "mujoco";
   out.version = version_text();
   out.contacts = out.rays = out.floating = out.planar = true;
-  out.mimics = out.friction = out.stops = out.ideal = out.directed_friction = true;
+  out.mimics = out.friction = out.stops = out.ideal = out.directed_friction = out.attachments = true;
   out.integrators = {Integrator::euler, Integrator::midpoint, Integrator::rk4, Integrator::implicit};
   // Measured values with a margin. Friction is a soft constraint and creeps; a hull penetrates a box
   // by 0.3 mm.
@@ -76,15 +76,17 @@ bool same_contact(const mjContact& a, const mjContact& b) {
 
 }  // namespace
 
-extern "C" DOPPEL_API bool doppel_mujoco_empty_contact_rules(const doppel::Engine& engine) {
+extern "C" DOPPEL_API bool doppel_mujoco_same_contacts(const doppel::Engine& engine, bool rules_of_world) {
   const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
   const mjModel* const m = at.m();
   const doppel::DataHandle own = doppel::make_data(m), ruled = doppel::make_data(m);
   doppel::copy_data(m, own.get(), at.d());
   doppel::copy_data(m, ruled.get(), at.d());
   mj_step1(m, own.get());
-  doppel::IslandSolver islands(*m, at.compiled_world().islands);
-  doppel::compute_contacts_and_constraints(m, ruled.get(), {}, islands);
+  const doppel::MujocoWorld& world = at.compiled_world();
+  doppel::IslandSolver islands(*m, world.islands);
+  doppel::compute_contacts_and_constraints(
+      m, ruled.get(), rules_of_world ? world.contact_rules : doppel::ContactRules{}, islands);
   const mjData &a = *own, &b = *ruled;
   return a.ncon == b.ncon && a.nefc == b.nefc &&
          std::equal(a.contact, a.contact + a.ncon, b.contact, same_contact) &&

@@ -11,6 +11,7 @@
 #include <stdexcept>
 
 #include "doppel/mjcf/mjcf.h"
+#include "doppel/physics/grasp.h"
 #include "doppel/physics/mujoco/state_data.h"
 
 namespace doppel {
@@ -132,6 +133,7 @@ void MujocoWorld::collect_joints() {
 
 void MujocoWorld::collect_contact_rules() {
   std::vector<RuledShape> shapes(static_cast<std::size_t>(m()->ngeom));
+  std::vector<GripShape> grips(static_cast<std::size_t>(m()->ngeom));
   if (settings().ground)
     shapes[static_cast<std::size_t>(find_part(m(), mjOBJ_GEOM, kMjcfGround))].friction =
         uniform_friction(settings().ground_friction);
@@ -144,10 +146,13 @@ void MujocoWorld::collect_contact_rules() {
         const Friction& friction = instance(i).shapes[link][k].friction;
         const int of = friction.direction_link >= 0 ? friction.direction_link : static_cast<int>(link);
         shapes[static_cast<std::size_t>(geom)] = {friction, mujoco_body(i, of), ruled};
+        const int body = m()->geom_bodyid[geom];
+        grips[static_cast<std::size_t>(geom)] = {has_fingers(instance(i)) ? i : -1,
+                                                 can_be_held(instance(i)) ? body : -1, body};
       }
     }
   }
-  contact_rules = ContactRules(settings().friction_rule, std::move(shapes));
+  contact_rules = ContactRules(settings().friction_rule, std::move(shapes), std::move(grips));
 }
 
 void MujocoWorld::collect_stops(int index) {
@@ -236,6 +241,7 @@ Contact MujocoWorld::describe(const mjContact& contact) const {
   out.p_W = Eigen::Map<const Eigen::Vector3d>(contact.pos);
   out.normal_W = Eigen::Map<const Eigen::Vector3d>(contact.frame);
   out.depth = -contact.dist;
+  out.friction = contact.friction[0];
   return out;
 }
 

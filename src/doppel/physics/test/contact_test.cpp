@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/test/hand.h"
 
 namespace doppel {
 namespace {
@@ -215,28 +216,8 @@ TEST(WorldObjects, ReplacementIsAtomic) {
   EXPECT_EQ(rig.engine->world().instances().size(), 3u);
 }
 
-// A hand on a vertical slide with two fingers, the right one mimicking the left; at 0 they are 60 mm apart.
-RobotDescription make_hand() {
-  RobotDescription robot;
-  robot.name = "hand";
-  robot.links = {test::make_frame("rail"), test::make_link("palm", 0.2, {0, 0, 0}, {1e-4, 1e-4, 1e-4})};
-  robot.joints = {test::make_joint("lift", JointType::prismatic, "rail", "palm", {0, 0, 0.1}, {0, 0, 1})};
-  test::limit(robot.joints[0], 0, 0.3, 50, 0.2);
-  for (const int side : {-1, 1}) {
-    const std::string name = side < 0 ? "left" : "right";
-    Link finger = test::make_link(name + " finger", 0.02, {0, 0, -0.08}, {5e-6, 5e-6, 5e-6});
-    finger.collisions.push_back({"", {{0, 0, -0.08}, {}, {}}, Box{{0.02, 0.004, 0.02}}, {}});
-    robot.links.push_back(finger);
-    robot.joints.push_back(test::make_joint(name, JointType::prismatic, "palm", finger.name,
-                                            {0, 0.032 * side, 0}, {0, -1.0 * side, 0}));
-    test::limit(robot.joints.back(), 0, 0.03, 4, 0.1);
-  }
-  robot.joints.back().mimic = Mimic{"left", 1, 0, {}};
-  return robot;
-}
-
 TEST(Contacts, FingersLiftBoxByFriction) {
-  Rig rig(make_hand(), with(make_object("box", Box{{0.03, 0.03, 0.03}}, {0, 0, 0.015}, 0.05)));
+  Rig rig(test::make_hand(), with(make_object("box", Box{{0.03, 0.03, 0.03}}, {0, 0, 0.015}, 0.05)));
   rig.hold_all();
   rig.robot.set_target(rig.joint("left"), 0.03);
   rig.run(1.0);

@@ -4,7 +4,9 @@
 #include <time.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <numbers>
 #include <random>
 #include <stdexcept>
 #include <thread>
@@ -362,6 +364,127 @@ TEST_P(StateContract, StepDoesNotAllocate) {
   const std::uint64_t before = heap_allocations();
   drive(*engine, random, 200);
   EXPECT_EQ(heap_allocations(), before);
+}
+
+// -- attachments
+
+class AttachmentContract : public Contract {
+ protected:
+  // A pendulum of 1 kg at 0.5 m, and a ball of 0.5 kg beside its end.
+  std::unique_ptr<Engine> make_pendulum_and_ball() {
+    return make(settings(),
+                {robot(make_pendulum(1.0, 0.5)), object("ball", Sphere{0.05}, at(0.1, 0, 1.5), 0.5)});
+  }
+  static BodyId end_of_pendulum(const Engine& engine) {
+    return {0, static_cast<int>(engine.world().instances()[0].model->links.size()) - 1};
+  }
+  static BodyId ball(const Engine& engine) { return {1, engine.world().instances()[1].base_link()}; }
+  static Pose between(const Engine& engine) {
+    const BodyId end = end_of_pendulum(engine);
+    return engine.instance(0).link_pose(end.link).inverse() * engine.instance(1).base_pose();
+  }
+};
+DOPPEL_FOR_EVERY_ENGINE(AttachmentContract);
+
+TEST_P(AttachmentContract, EngineWithoutAttachmentsRefuses) {
+  const auto engine = make_pendulum_and_ball();
+  const Status status = engine->attach(end_of_pendulum(*engine), ball(*engine));
+  EXPECT_EQ(status.ok(), can().attachments) << status.why();
+  EXPECT_EQ(engine->attachments().size(), can().attachments ? 1U : 0U);
+}
+
+TEST_P(AttachmentContract, AttachedBodySwingsAlongAndFallsWhenDetached) {
+  if (!can().attachments) GTEST_SKIP();
+  const auto engine = make_pendulum_and_ball();
+  const BodyId end = end_of_pendulum(*engine);
+  ASSERT_TRUE(engine->attach(end, ball(*engine)));
+  EXPECT_FALSE(engine->attach(ball(*engine), end)) << "expected a second attachment to be refused";
+  const Pose before = between(*engine);
+  set(engine->instance(0), {0.01});
+  EXPECT_TRUE(between(*engine).isApprox(before, 1e-9)) << "expected the ball to be placed along";
+  double worst = 0;
+  for (int i = 0; i < 2000; ++i) {
+    engine->step();
+    worst = std::max(worst, (between(*engine).translation() - before.translation()).norm());
+  }
+  EXPECT_LT(worst, 1e-6);
+  EXPECT_TRUE(engine->detach(ball(*engine), end));
+  EXPECT_FALSE(engine->detach(ball(*engine), end));
+  const double speed = engine->instance(1).base_velocity().linear_W.z();
+  run(*engine, 0.1);
+  EXPECT_NEAR(engine->instance(1).base_velocity().linear_W.z(), speed - 0.1 * kGravity, 1e-6);
+}
+
+TEST_P(AttachmentContract, PeriodIsThatOfJoinedMasses) {
+  if (!can().attachments) GTEST_SKIP();
+  const auto engine =
+      make(settings(), {robot(make_pendulum(1.0, 0.5)), object("ball", Sphere{0.05}, at(0, 0, 1.75), 0.5)});
+  Instance pendulum = engine->instance(0);
+  ASSERT_TRUE(engine->attach(end_of_pendulum(*engine), ball(*engine)));
+  set(pendulum, {0.01});
+  const auto inertia = [](const Engine& of, int i, double distance) {
+    const MassProperties& body =
+        *of.world().instances()[static_cast<std::size_t>(i)].model->links.back().inertia;
+    return body.I(1, 1) + body.mass * distance * distance;
+  };
+  const double expected = 2 * std::numbers::pi *
+                          std::sqrt((inertia(*engine, 0, 0.5) + inertia(*engine, 1, 0.25)) /
+                                    ((1.0 * 0.5 + 0.5 * 0.25) * kGravity));
+  int crossings = 0;
+  double first = 0, last = 0;
+  for (double before = pendulum.q()[0]; crossings < 5;) {
+    engine->step();
+    const double now = pendulum.q()[0];
+    if (before > 0 && now <= 0) {
+      last = to_seconds(engine->time()) - 1e-3 * now / (now - before);
+      if (crossings++ == 0) first = last;
+    }
+    before = now;
+    ASSERT_LT(to_seconds(engine->time()), 20.0);
+  }
+  EXPECT_NEAR((last - first) / 4 / expected, 1.0, 1e-4);
+}
+
+TEST_P(AttachmentContract, AttachmentIsPartOfState) {
+  if (!can().attachments) GTEST_SKIP();
+  const auto engine = make_pendulum_and_ball();
+  ASSERT_TRUE(engine->attach(end_of_pendulum(*engine), ball(*engine)));
+  set(engine->instance(0), {0.5});
+  run(*engine, 0.1);
+  const auto copy = engine->clone(), other = engine->world().make_engine();
+  other->copy_state(*engine);
+  engine->spawn(object("far", Sphere{0.05}, at(5, 0, 0), 0.5));
+  for (Engine* each : {engine.get(), copy.get(), other.get()}) {
+    ASSERT_EQ(each->attachments().size(), 1U);
+    run(*each, 0.2);
+  }
+  EXPECT_EQ(copy->instance(0).q()[0], other->instance(0).q()[0]);
+  EXPECT_NEAR(engine->instance(0).q()[0], copy->instance(0).q()[0], 1e-9);
+  EXPECT_NEAR((between(*engine).translation() - between(*copy).translation()).norm(), 0, 1e-9);
+  EXPECT_TRUE(engine->remove("ball"));
+  EXPECT_TRUE(engine->attachments().empty());
+  copy->reset();
+  EXPECT_TRUE(copy->attachments().empty());
+  run(*copy, 0.1);
+  EXPECT_NEAR(copy->instance(1).base_velocity().linear_W.z(), -0.1 * kGravity, 1e-6);
+}
+
+TEST_P(AttachmentContract, AttachedBodiesDoNotTouchEachOther) {
+  if (!can().attachments) GTEST_SKIP();
+  const auto engine = make(settings(), {object("a", Box{{0.1, 0.1, 0.1}}, at(0, 0, 1), 1.0),
+                                        object("b", Box{{0.1, 0.1, 0.1}}, at(0, 0, 1.09), 1.0)});
+  const BodyId a{0, engine->world().instances()[0].base_link()},
+      b{1, engine->world().instances()[1].base_link()};
+  std::vector<Contact> contacts;
+  engine->contacts(contacts);
+  ASSERT_FALSE(contacts.empty());
+  ASSERT_TRUE(engine->attach(a, b));
+  engine->contacts(contacts);
+  EXPECT_TRUE(contacts.empty());
+  run(*engine, 0.2);
+  EXPECT_NEAR(
+      (engine->instance(1).base_pose().translation() - engine->instance(0).base_pose().translation()).z(),
+      0.09, 1e-6);
 }
 
 }  // namespace
