@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <numbers>
 
 namespace doppel {
@@ -13,6 +14,21 @@ constexpr double kPatchLever = 3.0 * std::numbers::pi / 16.0;
 // Of a torsional friction without a coefficient. Source: SDFormat 1.11, torsional/coefficient.
 constexpr double kTorsionalFriction = 1.0;
 
+// MuJoCo's cones have one compliance in both directions.
+double slip_of(const ContactSurface& surface, const Collision& collision, Diagnostics& diagnostics) {
+  const double first = std::max(surface.slip1.value_or(0.0), 0.0);
+  const double second = std::max(surface.slip2.value_or(0.0), 0.0);
+  if (first != second) {
+    diagnostics.warning(
+        "physics.slip", collision.source,
+        fmt::format(
+            "slip1 ({:g}) and slip2 ({:g}) differ; the contacts creep by the smaller one in every direction",
+            first, second),
+        "use fdir1 with mu1 and mu2 for a wheel that slides more easily in one direction");
+  }
+  return std::min(first, second);
+}
+
 }  // namespace
 
 ContactSurface overlaid(ContactSurface above, const ContactSurface& below) {
@@ -23,6 +39,8 @@ ContactSurface overlaid(ContactSurface above, const ContactSurface& below) {
   take(above.mu2, below.mu2);
   take(above.torsional_mu, below.torsional_mu);
   take(above.patch_radius, below.patch_radius);
+  take(above.slip1, below.slip1);
+  take(above.slip2, below.slip2);
   if (below.fdir1) {
     above.fdir1 = below.fdir1;
     above.fdir1_frame = below.fdir1_frame;
@@ -60,6 +78,7 @@ Friction friction_of(const ContactSurface& surface, const Model& model, const Co
     out.decides = out.along != out.across;
   }
   if (!out.directed()) out.across = out.along;
+  out.slip = slip_of(surface, collision, diagnostics);
   out.torsion =
       kPatchLever * surface.patch_radius.value_or(0.0) * surface.torsional_mu.value_or(kTorsionalFriction);
   return out;

@@ -20,6 +20,9 @@ struct DOPPEL_API Friction {
   // m: torque against rotation about the contact's normal over the normal force. Sliding and rotating share
   // one ellipsoid of friction, so that a wheel that pivots under load creeps sideways, as one of that width.
   double torsion = 0;
+  // m/s per N: a contact under a tangential force creeps by it, before the force reaches the friction. The
+  // compliances of a pair add up.
+  double slip = 0;
   // Pairs of this shape have its friction, whatever the other one has; of two such shapes, the smaller. For a
   // caster, which stands for a rolling part, and for a shape with a direction.
   bool decides = false;
@@ -27,7 +30,7 @@ struct DOPPEL_API Friction {
 
   [[nodiscard]] bool directed() const { return direction.squaredNorm() > 0; }
   // Whether pairs of such shapes need no other rule than that of the larger friction.
-  [[nodiscard]] bool plain() const { return !directed() && !decides; }
+  [[nodiscard]] bool plain() const { return !directed() && !decides && slip == 0; }
 };
 
 inline Friction uniform_friction(double coefficient) {

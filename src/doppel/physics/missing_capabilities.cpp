@@ -65,7 +65,7 @@ void report_missing_capabilities(const EngineCapabilities& engine, const WorldSe
     if (!engine.contacts && shaped) lacks.warn(instance, "contacts", "it collides with nothing");
     const bool directed = std::ranges::any_of(instance.shapes, [](const auto& shapes) {
       return std::ranges::any_of(shapes, [](const CollisionShape& shape) {
-        return shape.friction.directed() || shape.friction.torsion > 0;
+        return shape.friction.directed() || shape.friction.torsion > 0 || shape.friction.slip > 0;
       });
     });
     if (engine.contacts && !engine.directed_friction && directed)

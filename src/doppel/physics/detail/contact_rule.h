@@ -11,6 +11,7 @@ namespace doppel {
 struct PairFriction {
   double along = 0, across = 0;  // Coulomb
   double torsion = 0;            // m
+  double slip = 0;               // m/s per N
   int directed = -1;             // 0 or 1: the shape whose direction counts; -1: `along` holds in every one
 };
 
@@ -19,6 +20,7 @@ struct PairFriction {
 inline PairFriction combine(const Friction& a, const Friction& b, FrictionRule rule) {
   PairFriction out;
   out.torsion = std::max(a.torsion, b.torsion);
+  out.slip = a.slip + b.slip;
   out.directed = a.directed() ? 0 : b.directed() ? 1 : -1;
   if (a.decides != b.decides) {
     const Friction& decides = a.decides ? a : b;

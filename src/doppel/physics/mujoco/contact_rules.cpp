@@ -87,16 +87,26 @@ bool ContactRules::holds(const mjData& data, const mjContact& contact) const {
   });
 }
 
+double ContactRules::slip_of(const mjContact& contact) const {
+  if (empty()) return 0.0;
+  return shapes_[static_cast<std::size_t>(contact.geom1)].friction.slip +
+         shapes_[static_cast<std::size_t>(contact.geom2)].friction.slip;
+}
+
 void ContactRules::stiffen_friction(mjData& data) const {
   if (empty() && grips_.empty()) return;
   for (int i = 0; i < data.ncon; ++i) {
     mjContact& contact = data.contact[i];
     if (contact.efc_address < 0 || !slides_by_coulomb(data, contact)) continue;
+    // A row of friction has the force -(a + B v) / R: at a steady v it creeps by R / B for each newton.
+    const int first = contact.efc_address + 1;
+    const double softest = slip_of(contact) * data.efc_KBIP[4 * first + 1];
+    const double stiffer = softest > 0 ? std::min(kStiffer, data.efc_R[first] / softest) : kStiffer;
     for (int k = 1; k < contact.dim; ++k) {
-      data.efc_R[contact.efc_address + k] /= kStiffer;
-      data.efc_D[contact.efc_address + k] *= kStiffer;
+      data.efc_R[contact.efc_address + k] /= stiffer;
+      data.efc_D[contact.efc_address + k] *= stiffer;
     }
-    contact.mu /= std::sqrt(kStiffer);
+    contact.mu /= std::sqrt(stiffer);
   }
 }
 

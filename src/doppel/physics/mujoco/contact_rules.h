@@ -44,7 +44,7 @@ class ContactRules {
   // and Feng, International Journal of Engineering Science 29, 1991).
   void keep_sliding_contacts(mjData& data) const;
   // MuJoCo's friction is a stiff damper, so that a load creeps. On a slope of 80 % of the friction a parked base
-  // creeps by 0.25 mm a minute; a hundred times stiffer, by 0.003 mm.
+  // creeps by 0.25 mm a minute; a hundred times stiffer, by 0.003 mm. A pair with slip is as soft as that slip asks.
   void stiffen_friction(mjData& data) const;
 
  private:
@@ -59,6 +59,7 @@ class ContactRules {
   [[nodiscard]] bool slides_by_coulomb(const mjData& data, const mjContact& contact) const {
     return (!empty() && ruled(contact)) || (!grips_.empty() && holds(data, contact));
   }
+  [[nodiscard]] double slip_of(const mjContact& contact) const;  // m/s per N
   void apply(const mjData& data, mjContact& contact) const;
   FrictionRule rule_ = FrictionRule::larger;
   std::vector<RuledShape> shapes_;  // [geoms]; empty: see empty()

@@ -292,6 +292,46 @@ TEST(ContactRules, FrictionHasDirection) {
   EXPECT_LT((rig.robot.base_pose().linear() - Eigen::Matrix3d::Identity()).norm(), 0.01);
 }
 
+// Four corners share the load, so that the box creeps by a quarter of the compliance of one.
+TEST(ContactRules, SlipIsSpeedOverTangentialForce) {
+  for (const double slip : {0.001, 0.02, 0.3}) {
+    RobotDescription box;
+    box.name = "box";
+    Link link = test::make_link("box", 2.0, {0, 0, 0}, {4e-3, 4e-3, 4e-3});
+    Collision shape;
+    shape.geometry = Box{{0.1, 0.1, 0.1}};
+    shape.surface.mu = 0.8;
+    shape.surface.slip1 = shape.surface.slip2 = slip;
+    link.collisions.push_back(shape);
+    box.links.push_back(link);
+    World world;
+    const double angle = 0.3;  // below the friction
+    world.gravity = kGravity * Eigen::Vector3d(std::sin(angle), 0, -std::cos(angle));
+    InstanceOptions options;
+    options.set_on_ground = true;
+    test::Rig rig(box, world, options, BaseKind::floating);
+    rig.run(1.0);
+    const double before = rig.robot.base_pose().translation().x();
+    rig.run(1.0);
+    const double speed = rig.robot.base_pose().translation().x() - before;
+    EXPECT_NEAR(speed, slip * 2.0 * kGravity * std::sin(angle) / 4, 0.01 * speed) << slip << " m/s per N";
+  }
+}
+
+TEST(ContactRules, DifferentSlipsAreReported) {
+  RobotDescription box;
+  box.name = "box";
+  Link link = test::make_link("box", 1.0, {0, 0, 0}, {2e-3, 2e-3, 2e-3});
+  Collision shape;
+  shape.geometry = Box{{0.1, 0.1, 0.1}};
+  shape.surface.slip2 = 0.1;
+  link.collisions.push_back(shape);
+  box.links.push_back(link);
+  const test::Rig rig(box, World{}, {}, BaseKind::floating);
+  const auto reported = [](const Diagnostic& d) { return d.rule == "physics.slip"; };
+  EXPECT_EQ(std::ranges::count_if(rig.diagnostics.all(), reported), 1);
+}
+
 TEST(ContactRules, SlidingContactStaysClosed) {
   World world;
   world.friction_rule = FrictionRule::smaller;
