@@ -254,10 +254,13 @@ Status Engine::attach(BodyId a, BodyId b) {
   const auto refused = [&](const char* why) {
     return Status::refused(fmt::format("'{}' and '{}' {}", world_->name_of(a), world_->name_of(b), why));
   };
-  const auto moves = [this](BodyId body) { return !body.is_ground() && instance(body.instance).model().nv > 0; };
+  const auto moves = [this](BodyId body) {
+    return !body.is_ground() && instance(body.instance).model().nv > 0;
+  };
   if (!world_->capabilities().attachments)
-    return Status::refused(fmt::format("the engine {} cannot attach bodies to each other; start with --engine {}",
-                                       world_->capabilities().name, kDefaultEngine));
+    return Status::refused(
+        fmt::format("the engine {} cannot attach bodies to each other; start with --engine {}",
+                    world_->capabilities().name, kDefaultEngine));
   if (a.instance == b.instance) return refused("belong to the same model");
   if (!moves(a) && !moves(b)) return refused("are both fixed to the world");
   if (std::ranges::any_of(attachments_, [&](const Attachment& of) { return of.joins(a, b); }))

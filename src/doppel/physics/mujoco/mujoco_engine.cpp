@@ -226,8 +226,7 @@ void MujocoEngine::write_welds() {
   const auto mujoco_body = [this](BodyId body) {
     return body.is_ground() ? 0 : compiled_world().mujoco_body(body.instance, body.link);
   };
-  for (const Attachment& of : attachments_)
-    welds.push_back({mujoco_body(of.a), mujoco_body(of.b), of.X_AB});
+  for (const Attachment& of : attachments_) welds.push_back({mujoco_body(of.a), mujoco_body(of.b), of.X_AB});
   view_.set_welds(welds, to_seconds(settings().step));
 }
 

@@ -372,7 +372,8 @@ class AttachmentContract : public Contract {
  protected:
   // A pendulum of 1 kg at 0.5 m, and a ball of 0.5 kg beside its end.
   std::unique_ptr<Engine> make_pendulum_and_ball() {
-    return make(settings(), {robot(make_pendulum(1.0, 0.5)), object("ball", Sphere{0.05}, at(0.1, 0, 1.5), 0.5)});
+    return make(settings(),
+                {robot(make_pendulum(1.0, 0.5)), object("ball", Sphere{0.05}, at(0.1, 0, 1.5), 0.5)});
   }
   static BodyId end_of_pendulum(const Engine& engine) {
     return {0, static_cast<int>(engine.world().instances()[0].model->links.size()) - 1};
@@ -416,13 +417,14 @@ TEST_P(AttachmentContract, AttachedBodySwingsAlongAndFallsWhenDetached) {
 
 TEST_P(AttachmentContract, PeriodIsThatOfJoinedMasses) {
   if (!can().attachments) GTEST_SKIP();
-  const auto engine = make(settings(), {robot(make_pendulum(1.0, 0.5)),
-                                        object("ball", Sphere{0.05}, at(0, 0, 1.75), 0.5)});
+  const auto engine =
+      make(settings(), {robot(make_pendulum(1.0, 0.5)), object("ball", Sphere{0.05}, at(0, 0, 1.75), 0.5)});
   Instance pendulum = engine->instance(0);
   ASSERT_TRUE(engine->attach(end_of_pendulum(*engine), ball(*engine)));
   set(pendulum, {0.01});
   const auto inertia = [](const Engine& of, int i, double distance) {
-    const MassProperties& body = *of.world().instances()[static_cast<std::size_t>(i)].model->links.back().inertia;
+    const MassProperties& body =
+        *of.world().instances()[static_cast<std::size_t>(i)].model->links.back().inertia;
     return body.I(1, 1) + body.mass * distance * distance;
   };
   const double expected = 2 * std::numbers::pi *
@@ -471,7 +473,8 @@ TEST_P(AttachmentContract, AttachedBodiesDoNotTouchEachOther) {
   if (!can().attachments) GTEST_SKIP();
   const auto engine = make(settings(), {object("a", Box{{0.1, 0.1, 0.1}}, at(0, 0, 1), 1.0),
                                         object("b", Box{{0.1, 0.1, 0.1}}, at(0, 0, 1.09), 1.0)});
-  const BodyId a{0, engine->world().instances()[0].base_link()}, b{1, engine->world().instances()[1].base_link()};
+  const BodyId a{0, engine->world().instances()[0].base_link()},
+      b{1, engine->world().instances()[1].base_link()};
   std::vector<Contact> contacts;
   engine->contacts(contacts);
   ASSERT_FALSE(contacts.empty());
@@ -479,8 +482,9 @@ TEST_P(AttachmentContract, AttachedBodiesDoNotTouchEachOther) {
   engine->contacts(contacts);
   EXPECT_TRUE(contacts.empty());
   run(*engine, 0.2);
-  EXPECT_NEAR((engine->instance(1).base_pose().translation() - engine->instance(0).base_pose().translation()).z(),
-              0.09, 1e-6);
+  EXPECT_NEAR(
+      (engine->instance(1).base_pose().translation() - engine->instance(0).base_pose().translation()).z(),
+      0.09, 1e-6);
 }
 
 }  // namespace
