@@ -61,6 +61,14 @@ void GripperController::on_init(ControllerContext& context) {
   }
   read_settings();
   open_action(*context.node);
+  context.node->subscribe<control_msgs::msg::GripperCommand>(
+      "~/command",
+      [this](const auto& message) {
+        Command command{message.position, message.max_effort, std::nullopt};
+        if (message.max_effort < 0) command.effort.reset();
+        static_cast<void>(take(command));  // a refusal is logged there
+      },
+      {.depth = 1});
 }
 
 // As in ros2_controllers, changed parameters take effect at the next configuration.
@@ -142,18 +150,19 @@ void GripperController::hold_here() {
   max_velocity_ = settings_.max_velocity;
 }
 
-Status GripperController::accept(const GoalId& id, const Command& command) {
+// From now on the target, in place of a goal in progress.
+Status GripperController::take(const Command& command) {
   const auto refuse = [this](const std::string& why) {
-    context_->log->error(context_->name, why + "; the goal is rejected");
+    context_->log->error(context_->name, why + "; the command is rejected");
     return Status::refused(why);
   };
   if (!active_) return refuse(fmt::format("'{}' is not active; activate it first", context_->name));
-  if (!std::isfinite(command.position)) return refuse("the goal's position is not a finite number");
+  if (!std::isfinite(command.position)) return refuse("the commanded position is not a finite number");
   if (std::isnan(command.effort.value_or(0)) || std::isnan(command.velocity.value_or(0)))
-    return refuse("the goal's effort or velocity is not a number, so it cannot be limited");
+    return refuse("the commanded effort or velocity is not a number, so it cannot be limited");
   if (goal_) finish(*goal_, GoalStatus::canceled, {});  // preempted; an empty result, as in ros2_controllers
   ended_.reset();
-  goal_ = id;
+  goal_.reset();
   target_ = command.position;
   max_effort_ = command.effort.value_or(settings_.max_effort);
   max_velocity_ = command.velocity.value_or(settings_.max_velocity);
@@ -161,8 +170,14 @@ Status GripperController::accept(const GoalId& id, const Command& command) {
   if (kind_ == Kind::effort && max_effort_ == 0 && !error_logged_) {
     error_logged_ = true;
     context_->log->warning(context_->name,
-                           "the goal has max_effort 0, so the gripper does not move; set max_effort");
+                           "the command has max_effort 0, so the gripper does not move; set max_effort");
   }
+  return {};
+}
+
+Status GripperController::accept(const GoalId& id, const Command& command) {
+  if (Status taken = take(command); !taken) return taken;
+  goal_ = id;
   begin(id);
   return {};
 }

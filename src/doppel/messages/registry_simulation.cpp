@@ -1,6 +1,7 @@
 #include "doppel/messages/detail/registry.h"
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/gazebo_msgs.h"
+#include "doppel/messages/linkattacher_msgs.h"
 
 namespace doppel::messages_detail {
 
@@ -16,6 +17,11 @@ void register_gazebo_msgs() {
                     srv::SetEntityState, srv::GetEntityState>();
 }
 
+void register_link_attachers() {
+  register_services<linkattacher_msgs::srv::AttachLink, linkattacher_msgs::srv::DetachLink,
+                    gazebo_ros_link_attacher::srv::Attach>();
+}
+
 void register_doppel_msgs() {
   namespace msg = doppel_msgs::msg;
   namespace srv = doppel_msgs::srv;
@@ -27,6 +33,7 @@ void register_doppel_msgs() {
 
 void register_simulation_types() {
   register_gazebo_msgs();
+  register_link_attachers();
   register_doppel_msgs();
 }
 

@@ -74,7 +74,7 @@ struct FrameVelocity {
 };
 
 // Two bodies of different instances that are fixed to each other, on request and until they are detached.
-struct Attachment {
+struct DOPPEL_API Attachment {
   BodyId a, b;
   Pose X_AB = Pose::Identity();
   [[nodiscard]] bool joins(BodyId one, BodyId other) const {

@@ -184,6 +184,12 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
     return Status::refused(
         fmt::format("'{}' is a link that joints carry; move the object that it belongs to", name));
   }
+  for (const Attachment& of : scene_.engine().attachments()) {
+    const BodyId& other = of.a.instance == entity.body.instance ? of.b : of.a;
+    if (of.a.instance == entity.body.instance || of.b.instance == entity.body.instance)
+      return Status::refused(fmt::format("'{}' is attached to '{}'; detach it first", name,
+                                         scene_.engine().world().name_of(other)));
+  }
   const std::optional<Pose> X_FE = from_msg(pose);
   if (!X_FE)
     return Status::refused("the pose is not valid: it needs a finite position and a unit quaternion");

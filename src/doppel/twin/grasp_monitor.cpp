@@ -157,6 +157,18 @@ void GraspMonitor::publish_grasps(Time now) const {
   message.header.stamp = to_time_msg(node_.bus().stamp(now));
   for (std::size_t i = 0; i < grasps_.size(); ++i)
     message.status.push_back(status_of(grasps_[i], held_[i], now));
+  for (const Attachment& of : scene_.engine().attachments()) {
+    const auto name = [this](BodyId body) {
+      const Instance instance = scene_.instance(body.instance);
+      return fmt::format("{}::{}", instance.name(),
+                         instance.model().links[static_cast<std::size_t>(body.link)].name);
+    };
+    diagnostic_msgs::msg::DiagnosticStatus status;
+    status.name = fmt::format("attachment: {} and {}", name(of.a), name(of.b));
+    status.hardware_id = scene_.instance(of.a.instance).name();
+    status.message = "attached on request";
+    message.status.push_back(std::move(status));
+  }
   topic_.publish(message, now);
 }
 

@@ -4,6 +4,7 @@
 
 #include "doppel/control/plugin_library.h"
 #include "doppel/controllers/builtin.h"
+#include "doppel/twin/detail/attachment_services.h"
 #include "doppel/twin/detail/clock_publisher.h"
 #include "doppel/twin/detail/contact_publisher.h"
 #include "doppel/twin/detail/entity_mesh.h"
@@ -110,6 +111,7 @@ void Twin::Impl::add_world_ticks() {
   ticks.add(std::make_unique<ClockPublisher>(bus, scene));
   ticks.add(std::make_unique<ContactPublisher>(bus, scene));
   ticks.add(std::make_unique<ObjectPublisher>(bus, scene));
+  ticks.add(std::make_unique<AttachmentServices>(bus, scene, log));
   ticks.add(std::make_unique<GraspMonitor>(bus, scene, log));
 }
 

@@ -3,7 +3,7 @@
 // simulated time, 50 times while something is held, and never in a world where nothing can be held.
 //
 // /doppel/grasps (diagnostic_msgs/msg/DiagnosticArray, at each look while there are subscribers, empty if nothing is
-// held): a status for each held body. Its values are robot, object, links, force (N), friction used (%), slip (mm),
+// held): a status for each held body, and one for each attachment (Engine::attach()). Its values are robot, object, links, force (N), friction used (%), slip (mm),
 // held for (s), weight (N). WARN: more than 90 % of the friction is used; ERROR: the body slips.
 //
 // A body that slips is logged once for each grasp, with the cause.
@@ -26,7 +26,8 @@ class GraspMonitor : public Tickable {
   GraspMonitor(Bus& bus, const Scene& scene, const Log& log);
 
   void between_steps(Time now) override {
-    if (can_hold_ && (now >= next_look_ || now < last_look_)) look(now);
+    const bool attached = !scene_.engine().attachments().empty();
+    if ((can_hold_ || attached) && (now >= next_look_ || now < last_look_)) look(now);
   }
   void show(Time now) override { next_look_ = now; }
   void reset(Time now) override;

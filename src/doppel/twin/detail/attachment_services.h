@@ -1,0 +1,71 @@
+#pragma once
+// Attachments of links of two models to each other (Engine::attach()), on request only: by a service, or by a plugin of
+// a description (attachment_plugins.h). On the loop's thread, between steps.
+//
+// Services: /attach and /detach (gazebo_ros_link_attacher/srv/Attach), /ATTACHLINK and /DETACHLINK
+// (linkattacher_msgs). Names of models and links are those of entities (entity.h). They last until they are detached,
+// a model is deleted, or a reset.
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "doppel/bus/bus.h"
+#include "doppel/core/log.h"
+#include "doppel/messages/std_msgs.h"
+#include "doppel/physics/grasp.h"
+#include "doppel/twin/detail/attachment_plugins.h"
+#include "doppel/twin/scene.h"
+#include "doppel/twin/tickable.h"
+
+namespace doppel {
+
+class AttachmentServices : public Tickable {
+ public:
+  // Scene and log outlive it.
+  AttachmentServices(Bus& bus, const Scene& scene, const Log& log);
+  ~AttachmentServices() override;
+
+  void between_steps(Time now) override;
+  void reset(Time now) override;
+  void instances_changed() override;
+
+ private:
+  // A link by names that outlive a change of instances.
+  struct LinkName {
+    std::string instance, link;
+    bool operator==(const LinkName&) const = default;
+  };
+  struct Wanted {
+    LinkName a, b;
+  };
+  // What a plugin of an instance does; one class for each kind.
+  class Device;
+  class Joint;
+  class Vacuum;
+  class Gripper;
+  // The devices of an instance, and the model that they were made for.
+  struct Equipped {
+    std::string instance;
+    std::shared_ptr<const Model> model;
+    std::vector<std::unique_ptr<Device>> devices;
+  };
+
+  void offer_services();
+  Status join(const std::string& model_1, const std::string& link_1, const std::string& model_2,
+              const std::string& link_2, bool attached);
+  [[nodiscard]] Status find_body(const std::string& model, const std::string& link, BodyId& body) const;
+  [[nodiscard]] LinkName name_of(BodyId body) const;
+  [[nodiscard]] bool find(const LinkName& name, BodyId& body) const;
+  Status attach(BodyId a, BodyId b);
+  bool detach(BodyId a, BodyId b);
+  void equip(const ModelInstance& instance, Equipped& out);
+
+  const Scene& scene_;
+  const Log& log_;
+  Node node_;
+  std::vector<Wanted> wanted_;
+  std::vector<Equipped> equipped_;
+};
+
+}  // namespace doppel
