@@ -1,115 +1,32 @@
-#include "app/verbs/joy_settings.h"
+#include "doppel/teleop/joy_settings.h"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
+#include <type_traits>
+#include <utility>
 
-#include "app/verbs/joystick.h"
-#include "app/verbs/shell.h"
-#include "doppel/bus/bus.h"
-#include "doppel/bus/parameter_file.h"
-
-namespace doppel::app {
+namespace doppel {
 namespace {
 
-constexpr const char *kJoyNode = "joy_node", *kTwistJoyNode = "teleop_twist_joy_node";
-constexpr auto kAskTime = std::chrono::seconds(30);
-constexpr auto kHoldTime = std::chrono::milliseconds(300);
-constexpr double kFarFromRest = 0.6;  // of an axis' range
-
-using SteadyTime = std::chrono::steady_clock::time_point;
-
-void declare_joy(Node& node, ParameterOverrides& written, JoySettings& settings) {
-  Parameters& parameters = node.parameters();
-  settings.deadzone =
-      declare<double>(parameters, &written, "deadzone", settings.deadzone, {.range = ParameterRange{0, 0.9}});
-  settings.autorepeat_rate = declare<double>(parameters, &written, "autorepeat_rate",
-                                             settings.autorepeat_rate, {.range = ParameterRange{0, 1000}});
-  // Of joy_node; the device is an option of the verb.
-  declare<std::int64_t>(parameters, &written, "device_id", 0);
-  declare<std::string>(parameters, &written, "device_name", "");
-  declare<bool>(parameters, &written, "sticky_buttons", false);
-  declare<std::int64_t>(parameters, &written, "coalesce_interval_ms", 1);
+// Declares a parameter whose later values are stored in `field`, too.
+template <class T>
+void bind_parameter(Node& node, ParameterOverrides& written, const std::string& name, T& field,
+                    DeclareOptions options = {}) {
+  field = declare<T>(node.parameters(), &written, name, field, std::move(options));
+  node.parameters().on_change([name, &field](const std::string& changed, const ParameterValue& value) {
+    if (changed == name) field = std::get<T>(value);
+  });
 }
 
-void declare_twist_joy(Node& node, ParameterOverrides& written, JoySettings& settings) {
-  Parameters& parameters = node.parameters();
-  settings.require_enable_button =
-      declare<bool>(parameters, &written, "require_enable_button", settings.require_enable_button);
-  settings.inverted_reverse =
-      declare<bool>(parameters, &written, "inverted_reverse", settings.inverted_reverse);
-  settings.enable_button =
-      declare<std::int64_t>(parameters, &written, "enable_button", settings.enable_button);
-  settings.enable_turbo_button =
-      declare<std::int64_t>(parameters, &written, "enable_turbo_button", settings.enable_turbo_button);
-  const auto declare_map = [&](const char* group, auto& map) {
-    for (auto& [component, value] : map)
-      value = declare<std::decay_t<decltype(value)>>(parameters, &written,
-                                                     fmt::format("{}.{}", group, component), value);
-  };
-  declare_map("axis_linear", settings.axis_linear);
-  declare_map("axis_angular", settings.axis_angular);
-  declare_map("scale_linear", settings.scale_linear);
-  declare_map("scale_linear_turbo", settings.scale_linear_turbo);
-  declare_map("scale_angular", settings.scale_angular);
-  declare_map("scale_angular_turbo", settings.scale_angular_turbo);
-  // The type follows the topic.
-  declare<bool>(parameters, &written, "publish_stamped_twist", false);
-  declare<std::string>(parameters, &written, "frame", "teleop_twist_joy");
+template <class Map>
+void bind_parameters(Node& node, ParameterOverrides& written, const char* group, Map& values) {
+  for (auto& [component, value] : values)
+    bind_parameter(node, written, fmt::format("{}.{}", group, component), value);
 }
 
-bool pressed(const std::vector<bool>& buttons, std::int64_t button) {
-  return button >= 0 && button < static_cast<std::int64_t>(buttons.size()) &&
-         buttons[static_cast<std::size_t>(button)];
-}
-
-void check_plugged(const Joystick& joystick) {
-  if (joystick.has_ended()) throw ClientError("the joystick has been unplugged");
-}
-
-void settle(Joystick& joystick) {
-  const SteadyTime end = std::chrono::steady_clock::now() + kHoldTime;
-  while (std::chrono::steady_clock::now() < end && !joystick.has_ended()) joystick.wait(end);
-}
-
-// The axis that is moved, and its sign in that direction.
-std::pair<std::int64_t, double> ask_axis(Joystick& joystick, const char* what) {
-  print_note(fmt::format("{}: move the stick there and hold it ...", what));
-  settle(joystick);
-  const std::vector<double> rest = joystick.axes();
-  const SteadyTime end = std::chrono::steady_clock::now() + kAskTime;
-  while (std::chrono::steady_clock::now() < end) {
-    joystick.wait(end);
-    check_plugged(joystick);
-    for (std::size_t i = 0; i < joystick.axes().size(); ++i) {
-      const double moved = joystick.axes()[i] - (i < rest.size() ? rest[i] : 0.0);
-      if (std::abs(moved) < kFarFromRest) continue;
-      print_note(fmt::format("  axis {}; release it", i));
-      settle(joystick);
-      settle(joystick);
-      return {static_cast<std::int64_t>(i), moved > 0 ? 1.0 : -1.0};
-    }
-  }
-  throw ClientError("no axis was moved within 30 s");
-}
-
-std::int64_t ask_button(Joystick& joystick, const char* what) {
-  print_note(fmt::format("{}: press it ...", what));
-  settle(joystick);
-  const std::vector<bool> before = joystick.buttons();
-  const SteadyTime end = std::chrono::steady_clock::now() + kAskTime;
-  while (std::chrono::steady_clock::now() < end) {
-    joystick.wait(end);
-    check_plugged(joystick);
-    for (std::size_t i = 0; i < joystick.buttons().size(); ++i) {
-      if (!joystick.buttons()[i] || (i < before.size() && before[i])) continue;
-      print_note(fmt::format("  button {}", i));
-      return static_cast<std::int64_t>(i);
-    }
-  }
-  throw ClientError("no button was pressed within 30 s");
+bool is_pressed(const sensor_msgs::msg::Joy& joy, std::int64_t button) {
+  return button >= 0 && button < static_cast<std::int64_t>(joy.buttons.size()) &&
+         joy.buttons[static_cast<std::size_t>(button)] != 0;
 }
 
 template <class Map>
@@ -126,28 +43,51 @@ std::string flow_map(const Map& map) {
 
 }  // namespace
 
-JoySettings read_joy_settings(const std::filesystem::path& file) {
+void declare_joy(Node& node, ParameterOverrides& written, JoySettings& settings) {
+  bind_parameter(
+      node, written, "deadzone", settings.deadzone,
+      {.description = "Part of an axis' range that counts as its rest", .range = ParameterRange{0, 0.9}});
+  bind_parameter(node, written, "autorepeat_rate", settings.autorepeat_rate,
+                 {.description = "Hz; 0: only changes are published", .range = ParameterRange{0, 1000}});
+  bind_parameter(node, written, "sticky_buttons", settings.sticky_buttons,
+                 {.description = "A press changes the state of a button, a release does not"});
+  bind_parameter(
+      node, written, "coalesce_interval_ms", settings.coalesce_interval_ms,
+      {.description = "Time for which further events of axes are awaited", .range = ParameterRange{0, 1000}});
+  bind_parameter(
+      node, written, "device_id", settings.device_id,
+      {.description = "Number of the joystick", .read_only = true, .range = ParameterRange{0, 31}});
+  bind_parameter(node, written, "device_name", settings.device_name,
+                 {.description = "Name of the joystick", .read_only = true});
+}
+
+void declare_twist_joy(Node& node, ParameterOverrides& written, JoySettings& settings, bool stamped) {
+  bind_parameter(node, written, "require_enable_button", settings.require_enable_button);
+  bind_parameter(node, written, "inverted_reverse", settings.inverted_reverse);
+  bind_parameter(node, written, "enable_button", settings.enable_button);
+  bind_parameter(node, written, "enable_turbo_button", settings.enable_turbo_button);
+  bind_parameters(node, written, "axis_linear", settings.axis_linear);
+  bind_parameters(node, written, "axis_angular", settings.axis_angular);
+  bind_parameters(node, written, "scale_linear", settings.scale_linear);
+  bind_parameters(node, written, "scale_linear_turbo", settings.scale_linear_turbo);
+  bind_parameters(node, written, "scale_angular", settings.scale_angular);
+  bind_parameters(node, written, "scale_angular_turbo", settings.scale_angular_turbo);
+  bind_parameter(node, written, "frame", settings.frame);
+  declare<bool>(node.parameters(), &written, "publish_stamped_twist", stamped,
+                {.description = "Whether TwistStamped is published instead of Twist", .read_only = true});
+}
+
+JoySettings read_joy_settings(const std::filesystem::path& file, Diagnostics& diagnostics) {
   const ParameterFile yaml = ParameterFile::load(file);
   JoySettings settings;
   Bus bus;
   Node joy(bus, fmt::format("/{}", kJoyNode)), twist(bus, fmt::format("/{}", kTwistJoyNode));
-  Diagnostics diagnostics;
   ParameterOverrides of_joy = yaml.overrides_for(joy.name()), of_twist = yaml.overrides_for(twist.name());
   declare_joy(joy, of_joy, settings);
-  declare_twist_joy(twist, of_twist, settings);
+  declare_twist_joy(twist, of_twist, settings, false);
   report_unused(of_joy, kJoyNode, joy.parameters().names(), diagnostics);
   report_unused(of_twist, kTwistJoyNode, twist.parameters().names(), diagnostics);
-  for (const Diagnostic& finding : diagnostics.all()) print_note(finding.str());
   return settings;
-}
-
-std::filesystem::path own_joy_file() {
-  const char* config = std::getenv("XDG_CONFIG_HOME");
-  const char* home = std::getenv("HOME");
-  const std::filesystem::path folder = config != nullptr && *config != '\0'
-                                           ? std::filesystem::path(config)
-                                           : std::filesystem::path(home == nullptr ? "" : home) / ".config";
-  return folder / "doppel" / "joy.yaml";
 }
 
 std::string to_yaml(const JoySettings& s) {
@@ -163,21 +103,20 @@ std::string to_yaml(const JoySettings& s) {
       flow_map(s.scale_linear_turbo), flow_map(s.scale_angular), flow_map(s.scale_angular_turbo));
 }
 
-bool is_enabled(const JoySettings& settings, const std::vector<bool>& buttons) {
-  return pressed(buttons, settings.enable_turbo_button) || !settings.require_enable_button ||
-         pressed(buttons, settings.enable_button);
+bool is_enabled(const JoySettings& settings, const sensor_msgs::msg::Joy& joy) {
+  return is_pressed(joy, settings.enable_turbo_button) || !settings.require_enable_button ||
+         is_pressed(joy, settings.enable_button);
 }
 
-geometry_msgs::msg::Twist joy_twist(const JoySettings& settings, const std::vector<double>& axes,
-                                    const std::vector<bool>& buttons) {
-  if (!is_enabled(settings, buttons)) return {};
-  const bool turbo = pressed(buttons, settings.enable_turbo_button);
+geometry_msgs::msg::Twist joy_twist(const JoySettings& settings, const sensor_msgs::msg::Joy& joy) {
+  if (!is_enabled(settings, joy)) return {};
+  const bool turbo = is_pressed(joy, settings.enable_turbo_button);
   const auto& linear = turbo ? settings.scale_linear_turbo : settings.scale_linear;
   const auto& angular = turbo ? settings.scale_angular_turbo : settings.scale_angular;
   const auto value = [&](const auto& axis_of, const auto& scale_of, const char* component) {
     const std::int64_t axis = axis_of.at(component);
-    if (axis < 0 || axis >= static_cast<std::int64_t>(axes.size())) return 0.0;
-    return axes[static_cast<std::size_t>(axis)] * scale_of.at(component);
+    if (axis < 0 || axis >= static_cast<std::int64_t>(joy.axes.size())) return 0.0;
+    return static_cast<double>(joy.axes[static_cast<std::size_t>(axis)]) * scale_of.at(component);
   };
   geometry_msgs::msg::Twist twist{
       {value(settings.axis_linear, linear, "x"), value(settings.axis_linear, linear, "y"),
@@ -188,21 +127,4 @@ geometry_msgs::msg::Twist joy_twist(const JoySettings& settings, const std::vect
   return twist;
 }
 
-JoySettings calibrate_joystick(Joystick& joystick, JoySettings settings) {
-  const auto take = [](const std::pair<std::int64_t, double>& moved, std::int64_t& axis, double& scale,
-                       double& turbo) {
-    axis = moved.first;
-    scale = std::copysign(scale, moved.second);
-    turbo = std::copysign(turbo, moved.second);
-  };
-  take(ask_axis(joystick, "forward"), settings.axis_linear["x"], settings.scale_linear["x"],
-       settings.scale_linear_turbo["x"]);
-  take(ask_axis(joystick, "turn to the left"), settings.axis_angular["yaw"], settings.scale_angular["yaw"],
-       settings.scale_angular_turbo["yaw"]);
-  settings.enable_button = ask_button(joystick, "the button that has to be held to drive");
-  settle(joystick);
-  settings.enable_turbo_button = ask_button(joystick, "the button to be held to drive fast");
-  return settings;
-}
-
-}  // namespace doppel::app
+}  // namespace doppel
