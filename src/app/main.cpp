@@ -55,7 +55,7 @@ int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::v
 [[noreturn]] void refuse_ros_arguments(const std::string& verb) {
   throw doppel::InputError("cli.ros_args", {},
                            fmt::format("'{}' starts no nodes, so --ros-args have no effect", verb),
-                           "pass them to up or view");
+                           "pass them to up, view or teleop");
 }
 
 // `doppel --remote VERB` and `doppel --ns ROBOT VERB` are for verbs with a connection.
@@ -90,10 +90,10 @@ int run(int argc, char** argv) {
       "my_arm.urdf\nand from another shell:\n  doppel topic echo /joint_states\nor, for an arm of your "
       "own:\n  doppel new my_arm");
   int exit_code = 0;
-  doppel::RosArguments ros;  // of up and view
+  doppel::RosArguments ros;  // of up, view and teleop
   doppel::app::add_up(app, ros, exit_code);
   doppel::app::add_view(app, ros, exit_code);
-  doppel::app::add_verbs(app, exit_code);
+  doppel::app::add_verbs(app, ros, exit_code);
   doppel::app::add_completion(app, exit_code);
   doppel::app::add_man(app, exit_code);
   doppel::app::group_verbs(app);
@@ -106,7 +106,7 @@ int run(int argc, char** argv) {
     try {
       ros = doppel::take_ros_arguments(words);
       const std::string verb = words.empty() ? "doppel" : words.front();
-      if (!ros.empty() && verb != "up" && verb != "view") refuse_ros_arguments(verb);
+      if (!ros.empty() && verb != "up" && verb != "view" && verb != "teleop") refuse_ros_arguments(verb);
       app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
     } catch (const CLI::ParseError& error) {
       return report_usage(app, error, words);

@@ -38,6 +38,8 @@ TEST(FastTwist, TwistAndTwistStampedBothDrive) {
   TwistStamped_ message;  // with the stamp 0
   message.twist_().linear_().x_() = -0.3;
   EXPECT_TRUE(reaches(-3, [&] { stamped.publish(message); })) << twin.output();
+  EXPECT_TRUE(eventually(
+      [&] { return twin.output().find("publishes geometry_msgs/msg/Twist on") != std::string::npos; }));
   const std::string said = twin.output();
   const std::size_t first = said.find("publishes geometry_msgs/msg/Twist on");
   ASSERT_NE(first, std::string::npos) << said;

@@ -77,6 +77,10 @@ std::filesystem::path source_folder() {
   return from_environment("DOPPEL_ROOT");
 }
 
+std::string doppel_program() {
+  return from_environment("DOPPEL");
+}
+
 int own_domain() {
   static const int domain = [] {
     constexpr int kFirst = 50, kLast = 69;
@@ -140,20 +144,16 @@ int Process::wait() {
   return reap(0);
 }
 
-TwinProcess::TwinProcess(const std::vector<std::string>& more_arguments) {
+TwinProcess::TwinProcess(const std::vector<std::string>& more_arguments, const std::string& robot) {
   std::string folder = (std::filesystem::temp_directory_path() / "doppel-peers-XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("cannot create the folder " + folder);
   folder_ = folder;
-  std::vector<std::string> command = {
-      from_environment("DOPPEL"), "up", source_folder() / "robots/omarm_one", "--headless", "--port",
-      std::to_string(free_port())};
+  std::vector<std::string> command = {doppel_program(), "up",     source_folder() / "robots" / robot,
+                                      "--headless",     "--port", std::to_string(free_port())};
   command.insert(command.end(), more_arguments.begin(), more_arguments.end());
-  process_ = std::make_unique<Process>(
-      command,
-      std::vector<std::string>{"ROS_DOMAIN_ID=" + std::to_string(own_domain()),
-                               "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST",
-                               "ROS_LOCALHOST_ONLY=", "ROS_STATIC_PEERS=", "XDG_RUNTIME_DIR=" + folder},
-      folder_ / "output");
+  variables_ = {"ROS_DOMAIN_ID=" + std::to_string(own_domain()), "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST",
+                "ROS_LOCALHOST_ONLY=", "ROS_STATIC_PEERS=", "XDG_RUNTIME_DIR=" + folder};
+  process_ = std::make_unique<Process>(command, variables_, folder_ / "output");
 }
 
 TwinProcess::~TwinProcess() {

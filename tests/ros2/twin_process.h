@@ -13,6 +13,8 @@ namespace doppel::ros2_testing {
 
 // DOPPEL_ROOT
 std::filesystem::path source_folder();
+// DOPPEL
+std::string doppel_program();
 
 // A ROS domain that no other test on this machine uses at the moment; the same one for the life of this
 // process.
@@ -43,16 +45,21 @@ class Process {
 
 class TwinProcess {
  public:
-  // `doppel up` of the arm robots/omarm_one on this machine's loopback only, in own_domain(), with additional
+  // `doppel up` of a bundled robot on this machine's loopback only, in own_domain(), with additional
   // arguments. Returns at once.
-  explicit TwinProcess(const std::vector<std::string>& more_arguments = {});
+  explicit TwinProcess(const std::vector<std::string>& more_arguments = {},
+                       const std::string& robot = "omarm_one");
   ~TwinProcess();
 
   Process& process() { return *process_; }
   [[nodiscard]] std::string output() const;  // its output so far
+  // For other programs in its network, which find it by its announcement.
+  [[nodiscard]] const std::vector<std::string>& variables() const { return variables_; }
+  [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }  // removed at the end
 
  private:
   std::filesystem::path folder_;
+  std::vector<std::string> variables_;
   std::unique_ptr<Process> process_;
 };
 

@@ -45,6 +45,7 @@ class Shell {
 
   // The twin, or with --remote the ROS 2 graph; connected to on first use.
   Client& twin();
+  [[nodiscard]] bool is_remote() const { return connection_.remote; }  // a ROS 2 graph
   // The address of the twin's page. Throws ClientError if no twin is running, InputError with --remote.
   [[nodiscard]] std::string page_url() const;
   // From now on Ctrl-C ends waits with Interrupted instead of ending the program.

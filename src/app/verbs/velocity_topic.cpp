@@ -16,6 +16,7 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr const char* kClockTopic = "/clock";
 constexpr auto kDiscoveryTime = std::chrono::seconds(2);
+constexpr auto kFlushTime = std::chrono::milliseconds(100);
 
 bool drives(const std::string& type) {
   return type == Twist::kType || type == TwistStamped::kType;
@@ -70,8 +71,15 @@ VelocityTopic find_velocity_topic(Client& twin, const std::string& asked, std::o
   return {found.front(), stamped.value_or(twin.topics().at(found.front()).type == TwistStamped::kType)};
 }
 
-VelocityPublisher::VelocityPublisher(Client& twin, VelocityTopic topic, std::string frame)
-    : twin_(twin), topic_(std::move(topic)), frame_(std::move(frame)) {
+VelocityPublisher::VelocityPublisher(Client& twin, VelocityTopic topic, ros2::Node* node)
+    : twin_(twin), topic_(std::move(topic)), node_(node) {
+  if (node != nullptr && topic_.stamped) {
+    stamped_ = node->create_publisher<TwistStamped>(topic_.name);
+    stamped_->wait_for_subscriptions(1, kDiscoveryTime);
+  } else if (node != nullptr) {
+    plain_ = node->create_publisher<Twist>(topic_.name);
+    plain_->wait_for_subscriptions(1, kDiscoveryTime);
+  }
   if (!topic_.stamped || !twin_.topics().contains(kClockTopic)) return;
   twin_.subscribe(kClockTopic);
   // Without the first time, the first commands would have stamps of this machine, and be far in the future.
@@ -97,17 +105,24 @@ void VelocityPublisher::receive(const Other& other) {
   }
 }
 
-void VelocityPublisher::send(const Twist& twist) {
-  if (topic_.stamped) {
-    TwistStamped message;
-    message.header.stamp = to_time_msg(clock_.value_or(std::chrono::system_clock::now().time_since_epoch()));
-    message.header.frame_id = frame_;
-    message.twist = twist;
-    twin_.publish(topic_.name, std::string(TwistStamped::kType), to_cdr(message));
-  } else {
-    twin_.publish(topic_.name, std::string(Twist::kType), to_cdr(twist));
-  }
+template <class M>
+void VelocityPublisher::send_message(const M& message, const std::optional<ros2::Publisher<M>>& publisher) {
+  if (publisher) return publisher->publish(message);
+  twin_.publish(topic_.name, std::string(M::kType), to_cdr(message));
   twin_.sync();
+}
+
+void VelocityPublisher::send(const Twist& twist) {
+  if (!topic_.stamped) return send_message(twist, plain_);
+  TwistStamped message;
+  message.header.stamp = to_time_msg(clock_.value_or(std::chrono::system_clock::now().time_since_epoch()));
+  message.header.frame_id = frame_;
+  message.twist = twist;
+  send_message(message, stamped_);
+}
+
+void VelocityPublisher::flush() {
+  if (node_ != nullptr) node_->context().spin_for(kFlushTime);
 }
 
 }  // namespace doppel::app

@@ -5,11 +5,15 @@
 namespace CLI {
 class App;
 }
+namespace doppel {
+struct RosArguments;
+}
 
 namespace doppel::app {
 
 // Adds all verbs; when one has run, `exit_code` is 0 for success, 1 for failure. Wrong use throws InputError.
-void add_verbs(CLI::App& app, int& exit_code);
+// ros: --ros-args, for verbs that start nodes.
+void add_verbs(CLI::App& app, const RosArguments& ros, int& exit_code);
 
 // Assigns every verb to its heading in --help.
 void group_verbs(CLI::App& app);
@@ -23,7 +27,7 @@ void add_service(CLI::App& app, int& exit_code);
 void add_param(CLI::App& app, int& exit_code);
 void add_action(CLI::App& app, int& exit_code);
 void add_move(CLI::App& app, int& exit_code);
-void add_teleop(CLI::App& app, int& exit_code);
+void add_teleop(CLI::App& app, const RosArguments& ros, int& exit_code);
 void add_stop(CLI::App& app, int& exit_code);
 void add_spawn(CLI::App& app, int& exit_code);  // and delete
 

@@ -10,14 +10,14 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/conversion/sdf.h"
 #include "doppel/conversion/tree.h"
+#include "doppel/conversion/world_documents.h"
 #include "doppel/core/installation.h"
+#include "doppel/core/names.h"
 #include "doppel/core/shown_path.h"
-#include "doppel/math/decimals.h"
+#include "doppel/core/text.h"
 #include "doppel/physics/engine_modules.h"
 #include "doppel/worlds/sdf_world.h"
-#include "doppel/xml/element.h"
 
 namespace doppel::app {
 namespace {
@@ -25,7 +25,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 struct WorldOptions {
-  std::string file, out;
+  std::string file, out, format;
   bool json = false, quiet = false;
 };
 
@@ -197,37 +197,40 @@ int run_world_tree(const WorldOptions& options) {
   return 0;
 }
 
+// sdf, yaml or mjcf, by --to or the file's extension.
+std::string chosen_format(const WorldOptions& options) {
+  static const std::vector<std::string> kFormats{"sdf", "yaml", "mjcf"};
+  std::string wanted = lowered(options.format);
+  const std::string extension = lowered(std::filesystem::path(options.out).extension().string());
+  if (wanted.empty()) {
+    wanted = extension == ".xml" ? "mjcf" : extension == ".yml" || extension == ".yaml" ? "yaml" : "sdf";
+  }
+  if (std::ranges::find(kFormats, wanted) == kFormats.end()) {
+    throw InputError("cli.format", {},
+                     fmt::format("'{}' is not an output format{}", wanted, did_you_mean(wanted, kFormats)),
+                     "--to takes sdf, yaml or mjcf");
+  }
+  return wanted;
+}
+
 // The world as one file: no includes, all poses relative to the world.
 int run_world_convert(const WorldOptions& options) {
+  const std::string format = chosen_format(options);
   OpenedWorld opened;
   open_sdf(options.file, opened);
   refuse_own_source(options.out, opened.world.files, "write to another file");
-  const WorldSettings& settings = opened.world.settings;
-  XmlNode world = element("world", {{"name", settings.name}});
-  world.children.push_back(text_element("gravity", decimals(settings.gravity)));
-  world.children.push_back(element("physics", {{"type", "ode"}, {"name", "default"}},
-                                   {text_element("max_step_size", decimal(to_seconds(settings.step)))}));
   MeshPlacement placement;
   placement.out_folder = options.out.empty() || options.out == "-"
                              ? std::filesystem::current_path()
                              : std::filesystem::absolute(options.out).parent_path();
   MeshFiles meshes(placement);
   Diagnostics found;
-  for (const SdfModel& model : opened.world.models) {
-    const Model compiled = compile_model(*model.description, BaseKind::fixed, found);
-    XmlNode root = parse_xml(to_sdf(*model.description, compiled, meshes, found), model.name);
-    for (XmlNode& child : root.children) {
-      if (!child.is("model")) continue;
-      const Eigen::Vector3d rpy = rpy_from_rotation(model.X_WR.linear());
-      child.children.insert(child.children.begin(),
-                            text_element("pose", decimals(model.X_WR.translation()) + " " + decimals(rpy)));
-      if (model.is_static) child.children.insert(child.children.begin(), text_element("static", "true"));
-      world.children.push_back(std::move(child));
-    }
-  }
-  print_diagnostics(found);
+  const std::string text = format == "yaml"   ? to_world_yaml(opened.world, meshes, found)
+                           : format == "mjcf" ? to_world_mjcf(opened.world, meshes, found)
+                                              : to_world_sdf(opened.world, meshes, found);
+  print_diagnostics(found, true);
   meshes.write();
-  deliver(to_xml(element("sdf", {{"version", "1.11"}}, {std::move(world)})), options.out);
+  deliver(text, options.out);
   return 0;
 }
 
@@ -271,9 +274,13 @@ void add_world(CLI::App& app, int& exit_code) {
   check->add_flag("--json", options->json, "Print a JSON object to stdout");
   check->add_flag("--quiet", options->quiet, "Leave out notes");
   add_one(*world, "tree", "Print the links and joints of every model", run_world_tree, exit_code, options);
-  add_one(*world, "convert", "Write a world as one SDF file without includes, with resolved poses",
-          run_world_convert, exit_code, options)
-      ->add_option("-o,--out", options->out, "File to write; default: stdout");
+  CLI::App* const convert = add_one(
+      *world, "convert", "Write a world as one file without includes, with resolved poses: SDF, YAML or MJCF",
+      run_world_convert, exit_code, options);
+  convert->add_option("-o,--out", options->out, "File to write; default: stdout");
+  convert->add_option(
+      "--to", options->format,
+      "sdf, yaml (a world file of doppel) or mjcf (default: by the file's extension, else sdf)");
   add_one(*world, "fetch", "Print the URLs of missing models, for a machine with a network", run_world_fetch,
           exit_code, options);
 }

@@ -43,6 +43,15 @@ void TwistCommand::receive(const geometry_msgs::msg::TwistStamped& message) {
     old_reported_ = true;
     return;
   }
+  if (timeout_ > Duration{} && stamp - now > timeout_ && !ahead_reported_) {
+    ahead_reported_ = true;
+    log_->warning(
+        name_,
+        fmt::format(
+            "a command's stamp is {:.3f} s ahead, so that the command does not end after {} of {:g} s, as "
+            "in ros2_controllers; stamp commands with the time of /clock (use_sim_time:=true)",
+            to_seconds(stamp - now), parameter_, to_seconds(timeout_)));
+  }
   old_reported_ = braking_reported_ = false;
   stamp_ = stamp;
   twist_ = message.twist;

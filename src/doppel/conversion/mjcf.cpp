@@ -113,10 +113,11 @@ class MjcfWriter final : private MjcfNaming {
     for (const Collision& collision : link->collisions) {
       auto geom = geom_of(*link, collision.geometry, collision.origin.pose(), collision.source, "collision");
       if (!geom) continue;
+      std::optional<double> mu = collision.surface.mu;
       for (const GazeboExtension& extension : robot_.gazebo) {
-        if (extension.reference == link->name && extension.surface.mu)
-          add_attribute(*geom, "friction", decimal(*extension.surface.mu) + " 0.005 0.0001");
+        if (extension.reference == link->name && extension.surface.mu) mu = extension.surface.mu;
       }
+      if (mu) add_attribute(*geom, "friction", decimal(*mu) + " 0.005 0.0001");
       has_shape_[index] = true;
       body.children.push_back(std::move(*geom));
     }

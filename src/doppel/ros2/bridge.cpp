@@ -254,6 +254,7 @@ bool Bridge::Impl::work_with_network(SteadyTime now) {
     matches = network->topics.matches();
   }
   if (graph_update.is_due(now) && network->graph.update()) take_snapshot();
+  network->twists.report_unnamed(network->participant->gid(), now);
   return more;
 }
 
@@ -297,7 +298,7 @@ void Bridge::Impl::take_snapshot() {
   next->services = network->graph.services();
   const Gid own = network->participant->gid();
   warnings.look_at(next->topics, own);
-  network->twists.look_at(next->topics, own);
+  network->twists.look_at(next->topics, own, steady_clock::now());
   now_so_far.nodes = static_cast<std::size_t>(
       std::ranges::count_if(next->nodes, [&own](const GraphNode& node) { return node.participant != own; }));
   const auto participants = network->participant->participants();

@@ -14,12 +14,14 @@ namespace {
 
 constexpr std::size_t kMaxTwistsAtOnce = 64;                  // of one reader before the next one
 constexpr std::size_t kMaxTwistsReported = 256;               // publishers; their number is chosen by others
+constexpr auto kNameTime = std::chrono::seconds(1);           // for which a publisher's node is awaited
 constexpr Qos kAnyWriter{.depth = 100, .best_effort = true};  // matches every publisher
 
 }  // namespace
 
-void BridgedTwists::look_at(const std::vector<GraphTopic>& topics, const Gid& own) {
+void BridgedTwists::look_at(const std::vector<GraphTopic>& topics, const Gid& own, SteadyTime now) {
   if (bus_.twists() == TwistPolicy::refuse) return;
+  const auto before = std::exchange(unnamed_, {});
   std::set<std::pair<std::string, std::string>> wanted;
   for (const GraphTopic& topic : topics) {
     const auto is_read_as = [&](const GraphEndpoint& publisher) {
@@ -30,7 +32,13 @@ void BridgedTwists::look_at(const std::vector<GraphTopic>& topics, const Gid& ow
     };
     for (const GraphEndpoint& publisher : topic.publishers) {
       if (is_same_participant(publisher.gid, own) || !is_read_as(publisher)) continue;
-      report(topic.name, publisher, own);
+      if (publisher.node == kUnknownNode && unnamed_.size() < kMaxTwistsReported) {
+        const auto known = before.find({topic.name, publisher.gid});
+        unnamed_[{topic.name, publisher.gid}] = {publisher,
+                                                 known == before.end() ? now : known->second.since};
+      } else {
+        report(topic.name, publisher, own);
+      }
       wanted.emplace(topic.name, publisher.type);
     }
   }
@@ -46,6 +54,14 @@ void BridgedTwists::report(const std::string& topic, const GraphEndpoint& publis
   log_.warning("ros2",
                twist_conversion_text(fmt::format("{} ({})", publisher.node, place_of(publisher.gid, own)),
                                      topic, publisher.type, bus_.twists() == TwistPolicy::explain));
+}
+
+void BridgedTwists::report_unnamed(const Gid& own, SteadyTime now) {
+  std::erase_if(unnamed_, [&](const auto& each) {
+    if (now - each.second.since < kNameTime) return false;
+    report(each.first.first, each.second.publisher, own);
+    return true;
+  });
 }
 
 void BridgedTwists::read(const std::string& topic, const std::string& type) {

@@ -37,7 +37,8 @@ class TwistCommand {
   Duration timeout_{};
   Time stamp_{};  // in the loop's time
   geometry_msgs::msg::Twist twist_;
-  bool zero_stamp_reported_ = false, old_reported_ = false, braking_reported_ = false;
+  bool zero_stamp_reported_ = false, old_reported_ = false, ahead_reported_ = false,
+       braking_reported_ = false;
 };
 
 }  // namespace doppel

@@ -165,6 +165,20 @@ TEST(DiffDrive, CommandDrivesBothWheels) {
   EXPECT_DOUBLE_EQ(rig.right(), 0.2);
 }
 
+TEST(DiffDrive, StampAheadDoesNotTimeOutAndIsReportedOnce) {
+  BaseRig rig;
+  rig.now = from_seconds(100);
+  rig.start();
+  for (int i = 0; i < 3; ++i) {
+    rig.say(1.0, 0.0, from_seconds(1.7e9));
+    rig.run(1);
+  }
+  rig.now += from_seconds(10);
+  rig.run(1);
+  EXPECT_DOUBLE_EQ(rig.left(), 1.0) << "expected the age of ros2_controllers, which is negative";
+  EXPECT_EQ(rig.count(Severity::warning, "s ahead"), 1U) << rig.said();
+}
+
 TEST(DiffDrive, StampZeroIsNowAndReportedOnce) {
   BaseRig rig;
   rig.now = from_seconds(100);

@@ -5,6 +5,7 @@
 // one type in each participant. That participant exists only once there has been such a publisher. The bridge's
 // thread only.
 
+#include <chrono>
 #include <functional>
 #include <map>
 #include <memory>
@@ -27,8 +28,12 @@ class BridgedTwists {
                 Join join)
       : bus_(bus), edge_(edge), status_(status), rejections_(rejections), log_(log), join_(std::move(join)) {}
 
+  using SteadyTime = std::chrono::steady_clock::time_point;
   // After a change of the graph. `own`: the bridge's participant.
-  void look_at(const std::vector<GraphTopic>& topics, const Gid& own);
+  void look_at(const std::vector<GraphTopic>& topics, const Gid& own, SteadyTime now);
+  // Reports publishers whose nodes have not been announced for some time: a node of ROS 2 is announced after its
+  // endpoints.
+  void report_unnamed(const Gid& own, SteadyTime now);
   // From the network to the bus, a limited number; true: there may be more.
   bool take();
   [[nodiscard]] bool is_held_back() const { return backlog_.is_full(); }
@@ -50,7 +55,12 @@ class BridgedTwists {
   std::unique_ptr<Participant> participant_;  // before the readers, which it outlives
   std::map<std::pair<std::string, std::string>, std::unique_ptr<Reader>> readers_;  // by topic and type
   std::set<std::pair<std::string, Gid>> reported_;
-  bool failed_ = false;  // the participant could not be made
+  struct Unnamed {
+    GraphEndpoint publisher;
+    SteadyTime since;
+  };
+  std::map<std::pair<std::string, Gid>, Unnamed> unnamed_;  // by topic; not reported yet
+  bool failed_ = false;                                     // the participant could not be made
   Sample sample_;
   Backlog backlog_;
 };

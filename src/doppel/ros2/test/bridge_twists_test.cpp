@@ -52,9 +52,31 @@ TEST_F(BridgeTwistsTest, TwistOfNetworkIsConvertedAndReportedOnce) {
   ASSERT_TRUE(happens([&] { return received.size() == 3; }));
   EXPECT_EQ(received[0].twist.linear.x, 0.5);
   EXPECT_EQ(received[0].header.stamp.sec, 7);
+  EXPECT_TRUE(happens([&] { return advised() > 0; }));
   EXPECT_EQ(advised(), 1U);
   const std::lock_guard lock(mutex);
   EXPECT_THAT(said, ::testing::Contains(HasSubstr("set stamped:=true")));
+}
+
+TEST_F(BridgeTwistsTest, ReportNamesNodeThatIsAnnouncedLater) {
+  up(TwistPolicy::convert);
+  Graph graph(*peer);
+  graph.set_own_nodes({{.name = "/other", .readers = {}, .writers = {}}});
+  const auto writer = peer->make_writer(topic_spec("/base/cmd_vel", kTwist));
+  ASSERT_TRUE(happens([&] { return writer->matched() == 1; }));
+  EXPECT_EQ(advised(), 0U) << "expected no report without the node's name";
+  graph.set_own_nodes({{.name = "/teleop_twist_keyboard", .readers = {}, .writers = {writer->gid()}}});
+  ASSERT_TRUE(happens([&] { return advised() == 1; }));
+  const std::lock_guard lock(mutex);
+  EXPECT_THAT(said, ::testing::Contains(HasSubstr("/teleop_twist_keyboard (")));
+}
+
+TEST_F(BridgeTwistsTest, ReportDoesNotWaitForeverForName) {
+  up(TwistPolicy::explain);
+  Graph graph(*peer);
+  graph.set_own_nodes({{.name = "/other", .readers = {}, .writers = {}}});
+  const auto writer = peer->make_writer(topic_spec("/base/cmd_vel", kTwist));
+  EXPECT_TRUE(happens([&] { return advised() == 1; }));
 }
 
 TEST_F(BridgeTwistsTest, StampedPublisherBesideItIsReceivedOnce) {
@@ -66,6 +88,7 @@ TEST_F(BridgeTwistsTest, StampedPublisherBesideItIsReceivedOnce) {
   stamped->write(to_cdr(TwistStamped{{}, {{2, 0, 0}, {}}}));
   plain->write(to_cdr(Twist{{1, 0, 0}, {}}));
   ASSERT_TRUE(happens([&] { return received.size() == 2; }));
+  EXPECT_TRUE(happens([&] { return advised() > 0; }));
   EXPECT_EQ(advised(), 1U);
 }
 

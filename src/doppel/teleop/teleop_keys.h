@@ -2,13 +2,15 @@
 // What the keys of `doppel teleop keyboard` do: those of teleop_twist_keyboard, and 1 to 9 for the joints of an arm.
 // A terminal reports no release of a key: it is taken as released when its repetition ends.
 
+#include <algorithm>
 #include <chrono>
 #include <optional>
 #include <string_view>
 
+#include "doppel/export.h"
 #include "doppel/messages/geometry_msgs.h"
 
-namespace doppel::app {
+namespace doppel {
 
 using KeyTime = std::chrono::steady_clock::time_point;
 
@@ -28,7 +30,7 @@ enum class KeyEffect {
   quit
 };
 
-class TeleopKeys {
+class DOPPEL_API TeleopKeys {
  public:
   explicit TeleopKeys(const KeySettings& settings) : settings_(settings) {}
 
@@ -43,6 +45,9 @@ class TeleopKeys {
   [[nodiscard]] std::optional<JointMotion> joint(KeyTime now) const;
   [[nodiscard]] bool is_down(KeyTime now) const { return key_ != 0 && now < until_; }
 
+  // Of the next velocity; at most the limits.
+  void set_speed(double speed) { settings_.speed = std::min(speed, settings_.speed_limit); }
+  void set_turn(double turn) { settings_.turn = std::min(turn, settings_.turn_limit); }
   [[nodiscard]] double speed() const { return settings_.speed; }
   [[nodiscard]] double turn() const { return settings_.turn; }
   [[nodiscard]] double direction() const { return direction_; }
@@ -57,6 +62,6 @@ class TeleopKeys {
 };
 
 // The help that is printed at the start.
-std::string_view teleop_help();
+DOPPEL_API std::string_view teleop_help();
 
-}  // namespace doppel::app
+}  // namespace doppel

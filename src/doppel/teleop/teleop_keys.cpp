@@ -1,9 +1,9 @@
-#include "app/verbs/teleop_keys.h"
+#include "doppel/teleop/teleop_keys.h"
 
 #include <algorithm>
 #include <array>
 
-namespace doppel::app {
+namespace doppel {
 namespace {
 
 // As in teleop_twist_keyboard: x ahead, y to the left, z up, and the turn to the left.
@@ -66,8 +66,8 @@ void TeleopKeys::hold(char key, KeyTime now) {
 KeyEffect TeleopKeys::press(char key, KeyTime now) {
   if (key == kEndOfText || key == kEndOfTransmission) return KeyEffect::quit;
   if (const auto speed = std::ranges::find(kSpeedKeys, key, &SpeedKey::key); speed != kSpeedKeys.end()) {
-    settings_.speed = std::min(settings_.speed * speed->speed, settings_.speed_limit);
-    settings_.turn = std::min(settings_.turn * speed->turn, settings_.turn_limit);
+    set_speed(settings_.speed * speed->speed);
+    set_turn(settings_.turn * speed->turn);
     return KeyEffect::speed;
   }
   if (key == '-') {
@@ -110,4 +110,4 @@ std::string_view teleop_help() {
 )";
 }
 
-}  // namespace doppel::app
+}  // namespace doppel

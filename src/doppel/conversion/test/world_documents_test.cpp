@@ -1,0 +1,148 @@
+// SDF worlds written as SDF, YAML and MJCF, and read back.
+#include "doppel/conversion/world_documents.h"
+
+#include <gmock/gmock.h>
+#include <mujoco/mujoco.h>
+
+#include <cmath>
+
+#include "conversion_fixture.h"
+#include "doppel/core/output_file.h"
+#include "doppel/physics/world.h"
+
+namespace doppel {
+namespace {
+
+using ::testing::HasSubstr;
+
+const std::string kWorldOfAll = R"(<sdf version="1.9"><world name="w"><gravity>0 0 -3.7</gravity>
+<physics name="p" type="ode"><max_step_size>0.002</max_step_size></physics>
+<light name="sun" type="directional"><direction>0 0 -1</direction></light>
+<model name="floor"><static>true</static><link name="l"><collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry>
+  <surface><friction><ode><mu>0.5</mu></ode></friction></surface></collision></link></model>
+<frame name="corner"><pose>1 0 0 0 0 1.57079632679</pose></frame>
+<model name="ball"><pose relative_to="corner">2 0 1 0 0 0</pose><link name="l"><inertial auto="true"/>
+  <collision name="c"><density>500</density><geometry><sphere><radius>0.1</radius></sphere></geometry></collision></link></model>
+<model name="rod"><pose>0 -1 2 0.1 0.2 0.3</pose><link name="l"><inertial><mass>2</mass><inertia><ixx>9</ixx><iyy>9</iyy><izz>9</izz></inertia></inertial>
+  <collision name="c"><geometry><capsule><radius>0.1</radius><length>0.5</length></capsule></geometry></collision></link></model>
+<model name="table"><static>true</static><pose>3 0 0 0 0 0</pose><link name="l">
+  <collision name="top"><pose>0 0 0.7 0 0 0</pose><geometry><box><size>1 1 0.1</size></box></geometry></collision>
+  <collision name="leg"><pose>0 0 0.3 0 0 0</pose><geometry><cylinder><radius>0.05</radius><length>0.6</length></cylinder></geometry></collision>
+  <collision name="hat"><pose>0 0 1 0 0 0</pose><geometry><cone><radius>0.1</radius><length>0.2</length></cone></geometry></collision></link></model>
+<model name="door"><pose>5 0 0 0 0 0</pose><link name="post"><inertial><mass>1</mass></inertial></link>
+  <link name="leaf"><pose>0.5 0 0 0 0 0</pose><inertial><mass>1</mass></inertial>
+  <collision name="c"><geometry><box><size>1 0.05 2</size></box></geometry></collision></link>
+  <joint name="fix" type="fixed"><parent>world</parent><child>post</child></joint>
+  <joint name="hinge" type="revolute"><parent>post</parent><child>leaf</child><axis><xyz>0 0 1</xyz></axis></joint></model>
+</world></sdf>)";
+
+class WorldDocuments : public ::testing::Test {
+ protected:
+  WorldDocuments() : folder_(fresh_folder("world_documents")), files_({folder_, false, std::nullopt}) {
+    Diagnostics found;
+    world_ = parse_sdf(kWorldOfAll, "w.sdf", folder_, resolver_, found);
+  }
+  std::filesystem::path written(const std::string& name, const std::string& text) {
+    files_.write();
+    write_whole(folder_ / name, text);
+    return folder_ / name;
+  }
+  [[nodiscard]] std::string said() const {
+    std::string out;
+    for (const Diagnostic& one : diagnostics_.all()) out += one.message + "\n";
+    return out;
+  }
+  static double distance(const Pose& a, const Pose& b) {
+    return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff();
+  }
+
+  const std::filesystem::path folder_;
+  MeshFiles files_;
+  PackageResolver resolver_;
+  SdfWorld world_;
+  Diagnostics diagnostics_;
+};
+
+TEST_F(WorldDocuments, SdfReadsBackWithItsGround) {
+  Diagnostics found;
+  const SdfWorld again =
+      parse_sdf(to_world_sdf(world_, files_, diagnostics_), "again.sdf", folder_, resolver_, found);
+  EXPECT_TRUE(again.settings.ground);
+  EXPECT_EQ(again.settings.ground_friction, 0.5);
+  EXPECT_EQ(again.settings.step, world_.settings.step);
+  for (const SdfModel& model : world_.models) {
+    const SdfModel* const same = again.find(model.name);
+    ASSERT_NE(same, nullptr) << model.name;
+    EXPECT_LT(distance(same->X_WR, model.X_WR), 1e-9) << model.name;
+    EXPECT_EQ(same->is_static, model.is_static) << model.name;
+  }
+}
+
+TEST_F(WorldDocuments, YamlReadsBackWhatItExpresses) {
+  const auto file = written("w.yaml", to_world_yaml(world_, files_, diagnostics_));
+  const World again = load_world(file, resolver_);
+  EXPECT_EQ(again.name, "w");
+  EXPECT_EQ(again.gravity.z(), -3.7);
+  EXPECT_EQ(again.step, world_.settings.step);
+  EXPECT_TRUE(again.ground);
+  EXPECT_EQ(again.ground_friction, 0.5);
+  EXPECT_EQ(again.friction_rule, FrictionRule::smaller);
+  const auto object = [&](const std::string& name) {
+    const auto found = std::ranges::find(again.objects, name, &WorldObject::name);
+    EXPECT_NE(found, again.objects.end()) << name;
+    return found == again.objects.end() ? WorldObject() : *found;
+  };
+  EXPECT_EQ(again.objects.size(), 4u);
+  const WorldObject ball = object("ball"), rod = object("rod"), top = object("table/top"),
+                    leg = object("table/leg");
+  EXPECT_LT(distance(ball.X_WO, make_pose({1, 2, 1}, {0, 0, std::acos(0.0)})), 1e-9)
+      << "expected the resolved pose";
+  EXPECT_NEAR(ball.mass, 500 * 4.0 / 3 * 2 * std::acos(0.0) * 0.001, 1e-9);
+  EXPECT_LT(distance(rod.X_WO, world_.find("rod")->X_WR), 1e-9);
+  EXPECT_EQ(std::get<Capsule>(rod.shape).length, 0.5);
+  EXPECT_EQ(top.mass, 0);
+  EXPECT_LT(distance(top.X_WO, make_pose({3, 0, 0.7}, {0, 0, 0})), 1e-9);
+  EXPECT_EQ(std::get<Box>(top.shape).size, Eigen::Vector3d(1, 1, 0.1));
+  EXPECT_EQ(std::get<Cylinder>(leg.shape).radius, 0.05);
+}
+
+TEST_F(WorldDocuments, YamlReportsWhatItLoses) {
+  to_world_yaml(world_, files_, diagnostics_);
+  const std::string text = said();
+  for (const char* lost :
+       {"the light 'sun'", "the model 'door', which has 2 links", "the shape 'hat' of 'table'",
+        "the inertia of 'rod', which is not that of a uniform shape"})
+    EXPECT_THAT(text, HasSubstr(lost));
+  EXPECT_THAT(text, ::testing::Not(HasSubstr("inertia of 'ball'")));
+  EXPECT_EQ(diagnostics_.all().size(), 4u) << text;
+  for (const Diagnostic& one : diagnostics_.all()) EXPECT_GT(one.where.line, 0) << one.message;
+}
+
+TEST_F(WorldDocuments, MjcfIsReadByMujocoWithSamePoses) {
+  const auto file = written("w.xml", to_world_mjcf(world_, files_, diagnostics_));
+  char problem[1000] = "";
+  mjModel* const model = mj_loadXML(file.c_str(), nullptr, problem, sizeof problem);
+  ASSERT_NE(model, nullptr) << problem;
+  mjData* const data = mj_makeData(model);
+  mj_forward(model, data);
+  EXPECT_EQ(model->opt.gravity[2], -3.7);
+  EXPECT_EQ(model->opt.timestep, 0.002);
+  EXPECT_EQ(model->nu, 0) << "expected joints that move freely";
+  EXPECT_EQ(model->nv, 6 + 6 + 1);
+  const auto place = [&](const char* name) {
+    const int id = mj_name2id(model, mjOBJ_BODY, name);
+    EXPECT_GE(id, 0) << name;
+    return Eigen::Vector3d(data->xpos[3 * id], data->xpos[3 * id + 1], data->xpos[3 * id + 2]);
+  };
+  EXPECT_LT((place("ball/l") - Eigen::Vector3d(1, 2, 1)).norm(), 1e-9);
+  EXPECT_LT((place("door/leaf") - Eigen::Vector3d(5.5, 0, 0)).norm(), 1e-9);
+  EXPECT_GE(mj_name2id(model, mjOBJ_JOINT, "door/hinge"), 0);
+  for (int i = 0; i < 2000; ++i) mj_step(model, data);
+  EXPECT_NEAR(place("ball/l").z(), 0.1, 0.005) << "expected it on the ground";
+  mj_deleteData(data);
+  mj_deleteModel(model);
+  EXPECT_THAT(said(), HasSubstr("MuJoCo takes the larger friction"));
+}
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,122 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <set>
+
+#include "doppel/conversion/mjcf.h"
+#include "doppel/conversion/world_documents.h"
+#include "doppel/math/decimals.h"
+#include "doppel/mjcf/mjcf.h"
+#include "doppel/xml/element.h"
+
+namespace doppel {
+namespace {
+
+// Attributes whose value is a name of the same document.
+constexpr std::array<std::string_view, 8> kNames{"name",   "mesh",   "material", "joint",
+                                                 "joint1", "joint2", "body1",    "body2"};
+
+void put_before_names(XmlNode& node, const std::string& prefix) {
+  for (auto& attribute : node.attributes) {
+    const bool is_name = std::ranges::find(kNames, attribute.name) != kNames.end();
+    if (is_name && attribute.value != "world") attribute.value = prefix + attribute.value;
+  }
+  for (XmlNode& child : node.children) put_before_names(child, prefix);
+}
+
+XmlNode& section(XmlNode& root, const char* name) {
+  const auto found =
+      std::ranges::find_if(root.children, [&](const XmlNode& child) { return child.is(name); });
+  if (found != root.children.end()) return *found;
+  root.children.push_back(element(name));
+  return root.children.back();
+}
+
+// The shapes of a model that is part of the world body, and its bodies, are at the model's pose.
+void add_bodies(const XmlNode& from, const SdfModel& model, XmlNode& worldbody) {
+  XmlNode fixed = element("body", {{"name", model.name}});
+  mjcf_place(fixed, model.X_WR);
+  for (const XmlNode& child : from.children) {
+    if (!child.is("body")) {
+      fixed.children.push_back(child);
+      continue;
+    }
+    XmlNode body = child;
+    mjcf_place(body, model.X_WR);
+    worldbody.children.push_back(std::move(body));
+  }
+  if (!fixed.children.empty()) worldbody.children.push_back(std::move(fixed));
+}
+
+XmlNode light_element(const SdfLight& light) {
+  XmlNode out = element("light", {{"name", light.name},
+                                  {"directional", truth(light.kind == SdfLightKind::directional)},
+                                  {"pos", decimals(light.X_WL.translation())},
+                                  {"dir", decimals(light.direction_W)},
+                                  {"diffuse", decimals(Eigen::Vector3d(light.diffuse.head<3>()))},
+                                  {"castshadow", truth(light.cast_shadows)}});
+  if (light.kind == SdfLightKind::spot)
+    add_attribute(out, "cutoff", decimal(light.outer_angle * 90 / std::acos(0.0)));
+  return out;
+}
+
+void note_friction(const SdfWorld& world, Diagnostics& diagnostics) {
+  std::set<double> coefficients;
+  if (world.settings.ground) coefficients.insert(world.settings.ground_friction);
+  for (const SdfModel& model : world.models) {
+    for (const Link& link : model.description->links) {
+      for (const Collision& collision : link.collisions)
+        coefficients.insert(collision.surface.mu.value_or(kDefaultFriction));
+    }
+  }
+  if (coefficients.size() < 2) return;
+  SourceLocation where;
+  where.file = std::make_shared<const std::string>(world.files.empty() ? "" : world.files.front().string());
+  diagnostics.note("world.friction_rule", where,
+                   "of two shapes that touch MuJoCo takes the larger friction and SDF the smaller; the "
+                   "coefficients differ",
+                   "write <pair> elements for contacts whose friction matters");
+}
+
+}  // namespace
+
+std::string to_world_mjcf(const SdfWorld& world, MeshFiles& meshes, Diagnostics& diagnostics) {
+  const WorldSettings& settings = world.settings;
+  XmlNode root = element("mujoco", {{"model", settings.name}});
+  root.children.push_back(element("compiler", {{"angle", "radian"}, {"inertiafromgeom", "false"}}));
+  root.children.push_back(element("option", {{"timestep", decimal(to_seconds(settings.step))},
+                                             {"gravity", decimals(settings.gravity)},
+                                             {"integrator", "implicit"},
+                                             {"cone", "elliptic"},
+                                             {"impratio", "100"}}));
+  for (const char* name : {"default", "asset", "worldbody", "contact", "equality"}) section(root, name);
+  XmlNode& worldbody = section(root, "worldbody");
+  for (const SdfLight& light : world.lights) worldbody.children.push_back(light_element(light));
+  if (settings.ground) {
+    worldbody.children.push_back(
+        element("geom", {{"name", "ground"},
+                         {"type", "plane"},
+                         {"size", "0 0 1"},
+                         {"friction", decimal(settings.ground_friction) + " 0.005 0.0001"}}));
+  }
+  for (const SdfModel& model : world.models) {
+    const Model compiled = compile_model(*model.description, model.base, diagnostics);
+    XmlNode document = parse_xml(to_mjcf(*model.description, compiled, meshes, diagnostics), model.name);
+    XmlNode& defaults = section(root, "default");
+    if (defaults.children.empty()) defaults = section(document, "default");
+    put_before_names(document, model.name + "/");
+    add_bodies(section(document, "worldbody"), model, section(root, "worldbody"));
+    for (const char* name :
+         {"asset", "contact", "equality"}) {  // actuators would hold joints that move freely
+      for (XmlNode& child : section(document, name).children)
+        section(root, name).children.push_back(std::move(child));
+    }
+  }
+  std::erase_if(root.children,
+                [](const XmlNode& child) { return child.children.empty() && child.attributes.empty(); });
+  note_friction(world, diagnostics);
+  return to_xml(root);
+}
+
+}  // namespace doppel
