@@ -133,6 +133,7 @@ test('the tree of links comes parents first, what no joint reaches last', () => 
 function fakeTwin(): Twin & { simTime: number; q: Float64Array } {
   return {
     sampled: new Signal(), robotChanged: new Signal(), controllersChanged: new Signal(), simTime: 0, client: { channel: () => ({}) }, paused: false, tree: null, q: new Float64Array(2), controllers: [],
+    own: (name: string) => name,
   } as unknown as Twin & { simTime: number; q: Float64Array };
 }
 

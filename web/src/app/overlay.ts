@@ -48,7 +48,7 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
     details.update();
     const { view } = world;
     const text = twin.client.phase === 'lost' ? 'Connection to the twin lost. Reconnecting.'
-      : !view ? (twin.client.phase === 'open' ? 'Waiting for /robot_description.' : 'Connecting.')
+      : !view ? (twin.client.phase !== 'open' ? 'Connecting.' : twin.withoutRobots ? '' : `Waiting for ${twin.own('/robot_description')}.`)
       : view.loading > 0 ? `Loading meshes: ${view.loading} to go.`
       : view.failed.length > 0 ? `${view.failed.length} meshes could not be loaded: ${view.failed[0]!.uri.split('/').pop()}, ${view.failed[0]!.reason}` : '';
     note.hidden = text === '';

@@ -12,12 +12,14 @@ export const OBJECTS_TOPIC = '/doppel/objects';
 export const SPAWN = '/spawn_entity', DELETE = '/delete_entity', SET_STATE = '/gazebo/set_entity_state';
 const PERIOD = 40; // ms between two poses sent while dragging
 const ACTION = { remove: 2, removeAll: 3 }; // visualization_msgs/Marker
+const PLANE = 0.001; // m, the thickness of a box that stands for a plane
 const MARKER = { cube: 1, sphere: 2, cylinder: 3, mesh: 10, triangles: 11 };
 
 // What one marker shows.
 interface Part {
   holder: THREE.Group;
   shape: string; // the marker that it was created from
+  flat: boolean; // a plane, whose size is arbitrary
 }
 
 export interface WorldObject {
@@ -39,6 +41,8 @@ export class ObjectLayer {
   private controls: TransformControls | null = null;
   private outline: THREE.Box3Helper | null = null;
   private sentAt = 0;
+  private loading = 0; // meshes
+  private fitted = false;
   private placed: ((at: THREE.Vector3) => void) | null = null;
 
   constructor(private readonly app: App, private readonly picker: Picker) {
@@ -48,6 +52,7 @@ export class ObjectLayer {
     twin.phaseChanged.on((phase) => {
       if (phase === 'lost') this.clear();
     });
+    twin.statusChanged.on(() => this.fit());
     app.selected.on((selection) => {
       if (selection) this.select(null);
     });
@@ -85,6 +90,22 @@ export class ObjectLayer {
     if (changed) this.listChanged.emit();
     this.showOutline();
     this.app.world.stage.moved();
+    this.fit();
+  }
+
+  // The first picture of a world without a robot, repeated while meshes arrive.
+  private fit(): void {
+    if (this.fitted || !this.app.twin.withoutRobots) return;
+    this.fitted = this.loading === 0 && this.objects.size > 0;
+    const all = new THREE.Box3(), solid = new THREE.Box3();
+    for (const object of this.objects.values()) {
+      for (const part of object.parts.values()) {
+        const box = new THREE.Box3().setFromObject(part.holder);
+        all.union(box);
+        if (!part.flat) solid.union(box);
+      }
+    }
+    this.app.world.fitObjects(solid.isEmpty() ? all : solid);
   }
 
   private drop(id: number): boolean {
@@ -111,7 +132,7 @@ export class ObjectLayer {
     const id = Number(marker['id']);
     let part = object?.parts.get(id);
     if (!part) {
-      part = { holder: new THREE.Group(), shape: '' };
+      part = { holder: new THREE.Group(), shape: '', flat: false };
       part.holder.userData['object'] = name;
       this.root.add(part.holder);
     }
@@ -138,6 +159,7 @@ export class ObjectLayer {
     const shape = JSON.stringify([type, scale, colour, uri, points.length]);
     if (shape === part.shape) return;
     part.shape = shape;
+    part.flat = type === MARKER.cube && Math.min(scale.x, scale.y, scale.z) <= PLANE;
     part.holder.clear();
     const embedded = type === MARKER.mesh && marker['mesh_use_embedded_materials'] === true;
     const rgba: [number, number, number, number] = [colour.r, colour.g, colour.b, colour.a > 0 ? colour.a : 1];
@@ -160,9 +182,13 @@ export class ObjectLayer {
       geometry.computeVertexNormals();
       add(new THREE.Mesh(geometry, material));
     } else if (type === MARKER.mesh) {
+      this.loading += 1;
       this.app.world.meshes.get(uri).then((loaded) => {
         if (part.shape === shape) add('geometry' in loaded ? new THREE.Mesh(loaded.geometry, material) : loaded.object.clone());
-      }, (problem: Error) => toast(`${name}: ${problem.message}`, 'warning'));
+      }).catch((problem: Error) => toast(`${name}: ${problem.message}`, 'warning')).finally(() => {
+        this.loading -= 1;
+        this.fit();
+      });
     } else add(new THREE.Mesh(new THREE.BoxGeometry(1, 1, 1), material));
   }
 
