@@ -171,9 +171,25 @@ TEST_F(SdfWorldTest, SmallerFrictionOfPairHolds) {
   }
 }
 
-TEST_F(SdfWorldTest, WorldWithoutModelsAndRobotsIsRefused) {
+TEST_F(SdfWorldTest, WorldWithoutModelsAndRobotsRuns) {
   write("<sdf version='1.9'><world name='nothing'/></sdf>");
-  EXPECT_THROW(start(""), InputError);
+  start("");
+  run(0.1);
+  EXPECT_EQ(twin_->name(), "nothing");
+}
+
+TEST_F(SdfWorldTest, YamlWorldWithoutRobotsRuns) {
+  std::ofstream(folder_ / "room.yaml")
+      << "objects:\n  - {name: ball, sphere: {radius: 0.1}, xyz: [0, 0, 1], mass: 1}\n";
+  Scenario scenario;
+  scenario.world = folder_ / "room.yaml";
+  bring_up(scenario);
+  run(0.2);
+  EXPECT_NEAR(find("ball").base_pose().translation().z(), 1 - 0.5 * 9.81 * 0.04, 2e-3);
+}
+
+TEST_F(SdfWorldTest, NeitherRobotNorWorldIsRefused) {
+  EXPECT_THROW(bring_up(Scenario{}), InputError);
 }
 
 }  // namespace
