@@ -12,7 +12,7 @@ import { Tolerances } from '../src/app/tolerances';
 import type { Twin } from '../src/app/twin';
 import { treeOrder } from '../src/panels/tree';
 import { parseSchema, type Field } from '../src/protocol/schema';
-import { beside, colladaImages, gltfFiles, mtlImages, objLibraries } from '../src/robot/bundle';
+import { beside, colladaImages, gltfFiles, mtlImages, objLibraries, texturesFolder } from '../src/robot/bundle';
 import { Tree } from '../src/robot/tree';
 import { parseUrdf } from '../src/robot/urdf';
 import { child, parseXml } from '../src/robot/xml';
@@ -190,4 +190,9 @@ test('a parameter that a node refuses says why; values follow those that change'
   await assert.rejects(parameters.set('/a.c', 'y', 'string'), /out of range/);
   await assert.rejects(parameters.set('/a.c', 'y', 'int'), /not a number/);
   assert.equal((await parameters.describe('/a')).size, 0);
+});
+
+test('an image of a model of Gazebo may be in its folder of textures', () => {
+  assert.equal(texturesFolder('model://suv/meshes/suv.obj', 'suv.png'), 'model://suv/materials/textures/suv.png');
+  assert.equal(texturesFolder('file:///m/suv/meshes/suv.dae', 'C:\\art\\suv%20a.png'), 'file:///m/suv/materials/textures/suv a.png');
 });

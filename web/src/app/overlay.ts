@@ -20,6 +20,10 @@ const LAYERS: [string, string, string][] = [
   ['shadows', 'Shadows', 'Shadows'],
 ];
 
+function failures(failed: { uri: string; reason: string }[]): string {
+  return failed.length === 0 ? '' : `${failed.length} files could not be loaded: ${failed[0]!.uri.split('/').pop()}, ${failed[0]!.reason}`;
+}
+
 export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => void } {
   const { world, twin } = app;
   let following = false;
@@ -48,9 +52,9 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
     details.update();
     const { view } = world;
     const text = twin.client.phase === 'lost' ? 'Connection to the twin lost. Reconnecting.'
-      : !view ? (twin.client.phase !== 'open' ? 'Connecting.' : twin.withoutRobots ? '' : `Waiting for ${twin.own('/robot_description')}.`)
+      : !view ? (twin.client.phase !== 'open' ? 'Connecting.' : twin.withoutRobots ? failures(world.failed) : `Waiting for ${twin.own('/robot_description')}.`)
       : view.loading > 0 ? `Loading meshes: ${view.loading} to go.`
-      : view.failed.length > 0 ? `${view.failed.length} meshes could not be loaded: ${view.failed[0]!.uri.split('/').pop()}, ${view.failed[0]!.reason}` : '';
+      : failures([...view.failed, ...world.failed]);
     note.hidden = text === '';
     say(note, text);
   }

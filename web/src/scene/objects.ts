@@ -5,7 +5,9 @@ import type { App } from '../app/app';
 import { toast } from '../app/dom';
 import { Signal } from '../app/signal';
 import type { Message } from '../protocol/cdr';
-import { materialOf } from '../robot/materials';
+import type { Problem } from '../robot/bundle';
+import { materialOf, texturedOf } from '../robot/materials';
+import type { Material } from '../robot/urdf';
 import type { Picker } from './picking';
 
 export const OBJECTS_TOPIC = '/doppel/objects';
@@ -41,12 +43,14 @@ export class ObjectLayer {
   private controls: TransformControls | null = null;
   private outline: THREE.Box3Helper | null = null;
   private sentAt = 0;
-  private loading = 0; // meshes
+  private loading = 0; // meshes and textures
   private fitted = false;
+  private readonly failed: Problem[]; // files of objects
   private placed: ((at: THREE.Vector3) => void) | null = null;
 
   constructor(private readonly app: App, private readonly picker: Picker) {
     const { world, twin } = app;
+    this.failed = world.failed;
     world.stage.scene.add(this.root, this.proxy);
     twin.client.subscribe(OBJECTS_TOPIC, (m) => this.take(m));
     twin.phaseChanged.on((phase) => {
@@ -70,6 +74,7 @@ export class ObjectLayer {
     this.select(null);
     this.root.clear();
     this.objects.clear();
+    this.failed.length = 0;
     this.listChanged.emit();
     this.app.world.stage.moved();
   }
@@ -155,8 +160,9 @@ export class ObjectLayer {
     const colour = marker['color'] as unknown as { r: number; g: number; b: number; a: number };
     const type = Number(marker['type']);
     const uri = String(marker['mesh_resource'] ?? '');
+    const texture = String(marker['texture_resource'] ?? '');
     const points = marker['points'] as unknown as Vector[];
-    const shape = JSON.stringify([type, scale, colour, uri, points.length]);
+    const shape = JSON.stringify([type, scale, colour, uri, texture, points.length]);
     if (shape === part.shape) return;
     part.shape = shape;
     part.flat = type === MARKER.cube && Math.min(scale.x, scale.y, scale.z) <= PLANE;
@@ -169,8 +175,10 @@ export class ObjectLayer {
         if (!(one instanceof THREE.Mesh)) return;
         one.castShadow = one.receiveShadow = true;
         if (!embedded) one.material = material;
+        else dress(one, material);
       });
-      made.scale.set(scale.x || 1, scale.y || 1, scale.z || 1);
+      if (texture !== '') void this.paint(made, { name: '', color: rgba, texture }, part, shape);
+      part.holder.scale.set(scale.x || 1, scale.y || 1, scale.z || 1); // the mesh has a scale of its own: its unit
       part.holder.add(made);
       this.app.world.stage.moved();
     };
@@ -184,12 +192,31 @@ export class ObjectLayer {
     } else if (type === MARKER.mesh) {
       this.loading += 1;
       this.app.world.meshes.get(uri).then((loaded) => {
-        if (part.shape === shape) add('geometry' in loaded ? new THREE.Mesh(loaded.geometry, material) : loaded.object.clone());
-      }).catch((problem: Error) => toast(`${name}: ${problem.message}`, 'warning')).finally(() => {
+        if (part.shape !== shape) return;
+        add('geometry' in loaded ? new THREE.Mesh(loaded.geometry, material) : loaded.object.clone());
+        this.failed.push(...(loaded.problems ?? []));
+      }).catch((problem: Error) => this.failed.push({ uri, reason: problem.message })).finally(() => {
         this.loading -= 1;
         this.fit();
       });
     } else add(new THREE.Mesh(new THREE.BoxGeometry(1, 1, 1), material));
+  }
+
+  private async paint(made: THREE.Object3D, material: Material, part: Part, shape: string): Promise<void> {
+    this.loading += 1;
+    try {
+      const painted = texturedOf(material, await this.app.world.meshes.texture(material.texture!));
+      if (part.shape !== shape) return;
+      made.traverse((one) => {
+        if (one instanceof THREE.Mesh) one.material = painted;
+      });
+      this.app.world.stage.invalidate();
+    } catch (problem) {
+      this.failed.push({ uri: material.texture!, reason: (problem as Error).message });
+    } finally {
+      this.loading -= 1;
+      this.fit();
+    }
   }
 
   // -- dragging and placing
@@ -333,6 +360,13 @@ export class ObjectLayer {
   remove(name: string): Promise<boolean> {
     return this.ask(DELETE, { name });
   }
+}
+
+// Parts of a mesh without a material in its file get that of the marker.
+function dress(mesh: THREE.Mesh, material: THREE.Material): void {
+  const bare = mesh.userData['bare'] as boolean[] | undefined;
+  if (Array.isArray(mesh.material)) mesh.material = mesh.material.map((one, i) => (bare?.[i] ? material : one));
+  else if (bare?.[0]) mesh.material = material;
 }
 
 function boundsOf(object: WorldObject): THREE.Box3 {

@@ -6,6 +6,7 @@ import { Signal, Standing } from '../app/signal';
 import type { AssetStore } from '../robot/assets';
 import type { Twin } from '../app/twin';
 import { COMMANDED, ghostMaterial, PAST } from '../robot/materials';
+import type { Problem } from '../robot/bundle';
 import { MeshStore } from '../robot/meshes';
 import { RobotView, type Layer, type LayerMaker } from '../robot/view';
 import { STRIDE, type Tree } from '../robot/tree';
@@ -29,6 +30,7 @@ export class World {
   ghost: RobotView | null = null;
   size = 0.5;
   tool = 0;
+  readonly failed: Problem[] = []; // files of the world's objects
   readonly toolChanged = new Signal<number>();
   firstPicture = 0; // ms since the start of loading
   readonly others: OtherRobots;
