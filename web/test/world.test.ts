@@ -1,4 +1,5 @@
 import assert from 'node:assert/strict';
+import * as THREE from 'three';
 import { test } from 'node:test';
 import { choicesOf, listOf, listText, valueOf } from '../src/app/form';
 import { inertiaText, short } from '../src/app/details';
@@ -11,6 +12,7 @@ import { placeText, readSources } from '../src/app/sources';
 import { Tolerances } from '../src/app/tolerances';
 import type { Twin } from '../src/app/twin';
 import { treeOrder } from '../src/panels/tree';
+import { aroundMost } from '../src/scene/objects';
 import { parseSchema, type Field } from '../src/protocol/schema';
 import { beside, colladaImages, gltfFiles, mtlImages, objLibraries, texturesFolder } from '../src/robot/bundle';
 import { Tree } from '../src/robot/tree';
@@ -195,4 +197,12 @@ test('a parameter that a node refuses says why; values follow those that change'
 test('an image of a model of Gazebo may be in its folder of textures', () => {
   assert.equal(texturesFolder('model://suv/meshes/suv.obj', 'suv.png'), 'model://suv/materials/textures/suv.png');
   assert.equal(texturesFolder('file:///m/suv/meshes/suv.dae', 'C:\\art\\suv%20a.png'), 'file:///m/suv/materials/textures/suv a.png');
+});
+
+test('an object that falls away does not decide about the picture', () => {
+  const cube = (x: number, z: number): THREE.Box3 => new THREE.Box3(new THREE.Vector3(x, 0, z), new THREE.Vector3(x + 1, 1, z + 1));
+  const box = aroundMost([cube(0, 0), cube(3, 0), cube(6, 0), cube(2, -5000)]);
+  assert.deepEqual([box.min.x, box.max.x, box.min.z], [0, 7, 0]);
+  assert.equal(aroundMost([cube(0, 0), cube(500, 0)]).max.x, 501);
+  assert.ok(aroundMost([]).isEmpty());
 });

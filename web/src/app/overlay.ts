@@ -20,8 +20,10 @@ const LAYERS: [string, string, string][] = [
   ['shadows', 'Shadows', 'Shadows'],
 ];
 
+// The first reason is in the title of the note.
 function failures(failed: { uri: string; reason: string }[]): string {
-  return failed.length === 0 ? '' : `${failed.length} files could not be loaded: ${failed[0]!.uri.split('/').pop()}, ${failed[0]!.reason}`;
+  const name = failed[0]?.uri.split('/').pop();
+  return failed.length === 0 ? '' : failed.length === 1 ? `${name} could not be loaded.` : `${failed.length} files could not be loaded, the first is ${name}.`;
 }
 
 export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => void } {
@@ -56,6 +58,7 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
       : view.loading > 0 ? `Loading meshes: ${view.loading} to go.`
       : failures([...view.failed, ...world.failed]);
     note.hidden = text === '';
+    note.title = [...view?.failed ?? [], ...world.failed][0]?.reason ?? '';
     say(note, text);
   }
 

@@ -102,15 +102,14 @@ export class ObjectLayer {
   private fit(): void {
     if (this.fitted || !this.app.twin.withoutRobots) return;
     this.fitted = this.loading === 0 && this.objects.size > 0;
-    const all = new THREE.Box3(), solid = new THREE.Box3();
+    const flat: THREE.Box3[] = [], solid: THREE.Box3[] = [];
     for (const object of this.objects.values()) {
       for (const part of object.parts.values()) {
         const box = new THREE.Box3().setFromObject(part.holder);
-        all.union(box);
-        if (!part.flat) solid.union(box);
+        if (!box.isEmpty()) (part.flat ? flat : solid).push(box);
       }
     }
-    this.app.world.fitObjects(solid.isEmpty() ? all : solid);
+    this.app.world.fitObjects(aroundMost(solid.length > 0 ? solid : flat));
   }
 
   private drop(id: number): boolean {
@@ -367,6 +366,19 @@ function dress(mesh: THREE.Mesh, material: THREE.Material): void {
   const bare = mesh.userData['bare'] as boolean[] | undefined;
   if (Array.isArray(mesh.material)) mesh.material = mesh.material.map((one, i) => (bare?.[i] ? material : one));
   else if (bare?.[0]) mesh.material = material;
+}
+
+// The box around all boxes but those that are far from all others, such as something that falls.
+export function aroundMost(boxes: THREE.Box3[]): THREE.Box3 {
+  const middle = (values: number[]): number => values.sort((a, b) => a - b)[Math.floor(values.length / 2)] ?? 0;
+  const centres = boxes.map((box) => box.getCenter(new THREE.Vector3()));
+  const centre = new THREE.Vector3(middle(centres.map((c) => c.x)), middle(centres.map((c) => c.y)), middle(centres.map((c) => c.z)));
+  const reach = middle(centres.map((c) => c.distanceTo(centre))) + middle(boxes.map((box) => box.getSize(new THREE.Vector3()).length()));
+  const out = new THREE.Box3();
+  boxes.forEach((box, i) => {
+    if (boxes.length < 3 || centres[i]!.distanceTo(centre) <= 10 * reach) out.union(box);
+  });
+  return out;
 }
 
 function boundsOf(object: WorldObject): THREE.Box3 {
