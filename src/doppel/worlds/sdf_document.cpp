@@ -54,9 +54,13 @@ const Source* Document::parse(std::string text, const std::string& name, const f
         tolerated.message.substr(0, tolerated.message.find("; urdfdom")) + "; Gazebo accepts it";
     elements_.diagnostics.add(std::move(tolerated));
   }
+  return keep(tree.node(), folder);
+}
+
+const Source* Document::keep(XmlNode root, const fs::path& folder) {
   auto source = std::make_unique<Source>();
   source->folder = folder;
-  source->root = tree.node();
+  source->root = std::move(root);
   source->version = sdf_version(Elements::attribute(source->root, "version"));
   texts_.push_back(std::move(source));
   return texts_.back().get();
@@ -77,7 +81,14 @@ const XmlNode& Document::made(std::string text) {
 }
 
 void Document::read(std::string text, const std::string& name, const fs::path& folder, SdfWorld& out) {
-  const Source& source = *parse(std::move(text), name, folder);
+  read_source(*parse(std::move(text), name, folder), name, out);
+}
+
+void Document::read(XmlNode root, const std::string& name, const fs::path& folder, SdfWorld& out) {
+  read_source(*keep(std::move(root), folder), name, out);
+}
+
+void Document::read_source(const Source& source, const std::string& name, SdfWorld& out) {
   const XmlNode& root = source.root;
   if (!is_world_root(root)) {
     throw InputError("sdf.not_sdf", root.where,

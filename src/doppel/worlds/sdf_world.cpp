@@ -7,6 +7,7 @@
 
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
+#include "doppel/description/load.h"
 #include "doppel/worlds/detail/model_search.h"
 #include "doppel/worlds/detail/sdf_document.h"
 #include "doppel/worlds/detail/sdf_trees.h"
@@ -43,8 +44,9 @@ void find_ground(SdfWorld& world) {
   }
 }
 
-template <class Search>
-SdfWorld read(std::string text, const std::string& name, const fs::path& folder, const Search& search,
+// `content`: the text, or the root of its tree.
+template <class Content, class Search>
+SdfWorld read(Content content, const std::string& name, const fs::path& folder, const Search& search,
               PackageResolver& resolver, Diagnostics& diagnostics) {
   Diagnostics found;
   sdf::Elements elements(found);
@@ -52,7 +54,7 @@ SdfWorld read(std::string text, const std::string& name, const fs::path& folder,
   sdf::Document document(elements, files, resolver);
   SdfWorld out;
   try {
-    document.read(std::move(text), name, folder, out);
+    document.read(std::move(content), name, folder, out);
     document.frames().resolve_all(document.world());
     found.throw_if_errors();
     const sdf::StatePoses state = sdf::read_state(document.state(), elements);
@@ -93,6 +95,12 @@ SdfWorld load_sdf(const fs::path& given, PackageResolver& resolver, Diagnostics&
   resolver.add_context(file);
   const ModelSearch search(file, resolver);
   const fs::path folder = fs::absolute(file, none).lexically_normal().parent_path();
+  if (lowered(file.extension().string()) == ".xacro") {
+    ExpandedDescription expanded = expand_description(file, {}, resolver, diagnostics);
+    SdfWorld out = read(std::move(expanded.root), file.string(), folder, &search, resolver, diagnostics);
+    out.files.insert(out.files.begin(), expanded.files.begin(), expanded.files.end());
+    return out;
+  }
   SdfWorld out =
       read(read_file(file.string(), kMaxSdfBytes), file.string(), folder, &search, resolver, diagnostics);
   out.files.insert(out.files.begin(), file);
@@ -115,8 +123,9 @@ SdfWorld parse_sdf(const std::string& text, const std::string& name, const SdfMe
 
 bool is_sdf(const fs::path& file) {
   std::error_code none;
-  const std::string extension = lowered(file.extension().string());
+  std::string extension = lowered(file.extension().string());
   if (fs::is_directory(file, none)) return !model_file(file).empty();
+  if (extension == ".xacro") extension = lowered(file.stem().extension().string());
   return extension == ".sdf" || extension == ".world" || extension == ".model";
 }
 

@@ -71,7 +71,7 @@ void refuse_size(std::span<const ModelInstance> instances) {
       "physics.too_large", {},
       fmt::format(
           "MuJoCo gets no memory for the {} shapes of the world that move: it needs {:.0f} GB, which grows "
-          "with the square of their number; about {:.0f} fit into the {:.0f} GB of this machine",
+          "with the square of their number; fewer than {:.0f} fit into the {:.0f} GB of this machine",
           shapes, rows * rows * sizeof(mjtNum) / 1e9, 100 * std::floor(fit / 100), machine / 1e9),
       "make what need not move static, or leave models out");
 }

@@ -21,6 +21,7 @@ class Document {
 
   // Throws InputError: not XML, or neither a world nor a model. `out` gets settings, lights and plugins.
   void read(std::string text, const std::string& name, const std::filesystem::path& folder, SdfWorld& out);
+  void read(XmlNode root, const std::string& name, const std::filesystem::path& folder, SdfWorld& out);
 
   [[nodiscard]] Scope& world() { return world_; }
   [[nodiscard]] Frames& frames() { return frames_; }
@@ -30,6 +31,8 @@ class Document {
  private:
   struct Override;
   const Source* load(const std::filesystem::path& file);
+  const Source* keep(XmlNode root, const std::filesystem::path& folder);
+  void read_source(const Source& source, const std::string& name, SdfWorld& out);
   const Source* parse(std::string text, const std::string& name, const std::filesystem::path& folder);
   void read_world(const XmlNode& node, const Source& source, SdfWorld& out);
   void read_physics(const XmlNode& node, SdfWorld& out);

@@ -528,6 +528,25 @@ TEST(SdfModels, ModelAroundStaticOneIsStatic) {
   EXPECT_THAT(read.message("sdf.no_effect"), ::testing::HasSubstr("<static> of a nested model"));
 }
 
+TEST_F(SdfFiles, XacroIsExpandedAndKeepsItsPlaces) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "arena.sdf.xacro";
+  std::ofstream(file)
+      << "<sdf version='1.9' xmlns:xacro='http://www.ros.org/wiki/xacro'>\n"
+         "<xacro:arg name='x' default='2'/><xacro:property name='twice' value='${2 * $(arg x)}'/>\n"
+         "<world name='arena'><model name='m'><pose>${twice} 0 0 0 0 0</pose>\n"
+         "<link name='l'><colision/></link></model></world></sdf>";
+  EXPECT_TRUE(is_sdf(file));
+  EXPECT_FALSE(is_sdf("arm.urdf.xacro"));
+  PackageResolver resolver;
+  Diagnostics found;
+  const SdfWorld world = load_sdf(file, resolver, found);
+  EXPECT_EQ(world.settings.name, "arena");
+  EXPECT_DOUBLE_EQ(world.models.at(0).X_WR.translation().x(), 4);
+  EXPECT_TRUE(std::ranges::any_of(found.all(), [](const Diagnostic& one) {
+    return one.rule == "sdf.unknown_element" && one.where.line == 4;
+  }));
+}
+
 std::string population(const std::string& how) {
   return "<sdf version='1.9'><world name='w'><population name='cans'><pose>1 2 3 0 0 0</pose>"
          "<model name='can'><pose>9 9 9 0 0 0.5</pose><static>true</static><link name='l'/></model>" +
