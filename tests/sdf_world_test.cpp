@@ -119,6 +119,28 @@ TEST_F(SdfWorldTest, EveryVisualHasMarker) {
   EXPECT_TRUE(triangles);
 }
 
+TEST_F(SdfWorldTest, TextureOfMaterialIsInMarker) {
+  std::ofstream(folder_ / "wall.png") << "png";
+  const std::string look = "<material><pbr><metal><albedo_map>wall.png</albedo_map></metal></pbr></material>";
+  const std::string mesh = "<mesh><uri>file:///nowhere/none.dae</uri></mesh>";
+  write(
+      "<sdf version='1.9'><world name='w'><model name='m'><static>true</static><link name='l'>"
+      "<visual name='box'><geometry><box/></geometry>" +
+      look + "</visual><visual name='cone'><geometry><cone/></geometry>" + look +
+      "</visual><visual name='lost'><geometry>" + mesh + "</geometry></visual></link></model></world></sdf>");
+  start("");
+  listen("/doppel/objects");
+  run(0.05);
+  const auto messages = received<MarkerArray>("/doppel/objects");
+  ASSERT_FALSE(messages.empty());
+  const auto& markers = messages.back().markers;
+  ASSERT_EQ(markers.size(), 3u);
+  EXPECT_EQ(markers[0].texture_resource, "file://" + (folder_ / "wall.png").string());
+  EXPECT_EQ(markers[1].texture_resource, "") << "triangles have no coordinates in the texture";
+  EXPECT_EQ(markers[2].type, visualization_msgs::msg::Marker::TRIANGLE_LIST);
+  EXPECT_TRUE(markers[2].points.empty()) << "a mesh that is not found";
+}
+
 TEST_F(SdfWorldTest, ModelIsMovedAndDeletedAsWhole) {
   start("");
   EXPECT_THAT(call("/gazebo/set_entity_state", "gazebo_msgs/srv/SetEntityState",
@@ -171,9 +193,25 @@ TEST_F(SdfWorldTest, SmallerFrictionOfPairHolds) {
   }
 }
 
-TEST_F(SdfWorldTest, WorldWithoutModelsAndRobotsIsRefused) {
+TEST_F(SdfWorldTest, WorldWithoutModelsAndRobotsRuns) {
   write("<sdf version='1.9'><world name='nothing'/></sdf>");
-  EXPECT_THROW(start(""), InputError);
+  start("");
+  run(0.1);
+  EXPECT_EQ(twin_->name(), "nothing");
+}
+
+TEST_F(SdfWorldTest, YamlWorldWithoutRobotsRuns) {
+  std::ofstream(folder_ / "room.yaml")
+      << "objects:\n  - {name: ball, sphere: {radius: 0.1}, xyz: [0, 0, 1], mass: 1}\n";
+  Scenario scenario;
+  scenario.world = folder_ / "room.yaml";
+  bring_up(scenario);
+  run(0.2);
+  EXPECT_NEAR(find("ball").base_pose().translation().z(), 1 - 0.5 * 9.81 * 0.04, 2e-3);
+}
+
+TEST_F(SdfWorldTest, NeitherRobotNorWorldIsRefused) {
+  EXPECT_THROW(bring_up(Scenario{}), InputError);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 import assert from 'node:assert/strict';
+import * as THREE from 'three';
 import { test } from 'node:test';
 import { choicesOf, listOf, listText, valueOf } from '../src/app/form';
 import { inertiaText, short } from '../src/app/details';
@@ -11,8 +12,9 @@ import { placeText, readSources } from '../src/app/sources';
 import { Tolerances } from '../src/app/tolerances';
 import type { Twin } from '../src/app/twin';
 import { treeOrder } from '../src/panels/tree';
+import { aroundMost } from '../src/scene/objects';
 import { parseSchema, type Field } from '../src/protocol/schema';
-import { beside, colladaImages, gltfFiles, mtlImages, objLibraries } from '../src/robot/bundle';
+import { beside, colladaImages, gltfFiles, mtlImages, objLibraries, texturesFolder } from '../src/robot/bundle';
 import { Tree } from '../src/robot/tree';
 import { parseUrdf } from '../src/robot/urdf';
 import { child, parseXml } from '../src/robot/xml';
@@ -133,6 +135,7 @@ test('the tree of links comes parents first, what no joint reaches last', () => 
 function fakeTwin(): Twin & { simTime: number; q: Float64Array } {
   return {
     sampled: new Signal(), robotChanged: new Signal(), controllersChanged: new Signal(), simTime: 0, client: { channel: () => ({}) }, paused: false, tree: null, q: new Float64Array(2), controllers: [],
+    own: (name: string) => name,
   } as unknown as Twin & { simTime: number; q: Float64Array };
 }
 
@@ -189,4 +192,17 @@ test('a parameter that a node refuses says why; values follow those that change'
   await assert.rejects(parameters.set('/a.c', 'y', 'string'), /out of range/);
   await assert.rejects(parameters.set('/a.c', 'y', 'int'), /not a number/);
   assert.equal((await parameters.describe('/a')).size, 0);
+});
+
+test('an image of a model of Gazebo may be in its folder of textures', () => {
+  assert.equal(texturesFolder('model://suv/meshes/suv.obj', 'suv.png'), 'model://suv/materials/textures/suv.png');
+  assert.equal(texturesFolder('file:///m/suv/meshes/suv.dae', 'C:\\art\\suv%20a.png'), 'file:///m/suv/materials/textures/suv a.png');
+});
+
+test('an object that falls away does not decide about the picture', () => {
+  const cube = (x: number, z: number): THREE.Box3 => new THREE.Box3(new THREE.Vector3(x, 0, z), new THREE.Vector3(x + 1, 1, z + 1));
+  const box = aroundMost([cube(0, 0), cube(3, 0), cube(6, 0), cube(2, -5000)]);
+  assert.deepEqual([box.min.x, box.max.x, box.min.z], [0, 7, 0]);
+  assert.equal(aroundMost([cube(0, 0), cube(500, 0)]).max.x, 501);
+  assert.ok(aroundMost([]).isEmpty());
 });

@@ -93,6 +93,7 @@ struct Material {
   std::string name;
   std::optional<Eigen::Vector4d> rgba;  // 0..1
   std::string texture;                  // URI as written
+  std::string texture_path = {};        // of SDF: resolved absolute file; empty: not found
   SourceLocation source;
 };
 

@@ -27,11 +27,24 @@ std::string package_name(const fs::path& folder) {
   return name;
 }
 
-fs::path package_around(const fs::path& file) {
+namespace {
+
+fs::path around(const fs::path& file, const char* manifest) {
+  std::error_code none;
   for (fs::path at = file.parent_path(); at.has_relative_path(); at = at.parent_path()) {
-    if (is_package(at)) return at;
+    if (fs::is_regular_file(at / manifest, none)) return at;
   }
   return {};
+}
+
+}  // namespace
+
+fs::path package_around(const fs::path& file) {
+  return around(file, "package.xml");
+}
+
+fs::path model_around(const fs::path& file) {
+  return around(file, "model.config");
 }
 
 }  // namespace doppel

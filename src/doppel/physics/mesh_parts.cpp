@@ -140,4 +140,20 @@ MeshParts static_parts(const TriangleMesh& mesh) {
   return out;
 }
 
+MeshParts moving_parts(const TriangleMesh& mesh) {
+  MeshParts out;
+  const std::vector<Surface> surfaces = connected_surfaces(mesh);
+  if (surfaces.size() > kMaxMovingParts) {
+    out.parts.push_back(mesh.vertices);
+    out.filled = 1;
+    return out;
+  }
+  for (const Surface& surface : surfaces) {
+    const Convexity is = convexity(mesh, surface);
+    out.filled += is.convex ? 0 : 1;
+    out.parts.push_back(solid_part(mesh, surface, is));
+  }
+  return out;
+}
+
 }  // namespace doppel

@@ -62,14 +62,17 @@ CollisionShape shape_of(const Geometry& geometry, const CollisionMesh* mesh, con
   return out;
 }
 
+// What of a mesh collides: the hull of a robot's link, the triangles of what stands still in a world, or the hulls of
+// the connected surfaces of what moves in it.
+enum class MeshUse { hull, still, moving };
+
 class ShapeReader {
  public:
   ShapeReader(CollisionMeshes& meshes, Diagnostics& diagnostics)
       : meshes_(meshes), diagnostics_(diagnostics) {}
 
-  // still: the link does not move, so that its meshes collide by their triangles.
   std::vector<CollisionShape> shapes_of(const RobotDescription& robot, const Model& model, const Link& link,
-                                        bool still) {
+                                        MeshUse use) {
     const ContactSurface of_link = surface_of(robot, link.name);
     std::vector<CollisionShape> out;
     for (const Collision& collision : link.collisions) {
@@ -84,8 +87,8 @@ class ShapeReader {
           friction_of(overlaid(of_link, collision.surface), model, collision, diagnostics_);
       const CollisionMesh* mesh = nullptr;
       if (const auto* geometry = std::get_if<MeshGeometry>(&collision.geometry)) {
-        if (still) {
-          add_parts(link, collision, *geometry, friction, out);
+        if (use != MeshUse::hull) {
+          add_parts(link, collision, *geometry, friction, use, out);
           continue;
         }
         mesh = mesh_of(link, collision, *geometry);
@@ -98,11 +101,12 @@ class ShapeReader {
 
  private:
   void add_parts(const Link& link, const Collision& collision, const MeshGeometry& geometry,
-                 const Friction& friction, std::vector<CollisionShape>& out) {
+                 const Friction& friction, MeshUse use, std::vector<CollisionShape>& out) {
     if (geometry.path.empty()) return;
     MeshParts made;
     try {
-      made = static_parts(load_mesh(geometry));
+      const TriangleMesh mesh = load_mesh(geometry);
+      made = use == MeshUse::still ? static_parts(mesh) : moving_parts(mesh);
     } catch (const InputError& error) {
       return leave_out(link, collision, error);
     }
@@ -110,7 +114,7 @@ class ShapeReader {
       const CollisionMesh solid = make_collision_mesh(part);
       out.push_back(shape_of(geometry, &solid, collision.origin.pose(), friction));
     }
-    if (made.filled > 0) {
+    if (made.filled > 0 && use == MeshUse::still) {
       diagnostics_.note(
           "physics.filled_mesh", collision.source,
           fmt::format("{} of the {} parts of the mesh '{}' of link '{}' have more than {} triangles and are "
@@ -271,11 +275,11 @@ ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
   ShapeReader reader(meshes, diagnostics);
   std::vector<std::string> keep;  // links whose shapes collide as they are described
   out.shapes.resize(model->links.size());
-  const bool still = options.passive && model->nv == 0;
+  const MeshUse use = !options.passive ? MeshUse::hull : model->nv == 0 ? MeshUse::still : MeshUse::moving;
   for (std::size_t i = 0; i < model->links.size(); ++i) {
     const Link* const link = description->find_link(model->links[i].name);
     if (link == nullptr) continue;  // the world that a floating base was given
-    out.shapes[i] = reader.shapes_of(*description, *model, *link, still);
+    out.shapes[i] = reader.shapes_of(*description, *model, *link, use);
     if (!contact_shape_of(*description, *link).empty()) keep.push_back(link->name);
   }
   out.rolling = fit_rolling_parts(*model, out.q0, keep, out.shapes);

@@ -41,6 +41,7 @@ struct MeshFile {
   std::string uri;                   // as in the messages to clients
   std::filesystem::path file;        // absolute
   std::filesystem::path named_in{};  // absolute; empty: the description
+  std::filesystem::path model{};     // absolute; the folder of Gazebo's model that contains it; empty: none
 };
 
 // The references of a description, and of the world around the robot, to files; cheap to copy.

@@ -94,6 +94,12 @@ class TableMaker {
   void add(const MeshFile& mesh) {
     if (!known_.insert(mesh.uri).second) return;
     const fs::path root = root_of(mesh);
+    if (!mesh.model.empty()) {
+      // model://NAME/... is a file of the model's folder, in whichever folder of the search path that is.
+      if (const std::string prefix = package_prefix(mesh.uri); !prefix.empty())
+        folders_.insert({prefix, mesh.model});
+      roots_.insert(mesh.model);
+    }
     if (is_package(root)) {
       roots_.insert(root);
     } else if (const fs::path way = mesh.file.lexically_relative(root);
@@ -103,7 +109,7 @@ class TableMaker {
       for (const fs::path& folder : {mesh.file.parent_path(), root / "textures", root / "materials"})
         (folder == root ? flat_ : roots_).insert(folder);
     }
-    table_.assets.push_back({mesh.uri, mesh.file, root});
+    table_.assets.push_back({mesh.uri, mesh.file, mesh.model.empty() ? root : mesh.model});
   }
 
   fs::path root_of(const MeshFile& mesh) {

@@ -1,5 +1,6 @@
 #include "doppel/session/served_files.h"
 
+#include "doppel/packages/package_folder.h"
 #include "doppel/twin/object_publisher.h"
 
 namespace doppel {
@@ -15,13 +16,17 @@ bool is_object(const ModelInstance& instance) {
 
 void add_object(const RobotDescription& object, RobotFiles& out) {
   std::error_code none;
+  const fs::path world = object.source.file ? fs::absolute(*object.source.file, none) : fs::path();
+  const auto add = [&](const std::string& uri, const std::string& path) {
+    const fs::path file = fs::absolute(path, none).lexically_normal();
+    out.meshes.push_back({uri, file, world.lexically_normal(), model_around(file)});
+  };
   for (const Link& link : object.links) {
     for (const Visual& visual : link.visuals) {
       const auto* mesh = std::get_if<MeshGeometry>(&visual.geometry);
-      if (mesh == nullptr || mesh->path.empty()) continue;
-      const fs::path world = object.source.file ? fs::absolute(*object.source.file, none) : fs::path();
-      out.meshes.push_back({mesh_resource(*mesh), fs::absolute(mesh->path, none).lexically_normal(),
-                            world.lexically_normal()});
+      if (mesh != nullptr && !mesh->path.empty()) add(mesh_resource(*mesh), mesh->path);
+      if (visual.material && !visual.material->texture_path.empty())
+        add(file_uri(visual.material->texture_path), visual.material->texture_path);
     }
   }
 }

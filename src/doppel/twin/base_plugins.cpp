@@ -5,13 +5,12 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
-#include <cmath>
 #include <optional>
 #include <set>
 #include <string_view>
 
 #include "doppel/core/text.h"
+#include "doppel/description/urdf_reader.h"
 #include "doppel/twin/detail/root_link.h"
 #include "doppel/twin/detail/yaml_text.h"
 #include "doppel/xml/xml.h"
@@ -75,9 +74,8 @@ class PluginValues {
   }
   std::optional<double> number(std::initializer_list<std::string_view> names) {
     const std::string found = text(names);
-    double value = 0;
-    const auto [end, problem] = std::from_chars(found.data(), found.data() + found.size(), value);
-    if (problem != std::errc() || end == found.data() || !std::isfinite(value)) return std::nullopt;
+    const std::optional<double> value = parse_number(found);
+    if (!value && !found.empty()) wrong_.push_back(fmt::format("<{}>{}", *names.begin(), found));
     return value;
   }
   double positive(std::initializer_list<std::string_view> names, double otherwise) {
@@ -99,6 +97,8 @@ class PluginValues {
     }
     return topic;
   }
+  // Elements that should have a number and have another text.
+  [[nodiscard]] const Texts& wrong() const { return wrong_; }
   [[nodiscard]] Texts unread() const {
     Texts out;
     for (const XmlNode& child : element_.children) {
@@ -112,6 +112,7 @@ class PluginValues {
  private:
   XmlNode element_;
   std::set<std::string, std::less<>> read_;
+  Texts wrong_;
 };
 
 std::string yaml_list(const Texts& texts) {
@@ -302,6 +303,13 @@ std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnos
       if (const std::string missing = missing_joint(robot, made.base); !missing.empty()) {
         note_unmapped(plugin, "it needs " + missing, diagnostics);
         continue;
+      }
+      if (!values.wrong().empty()) {
+        diagnostics.warning("up.base_plugin", plugin.source,
+                            fmt::format("the plugin '{}' has values that are not numbers, and its default is "
+                                        "used instead: {}",
+                                        plugin.filename, fmt::join(values.wrong(), ", ")),
+                            "write plain numbers, in m and s, without a unit");
       }
       std::string input, output;
       add_topics(values, made, input, output);

@@ -101,10 +101,9 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
     resolver.add_context(resolve_target(robot.target, scenario.bundled_robots).description);
   const std::vector<SdfModel> models = read_world(scenario, diagnostics);
   const std::vector<WorldRobot> asked = robots_asked_for(scenario, world, running, diagnostics);
-  if (asked.empty() && models.empty()) {
-    throw InputError("up.no_robot", {},
-                     "no robot is given, neither on the command line nor in the world file",
-                     "give one: doppel up TARGET, or `robots:` in the world file");
+  if (asked.empty() && !scenario.world) {
+    throw InputError("up.no_robot", {}, "neither a robot nor a world is given",
+                     "give one: doppel up TARGET, or doppel up --world FILE");
   }
   CollisionMeshes meshes;
   std::vector<std::shared_ptr<CompiledRobot>> fresh;

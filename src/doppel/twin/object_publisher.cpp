@@ -20,6 +20,7 @@ constexpr double kMoved = 1e-5;           // m, and of a rotation matrix's entri
 void add_triangles(const TriangleMesh& mesh, Marker& marker) {
   marker.type = Marker::TRIANGLE_LIST;
   marker.scale = to_vector_msg(Eigen::Vector3d::Ones());
+  marker.texture_resource.clear();  // there are no coordinates in the texture
   for (const auto& triangle : mesh.triangles) {
     for (const std::uint32_t corner : triangle) {
       const Eigen::Vector3f& p = mesh.vertices[corner];
@@ -47,6 +48,8 @@ Marker marker_of(const std::string& object, const LinkVisual& visual) {
   marker.header.frame_id = "world";
   marker.color = {static_cast<float>(rgba[0]), static_cast<float>(rgba[1]), static_cast<float>(rgba[2]),
                   static_cast<float>(rgba[3])};
+  if (visual.material != nullptr && !visual.material->texture_path.empty())
+    marker.texture_resource = file_uri(visual.material->texture_path);
   if (const auto* box = std::get_if<Box>(visual.geometry)) {
     marker.type = Marker::CUBE;
     marker.scale = to_vector_msg(box->size);
@@ -68,6 +71,10 @@ Marker marker_of(const std::string& object, const LinkVisual& visual) {
   } else if (const auto convex = convex_surface(*visual.geometry)) {
     add_triangles(*convex, marker);
   } else if (const auto* mesh = std::get_if<MeshGeometry>(visual.geometry)) {
+    if (mesh->path.empty()) {  // not found, which was reported when the world was read
+      add_triangles({}, marker);
+      return marker;
+    }
     if (!mesh->submesh.empty()) {
       add_part(*mesh, marker);
       return marker;
@@ -93,8 +100,12 @@ Marker deletion(std::int32_t id) {
 
 std::string mesh_resource(const MeshGeometry& mesh) {
   const bool in_a_package = mesh.uri.starts_with("package://") || mesh.uri.starts_with("model://");
-  return in_a_package ? mesh.uri
-                      : "file://" + std::filesystem::absolute(mesh.path).lexically_normal().string();
+  return in_a_package ? mesh.uri : file_uri(mesh.path);
+}
+
+std::string file_uri(const std::filesystem::path& file) {
+  std::error_code none;
+  return "file://" + std::filesystem::absolute(file, none).lexically_normal().string();
 }
 
 ObjectPublisher::ObjectPublisher(Bus& bus, const Scene& scene) : scene_(scene), node_(bus, "/doppel") {

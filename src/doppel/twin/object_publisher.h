@@ -5,6 +5,7 @@
 // ones, so that a subscriber that missed a message is up to date with the next one.
 
 #include <deque>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -20,6 +21,9 @@ namespace doppel {
 
 // The URI of an object's mesh in messages; for one without a scheme the URI of its file.
 DOPPEL_API std::string mesh_resource(const MeshGeometry& mesh);
+
+// "file:///..." of a file.
+DOPPEL_API std::string file_uri(const std::filesystem::path& file);
 
 class DOPPEL_API ObjectPublisher : public Tickable {
  public:

@@ -9,6 +9,7 @@
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
 #include "doppel/description/load.h"
+#include "doppel/worlds/detail/sdf_population.h"
 #include "doppel/xml/xml_tree.h"
 
 namespace doppel::sdf {
@@ -53,9 +54,13 @@ const Source* Document::parse(std::string text, const std::string& name, const f
         tolerated.message.substr(0, tolerated.message.find("; urdfdom")) + "; Gazebo accepts it";
     elements_.diagnostics.add(std::move(tolerated));
   }
+  return keep(tree.node(), folder);
+}
+
+const Source* Document::keep(XmlNode root, const fs::path& folder) {
   auto source = std::make_unique<Source>();
   source->folder = folder;
-  source->root = tree.node();
+  source->root = std::move(root);
   source->version = sdf_version(Elements::attribute(source->root, "version"));
   texts_.push_back(std::move(source));
   return texts_.back().get();
@@ -76,7 +81,14 @@ const XmlNode& Document::made(std::string text) {
 }
 
 void Document::read(std::string text, const std::string& name, const fs::path& folder, SdfWorld& out) {
-  const Source& source = *parse(std::move(text), name, folder);
+  read_source(*parse(std::move(text), name, folder), name, out);
+}
+
+void Document::read(XmlNode root, const std::string& name, const fs::path& folder, SdfWorld& out) {
+  read_source(*keep(std::move(root), folder), name, out);
+}
+
+void Document::read_source(const Source& source, const std::string& name, SdfWorld& out) {
   const XmlNode& root = source.root;
   if (!is_world_root(root)) {
     throw InputError("sdf.not_sdf", root.where,
@@ -182,7 +194,9 @@ void Document::read_items(const XmlNode& node, const Source& source, Scope& scop
     } else if (child.is("light") && world != nullptr) {
       const WrittenPose pose = elements_.pose(child);
       read_light(child, pose.X, pose.where.known(), *world);
-    } else if (child.is("actor") || child.is("population")) {
+    } else if (child.is("population") && scope.is_world) {
+      read_population(child, source, scope, world, depth + 1);
+    } else if (child.is("actor")) {
       elements_.without_effect(child.where, fmt::format("<{}>", child.name));
     }
   }
@@ -298,11 +312,16 @@ void Document::read_urdf(const fs::path& file, Scope& into, const Override& over
 
 void Document::read_include(const XmlNode& node, const Source& source, Scope& into, SdfWorld* world,
                             int depth) {
+  read_include(node, source, into, world, depth, Elements::text(node, "name"), elements_.pose(node));
+}
+
+void Document::read_include(const XmlNode& node, const Source& source, Scope& into, SdfWorld* world,
+                            int depth, const std::string& name, const WrittenPose& pose) {
   elements_.check(node, "include");
   Override over;
   over.include = &node;
-  over.name = Elements::text(node, "name");
-  over.pose = elements_.pose(node);
+  over.name = name;
+  over.pose = pose;
   over.fixed = elements_.truth(node, "static", false);
   over.placement_frame = Elements::text(node, "placement_frame");
   const std::string merged = Elements::attribute(node, "merge");
@@ -336,6 +355,37 @@ void Document::read_include(const XmlNode& node, const Source& source, Scope& in
     elements_.without_effect(node.where, fmt::format("the <include> of '{}'", uri), "it contains no model");
   }
   including_.pop_back();
+}
+
+// Each copy is named "MODEL_clone_3" and keeps the orientation of the model, as in Gazebo classic.
+void Document::read_population(const XmlNode& node, const Source& source, Scope& into, SdfWorld* world,
+                               int depth) {
+  elements_.check(node, "population");
+  const XmlNode* const model = node.first("model");
+  const XmlNode* const include = node.first("include");
+  const XmlNode* const copied = model != nullptr ? model : include;
+  if (copied == nullptr)
+    return elements_.error("sdf.value", node.where, "this <population> has no <model> or <include>");
+  const auto places = population_places(node, elements_);
+  if (!places) return;
+  const WrittenPose frame = elements_.pose(node);
+  for (std::size_t i = 0; i < places->size(); ++i) {
+    const std::size_t before = into.items.size();
+    Override over;
+    over.include = copied;
+    over.name = fmt::format("{}_clone_{}", Elements::attribute(node, "name"), i);
+    over.pose = elements_.pose(*copied);
+    over.pose.X = frame.X * Eigen::Translation3d((*places)[i]) * Pose(over.pose.X.linear());
+    over.pose.relative_to = frame.relative_to;
+    over.pose.where = frame.where.known() ? frame.where : node.where;
+    if (model != nullptr) {
+      over.fixed = elements_.truth(*model, "static", false);
+      read_model(*model, source, into, &over, depth);
+    } else {
+      read_include(*include, source, into, world, depth, over.name, over.pose);
+    }
+    if (into.items.size() == before) return;  // the error of the first copy is that of all
+  }
 }
 
 // The two models that nearly every world includes and that Gazebo brings along.

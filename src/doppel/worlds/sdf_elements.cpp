@@ -32,6 +32,7 @@ constexpr Kind kKinds[] = {
      "must_be_base_link kinematic velocity_decay enable_wind audio_sink audio_source battery projector "
      "particle_emitter damping"},
     {"inertial", "pose mass inertia density auto_inertia_params origin", "fluid_added_mass"},
+    {"population", "pose model include model_count distribution box cylinder", "frame"},
     {"inertia", "ixx ixy ixz iyy iyz izz", ""},
     {"collision", "pose geometry surface density auto_inertia_params origin", "laser_retro max_contacts"},
     {"visual", "pose geometry material transparency origin",

@@ -205,13 +205,13 @@ std::optional<Material> ShapeReader::material(const XmlNode& visual, const Sourc
     for (const char* name : {"diffuse", "ambient", "emissive"}) {
       if (!out.rgba) out.rgba = elements_.colour(*node, name);
     }
-    if (const XmlNode* const script = node->first("script")) named_material(*script, out);
+    if (const XmlNode* const script = node->first("script")) named_material(*script, source, out);
     const XmlNode* pbr = node->first("pbr");
     if (pbr != nullptr) pbr = first_of(*pbr, {"metal", "specular"});
     const XmlNode* const albedo = pbr == nullptr ? nullptr : pbr->first("albedo_map");
     if (albedo != nullptr && !albedo->content().empty()) {
       out.texture = albedo->content();
-      files_.find(out.texture, source.folder, albedo->where);
+      out.texture_path = files_.find(out.texture, source.folder, albedo->where);
       if (!out.rgba) out.rgba = Eigen::Vector4d::Ones();
     }
   }
@@ -223,10 +223,22 @@ std::optional<Material> ShapeReader::material(const XmlNode& visual, const Sourc
   return out;
 }
 
-void ShapeReader::named_material(const XmlNode& script, Material& out) {
+void ShapeReader::named_material(const XmlNode& script, const Source& source, Material& out) {
   out.name = Elements::text(script, "name");
   if (out.name.empty()) out.name = script.content();  // of SDF 1.3: <script>Gazebo/Grey</script>
   if (out.name.empty()) return;
+  std::vector<std::string> uris;
+  for (const XmlNode& child : script.children) {
+    if (child.is("uri")) uris.push_back(child.content());
+  }
+  if (const auto scripted = scripts_.find(out.name, uris, source.folder)) {
+    out.texture = scripted->texture;
+    out.texture_path = scripted->texture_path;
+    // The colour multiplies the texture; scripts without one are white.
+    if (!out.texture_path.empty() || !out.rgba)
+      out.rgba = scripted->diffuse.value_or(Eigen::Vector4d::Ones());
+    return;
+  }
   std::optional<Eigen::Vector4d> rgba = gazebo_colour(out.name);
   if (!rgba) rgba = gazebo_colour("Gazebo/" + out.name);
   if (!out.rgba) out.rgba = rgba;

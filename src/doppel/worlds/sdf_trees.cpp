@@ -53,6 +53,7 @@ std::vector<SdfModel> Trees::build() {
     if (item.kind == Item::Kind::joint) collect_joint(world_, item, "", Pose::Identity());
   }
   elements_.diagnostics.throw_if_errors();
+  hold_nested();
   connect();
   std::vector<SdfModel> out;
   for (const Model& model : models_) {
@@ -80,7 +81,25 @@ void Trees::collect(Scope& scope, const std::string& prefix, int model, const Po
       index_[&item] = index;
       links_.push_back(std::move(link));
     } else if (item.scope != nullptr && item.urdf == nullptr) {
+      const std::size_t before = links_.size();
       collect(*item.scope, prefix + item.name + "::", model, X * frames_.pose(scope, item));
+      if (!item.scope->is_static) continue;
+      for (std::size_t i = before; i < links_.size(); ++i) links_[i].held = true;
+    }
+  }
+}
+
+// A model around an <include> of a static one, as many worlds write it, is static itself.
+void Trees::hold_nested() {
+  for (const Model& model : models_) {
+    const auto held = [this](int link) { return links_[static_cast<std::size_t>(link)].held; };
+    const auto count = std::count_if(model.links.begin(), model.links.end(), held);
+    if (count == 0 || model.item->scope->is_static) continue;
+    if (static_cast<std::size_t>(count) == model.links.size()) {
+      model.item->scope->is_static = true;
+    } else {
+      elements_.without_effect(model.item->node->where, "<static> of a nested model",
+                               fmt::format("other links of '{}' move", model.item->name));
     }
   }
 }

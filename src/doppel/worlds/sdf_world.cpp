@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/core/names.h"
 #include "doppel/core/text.h"
+#include "doppel/description/load.h"
 #include "doppel/worlds/detail/model_search.h"
 #include "doppel/worlds/detail/sdf_document.h"
 #include "doppel/worlds/detail/sdf_trees.h"
@@ -42,8 +44,9 @@ void find_ground(SdfWorld& world) {
   }
 }
 
-template <class Search>
-SdfWorld read(std::string text, const std::string& name, const fs::path& folder, const Search& search,
+// `content`: the text, or the root of its tree.
+template <class Content, class Search>
+SdfWorld read(Content content, const std::string& name, const fs::path& folder, const Search& search,
               PackageResolver& resolver, Diagnostics& diagnostics) {
   Diagnostics found;
   sdf::Elements elements(found);
@@ -51,7 +54,7 @@ SdfWorld read(std::string text, const std::string& name, const fs::path& folder,
   sdf::Document document(elements, files, resolver);
   SdfWorld out;
   try {
-    document.read(std::move(text), name, folder, out);
+    document.read(std::move(content), name, folder, out);
     document.frames().resolve_all(document.world());
     found.throw_if_errors();
     const sdf::StatePoses state = sdf::read_state(document.state(), elements);
@@ -92,6 +95,12 @@ SdfWorld load_sdf(const fs::path& given, PackageResolver& resolver, Diagnostics&
   resolver.add_context(file);
   const ModelSearch search(file, resolver);
   const fs::path folder = fs::absolute(file, none).lexically_normal().parent_path();
+  if (lowered(file.extension().string()) == ".xacro") {
+    ExpandedDescription expanded = expand_description(file, {}, resolver, diagnostics);
+    SdfWorld out = read(std::move(expanded.root), file.string(), folder, &search, resolver, diagnostics);
+    out.files.insert(out.files.begin(), expanded.files.begin(), expanded.files.end());
+    return out;
+  }
   SdfWorld out =
       read(read_file(file.string(), kMaxSdfBytes), file.string(), folder, &search, resolver, diagnostics);
   out.files.insert(out.files.begin(), file);
@@ -114,10 +123,29 @@ SdfWorld parse_sdf(const std::string& text, const std::string& name, const SdfMe
 
 bool is_sdf(const fs::path& file) {
   std::error_code none;
-  const std::string extension = lowered(file.extension().string());
+  std::string extension = lowered(file.extension().string());
   if (fs::is_directory(file, none)) return !model_file(file).empty();
+  if (extension == ".xacro") extension = lowered(file.stem().extension().string());
   return extension == ".sdf" || extension == ".world" || extension == ".model";
 }
+
+namespace {
+
+// The names of worlds and models in a folder; without their extension if `stems`.
+void add_world_names(const fs::path& folder, bool stems, std::vector<std::string>& out) {
+  std::error_code none;
+  for (fs::directory_iterator it(folder, none), end; !none && it != end; it.increment(none)) {
+    const fs::path& path = it->path();
+    const std::string extension = lowered(path.extension().string());
+    const bool yaml = extension == ".yaml" || extension == ".yml";
+    if (fs::exists(path / "model.config", none) || fs::exists(path / "model.sdf", none))
+      out.push_back(path.filename().string());
+    else if (yaml || extension == ".sdf" || extension == ".world")
+      out.push_back((stems ? path.stem() : path.filename()).string());
+  }
+}
+
+}  // namespace
 
 fs::path find_world(const std::string& name, PackageResolver& resolver) {
   std::error_code none;
@@ -132,8 +160,19 @@ fs::path find_world(const std::string& name, PackageResolver& resolver) {
       if (std::find(tried.begin(), tried.end(), place) == tried.end()) tried.push_back(place);
     }
   }
+  const fs::path given(name);
+  const fs::path beside = given.has_parent_path() ? given.parent_path() : fs::current_path(none);
+  std::vector<std::string> known;
+  add_world_names(beside, !given.has_extension(), known);
+  for (const fs::path& root : search.roots()) {
+    for (const fs::path& folder : {root, root / "worlds"})
+      add_world_names(folder, !given.has_extension(), known);
+  }
+  std::sort(known.begin(), known.end());
+  known.erase(std::unique(known.begin(), known.end()), known.end());
   throw InputError("world.not_found", {},
-                   fmt::format("there is no world '{}'; searched: {}", name, fmt::join(tried, ", ")),
+                   fmt::format("there is no world '{}'{}; searched: {}", name,
+                               did_you_mean(given.filename().string(), known), fmt::join(tried, ", ")),
                    "give a YAML or SDF file, a model's folder, or a name on GZ_SIM_RESOURCE_PATH");
 }
 

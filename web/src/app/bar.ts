@@ -1,7 +1,7 @@
 // The bar at the top: the robot, connection, time and its controls, theme, and the emergency stop at the right end.
 import type { Message } from '../protocol/cdr';
 import type { App } from './app';
-import { button, h, say, toast } from './dom';
+import { button, fill, h, say, toast } from './dom';
 import { icon, setIcon } from './icons';
 import { set, settings } from './settings';
 import { seconds } from './units';
@@ -20,6 +20,15 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
     );
   };
   const name = h('strong', { class: 'robot-name' }, 'doppel');
+  // Shown instead of the name where there are several robots.
+  const robot = h('select', { 'aria-label': 'Robot of the panels and commands', title: 'Robot of the panels and commands', id: 'robot', hidden: true, onchange: () => twin.selectRobot(robot.value) });
+  const listRobots = (): void => {
+    fill(robot, twin.robots.map((space) => h('option', { value: space, selected: space === twin.space }, space === '' ? '(no namespace)' : space.slice(1))));
+    robot.hidden = twin.robots.length < 2;
+    name.hidden = !robot.hidden;
+  };
+  twin.robotsChanged.on(listRobots);
+  twin.selectedRobot.on(listRobots);
   const link = h('span', { class: 'link', role: 'status' }, 'connecting');
   const play = button(icon('pause'), 'Pause (P)', () => {
     call(twin.paused ? '/gazebo/unpause_physics' : '/gazebo/pause_physics');
@@ -53,7 +62,7 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
   const stop = h('button', { type: 'button', class: 'stop', id: 'stop', title: `Emergency stop (${settings.stopKeys.join(', ')})`, onclick: () => void (commander.stopped ? commander.release() : commander.stop()) }, 'STOP');
   const clock = h('div', { class: 'group clock', role: 'group', 'aria-label': 'Time' }, reset, play, step, speed, time, factor);
   const element = h('header', { class: 'bar' },
-    h('div', { class: 'brand' }, name, link), clock, h('span', { class: 'spacer' }), h('div', { class: 'group last' }, theme, more), stop);
+    h('div', { class: 'brand' }, name, robot, link), clock, h('span', { class: 'spacer' }), h('div', { class: 'group last' }, theme, more), stop);
 
   commander.stopChanged.on((stopped) => {
     say(stop, stopped ? 'Release' : 'STOP');
@@ -63,7 +72,7 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
   });
   const update = (): void => {
     const { client } = twin;
-    say(name, twin.tree?.robot.name ?? 'doppel');
+    say(name, (twin.robots.length > 0 && twin.tree?.robot.name) || 'doppel');
     const phase = client.phase === 'open' ? (commander.viewing ? 'kinematics' : 'connected') : client.phase === 'lost' ? 'lost, trying again' : 'connecting';
     say(link, phase);
     link.className = `link ${client.phase}`;

@@ -25,6 +25,8 @@ export class Commander {
   readonly stopChanged = new Signal<boolean>();
   stopped = false;
   private stoppedControllers: string[] = [];
+  private stoppedSpace = ''; // the robot of the stopped controllers
+  private stoppedOthers: string[] = []; // controller managers in their emergency stop
   private readonly owners = new Map<string, Controller>(); // by joint
   private ownersOf: Controller[] | null = null; // the list from which `owners` was built
   private readonly waiting = new Set<string>();
@@ -32,12 +34,14 @@ export class Commander {
   private told = 0;
   private glide: ReturnType<typeof setInterval> | null = null;
 
-  constructor(private readonly twin: Twin) {}
+  constructor(private readonly twin: Twin) {
+    twin.selectedRobot.on(() => this.endGlide());
+  }
 
   get viewing(): boolean {
     const { client } = this.twin;
-    return client.phase === 'open' && client.services.size > 0 && !client.services.has('/controller_manager/list_controllers')
-      || client.channel(VIEW_TOPIC) !== null;
+    const simulated = client.services.has('/gazebo/pause_physics') || client.services.has(this.twin.own('/controller_manager/list_controllers'));
+    return client.phase === 'open' && client.services.size > 0 && !simulated || client.channel(VIEW_TOPIC) !== null;
   }
 
   owner(joint: TreeJoint): Controller | null {
@@ -99,9 +103,10 @@ export class Commander {
       return;
     }
     this.waiting.add(name);
+    const { space } = this.twin;
     setTimeout(() => {
       this.waiting.delete(name);
-      if (!this.stopped) this.send(name, seconds);
+      if (!this.stopped && space === this.twin.space) this.send(name, seconds);
     }, wait);
   }
 
@@ -125,7 +130,7 @@ export class Commander {
       const time = seconds > 0 ? seconds : this.timeFor(joints, twin.q, twin.target);
       this.publishTrajectory(controller, joints, [{ positions, time_from_start: duration(time) }]);
     } else {
-      twin.client.publish(`/${name}/commands`, 'std_msgs/msg/Float64MultiArray', { data: positions });
+      twin.client.publish(twin.own(`/${name}/commands`), 'std_msgs/msg/Float64MultiArray', { data: positions });
     }
   }
 
@@ -136,7 +141,7 @@ export class Commander {
   }
 
   private publishTrajectory(controller: Controller, joints: TreeJoint[], points: Message[]): void {
-    this.twin.client.publish(`/${controller.name}/joint_trajectory`, 'trajectory_msgs/msg/JointTrajectory', {
+    this.twin.client.publish(this.twin.own(`/${controller.name}/joint_trajectory`), 'trajectory_msgs/msg/JointTrajectory', {
       joint_names: joints.map((joint) => joint.name),
       points,
     });
@@ -209,20 +214,26 @@ export class Commander {
     }
   }
 
-  // Cancels goals and holds; then, if that setting is on, deactivates the controllers that command joints.
+  // Cancels goals and holds; then, if that setting is on, deactivates the controllers that command joints. The managers
+  // of the other robots take their own emergency stop.
   async stop(): Promise<void> {
     const { twin } = this;
     this.stopped = true;
     this.stopChanged.emit(true);
     this.hold();
+    this.stoppedSpace = twin.space;
+    this.stoppedOthers = twin.robots.filter((space) => space !== twin.space).map((space) => `${space}/controller_manager`);
+    for (const manager of this.stoppedOthers) {
+      twin.client.call(`${manager}/emergency_stop`).catch((problem: Error) => toast(`${manager} does not stop: ${problem.message}`, 'error'));
+    }
     const movers = twin.controllers.filter((c) => c.state === 'active' && c.joints.length > 0).map((c) => c.name);
     for (const name of movers) {
-      const cancel = `/${name}/follow_joint_trajectory/_action/cancel_goal`;
+      const cancel = twin.own(`/${name}/follow_joint_trajectory/_action/cancel_goal`);
       if (twin.client.services.has(cancel)) void twin.client.call(cancel).catch(() => {});
     }
     if (settings.stopDoes === 'deactivate' && movers.length > 0) {
       this.stoppedControllers = movers;
-      await this.switchControllers([], movers);
+      await this.switchControllers([], movers, this.stoppedSpace);
     }
   }
 
@@ -231,16 +242,21 @@ export class Commander {
     twin.target.set(twin.q);
     const again = this.stoppedControllers;
     this.stoppedControllers = [];
-    if (again.length > 0) await this.switchControllers(again, []);
+    const others = this.stoppedOthers;
+    this.stoppedOthers = [];
+    for (const manager of others) {
+      twin.client.call(`${manager}/reset_emergency_stop`).catch((problem: Error) => toast(`${manager} remains stopped: ${problem.message}`, 'error'));
+    }
+    if (again.length > 0) await this.switchControllers(again, [], this.stoppedSpace);
     this.stopped = false;
     twin.target.set(twin.q);
     this.stopChanged.emit(false);
   }
 
-  async switchControllers(activate: string[], deactivate: string[]): Promise<void> {
+  async switchControllers(activate: string[], deactivate: string[], space = this.twin.space): Promise<void> {
     const { twin } = this;
     try {
-      const answer = await twin.client.call('/controller_manager/switch_controller', {
+      const answer = await twin.client.call(`${space}/controller_manager/switch_controller`, {
         activate_controllers: activate,
         deactivate_controllers: deactivate,
         strictness: 1,

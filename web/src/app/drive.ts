@@ -22,6 +22,7 @@ export class Drive {
   // Shares of both, -1 to 1: ahead, to the left, turn to the left.
   private wanted: readonly [number, number, number] = [0, 0, 0];
   private held = false;
+  private to: BaseTopic | null = null; // of the robot that is driven: the stop goes to it, too
   private stopsLeft = 0;
   private timer: ReturnType<typeof setInterval> | null = null;
 
@@ -29,13 +30,14 @@ export class Drive {
     addEventListener('blur', () => this.release());
     document.addEventListener('visibilitychange', () => this.release());
     app.commander.stopChanged.on(() => this.release());
+    app.twin.selectedRobot.on(() => this.release());
   }
 
   // The topic that the robot's base reads; null: there is none.
   topic(): BaseTopic | null {
     const { client, controllers } = this.app.twin;
     const names = controllers.filter((c) => c.state === 'active' && BASES.test(c.type)).flatMap((c) => [`/${c.name}/cmd_vel`, `/${c.name}/reference`]);
-    for (const name of [...names, '/cmd_vel']) {
+    for (const name of [...names, '/cmd_vel'].map((one) => this.app.twin.own(one))) {
       const type = client.channel(name)?.schemaName;
       if (type === STAMPED || type === PLAIN) return { name, stamped: type === STAMPED };
     }
@@ -54,6 +56,7 @@ export class Drive {
   hold(ahead: number, left: number, turn: number): void {
     if (this.app.commander.stopped) return;
     this.wanted = [ahead, left, turn];
+    this.to = this.topic();
     this.held = true;
     this.stopsLeft = STOPS;
     this.timer ??= setInterval(() => this.tick(), PERIOD);
@@ -78,7 +81,7 @@ export class Drive {
 
   private send(): void {
     const { twin } = this.app;
-    const topic = this.topic();
+    const topic = this.to;
     if (!topic || twin.client.phase !== 'open') return;
     const { x, y, yaw } = this.velocity;
     const twist = { linear: { x, y, z: 0 }, angular: { x: 0, y: 0, z: yaw } };

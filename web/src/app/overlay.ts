@@ -20,6 +20,12 @@ const LAYERS: [string, string, string][] = [
   ['shadows', 'Shadows', 'Shadows'],
 ];
 
+// The first reason is in the title of the note.
+function failures(failed: { uri: string; reason: string }[]): string {
+  const name = failed[0]?.uri.split('/').pop();
+  return failed.length === 0 ? '' : failed.length === 1 ? `${name} could not be loaded.` : `${failed.length} files could not be loaded, the first is ${name}.`;
+}
+
 export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => void } {
   const { world, twin } = app;
   let following = false;
@@ -48,10 +54,11 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
     details.update();
     const { view } = world;
     const text = twin.client.phase === 'lost' ? 'Connection to the twin lost. Reconnecting.'
-      : !view ? (twin.client.phase === 'open' ? 'Waiting for /robot_description.' : 'Connecting.')
+      : !view ? (twin.client.phase !== 'open' ? 'Connecting.' : twin.withoutRobots ? failures(world.failed) : `Waiting for ${twin.own('/robot_description')}.`)
       : view.loading > 0 ? `Loading meshes: ${view.loading} to go.`
-      : view.failed.length > 0 ? `${view.failed.length} meshes could not be loaded: ${view.failed[0]!.uri.split('/').pop()}, ${view.failed[0]!.reason}` : '';
+      : failures([...view.failed, ...world.failed]);
     note.hidden = text === '';
+    note.title = [...view?.failed ?? [], ...world.failed][0]?.reason ?? '';
     say(note, text);
   }
 

@@ -1,6 +1,6 @@
 // The locations of links and joints in the user's own files, as published on /doppel/sources.
 import { Signal } from './signal';
-import type { Client } from '../protocol/client';
+import type { Twin } from './twin';
 
 export interface Place {
   file: string;
@@ -34,8 +34,12 @@ export class Sources {
   joints = new Map<string, Place>();
   readonly changed = new Signal();
 
-  constructor(client: Client) {
-    client.subscribe('/doppel/sources', (m) => {
+  constructor(twin: Twin) {
+    twin.selectedRobot.on(() => {
+      this.links = new Map();
+      this.joints = new Map();
+    });
+    twin.follow('/doppel/sources', (m) => {
       ({ links: this.links, joints: this.joints } = readSources(String(m['data'])));
       this.changed.emit();
     });

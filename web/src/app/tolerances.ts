@@ -23,12 +23,12 @@ export class Tolerances {
   }
 
   private listen(): void {
-    const wanted = new Map(this.twin.controllers.filter((c) => c.state === 'active' && /Trajectory/.test(c.type)).map((c) => [`/${c.name}/controller_state`, c.name]));
+    const wanted = new Map(this.twin.controllers.filter((c) => c.state === 'active' && /Trajectory/.test(c.type)).map((c) => [this.twin.own(`/${c.name}/controller_state`), c.name]));
     for (const [topic, end] of this.subscriptions) {
       if (wanted.has(topic)) continue;
       end();
       this.subscriptions.delete(topic);
-      for (const [joint, one] of this.joints) if (`/${one.controller}/controller_state` === topic) this.joints.delete(joint);
+      for (const [joint, one] of this.joints) if (topic.endsWith(`/${one.controller}/controller_state`)) this.joints.delete(joint);
     }
     for (const [topic, name] of wanted) {
       if (!this.subscriptions.has(topic)) this.subscriptions.set(topic, this.twin.client.subscribe(topic, (m) => this.take(name, m)));
@@ -60,9 +60,9 @@ export class Tolerances {
     const one = this.joints.get(joint);
     if (!one) return NaN;
     const still = one.now - one.movedAt;
-    const goalTime = this.parameters.number(`/${one.controller}.constraints.goal_time`);
+    const goalTime = this.parameters.number(this.twin.own(`/${one.controller}.constraints.goal_time`));
     if (!(still <= Math.max(SETTLING, goalTime || 0))) return NaN;
-    const value = this.parameters.number(`/${one.controller}.constraints.${joint}.${still === 0 ? 'trajectory' : 'goal'}`);
+    const value = this.parameters.number(this.twin.own(`/${one.controller}.constraints.${joint}.${still === 0 ? 'trajectory' : 'goal'}`));
     return value > 0 ? value : NaN;
   }
 }

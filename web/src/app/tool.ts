@@ -1,16 +1,9 @@
 // Moving the tool: inverse kinematics follows a goal in the world sixty times a second from the commanded pose.
 import { Ik, type Solution } from '../robot/ik';
-import { compose, quatMultiply, rotate, STRIDE } from '../robot/tree';
+import { compose, inversePose, quatMultiply, rotate, STRIDE } from '../robot/tree';
 import type { App } from './app';
 import { settings } from './settings';
 import { Signal } from './signal';
-
-function inverse(pose: ArrayLike<number>): Float64Array {
-  const q = [-pose[3]!, -pose[4]!, -pose[5]!, pose[6]!];
-  const t = [0, 0, 0];
-  rotate(q, 0, -pose[0]!, -pose[1]!, -pose[2]!, t, 0);
-  return Float64Array.of(t[0]!, t[1]!, t[2]!, ...q);
-}
 
 export class ToolDriver {
   readonly changed = new Signal();
@@ -120,7 +113,7 @@ export class ToolDriver {
     }
     const root = twin.tree.root * STRIDE;
     const local = new Float64Array(7);
-    compose(inverse(twin.poses.subarray(root, root + STRIDE)), 0, goal, 0, local, 0);
+    compose(inversePose(twin.poses.subarray(root, root + STRIDE)), 0, goal, 0, local, 0);
     const before = Float64Array.from(this.q);
     this.solution = ik.solve(this.q, { link: world.tool, position: local, orientation: settings.keepOrientation ? local.slice(3) : null },
       { iterations: 12, maxStep: 0.2, rotationWeight: 0.15, usable: (joint) => commander.canMove(joint) });

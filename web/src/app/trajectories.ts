@@ -13,5 +13,5 @@ export function waypointsYaml(twin: Twin, commander: Commander, waypoints: Waypo
   }
   return [...owners].map(([owner, theirs]) => trajectoryYaml(theirs.map((joint) => joint.name),
     waypoints.map(({ time, positions }) => ({ time, positions: theirs.map((joint) => positions[joint.index]!) })),
-    owner ? `/${owner}/joint_trajectory` : '')).join('---\n');
+    owner ? twin.own(`/${owner}/joint_trajectory`) : '')).join('---\n');
 }

@@ -1,5 +1,6 @@
 // The TF tree: the last transform of each frame, and the pose in the world.
 import type { Message } from '../protocol/cdr';
+import type { Client } from '../protocol/client';
 import { compose, quatMultiply, type TreeJoint } from '../robot/tree';
 
 export interface Transform {
@@ -84,5 +85,41 @@ export class TransformStore {
     const along = turn[0]! * joint.axis[0] + turn[1]! * joint.axis[1] + turn[2]! * joint.axis[2];
     const angle = 2 * Math.atan2(along, turn[3]!);
     return angle > Math.PI ? angle - 2 * Math.PI : angle < -Math.PI ? angle + 2 * Math.PI : angle;
+  }
+}
+
+// The frames of one robot. Of a robot in the namespace /left they are those below `left/` of the tree of all robots, or
+// those of its own tree /left/tf, where it publishes one.
+export class RobotFrames {
+  private readonly own = new TransformStore();
+  private readonly prefix: string;
+
+  constructor(private readonly client: Client, private readonly all: TransformStore, private readonly space: string) {
+    this.prefix = space === '' ? '' : `${space.slice(1)}/`;
+  }
+
+  // Subscribes to the robot's own tree. Returns the function that ends it.
+  listen(taken: (transforms: Transform[], now: number) => void): () => void {
+    if (this.space === '') return () => {};
+    const take = (message: Message, still: boolean): void => {
+      const now = performance.now();
+      const transforms = (message['transforms'] as Message[]).map((raw) => readTransform(raw, still, now));
+      for (const transform of transforms) this.own.put(transform);
+      taken(transforms, now);
+    };
+    const ends = [
+      this.client.subscribe(`${this.space}/tf`, (m) => take(m, false)),
+      this.client.subscribe(`${this.space}/tf_static`, (m) => take(m, true)),
+    ];
+    return () => ends.forEach((end) => end());
+  }
+
+  linkOf(frame: string): string {
+    return frame.startsWith(this.prefix) ? frame.slice(this.prefix.length) : frame;
+  }
+
+  // The link's pose in the world; null: unknown.
+  toWorld(link: string): Float64Array | null {
+    return this.own.toWorld(link) ?? this.all.toWorld(this.prefix + link);
   }
 }

@@ -1,12 +1,12 @@
 // The state of the twin in the page: description, joints, controllers, time. All other parts subscribe to it.
 
-import { Client, type Phase } from '../protocol/client';
+import { Client, type Handler, type Phase } from '../protocol/client';
 import type { Message, Value } from '../protocol/cdr';
 import { STRIDE, Tree } from '../robot/tree';
 import { parseUrdf } from '../robot/urdf';
 import { Signal, Standing } from './signal';
 import { readLoads, readStatus, type Load, type Status } from './status';
-import { poseOf, readTransform, type Transform, TransformStore } from './transforms';
+import { poseOf, readTransform, RobotFrames, type Transform, TransformStore } from './transforms';
 
 export interface Controller {
   name: string;
@@ -32,7 +32,15 @@ export function stampOf(value: Value | undefined): number {
   return time ? (time.sec ?? 0) + (time.nanosec ?? 0) * 1e-9 : 0;
 }
 
+const DESCRIPTION = '/robot_description';
+
+// The state of the twin and of one of its robots: the one that the panels, sliders and commands are for.
 export class Twin {
+  // The namespaces of all robots, '' first: "/left". Empty: a world without robots, or nothing is connected.
+  robots: string[] = [];
+  space = ''; // of the selected one
+  readonly robotsChanged = new Standing<string[]>();
+  readonly selectedRobot = new Signal<string>(); // before its description is received
   readonly robotChanged = new Standing<Tree>();
   readonly moved = new Signal();
   readonly sampled = new Signal(); // joint states have been received
@@ -63,6 +71,12 @@ export class Twin {
   // frame of the odometry.
   truth: Float64Array | null = null;
 
+  readonly transformed = new Signal(); // /tf or /tf_static has been received
+  private frames: RobotFrames;
+  private endFrames = (): void => {};
+  private readonly followed = new Set<{ name: string; handler: Handler; end: () => void }>();
+  private wanted: string | null = new URLSearchParams(location.search).get('robot'); // null: any
+  private fresh = true; // the next description is that of another robot
   private readonly heard = new Map<string, number>(); // joint → ms
   private loadWatchers = 0;
   private endLoads: (() => void) | null = null;
@@ -74,6 +88,7 @@ export class Twin {
   constructor(url: string) {
     this.client = new Client({ url });
     const { client } = this;
+    this.frames = this.framesOf('');
     client.onphase = (phase) => {
       this.truth = null;
       if (phase === 'open') void this.listControllers();
@@ -81,32 +96,112 @@ export class Twin {
       this.phaseChanged.emit(phase);
     };
     client.ongraph = () => {
+      this.findRobots();
       this.graphChanged.emit();
       if (client.phase === 'open' && client.services.size > 0) void this.listControllers();
     };
     client.onstatus = (level, text) =>
       this.tell({ time: this.simTime, level: [20, 30, 40][level] ?? 20, name: 'server', text, place: '' });
-    client.subscribe('/robot_description', (m) => this.describe(String(m['data'])));
-    client.subscribe('/joint_states', (m) => this.takeJointState(m));
     client.subscribe('/tf', (m) => this.takeTransforms(m, false));
     client.subscribe('/tf_static', (m) => this.takeTransforms(m, true));
-    client.subscribe('/ground_truth/odom', (m) => this.takeTruth(m));
     client.subscribe('/clock', (m) => this.knowTime(stampOf(m['clock'])));
     client.subscribe('/doppel/status', (m) => this.takeStatus(readStatus(m)));
     client.subscribe('/rosout', (m) => this.takeLog(m));
-    client.subscribe('/controller_manager/activity', () => void this.listControllers());
+    this.follow(DESCRIPTION, (m) => this.describe(String(m['data'])));
+    this.follow('/joint_states', (m) => this.takeJointState(m));
+    this.follow('/ground_truth/odom', (m) => this.takeTruth(m));
+    this.follow('/controller_manager/activity', () => void this.listControllers());
   }
 
   start(): void {
     this.client.start();
   }
 
+  // A running world without any robot: its status is published, and no description.
+  get withoutRobots(): boolean {
+    return this.status !== null && this.robots.length === 0;
+  }
+
+  // Why there is no robot in the page; '' with one.
+  get missing(): string {
+    return this.tree ? '' : this.withoutRobots ? 'This world has no robot.' : 'Waiting for the description of the robot.';
+  }
+
+  // A name of the selected robot: own('/joint_states') is '/left/joint_states'.
+  own(name: string): string {
+    return this.space + name;
+  }
+
+  // A link of the selected robot in the simulator's services, where several robots may have a link of that name.
+  linkName(link: number): string {
+    const name = this.tree?.links[link] ?? '';
+    return this.robots.length < 2 ? name : `${this.space.slice(1) || this.tree!.robot.name}::${name}`;
+  }
+
+  // The frames of a robot in the transforms of all robots; its own tree is used where it has one.
+  framesOf(space: string): RobotFrames {
+    return new RobotFrames(this.client, this.transforms, space);
+  }
+
+  // Subscribes to a topic of the selected robot, whichever it is. Returns the function that ends it.
+  follow(name: string, handler: Handler): () => void {
+    const topic = { name, handler, end: this.client.subscribe(this.own(name), handler) };
+    this.followed.add(topic);
+    return () => {
+      this.followed.delete(topic);
+      topic.end();
+    };
+  }
+
+  private findRobots(): void {
+    const { client } = this;
+    const inside = client.services.space; // that of the whole twin
+    const found = [...client.channels.values()].map((channel) => channel.topic).filter((topic) => topic.endsWith(DESCRIPTION))
+      .map((topic) => topic.slice(0, -DESCRIPTION.length)).map((space) => (space === inside ? '' : space)).sort();
+    if (found.join() === this.robots.join()) return;
+    this.robots = found;
+    const wanted = this.wanted ?? this.space;
+    if (found.length > 0 && found.includes(wanted) && wanted !== this.space) this.changeRobot(wanted);
+    else if (found.length > 0 && !found.includes(this.space)) this.changeRobot(found[0]!);
+    this.robotsChanged.emit(found);
+  }
+
+  // The robot that the page commands from now on, and again after a reconnection.
+  selectRobot(space: string): void {
+    this.wanted = space;
+    if (space !== this.space && this.robots.includes(space)) this.changeRobot(space);
+  }
+
+  private changeRobot(space: string): void {
+    this.space = space;
+    this.description = '';
+    this.truth = null;
+    this.controllers = [];
+    this.fresh = true;
+    this.followFrames();
+    this.watchReferences();
+    this.selectedRobot.emit(space);
+    this.controllersChanged.emit();
+    for (const topic of this.followed) {
+      topic.end();
+      topic.end = this.client.subscribe(this.own(topic.name), topic.handler);
+    }
+    void this.listControllers();
+  }
+
+  private followFrames(): void {
+    this.endFrames();
+    this.frames = this.framesOf(this.space);
+    this.endFrames = this.frames.listen((transforms, now) => this.useTransforms(transforms, now));
+  }
+
   private describe(text: string): void {
     if (text === this.description) return;
     try {
       const tree = new Tree(parseUrdf(text));
-      const before = this.tree;
+      const before = this.fresh ? null : this.tree;
       const old = this.q;
+      this.fresh = false;
       this.description = text;
       this.tree = tree;
       this.truth = null;
@@ -173,7 +268,7 @@ export class Twin {
   private placeRoot(): void {
     const { tree } = this;
     if (!tree) return;
-    const world = this.truth ?? this.transforms.toWorld(tree.links[tree.root] ?? '');
+    const world = this.truth ?? this.frames.toWorld(tree.links[tree.root] ?? '');
     if (world) this.poses.set(world, tree.root * STRIDE);
   }
 
@@ -184,17 +279,23 @@ export class Twin {
 
   private takeTransforms(message: Message, still: boolean): void {
     const now = performance.now();
+    const transforms = (message['transforms'] as Message[]).map((raw) => readTransform(raw, still, now));
+    for (const transform of transforms) this.transforms.put(transform);
+    this.transformed.emit();
+    this.useTransforms(transforms, now);
+    if (still) this.moved.emit(); // for example the ground's frame does not move any link
+  }
+
+  private useTransforms(transforms: Transform[], now: number): void {
     const { tree } = this;
+    if (!tree) return;
     let changed = false;
-    for (const raw of message['transforms'] as Message[]) {
-      const transform = readTransform(raw, still, now);
-      this.transforms.put(transform);
-      const link = tree?.linkIndex.get(transform.child);
-      if (tree && link !== undefined && link !== tree.root && this.useTransform(tree, link, transform, now)) changed = true;
-      if (tree && link === tree.root) changed = true;
+    for (const transform of transforms) {
+      const link = tree.linkIndex.get(this.frames.linkOf(transform.child));
+      if (link === undefined) continue;
+      if (link === tree.root || this.useTransform(tree, link, transform, now)) changed = true;
     }
     if (changed) this.update();
-    if (still) this.moved.emit(); // for example the ground's frame does not move any link
   }
 
   // The position of a joint that is not in /joint_states is computed from its transform.
@@ -223,7 +324,7 @@ export class Twin {
   // Subscribes to efforts and gravity loads of the joints. Returns the function that ends it.
   watchLoads(): () => void {
     this.loadWatchers += 1;
-    this.endLoads ??= this.client.subscribe('/doppel/joint_loads', (m) => this.takeLoads(m));
+    this.endLoads ??= this.follow('/doppel/joint_loads', (m) => this.takeLoads(m));
     let ended = false;
     return () => {
       if (ended) return;
@@ -273,9 +374,12 @@ export class Twin {
   }
 
   private async askControllers(): Promise<void> {
-    if (!this.client.services.has('/controller_manager/list_controllers')) return;
+    const { space } = this;
+    const service = this.own('/controller_manager/list_controllers');
+    if (!this.client.services.has(service)) return;
     try {
-      const answer = await this.client.call('/controller_manager/list_controllers');
+      const answer = await this.client.call(service);
+      if (space !== this.space) return; // another robot was selected meanwhile
       this.controllers = (answer['controller'] as Message[]).map((raw) => {
         const claims = raw['claimed_interfaces'] as string[];
         const needed = claims.length > 0 ? claims : (raw['required_command_interfaces'] as string[]);
@@ -297,7 +401,7 @@ export class Twin {
   }
 
   private watchReferences(): void {
-    const wanted = new Set(this.controllers.filter((c) => /Trajectory/.test(c.type)).map((c) => `/${c.name}/controller_state`));
+    const wanted = new Set(this.controllers.filter((c) => /Trajectory/.test(c.type)).map((c) => this.own(`/${c.name}/controller_state`)));
     for (const [topic, end] of this.stateSubscriptions) {
       if (!wanted.has(topic)) {
         end();

@@ -35,6 +35,7 @@ export function startWorkbench(app: App, layout: Layout): void {
   const handle = new ToolHandle(app, driver);
   const jog = new Jog(app, driver);
   const drive = new Drive(app);
+  app.twin.selectedRobot.on(() => app.select(null));
   new ContactLayer(app);
   const baseTrace = new BaseTrace(app);
   const objects = new ObjectLayer(app, picker);
@@ -68,8 +69,11 @@ export function startWorkbench(app: App, layout: Layout): void {
     pusher.end();
     if (!down || Math.hypot(event.clientX - down.x, event.clientY - down.y) > 4) return;
     const hit = objects.placing ? null : picker.hit(event);
-    if (objects.click(event, hit ? hit.point.distanceTo(app.world.stage.camera.position) : Infinity)) return;
-    app.select(hit ? { link: hit.link } : null);
+    const other = objects.placing ? null : app.world.others.hit(picker.rayAt(event));
+    const here = hit ? hit.point.distanceTo(app.world.stage.camera.position) : Infinity;
+    if (objects.click(event, Math.min(here, other?.distance ?? Infinity))) return;
+    app.select(hit && !(other && other.distance < here) ? { link: hit.link } : null);
+    if (other && other.distance < here) app.twin.selectRobot(other.space);
   });
   Object.assign(app, { driver, handle, jog, drive, baseTrace, pusher, objects, parameters, recorder, ready: true });
 }

@@ -57,12 +57,18 @@ export function healthPanel(app: App): Panel {
   let told = '';
   function show(): void {
     const read = readFindings(told);
-    if (!read) fill(findings, h('p', { class: 'empty' }, '/doppel/health has no valid content.'));
+    if (!read) fill(findings, h('p', { class: 'empty' }, `${twin.own('/doppel/health')} has no valid content.`));
     else fill(findings, read.findings.length === 0 ? h('p', { class: 'empty' }, 'Nothing found.') : read.findings.map(showFinding));
   }
 
-  fill(findings, h('p', { class: 'empty' }, 'No findings received yet on /doppel/health.'));
-  twin.client.subscribe('/doppel/health', (m) => {
+  function forget(): void {
+    told = '';
+    fill(findings, h('p', { class: 'empty' }, `No findings received yet on ${twin.own('/doppel/health')}.`));
+  }
+
+  forget();
+  twin.selectedRobot.on(forget);
+  twin.follow('/doppel/health', (m) => {
     told = String(m['data']);
     show();
   });
@@ -115,7 +121,7 @@ export function healthPanel(app: App): Panel {
       missing, loads),
     update: () => {
       say(missing, app.commander.viewing ? 'Loads need physics: doppel up instead of doppel view.' : 'This twin does not publish joint loads.');
-      const offered = twin.client.channel('/doppel/joint_loads') !== null;
+      const offered = twin.client.channel(twin.own('/doppel/joint_loads')) !== null;
       missing.hidden = offered;
       loads.hidden = !offered;
       if (offered) for (const row of seen) showLoad(row);

@@ -24,7 +24,7 @@ interface Row {
 export function jointsPanel(app: App): Panel {
   const { twin, commander } = app;
   const list = h('div', { class: 'joints' });
-  const none = h('p', { class: 'empty' }, 'Waiting for the description of the robot.');
+  const none = h('p', { class: 'empty' });
   let rows: Row[] = [];
   let endLoads = (): void => {};
   const seen = new Seen<Row>((row) => {
@@ -92,6 +92,7 @@ export function jointsPanel(app: App): Panel {
   }
 
   function update(): void {
+    say(none, twin.missing);
     element.classList.toggle('effortless', commander.viewing);
     for (const row of seen) show(row);
   }

@@ -1,6 +1,7 @@
 // The tree of links, each with the joint that carries it: search, arrow keys, selection shared with the picture.
 import type { App, Panel } from '../app/app';
-import { fill, h } from '../app/dom';
+import { fill, h, say } from '../app/dom';
+import type { Signal } from '../app/signal';
 import type { Tree } from '../robot/tree';
 
 interface Node {
@@ -34,7 +35,7 @@ export function treePanel(app: App): Panel {
   const { twin } = app;
   const rows = h('div', { class: 'tree-rows', role: 'presentation' });
   const list = h('div', { class: 'tree', role: 'tree', 'aria-label': 'Links and joints', tabIndex: 0 }, rows);
-  const none = h('p', { class: 'empty' }, 'Waiting for the description of the robot.');
+  const none = h('p', { class: 'empty' });
   const search = h('input', { type: 'text', placeholder: 'search links and joints', 'aria-label': 'Search links and joints', oninput: () => {
     list.scrollTop = 0;
     reflect();
@@ -153,6 +154,8 @@ export function treePanel(app: App): Panel {
   new ResizeObserver(() => reflect()).observe(list);
   app.selected.on(follow);
   twin.robotChanged.on(build);
+  for (const signal of [twin.statusChanged, twin.robotsChanged] as Signal<unknown>[]) signal.on(() => say(none, twin.missing));
+  say(none, twin.missing);
   list.append(none);
   const element = h('div', { class: 'tree-panel' }, h('div', { class: 'tools' }, search), list);
   return {

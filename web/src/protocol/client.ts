@@ -156,7 +156,9 @@ export class Client {
 
   private listenToOffers(wire: FoxgloveClient): void {
     wire.on('advertise', (channels) => {
-      for (const channel of channels) this.addChannel(channel);
+      const read = channels.filter((channel) => this.addChannel(channel));
+      const bound = this.findSpace() ? this.channels.values() : read;
+      for (const channel of bound) this.bind(channel);
       this.ongraph();
     });
     wire.on('unadvertise', (ids) => {
@@ -263,22 +265,30 @@ export class Client {
 
   // -- topics
 
-  private addChannel(channel: Channel): void {
+  // The program's own topics show in which namespace it is: the status of its loop, or in a view, which has none, the
+  // findings. Each robot in a namespace has findings of its own. Whether it has changed.
+  private findSpace(): boolean {
+    const of = (name: string): string | undefined => {
+      for (const { topic } of this.channels.values()) if (topic.endsWith(name)) return topic.slice(0, -name.length);
+      return undefined;
+    };
+    const space = of('/doppel/status') ?? of('/doppel/health');
+    if (space === undefined || space === this.services.space) return false;
+    this.services.space = space;
+    return true;
+  }
+
+  // Whether its schema can be read.
+  private addChannel(channel: Channel): boolean {
     this.channels.set(channel.id, channel);
-    // The program's own topics show in which namespace it is.
-    const own = /^(.*)\/doppel\/(health|status)$/.exec(channel.topic);
-    if (own && own[1] !== this.services.space) {
-      this.services.space = own[1]!;
-      for (const other of [...this.channels.values()]) if (other.id !== channel.id) this.bind(other);
-    }
     try {
       this.types.delete(shortName(channel.schemaName));
       this.learn(channel.schemaName, channel.schema);
     } catch (problem) {
       this.onstatus(1, `${channel.topic}: ${(problem as Error).message}`);
-      return;
+      return false;
     }
-    this.bind(channel);
+    return true;
   }
 
   // Called for the subscriptions that waited for it.
@@ -328,7 +338,8 @@ export class Client {
       if (channel) this.subscribeNow(subscription, channel);
     } else if (subscription.last) {
       const { message, stamp } = subscription.last;
-      queueMicrotask(() => handler(message, stamp));
+      const mine = subscription;
+      queueMicrotask(() => mine.handlers.has(handler) && handler(message, stamp));
     }
     const mine = subscription;
     mine.handlers.add(handler);

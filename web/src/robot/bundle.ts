@@ -14,7 +14,7 @@ const TYPES: Record<string, string> = { png: 'image/png', jpg: 'image/jpeg', jpe
 // last part is used.
 export function beside(base: string, name: string): string {
   const plain = decode(name.trim()).replace(/\\/g, '/');
-  if (/^package:\/\//.test(plain)) return plain;
+  if (/^(package|model):\/\//.test(plain)) return plain;
   const relative = /^(file:|[A-Za-z]:|\/)/.test(plain) ? plain.slice(plain.lastIndexOf('/') + 1) : plain;
   const scheme = /^[a-z]+:\/\//.exec(base)?.[0] ?? '';
   const parts = base.slice(scheme.length).split('/').slice(0, -1);
@@ -23,6 +23,15 @@ export function beside(base: string, name: string): string {
     else if (part !== '.' && part !== '') parts.push(part);
   }
   return scheme + parts.join('/');
+}
+
+// The URI of an image in the folder for textures of the model of Gazebo that a mesh belongs to.
+export function texturesFolder(base: string, name: string): string {
+  return beside(base, `../materials/textures/${decode(name.trim()).replace(/\\/g, '/').split('/').pop()!}`);
+}
+
+function extensionOf(uri: string): string {
+  return /\.(\w+)$/.exec(uri)?.[1]?.toLowerCase() ?? '';
 }
 
 function decode(text: string): string {
@@ -76,13 +85,24 @@ export class Bundle {
     await Promise.all(names.map(async (name) => {
       const uri = name.startsWith('data:') ? name : beside(this.base, name);
       try {
-        const bytes = uri.startsWith('data:') ? dataBytes(uri) : await this.fetchAsset(uri);
-        const kind = /\.(\w+)$/.exec(uri)?.[1]?.toLowerCase() ?? '';
+        const bytes = uri.startsWith('data:') ? dataBytes(uri) : await this.fetch(uri, name);
+        const kind = extensionOf(uri);
         this.urls.set(name, URL.createObjectURL(new Blob([bytes as BlobPart], { type: TYPES[kind] ?? /^data:([^;,]+)/.exec(uri)?.[1] ?? 'application/octet-stream' })));
       } catch (problem) {
         this.problems.push({ uri: uri.slice(0, 200), reason: (problem as Error).message });
       }
     }));
+  }
+
+  // A model of Gazebo may have the images of its meshes in materials/textures.
+  private async fetch(uri: string, name: string): Promise<Uint8Array> {
+    try {
+      return await this.fetchAsset(uri);
+    } catch (problem) {
+      const other = texturesFolder(this.base, name);
+      if (other === uri || !(extensionOf(uri) in TYPES)) throw problem;
+      return this.fetchAsset(other).catch(() => Promise.reject(problem));
+    }
   }
 
   // One white pixel, for a missing image.

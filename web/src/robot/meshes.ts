@@ -29,12 +29,22 @@ function finish(object: THREE.Object3D, bare: (material: THREE.Material) => bool
   });
 }
 
+// Many exporters write the opacity of a solid material as its complement; a mesh that is not visible at all is not meant.
+export function showOpaque(material: THREE.Material): void {
+  if (material.opacity > 0) return;
+  material.opacity = 1;
+  material.transparent = false;
+}
+
 async function readCollada(text: string, bundle: Bundle): Promise<THREE.Object3D> {
   const { ColladaLoader } = await import('three/addons/loaders/ColladaLoader.js');
   await bundle.add(colladaImages(text));
   const object = new ColladaLoader(bundle.manager).parse(text, '').scene;
   // The loader rotates Y-up files for a Y-up scene; here Z is up, as in ROS.
   object.rotation.set(0, 0, 0);
+  object.traverse((one) => {
+    if (one instanceof THREE.Mesh) for (const material of [one.material].flat() as THREE.Material[]) showOpaque(material);
+  });
   finish(object, (material) => material.name === THREE.Loader.DEFAULT_MATERIAL_NAME);
   return object;
 }

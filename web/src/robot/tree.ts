@@ -53,6 +53,12 @@ export function compose(a: ArrayLike<number>, ai: number, b: ArrayLike<number>, 
   out[o + 2] = z;
 }
 
+export function inversePose(pose: ArrayLike<number>): Float64Array {
+  const out = Float64Array.of(0, 0, 0, -pose[3]!, -pose[4]!, -pose[5]!, pose[6]!);
+  rotate(out, 3, -pose[0]!, -pose[1]!, -pose[2]!, out, 0);
+  return out;
+}
+
 export class Tree {
   readonly links: string[] = [];
   readonly linkIndex = new Map<string, number>();

@@ -3,30 +3,26 @@ import * as THREE from 'three';
 import type { App } from '../app/app';
 import { settings, settingsChanged } from '../app/settings';
 import { poseOf } from '../app/transforms';
-import { compose } from '../robot/tree';
+import { compose, inversePose } from '../robot/tree';
 import { Trace } from './trace';
 
 const ODOMETRY = 'nav_msgs/msg/Odometry';
 const TRUTH = '/ground_truth/odom';
-
-function inverse(pose: Float64Array): Float64Array {
-  const turned = new Float64Array(7);
-  compose([0, 0, 0, -pose[3]!, -pose[4]!, -pose[5]!, pose[6]!], 0, [-pose[0]!, -pose[1]!, -pose[2]!, 0, 0, 0, 1], 0, turned, 0);
-  return turned;
-}
 
 export class BaseTrace {
   readonly truth = new Trace(0xe69f00);
   readonly odometry = new Trace(0x0072b2);
   private readonly group = new THREE.Group();
   private start: Float64Array | null = null; // the frame of the odometry in the world
-  private end: (() => void) | null = null;
+  private followed: string | null = null; // the topic
+  private end = (): void => {};
 
   constructor(private readonly app: App) {
     this.group.add(this.truth.line, this.odometry.line);
     app.world.stage.scene.add(this.group);
     settingsChanged.on((key) => key === 'layers' && this.follow());
     app.twin.graphChanged.on(() => this.follow());
+    app.twin.selectedRobot.on(() => this.follow());
     app.twin.robotChanged.on(() => this.clear());
     this.follow();
   }
@@ -37,9 +33,13 @@ export class BaseTrace {
     this.odometry.clear();
   }
 
+  // The odometry of the selected robot.
   private topic(): string | null {
-    for (const channel of this.app.twin.client.channels.values()) {
-      if (channel.schemaName === ODOMETRY && !channel.topic.endsWith(TRUTH)) return channel.topic;
+    const { client, space, robots } = this.app.twin;
+    const others = robots.filter((one) => one !== space && one.startsWith(space)).map((one) => `${one}/`);
+    for (const { topic, schemaName } of client.channels.values()) {
+      if (schemaName !== ODOMETRY || topic.endsWith(TRUTH) || !topic.startsWith(`${space}/`)) continue;
+      if (!others.some((one) => topic.startsWith(one))) return topic;
     }
     return null;
   }
@@ -47,12 +47,12 @@ export class BaseTrace {
   private follow(): void {
     const on = settings.layers['base'] ?? false;
     this.group.visible = on;
-    const topic = this.topic();
-    if (on === (this.end !== null) || (on && !topic)) return;
-    this.end?.();
-    this.end = null;
+    const topic = on ? this.topic() : null;
+    if (topic === this.followed) return;
+    this.end();
     this.clear();
-    if (on && topic) this.end = this.app.twin.client.subscribe(topic, (m) => this.take(poseOf(m)));
+    this.followed = topic;
+    this.end = topic ? this.app.twin.client.subscribe(topic, (m) => this.take(poseOf(m))) : (): void => {};
   }
 
   private take(odometry: Float64Array): void {
@@ -60,7 +60,7 @@ export class BaseTrace {
     if (!truth) return;
     if (!this.start) {
       this.start = new Float64Array(7);
-      compose(truth, 0, inverse(odometry), 0, this.start, 0);
+      compose(truth, 0, inversePose(odometry), 0, this.start, 0);
     }
     const shown = new Float64Array(7);
     compose(this.start, 0, odometry, 0, shown, 0);

@@ -41,6 +41,7 @@ export class CameraMan {
     if (box.isEmpty()) return;
     box.getCenter(this.centre);
     this.size = Math.max(0.05, box.getSize(new THREE.Vector3()).length());
+    this.controls.maxDistance = Math.max(80, this.size * 4);
   }
 
   private place(view: ViewName): { position: THREE.Vector3; target: THREE.Vector3 } {

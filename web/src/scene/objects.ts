@@ -5,19 +5,23 @@ import type { App } from '../app/app';
 import { toast } from '../app/dom';
 import { Signal } from '../app/signal';
 import type { Message } from '../protocol/cdr';
-import { materialOf } from '../robot/materials';
+import type { Problem } from '../robot/bundle';
+import { materialOf, texturedOf } from '../robot/materials';
+import type { Material } from '../robot/urdf';
 import type { Picker } from './picking';
 
 export const OBJECTS_TOPIC = '/doppel/objects';
 export const SPAWN = '/spawn_entity', DELETE = '/delete_entity', SET_STATE = '/gazebo/set_entity_state';
 const PERIOD = 40; // ms between two poses sent while dragging
 const ACTION = { remove: 2, removeAll: 3 }; // visualization_msgs/Marker
+const PLANE = 0.001; // m, the thickness of a box that stands for a plane
 const MARKER = { cube: 1, sphere: 2, cylinder: 3, mesh: 10, triangles: 11 };
 
 // What one marker shows.
 interface Part {
   holder: THREE.Group;
   shape: string; // the marker that it was created from
+  flat: boolean; // a plane, whose size is arbitrary
 }
 
 export interface WorldObject {
@@ -39,15 +43,20 @@ export class ObjectLayer {
   private controls: TransformControls | null = null;
   private outline: THREE.Box3Helper | null = null;
   private sentAt = 0;
+  private loading = 0; // meshes and textures
+  private fitted = false;
+  private readonly failed: Problem[]; // files of objects
   private placed: ((at: THREE.Vector3) => void) | null = null;
 
   constructor(private readonly app: App, private readonly picker: Picker) {
     const { world, twin } = app;
+    this.failed = world.failed;
     world.stage.scene.add(this.root, this.proxy);
     twin.client.subscribe(OBJECTS_TOPIC, (m) => this.take(m));
     twin.phaseChanged.on((phase) => {
       if (phase === 'lost') this.clear();
     });
+    twin.statusChanged.on(() => this.fit());
     app.selected.on((selection) => {
       if (selection) this.select(null);
     });
@@ -65,6 +74,7 @@ export class ObjectLayer {
     this.select(null);
     this.root.clear();
     this.objects.clear();
+    this.failed.length = 0;
     this.listChanged.emit();
     this.app.world.stage.moved();
   }
@@ -85,6 +95,21 @@ export class ObjectLayer {
     if (changed) this.listChanged.emit();
     this.showOutline();
     this.app.world.stage.moved();
+    this.fit();
+  }
+
+  // The first picture of a world without a robot, repeated while meshes arrive.
+  private fit(): void {
+    if (this.fitted || !this.app.twin.withoutRobots) return;
+    this.fitted = this.loading === 0 && this.objects.size > 0;
+    const flat: THREE.Box3[] = [], solid: THREE.Box3[] = [];
+    for (const object of this.objects.values()) {
+      for (const part of object.parts.values()) {
+        const box = new THREE.Box3().setFromObject(part.holder);
+        if (!box.isEmpty()) (part.flat ? flat : solid).push(box);
+      }
+    }
+    this.app.world.fitObjects(aroundMost(solid.length > 0 ? solid : flat));
   }
 
   private drop(id: number): boolean {
@@ -111,7 +136,7 @@ export class ObjectLayer {
     const id = Number(marker['id']);
     let part = object?.parts.get(id);
     if (!part) {
-      part = { holder: new THREE.Group(), shape: '' };
+      part = { holder: new THREE.Group(), shape: '', flat: false };
       part.holder.userData['object'] = name;
       this.root.add(part.holder);
     }
@@ -134,10 +159,12 @@ export class ObjectLayer {
     const colour = marker['color'] as unknown as { r: number; g: number; b: number; a: number };
     const type = Number(marker['type']);
     const uri = String(marker['mesh_resource'] ?? '');
+    const texture = String(marker['texture_resource'] ?? '');
     const points = marker['points'] as unknown as Vector[];
-    const shape = JSON.stringify([type, scale, colour, uri, points.length]);
+    const shape = JSON.stringify([type, scale, colour, uri, texture, points.length]);
     if (shape === part.shape) return;
     part.shape = shape;
+    part.flat = type === MARKER.cube && Math.min(scale.x, scale.y, scale.z) <= PLANE;
     part.holder.clear();
     const embedded = type === MARKER.mesh && marker['mesh_use_embedded_materials'] === true;
     const rgba: [number, number, number, number] = [colour.r, colour.g, colour.b, colour.a > 0 ? colour.a : 1];
@@ -147,8 +174,10 @@ export class ObjectLayer {
         if (!(one instanceof THREE.Mesh)) return;
         one.castShadow = one.receiveShadow = true;
         if (!embedded) one.material = material;
+        else dress(one, material);
       });
-      made.scale.set(scale.x || 1, scale.y || 1, scale.z || 1);
+      if (texture !== '') void this.paint(made, { name: '', color: rgba, texture }, part, shape);
+      part.holder.scale.set(scale.x || 1, scale.y || 1, scale.z || 1); // the mesh has a scale of its own: its unit
       part.holder.add(made);
       this.app.world.stage.moved();
     };
@@ -160,10 +189,33 @@ export class ObjectLayer {
       geometry.computeVertexNormals();
       add(new THREE.Mesh(geometry, material));
     } else if (type === MARKER.mesh) {
+      this.loading += 1;
       this.app.world.meshes.get(uri).then((loaded) => {
-        if (part.shape === shape) add('geometry' in loaded ? new THREE.Mesh(loaded.geometry, material) : loaded.object.clone());
-      }, (problem: Error) => toast(`${name}: ${problem.message}`, 'warning'));
+        if (part.shape !== shape) return;
+        add('geometry' in loaded ? new THREE.Mesh(loaded.geometry, material) : loaded.object.clone());
+        this.failed.push(...(loaded.problems ?? []));
+      }).catch((problem: Error) => this.failed.push({ uri, reason: problem.message })).finally(() => {
+        this.loading -= 1;
+        this.fit();
+      });
     } else add(new THREE.Mesh(new THREE.BoxGeometry(1, 1, 1), material));
+  }
+
+  private async paint(made: THREE.Object3D, material: Material, part: Part, shape: string): Promise<void> {
+    this.loading += 1;
+    try {
+      const painted = texturedOf(material, await this.app.world.meshes.texture(material.texture!));
+      if (part.shape !== shape) return;
+      made.traverse((one) => {
+        if (one instanceof THREE.Mesh) one.material = painted;
+      });
+      this.app.world.stage.invalidate();
+    } catch (problem) {
+      this.failed.push({ uri: material.texture!, reason: (problem as Error).message });
+    } finally {
+      this.loading -= 1;
+      this.fit();
+    }
   }
 
   // -- dragging and placing
@@ -307,6 +359,26 @@ export class ObjectLayer {
   remove(name: string): Promise<boolean> {
     return this.ask(DELETE, { name });
   }
+}
+
+// Parts of a mesh without a material in its file get that of the marker.
+function dress(mesh: THREE.Mesh, material: THREE.Material): void {
+  const bare = mesh.userData['bare'] as boolean[] | undefined;
+  if (Array.isArray(mesh.material)) mesh.material = mesh.material.map((one, i) => (bare?.[i] ? material : one));
+  else if (bare?.[0]) mesh.material = material;
+}
+
+// The box around all boxes but those that are far from all others, such as something that falls.
+export function aroundMost(boxes: THREE.Box3[]): THREE.Box3 {
+  const middle = (values: number[]): number => values.sort((a, b) => a - b)[Math.floor(values.length / 2)] ?? 0;
+  const centres = boxes.map((box) => box.getCenter(new THREE.Vector3()));
+  const centre = new THREE.Vector3(middle(centres.map((c) => c.x)), middle(centres.map((c) => c.y)), middle(centres.map((c) => c.z)));
+  const reach = middle(centres.map((c) => c.distanceTo(centre))) + middle(boxes.map((box) => box.getSize(new THREE.Vector3()).length()));
+  const out = new THREE.Box3();
+  boxes.forEach((box, i) => {
+    if (boxes.length < 3 || centres[i]!.distanceTo(centre) <= 10 * reach) out.union(box);
+  });
+  return out;
 }
 
 function boundsOf(object: WorldObject): THREE.Box3 {

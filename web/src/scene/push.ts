@@ -80,7 +80,7 @@ export class Pusher {
     this.forceChanged.emit(force.length());
     this.draw();
     twin.client.call('/gazebo/apply_link_wrench', {
-      link_name: twin.tree.links[this.link]!,
+      link_name: twin.linkName(this.link),
       reference_point: { x: this.local.x, y: this.local.y, z: this.local.z },
       wrench: { force: { x: force.x, y: force.y, z: force.z } },
       duration: { sec: 0, nanosec: PERIOD * 1e6 },
@@ -91,7 +91,7 @@ export class Pusher {
 
   end(): void {
     if (!this.active) return;
-    const name = this.app.twin.tree?.links[this.link] ?? '';
+    const name = this.app.twin.linkName(this.link);
     this.link = -1;
     if (this.timer !== null) clearInterval(this.timer);
     this.arrow.visible = false;

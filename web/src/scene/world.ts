@@ -6,10 +6,12 @@ import { Signal, Standing } from '../app/signal';
 import type { AssetStore } from '../robot/assets';
 import type { Twin } from '../app/twin';
 import { COMMANDED, ghostMaterial, PAST } from '../robot/materials';
+import type { Problem } from '../robot/bundle';
 import { MeshStore } from '../robot/meshes';
 import { RobotView, type Layer, type LayerMaker } from '../robot/view';
 import { STRIDE, type Tree } from '../robot/tree';
 import { CameraMan, type ViewName } from './camera';
+import { OtherRobots } from './other_robots';
 import { AxisLayer, centres, frames, inertiaBoxes } from './layers';
 import { Stage } from './stage';
 import { Trace } from './trace';
@@ -28,8 +30,11 @@ export class World {
   ghost: RobotView | null = null;
   size = 0.5;
   tool = 0;
+  readonly failed: Problem[] = []; // files of the world's objects
   readonly toolChanged = new Signal<number>();
   firstPicture = 0; // ms since the start of loading
+  readonly others: OtherRobots;
+  private selecting = false; // the next robot is another one of the same picture: the camera stays
   private axes = new AxisLayer();
   private ghostPoses = new Float64Array();
   private stale = false;
@@ -44,6 +49,8 @@ export class World {
     this.camera = new CameraMan(this.stage);
     this.meshes = new MeshStore(assets);
     this.stage.scene.add(this.trace.line);
+    this.others = new OtherRobots(twin, this);
+    twin.selectedRobot.on(() => (this.selecting = true));
     twin.robotChanged.on((tree) => this.build(tree));
     twin.moved.on(() => {
       this.stale = true;
@@ -90,8 +97,9 @@ export class World {
       if (settings.layers[layer]) this.applyLayer(layer, true);
     }
     this.applyOthers();
-    this.fitted = false;
-    this.fit();
+    this.fitted = this.selecting && this.complete;
+    this.selecting = false;
+    if (!this.fitted) this.fit();
     this.built.emit(this.view);
     this.toolChanged.emit(this.tool);
   }
@@ -111,6 +119,20 @@ export class World {
     if (this.view?.loading === 0 && !this.fitted) this.fit();
   }
 
+  // A robot that is not selected has a new shape.
+  othersChanged(): void {
+    this.stage.moved();
+    if (this.view?.loading === 0 && !this.complete) this.fit();
+  }
+
+  // Where there is no robot, the picture is that of the world's objects.
+  fitObjects(box: THREE.Box3): void {
+    if (this.view) return;
+    if (!box.isEmpty()) this.frame(box);
+    this.stage.begin();
+    this.finish();
+  }
+
   private bounds(view: RobotView): THREE.Box3 {
     view.root.updateMatrixWorld(true);
     const box = new THREE.Box3();
@@ -125,11 +147,7 @@ export class World {
   private fit(): void {
     const { view } = this;
     if (!view) return;
-    const box = this.bounds(view);
-    this.size = Math.max(0.05, box.getSize(new THREE.Vector3()).length());
-    this.camera.fit(box);
-    this.stage.fit(box.getCenter(new THREE.Vector3()), this.size);
-    this.camera.jump('corner');
+    this.frame(this.bounds(view).union(this.others.bounds()));
     if (view.loading > 0) return;
     this.fitted = true;
     if (!this.complete) performance.mark('doppel: meshes');
@@ -138,6 +156,13 @@ export class World {
       performance.mark('doppel: drawn');
       this.stage.finished(() => this.finish());
     });
+  }
+
+  private frame(box: THREE.Box3): void {
+    this.size = Math.max(0.05, box.getSize(new THREE.Vector3()).length());
+    this.camera.fit(box);
+    this.stage.fit(box.getCenter(new THREE.Vector3()), this.size);
+    this.camera.jump('corner');
   }
 
   private finish(): void {
@@ -149,10 +174,11 @@ export class World {
   }
 
   refit(): void {
-    this.fit();
+    if (this.view) this.fit();
+    else this.camera.jump('corner');
   }
 
-  // The robot in its current pose, from that side.
+  // The robot in its current pose, or the world without one, from that side.
   look(from: ViewName): void {
     if (this.view) this.camera.fit(this.bounds(this.view));
     this.camera.go(from);

@@ -1,6 +1,6 @@
 #pragma once
-// The convex parts by which the triangles of a mesh that does not move collide, so that a room can be entered and a
-// table has space below it.
+// The convex parts by which the meshes of a world collide, so that a room can be entered and a table or a shelf has
+// space below it.
 
 #include <vector>
 
@@ -19,5 +19,10 @@ struct MeshParts {
 // Each connected surface of the mesh: its vertices if it is convex; else a prism for each of its triangles; with too many
 // triangles its hull.
 MeshParts static_parts(const TriangleMesh& mesh);
+
+inline constexpr std::size_t kMaxMovingParts = 100;  // of a mesh: more of them are replaced by one hull
+
+// Of a mesh that moves: the vertices of each connected surface, whose hull has a volume and stays one body in contact.
+MeshParts moving_parts(const TriangleMesh& mesh);
 
 }  // namespace doppel

@@ -230,14 +230,10 @@ constexpr std::size_t kMaxTouchingShapes = 12;  // of a link at once
 // Fixed bodies have no contacts among themselves, and MuJoCo's memory grows with the square of njmax.
 XmlNode size_of(std::span<const ModelInstance> instances) {
   const auto objects = static_cast<std::size_t>(std::ranges::count_if(instances, &ModelInstance::is_object));
-  std::size_t loose = 0;  // shapes of objects that move
-  for (const ModelInstance& instance : instances) {
-    if (!instance.is_object() || instance.model->nv == 0) continue;
-    for (const auto& shapes : instance.shapes) loose += std::min(shapes.size(), kMaxTouchingShapes);
-  }
+  const std::size_t loose = loose_shapes(instances);
   const std::size_t robots = std::max<std::size_t>(instances.size() - objects, 1);
   return element("size", {{"nconmax", std::to_string(100 * robots + 8 * loose)},
-                          {"njmax", std::to_string(400 * robots + 24 * loose)}});
+                          {"njmax", std::to_string(400 * robots + kRowsOfLooseShape * loose)}});
 }
 
 XmlNode defaults_of(const WorldSettings& world) {
@@ -270,6 +266,15 @@ std::vector<InstanceOffsets> instance_offsets(std::span<const ModelInstance> ins
     next.joint += static_cast<int>(instance.model->joints.size());
     next.q += instance.model->nq;
     next.v += instance.model->nv;
+  }
+  return out;
+}
+
+std::size_t loose_shapes(std::span<const ModelInstance> instances) {
+  std::size_t out = 0;
+  for (const ModelInstance& instance : instances) {
+    if (!instance.is_object() || instance.model->nv == 0) continue;
+    for (const auto& shapes : instance.shapes) out += std::min(shapes.size(), kMaxTouchingShapes);
   }
   return out;
 }

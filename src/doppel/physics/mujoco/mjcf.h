@@ -39,6 +39,11 @@ struct MjcfDocument {
 MjcfDocument write_document(const WorldSettings& settings, std::span<const ModelInstance> instances,
                             const Exclusions& exclusions);
 
+// Shapes of objects that move, of each link at most as many as may touch at once; each may have so many rows of
+// constraints.
+std::size_t loose_shapes(std::span<const ModelInstance> instances);
+inline constexpr std::size_t kRowsOfLooseShape = 24;
+
 // Replaces indices by the user's names in a message of MuJoCo.
 std::string in_user_terms(std::string message, std::span<const ModelInstance> instances);
 

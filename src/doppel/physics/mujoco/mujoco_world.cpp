@@ -3,6 +3,7 @@
 #include "doppel/physics/mujoco/mujoco_world.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -65,10 +66,31 @@ MujocoWorld::MujocoWorld(WorldSettings settings, std::vector<ModelInstance> inst
   excluded_ = exclusions.list();
 }
 
+namespace {
+
+// MuJoCo 2 has a matrix of all rows of constraints by all rows.
+void refuse_size(std::span<const ModelInstance> instances) {
+  const std::size_t shapes = loose_shapes(instances);
+  const double machine =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  const auto rows = static_cast<double>(kRowsOfLooseShape * shapes);
+  const double fit = std::sqrt(machine / sizeof(mjtNum)) / kRowsOfLooseShape;
+  throw InputError(
+      "physics.too_large", {},
+      fmt::format(
+          "MuJoCo gets no memory for the {} shapes of the world that move: it needs {:.0f} GB, which grows "
+          "with the square of their number; fewer than {:.0f} fit into the {:.0f} GB of this machine",
+          shapes, rows * rows * sizeof(mjtNum) / 1e9, 100 * std::floor(fit / 100), machine / 1e9),
+      "make what need not move static, or leave models out");
+}
+
+}  // namespace
+
 void MujocoWorld::compile(const MjcfDocument& document, Diagnostics& diagnostics) {
   std::string message;
   model_ = compile_mjcf(document.text, message);
   if (model_ == nullptr) {
+    if (message.find("could not create mjData") != std::string::npos) refuse_size(instances());
     throw InputError(
         "physics.refused", {},
         "the physics engine rejects the robot or its world: " + in_user_terms(message, instances()));

@@ -2,8 +2,11 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <numbers>
@@ -279,6 +282,32 @@ TEST(Engine, MasslessFramesAreAccepted) {
   rig.hold_all();
   rig.run(1.0);
   EXPECT_NEAR(rig.effort("swing"), 2 * 9.81 * 0.6 * std::sin(rig.q("swing")), 1e-5);
+}
+
+// In a process with little memory, because the world of a test should be small.
+TEST(EngineDeathTest, WorldThatGetsNoMemoryIsRefusedWithItsLimit) {
+  const auto refused = [] {
+    const rlimit little{rlim_t{2} << 30, rlim_t{2} << 30};
+    setrlimit(RLIMIT_AS, &little);
+    World world;
+    for (int i = 0; i < 600; ++i) {
+      WorldObject ball;
+      ball.name = "ball " + std::to_string(i);
+      ball.shape = Sphere{0.1};
+      ball.mass = 1;
+      ball.X_WO.translation() = Eigen::Vector3d(i, 0, 1);
+      world.objects.push_back(ball);
+    }
+    try {
+      Rig rig(make_arm(), world);
+    } catch (const InputError& error) {
+      std::fputs(error.what(), stderr);
+      std::exit(2);
+    }
+    std::exit(0);
+  };
+  GTEST_FLAG_SET(death_test_style, "threadsafe");
+  EXPECT_EXIT(refused(), ::testing::ExitedWithCode(2), "no memory for the 600 shapes of the world that move");
 }
 
 TEST(Engine, BareRateIsMeasuredOnCopy) {

@@ -1,4 +1,4 @@
-// The convex parts of static meshes.
+// The convex parts of the meshes of a world.
 #include "doppel/physics/detail/mesh_parts.h"
 
 #include <gtest/gtest.h>
@@ -33,6 +33,19 @@ TEST(MeshParts, ConvexSurfacesStayWhole) {
   ASSERT_EQ(made.parts.size(), 3u);
   for (const auto& part : made.parts) EXPECT_EQ(part.size(), 8u);
   EXPECT_EQ(made.filled, 0u);
+}
+
+TEST(MeshParts, MovingShelfHasOneHullForEachOfItsSurfaces) {
+  TriangleMesh shelf;
+  for (const float z : {0.5F, 1.5F}) add_box(shelf, {0, 0, z}, {2, 0.5F, 0.05F});
+  for (const float x : {-0.9F, 0.9F}) add_box(shelf, {x, 0, 1}, {0.1F, 0.5F, 2});
+  const MeshParts made = moving_parts(shelf);
+  ASSERT_EQ(made.parts.size(), 4u);
+  for (const auto& part : made.parts) EXPECT_EQ(part.size(), 8u);
+  TriangleMesh pile;
+  for (std::size_t i = 0; i <= kMaxMovingParts; ++i)
+    add_box(pile, {0, 0, static_cast<float>(i)}, {0.5F, 0.5F, 0.5F});
+  EXPECT_EQ(moving_parts(pile).parts.size(), 1u);
 }
 
 TEST(MeshParts, RoomStaysHollow) {

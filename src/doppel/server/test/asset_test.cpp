@@ -156,6 +156,21 @@ TEST_F(AssetTest, WorldFilesAreServed) {
   EXPECT_THAT(get("file://" + (folder_ / "outside.stl").string()), HasSubstr("refused: "));
 }
 
+TEST_F(AssetTest, ImagesOfGazeboModelAreServed) {
+  write("place/worlds/room.sdf", "<sdf/>");
+  write("models/suv/meshes/suv.dae", "suv");
+  write("models/suv/materials/textures/suv.png", "paint");
+  write("models/other/secret.png", "secret");
+  RobotFiles files;
+  files.meshes = {{"model://suv/meshes/suv.dae", folder_ / "models/suv/meshes/suv.dae",
+                   folder_ / "place/worlds/room.sdf", folder_ / "models/suv"}};
+  library_.offer(files);
+  EXPECT_EQ(get("model://suv/meshes/suv.dae"), "suv");
+  EXPECT_EQ(get("model://suv/materials/textures/suv.png"), "paint");
+  EXPECT_THAT(get("model://suv/../other/secret.png"), HasSubstr("refused: "));
+  EXPECT_THAT(get("file://" + (folder_ / "models/other/secret.png").string()), HasSubstr("refused: "));
+}
+
 TEST_F(AssetTest, ParentPathIsRefused) {
   offer({{"package://arm/meshes/a.stl", "arm/meshes/a.stl"},
          {"package://arm/../outside.stl", "outside.stl"},

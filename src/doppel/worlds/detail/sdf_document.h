@@ -21,6 +21,7 @@ class Document {
 
   // Throws InputError: not XML, or neither a world nor a model. `out` gets settings, lights and plugins.
   void read(std::string text, const std::string& name, const std::filesystem::path& folder, SdfWorld& out);
+  void read(XmlNode root, const std::string& name, const std::filesystem::path& folder, SdfWorld& out);
 
   [[nodiscard]] Scope& world() { return world_; }
   [[nodiscard]] Frames& frames() { return frames_; }
@@ -30,6 +31,8 @@ class Document {
  private:
   struct Override;
   const Source* load(const std::filesystem::path& file);
+  const Source* keep(XmlNode root, const std::filesystem::path& folder);
+  void read_source(const Source& source, const std::string& name, SdfWorld& out);
   const Source* parse(std::string text, const std::string& name, const std::filesystem::path& folder);
   void read_world(const XmlNode& node, const Source& source, SdfWorld& out);
   void read_physics(const XmlNode& node, SdfWorld& out);
@@ -37,6 +40,9 @@ class Document {
   void read_model(const XmlNode& node, const Source& source, Scope& into, const Override* over, int depth);
   void read_urdf(const std::filesystem::path& file, Scope& into, const Override& over);
   void read_include(const XmlNode& node, const Source& source, Scope& into, SdfWorld* world, int depth);
+  void read_include(const XmlNode& node, const Source& source, Scope& into, SdfWorld* world, int depth,
+                    const std::string& name, const WrittenPose& pose);
+  void read_population(const XmlNode& node, const Source& source, Scope& into, SdfWorld* world, int depth);
   void read_light(const XmlNode& node, const Pose& X, bool posed, SdfWorld& out);
   void stand_in(const XmlNode& node, const Override& over, const std::string& uri, const FoundFile& found,
                 Scope& into);

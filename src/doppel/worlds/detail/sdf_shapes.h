@@ -7,6 +7,7 @@
 
 #include "doppel/description/robot_description.h"
 #include "doppel/math/mass_properties.h"
+#include "doppel/worlds/detail/material_script.h"
 #include "doppel/worlds/detail/model_search.h"
 #include "doppel/worlds/detail/sdf_elements.h"
 #include "doppel/worlds/sdf_world.h"
@@ -46,7 +47,8 @@ struct PlacedGeometry {
 
 class ShapeReader {
  public:
-  ShapeReader(Elements& elements, Files& files) : elements_(elements), files_(files) {}
+  ShapeReader(Elements& elements, Files& files)
+      : elements_(elements), files_(files), scripts_(files.search()) {}
 
   // X_L: the pose of the <visual> or <collision> in the link, because its frame may be any of the model.
   std::vector<Visual> visuals(const XmlNode& node, const Pose& X_L, const Source& source);
@@ -61,7 +63,7 @@ class ShapeReader {
   std::optional<Geometry> mesh(const XmlNode& node, const Source& source);
   double size(const XmlNode& node, const char* name);
   std::optional<Material> material(const XmlNode& visual, const Source& source);
-  void named_material(const XmlNode& script, Material& out);
+  void named_material(const XmlNode& script, const Source& source, Material& out);
   ContactSurface surface(const XmlNode& collision);
   void friction(const XmlNode& friction, ContactSurface& out);
   void contact(const XmlNode& contact, ContactSurface& out);
@@ -69,6 +71,7 @@ class ShapeReader {
 
   Elements& elements_;
   Files& files_;
+  MaterialScripts scripts_;
 };
 
 }  // namespace doppel::sdf

@@ -27,6 +27,7 @@ class Trees {
     std::string name;  // in its model: "inner::link"
     int model = 0;
     Pose X = Pose::Identity();  // in the world, all joints at zero
+    bool held = false;          // by the <static> of a nested model
   };
   struct FlatJoint {
     Scope* scope = nullptr;
@@ -63,6 +64,7 @@ class Trees {
   void collect(Scope& scope, const std::string& prefix, int model, const Pose& X);
   void collect_joint(Scope& scope, Item& item, const std::string& prefix, const Pose& X);
   int flat(const LinkRef& ref) const;
+  void hold_nested();
   void connect();
   int component(int link);
   SdfModel build_urdf(const Model& model);

@@ -24,8 +24,8 @@ Pose pose_of(const ignition::math::Pose3d& X) {
 template <class Part>
 Pose resolved(const Part& part, const std::string& in) {
   ignition::math::Pose3d X;
-  const sdf::Errors errors = part.SemanticPose().Resolve(X, in);
-  for (const sdf::Error& error : errors) ADD_FAILURE() << error.Message();
+  const ::sdf::Errors errors = part.SemanticPose().Resolve(X, in);
+  for (const ::sdf::Error& error : errors) ADD_FAILURE() << error.Message();
   return pose_of(X);
 }
 
@@ -36,15 +36,15 @@ TEST(SdfPoses, GeneratedWorldsAgreeWithLibsdformat) {
         seed < 40 ? (seed * 2654435761u) % (1u << kPoseFeatures) : (1u << kPoseFeatures) - 1;
     const GeneratedWorld made = SdfGenerator(features, 5000 + seed).world();
     const ReadSdf read = read_sdf(made.text);
-    sdf::Root root;
-    for (const sdf::Error& error : root.LoadSdfString(made.text))
+    ::sdf::Root root;
+    for (const ::sdf::Error& error : root.LoadSdfString(made.text))
       ADD_FAILURE() << error.Message() << made.text;
-    const sdf::World* const world = root.WorldByIndex(0);
+    const ::sdf::World* const world = root.WorldByIndex(0);
     ASSERT_NE(world, nullptr);
     for (const auto& [name, link, X_WL] : made.links) {
-      const sdf::Model* const model = world->ModelByName(name);
+      const ::sdf::Model* const model = world->ModelByName(name);
       ASSERT_NE(model, nullptr);
-      const sdf::Link* const found = model->LinkByName(link);
+      const ::sdf::Link* const found = model->LinkByName(link);
       ASSERT_NE(found, nullptr) << link;
       Pose X = resolved(*model, "world");
       for (std::size_t at = link.find("::"); at != std::string::npos; at = link.find("::", at + 2))

@@ -517,5 +517,83 @@ TEST_F(SdfFiles, FileIncludingItselfIsRefused) {
   EXPECT_THROW(load("w.sdf"), InputError);
 }
 
+TEST(SdfModels, ModelAroundStaticOneIsStatic) {
+  const std::string wall = "<model name='wall'><static>true</static><link name='l'/></model>";
+  const ReadSdf read =
+      read_sdf("<sdf version='1.6'><world name='w'><model name='around'>" + wall +
+               "</model><model name='beside'>" + wall + "<link name='free'/></model></world></sdf>");
+  EXPECT_TRUE(read.model("around").is_static);
+  EXPECT_EQ(read.model("around").base, BaseKind::fixed);
+  EXPECT_FALSE(read.model("beside").is_static);
+  EXPECT_THAT(read.message("sdf.no_effect"), ::testing::HasSubstr("<static> of a nested model"));
+}
+
+TEST_F(SdfFiles, XacroIsExpandedAndKeepsItsPlaces) {
+  const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "arena.sdf.xacro";
+  std::ofstream(file)
+      << "<sdf version='1.9' xmlns:xacro='http://www.ros.org/wiki/xacro'>\n"
+         "<xacro:arg name='x' default='2'/><xacro:property name='twice' value='${2 * $(arg x)}'/>\n"
+         "<world name='arena'><model name='m'><pose>${twice} 0 0 0 0 0</pose>\n"
+         "<link name='l'><colision/></link></model></world></sdf>";
+  EXPECT_TRUE(is_sdf(file));
+  EXPECT_FALSE(is_sdf("arm.urdf.xacro"));
+  PackageResolver resolver;
+  Diagnostics found;
+  const SdfWorld world = load_sdf(file, resolver, found);
+  EXPECT_EQ(world.settings.name, "arena");
+  EXPECT_DOUBLE_EQ(world.models.at(0).X_WR.translation().x(), 4);
+  EXPECT_TRUE(std::ranges::any_of(found.all(), [](const Diagnostic& one) {
+    return one.rule == "sdf.unknown_element" && one.where.line == 4;
+  }));
+}
+
+std::string population(const std::string& how) {
+  return "<sdf version='1.9'><world name='w'><population name='cans'><pose>1 2 3 0 0 0</pose>"
+         "<model name='can'><pose>9 9 9 0 0 0.5</pose><static>true</static><link name='l'/></model>" +
+         how + "</population></world></sdf>";
+}
+
+TEST(SdfPopulation, GridIsCentredAtItsPose) {
+  const ReadSdf read = read_sdf(population(
+      "<distribution><type>grid</type><rows>2</rows><cols>3</cols><step>0.4 1 0</step></distribution>"));
+  ASSERT_EQ(read.world.models.size(), 6u);
+  const Pose first = read.model("cans_clone_0").X_WR;
+  EXPECT_TRUE(first.translation().isApprox(Eigen::Vector3d(0.6, 1.5, 3)));
+  EXPECT_NEAR(rpy_from_rotation(first.linear()).z(), 0.5, 1e-12);
+  EXPECT_TRUE(read.model("cans_clone_5").X_WR.translation().isApprox(Eigen::Vector3d(1.4, 2.5, 3)));
+  EXPECT_TRUE(read.model("cans_clone_5").is_static);
+}
+
+TEST(SdfPopulation, RandomCopiesAreInRegionAndRepeatable) {
+  for (const char* type : {"random", "uniform"}) {
+    const std::string text = population(
+        "<model_count>40</model_count><cylinder><radius>2</radius><length>1"
+        "</length></cylinder><distribution><type>" +
+        std::string(type) + "</type></distribution>");
+    const ReadSdf read = read_sdf(text), again = read_sdf(text);
+    ASSERT_EQ(read.world.models.size(), 40u);
+    for (std::size_t i = 0; i < 40; ++i) {
+      const Eigen::Vector3d p = read.world.models[i].X_WR.translation() - Eigen::Vector3d(1, 2, 3);
+      EXPECT_LE(p.head<2>().norm(), 2.0);
+      EXPECT_LE(std::abs(p.z()), 0.5);
+      EXPECT_EQ(p, again.world.models[i].X_WR.translation() - Eigen::Vector3d(1, 2, 3));
+    }
+  }
+}
+
+TEST(SdfPopulation, LineEndsOnSidesOfRegion) {
+  const ReadSdf read =
+      read_sdf(population("<model_count>3</model_count><box><size>4 1 1</size></box>"
+                          "<distribution><type>linear-x</type></distribution>"));
+  ASSERT_EQ(read.world.models.size(), 3u);
+  EXPECT_TRUE(read.model("cans_clone_0").X_WR.translation().isApprox(Eigen::Vector3d(-1, 2, 3)));
+  EXPECT_TRUE(read.model("cans_clone_1").X_WR.translation().isApprox(Eigen::Vector3d(1, 2, 3)));
+}
+
+TEST(SdfPopulation, UnknownDistributionAndCountAreErrors) {
+  EXPECT_THROW(read_sdf(population("<distribution><type>gird</type></distribution>")), InputError);
+  EXPECT_THROW(read_sdf(population("<model_count>-1</model_count>")), InputError);
+}
+
 }  // namespace
 }  // namespace doppel
