@@ -38,7 +38,9 @@ const std::string kWorldOfAll = R"(<sdf version="1.9"><world name="w"><gravity>0
 
 class WorldDocuments : public ::testing::Test {
  protected:
-  WorldDocuments() : folder_(fresh_folder("world_documents")), files_({folder_, false, std::nullopt}) {
+  WorldDocuments()
+      : folder_(fresh_folder(testing::UnitTest::GetInstance()->current_test_info()->name())),
+        files_({folder_, false, std::nullopt}) {
     Diagnostics found;
     world_ = parse_sdf(kWorldOfAll, "w.sdf", folder_, resolver_, found);
   }

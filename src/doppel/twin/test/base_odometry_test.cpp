@@ -73,15 +73,20 @@ class BaseOdometryTest : public ::testing::Test {
   }
   ~BaseOdometryTest() override { fs::remove_all(folder_); }
 
-  void up(const std::string& name_space = "", const std::string& frame = "base_link") {
+  void up(const std::string& name_space = "", const std::string& frame = "base_link",
+          const std::optional<Pose>& X_WR = std::nullopt) {
     Scenario scenario;
     scenario.robots = {{.target = (folder_ / "rover.urdf").string(), .name_space = name_space}};
     scenario.robots.front().controllers = folder_ / "controllers.yaml";
+    scenario.robots.front().X_WR = X_WR;
     Diagnostics diagnostics;
     twin_ = std::make_unique<Twin>(scenario, log_, diagnostics);
     node_ = std::make_unique<Node>(twin_->bus(), "/listener");
     const auto listen = [this](const auto& m) {
-      for (const auto& t : m.transforms) parents_[t.child_frame_id].insert(t.header.frame_id);
+      for (const auto& t : m.transforms) {
+        parents_[t.child_frame_id].insert(t.header.frame_id);
+        if (t.header.frame_id == "world") from_world_[t.child_frame_id] = t.transform;
+      }
     };
     const std::string prefix = name_space.empty() ? "" : "/" + name_space;
     node_->subscribe<tf2_msgs::msg::TFMessage>("/tf", listen);
@@ -116,6 +121,7 @@ class BaseOdometryTest : public ::testing::Test {
   std::unique_ptr<Node> node_;
   Publisher<geometry_msgs::msg::TwistStamped> commands_;
   std::map<std::string, std::set<std::string>> parents_;  // of each frame on /tf
+  std::map<std::string, geometry_msgs::msg::Transform> from_world_;
   nav_msgs::msg::Odometry truth_, odometry_;
   std::string root_;
 };
@@ -146,6 +152,17 @@ TEST_F(BaseOdometryTest, TransformOffLeavesTruthInTf) {
   up();
   run(0.1);
   EXPECT_THAT(parents_while(0.5), ElementsAre("world"));
+}
+
+TEST_F(BaseOdometryTest, TruthOfRobotWithPoseIsInFrameWorldOfTf) {
+  std::ofstream(folder_ / "controllers.yaml")
+      << kRoverControllers.substr(0, kRoverControllers.rfind('}')) + ", enable_odom_tf: false}\n";
+  up("", "base_link", make_pose({1, -2, 0}, {0, 0, 1}));
+  run(2.001, 0.3);
+  const auto& tf = from_world_["base_link"].translation;
+  EXPECT_GT(truth_.pose.pose.position.x, 0.1) << "expected the way along the robot's own x axis";
+  EXPECT_NEAR(truth_.pose.pose.position.x, tf.x, 0.01);
+  EXPECT_NEAR(truth_.pose.pose.position.y, tf.y, 0.01);
 }
 
 // No claim about slip: how far the wheels carry the base is tested with their contact.
