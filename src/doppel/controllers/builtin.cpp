@@ -8,6 +8,7 @@
 #include "doppel/controllers/detail/joint_state_broadcaster.h"
 #include "doppel/controllers/detail/joint_trajectory_controller.h"
 #include "doppel/controllers/detail/mecanum_drive_controller.h"
+#include "doppel/controllers/detail/omni_wheel_drive_controller.h"
 #include "doppel/controllers/detail/pid_controller.h"
 #include "doppel/controllers/detail/steering_controller.h"
 
@@ -36,6 +37,7 @@ ControllerRegistry builtin_controllers() {
                make<JointGroupController>(std::string(kEffort)));
   registry.add("diff_drive_controller/DiffDriveController", make<DiffDriveController>());
   registry.add("mecanum_drive_controller/MecanumDriveController", make<MecanumDriveController>());
+  registry.add("omni_wheel_drive_controller/OmniWheelDriveController", make<OmniWheelDriveController>());
   registry.add("bicycle_steering_controller/BicycleSteeringController",
                make<SteeringController>(SteeringKind::bicycle));
   registry.add("tricycle_steering_controller/TricycleSteeringController",

@@ -83,7 +83,7 @@ void OdometryPublisher::declare(ControllerContext& context, const Options& optio
   parameters_ = &parameters;
   options_ = options;
   declare_frames(context);
-  for (const char* name : {"pose_covariance_diagonal", "twist_covariance_diagonal"}) {
+  for (const std::string& name : {options.pose_covariance, options.twist_covariance}) {
     doppel::declare<std::vector<double>>(
         parameters, written, name, options_.covariance,
         {"variances of x, y, z and the rotations about them in ~/odom", false, check_diagonal});
@@ -125,9 +125,9 @@ Status OdometryPublisher::configure() {
   odometry_ = {};
   odometry_.header.frame_id = transform_.transforms[0].header.frame_id = base_transform_.parent;
   odometry_.child_frame_id = transform_.transforms[0].child_frame_id = base_transform_.child;
-  fill_diagonal(parameter_value<std::vector<double>>(*parameters_, "pose_covariance_diagonal"),
+  fill_diagonal(parameter_value<std::vector<double>>(*parameters_, options_.pose_covariance),
                 odometry_.pose.covariance);
-  fill_diagonal(parameter_value<std::vector<double>>(*parameters_, "twist_covariance_diagonal"),
+  fill_diagonal(parameter_value<std::vector<double>>(*parameters_, options_.twist_covariance),
                 odometry_.twist.covariance);
   sends_tf_ = parameter_value<bool>(*parameters_, "enable_odom_tf");
   if (options_.has_rate) period_ = from_seconds(1.0 / parameter_value<double>(*parameters_, "publish_rate"));

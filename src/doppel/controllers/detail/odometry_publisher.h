@@ -20,8 +20,10 @@ class OdometryPublisher {
   struct Options {
     std::string odometry = "~/odom", transform = "/tf";            // topics
     std::vector<double> covariance = std::vector<double>(6, 0.0);  // default of both diagonals
-    bool has_prefix = true;                                        // parameters tf_frame_prefix...
-    bool has_rate = true;                                          // publish_rate; else at each update
+    std::string pose_covariance = "pose_covariance_diagonal";      // parameters
+    std::string twist_covariance = "twist_covariance_diagonal";
+    bool has_prefix = true;  // parameters tf_frame_prefix...
+    bool has_rate = true;    // publish_rate; else at each update
   };
   // Declares the parameters and advertises the topics. Throws InputError for an invalid value.
   void declare(ControllerContext& context, const Options& options);

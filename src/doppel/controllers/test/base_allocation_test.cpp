@@ -31,6 +31,13 @@ std::vector<BaseCase> bases() {
            "/base/reference",
            {"fl", "fr", "rr", "rl"},
            {}},
+          {"Omni",
+           "omni_wheel_drive_controller/OmniWheelDriveController",
+           "wheel_names: [a, b, c], wheel_offset: 0.0, robot_radius: 0.5, wheel_radius: 0.1, "
+           "cmd_vel_timeout: 0.2",
+           "/base/cmd_vel",
+           {"a", "b", "c"},
+           {}},
           {"Ackermann",
            "ackermann_steering_controller/AckermannSteeringController",
            "traction_joints_names: [r, l], steering_joints_names: [rs, ls], wheelbase: 2.0, "
