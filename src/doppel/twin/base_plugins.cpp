@@ -243,25 +243,6 @@ Mapping map_ackermann(PluginValues& values, const RobotDescription& robot) {
   return out;
 }
 
-// The joint that the mapping needs and the robot does not offer; "" if there is none.
-std::string missing_joint(const RobotDescription& robot, const MappedBase& base) {
-  for (const std::string& name : base.joints) {
-    if (name.empty()) return "a joint that is not given";
-    if (robot.find_joint(name) == nullptr) return fmt::format("'{}', which the robot does not have", name);
-    const bool offered =
-        robot.hardware.empty() ||
-        std::ranges::any_of(robot.hardware, [&](const HardwareDescription& hardware) {
-          return std::ranges::any_of(hardware.joints, [&](const HardwareJointDescription& joint) {
-            return joint.name == name && std::ranges::any_of(joint.command_interfaces, [](const auto& i) {
-                     return i.name == "velocity";
-                   });
-          });
-        });
-    if (!offered) return fmt::format("'{}', which has no velocity command in <ros2_control>", name);
-  }
-  return base.joints.empty() ? "wheels, and names none" : "";
-}
-
 // Topics as the plugin has them: by <topic> (relative), <command_topic> or a remapping.
 void add_topics(PluginValues& values, Mapping& out, std::string& input, std::string& output) {
   input = values.remapped(values.text({"command_topic", "commandTopic", "topic"}, "cmd_vel"));
@@ -282,6 +263,24 @@ void note_unmapped(const GazeboPlugin& plugin, const std::string& why, Diagnosti
 }
 
 }  // namespace
+
+std::string missing_joint(const RobotDescription& robot, const MappedBase& base) {
+  for (const std::string& name : base.joints) {
+    if (name.empty()) return "a joint that is not given";
+    if (robot.find_joint(name) == nullptr) return fmt::format("'{}', which the robot does not have", name);
+    const bool offered =
+        robot.hardware.empty() ||
+        std::ranges::any_of(robot.hardware, [&](const HardwareDescription& hardware) {
+          return std::ranges::any_of(hardware.joints, [&](const HardwareJointDescription& joint) {
+            return joint.name == name && std::ranges::any_of(joint.command_interfaces, [](const auto& i) {
+                     return i.name == "velocity";
+                   });
+          });
+        });
+    if (!offered) return fmt::format("'{}', which has no velocity command in <ros2_control>", name);
+  }
+  return base.joints.empty() ? "wheels, and names none" : "";
+}
 
 std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnostics& diagnostics) {
   std::optional<MappedBase> mapped;

@@ -141,21 +141,23 @@ bool same_joint(const ModelJoint& a, const ModelJoint& b) {
 CompiledRobot::CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
                              std::optional<BaseKind> running, PackageResolver& resolver,
                              CollisionMeshes& meshes, Diagnostics& diagnostics)
-    : asked_(asked),
-      setup_(std::make_shared<const RobotSetup>(set_up_robot(scenario, asked, resolver, diagnostics))) {
-  build(scenario, world, running, meshes, diagnostics);
+    : asked_(asked) {
+  const auto setup = std::make_shared<RobotSetup>(set_up_robot(scenario, asked, resolver, diagnostics));
+  setup_ = setup;
+  build(scenario, world, running, *setup, meshes, diagnostics);
 }
 
 CompiledRobot::CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
                              RobotDescription description, CollisionMeshes& meshes, Diagnostics& diagnostics)
-    : asked_(asked),
-      setup_(std::make_shared<const RobotSetup>(
-          set_up_robot(scenario, asked, std::move(description), diagnostics))) {
-  build(scenario, world, std::nullopt, meshes, diagnostics);
+    : asked_(asked) {
+  const auto setup =
+      std::make_shared<RobotSetup>(set_up_robot(scenario, asked, std::move(description), diagnostics));
+  setup_ = setup;
+  build(scenario, world, std::nullopt, *setup, meshes, diagnostics);
 }
 
 void CompiledRobot::build(const Scenario& scenario, const World& world, std::optional<BaseKind> running,
-                          CollisionMeshes& meshes, Diagnostics& diagnostics) {
+                          RobotSetup& setup, CollisionMeshes& meshes, Diagnostics& diagnostics) {
   const RobotDescription& robot = description();
   const bool has_world = robot.find_link("world") != nullptr;
   const std::optional<BaseKind> decided = asked_.base || has_world ? asked_.base : running;
@@ -174,6 +176,7 @@ void CompiledRobot::build(const Scenario& scenario, const World& world, std::opt
   options.set_on_ground = true;
   const std::shared_ptr<const RobotDescription> shared(setup_, &robot);  // the setup lives as long
   made_ = make_instance(shared, model, options, meshes, diagnostics);
+  if (setup.controllers_files.empty()) generate_controllers(scenario, asked_, made_, setup, diagnostics);
 }
 
 void CompiledRobot::report_choices(const Instance& instance, Diagnostics& diagnostics) {

@@ -19,6 +19,9 @@ struct MappedBase {
   std::vector<std::string> joints;  // that it commands
 };
 
+// The joint that the controller needs and the robot does not offer, as the end of "it needs ..."; "" if there is none.
+std::string missing_joint(const RobotDescription& robot, const MappedBase& base);
+
 // The first plugin that can be mapped, with a note that says how; a note for each other one of a base. nullopt:
 // there is none, or its joints have no velocity command in <ros2_control>.
 std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnostics& diagnostics);
