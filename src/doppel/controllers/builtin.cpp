@@ -11,6 +11,7 @@
 #include "doppel/controllers/detail/omni_wheel_drive_controller.h"
 #include "doppel/controllers/detail/pid_controller.h"
 #include "doppel/controllers/detail/steering_controller.h"
+#include "doppel/controllers/detail/tricycle_controller.h"
 
 namespace doppel {
 namespace {
@@ -44,6 +45,7 @@ ControllerRegistry builtin_controllers() {
                make<SteeringController>(SteeringKind::tricycle));
   registry.add("ackermann_steering_controller/AckermannSteeringController",
                make<SteeringController>(SteeringKind::ackermann));
+  registry.add("tricycle_controller/TricycleController", make<TricycleController>());
   registry.add("pid_controller/PidController", make<PidController>());
   using control_msgs::action::GripperCommand;
   using control_msgs::action::ParallelGripperCommand;

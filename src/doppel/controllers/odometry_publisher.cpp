@@ -88,8 +88,11 @@ void OdometryPublisher::declare(ControllerContext& context, const Options& optio
         parameters, written, name, options_.covariance,
         {"variances of x, y, z and the rotations about them in ~/odom", false, check_diagonal});
   }
-  doppel::declare<bool>(parameters, written, "enable_odom_tf", true,
+  doppel::declare<bool>(parameters, written, "enable_odom_tf", options.sends_transform,
                         {"publish odom_frame_id -> base_frame_id on /tf", false, {}});
+  if (options.has_only_twist)
+    doppel::declare<bool>(parameters, written, "odom_only_twist", false,
+                          {"no pose in ~/odom, for a node that integrates the velocity", false, {}});
   if (options_.has_rate) {
     doppel::declare<double>(parameters, written, "publish_rate", 50.0,
                             {"Hz, of the odometry and its transform", false, check_positive});
@@ -130,6 +133,7 @@ Status OdometryPublisher::configure() {
   fill_diagonal(parameter_value<std::vector<double>>(*parameters_, options_.twist_covariance),
                 odometry_.twist.covariance);
   sends_tf_ = parameter_value<bool>(*parameters_, "enable_odom_tf");
+  only_twist_ = options_.has_only_twist && parameter_value<bool>(*parameters_, "odom_only_twist");
   if (options_.has_rate) period_ = from_seconds(1.0 / parameter_value<double>(*parameters_, "publish_rate"));
   last_.reset();
   return {};
@@ -145,8 +149,10 @@ void OdometryPublisher::publish(Time now, const PlanarOdometry& odometry) {
   const geometry_msgs::msg::Quaternion rotation{0, 0, std::sin(pose.yaw / 2), std::cos(pose.yaw / 2)};
   const auto stamp = to_time_msg(bus_->stamp(now));
   odometry_.header.stamp = stamp;
-  odometry_.pose.pose.position = {pose.x, pose.y, 0};
-  odometry_.pose.pose.orientation = rotation;
+  if (!only_twist_) {
+    odometry_.pose.pose.position = {pose.x, pose.y, 0};
+    odometry_.pose.pose.orientation = rotation;
+  }
   odometry_.twist.twist.linear = {velocity.x, velocity.y, 0};
   odometry_.twist.twist.angular = {0, 0, velocity.yaw};
   odometry_topic_.publish(odometry_, now);
