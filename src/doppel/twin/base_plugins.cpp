@@ -21,14 +21,14 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
-enum class BasePlugin { diff_drive, skid_steer, mecanum, ackermann, other };
+enum class BasePlugin { diff_drive, skid_steer, mecanum, ackermann, moves_body, other };
 
 struct KnownPlugin {
   std::string_view name;  // part of the file's or class's name, in lower case
   BasePlugin kind;
 };
 // Longer names first: "ackermann" is in none of the others.
-constexpr std::array<KnownPlugin, 11> kBasePlugins{{{"skid_steer_drive", BasePlugin::skid_steer},
+constexpr std::array<KnownPlugin, 13> kBasePlugins{{{"skid_steer_drive", BasePlugin::skid_steer},
                                                     {"gazebo_ros_diff_drive", BasePlugin::diff_drive},
                                                     {"diff-drive-system", BasePlugin::diff_drive},
                                                     {"diffdrive", BasePlugin::diff_drive},
@@ -36,7 +36,9 @@ constexpr std::array<KnownPlugin, 11> kBasePlugins{{{"skid_steer_drive", BasePlu
                                                     {"mecanumdrive", BasePlugin::mecanum},
                                                     {"ackermann-steering-system", BasePlugin::ackermann},
                                                     {"ackermannsteering", BasePlugin::ackermann},
-                                                    {"planar_move", BasePlugin::other},
+                                                    {"planar_move", BasePlugin::moves_body},
+                                                    {"velocity-control-system", BasePlugin::moves_body},
+                                                    {"velocitycontrol", BasePlugin::moves_body},
                                                     {"tricycle_drive", BasePlugin::other},
                                                     {"ackermann_drive", BasePlugin::other}}};
 
@@ -127,7 +129,7 @@ struct Mapping {
   std::string text;           // "wheels ..."
 
   Mapping(const char* name, const char* type, const char* read, const char* published)
-      : base{name, type, {}, {}, {}}, input(read), output(published) {}
+      : base{name, type, {}, {}, {}, {}}, input(read), output(published) {}
   void set(const std::string& name, const std::string& yaml) {
     base.section += fmt::format("    {}: {}\n", name, yaml);
   }
@@ -288,8 +290,12 @@ std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnos
     for (const GazeboPlugin& plugin : extension.plugins) {
       const auto kind = kind_of(plugin);
       if (!kind) continue;
-      if (mapped || *kind == BasePlugin::other) {
-        note_unmapped(plugin, mapped ? "another one is" : "there is no such controller here yet",
+      if (mapped || *kind == BasePlugin::moves_body || *kind == BasePlugin::other) {
+        note_unmapped(plugin,
+                      mapped ? "another one is"
+                      : *kind == BasePlugin::moves_body
+                          ? "it moves the body and not its wheels, which nothing real does"
+                          : "there is no such controller here yet",
                       diagnostics);
         continue;
       }

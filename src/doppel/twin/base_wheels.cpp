@@ -20,8 +20,8 @@ constexpr double kStraightAxle = 0.98;     // cosine between the axle of a drive
 constexpr double kSameWheelRadius = 0.05;  // relative: smaller wheels support, and are not driven
 constexpr double kOnMiddleLine = 0.05;     // of the base's half width: wheels that belong to no side
 constexpr double kEvenly = 0.1;            // rad, and relative: spacing of omni wheels
-constexpr double kSteersAtMost =
-    4 * std::numbers::pi;             // rad, range of a joint that steers; a caster has more
+constexpr double kSteersAtMost = 4 * std::numbers::pi;  // rad, range; a joint that turns on may be a caster
+constexpr double kTrail = 0.1;        // of the radius, by which a wheel follows its swivel axis
 constexpr double kRollersGrip = 0.5;  // friction across over along, of a wheel with rollers
 
 using Wheels = std::vector<const BaseWheel*>;
@@ -49,11 +49,16 @@ void find_carrier(const Model& model, const std::vector<Pose>& X_BL, const Model
     link = joint.parent_link;
     if (joint.nv == 0 || joint.type == JointType::prismatic) continue;
     const Pose& X_BC = X_BL[static_cast<std::size_t>(joint.child_link)];
-    if (std::abs((X_BC.linear() * joint.axis).z()) < kUpright) continue;  // a suspension
-    if (joint.upper - joint.lower > kSteersAtMost || joint.mimics()) {
+    const double up = (X_BC.linear() * joint.axis).z();
+    if (std::abs(up) < kUpright) continue;  // a suspension
+    // Along the rolling direction: a wheel beside its steering axis does not follow it.
+    const double trail = std::abs((wheel.centre_B - X_BC.translation()).cross(wheel.axle_B).z());
+    const bool turns_freely = joint.upper - joint.lower > kSteersAtMost;
+    if (joint.mimics() || (turns_freely && trail > kTrail * wheel.radius)) {
       wheel.swivels = true;
     } else {
       wheel.steering = joint.name;
+      wheel.steers_right = up < 0;
       wheel.centre_B = X_BC.translation();
     }
   }
@@ -117,7 +122,8 @@ struct Chosen {
 
 class Chooser {
  public:
-  Chooser(const std::vector<BaseWheel>& wheels, const RobotDescription& robot) : robot_(robot) {
+  Chooser(const std::vector<BaseWheel>& wheels, const RobotDescription& robot, const std::string& name)
+      : robot_(robot), name_(name) {
     double largest = 0;
     for (const BaseWheel& wheel : wheels) {
       if (!wheel.swivels) largest = std::max(largest, wheel.radius);
@@ -179,7 +185,7 @@ class Chooser {
   // A controller, whose own topics are replaced by cmd_vel and odom.
   [[nodiscard]] MappedBase start(const char* type, const char* input, const char* output) const {
     MappedBase out;
-    out.name = "base_controller";
+    out.name = name_;
     out.type = type;
     std::vector<std::string> rules{"-r", fmt::format("{}:=cmd_vel", input), "-r",
                                    fmt::format("{}:=odom", output)};
@@ -281,6 +287,12 @@ class Chooser {
               fmt::format("it has {} steered and {} other wheels", steered_.size(), fixed_.size())};
     if (const std::string backwards = turned_backwards(fixed_); !backwards.empty())
       return {std::nullopt, backwards};
+    for (const BaseWheel* wheel : steered_) {
+      if (wheel->steers_right)
+        return {std::nullopt,
+                fmt::format("a positive angle of '{}' steers to the right (its <axis> points down)",
+                            wheel->steering)};
+    }
     const auto right_first = [](const BaseWheel* a, const BaseWheel* b) {
       return a->centre_B.y() < b->centre_B.y();
     };
@@ -313,6 +325,7 @@ class Chooser {
   }
 
   const RobotDescription& robot_;
+  const std::string& name_;
   Wheels fixed_, steered_;
 };
 
@@ -343,9 +356,9 @@ std::vector<BaseWheel> base_wheels(const ModelInstance& robot) {
 }
 
 std::optional<MappedBase> base_for_wheels(const std::vector<BaseWheel>& wheels, const RobotDescription& robot,
-                                          Diagnostics& diagnostics) {
+                                          const std::string& name, Diagnostics& diagnostics) {
   if (wheels.empty()) return std::nullopt;
-  Chosen chosen = Chooser(wheels, robot).choose();
+  Chosen chosen = Chooser(wheels, robot, name).choose();
   if (chosen.base) {
     if (const std::string missing = missing_joint(robot, *chosen.base); !missing.empty())
       chosen = {std::nullopt, "its controller needs " + missing};
@@ -357,13 +370,15 @@ std::optional<MappedBase> base_for_wheels(const std::vector<BaseWheel>& wheels, 
         "declare a controller of the base in a YAML file: --controllers FILE");
     return std::nullopt;
   }
-  diagnostics.note(
-      "up.base_generated", robot.source,
-      fmt::format("nothing drives the base; the controller '{}' ({}) was generated from its wheels: {}; it "
-                  "reads cmd_vel and publishes odom and the transform of the base",
-                  chosen.base->name, chosen.base->type, chosen.text),
-      "declare your own controllers with --controllers FILE");
+  chosen.base->text = chosen.text;
   return std::move(chosen.base);
+}
+
+std::string generated_base_text(const MappedBase& base) {
+  return fmt::format(
+      "nothing drives the base; the controller '{}' ({}) was generated from its wheels: {}; it reads "
+      "cmd_vel and publishes odom and the transform of the base",
+      base.name, base.type, base.text);
 }
 
 }  // namespace doppel

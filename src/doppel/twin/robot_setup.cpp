@@ -18,6 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kBaseController = "base_controller";
+
 std::vector<std::string> joints_to_drive(const RobotDescription& robot) {
   std::set<std::string> offered;
   for (const auto& hardware : robot.hardware) {
@@ -168,7 +170,12 @@ void generate_controllers(const Scenario& scenario, const WorldRobot& robot, con
                           RobotSetup& setup, Diagnostics& diagnostics) {
   const RobotDescription& description = setup.description.robot;
   auto base = map_base_plugin(description, diagnostics);
-  if (!base) base = base_for_wheels(base_wheels(made), description, diagnostics);
+  if (!base) {
+    base = base_for_wheels(base_wheels(made), description, kBaseController, diagnostics);
+    if (base)
+      diagnostics.note("up.base_generated", description.source, generated_base_text(*base),
+                       "declare your own controllers with --controllers FILE");
+  }
   auto joints = joints_to_drive(description);
   if (base) setup.free_joints = leave_to_base(description, *base, joints);
   if (joints.empty() && base) {
@@ -189,6 +196,23 @@ void generate_controllers(const Scenario& scenario, const WorldRobot& robot, con
       generated_controllers(joints, offers_velocities(description, joints), base ? &*base : nullptr),
       "<generated controllers>");
   address(scenario, robot, setup);
+}
+
+void add_spare_base(const ModelInstance& made, RobotSetup& setup) {
+  const RobotDescription& description = setup.description.robot;
+  std::string name = kBaseController;
+  const auto declared = controllers_in(setup.controllers).controllers;
+  while (std::ranges::any_of(declared, [&](const DeclaredController& c) { return c.name == name; }))
+    name += "_rest";
+  Diagnostics unused;  // whether it is needed is not known yet
+  const auto base = base_for_wheels(base_wheels(made), description, name, unused);
+  if (!base) return;
+  std::vector<std::string> others = joints_to_drive(description);
+  setup.spare_base = {base->name, generated_base_text(*base), base->joints,
+                      leave_to_base(description, *base, others)};
+  setup.controllers.add(
+      ParameterFile::parse("controller_manager:\n  ros__parameters:\n" + base->declaration + base->section,
+                           "<generated controllers>"));
 }
 
 }  // namespace doppel

@@ -15,6 +15,12 @@
 
 namespace doppel {
 
+// A controller of a base that the twin makes.
+struct GeneratedBase {
+  std::string name, text;                        // text: of the note that it was made
+  std::vector<std::string> joints, free_joints;  // that it commands, and the casters
+};
+
 struct RobotSetup {
   Target target;
   LoadedDescription description;
@@ -25,6 +31,8 @@ struct RobotSetup {
   bool controllers_named = false;                        // the user named the file
   std::vector<std::string> free_joints = {};             // casters of a base: no controller holds them
   std::string unused_files;                              // of controllers of other robots; a note, or empty
+  // Declared in `controllers`; started where the files that were found leave its joints without a controller.
+  std::optional<GeneratedBase> spare_base;
 };
 
 // A robot's target, found and expanded with its overlay. Throws InputError: there is no such target, or
@@ -49,5 +57,8 @@ DOPPEL_API RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& r
 // instance. With notes.
 DOPPEL_API void generate_controllers(const Scenario& scenario, const WorldRobot& robot,
                                      const ModelInstance& made, RobotSetup& setup, Diagnostics& diagnostics);
+
+// Adds a controller for the wheels of a robot to the files that were found for it: RobotSetup::spare_base.
+DOPPEL_API void add_spare_base(const ModelInstance& made, RobotSetup& setup);
 
 }  // namespace doppel

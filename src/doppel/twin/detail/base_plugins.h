@@ -17,6 +17,7 @@ struct MappedBase {
   std::string declaration;          // its entry below controller_manager, YAML with 4 blanks before the name
   std::string section;              // its own section
   std::vector<std::string> joints;  // that it commands
+  std::string text;                 // how it was made: "wheels left and right, separation 0.4 m, ..."
 };
 
 // The joint that the controller needs and the robot does not offer, as the end of "it needs ..."; "" if there is none.

@@ -15,8 +15,9 @@ namespace doppel {
 // With all joints at their initial positions, in the axes of the base's root link, m.
 struct BaseWheel {
   std::string joint;                                   // its axle
-  std::string steering;                                // a joint with limits about the vertical; empty: none
-  bool swivels = false;                                // the wheel of a caster: it follows
+  std::string steering;                                // a joint about the vertical; empty: none
+  bool steers_right = false;                           // its axis points down
+  bool swivels = false;                                // behind an axis that nothing drives, as of a caster
   Eigen::Vector3d centre_B = Eigen::Vector3d::Zero();  // of the wheel, or of its steering joint
   Eigen::Vector3d axle_B = Eigen::Vector3d::UnitY();   // unit; a positive velocity turns about it
   double radius = 0;
@@ -26,10 +27,12 @@ struct BaseWheel {
 
 std::vector<BaseWheel> base_wheels(const ModelInstance& robot);
 
-// The controller that drives these wheels, with a note that says how it was chosen; it reads cmd_vel and publishes
-// odom and the transform of the base. nullopt: there are no wheels, or, with a note, none of the known bases has
-// such wheels.
+// The controller that drives these wheels; it reads cmd_vel and publishes odom and the transform of the base.
+// nullopt: there are no wheels, or, with a note, none of the known bases has such wheels.
 std::optional<MappedBase> base_for_wheels(const std::vector<BaseWheel>& wheels, const RobotDescription& robot,
-                                          Diagnostics& diagnostics);
+                                          const std::string& name, Diagnostics& diagnostics);
+
+// The message of the note that it was made.
+std::string generated_base_text(const MappedBase& base);
 
 }  // namespace doppel

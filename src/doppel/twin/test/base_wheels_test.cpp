@@ -72,9 +72,9 @@ class BaseWheelsTest : public ::testing::Test {
     said_.clear();
     for (const Diagnostic& d : diagnostics.all()) said_ += d.rule + ": " + d.message + "\n";
   }
-  [[nodiscard]] std::string base_type() const {
+  [[nodiscard]] std::string base_type(const std::string& name = "base_controller") const {
     for (const ControllerView& c : twin_->robot().controller_manager().controllers()) {
-      if (c.name == "base_controller" && c.state == ControllerState::active) return c.type;
+      if (c.name == name && c.state == ControllerState::active) return c.type;
     }
     return "";
   }
@@ -140,6 +140,24 @@ TEST_F(BaseWheelsTest, TwoSteeredWheelsGetAckermann) {
   EXPECT_NEAR(v.angular.z, 0.3, 0.006);
 }
 
+TEST_F(BaseWheelsTest, ForkWithoutTrailSteersAndOneWithTrailIsCaster) {
+  const std::string driven = text_of({"rl", -0.1, 0.15}) + text_of({"rr", -0.1, -0.15});
+  up(driven + fork_text("fork", "continuous", 0.3, 0) + text_of({.name = "front", .parent = "fork_link"}));
+  EXPECT_EQ(base_type(), "tricycle_steering_controller/TricycleSteeringController") << said_;
+  up(driven + fork_text("fork", "continuous", 0.3, 0) +
+     text_of({.name = "front", .x = -0.03, .parent = "fork_link"}));
+  EXPECT_EQ(base_type(), "diff_drive_controller/DiffDriveController") << said_;
+}
+
+TEST_F(BaseWheelsTest, SteeringAxisThatPointsDownIsReported) {
+  std::string fork = fork_text("fork", "revolute", 0.3, 0);
+  fork.replace(fork.find("xyz='0 0 1'"), 11, "xyz='0 0 -1'");
+  up(text_of({"rl", -0.1, 0.15}) + text_of({"rr", -0.1, -0.15}) + fork +
+     text_of({.name = "front", .parent = "fork_link"}));
+  EXPECT_EQ(base_type(), "");
+  EXPECT_THAT(said_, HasSubstr("a positive angle of 'fork' steers to the right"));
+}
+
 // Wheels with rollers: friction along the rolling direction only, or along the axis of the roller.
 std::string rollers(const std::string& direction) {
   return "<collision><surface><friction><ode><mu>0.9</mu><mu2>0</mu2><fdir1 "
@@ -178,6 +196,24 @@ TEST_F(BaseWheelsTest, DiagonalRollersGetMecanum) {
   EXPECT_NEAR(v.linear.x, 0.3, 3e-4);
   EXPECT_NEAR(v.linear.y, 0.2, 3e-4);
   EXPECT_NEAR(v.angular.z, 0.4, 4e-4);
+}
+
+TEST_F(BaseWheelsTest, FoundFileThatLeavesWheelsAloneGetsBaseController) {
+  fs::create_directories(folder_ / "config");
+  std::ofstream(folder_ / "package.xml") << "<package format='3'><name>rover</name></package>";
+  std::ofstream(folder_ / "config/controllers.yaml")
+      << "controller_manager: {ros__parameters: {update_rate: 100, base_controller: {type: nobodys/Type}, "
+         "joint_state_broadcaster: {type: joint_state_broadcaster/JointStateBroadcaster}}}\n";
+  up(text_of({"l1", 0.2, 0.2}) + text_of({"r1", 0.2, -0.2}) + text_of({"l2", -0.2, 0.2}) +
+     text_of({"r2", -0.2, -0.2}));
+  EXPECT_EQ(base_type("base_controller_rest"), "diff_drive_controller/DiffDriveController") << said_;
+  EXPECT_NEAR(driven(0.3, 0, 0).linear.x, 0.3, 0.003);
+}
+
+TEST_F(BaseWheelsTest, ValuesOfContactsWithoutEffectAreReported) {
+  up(text_of({.name = "left", .y = 0.2, .friction = "<kp>1e6</kp><minDepth>0.001</minDepth>"}) +
+     text_of({"right", 0, -0.2}));
+  EXPECT_THAT(said_, HasSubstr("up.contact_values: <kp>, <minDepth> in <gazebo> have no effect"));
 }
 
 TEST_F(BaseWheelsTest, WheelThatTurnsBackwardsIsReported) {
