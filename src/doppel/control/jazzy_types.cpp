@@ -7,7 +7,7 @@ namespace doppel {
 
 bool is_jazzy_type(std::string_view type) {
   // https://control.ros.org/jazzy/doc/ros2_controllers/doc/controllers_index.html
-  static constexpr std::array<std::string_view, 22> kTypes{
+  static constexpr std::array<std::string_view, 23> kTypes{
       "ackermann_steering_controller/AckermannSteeringController",
       "admittance_controller/AdmittanceController",
       "bicycle_steering_controller/BicycleSteeringController",
@@ -22,6 +22,7 @@ bool is_jazzy_type(std::string_view type) {
       "joint_state_broadcaster/JointStateBroadcaster",
       "joint_trajectory_controller/JointTrajectoryController",
       "mecanum_drive_controller/MecanumDriveController",
+      "omni_wheel_drive_controller/OmniWheelDriveController",
       "parallel_gripper_action_controller/GripperActionController",
       "pid_controller/PidController",
       "pose_broadcaster/PoseBroadcaster",

@@ -262,6 +262,9 @@ void ControllerManager::Impl::make_hardware_node(const std::string& component) {
     name += allowed ? static_cast<char>(std::tolower(static_cast<unsigned char>(c))) : '_';
   }
   const std::string whole = expand_name(name, node.given_name());
+  // A controller of the same name has the node.
+  const auto all = declared();
+  if (std::ranges::any_of(all, [&](const auto& controller) { return controller.first == name; })) return;
   const auto taken = bus.nodes();
   if (!check_node_name(name) || std::find(taken.begin(), taken.end(), bus.names().node(whole)) != taken.end())
     return;

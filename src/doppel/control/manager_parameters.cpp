@@ -91,6 +91,16 @@ std::vector<std::pair<std::string, std::string>> ControllerManager::Impl::declar
     if (type == nullptr || !std::string_view(o.name).ends_with(kSuffix)) continue;
     out.emplace_back(o.name.substr(0, o.name.size() - kSuffix.size()), *type);
   }
+  if (file == nullptr) return out;
+  // In Jazzy a controller's own section may have its type, for spawners with --param-file.
+  for (const std::string& section : file->nodes()) {
+    const std::string name = section.substr(section.find_last_of('/') + 1);
+    if (std::ranges::any_of(out, [&](const auto& known) { return known.first == name; })) continue;
+    ParameterOverrides all = file->overrides_for(expand_name(name, node.given_name()));
+    const ParameterOverride* written = all.find("type");
+    const auto* type = written == nullptr ? nullptr : std::get_if<std::string>(&written->value);
+    if (type != nullptr && type->find('/') != std::string::npos) out.emplace_back(name, *type);
+  }
   return out;
 }
 

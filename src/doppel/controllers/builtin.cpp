@@ -8,8 +8,10 @@
 #include "doppel/controllers/detail/joint_state_broadcaster.h"
 #include "doppel/controllers/detail/joint_trajectory_controller.h"
 #include "doppel/controllers/detail/mecanum_drive_controller.h"
+#include "doppel/controllers/detail/omni_wheel_drive_controller.h"
 #include "doppel/controllers/detail/pid_controller.h"
 #include "doppel/controllers/detail/steering_controller.h"
+#include "doppel/controllers/detail/tricycle_controller.h"
 
 namespace doppel {
 namespace {
@@ -36,12 +38,14 @@ ControllerRegistry builtin_controllers() {
                make<JointGroupController>(std::string(kEffort)));
   registry.add("diff_drive_controller/DiffDriveController", make<DiffDriveController>());
   registry.add("mecanum_drive_controller/MecanumDriveController", make<MecanumDriveController>());
+  registry.add("omni_wheel_drive_controller/OmniWheelDriveController", make<OmniWheelDriveController>());
   registry.add("bicycle_steering_controller/BicycleSteeringController",
                make<SteeringController>(SteeringKind::bicycle));
   registry.add("tricycle_steering_controller/TricycleSteeringController",
                make<SteeringController>(SteeringKind::tricycle));
   registry.add("ackermann_steering_controller/AckermannSteeringController",
                make<SteeringController>(SteeringKind::ackermann));
+  registry.add("tricycle_controller/TricycleController", make<TricycleController>());
   registry.add("pid_controller/PidController", make<PidController>());
   using control_msgs::action::GripperCommand;
   using control_msgs::action::ParallelGripperCommand;

@@ -83,13 +83,16 @@ void OdometryPublisher::declare(ControllerContext& context, const Options& optio
   parameters_ = &parameters;
   options_ = options;
   declare_frames(context);
-  for (const char* name : {"pose_covariance_diagonal", "twist_covariance_diagonal"}) {
+  for (const std::string& name : {options.pose_covariance, options.twist_covariance}) {
     doppel::declare<std::vector<double>>(
         parameters, written, name, options_.covariance,
         {"variances of x, y, z and the rotations about them in ~/odom", false, check_diagonal});
   }
-  doppel::declare<bool>(parameters, written, "enable_odom_tf", true,
+  doppel::declare<bool>(parameters, written, "enable_odom_tf", options.sends_transform,
                         {"publish odom_frame_id -> base_frame_id on /tf", false, {}});
+  if (options.has_only_twist)
+    doppel::declare<bool>(parameters, written, "odom_only_twist", false,
+                          {"no pose in ~/odom, for a node that integrates the velocity", false, {}});
   if (options_.has_rate) {
     doppel::declare<double>(parameters, written, "publish_rate", 50.0,
                             {"Hz, of the odometry and its transform", false, check_positive});
@@ -125,11 +128,12 @@ Status OdometryPublisher::configure() {
   odometry_ = {};
   odometry_.header.frame_id = transform_.transforms[0].header.frame_id = base_transform_.parent;
   odometry_.child_frame_id = transform_.transforms[0].child_frame_id = base_transform_.child;
-  fill_diagonal(parameter_value<std::vector<double>>(*parameters_, "pose_covariance_diagonal"),
+  fill_diagonal(parameter_value<std::vector<double>>(*parameters_, options_.pose_covariance),
                 odometry_.pose.covariance);
-  fill_diagonal(parameter_value<std::vector<double>>(*parameters_, "twist_covariance_diagonal"),
+  fill_diagonal(parameter_value<std::vector<double>>(*parameters_, options_.twist_covariance),
                 odometry_.twist.covariance);
   sends_tf_ = parameter_value<bool>(*parameters_, "enable_odom_tf");
+  only_twist_ = options_.has_only_twist && parameter_value<bool>(*parameters_, "odom_only_twist");
   if (options_.has_rate) period_ = from_seconds(1.0 / parameter_value<double>(*parameters_, "publish_rate"));
   last_.reset();
   return {};
@@ -145,8 +149,10 @@ void OdometryPublisher::publish(Time now, const PlanarOdometry& odometry) {
   const geometry_msgs::msg::Quaternion rotation{0, 0, std::sin(pose.yaw / 2), std::cos(pose.yaw / 2)};
   const auto stamp = to_time_msg(bus_->stamp(now));
   odometry_.header.stamp = stamp;
-  odometry_.pose.pose.position = {pose.x, pose.y, 0};
-  odometry_.pose.pose.orientation = rotation;
+  if (!only_twist_) {
+    odometry_.pose.pose.position = {pose.x, pose.y, 0};
+    odometry_.pose.pose.orientation = rotation;
+  }
   odometry_.twist.twist.linear = {velocity.x, velocity.y, 0};
   odometry_.twist.twist.angular = {0, 0, velocity.yaw};
   odometry_topic_.publish(odometry_, now);

@@ -1,5 +1,6 @@
 // Types of plain values and geometry.
 
+#include "doppel/messages/ackermann_msgs.h"
 #include "doppel/messages/builtin_interfaces.h"
 #include "doppel/messages/detail/registry.h"
 #include "doppel/messages/detail/shape_msgs.h"
@@ -60,6 +61,11 @@ void register_nav_msgs() {
   register_services<srv::GetMap, srv::GetPlan, srv::LoadMap, srv::SetMap>();
 }
 
+void register_ackermann_msgs() {
+  namespace msg = ackermann_msgs::msg;
+  register_messages<msg::AckermannDrive, msg::AckermannDriveStamped>();
+}
+
 void register_tf2_msgs() {
   namespace msg = tf2_msgs::msg;
   namespace srv = tf2_msgs::srv;
@@ -89,6 +95,7 @@ void register_standard_types() {
   register_geometry_msgs();
   register_shape_msgs();
   register_nav_msgs();
+  register_ackermann_msgs();
   register_tf2_msgs();
   register_trajectory_msgs();
   register_rosgraph_msgs();

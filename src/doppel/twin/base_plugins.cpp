@@ -20,14 +20,14 @@ namespace {
 
 using Texts = std::vector<std::string>;
 
-enum class BasePlugin { diff_drive, skid_steer, mecanum, ackermann, other };
+enum class BasePlugin { diff_drive, skid_steer, mecanum, ackermann, moves_body, other };
 
 struct KnownPlugin {
   std::string_view name;  // part of the file's or class's name, in lower case
   BasePlugin kind;
 };
 // Longer names first: "ackermann" is in none of the others.
-constexpr std::array<KnownPlugin, 11> kBasePlugins{{{"skid_steer_drive", BasePlugin::skid_steer},
+constexpr std::array<KnownPlugin, 13> kBasePlugins{{{"skid_steer_drive", BasePlugin::skid_steer},
                                                     {"gazebo_ros_diff_drive", BasePlugin::diff_drive},
                                                     {"diff-drive-system", BasePlugin::diff_drive},
                                                     {"diffdrive", BasePlugin::diff_drive},
@@ -35,7 +35,9 @@ constexpr std::array<KnownPlugin, 11> kBasePlugins{{{"skid_steer_drive", BasePlu
                                                     {"mecanumdrive", BasePlugin::mecanum},
                                                     {"ackermann-steering-system", BasePlugin::ackermann},
                                                     {"ackermannsteering", BasePlugin::ackermann},
-                                                    {"planar_move", BasePlugin::other},
+                                                    {"planar_move", BasePlugin::moves_body},
+                                                    {"velocity-control-system", BasePlugin::moves_body},
+                                                    {"velocitycontrol", BasePlugin::moves_body},
                                                     {"tricycle_drive", BasePlugin::other},
                                                     {"ackermann_drive", BasePlugin::other}}};
 
@@ -128,7 +130,7 @@ struct Mapping {
   std::string text;           // "wheels ..."
 
   Mapping(const char* name, const char* type, const char* read, const char* published)
-      : base{name, type, {}, {}, {}}, input(read), output(published) {}
+      : base{name, type, {}, {}, {}, {}}, input(read), output(published) {}
   void set(const std::string& name, const std::string& yaml) {
     base.section += fmt::format("    {}: {}\n", name, yaml);
   }
@@ -244,25 +246,6 @@ Mapping map_ackermann(PluginValues& values, const RobotDescription& robot) {
   return out;
 }
 
-// The joint that the mapping needs and the robot does not offer; "" if there is none.
-std::string missing_joint(const RobotDescription& robot, const MappedBase& base) {
-  for (const std::string& name : base.joints) {
-    if (name.empty()) return "a joint that is not given";
-    if (robot.find_joint(name) == nullptr) return fmt::format("'{}', which the robot does not have", name);
-    const bool offered =
-        robot.hardware.empty() ||
-        std::ranges::any_of(robot.hardware, [&](const HardwareDescription& hardware) {
-          return std::ranges::any_of(hardware.joints, [&](const HardwareJointDescription& joint) {
-            return joint.name == name && std::ranges::any_of(joint.command_interfaces, [](const auto& i) {
-                     return i.name == "velocity";
-                   });
-          });
-        });
-    if (!offered) return fmt::format("'{}', which has no velocity command in <ros2_control>", name);
-  }
-  return base.joints.empty() ? "wheels, and names none" : "";
-}
-
 // Topics as the plugin has them: by <topic> (relative), <command_topic> or a remapping.
 void add_topics(PluginValues& values, Mapping& out, std::string& input, std::string& output) {
   input = values.remapped(values.text({"command_topic", "commandTopic", "topic"}, "cmd_vel"));
@@ -284,14 +267,36 @@ void note_unmapped(const GazeboPlugin& plugin, const std::string& why, Diagnosti
 
 }  // namespace
 
+std::string missing_joint(const RobotDescription& robot, const MappedBase& base) {
+  for (const std::string& name : base.joints) {
+    if (name.empty()) return "a joint that is not given";
+    if (robot.find_joint(name) == nullptr) return fmt::format("'{}', which the robot does not have", name);
+    const bool offered =
+        robot.hardware.empty() ||
+        std::ranges::any_of(robot.hardware, [&](const HardwareDescription& hardware) {
+          return std::ranges::any_of(hardware.joints, [&](const HardwareJointDescription& joint) {
+            return joint.name == name && std::ranges::any_of(joint.command_interfaces, [](const auto& i) {
+                     return i.name == "velocity";
+                   });
+          });
+        });
+    if (!offered) return fmt::format("'{}', which has no velocity command in <ros2_control>", name);
+  }
+  return base.joints.empty() ? "wheels, and names none" : "";
+}
+
 std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnostics& diagnostics) {
   std::optional<MappedBase> mapped;
   for (const GazeboExtension& extension : robot.gazebo) {
     for (const GazeboPlugin& plugin : extension.plugins) {
       const auto kind = kind_of(plugin);
       if (!kind) continue;
-      if (mapped || *kind == BasePlugin::other) {
-        note_unmapped(plugin, mapped ? "another one is" : "there is no such controller here yet",
+      if (mapped || *kind == BasePlugin::moves_body || *kind == BasePlugin::other) {
+        note_unmapped(plugin,
+                      mapped ? "another one is"
+                      : *kind == BasePlugin::moves_body
+                          ? "it moves the body and not its wheels, which nothing real does"
+                          : "there is no such controller here yet",
                       diagnostics);
         continue;
       }

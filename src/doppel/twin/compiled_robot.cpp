@@ -1,6 +1,7 @@
 #include "doppel/twin/compiled_robot.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 
@@ -53,6 +54,30 @@ void report_weightless(const RobotDescription& robot, const Model& model, Diagno
       "up.gravity_off", robot.find_link(names.front())->source,
       fmt::format("<gazebo> turns gravity off for '{}'{}: mass and inertia are kept", names.front(),
                   names.size() > 1 ? fmt::format(" and {} more links", names.size() - 1) : ""));
+}
+
+// Values of Gazebo's contacts for which the engine has its own.
+void report_contact_values(const RobotDescription& robot, Diagnostics& diagnostics) {
+  const std::pair<const char*, std::optional<double> ContactSurface::*> values[] = {
+      {"<kp>", &ContactSurface::kp},
+      {"<kd>", &ContactSurface::kd},
+      {"<maxVel>", &ContactSurface::max_velocity},
+      {"<minDepth>", &ContactSurface::min_depth}};
+  std::vector<std::string> names;
+  const GazeboExtension* first = nullptr;
+  for (const auto& [name, value] : values) {
+    for (const GazeboExtension& extension : robot.gazebo) {
+      if (!(extension.surface.*value)) continue;
+      if (first == nullptr) first = &extension;
+      names.emplace_back(name);
+      break;
+    }
+  }
+  if (names.empty()) return;
+  diagnostics.note(
+      "up.contact_values", first->source,
+      fmt::format("{} in <gazebo> {} no effect: contacts are as stiff and damped as the engine makes them",
+                  fmt::join(names, ", "), names.size() == 1 ? "has" : "have"));
 }
 
 // Joints with an effort command interface and almost no inertia (ServoParameters::rotor_inertia).
@@ -141,21 +166,23 @@ bool same_joint(const ModelJoint& a, const ModelJoint& b) {
 CompiledRobot::CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
                              std::optional<BaseKind> running, PackageResolver& resolver,
                              CollisionMeshes& meshes, Diagnostics& diagnostics)
-    : asked_(asked),
-      setup_(std::make_shared<const RobotSetup>(set_up_robot(scenario, asked, resolver, diagnostics))) {
-  build(scenario, world, running, meshes, diagnostics);
+    : asked_(asked) {
+  const auto setup = std::make_shared<RobotSetup>(set_up_robot(scenario, asked, resolver, diagnostics));
+  setup_ = setup;
+  build(scenario, world, running, *setup, meshes, diagnostics);
 }
 
 CompiledRobot::CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
                              RobotDescription description, CollisionMeshes& meshes, Diagnostics& diagnostics)
-    : asked_(asked),
-      setup_(std::make_shared<const RobotSetup>(
-          set_up_robot(scenario, asked, std::move(description), diagnostics))) {
-  build(scenario, world, std::nullopt, meshes, diagnostics);
+    : asked_(asked) {
+  const auto setup =
+      std::make_shared<RobotSetup>(set_up_robot(scenario, asked, std::move(description), diagnostics));
+  setup_ = setup;
+  build(scenario, world, std::nullopt, *setup, meshes, diagnostics);
 }
 
 void CompiledRobot::build(const Scenario& scenario, const World& world, std::optional<BaseKind> running,
-                          CollisionMeshes& meshes, Diagnostics& diagnostics) {
+                          RobotSetup& setup, CollisionMeshes& meshes, Diagnostics& diagnostics) {
   const RobotDescription& robot = description();
   const bool has_world = robot.find_link("world") != nullptr;
   const std::optional<BaseKind> decided = asked_.base || has_world ? asked_.base : running;
@@ -174,12 +201,18 @@ void CompiledRobot::build(const Scenario& scenario, const World& world, std::opt
   options.set_on_ground = true;
   const std::shared_ptr<const RobotDescription> shared(setup_, &robot);  // the setup lives as long
   made_ = make_instance(shared, model, options, meshes, diagnostics);
+  if (setup.controllers_files.empty()) {
+    generate_controllers(scenario, asked_, made_, setup, diagnostics);
+  } else if (!setup.controllers_named) {
+    add_spare_base(made_, setup);
+  }
 }
 
 void CompiledRobot::report_choices(const Instance& instance, Diagnostics& diagnostics) {
   report_base(description(), instance, base_, base_decided_, diagnostics);
   report_wheels(description(), instance, diagnostics);
   report_weightless(description(), model(), diagnostics);
+  report_contact_values(description(), diagnostics);
   hardware_ = hardware_of(*setup_, model(), diagnostics);
   report_rotors(description(), model(), servos(), hardware_, diagnostics);
 }

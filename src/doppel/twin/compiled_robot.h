@@ -47,7 +47,7 @@ class DOPPEL_API CompiledRobot {
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 
  private:
-  void build(const Scenario& scenario, const World& world, std::optional<BaseKind> running,
+  void build(const Scenario& scenario, const World& world, std::optional<BaseKind> running, RobotSetup& setup,
              CollisionMeshes& meshes, Diagnostics& diagnostics);
 
   WorldRobot asked_;

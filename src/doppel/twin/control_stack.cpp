@@ -137,7 +137,8 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
       first_model_(model_),
       controllers_(machine.setup().controllers),
       named_(machine.setup().controllers_named),
-      free_joints_(machine.setup().free_joints) {
+      free_joints_(machine.setup().free_joints),
+      spare_base_(machine.setup().spare_base) {
   ControllerManagerOptions of_manager;
   if (!machine.name_space().empty()) of_manager.name_space = "/" + machine.name_space();
   of_manager.choose_period = [step = instance.engine().world().settings().step](
@@ -235,6 +236,7 @@ void ControlStack::hold_unclaimed_joints(const ControllerSelection& selection, c
                                 [](const ControllerView& c) { return c.type == kBroadcaster; });
   if (!seen && !manager_->state_interfaces().empty())
     make({free_name(*manager_, "joint_state_broadcaster"), kBroadcaster, {}, {}}, true, log);
+  start_spare_base(selection, log);
 
   const Offer offer = offer_of(*manager_);
   std::vector<std::string> held, stopped, passive;
@@ -267,6 +269,24 @@ void ControlStack::hold_unclaimed_joints(const ControllerSelection& selection, c
   }
 }
 
+// Where the controllers that were found leave the wheels to nobody.
+void ControlStack::start_spare_base(const ControllerSelection& selection, const Log& log) {
+  if (!spare_base_ || is_loaded(*manager_, spare_base_->name)) return;
+  const Offer offer = offer_of(*manager_);
+  const auto is_free = [&](const std::string& joint) {
+    return offer.commands.contains(joint) && !offer.driven.contains(joint) &&
+           !among(selection.released, joint);
+  };
+  if (!std::ranges::all_of(spare_base_->joints, is_free)) return;
+  manager_->start_compatible(std::vector<std::string>{spare_base_->name});
+  if (!is_loaded(*manager_, spare_base_->name)) return;
+  free_joints_ = spare_base_->free_joints;
+  log_diagnostic(
+      log, kManager,
+      {Severity::note, "up.base_generated", spare_base_->text, make_location(controllers_.name()),
+       "declare a controller of the base in that file, or give another one with --controllers FILE"});
+}
+
 // Starts a generated controller for joints without another one, so that the robot holds its pose and
 // can be commanded.
 void ControlStack::hold(GeneratedController wanted, const Log& log) {
@@ -287,6 +307,7 @@ ControllerSelection ControlStack::selection_of(const std::vector<std::string>& a
   selection.active = activate;
   selection.only_compatible = activate.empty() && !named_;
   for (const auto& [name, type] : manager_->declared_controllers()) {
+    if (spare_base_ && name == spare_base_->name && !among(activate, name)) continue;
     if (activate.empty()) {
       selection.active.push_back(name);
     } else if (std::find(activate.begin(), activate.end(), name) == activate.end()) {
@@ -312,7 +333,8 @@ ControllerSelection ControlStack::present_selection() const {
     }
   }
   for (const auto& [name, type] : manager_->declared_controllers()) {
-    if (!among(left_out_, name)) selection.declared.push_back(name);
+    const bool spare = spare_base_ && name == spare_base_->name && !is_loaded(*manager_, name);
+    if (!spare && !among(left_out_, name)) selection.declared.push_back(name);
   }
   const Offer offer = offer_of(*manager_);
   for (const std::set<std::string>* joints : {&offer.positions, &offer.speeds}) {

@@ -3,6 +3,7 @@
 // that another machine with the same structure can replace the first one under running controllers.
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -81,6 +82,7 @@ class DOPPEL_API ControlStack {
   void add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
                     Diagnostics& diagnostics);
   void hold_unclaimed_joints(const ControllerSelection& selection, const Log& log);
+  void start_spare_base(const ControllerSelection& selection, const Log& log);
   void hold(GeneratedController wanted, const Log& log);
   // Makes it as it was before an edit, with its remaining joints.
   void make_idle(GeneratedController idle, const Log& log);
@@ -92,7 +94,8 @@ class DOPPEL_API ControlStack {
   ParameterFile controllers_;
   bool named_;                            // by the user
   std::vector<std::string> free_joints_;  // RobotSetup::free_joints
-  bool only_compatible_ = false;          // of the selection of start()
+  std::optional<GeneratedBase> spare_base_;
+  bool only_compatible_ = false;  // of the selection of start()
   std::vector<GeneratedController> generated_;
   std::vector<std::string> left_out_;  // declared in the file; after an edit they are tried again
   std::unique_ptr<ControllerManager> manager_;

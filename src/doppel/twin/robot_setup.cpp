@@ -9,6 +9,7 @@
 #include "doppel/target/controllers_search.h"
 #include "doppel/target/target.h"
 #include "doppel/twin/detail/base_plugins.h"
+#include "doppel/twin/detail/base_wheels.h"
 #include "doppel/twin/detail/yaml_text.h"
 #include "doppel/twin/robot_names.h"
 
@@ -16,6 +17,8 @@ namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
+
+constexpr const char* kBaseController = "base_controller";
 
 std::vector<std::string> joints_to_drive(const RobotDescription& robot) {
   std::set<std::string> offered;
@@ -61,64 +64,8 @@ std::vector<std::string> leave_to_base(const RobotDescription& robot, const Mapp
   return casters;
 }
 
-void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const PackageResolver& resolver,
-                        RobotSetup& setup, Diagnostics& diagnostics) {
-  Diagnostics said;
-  if (robot.controllers) {
-    setup.controllers_named = true;
-    setup.controllers_files = {*robot.controllers};
-  } else {
-    const ControllersSearch found = find_controllers_files(setup.description.robot, setup.target, resolver);
-    report(found, said);
-    for (const ControllersFile& file : found.files) {
-      setup.controllers_files.push_back(file.path);
-      if (file.for_ros2) setup.declaring_files.push_back(file.path);
-    }
-  }
-  std::string others;  // the note about unused files becomes part of the note about generated controllers
-  for (const Diagnostic& d : said.all()) {
-    if (d.rule == "up.controllers_of_others") {
-      others = "; " + d.message;
-    } else {
-      diagnostics.add(d);
-    }
-  }
-  if (!setup.controllers_files.empty()) {
-    setup.controllers_origin = setup.controllers_files.front().string();
-    setup.controllers = ParameterFile::load(setup.controllers_files.front());
-    for (std::size_t i = 1; i < setup.controllers_files.size(); ++i)
-      setup.controllers.add(ParameterFile::load(setup.controllers_files[i]));
-    NameRules names = scenario.ros.names;
-    const std::string manager = names.node(in_namespace(robot.name_space, "controller_manager"));
-    report_other_managers(setup.controllers, manager, diagnostics);
-    return;
-  }
-  const auto base = map_base_plugin(setup.description.robot, diagnostics);
-  auto joints = joints_to_drive(setup.description.robot);
-  if (base) setup.free_joints = leave_to_base(setup.description.robot, *base, joints);
-  setup.controllers_origin = "generated";
-  if (joints.empty() && base) {
-    if (!others.empty())
-      diagnostics.note("up.controllers_of_others", setup.description.robot.source, others.substr(2));
-  } else if (joints.empty()) {
-    diagnostics.note("up.nothing_to_drive", setup.description.robot.source,
-                     "no joint of this robot can be driven");
-  } else {
-    diagnostics.note(
-        "up.controllers_generated", setup.description.robot.source,
-        fmt::format("no controllers' YAML of this robot was found; created a joint_state_broadcaster and a "
-                    "joint_trajectory_controller with {} joint{}{}",
-                    joints.size(), joints.size() == 1 ? "" : "s", others),
-        "give your own file with --controllers FILE, or put it into the package's config/");
-  }
-  setup.controllers =
-      ParameterFile::parse(generated_controllers(joints, offers_velocities(setup.description.robot, joints),
-                                                 base ? &*base : nullptr),
-                           "<generated controllers>");
-}
-
-}  // namespace
-
+// YAML for a robot without controllers: a broadcaster, and a trajectory controller for `joints`.
+// `velocity_states`: the hardware has velocity state interfaces. `base`: nullptr: none.
 std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states,
                                   const MappedBase* base) {
   std::string yaml = "controller_manager:\n  ros__parameters:\n    update_rate: 100\n";
@@ -135,6 +82,44 @@ std::string generated_controllers(const std::vector<std::string>& joints, bool v
   return base == nullptr ? yaml : yaml + base->section;
 }
 
+void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const PackageResolver& resolver,
+                        RobotSetup& setup, Diagnostics& diagnostics) {
+  Diagnostics said;
+  if (robot.controllers) {
+    setup.controllers_named = true;
+    setup.controllers_files = {*robot.controllers};
+  } else {
+    const ControllersSearch found = find_controllers_files(setup.description.robot, setup.target, resolver);
+    report(found, said);
+    for (const ControllersFile& file : found.files) {
+      setup.controllers_files.push_back(file.path);
+      if (file.for_ros2) setup.declaring_files.push_back(file.path);
+    }
+  }
+  std::string others;  // becomes part of the note about generated controllers
+  for (const Diagnostic& d : said.all()) {
+    if (d.rule == "up.controllers_of_others") {
+      others = d.message;
+    } else {
+      diagnostics.add(d);
+    }
+  }
+  if (!setup.controllers_files.empty()) {
+    setup.controllers_origin = setup.controllers_files.front().string();
+    setup.controllers = ParameterFile::load(setup.controllers_files.front());
+    for (std::size_t i = 1; i < setup.controllers_files.size(); ++i)
+      setup.controllers.add(ParameterFile::load(setup.controllers_files[i]));
+    NameRules names = scenario.ros.names;
+    const std::string manager = names.node(in_namespace(robot.name_space, "controller_manager"));
+    report_other_managers(setup.controllers, manager, diagnostics);
+    return;
+  }
+  setup.controllers_origin = "generated";
+  setup.unused_files = others;
+}
+
+}  // namespace
+
 ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, PackageResolver& resolver,
                              Diagnostics& diagnostics) {
   ExpandedTarget out;
@@ -146,12 +131,17 @@ ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, 
 
 namespace {
 
+// What the command line adds to the controllers' parameters, and in which namespace they are.
+void address(const Scenario& scenario, const WorldRobot& robot, RobotSetup& setup) {
+  add_ros_parameters(scenario.ros, setup.controllers);
+  setup.controllers.set_home(robot.name_space);
+}
+
 // The part that depends only on the description.
 void complete(const Scenario& scenario, const WorldRobot& robot, const PackageResolver& resolver,
               RobotSetup& setup, Diagnostics& diagnostics) {
   choose_controllers(scenario, robot, resolver, setup, diagnostics);
-  add_ros_parameters(scenario.ros, setup.controllers);
-  setup.controllers.set_home(robot.name_space);
+  if (!setup.controllers_files.empty()) address(scenario, robot, setup);
 }
 
 }  // namespace
@@ -174,6 +164,55 @@ RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, Robot
   setup.description.robot = std::move(description);
   complete(scenario, robot, PackageResolver(), setup, diagnostics);
   return setup;
+}
+
+void generate_controllers(const Scenario& scenario, const WorldRobot& robot, const ModelInstance& made,
+                          RobotSetup& setup, Diagnostics& diagnostics) {
+  const RobotDescription& description = setup.description.robot;
+  auto base = map_base_plugin(description, diagnostics);
+  if (!base) {
+    base = base_for_wheels(base_wheels(made), description, kBaseController, diagnostics);
+    if (base)
+      diagnostics.note("up.base_generated", description.source, generated_base_text(*base),
+                       "declare your own controllers with --controllers FILE");
+  }
+  auto joints = joints_to_drive(description);
+  if (base) setup.free_joints = leave_to_base(description, *base, joints);
+  if (joints.empty() && base) {
+    if (!setup.unused_files.empty())
+      diagnostics.note("up.controllers_of_others", description.source, setup.unused_files);
+  } else if (joints.empty()) {
+    diagnostics.note("up.nothing_to_drive", description.source, "no joint of this robot can be driven");
+  } else {
+    diagnostics.note(
+        "up.controllers_generated", description.source,
+        fmt::format("no controllers' YAML of this robot was found; created a joint_state_broadcaster and a "
+                    "joint_trajectory_controller with {} joint{}{}{}",
+                    joints.size(), joints.size() == 1 ? "" : "s", setup.unused_files.empty() ? "" : "; ",
+                    setup.unused_files),
+        "give your own file with --controllers FILE, or put it into the package's config/");
+  }
+  setup.controllers = ParameterFile::parse(
+      generated_controllers(joints, offers_velocities(description, joints), base ? &*base : nullptr),
+      "<generated controllers>");
+  address(scenario, robot, setup);
+}
+
+void add_spare_base(const ModelInstance& made, RobotSetup& setup) {
+  const RobotDescription& description = setup.description.robot;
+  std::string name = kBaseController;
+  const auto declared = controllers_in(setup.controllers).controllers;
+  while (std::ranges::any_of(declared, [&](const DeclaredController& c) { return c.name == name; }))
+    name += "_rest";
+  Diagnostics unused;  // whether it is needed is not known yet
+  const auto base = base_for_wheels(base_wheels(made), description, name, unused);
+  if (!base) return;
+  std::vector<std::string> others = joints_to_drive(description);
+  setup.spare_base = {base->name, generated_base_text(*base), base->joints,
+                      leave_to_base(description, *base, others)};
+  setup.controllers.add(
+      ParameterFile::parse("controller_manager:\n  ros__parameters:\n" + base->declaration + base->section,
+                           "<generated controllers>"));
 }
 
 }  // namespace doppel

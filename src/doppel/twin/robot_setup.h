@@ -10,9 +10,16 @@
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/load.h"
 #include "doppel/export.h"
+#include "doppel/physics/model_instance.h"
 #include "doppel/twin/scenario.h"
 
 namespace doppel {
+
+// A controller of a base that the twin makes.
+struct GeneratedBase {
+  std::string name, text;                        // text: of the note that it was made
+  std::vector<std::string> joints, free_joints;  // that it commands, and the casters
+};
 
 struct RobotSetup {
   Target target;
@@ -23,6 +30,9 @@ struct RobotSetup {
   std::vector<std::filesystem::path> declaring_files;    // found files that declare controllers
   bool controllers_named = false;                        // the user named the file
   std::vector<std::string> free_joints = {};             // casters of a base: no controller holds them
+  std::string unused_files;                              // of controllers of other robots; a note, or empty
+  // Declared in `controllers`; started where the files that were found leave its joints without a controller.
+  std::optional<GeneratedBase> spare_base;
 };
 
 // A robot's target, found and expanded with its overlay. Throws InputError: there is no such target, or
@@ -34,18 +44,21 @@ struct ExpandedTarget {
 DOPPEL_API ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot,
                                         PackageResolver& resolver, Diagnostics& diagnostics);
 
-// Throws InputError. Choices on the user's behalf (use_sim:=true, generated controllers) are notes.
+// Throws InputError. Choices on the user's behalf (use_sim:=true, which controllers' file) are notes. Where there is
+// no file, generate_controllers() follows.
 DOPPEL_API RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot,
                                    PackageResolver& resolver, Diagnostics& diagnostics);
 // The same for a description that is already read, without files.
 DOPPEL_API RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot,
                                    RobotDescription description, Diagnostics& diagnostics);
 
-// YAML for a robot without controllers: a broadcaster, and a trajectory controller for `joints`.
-// `velocity_states`: the hardware has velocity state interfaces. `base`: a controller that stands for a plugin of
-// Gazebo (detail/base_plugins.h); nullptr: none.
-struct MappedBase;
-DOPPEL_API std::string generated_controllers(const std::vector<std::string>& joints, bool velocity_states,
-                                             const MappedBase* base = nullptr);
+// The controllers of a robot without a file: a broadcaster, a controller for a base with a plugin of Gazebo that
+// drives it or on wheels that fit one, and a trajectory controller for the other joints. `made`: the robot's
+// instance. With notes.
+DOPPEL_API void generate_controllers(const Scenario& scenario, const WorldRobot& robot,
+                                     const ModelInstance& made, RobotSetup& setup, Diagnostics& diagnostics);
+
+// Adds a controller for the wheels of a robot to the files that were found for it: RobotSetup::spare_base.
+DOPPEL_API void add_spare_base(const ModelInstance& made, RobotSetup& setup);
 
 }  // namespace doppel

@@ -420,6 +420,20 @@ TEST(ControllerManager, DeclaredControllersKeepFileOrder) {
   EXPECT_EQ(declared[2].second, "joint_state_broadcaster/JointStateBroadcaster");
 }
 
+TEST(ControllerManager, TypeInControllersOwnSectionDeclaresIt) {
+  ManagerRig rig(
+      "controller_manager: {ros__parameters: {update_rate: 100, first: {type: "
+      "joint_state_broadcaster/JointStateBroadcaster}}}\n"
+      "second: {ros__parameters: {type: velocity_controllers/JointGroupVelocityController, joints: [a]}}\n"
+      "planner: {ros__parameters: {type: NavFn}}\n");
+  const auto declared = rig.manager->declared_controllers();
+  ASSERT_EQ(declared.size(), 2U);
+  EXPECT_EQ(declared[1].first, "second");
+  EXPECT_EQ(declared[1].second, "velocity_controllers/JointGroupVelocityController");
+  rig.manager->load("second");
+  EXPECT_EQ(rig.state_of("second"), ControllerState::unconfigured);
+}
+
 TEST(ControllerManager, RelativeParamsFileIsFound) {
   const auto folder = std::filesystem::path(testing::TempDir()) / "doppel_params_file";
   std::filesystem::create_directories(folder);

@@ -8,50 +8,37 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller.h"
 #include "doppel/controllers/detail/diff_drive_settings.h"
-#include "doppel/controllers/detail/odometry_publisher.h"
-#include "doppel/controllers/detail/planar_odometry.h"
 #include "doppel/controllers/detail/speed_limiter.h"
-#include "doppel/controllers/detail/twist_command.h"
+#include "doppel/controllers/detail/velocity_base.h"
 
 namespace doppel {
 
-class DiffDriveController : public Controller {
+class DiffDriveController : public VelocityBase {
  public:
   void on_init(ControllerContext& context) override;
   [[nodiscard]] InterfaceConfiguration command_interfaces() const override;
   [[nodiscard]] InterfaceConfiguration state_interfaces() const override;
   Status on_configure() override;
-  Status on_activate() override;
-  Status on_deactivate() override;
-  void update(Time now, Duration period) override;
-  void housekeeping(Time now) override;
   [[nodiscard]] std::vector<std::string> reference_interfaces() const override;
-  void set_chained_mode(bool chained) override;
-  [[nodiscard]] const BaseTransform* base_transform() const override { return publisher_.base_transform(); }
+
+ protected:
+  void write_references(const geometry_msgs::msg::Twist& twist) override;
+  PlanarVelocity next_velocity(double dt) override;
+  bool measure(double dt) override;
+  void drive(const PlanarVelocity& velocity) override;
+  void publish_limited(Time now, const PlanarVelocity& velocity) override;
+  void rest() override;
 
  private:
-  void take_references(Time now);
-  // False: a state is not a number.
-  bool measure(double dt);
   [[nodiscard]] std::optional<double> mean_of_side(std::size_t first) const;
-  void drive(double linear, double angular);
-  void publish_limited(Time now, double linear, double angular);
-  void rest();
 
-  ControllerContext* context_ = nullptr;
   DiffDriveSettings settings_;
   SpeedLimiter linear_limiter_, angular_limiter_;
-  PlanarOdometry odometry_;
-  OdometryPublisher publisher_;
-  TwistCommand command_;
   std::optional<Publisher<geometry_msgs::msg::TwistStamped>> limited_topic_;
   geometry_msgs::msg::TwistStamped limited_;
   // Of each side at the last update, rad; NaN: none since it was configured.
   double last_left_ = 0, last_right_ = 0;
-  bool active_ = false, chained_ = false;
-  bool invalid_state_ = false, invalid_state_reported_ = false;
 };
 
 }  // namespace doppel

@@ -20,8 +20,12 @@ class OdometryPublisher {
   struct Options {
     std::string odometry = "~/odom", transform = "/tf";            // topics
     std::vector<double> covariance = std::vector<double>(6, 0.0);  // default of both diagonals
-    bool has_prefix = true;                                        // parameters tf_frame_prefix...
-    bool has_rate = true;                                          // publish_rate; else at each update
+    std::string pose_covariance = "pose_covariance_diagonal";      // parameters
+    std::string twist_covariance = "twist_covariance_diagonal";
+    bool has_prefix = true;       // parameters tf_frame_prefix...
+    bool has_rate = true;         // publish_rate; else at each update
+    bool has_only_twist = false;  // odom_only_twist: no pose in the odometry
+    bool sends_transform = true;  // default of enable_odom_tf
   };
   // Declares the parameters and advertises the topics. Throws InputError for an invalid value.
   void declare(ControllerContext& context, const Options& options);
@@ -46,7 +50,7 @@ class OdometryPublisher {
   tf2_msgs::msg::TFMessage transform_;
   BaseTransform base_transform_;
   Options options_;
-  bool sends_tf_ = true;
+  bool sends_tf_ = true, only_twist_ = false;
   Duration period_{};
   std::optional<Time> last_;  // when the last message was due
 };

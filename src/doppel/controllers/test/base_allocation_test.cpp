@@ -31,6 +31,21 @@ std::vector<BaseCase> bases() {
            "/base/reference",
            {"fl", "fr", "rr", "rl"},
            {}},
+          {"Omni",
+           "omni_wheel_drive_controller/OmniWheelDriveController",
+           "wheel_names: [a, b, c], wheel_offset: 0.0, robot_radius: 0.5, wheel_radius: 0.1, "
+           "cmd_vel_timeout: 0.2",
+           "/base/cmd_vel",
+           {"a", "b", "c"},
+           {}},
+          {"Tricycle",
+           "tricycle_controller/TricycleController",
+           "traction_joint_name: w, steering_joint_name: s, wheelbase: 1.0, wheel_radius: 0.1, "
+           "cmd_vel_timeout: 200, "
+           "publish_ackermann_command: true, enable_odom_tf: true",
+           "/base/cmd_vel",
+           {"w"},
+           {"s"}},
           {"Ackermann",
            "ackermann_steering_controller/AckermannSteeringController",
            "traction_joints_names: [r, l], steering_joints_names: [rs, ls], wheelbase: 2.0, "

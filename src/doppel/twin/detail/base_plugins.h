@@ -17,7 +17,11 @@ struct MappedBase {
   std::string declaration;          // its entry below controller_manager, YAML with 4 blanks before the name
   std::string section;              // its own section
   std::vector<std::string> joints;  // that it commands
+  std::string text;                 // how it was made: "wheels left and right, separation 0.4 m, ..."
 };
+
+// The joint that the controller needs and the robot does not offer, as the end of "it needs ..."; "" if there is none.
+std::string missing_joint(const RobotDescription& robot, const MappedBase& base);
 
 // The first plugin that can be mapped, with a note that says how; a note for each other one of a base. nullopt:
 // there is none, or its joints have no velocity command in <ros2_control>.

@@ -154,9 +154,13 @@ TEST_F(BasePluginsTest, NumberWithUnitIsReportedAndNotRead) {
 TEST_F(BasePluginsTest, PluginThatCannotBeMappedIsReported) {
   up(plugin_wheel("left", 0, 0.2) + plugin_wheel("right", 0, -0.2),
      "<plugin name='move' filename='libgazebo_ros_planar_move.so'/>"
+     "<plugin name='gz::sim::systems::VelocityControl' filename='gz-sim-velocity-control-system'/>"
      "<plugin name='drive' filename='libgazebo_ros_diff_drive.so'><left_joint>lefd</left_joint>"
      "<right_joint>right</right_joint></plugin>");
   EXPECT_THAT(said_, HasSubstr("'libgazebo_ros_planar_move.so' drives the base in Gazebo and is not mapped"));
+  EXPECT_THAT(said_,
+              HasSubstr("'gz-sim-velocity-control-system' drives the base in Gazebo and is not mapped to a "
+                        "controller: it moves the body and not its wheels"));
   EXPECT_THAT(said_, HasSubstr("it needs 'lefd', which the robot does not have"));
 }
 

@@ -40,7 +40,17 @@ class RobotSetupTest : public ::testing::Test {
     scenario.robots = {{.target = folder_.string()}};
     scenario.robots.front().arguments = std::move(arguments);
     PackageResolver resolver;
-    return set_up_robot(scenario, scenario.robots.front(), resolver, diagnostics_);
+    RobotSetup setup = set_up_robot(scenario, scenario.robots.front(), resolver, diagnostics_);
+    if (setup.controllers_files.empty()) generate(scenario, setup);
+    return setup;
+  }
+  void generate(const Scenario& scenario, RobotSetup& setup) {
+    const auto description = std::make_shared<const RobotDescription>(setup.description.robot);
+    const auto model =
+        std::make_shared<const Model>(compile_model(*description, BaseKind::fixed, diagnostics_));
+    CollisionMeshes meshes;
+    const ModelInstance made = make_instance(description, model, {}, meshes, diagnostics_);
+    generate_controllers(scenario, scenario.robots.front(), made, setup, diagnostics_);
   }
   [[nodiscard]] bool has(const std::string& rule) const {
     for (const Diagnostic& d : diagnostics_.all()) {
