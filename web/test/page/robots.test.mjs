@@ -116,7 +116,6 @@ test('a robot that is not selected is drawn at its true pose, and a click select
     const box = world.stage.renderer.domElement.getBoundingClientRect();
     return [box.left + box.width / 2, box.top + box.height / 2];
   });
-  console.log(JSON.stringify(at), await page.evaluate(([x,y]) => { const e=document.elementFromPoint(x,y); return e.className+" "+e.tagName+" "+JSON.stringify(doppel.world.others.hit(new doppel.objects.picker.constructor(doppel.world).rayAt({clientX:x,clientY:y})))+doppel.handle.busy+doppel.objects.busy }, at)); await page.screenshot({path:"/tmp/c_shots/t5.png"});
   await page.mouse.click(...at);
   await waitFor(page, () => doppel.twin.space === '/rover');
   assert.equal(await page.evaluate(() => document.getElementById('robot').value), '/rover');
