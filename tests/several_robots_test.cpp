@@ -378,8 +378,13 @@ TEST_F(WorldRobotsTest, InvalidRobotIsRefusedWithPlace) {
   EXPECT_THAT(said, HasSubstr("did you mean 'both'?"));
   write("robots:\n  - {robot: omarm_one, namespace: a}\n  - {robot: omarm_one, namespace: a}\n");
   EXPECT_THAT(error_of(), HasSubstr(":3:"));
+}
+
+TEST_F(WorldRobotsTest, EmptyListOfRobotsIsWorldWithoutRobots) {
   write("robots: []\n");
-  EXPECT_THAT(error_of(), HasSubstr("no robot is given"));
+  up();
+  run(0.1);
+  EXPECT_TRUE(twin_->robots().empty());
 }
 
 }  // namespace

@@ -10,6 +10,7 @@ import { freeName, objectProblem, objectSdf, restHeight, type ObjectSpec } from 
 import { Signal } from '../src/app/signal';
 import { placeText, readSources } from '../src/app/sources';
 import { Tolerances } from '../src/app/tolerances';
+import { RobotFrames, TransformStore } from '../src/app/transforms';
 import type { Twin } from '../src/app/twin';
 import { treeOrder } from '../src/panels/tree';
 import { aroundMost } from '../src/scene/objects';
@@ -205,4 +206,25 @@ test('an object that falls away does not decide about the picture', () => {
   assert.deepEqual([box.min.x, box.max.x, box.min.z], [0, 7, 0]);
   assert.equal(aroundMost([cube(0, 0), cube(500, 0)]).max.x, 501);
   assert.ok(aroundMost([]).isEmpty());
+});
+
+test('a robot in a namespace has the frames below it, and those of its own tree', () => {
+  const all = new TransformStore();
+  const handlers = new Map<string, (m: unknown) => void>();
+  const client = { subscribe: (topic: string, handler: (m: unknown) => void) => (handlers.set(topic, handler), () => handlers.delete(topic)) };
+  const frames = new RobotFrames(client as never, all, '/left');
+  const put = (child: string, x: number, parent = 'world'): void =>
+    all.put({ parent, child, still: true, pose: Float64Array.of(x, 0, 0, 0, 0, 0, 1), at: 0, stamp: 0, rate: 0 });
+  put('base', 1);
+  put('left/base', 2);
+  assert.equal(frames.linkOf('base'), null);
+  assert.equal(frames.linkOf('left/base'), 'base');
+  assert.equal(frames.toWorld('base')![0], 2);
+  assert.equal(new RobotFrames(client as never, all, '').toWorld('base')![0], 1);
+  const end = frames.listen(() => {});
+  const header = { frame_id: 'world', stamp: { sec: 0, nanosec: 0 } }, rotation = { x: 0, y: 0, z: 0, w: 1 };
+  handlers.get('/left/tf')!({ transforms: [{ header, child_frame_id: 'base', transform: { translation: { x: 3, y: 0, z: 0 }, rotation } }] });
+  assert.equal(frames.toWorld('base')![0], 3);
+  end();
+  assert.equal(handlers.size, 0);
 });

@@ -114,8 +114,9 @@ export class RobotFrames {
     return () => ends.forEach((end) => end());
   }
 
-  linkOf(frame: string): string {
-    return frame.startsWith(this.prefix) ? frame.slice(this.prefix.length) : frame;
+  // The robot's link of a frame of the common tree; null: the frame belongs to another robot.
+  linkOf(frame: string): string | null {
+    return frame.startsWith(this.prefix) ? frame.slice(this.prefix.length) : null;
   }
 
   // The link's pose in the world; null: unknown.

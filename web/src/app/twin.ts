@@ -192,7 +192,7 @@ export class Twin {
   private followFrames(): void {
     this.endFrames();
     this.frames = this.framesOf(this.space);
-    this.endFrames = this.frames.listen((transforms, now) => this.useTransforms(transforms, now));
+    this.endFrames = this.frames.listen((transforms, now) => this.useTransforms(transforms, now, (frame) => frame));
   }
 
   private describe(text: string): void {
@@ -282,16 +282,16 @@ export class Twin {
     const transforms = (message['transforms'] as Message[]).map((raw) => readTransform(raw, still, now));
     for (const transform of transforms) this.transforms.put(transform);
     this.transformed.emit();
-    this.useTransforms(transforms, now);
+    this.useTransforms(transforms, now, (frame) => this.frames.linkOf(frame));
     if (still) this.moved.emit(); // for example the ground's frame does not move any link
   }
 
-  private useTransforms(transforms: Transform[], now: number): void {
+  private useTransforms(transforms: Transform[], now: number, linkOf: (frame: string) => string | null): void {
     const { tree } = this;
     if (!tree) return;
     let changed = false;
     for (const transform of transforms) {
-      const link = tree.linkIndex.get(this.frames.linkOf(transform.child));
+      const link = tree.linkIndex.get(linkOf(transform.child) ?? '');
       if (link === undefined) continue;
       if (link === tree.root || this.useTransform(tree, link, transform, now)) changed = true;
     }
