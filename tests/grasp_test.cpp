@@ -224,6 +224,26 @@ TEST_F(GraspTest, DetachableJointHoldsUntilItsTopicDetaches) {
   EXPECT_NEAR(height(), 0.065, 1e-3);
 }
 
+// A cube that carries the plugin itself, spawned beside the hand.
+TEST_F(GraspTest, SpawnedModelWithDetachableJointIsAttached) {
+  bring_up_hand(0.8);
+  EXPECT_THAT(
+      call(
+          "/spawn_entity", "gazebo_msgs/srv/SpawnEntity",
+          "{name: second, initial_pose: {position: {x: 0.2, z: 0.015}}, xml: \"" +
+              replaced(
+                  cube(0.8), "</model>",
+                  "<plugin filename='gz-sim-detachable-joint-system' name='d'><parent_link>body</parent_link>"
+                  "<child_model>hand</child_model><child_link>palm</child_link></plugin></model>") +
+              "\"}"),
+      HasSubstr("success: true"));
+  move_hand(0.15, 0, 2.0);
+  EXPECT_NEAR(pose("second").translation().z(), 0.165, 1e-3);
+  publish("/model/second/detachable_joint/detach", "std_msgs/msg/Empty", "{}");
+  run(1.0);
+  EXPECT_NEAR(pose("second").translation().z(), 0.015, 1e-3);
+}
+
 TEST_F(GraspTest, VacuumHoldsWhileItIsOn) {
   bring_up_hand(0.8, R"(<gazebo><plugin name='suction' filename='libgazebo_ros_vacuum_gripper.so'>
 <ros><namespace>/cell</namespace><remapping>switch:=suck</remapping></ros>

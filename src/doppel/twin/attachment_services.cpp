@@ -82,8 +82,8 @@ class AttachmentServices::Joint : public Device {
     } else if (!wanted_ && holds()) {
       release();
     }
-    if (held != holds() || !told_) state_.publish({holds() ? "attached" : "detached"}, now);
-    told_ = true;
+    if (held != holds() || !published_) state_.publish({holds() ? "attached" : "detached"}, now);
+    published_ = true;
   }
   void reset() override {
     forget_lost();
@@ -99,7 +99,7 @@ class AttachmentServices::Joint : public Device {
   const DetachableJoint joint_;
   Node node_;
   Publisher<std_msgs::msg::String> state_;
-  bool wanted_ = true, told_ = false;
+  bool wanted_ = true, published_ = false;
 };
 
 class AttachmentServices::Vacuum : public Device {
@@ -255,7 +255,7 @@ void AttachmentServices::reset(Time /*now*/) {
   }
 }
 
-// Makes the devices of new instances, and attaches again what a reload has made anew.
+// Makes the devices of new instances, and attaches again what a service attached and a reload has made anew.
 void AttachmentServices::instances_changed() {
   const auto& instances = scene_.engine().world().instances();
   std::erase_if(equipped_, [&](const Equipped& of) {
@@ -322,10 +322,10 @@ Status AttachmentServices::attach(BodyId a, BodyId b) {
   const std::string names =
       fmt::format("'{}::{}' and '{}::{}'", first.instance, first.link, second.instance, second.link);
   if (status) {
-    wanted_.push_back({first, second});
     log_.note(kAttachOrigin, names + " are attached to each other");
-  } else {
-    log_.warning(kAttachOrigin, fmt::format("{} are not attached: {}", names, status.why()));
+  } else if (status.why() != last_refusal_) {
+    last_refusal_ = status.why();  // logged once, also if a device tries again
+    log_.warning(kAttachOrigin, fmt::format("{} are not attached: {}", names, last_refusal_));
   }
   return status;
 }
@@ -346,7 +346,11 @@ Status AttachmentServices::join(const std::string& model_1, const std::string& l
   BodyId a, b;
   if (const Status found = find_body(model_1, link_1, a); !found) return found;
   if (const Status found = find_body(model_2, link_2, b); !found) return found;
-  if (attached) return attach(a, b);
+  if (attached) {
+    Status status = attach(a, b);
+    if (status) wanted_.push_back({name_of(a), name_of(b)});
+    return status;
+  }
   return detach(a, b)
              ? Status()
              : Status::refused(fmt::format("'{}' and '{}' are not attached to each other", model_1, model_2));

@@ -17,6 +17,15 @@ Origin placed(const Pose& X, const SourceLocation& where) {
   return {X.translation(), rpy_from_rotation(X.linear()), where};
 }
 
+// A plugin that the twin reads (twin/detail/attachment_plugins.h).
+bool asks_for_attachment(const XmlNode& plugin) {
+  const std::string names =
+      Elements::attribute(plugin, "filename") + " " + Elements::attribute(plugin, "name");
+  return names.find("detachable-joint-system") != std::string::npos ||
+         names.find("systems::DetachableJoint") != std::string::npos ||
+         names.find("gazebo_ros_vacuum_gripper") != std::string::npos;
+}
+
 }  // namespace
 
 std::vector<SdfModel> Trees::build() {
@@ -510,8 +519,9 @@ void Trees::add_extras(Tree& tree) {
   Scope& scope = *models_[static_cast<std::size_t>(tree.primary)].item->scope;
   GazeboExtension plugins;
   for (const XmlNode* plugin : scope.plugins) {
-    elements_.without_effect(plugin->where, "<plugin> of a <model>",
-                             "plugins of SDF are kept, but not loaded");
+    if (!asks_for_attachment(*plugin))
+      elements_.without_effect(plugin->where, "<plugin> of a <model>",
+                               "plugins of SDF are kept, but not loaded");
     plugins.plugins.push_back({Elements::attribute(*plugin, "filename"),
                                Elements::attribute(*plugin, "name"),
                                {},

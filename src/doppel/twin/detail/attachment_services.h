@@ -64,8 +64,9 @@ class AttachmentServices : public Tickable {
   const Scene& scene_;
   const Log& log_;
   Node node_;
-  std::vector<Wanted> wanted_;
+  std::vector<Wanted> wanted_;  // by services
   std::vector<Equipped> equipped_;
+  std::string last_refusal_;
 };
 
 }  // namespace doppel
