@@ -38,10 +38,11 @@ fs::path file_to_write(const Scenario& scenario, const std::string& controller) 
   PackageResolver resolver;
   resolver.add_bundled(scenario.bundled_robots);
   const RobotSetup setup = set_up_robot(scenario, scenario.robots.front(), resolver, quiet);
-  for (const fs::path& file : setup.controllers_files) {
-    if (ParameterFile::load(file).overrides_for("/" + controller, controller).find("wheel_separation") !=
+  // A later file has priority over the earlier ones.
+  for (auto file = setup.controllers_files.rbegin(); file != setup.controllers_files.rend(); ++file) {
+    if (ParameterFile::load(*file).overrides_for("/" + controller, controller).find("wheel_separation") !=
         nullptr)
-      return file;
+      return *file;
   }
   throw InputError("base.nothing_to_write", {},
                    fmt::format("no controllers' file has a wheel_separation of {}", controller),
@@ -67,7 +68,14 @@ int run_report(const BaseVerb& options) {
   wanted.controller = options.controller;
   wanted.on_leg = [](const std::string& leg) { print_stderr("base: {} ...\n", leg); };
   Diagnostics diagnostics;
-  const BaseReport report = report_base(scenario, wanted, diagnostics);
+  const BaseReport report = [&] {
+    try {
+      return report_base(scenario, wanted, diagnostics);
+    } catch (const InputError&) {
+      print_diagnostics(diagnostics, true);  // they name what was left out
+      throw;
+    }
+  }();
   print_diagnostics(diagnostics);
   if (!options.plot.empty()) deliver(base_report_svg(report), options.plot);
   deliver(options.json ? base_report_json(report) : base_report_text(report));

@@ -218,6 +218,7 @@ export class Commander {
   // of the other robots take their own emergency stop.
   async stop(): Promise<void> {
     const { twin } = this;
+    if (this.stopped) return; // what was stopped first is what is released
     this.stopped = true;
     this.stopChanged.emit(true);
     this.hold();

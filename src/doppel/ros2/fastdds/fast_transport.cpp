@@ -28,6 +28,10 @@ constexpr const char* kLoopback = "127.0.0.1";
 constexpr std::uint32_t kPeersRange = 32;
 // Limited by net.core.rmem_max; large, because an image arrives in bursts.
 constexpr std::uint32_t kSocketBuffer = 4 * 1024 * 1024;
+// Fast DDS fills a datagram up to its limit and then adds its statistics, which a receiver with the same limit
+// cuts off; a datagram that is cut is refused, at every repetition.
+constexpr std::uint32_t kRoomForStatistics = 128;  // bytes, in what this sends
+constexpr std::uint32_t kLargestDatagram = 65536;  // bytes, of what this receives
 
 rtps::Locator_t locator(const std::string& address, std::uint32_t port) {
   rtps::Locator_t result;
@@ -76,6 +80,8 @@ class GuardedTransport : public udp::ChainingTransport {
     return sent;
   }
 
+  std::uint32_t max_recv_buffer_size() const override { return kLargestDatagram; }
+
   void receive(udp::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     with_logged_exceptions([&] {
@@ -115,6 +121,7 @@ class GuardedDescriptor : public udp::ChainingTransportDescriptor {
 std::shared_ptr<udp::TransportDescriptorInterface> transport(Reach reach,
                                                              std::shared_ptr<ReceiveGate> receive_gate) {
   auto descriptor = std::make_shared<udp::UDPv4TransportDescriptor>();
+  descriptor->maxMessageSize -= kRoomForStatistics;
   descriptor->maxInitialPeersRange = kPeersRange;
   descriptor->receiveBufferSize = kSocketBuffer;
   descriptor->sendBufferSize = kSocketBuffer;

@@ -97,6 +97,23 @@ struct Pair {
   }
 };
 
+// Fast DDS fills a datagram up to 65,500 bytes and then adds its statistics. One that was cut off would be refused, at
+// every repetition, and the endpoints in it would never be found.
+TEST(Participant, DatagramLongerThanLimitOfFastDdsIsReadWhole) {
+  Pair pair;
+  ASSERT_TRUE(pair.meet());
+  std::vector<std::uint8_t> datagram{'R', 'T', 'P', 'S', 2, 3, 1, 15};
+  datagram.resize(20, 7);  // of a stranger
+  constexpr std::uint16_t kPads = 65480;
+  for (const int byte : {0x01, 0x01, kPads & 0xff, kPads >> 8})
+    datagram.push_back(static_cast<std::uint8_t>(byte));
+  datagram.resize(65504, 0);
+  const Socket sender;
+  for (int i = 0; i < 20; ++i) sender.send(first_port(pair.domain), datagram);
+  pair.expect_to_be_heard();
+  EXPECT_EQ(pair.here->refused_datagrams() + pair.there->refused_datagrams(), 0u);
+}
+
 // Statistics would make Fast DDS add writers, and abort the process when a peer's counters decrease.
 TEST(Participant, PeerStatisticsAreDisabled) {
   setenv("FASTDDS_STATISTICS", "NETWORK_LATENCY_TOPIC;RTPS_SENT_TOPIC", 1);
