@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "doppel/math/decimals.h"
 #include "doppel/xml/element.h"
 
 namespace doppel {
@@ -118,11 +119,25 @@ void add_to_joint(const GazeboExtension& extension, XmlNode&& what, XmlNode& joi
   }
 }
 
+// The extension as XML; one of an SDF model has no text of its own.
+XmlNode as_xml(const GazeboExtension& extension) {
+  if (!extension.xml.empty()) return parse_xml(extension.xml, "<gazebo>");
+  XmlNode out = element("gazebo");
+  for (const GazeboPlugin& plugin : extension.plugins)
+    out.children.push_back(parse_xml(plugin.xml, "<plugin>"));
+  if (extension.gravity) out.children.push_back(text_element("gravity", truth(*extension.gravity)));
+  if (extension.stop_stiffness)
+    out.children.push_back(text_element("stopStiffness", decimal(*extension.stop_stiffness)));
+  if (extension.stop_restitution)
+    out.children.push_back(text_element("stopRestitution", decimal(*extension.stop_restitution)));
+  return out;
+}
+
 template <class Add>
 void for_each_element(const RobotDescription& robot, const std::string& reference, Add&& add) {
   for (const GazeboExtension& extension : robot.gazebo) {
     if (extension.reference != reference) continue;
-    XmlNode root = parse_xml(extension.xml, "<gazebo>");
+    XmlNode root = as_xml(extension);
     for (XmlNode& child : root.children) {
       if (child.kind == XmlNode::Kind::element) add(extension, std::move(child));
     }

@@ -11,7 +11,8 @@
 
 namespace doppel {
 
-// The ground, which the reader takes out of its model, is a model of its own. Warnings: those of to_sdf().
+// The ground, which the reader takes out of its model, is a model of its own. Lights, plugins, and the sensors of links
+// are kept. Warnings: "world.lost" for sensors of links that become frames, and those of to_sdf().
 DOPPEL_API std::string to_world_sdf(const SdfWorld& world, MeshFiles& meshes, Diagnostics& diagnostics);
 
 // docs/worlds.md describes the file. An object has one shape and one coefficient of friction: of a static model each
@@ -21,7 +22,8 @@ DOPPEL_API std::string to_world_sdf(const SdfWorld& world, MeshFiles& meshes, Di
 DOPPEL_API std::string to_world_yaml(const SdfWorld& world, MeshFiles& meshes, Diagnostics& diagnostics);
 
 // Names are "model/name"; joints have no actuators. MuJoCo takes the larger friction of a pair and SDF the smaller, which
-// is noted where coefficients differ ("world.friction_rule"). Warnings: "world.lost" for lights, and those of to_mjcf().
+// is noted where coefficients differ ("world.friction_rule"). Warnings: "world.lost" for sensors and plugins, and
+// those of to_mjcf().
 DOPPEL_API std::string to_world_mjcf(const SdfWorld& world, MeshFiles& meshes, Diagnostics& diagnostics);
 
 }  // namespace doppel

@@ -4,6 +4,7 @@
 #include <array>
 #include <set>
 
+#include "doppel/conversion/detail/world_lost.h"
 #include "doppel/conversion/mjcf.h"
 #include "doppel/conversion/world_documents.h"
 #include "doppel/math/decimals.h"
@@ -33,17 +34,34 @@ XmlNode& section(XmlNode& root, const char* name) {
   return root.children.back();
 }
 
-// The shapes of a model that is part of the world body, and its bodies, are at the model's pose.
-void add_bodies(const XmlNode& from, const SdfModel& model, XmlNode& worldbody) {
+// The poses of the bodies at the top of a model's document, in its root link: of the root, or of the links next to the
+// world.
+std::vector<Pose> top_poses(const Model& model) {
+  if (model.links.front().name != "world") return {Pose::Identity()};
+  std::vector<Pose> out;
+  for (const ModelJoint& joint : model.joints) {
+    if (joint.parent_link == 0) out.push_back(joint.X_PJ);
+  }
+  return out;
+}
+
+// The shapes of a model that is part of the world body, and its bodies, are at the model's pose. Its bodies stay at the
+// top, where MuJoCo requires those that move freely.
+void add_bodies(const XmlNode& from, const SdfModel& model, const Model& compiled, XmlNode& worldbody) {
   XmlNode fixed = element("body", {{"name", model.name}});
   mjcf_place(fixed, model.X_WR);
+  const std::vector<Pose> X_RB = top_poses(compiled);
+  std::size_t bodies = 0;
   for (const XmlNode& child : from.children) {
     if (!child.is("body")) {
       fixed.children.push_back(child);
       continue;
     }
     XmlNode body = child;
-    mjcf_place(body, model.X_WR);
+    std::erase_if(body.attributes, [](const XmlAttribute& attribute) {
+      return attribute.name == "pos" || attribute.name == "quat";
+    });
+    mjcf_place(body, model.X_WR * X_RB.at(bodies++));
     worldbody.children.push_back(std::move(body));
   }
   if (!fixed.children.empty()) worldbody.children.push_back(std::move(fixed));
@@ -100,13 +118,16 @@ std::string to_world_mjcf(const SdfWorld& world, MeshFiles& meshes, Diagnostics&
                          {"size", "0 0 1"},
                          {"friction", decimal(settings.ground_friction) + " 0.005 0.0001"}}));
   }
+  WorldLosses losses("MJCF", diagnostics);
+  losses.lose_plugins(world);
   for (const SdfModel& model : world.models) {
+    losses.lose_sensors_and_plugins(model);
     const Model compiled = compile_model(*model.description, model.base, diagnostics);
     XmlNode document = parse_xml(to_mjcf(*model.description, compiled, meshes, diagnostics), model.name);
     XmlNode& defaults = section(root, "default");
     if (defaults.children.empty()) defaults = section(document, "default");
     put_before_names(document, model.name + "/");
-    add_bodies(section(document, "worldbody"), model, section(root, "worldbody"));
+    add_bodies(section(document, "worldbody"), model, compiled, section(root, "worldbody"));
     for (const char* name :
          {"asset", "contact", "equality"}) {  // actuators would hold joints that move freely
       for (XmlNode& child : section(document, name).children)

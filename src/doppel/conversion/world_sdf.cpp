@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "doppel/conversion/detail/unique_name.h"
+#include "doppel/conversion/detail/world_lost.h"
 #include "doppel/conversion/sdf.h"
 #include "doppel/conversion/world_documents.h"
 #include "doppel/math/decimals.h"
@@ -25,6 +26,58 @@ XmlNode sdf_ground(const SdfWorld& world) {
       {text_element("static", "true"), element("link", {{"name", "link"}}, {std::move(collision)})});
 }
 
+std::string world_pose(const Pose& X) {
+  return decimals(X.translation()) + " " + decimals(rpy_from_rotation(X.linear()));
+}
+
+std::string colour_text(const Eigen::Vector4d& rgba) {
+  return decimals(rgba.head<3>()) + " " + decimal(rgba.w());
+}
+
+const char* type_of_light(SdfLightKind kind) {
+  return kind == SdfLightKind::directional ? "directional" : kind == SdfLightKind::spot ? "spot" : "point";
+}
+
+XmlNode sdf_light(const SdfLight& light) {
+  const auto number = [](const char* name, double value) { return text_element(name, decimal(value)); };
+  XmlNode out = element(
+      "light", {{"name", light.name}, {"type", type_of_light(light.kind)}},
+      {text_element("pose", world_pose(light.X_WL)), text_element("cast_shadows", truth(light.cast_shadows)),
+       number("intensity", light.intensity), text_element("diffuse", colour_text(light.diffuse)),
+       text_element("specular", colour_text(light.specular)),
+       element(
+           "attenuation", {},
+           {number("range", light.range), number("constant", light.attenuation_constant),
+            number("linear", light.attenuation_linear), number("quadratic", light.attenuation_quadratic)}),
+       text_element("direction",
+                    decimals(Eigen::Vector3d(light.X_WL.linear().transpose() * light.direction_W)))});
+  if (light.kind == SdfLightKind::spot) {
+    out.children.push_back(
+        element("spot", {},
+                {number("inner_angle", light.inner_angle), number("outer_angle", light.outer_angle),
+                 number("falloff", light.falloff)}));
+  }
+  return out;
+}
+
+// The sensors of an SDF model into their links, with resolved poses.
+void add_sensors(const SdfModel& model, XmlNode& out, WorldLosses& losses) {
+  for (const SdfSensor& sensor : model.sensors) {
+    const auto link = std::ranges::find_if(out.children, [&sensor](const XmlNode& child) {
+      const XmlAttribute* const name = child.find("name");
+      return child.is("link") && name != nullptr && name->value == sensor.link;
+    });
+    if (link == out.children.end()) {
+      losses.lose_sensor(model, sensor);
+      continue;
+    }
+    XmlNode node = parse_xml(sensor.xml, model.name);
+    std::erase_if(node.children, [](const XmlNode& child) { return child.is("pose"); });
+    node.children.insert(node.children.begin(), text_element("pose", world_pose(sensor.X_LS)));
+    link->children.push_back(std::move(node));
+  }
+}
+
 }  // namespace
 
 std::string to_world_sdf(const SdfWorld& world, MeshFiles& meshes, Diagnostics& diagnostics) {
@@ -33,7 +86,11 @@ std::string to_world_sdf(const SdfWorld& world, MeshFiles& meshes, Diagnostics& 
   out.children.push_back(text_element("gravity", decimals(settings.gravity)));
   out.children.push_back(element("physics", {{"type", "ode"}, {"name", "default"}},
                                  {text_element("max_step_size", decimal(to_seconds(settings.step)))}));
+  for (const SdfLight& light : world.lights) out.children.push_back(sdf_light(light));
+  for (const GazeboPlugin& plugin : world.plugins)
+    out.children.push_back(parse_xml(plugin.xml, settings.name));
   if (settings.ground) out.children.push_back(sdf_ground(world));
+  WorldLosses losses("SDF", diagnostics);
   for (const SdfModel& model : world.models) {
     const Model compiled = compile_model(*model.description, BaseKind::fixed, diagnostics);
     XmlNode root = parse_xml(to_sdf(*model.description, compiled, meshes, diagnostics), model.name);
@@ -42,9 +99,8 @@ std::string to_world_sdf(const SdfWorld& world, MeshFiles& meshes, Diagnostics& 
       for (auto& attribute : child.attributes) {
         if (attribute.name == "name") attribute.value = model.name;
       }
-      const Eigen::Vector3d rpy = rpy_from_rotation(model.X_WR.linear());
-      child.children.insert(child.children.begin(),
-                            text_element("pose", decimals(model.X_WR.translation()) + " " + decimals(rpy)));
+      add_sensors(model, child, losses);
+      child.children.insert(child.children.begin(), text_element("pose", world_pose(model.X_WR)));
       if (model.is_static) child.children.insert(child.children.begin(), text_element("static", "true"));
       out.children.push_back(std::move(child));
     }

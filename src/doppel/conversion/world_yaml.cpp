@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "doppel/conversion/detail/unique_name.h"
+#include "doppel/conversion/detail/world_lost.h"
 #include "doppel/conversion/world_documents.h"
 #include "doppel/core/overloaded.h"
 #include "doppel/kinematics/link_solid.h"
@@ -32,7 +33,10 @@ std::string list_of(const Eigen::Vector3d& v) {
 class WorldYaml {
  public:
   WorldYaml(const SdfWorld& world, MeshFiles& meshes, Diagnostics& diagnostics)
-      : world_(world), meshes_(meshes), diagnostics_(diagnostics) {}
+      : world_(world),
+        meshes_(meshes),
+        diagnostics_(diagnostics),
+        losses_("a world file in YAML", diagnostics) {}
 
   std::string write() {
     const WorldSettings& s = world_.settings;
@@ -44,24 +48,18 @@ class WorldYaml {
     for (const SdfModel& model : world_.models) add(model);
     if (!objects_.empty()) out += "objects:\n" + objects_;
     for (const SdfLight& light : world_.lights) lose(light.source, fmt::format("the light '{}'", light.name));
-    for (const GazeboPlugin& plugin : world_.plugins)
-      lose(plugin.source, fmt::format("the plugin '{}'", plugin.name));
+    losses_.lose_plugins(world_);
     return out;
   }
 
  private:
   void lose(const SourceLocation& where, const std::string& what, const std::string& fix = "") {
-    diagnostics_.warning("world.lost", where, what + " cannot be written to a world file in YAML", fix);
+    losses_.lose(where, what, fix);
   }
 
   void add(const SdfModel& model) {
     const RobotDescription& robot = *model.description;
-    for (const SdfSensor& sensor : model.sensors)
-      lose(sensor.source, fmt::format("the sensor '{}' of '{}'", sensor.name, model.name));
-    for (const GazeboExtension& extension : robot.gazebo) {
-      for (const GazeboPlugin& plugin : extension.plugins)
-        lose(plugin.source, fmt::format("the plugin '{}' of '{}'", plugin.name, model.name));
-    }
+    losses_.lose_sensors_and_plugins(model);
     if (robot.links.size() != 1) {
       return lose(model.source,
                   fmt::format("the model '{}', which has {} links,", model.name, robot.links.size()),
@@ -171,6 +169,7 @@ class WorldYaml {
   const SdfWorld& world_;
   MeshFiles& meshes_;
   Diagnostics& diagnostics_;
+  WorldLosses losses_;
   std::vector<std::string> taken_{"ground"};
   std::string objects_;
 };

@@ -5,6 +5,7 @@
 #include <mujoco/mujoco.h>
 
 #include <cmath>
+#include <tuple>
 
 #include "conversion_fixture.h"
 #include "doppel/core/output_file.h"
@@ -18,6 +19,11 @@ using ::testing::HasSubstr;
 const std::string kWorldOfAll = R"(<sdf version="1.9"><world name="w"><gravity>0 0 -3.7</gravity>
 <physics name="p" type="ode"><max_step_size>0.002</max_step_size></physics>
 <light name="sun" type="directional"><direction>0 0 -1</direction></light>
+<light name="lamp" type="spot"><pose>1 2 3 1.5 0 0</pose><diffuse>0.9 0.8 0.7 1</diffuse><specular>0.2 0.3 0.4 1</specular>
+  <direction>0 1 0</direction><cast_shadows>true</cast_shadows><intensity>0.6</intensity>
+  <attenuation><range>7</range><constant>0.5</constant><linear>0.02</linear><quadratic>0.003</quadratic></attenuation>
+  <spot><inner_angle>0.2</inner_angle><outer_angle>0.8</outer_angle><falloff>1.5</falloff></spot></light>
+<plugin filename="libwind.so" name="wind"><force>2</force></plugin>
 <model name="floor"><static>true</static><link name="l"><collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry>
   <surface><friction><ode><mu>0.5</mu></ode></friction></surface></collision></link></model>
 <frame name="corner"><pose>1 0 0 0 0 1.57079632679</pose></frame>
@@ -34,7 +40,21 @@ const std::string kWorldOfAll = R"(<sdf version="1.9"><world name="w"><gravity>0
   <collision name="c"><geometry><box><size>1 0.05 2</size></box></geometry></collision></link>
   <joint name="fix" type="fixed"><parent>world</parent><child>post</child></joint>
   <joint name="hinge" type="revolute"><parent>post</parent><child>leaf</child><axis><xyz>0 0 1</xyz></axis></joint></model>
+<model name="camera"><static>true</static><pose>0 5 0 0 0 0</pose><link name="l"><visual name="v"><geometry><sphere><radius>0.1</radius></sphere></geometry></visual>
+  <sensor name="eye" type="camera"><pose relative_to="__model__">0 0 1 0 0 0</pose><update_rate>30</update_rate></sensor></link>
+  <plugin filename="libsee.so" name="see"/></model>
+<include><uri>stand.urdf</uri><pose>0 4 0 0 0 1.57079632679</pose></include>
 </world></sdf>)";
+
+// The root is the world, and its first joint has an origin.
+const std::string kStand = R"(<robot name="stand"><link name="world"/>
+<joint name="mount" type="fixed"><parent link="world"/><child link="base"/><origin xyz="1 0 0.5" rpy="0.1 0.2 0.3"/></joint>
+<link name="base"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+  <collision><geometry><box size="0.1 0.1 0.1"/></geometry></collision></link>
+<joint name="lift" type="prismatic"><parent link="base"/><child link="top"/><origin xyz="0 0 0.5"/><axis xyz="0 0 1"/>
+  <limit lower="0" upper="1" effort="100" velocity="1"/></joint>
+<link name="top"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<gazebo reference="top"><sensor name="height" type="altimeter"/></gazebo></robot>)";
 
 class WorldDocuments : public ::testing::Test {
  protected:
@@ -42,6 +62,7 @@ class WorldDocuments : public ::testing::Test {
       : folder_(fresh_folder(testing::UnitTest::GetInstance()->current_test_info()->name())),
         files_({folder_, false, std::nullopt}) {
     Diagnostics found;
+    write_whole(folder_ / "stand.urdf", kStand);
     world_ = parse_sdf(kWorldOfAll, "w.sdf", folder_, resolver_, found);
   }
   std::filesystem::path written(const std::string& name, const std::string& text) {
@@ -75,9 +96,52 @@ TEST_F(WorldDocuments, SdfReadsBackWithItsGround) {
   for (const SdfModel& model : world_.models) {
     const SdfModel* const same = again.find(model.name);
     ASSERT_NE(same, nullptr) << model.name;
-    EXPECT_LT(distance(same->X_WR, model.X_WR), 1e-9) << model.name;
+    // The world, of which SDF has no link, is not the root of the model that is read back.
+    const Pose X_WR =
+        model.name == "stand" ? model.X_WR * make_pose({1, 0, 0.5}, {0.1, 0.2, 0.3}) : model.X_WR;
+    EXPECT_LT(distance(same->X_WR, X_WR), 1e-9) << model.name;
     EXPECT_EQ(same->is_static, model.is_static) << model.name;
   }
+}
+
+TEST_F(WorldDocuments, SdfReadsBackWithItsLights) {
+  Diagnostics found;
+  const SdfWorld again =
+      parse_sdf(to_world_sdf(world_, files_, diagnostics_), "again.sdf", folder_, resolver_, found);
+  ASSERT_EQ(again.lights.size(), 2u);
+  for (std::size_t i = 0; i < again.lights.size(); ++i) {
+    const SdfLight &a = again.lights[i], &b = world_.lights[i];
+    EXPECT_EQ(a.name, b.name);
+    EXPECT_EQ(a.kind, b.kind);
+    EXPECT_LT(distance(a.X_WL, b.X_WL), 1e-9) << b.name;
+    EXPECT_LT((a.direction_W - b.direction_W).norm(), 1e-9) << b.name;
+    EXPECT_EQ(a.diffuse, b.diffuse);
+    EXPECT_EQ(a.specular, b.specular);
+    EXPECT_EQ(a.cast_shadows, b.cast_shadows);
+    EXPECT_EQ(
+        std::make_tuple(a.range, a.attenuation_constant, a.attenuation_linear, a.attenuation_quadratic),
+        std::make_tuple(b.range, b.attenuation_constant, b.attenuation_linear, b.attenuation_quadratic));
+    EXPECT_EQ(std::make_tuple(a.inner_angle, a.outer_angle, a.falloff, a.intensity),
+              std::make_tuple(b.inner_angle, b.outer_angle, b.falloff, b.intensity));
+  }
+}
+
+TEST_F(WorldDocuments, SdfReadsBackWithItsPluginsAndSensors) {
+  Diagnostics found;
+  const SdfWorld again =
+      parse_sdf(to_world_sdf(world_, files_, diagnostics_), "again.sdf", folder_, resolver_, found);
+  ASSERT_EQ(again.plugins.size(), 1u);
+  EXPECT_EQ(again.plugins[0].filename, "libwind.so");
+  EXPECT_THAT(again.plugins[0].xml, HasSubstr("<force>2</force>"));
+  const SdfModel* const camera = again.find("camera");
+  ASSERT_NE(camera, nullptr);
+  ASSERT_EQ(camera->sensors.size(), 1u);
+  EXPECT_EQ(camera->sensors[0].name, "eye");
+  EXPECT_LT(distance(camera->sensors[0].X_LS, make_pose({0, 0, 1}, {0, 0, 0})), 1e-9);
+  EXPECT_THAT(camera->sensors[0].xml, HasSubstr("<update_rate>30</update_rate>"));
+  ASSERT_EQ(camera->description->gazebo.size(), 1u);
+  EXPECT_EQ(camera->description->gazebo[0].plugins.at(0).name, "see");
+  EXPECT_EQ(again.find("stand")->sensors.size(), 1u) << "expected the sensor of its <gazebo> once";
 }
 
 TEST_F(WorldDocuments, YamlReadsBackWhatItExpresses) {
@@ -112,11 +176,14 @@ TEST_F(WorldDocuments, YamlReportsWhatItLoses) {
   to_world_yaml(world_, files_, diagnostics_);
   const std::string text = said();
   for (const char* lost :
-       {"the light 'sun'", "the model 'door', which has 2 links", "the shape 'hat' of 'table'",
+       {"the light 'sun'", "the light 'lamp'", "the plugin 'wind'", "the plugin 'see' of 'camera'",
+        "the sensor 'eye' of 'camera'", "the sensor 'height' of 'stand'",
+        "the model 'door', which has 2 links", "the model 'stand', which has 3 links",
+        "the model 'camera', which collides with nothing", "the shape 'hat' of 'table'",
         "the inertia of 'rod', which is not that of a uniform shape"})
     EXPECT_THAT(text, HasSubstr(lost));
   EXPECT_THAT(text, ::testing::Not(HasSubstr("inertia of 'ball'")));
-  EXPECT_EQ(diagnostics_.all().size(), 4u) << text;
+  EXPECT_EQ(diagnostics_.all().size(), 11u) << text;
   for (const Diagnostic& one : diagnostics_.all()) EXPECT_GT(one.where.line, 0) << one.message;
 }
 
@@ -130,7 +197,7 @@ TEST_F(WorldDocuments, MjcfIsReadByMujocoWithSamePoses) {
   EXPECT_EQ(model->opt.gravity[2], -3.7);
   EXPECT_EQ(model->opt.timestep, 0.002);
   EXPECT_EQ(model->nu, 0) << "expected joints that move freely";
-  EXPECT_EQ(model->nv, 6 + 6 + 1);
+  EXPECT_EQ(model->nv, 6 + 6 + 1 + 1);
   const auto place = [&](const char* name) {
     const int id = mj_name2id(model, mjOBJ_BODY, name);
     EXPECT_GE(id, 0) << name;
@@ -138,12 +205,29 @@ TEST_F(WorldDocuments, MjcfIsReadByMujocoWithSamePoses) {
   };
   EXPECT_LT((place("ball/l") - Eigen::Vector3d(1, 2, 1)).norm(), 1e-9);
   EXPECT_LT((place("door/leaf") - Eigen::Vector3d(5.5, 0, 0)).norm(), 1e-9);
+  EXPECT_LT((place("stand/base") - Eigen::Vector3d(0, 5, 0.5)).norm(), 1e-9)
+      << "expected the pose of the included model with the origin of its first joint";
+  const Pose X_WT = world_.find("stand")->X_WR * make_pose({1, 0, 0.5}, {0.1, 0.2, 0.3}) *
+                    make_pose({0, 0, 0.5}, {0, 0, 0});
+  EXPECT_LT((place("stand/top") - X_WT.translation()).norm(), 1e-9);
   EXPECT_GE(mj_name2id(model, mjOBJ_JOINT, "door/hinge"), 0);
   for (int i = 0; i < 2000; ++i) mj_step(model, data);
   EXPECT_NEAR(place("ball/l").z(), 0.1, 0.005) << "expected it on the ground";
   mj_deleteData(data);
   mj_deleteModel(model);
   EXPECT_THAT(said(), HasSubstr("MuJoCo takes the larger friction"));
+}
+
+TEST_F(WorldDocuments, MjcfReportsWhatItLoses) {
+  to_world_mjcf(world_, files_, diagnostics_);
+  std::string lost;
+  for (const Diagnostic& one : diagnostics_.all()) {
+    if (one.rule == "world.lost") lost += one.message + "\n";
+  }
+  for (const char* what : {"the plugin 'wind'", "the plugin 'see' of 'camera'",
+                           "the sensor 'eye' of 'camera'", "the sensor 'height' of 'stand'"})
+    EXPECT_THAT(lost, HasSubstr(std::string(what) + " cannot be written to MJCF"));
+  EXPECT_THAT(lost, ::testing::Not(HasSubstr("light")));
 }
 
 }  // namespace
