@@ -14,12 +14,13 @@ constexpr Duration kTruthPeriod{20'000'000};
 
 GroundTruth::GroundTruth(Bus& bus, const CompiledRobot& robot, Present instance, Time now)
     : instance_(std::move(instance)),
-      shares_world_(!robot.name_space().empty() && robot.asked().tf != TfTopics::separate),
+      shares_world_(!robot.name_space().empty()),
       node_(bus, in_namespace(robot.name_space(), "doppel")) {
   topic_ = node_.advertise<nav_msgs::msg::Odometry>("ground_truth/odom");
   const ModelInstance& made_of = robot.instance();
   message_.header.frame_id = "world";
-  message_.child_frame_id = (shares_world_ ? robot.name_space() + "/" : "") +
+  const bool prefixed = shares_world_ && robot.asked().tf != TfTopics::separate;
+  message_.child_frame_id = (prefixed ? robot.name_space() + "/" : "") +
                             made_of.model->links[static_cast<std::size_t>(made_of.base_link())].name;
   pace_.restart(now);
 }

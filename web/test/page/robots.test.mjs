@@ -131,9 +131,11 @@ test('STOP holds every robot, and its release resets them', async () => {
   await waitFor(page, () => doppel.commander.stopped);
   for (let i = 0; i < 100 && await active('/right') > 0; i += 1) await new Promise((done) => setTimeout(done, 50));
   assert.equal(await active('/right'), 0);
-  await select('/rover'); // a second STOP, for another robot, changes nothing
-  await page.evaluate(() => document.getElementById('drive-stop').click());
-  await select('/left');
+  await page.selectOption('#robot', '/rover'); // a second STOP, for another robot, changes nothing
+  await waitFor(page, () => doppel.twin.space === '/rover');
+  await page.evaluate(() => doppel.commander.stop());
+  await page.selectOption('#robot', '/left');
+  await waitFor(page, () => doppel.twin.space === '/left');
   await page.evaluate(() => doppel.commander.release());
   for (let i = 0; i < 100 && await active('/right') < before; i += 1) await new Promise((done) => setTimeout(done, 50));
   assert.equal(await active('/right'), before);

@@ -1,7 +1,8 @@
 #pragma once
 // ground_truth/odom (nav_msgs/msg/Odometry) of a robot with a floating base, in its namespace: the true pose and
-// velocity of the root link, as Gazebo's p3d plugin publishes them. The pose is in the frame "world" of the robot's
-// TF, which stands where the robot starts, the velocity along the axes of the root link (REP 105). Published at 50 Hz of simulated time.
+// velocity of the root link, as Gazebo's p3d plugin publishes them. The pose is in the frame "world" of TF,
+// which stands where a robot without a namespace starts; robots with one share that of the simulation, also with a
+// TF of their own. The velocity is along the axes of the root link (REP 105). Published at 50 Hz of simulated time.
 
 #include <functional>
 
@@ -28,7 +29,7 @@ class GroundTruth : public Tickable {
   [[nodiscard]] Duration period() const;
 
   const Present instance_;
-  const bool shares_world_;  // the frame "world" is that of all robots, else this robot's own
+  const bool shares_world_;  // the frame "world" is that of all robots
   Node node_;
   Publisher<nav_msgs::msg::Odometry> topic_;
   nav_msgs::msg::Odometry message_;
