@@ -80,7 +80,8 @@ class Survey {
   template <class Done>
   void drive_until(double v, double w, const Done& done) {
     const PlanarPose start = base_.truth();
-    for (double t = 0; !done(); t += kCheck) {
+    for (int looks = 0; !done(); ++looks) {
+      const double t = kCheck * looks;
       base_.drive(kCheck, v, w);
       const PlanarPose now = base_.truth();
       const double moved =
