@@ -3,13 +3,13 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 
 #include "app/verbs/calibrate_joystick.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/joystick.h"
 #include "app/verbs/teleop_options.h"
 #include "doppel/bus/parameter_file.h"
+#include "doppel/core/output_file.h"
 
 namespace doppel::app {
 namespace {
@@ -33,17 +33,15 @@ int calibrate(const TeleopOptions& options) {
   const fs::path file = options.config.empty() ? own_joy_file() : fs::path(options.config);
   std::error_code none;
   Diagnostics diagnostics;
-  const bool changes = !options.config.empty() && fs::exists(file, none);
-  const JoySettings before = changes ? read_joy_settings(file, diagnostics) : JoySettings();
-  print_diagnostics(diagnostics);
+  const bool exists = fs::exists(file, none);
+  if (exists) check_replaceable(file);
+  const JoySettings before = exists ? read_joy_settings(file, diagnostics) : JoySettings();
   Joystick joystick(options.device.empty() ? Joystick::find(before) : options.device);
   joystick.use(before);
   Shell::catch_interrupts();
   const JoySettings settings = calibrate_joystick(joystick, before);
   if (file.has_parent_path()) fs::create_directories(file.parent_path(), none);
-  std::ofstream out(file);
-  out << to_yaml(settings);
-  if (!out.flush()) throw ClientError(fmt::format("{} cannot be written", file.string()));
+  write_whole(file, to_yaml(settings));
   print_note(fmt::format("written: {}", file.string()));
   return 0;
 }
@@ -99,12 +97,6 @@ class TwistJoyNode {
   bool stopped_ = true;
 };
 
-Steady::duration repetition(const JoySettings& settings) {
-  if (settings.autorepeat_rate <= 0) return std::chrono::hours(1);
-  return std::chrono::duration_cast<Steady::duration>(
-      std::chrono::duration<double>(1 / settings.autorepeat_rate));
-}
-
 }  // namespace
 
 int teleop_joy(Shell& shell, const TeleopOptions& options) {
@@ -131,10 +123,10 @@ int teleop_joy(Shell& shell, const TeleopOptions& options) {
     if (change.axes) due = std::min(due, now + std::chrono::milliseconds(settings.coalesce_interval_ms));
     if (change.buttons || now >= due) {
       joy.publish(joystick.values());
-      last = due = now;
-      due += repetition(settings);
+      last = now;
+      due = next_repetition(settings, last);
     }
-    due = std::min(due, last + repetition(settings));  // the parameter may have changed
+    due = std::min(due, next_repetition(settings, last));  // the parameter may have changed
     context->spin_some();
   }
   if (joystick.has_ended()) print_note("the joystick has been unplugged; the base stops");

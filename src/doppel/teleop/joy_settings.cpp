@@ -1,7 +1,10 @@
 #include "doppel/teleop/joy_settings.h"
 
 #include <fmt/format.h>
+#include <yaml-cpp/yaml.h>
 
+#include <algorithm>
+#include <array>
 #include <type_traits>
 #include <utility>
 
@@ -29,14 +32,35 @@ bool is_pressed(const sensor_msgs::msg::Joy& joy, std::int64_t button) {
          joy.buttons[static_cast<std::size_t>(button)] != 0;
 }
 
+// ROS 2 does not accept an integer for a number: "20.0". The shortest text that reads back as the same value.
+std::string yaml_number(double value) {
+  const std::string text = fmt::format("{}", value);
+  return text.find_first_not_of("-0123456789") == std::string::npos ? text + ".0" : text;
+}
+
+std::string yaml_text(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (static_cast<unsigned char>(c) < 0x20) {
+      out += fmt::format("\\x{:02x}", static_cast<int>(c));
+      continue;
+    }
+    if (c == '"' || c == '\\') out += '\\';
+    out += c;
+  }
+  return out + '"';
+}
+
 template <class Map>
 std::string flow_map(const Map& map) {
   std::string out;
   for (const auto& [component, value] : map) {
-    const bool is_whole = std::is_same_v<std::decay_t<decltype(value)>, std::int64_t>;
-    out +=
-        fmt::format("{}{}: {}", out.empty() ? "" : ", ", component,
-                    is_whole ? fmt::format("{}", value) : fmt::format("{:#.6g}", static_cast<double>(value)));
+    out += fmt::format("{}{}: ", out.empty() ? "" : ", ", component);
+    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::int64_t>) {
+      out += std::to_string(value);
+    } else {
+      out += yaml_number(value);
+    }
   }
   return "{" + out + "}";
 }
@@ -73,8 +97,11 @@ void declare_twist_joy(Node& node, ParameterOverrides& written, JoySettings& set
   bind_parameters(node, written, "scale_angular", settings.scale_angular);
   bind_parameters(node, written, "scale_angular_turbo", settings.scale_angular_turbo);
   bind_parameter(node, written, "frame", settings.frame);
-  declare<bool>(node.parameters(), &written, "publish_stamped_twist", stamped,
-                {.description = "Whether TwistStamped is published instead of Twist", .read_only = true});
+  const bool is_written = written.find("publish_stamped_twist") != nullptr;
+  const bool value =
+      declare<bool>(node.parameters(), &written, "publish_stamped_twist", stamped,
+                    {.description = "Whether TwistStamped is published instead of Twist", .read_only = true});
+  if (is_written) settings.publish_stamped_twist = value;
 }
 
 JoySettings read_joy_settings(const std::filesystem::path& file, Diagnostics& diagnostics) {
@@ -91,16 +118,63 @@ JoySettings read_joy_settings(const std::filesystem::path& file, Diagnostics& di
 }
 
 std::string to_yaml(const JoySettings& s) {
-  return fmt::format(
-      "{}:\n  ros__parameters:\n    deadzone: {:#.6g}\n    autorepeat_rate: {:#.6g}\n{}:\n  "
-      "ros__parameters:\n"
-      "    require_enable_button: {}\n    enable_button: {}\n    enable_turbo_button: {}\n    axis_linear: "
-      "{}\n"
-      "    axis_angular: {}\n    scale_linear: {}\n    scale_linear_turbo: {}\n    scale_angular: {}\n"
-      "    scale_angular_turbo: {}\n",
-      kJoyNode, s.deadzone, s.autorepeat_rate, kTwistJoyNode, s.require_enable_button, s.enable_button,
-      s.enable_turbo_button, flow_map(s.axis_linear), flow_map(s.axis_angular), flow_map(s.scale_linear),
-      flow_map(s.scale_linear_turbo), flow_map(s.scale_angular), flow_map(s.scale_angular_turbo));
+  std::string out;
+  const auto node = [&out](const char* name) { out += fmt::format("{}:\n  ros__parameters:\n", name); };
+  const auto put = [&out](const char* name, const std::string& value) {
+    out += fmt::format("    {}: {}\n", name, value);
+  };
+  const auto whole = [](std::int64_t value) { return std::to_string(value); };
+  const auto truth = [](bool value) { return std::string(value ? "true" : "false"); };
+  node(kJoyNode);
+  put("device_id", whole(s.device_id));
+  put("device_name", yaml_text(s.device_name));
+  put("deadzone", yaml_number(s.deadzone));
+  put("autorepeat_rate", yaml_number(s.autorepeat_rate));
+  put("sticky_buttons", truth(s.sticky_buttons));
+  put("coalesce_interval_ms", whole(s.coalesce_interval_ms));
+  node(kTwistJoyNode);
+  put("require_enable_button", truth(s.require_enable_button));
+  put("inverted_reverse", truth(s.inverted_reverse));
+  put("enable_button", whole(s.enable_button));
+  put("enable_turbo_button", whole(s.enable_turbo_button));
+  put("axis_linear", flow_map(s.axis_linear));
+  put("axis_angular", flow_map(s.axis_angular));
+  put("scale_linear", flow_map(s.scale_linear));
+  put("scale_linear_turbo", flow_map(s.scale_linear_turbo));
+  put("scale_angular", flow_map(s.scale_angular));
+  put("scale_angular_turbo", flow_map(s.scale_angular_turbo));
+  put("frame", yaml_text(s.frame));
+  if (s.publish_stamped_twist) put("publish_stamped_twist", truth(*s.publish_stamped_twist));
+  return out;
+}
+
+void check_replaceable(const std::filesystem::path& file) {
+  const std::string fix = "write to another file: --config FILE";
+  Diagnostics unknown, lost;
+  read_joy_settings(file, unknown);
+  for (const Diagnostic& one : unknown.all())
+    lost.error("teleop.would_be_lost", one.where, one.message + "; it would be lost", fix);
+  const std::array<std::string, 4> own{kJoyNode, fmt::format("/{}", kJoyNode), kTwistJoyNode,
+                                       fmt::format("/{}", kTwistJoyNode)};
+  for (const auto& section : YAML::Load(ParameterFile::load(file).text())) {
+    const std::string& key = section.first.Scalar();
+    if (std::ranges::find(own, key) != own.end()) continue;
+    const YAML::Mark at = section.first.Mark();
+    lost.error("teleop.would_be_lost", make_location(file.string(), at.line + 1, at.column + 1),
+               fmt::format("the section '{}' would be lost: only {} and {} are written", key, kJoyNode,
+                           kTwistJoyNode),
+               fix);
+  }
+  lost.throw_if_errors();
+}
+
+std::chrono::steady_clock::time_point next_repetition(const JoySettings& settings,
+                                                      std::chrono::steady_clock::time_point last) {
+  using Steady = std::chrono::steady_clock;
+  constexpr double kSlowest = 1e-9;  // Hz: a longer period is beyond the clock's range
+  if (settings.autorepeat_rate < kSlowest) return Steady::time_point::max();
+  return last + std::chrono::duration_cast<Steady::duration>(
+                    std::chrono::duration<double>(1 / settings.autorepeat_rate));
 }
 
 bool is_enabled(const JoySettings& settings, const sensor_msgs::msg::Joy& joy) {

@@ -2,9 +2,11 @@
 // The parameters of ROS 2's joy_node and teleop_twist_joy_node (packages joy and teleop_twist_joy of Jazzy), and the
 // velocity that they give.
 
+#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 
 #include "doppel/bus/bus.h"
@@ -30,7 +32,8 @@ struct JoySettings {
   bool require_enable_button = true;
   bool inverted_reverse = false;  // the turn changes its direction when the base drives backward
   std::int64_t enable_button = 5, enable_turbo_button = -1;
-  std::string frame = "teleop_twist_joy";  // of TwistStamped
+  std::string frame = "teleop_twist_joy";     // of TwistStamped
+  std::optional<bool> publish_stamped_twist;  // where it is written
   // By component: "x", "y", "z"; "yaw", "pitch", "roll". An axis of -1: none. Scales in m/s and rad/s.
   std::map<std::string, std::int64_t> axis_linear{{"x", 5}, {"y", -1}, {"z", -1}},
       axis_angular{{"yaw", 2}, {"pitch", -1}, {"roll", -1}};
@@ -38,6 +41,8 @@ struct JoySettings {
       scale_linear_turbo{{"x", 1.0}, {"y", 0}, {"z", 0}},
       scale_angular{{"yaw", 0.5}, {"pitch", 0}, {"roll", 0}},
       scale_angular_turbo{{"yaw", 1.0}, {"pitch", 0}, {"roll", 0}};
+
+  bool operator==(const JoySettings&) const = default;
 };
 
 // Declare a node's parameters with the values written for it; `settings` follows each later change, and exists as long
@@ -50,8 +55,15 @@ DOPPEL_API void declare_twist_joy(Node& node, ParameterOverrides& written, JoySe
 // The values of both nodes in a ROS 2 parameter file. Throws InputError for a file that cannot be read and for values of
 // a wrong type; unknown names are warnings.
 DOPPEL_API JoySettings read_joy_settings(const std::filesystem::path& file, Diagnostics& diagnostics);
-// The settings as such a file.
+// The settings as such a file: every parameter of both nodes, so that it reads back as the same settings.
 DOPPEL_API std::string to_yaml(const JoySettings& settings);
+// Throws InputError "teleop.would_be_lost" with the place of each section of other nodes and each unknown parameter of
+// the file, which to_yaml() does not write.
+DOPPEL_API void check_replaceable(const std::filesystem::path& file);
+
+// When an unchanged state is published again after `last`; time_point::max(): never, also at less than 1e-9 Hz.
+DOPPEL_API std::chrono::steady_clock::time_point next_repetition(const JoySettings& settings,
+                                                                 std::chrono::steady_clock::time_point last);
 
 // Whether the dead-man button (or turbo) is pressed.
 DOPPEL_API bool is_enabled(const JoySettings& settings, const sensor_msgs::msg::Joy& joy);

@@ -164,7 +164,7 @@ std::optional<MaterialScripts::Found> MaterialScripts::find(const std::string& n
     if (out.texture.empty()) out.texture = material->texture;
     material = material->base.empty() ? nullptr : named(material->base);
   }
-  const fs::path file(out.texture);
+  const fs::path file = fs::path(out.texture).lexically_normal();  // "sub/../../x.png" leaves the folder, too
   if (out.texture.empty() || file.is_absolute() || *file.begin() == "..") return out;
   std::error_code none;
   for (const fs::path& place : places) {

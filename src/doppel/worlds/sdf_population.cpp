@@ -46,18 +46,34 @@ double halton(int i, int base) {
   return out;
 }
 
-std::vector<Eigen::Vector3d> grid_of(const XmlNode& distribution, Elements& elements, int most) {
-  const auto count = [&](const char* name) {
-    return static_cast<int>(
-        std::clamp(elements.number_or(distribution, name, 1), 1.0, double{kMaxPopulation}));
-  };
-  const int rows = count("rows"), columns = count("cols");
+// The number of copies that an element gives, from `least`; nullopt: an error that is reported.
+std::optional<int> count_of(const XmlNode& node, const char* name, int least, Elements& elements) {
+  const double wanted = elements.number_or(node, name, 1);
+  if (wanted >= least && wanted <= kMaxPopulation && wanted == std::floor(wanted))
+    return static_cast<int>(wanted);
+  const XmlNode* const written = node.first(name);
+  elements.error("sdf.value", written == nullptr ? node.where : written->where,
+                 fmt::format("<{}> is {:g}; it must be a whole number from {} to {}", name, wanted, least,
+                             kMaxPopulation));
+  return std::nullopt;
+}
+
+std::optional<std::vector<Eigen::Vector3d>> grid_of(const XmlNode& distribution, Elements& elements) {
+  const auto rows = count_of(distribution, "rows", 1, elements),
+             columns = count_of(distribution, "cols", 1, elements);
+  if (!rows || !columns) return std::nullopt;
+  if (*rows * *columns > kMaxPopulation) {
+    elements.error("sdf.value", distribution.where,
+                   fmt::format("the grid has {} x {} places; a population has at most {}", *rows, *columns,
+                               kMaxPopulation));
+    return std::nullopt;
+  }
   const Eigen::Vector3d step =
       elements.vector<3>(distribution, "step").value_or(Eigen::Vector3d(0.5, 0.5, 0));
   std::vector<Eigen::Vector3d> out;
-  for (int row = 0; row < rows; ++row) {
-    for (int column = 0; column < columns && static_cast<int>(out.size()) < most; ++column)
-      out.emplace_back((column - 0.5 * (columns - 1)) * step.x(), (row - 0.5 * (rows - 1)) * step.y(), 0);
+  for (int row = 0; row < *rows; ++row) {
+    for (int column = 0; column < *columns; ++column)
+      out.emplace_back((column - 0.5 * (*columns - 1)) * step.x(), (row - 0.5 * (*rows - 1)) * step.y(), 0);
   }
   return out;
 }
@@ -67,15 +83,10 @@ std::vector<Eigen::Vector3d> grid_of(const XmlNode& distribution, Elements& elem
 std::optional<std::vector<Eigen::Vector3d>> population_places(const XmlNode& node, Elements& elements) {
   const XmlNode* const distribution = node.first("distribution");
   const std::string type = distribution == nullptr ? "random" : Elements::text(*distribution, "type");
-  if (distribution != nullptr && type == "grid") return grid_of(*distribution, elements, kMaxPopulation);
-  const double wanted = elements.number_or(node, "model_count", 1);
-  if (!(wanted >= 0 && wanted <= kMaxPopulation) || wanted != std::floor(wanted)) {
-    elements.error(
-        "sdf.value", node.where,
-        fmt::format("<model_count> is {:g}; it must be a whole number from 0 to {}", wanted, kMaxPopulation));
-    return std::nullopt;
-  }
-  const auto count = static_cast<int>(wanted);
+  if (distribution != nullptr && type == "grid") return grid_of(*distribution, elements);
+  const auto given = count_of(node, "model_count", 0, elements);
+  if (!given) return std::nullopt;
+  const int count = *given;
   const Region region = region_of(node, elements);
   const std::vector<std::string> lines{"linear-x", "linear-y", "linear-z"};
   std::vector<Eigen::Vector3d> out;

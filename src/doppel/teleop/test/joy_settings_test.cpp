@@ -57,15 +57,61 @@ TEST_F(JoySettingsTest, UnknownNameIsReported) {
 
 TEST_F(JoySettingsTest, WrittenFileReadsBack) {
   JoySettings s;
-  s.deadzone = 0.2;
-  s.axis_angular["yaw"] = 7;
-  s.scale_linear_turbo["x"] = -1.5;
+  s.device_id = 3;
+  s.device_name = "Pad \"X\": #1 \\ 'a'";
+  s.deadzone = 0.123456789012;
+  s.autorepeat_rate = 0;
+  s.sticky_buttons = true;
+  s.coalesce_interval_ms = 7;
+  s.require_enable_button = false;
+  s.inverted_reverse = true;
+  s.enable_button = 9;
   s.enable_turbo_button = 4;
-  const JoySettings again = read(to_yaml(s));
-  EXPECT_EQ(again.deadzone, 0.2);
-  EXPECT_EQ(again.axis_angular.at("yaw"), 7);
-  EXPECT_EQ(again.scale_linear_turbo.at("x"), -1.5);
-  EXPECT_EQ(again.enable_turbo_button, 4);
+  s.frame = "base";
+  s.publish_stamped_twist = true;
+  s.axis_linear = {{"x", 1}, {"y", 2}, {"z", 3}};
+  s.axis_angular = {{"yaw", 7}, {"pitch", 8}, {"roll", 9}};
+  s.scale_linear = {{"x", 1e-7}, {"y", 0.2}, {"z", 3}};
+  s.scale_linear_turbo = {{"x", -1.5}, {"y", 0.3}, {"z", 1e20}};
+  s.scale_angular = {{"yaw", 0.4}, {"pitch", 0.5}, {"roll", 0.6}};
+  s.scale_angular_turbo = {{"yaw", -2}, {"pitch", 0.7}, {"roll", 0.8}};
+  EXPECT_TRUE(read(to_yaml(s)) == s) << to_yaml(s);
+  EXPECT_TRUE(read(to_yaml({})) == JoySettings()) << to_yaml({});
+  EXPECT_TRUE(diagnostics_.all().empty());
+  EXPECT_THAT(to_yaml(s), HasSubstr("autorepeat_rate: 0.0\n")) << "expected what ROS 2 reads as a double";
+}
+
+TEST_F(JoySettingsTest, OnlyFileOfBothNodesIsReplaceable) {
+  read(to_yaml({}));
+  EXPECT_NO_THROW(check_replaceable(file_));
+  const auto refusal = [&](const std::string& yaml) -> std::string {
+    std::ofstream(file_) << to_yaml({}) << yaml;
+    try {
+      check_replaceable(file_);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(refusal("base:\n  ros__parameters: {wheel: 0.1}\n"), HasSubstr("the section 'base'"));
+  EXPECT_THAT(refusal("/**:\n  ros__parameters: {use_sim_time: true}\n"), HasSubstr("the section '/**'"));
+  EXPECT_THAT(refusal("left:\n  joy_node:\n    ros__parameters: {deadzone: 0.1}\n"),
+              HasSubstr("the section 'left'"));
+  EXPECT_THAT(refusal("    enable_buton: 3\n"), HasSubstr("it would be lost"));
+}
+
+TEST_F(JoySettingsTest, RepetitionFollowsRateWithinRangeOfClock) {
+  using Time = std::chrono::steady_clock::time_point;
+  const Time now = std::chrono::steady_clock::now();
+  const auto next = [&](double rate) {
+    JoySettings s;
+    s.autorepeat_rate = rate;
+    return next_repetition(s, now);
+  };
+  EXPECT_EQ(next(20), now + std::chrono::milliseconds(50));
+  EXPECT_EQ(next(0), Time::max()) << "expected no repetition";
+  EXPECT_EQ(next(1e-10), Time::max());
+  EXPECT_GT(next(1e-8), now + std::chrono::hours(24 * 365));
 }
 
 TEST_F(JoySettingsTest, SettingsFollowParametersOfNodes) {

@@ -53,13 +53,14 @@ class MaterialScriptsTest : public ::testing::Test {
   void SetUp() override {
     namespace fs = std::filesystem;
     const fs::path model = folder_ / "models" / "shop";
-    for (const char* inner : {"materials/scripts", "materials/textures"})
+    for (const char* inner : {"materials/scripts/sub", "materials/textures"})
       fs::create_directories(model / inner);
     std::ofstream(model / "model.config") << "<model><name>shop</name><sdf>model.sdf</sdf></model>";
     std::ofstream(model / "materials/scripts/shop.material")
         << "material Shop/Wall { technique { pass { texture_unit { texture wall.png\n } } } }\n"
            "material Shop/Door : Shop/Wall { technique { pass { diffuse 1 0 0 1\n } } }\n"
-           "material Shop/Out { technique { pass { texture_unit { texture ../../secret.png\n } } } }\n";
+           "material Shop/Out { technique { pass { texture_unit { texture ../secret.png\n } } } }\n"
+           "material Shop/Round { technique { pass { texture_unit { texture sub/../../secret.png\n } } } }\n";
     std::ofstream(model / "materials/textures/wall.png") << "png";
     std::ofstream(model / "materials/secret.png") << "png";
   }
@@ -92,6 +93,7 @@ TEST_F(MaterialScriptsTest, BaseGivesWhatMaterialLeavesOut) {
 
 TEST_F(MaterialScriptsTest, TextureOutsideOfItsFolderIsNotUsed) {
   EXPECT_EQ(look_of("Shop/Out").texture_path, "");
+  EXPECT_EQ(look_of("Shop/Round").texture_path, "");
 }
 
 TEST_F(MaterialScriptsTest, UnknownMaterialIsGreyAndReported) {

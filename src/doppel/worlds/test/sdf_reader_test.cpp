@@ -595,5 +595,21 @@ TEST(SdfPopulation, UnknownDistributionAndCountAreErrors) {
   EXPECT_THROW(read_sdf(population("<model_count>-1</model_count>")), InputError);
 }
 
+TEST(SdfPopulation, GridWithInvalidOrTooManyPlacesIsError) {
+  const auto refusal = [](const std::string& sizes) -> std::string {
+    try {
+      read_sdf(population("<distribution><type>grid</type>" + sizes + "</distribution>"));
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_THAT(refusal("<rows>0</rows>"),
+              ::testing::HasSubstr("<rows> is 0; it must be a whole number from 1 to 10000"));
+  EXPECT_THAT(refusal("<cols>2.5</cols>"), ::testing::HasSubstr("<cols> is 2.5"));
+  EXPECT_THAT(refusal("<rows>-3</rows><cols>20000</cols>"), ::testing::HasSubstr("<cols> is 20000"));
+  EXPECT_THAT(refusal("<rows>200</rows><cols>51</cols>"), ::testing::HasSubstr("200 x 51 places"));
+}
+
 }  // namespace
 }  // namespace doppel
