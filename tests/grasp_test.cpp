@@ -365,6 +365,15 @@ class KateGrasps : public TwinFixture {
   }
 };
 
+TEST_F(KateGrasps, RobotWithoutLinkIsAttachedByItsBase) {
+  bring_up_kate();
+  EXPECT_THAT(
+      call("/ATTACHLINK", "linkattacher_msgs/srv/AttachLink", "{model1_name: kate, model2_name: can}"),
+      HasSubstr("success: true"));
+  ASSERT_THAT(twin_->engine().attachments(), SizeIs(1));
+  EXPECT_EQ(twin_->engine().attachments()[0].a.link, kate().made_of().base_link());
+}
+
 // A carton instead of the can: MuJoCo finds one point of contact between a cylinder and a box, on which a can does not
 // stand still to 2 mm.
 TEST_F(KateGrasps, CartonIsPickedCarriedAndPlacedWithinTwoMillimetres) {
