@@ -288,6 +288,22 @@ TEST_F(GraspTest, MisspeltLinkOfPluginIsReported) {
   EXPECT_THAT(warnings, HasSubstr("did you mean 'palm'"));
 }
 
+TEST_F(GraspTest, ValueOfPluginThatIsNoNumberIsReported) {
+  std::string warnings;
+  log_.add_sink([&](const LogLine& line) {
+    if (line.origin == "attach") warnings += line.text;
+  });
+  bring_up_hand(0.8, R"(<gazebo><plugin name='suction' filename='libgazebo_ros_vacuum_gripper.so'>
+<link_name>palm</link_name><max_distance>5 cm</max_distance></plugin>
+<gripper name='grip'><grasp_check><attach_steps>2.5</attach_steps></grasp_check>
+<gripper_link>left_finger</gripper_link><palm_link>palm</palm_link></gripper></gazebo>)");
+  EXPECT_THAT(warnings, HasSubstr("hand.urdf:"));
+  EXPECT_THAT(warnings,
+              HasSubstr("the plugin 'libgazebo_ros_vacuum_gripper.so' has values that cannot be "
+                        "read, and its default is used instead: <max_distance>5 cm (not a number)"));
+  EXPECT_THAT(warnings, HasSubstr("<attach_steps>2.5 (not a whole number above 0)"));
+}
+
 TEST_F(GraspTest, EngineWithoutAttachmentsRefuses) {
   bring_up_hand(0.8, "", "bullet");
   EXPECT_THAT(call("/ATTACHLINK", "linkattacher_msgs/srv/AttachLink",
@@ -364,6 +380,15 @@ class KateGrasps : public TwinFixture {
     }
   }
 };
+
+TEST_F(KateGrasps, RobotWithoutLinkIsAttachedByItsBase) {
+  bring_up_kate();
+  EXPECT_THAT(
+      call("/ATTACHLINK", "linkattacher_msgs/srv/AttachLink", "{model1_name: kate, model2_name: can}"),
+      HasSubstr("success: true"));
+  ASSERT_THAT(twin_->engine().attachments(), SizeIs(1));
+  EXPECT_EQ(twin_->engine().attachments()[0].a.link, kate().made_of().base_link());
+}
 
 // A carton instead of the can: MuJoCo finds one point of contact between a cylinder and a box, on which a can does not
 // stand still to 2 mm.

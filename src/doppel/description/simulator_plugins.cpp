@@ -19,6 +19,16 @@ constexpr std::array kPlugins{
     SimulatorPlugin{"topic_based_ros2_control/TopicBasedSystem", "", "Isaac Sim and others, by topics"},
     SimulatorPlugin{kSimulatedPlugin, "", "doppel"}};
 
+// Part of a plugin's filename or name, which have the prefixes "lib", "gz-sim-", "ignition-gazebo-", "gz::sim::".
+struct AttachmentName {
+  std::string_view part;
+  AttachmentPlugin plugin;
+};
+constexpr std::array kAttachmentNames{
+    AttachmentName{"detachable-joint-system", AttachmentPlugin::detachable_joint},
+    AttachmentName{"systems::DetachableJoint", AttachmentPlugin::detachable_joint},
+    AttachmentName{"gazebo_ros_vacuum_gripper", AttachmentPlugin::vacuum_gripper}};
+
 }  // namespace
 
 std::span<const SimulatorPlugin> simulator_plugins() {
@@ -28,6 +38,13 @@ std::span<const SimulatorPlugin> simulator_plugins() {
 const SimulatorPlugin* find_simulator_plugin(std::string_view name) {
   const auto found = std::ranges::find(kPlugins, name, &SimulatorPlugin::name);
   return found == kPlugins.end() ? nullptr : &*found;
+}
+
+std::optional<AttachmentPlugin> find_attachment_plugin(std::string_view filename, std::string_view name) {
+  const auto found = std::ranges::find_if(kAttachmentNames, [&](const AttachmentName& of) {
+    return filename.find(of.part) != std::string_view::npos || name.find(of.part) != std::string_view::npos;
+  });
+  return found == kAttachmentNames.end() ? std::nullopt : std::optional(found->plugin);
 }
 
 }  // namespace doppel

@@ -1,7 +1,8 @@
 #pragma once
-// The present and former <plugin> names of simulators under <ros2_control>, which are replaced by
-// doppel's simulated hardware.
+// The names of plugins of simulators that have a replacement here: those under <ros2_control>, which doppel's
+// simulated hardware replaces, and those of <gazebo> or a <model> that attach links to each other.
 
+#include <optional>
 #include <span>
 #include <string_view>
 
@@ -20,5 +21,10 @@ struct SimulatorPlugin {
 DOPPEL_API std::span<const SimulatorPlugin> simulator_plugins();
 // nullptr: not a simulator's name.
 DOPPEL_API const SimulatorPlugin* find_simulator_plugin(std::string_view name);
+
+enum class AttachmentPlugin { detachable_joint, vacuum_gripper };
+// By the filename and the name of a <plugin>; nullopt: it does not attach anything.
+DOPPEL_API std::optional<AttachmentPlugin> find_attachment_plugin(std::string_view filename,
+                                                                  std::string_view name);
 
 }  // namespace doppel

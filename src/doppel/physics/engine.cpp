@@ -136,14 +136,8 @@ void Instance::set_root_pose(const Pose& X_WR) {
 
 void Instance::place(const Pose& X_WB) {
   if (!made_of().floating()) return set_root_pose(X_WB);
-  const ModelJoint& joint = model().joints.front();
-  const Pose X_JB = (root_pose() * joint.X_PJ).inverse() * X_WB;
-  Eigen::VectorXd state = Eigen::Map<const Eigen::VectorXd>(q().data(), model().nq);
-  state.segment<3>(joint.q) = X_JB.translation();
-  state.segment<4>(joint.q + 3) = Eigen::Quaterniond(X_JB.linear()).coeffs();
-  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(model().nv);
-  set_state({state.data(), static_cast<std::size_t>(state.size())},
-            {rest.data(), static_cast<std::size_t>(rest.size())});
+  engine_->write_base(index_, X_WB);
+  engine_->carry_attached(index_);
 }
 
 void Instance::set_base_velocity(const FrameVelocity& velocity) {
@@ -249,20 +243,29 @@ Pose Engine::pose_of(BodyId body) const {
   return body.is_ground() ? Pose(Pose::Identity()) : instance(body.instance).link_pose(body.link);
 }
 
+// Whether a joint above the link moves.
+bool Engine::can_move(BodyId body) const {
+  if (body.is_ground()) return false;
+  const Model& model = instance(body.instance).model();
+  for (int link = body.link; link > 0;) {
+    const ModelJoint& joint = model.joints[static_cast<std::size_t>(link - 1)];
+    if (joint.nv > 0) return true;
+    link = joint.parent_link;
+  }
+  return false;
+}
+
 Status Engine::attach(BodyId a, BodyId b) {
   const Pose X_AB = pose_of(a).inverse() * pose_of(b);
   const auto refused = [&](const char* why) {
     return Status::refused(fmt::format("'{}' and '{}' {}", world_->name_of(a), world_->name_of(b), why));
-  };
-  const auto moves = [this](BodyId body) {
-    return !body.is_ground() && instance(body.instance).model().nv > 0;
   };
   if (!world_->capabilities().attachments)
     return Status::refused(
         fmt::format("the engine {} cannot attach bodies to each other; start with --engine {}",
                     world_->capabilities().name, kDefaultEngine));
   if (a.instance == b.instance) return refused("belong to the same model");
-  if (!moves(a) && !moves(b)) return refused("are both fixed to the world");
+  if (!can_move(a) && !can_move(b)) return refused("are both fixed to the world");
   if (std::ranges::any_of(attachments_, [&](const Attachment& of) { return of.joins(a, b); }))
     return refused("are attached already");
   attachments_.push_back({a, b, X_AB});
@@ -276,18 +279,41 @@ bool Engine::detach(BodyId a, BodyId b) {
   return true;
 }
 
-// Places what is attached to the links of an instance whose state was written, and what is attached to that. A
-// body that is where it belongs ends a ring of attachments.
+// Writes the state of a floating instance at rest, with its base link at a pose.
+void Engine::write_base(int index, const Pose& X_WB) {
+  const Model& model = instance(index).model();
+  const ModelJoint& joint = model.joints.front();
+  const Pose X_JB = (root_pose_of(index) * joint.X_PJ).inverse() * X_WB;
+  Eigen::VectorXd state = Eigen::Map<const Eigen::VectorXd>(q_of(index).data(), model.nq);
+  state.segment<3>(joint.q) = X_JB.translation();
+  state.segment<4>(joint.q + 3) = Eigen::Quaterniond(X_JB.linear()).coeffs();
+  const Eigen::VectorXd rest = Eigen::VectorXd::Zero(model.nv);
+  write_state(index, {state.data(), static_cast<std::size_t>(state.size())},
+              {rest.data(), static_cast<std::size_t>(rest.size())});
+}
+
+// Places what is attached to an instance whose state was written, and what is attached to that: each instance once,
+// because attachments can form a ring.
 void Engine::carry_attached(int index) {
   constexpr double kInPlace = 1e-9;
-  for (const Attachment& of : attachments_) {
-    if (of.a.instance != index || of.b.is_ground()) continue;
-    Instance carried = instance(of.b.instance);
-    if (!carried.made_of().floating()) continue;
-    const Pose X_WB = pose_of(of.a) * of.X_AB;
-    const Pose X_LB = pose_of(of.b).inverse() * carried.base_pose();
-    if (X_WB.isApprox(pose_of(of.b), kInPlace)) continue;
-    carried.place(X_WB * X_LB);
+  if (attachments_.empty()) return;
+  std::vector<bool> placed(world_->instances().size());
+  placed[static_cast<std::size_t>(index)] = true;
+  std::vector<int> carriers{index};
+  for (std::size_t i = 0; i < carriers.size(); ++i) {
+    for (const Attachment& of : attachments_) {
+      const bool forwards = of.a.instance == carriers[i];
+      if (!forwards && of.b.instance != carriers[i]) continue;
+      const BodyId carrier = forwards ? of.a : of.b, body = forwards ? of.b : of.a;
+      if (body.is_ground() || placed[static_cast<std::size_t>(body.instance)]) continue;
+      const Instance carried = instance(body.instance);
+      if (!carried.made_of().floating()) continue;
+      placed[static_cast<std::size_t>(body.instance)] = true;
+      const Pose X_WL = pose_of(carrier) * (forwards ? of.X_AB : of.X_AB.inverse());
+      if (X_WL.isApprox(pose_of(body), kInPlace)) continue;
+      write_base(body.instance, X_WL * pose_of(body).inverse() * carried.base_pose());
+      carriers.push_back(body.instance);
+    }
   }
 }
 

@@ -167,7 +167,8 @@ class DOPPEL_API Instance {
   // Effort of each joint's drive in the last step [joints]; 0 where passive or not scalar. N m or N.
   [[nodiscard]] std::span<const double> drive_effort() const;
   // Writes the whole state, q [nq] and v [nv]; drives' references follow q, so that no joint moves back.
-  // Mimics are set from their leaders. Objects that are attached to its links are placed along with them, at rest.
+  // Mimics are set from their leaders. What is attached to its links, directly or by other instances, and moves
+  // freely is placed along with them, at rest: each instance once. Allocates if the engine has attachments.
   void set_state(std::span<const double> q, std::span<const double> v);
   // Pose of links[0] in the world; part of the state, because a fixed object or base may be moved.
   [[nodiscard]] const Pose& root_pose() const;  // X_WR
@@ -243,8 +244,9 @@ class DOPPEL_API Engine {
   [[nodiscard]] virtual bool diverged() const = 0;
   virtual void clear_applied() = 0;  // joint efforts and wrenches on all instances
 
-  // Fixes body b to body a as they are now. They no longer touch each other. Refused: the engine cannot, both belong
-  // to one instance, neither can move, or they are attached already. Throws std::out_of_range. Allocates.
+  // Fixes body b to body a as they are now. They no longer touch each other. Refused: the engine cannot, both
+  // belong to one instance, no joint above either of them moves, or they are attached already. Throws
+  // std::out_of_range. Allocates.
   Status attach(BodyId a, BodyId b);
   // In either order. False: they are not attached.
   bool detach(BodyId a, BodyId b);
@@ -287,6 +289,8 @@ class DOPPEL_API Engine {
  private:
   friend class Instance;
   void carry_attached(int instance);
+  void write_base(int instance, const Pose& X_WB);
+  [[nodiscard]] bool can_move(BodyId body) const;
   [[nodiscard]] Pose pose_of(BodyId body) const;
   // Called with indices that are in range; units and frames are those of Instance.
   [[nodiscard]] virtual std::span<const double> q_of(int instance) const = 0;

@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <optional>
-#include <set>
 #include <string_view>
 
 #include "doppel/core/text.h"
-#include "doppel/description/urdf_reader.h"
+#include "doppel/twin/detail/plugin_values.h"
 #include "doppel/twin/detail/root_link.h"
 #include "doppel/twin/detail/yaml_text.h"
 #include "doppel/xml/xml.h"
@@ -41,81 +40,14 @@ constexpr std::array<KnownPlugin, 13> kBasePlugins{{{"skid_steer_drive", BasePlu
                                                     {"tricycle_drive", BasePlugin::other},
                                                     {"ackermann_drive", BasePlugin::other}}};
 
-std::string plain_lower(std::string text) {
-  std::ranges::transform(text, text.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
-
 std::optional<BasePlugin> kind_of(const GazeboPlugin& plugin) {
-  for (const std::string& text : {plain_lower(plugin.filename), plain_lower(plugin.name)}) {
+  for (const std::string& text : {lowered(plugin.filename), lowered(plugin.name)}) {
     for (const KnownPlugin& known : kBasePlugins) {
       if (text.find(known.name) != std::string::npos) return known.kind;
     }
   }
   return std::nullopt;
 }
-
-// The values of a plugin's elements; remembers which names were read.
-class PluginValues {
- public:
-  explicit PluginValues(const GazeboPlugin& plugin) : element_(parse_xml(plugin.xml, "<plugin>")) {}
-
-  Texts all(std::initializer_list<std::string_view> names) {
-    Texts out;
-    for (const XmlNode& child : element_.children) {
-      if (std::ranges::find(names, child.name) == names.end()) continue;
-      read_.insert(child.name);
-      out.push_back(child.content());
-    }
-    return out;
-  }
-  std::string text(std::initializer_list<std::string_view> names, std::string otherwise = "") {
-    const Texts found = all(names);
-    return found.empty() || found.front().empty() ? otherwise : found.front();
-  }
-  std::optional<double> number(std::initializer_list<std::string_view> names) {
-    const std::string found = text(names);
-    const std::optional<double> value = parse_number(found);
-    if (!value && !found.empty()) wrong_.push_back(fmt::format("<{}>{}", *names.begin(), found));
-    return value;
-  }
-  double positive(std::initializer_list<std::string_view> names, double otherwise) {
-    const auto found = number(names);
-    return found && *found > 0 ? *found : otherwise;
-  }
-  bool flag(std::initializer_list<std::string_view> names, bool otherwise) {
-    const std::string found = plain_lower(text(names));
-    return found.empty() ? otherwise : found == "true" || found == "1";
-  }
-  // <ros><remapping>cmd_vel:=other</remapping></ros>
-  std::string remapped(const std::string& topic) {
-    const XmlNode* ros = element_.first("ros");
-    read_.insert("ros");
-    if (ros == nullptr) return topic;
-    for (const XmlNode& child : ros->children) {
-      const std::string rule = child.is("remapping") ? child.content() : "";
-      if (rule.starts_with(topic + ":=")) return rule.substr(topic.size() + 2);
-    }
-    return topic;
-  }
-  // Elements that should have a number and have another text.
-  [[nodiscard]] const Texts& wrong() const { return wrong_; }
-  [[nodiscard]] Texts unread() const {
-    Texts out;
-    for (const XmlNode& child : element_.children) {
-      const bool fresh = std::ranges::find(out, child.name) == out.end();
-      if (child.kind == XmlNode::Kind::element && !read_.contains(child.name) && fresh)
-        out.push_back(child.name);
-    }
-    return out;
-  }
-
- private:
-  XmlNode element_;
-  std::set<std::string, std::less<>> read_;
-  Texts wrong_;
-};
 
 std::string yaml_list(const Texts& texts) {
   Texts quoted;
@@ -300,7 +232,7 @@ std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnos
                       diagnostics);
         continue;
       }
-      PluginValues values(plugin);
+      PluginValues values(parse_xml(plugin.xml, "<plugin>"));
       Mapping made = *kind == BasePlugin::mecanum ? map_mecanum(values, robot)
                      : *kind == BasePlugin::ackermann
                          ? map_ackermann(values, robot)
@@ -309,13 +241,8 @@ std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnos
         note_unmapped(plugin, "it needs " + missing, diagnostics);
         continue;
       }
-      if (!values.wrong().empty()) {
-        diagnostics.warning("up.base_plugin", plugin.source,
-                            fmt::format("the plugin '{}' has values that are not numbers, and its default is "
-                                        "used instead: {}",
-                                        plugin.filename, fmt::join(values.wrong(), ", ")),
-                            "write plain numbers, in m and s, without a unit");
-      }
+      values.report_wrong("up.base_plugin", plugin.source, fmt::format("the plugin '{}'", plugin.filename),
+                          diagnostics);
       std::string input, output;
       add_topics(values, made, input, output);
       const Texts unread = values.unread();

@@ -155,7 +155,7 @@ Status find_entity(const Scene& scene, const std::string& name, Entity& entity) 
   entity = {{}, true, Pose::Identity()};
   const std::vector<std::string> parts = parts_of(name);
   if (const int robot = robot_named(scene, name); robot >= 0) {
-    entity.body = {robot, 0};
+    entity.body = {robot, scene.instance(robot).made_of().base_link()};
     return {};
   }
   if (parts.size() == 2) {

@@ -7,6 +7,8 @@
 #include <deque>
 #include <numbers>
 
+#include "doppel/description/simulator_plugins.h"
+
 namespace doppel::sdf {
 namespace {
 
@@ -15,15 +17,6 @@ constexpr int kMaxJointsInChain = 500;  // algorithms on the tree are recursive
 
 Origin placed(const Pose& X, const SourceLocation& where) {
   return {X.translation(), rpy_from_rotation(X.linear()), where};
-}
-
-// A plugin that the twin reads (twin/detail/attachment_plugins.h).
-bool asks_for_attachment(const XmlNode& plugin) {
-  const std::string names =
-      Elements::attribute(plugin, "filename") + " " + Elements::attribute(plugin, "name");
-  return names.find("detachable-joint-system") != std::string::npos ||
-         names.find("systems::DetachableJoint") != std::string::npos ||
-         names.find("gazebo_ros_vacuum_gripper") != std::string::npos;
 }
 
 }  // namespace
@@ -519,14 +512,12 @@ void Trees::add_extras(Tree& tree) {
   Scope& scope = *models_[static_cast<std::size_t>(tree.primary)].item->scope;
   GazeboExtension plugins;
   for (const XmlNode* plugin : scope.plugins) {
-    if (!asks_for_attachment(*plugin))
+    const std::string filename = Elements::attribute(*plugin, "filename"),
+                      name = Elements::attribute(*plugin, "name");
+    if (!find_attachment_plugin(filename, name))  // the twin reads those
       elements_.without_effect(plugin->where, "<plugin> of a <model>",
                                "plugins of SDF are kept, but not loaded");
-    plugins.plugins.push_back({Elements::attribute(*plugin, "filename"),
-                               Elements::attribute(*plugin, "name"),
-                               {},
-                               to_xml(*plugin),
-                               plugin->where});
+    plugins.plugins.push_back({filename, name, {}, to_xml(*plugin), plugin->where});
   }
   if (!plugins.plugins.empty()) {
     plugins.source = plugins.plugins.front().source;

@@ -1,6 +1,7 @@
 // The contract for every engine: state that is written, read, copied, and preserved while other instances are
 // added and removed.
 
+#include <gmock/gmock.h>
 #include <time.h>
 
 #include <algorithm>
@@ -413,6 +414,60 @@ TEST_P(AttachmentContract, AttachedBodySwingsAlongAndFallsWhenDetached) {
   const double speed = engine->instance(1).base_velocity().linear_W.z();
   run(*engine, 0.1);
   EXPECT_NEAR(engine->instance(1).base_velocity().linear_W.z(), speed - 0.1 * kGravity, 1e-6);
+}
+
+TEST_P(AttachmentContract, BodyIsPlacedAlongInEitherOrder) {
+  if (!can().attachments) GTEST_SKIP();
+  const auto engine = make_pendulum_and_ball();
+  engine->spawn(object("second", Sphere{0.05}, at(0.3, 0, 1.5), 0.5));
+  const BodyId second{2, engine->world().instances()[2].base_link()};
+  ASSERT_TRUE(engine->attach(ball(*engine), end_of_pendulum(*engine)));
+  ASSERT_TRUE(engine->attach(second, ball(*engine)));
+  const Pose before = between(*engine);
+  const auto between_balls = [&] {
+    return engine->instance(1).base_pose().inverse() * engine->instance(2).base_pose();
+  };
+  const Pose far = between_balls();
+  set(engine->instance(0), {0.5});
+  EXPECT_TRUE(between(*engine).isApprox(before, 1e-9));
+  EXPECT_TRUE(between_balls().isApprox(far, 1e-9));
+}
+
+// As a hand that holds a body by its palm and by a finger.
+TEST_P(AttachmentContract, RingOfAttachmentsIsPlacedOnce) {
+  if (!can().attachments) GTEST_SKIP();
+  std::mt19937 random(2);
+  const auto engine =
+      make(settings(), {robot(make_random_chain(six_hinges(), random), {}, BaseKind::floating),
+                        object("ball", Sphere{0.05}, at(3, 0, 1.5), 0.5)});
+  Instance chain = engine->instance(0);
+  const BodyId palm{0, 3}, finger{0, 7};
+  ASSERT_TRUE(engine->attach(palm, ball(*engine)));
+  ASSERT_TRUE(engine->attach(ball(*engine), finger));
+  const Pose base = chain.base_pose();
+  const auto in_palm = [&] { return chain.link_pose(palm.link).inverse() * engine->instance(1).base_pose(); };
+  const Pose before = in_palm();
+  std::vector<double> q = copy(chain.q());
+  q[7] += 0.3;
+  q.back() += 0.4;
+  set(chain, q);
+  EXPECT_TRUE(chain.base_pose().isApprox(base, 1e-9)) << "expected what was written to stay";
+  EXPECT_TRUE(in_palm().isApprox(before, 1e-9));
+}
+
+TEST_P(AttachmentContract, LinksThatCannotMoveAreRefused) {
+  if (!can().attachments) GTEST_SKIP();
+  RobotDescription other = make_pendulum(1.0, 0.5);
+  other.name = "other";
+  std::mt19937 random(2);
+  RobotDescription floating = make_random_chain(six_hinges(), random);
+  floating.name = "floating";
+  const auto engine = make(
+      settings(), {robot(make_pendulum(1.0, 0.5)), robot(other), robot(floating, {}, BaseKind::floating)});
+  EXPECT_THAT(engine->attach({0, 0}, {1, 0}).why(), testing::HasSubstr("are both fixed to the world"));
+  EXPECT_FALSE(engine->attach({0, 0}, {2, 0})) << "expected the link above a floating base not to move";
+  EXPECT_TRUE(engine->attach({0, 0}, {2, 1}));
+  EXPECT_TRUE(engine->attach({1, 0}, end_of_pendulum(*engine)));
 }
 
 TEST_P(AttachmentContract, PeriodIsThatOfJoinedMasses) {

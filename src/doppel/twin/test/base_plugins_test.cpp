@@ -142,12 +142,13 @@ TEST_F(BasePluginsTest, IgnitionMecanumIsMapped) {
   EXPECT_DOUBLE_EQ(command("fr/velocity"), 5.0);
 }
 
-TEST_F(BasePluginsTest, NumberWithUnitIsReportedAndNotRead) {
+TEST_F(BasePluginsTest, NumberThatCannotBeUsedIsReportedAndNotRead) {
   up(plugin_wheel("left", 0, 0.2) + plugin_wheel("right", 0, -0.2),
      "<plugin name='drive' filename='libgazebo_ros_diff_drive.so'><left_joint>left</left_joint>"
-     "<right_joint>right</right_joint><wheel_separation>0.4</wheel_separation>"
+     "<right_joint>right</right_joint><wheel_separation>-0.4</wheel_separation>"
      "<wheel_diameter>1.0 m</wheel_diameter></plugin>");
-  EXPECT_THAT(said_, HasSubstr("not numbers, and its default is used instead: <wheel_diameter>1.0 m"));
+  EXPECT_THAT(said_, HasSubstr("its default is used instead: <wheel_separation>-0.4 (not above 0), "
+                               "<wheel_diameter>1.0 m (not a number)"));
   EXPECT_THAT(said_, HasSubstr("radius 0.2 m"));
 }
 

@@ -1,0 +1,47 @@
+#pragma once
+// The values of the elements of a simulator's plugin. Numbers are read strictly: what is none is reported, and the
+// plugin's default is used.
+
+#include <functional>
+#include <initializer_list>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/xml/xml.h"
+
+namespace doppel {
+
+class PluginValues {
+ public:
+  // Of the <plugin>, or of an element with such values.
+  explicit PluginValues(XmlNode element) : element_(std::move(element)) {}
+
+  [[nodiscard]] const XmlNode& element() const { return element_; }
+  // Of all children with one of the names, in the order of the document.
+  std::vector<std::string> all(std::initializer_list<std::string_view> names);
+  std::string text(std::initializer_list<std::string_view> names, std::string otherwise = "");
+  std::optional<double> number(std::initializer_list<std::string_view> names);
+  double positive(std::initializer_list<std::string_view> names, double otherwise);
+  int positive_count(std::initializer_list<std::string_view> names, int otherwise);
+  bool flag(std::initializer_list<std::string_view> names, bool otherwise);
+  // The name that <ros><remapping>from:=to</remapping></ros> gives to a topic or service.
+  std::string remapped(const std::string& name);
+  // The names of elements that were not read.
+  [[nodiscard]] std::vector<std::string> unread() const;
+  // A warning that lists the values that could not be used, if there are any. whose: "the plugin 'x'".
+  void report_wrong(const char* rule, const SourceLocation& source, const std::string& whose,
+                    Diagnostics& diagnostics) const;
+
+ private:
+  void refuse(std::initializer_list<std::string_view> names, const char* why);
+
+  XmlNode element_;
+  std::set<std::string, std::less<>> read_;
+  std::vector<std::string> wrong_;
+};
+
+}  // namespace doppel
