@@ -141,7 +141,12 @@ class AttachmentServices::Vacuum : public Device {
   }
 
  private:
-  // Fixes the nearest body within reach, or one that touches the link.
+  [[nodiscard]] bool is_attached(int instance) const {
+    return std::ranges::any_of(scene().engine().attachments(), [instance](const Attachment& of) {
+      return of.a.instance == instance || of.b.instance == instance;
+    });
+  }
+  // Fixes the nearest body within reach that nothing else is attached to, or one that touches the link.
   void attract() {
     const auto own = link(vacuum_.link);
     if (!own) return;
@@ -151,7 +156,7 @@ class AttachmentServices::Vacuum : public Device {
     double best = vacuum_.reach;
     for (const int index : scene().objects()) {
       const Instance object = scene().instance(index);
-      if (!can_be_held(object.made_of())) continue;
+      if (index == own->instance || is_attached(index) || !can_be_held(object.made_of())) continue;
       const BodyId body{index, object.made_of().base_link()};
       const bool touches = std::ranges::any_of(contacts_, [&](const Contact& contact) {
         return (contact.a == *own && contact.b == body) || (contact.b == *own && contact.a == body);
@@ -281,15 +286,19 @@ void AttachmentServices::equip(const ModelInstance& instance, Equipped& out) {
   out.instance = instance.name;
   out.model = instance.model;
   // The bus refuses a name that another robot's device has, and a topic of another type.
-  try {
-    for (DetachableJoint& joint : plugins.joints)
-      out.devices.push_back(std::make_unique<Joint>(*this, instance.name, std::move(joint)));
-    for (VacuumGripper& vacuum : plugins.vacuums)
-      out.devices.push_back(std::make_unique<Vacuum>(*this, instance.name, std::move(vacuum)));
-  } catch (const std::logic_error& taken) {
-    log_.warning(kAttachOrigin, fmt::format("a plugin of '{}' attaches nothing: {}; give it names of its own",
-                                            instance.name, taken.what()));
-  }
+  const auto add = [&](const auto& make) {
+    try {
+      out.devices.push_back(make());
+    } catch (const std::logic_error& taken) {
+      log_.warning(kAttachOrigin,
+                   fmt::format("a plugin of '{}' attaches nothing: {}; give it names of its own",
+                               instance.name, taken.what()));
+    }
+  };
+  for (DetachableJoint& joint : plugins.joints)
+    add([&] { return std::make_unique<Joint>(*this, instance.name, std::move(joint)); });
+  for (VacuumGripper& vacuum : plugins.vacuums)
+    add([&] { return std::make_unique<Vacuum>(*this, instance.name, std::move(vacuum)); });
   for (GripperCheck& gripper : plugins.grippers)
     out.devices.push_back(std::make_unique<Gripper>(*this, instance.name, std::move(gripper)));
   for (const Diagnostic& note : notes.all())
