@@ -260,7 +260,7 @@ void AttachmentServices::reset(Time /*now*/) {
   }
 }
 
-// Makes the devices of new instances, and attaches again what a service attached and a reload has made anew.
+// Makes the devices of new instances, and restores the attachments of services to instances that a reload replaced.
 void AttachmentServices::instances_changed() {
   const auto& instances = scene_.engine().world().instances();
   std::erase_if(equipped_, [&](const Equipped& of) {

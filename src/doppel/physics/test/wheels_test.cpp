@@ -265,18 +265,27 @@ TEST(ContactRules, SmallerFrictionOfPairHolds) {
   }
 }
 
-// A box that slides along the direction of the smaller friction, and holds across it.
-TEST(ContactRules, FrictionHasDirection) {
+// A box of 0.1 m as a robot of one link.
+RobotDescription make_box(double mass, const ContactSurface& surface) {
   RobotDescription box;
   box.name = "box";
-  Link link = test::make_link("box", 1.0, {0, 0, 0}, {2e-3, 2e-3, 2e-3});
+  const double moment = 2e-3 * mass;
+  Link link = test::make_link("box", mass, {0, 0, 0}, {moment, moment, moment});
   Collision shape;
   shape.geometry = Box{{0.1, 0.1, 0.1}};
-  shape.surface.mu = 0.1;
-  shape.surface.mu2 = 0.8;
-  shape.surface.fdir1 = Eigen::Vector3d(1, 0, 0);
+  shape.surface = surface;
   link.collisions.push_back(shape);
   box.links.push_back(link);
+  return box;
+}
+
+// A box that slides along the direction of the smaller friction, and holds across it.
+TEST(ContactRules, FrictionHasDirection) {
+  ContactSurface surface;
+  surface.mu = 0.1;
+  surface.mu2 = 0.8;
+  surface.fdir1 = Eigen::Vector3d(1, 0, 0);
+  const RobotDescription box = make_box(1.0, surface);
   World world;
   const double angle = 0.3;
   // Down the slope along x and as steeply along y.
@@ -295,15 +304,10 @@ TEST(ContactRules, FrictionHasDirection) {
 // Four corners share the load, so that the box creeps by a quarter of the compliance of one.
 TEST(ContactRules, SlipIsSpeedOverTangentialForce) {
   for (const double slip : {0.001, 0.02, 0.3}) {
-    RobotDescription box;
-    box.name = "box";
-    Link link = test::make_link("box", 2.0, {0, 0, 0}, {4e-3, 4e-3, 4e-3});
-    Collision shape;
-    shape.geometry = Box{{0.1, 0.1, 0.1}};
-    shape.surface.mu = 0.8;
-    shape.surface.slip1 = shape.surface.slip2 = slip;
-    link.collisions.push_back(shape);
-    box.links.push_back(link);
+    ContactSurface surface;
+    surface.mu = 0.8;
+    surface.slip1 = surface.slip2 = slip;
+    const RobotDescription box = make_box(2.0, surface);
     World world;
     const double angle = 0.3;  // below the friction
     world.gravity = kGravity * Eigen::Vector3d(std::sin(angle), 0, -std::cos(angle));
@@ -319,15 +323,9 @@ TEST(ContactRules, SlipIsSpeedOverTangentialForce) {
 }
 
 TEST(ContactRules, DifferentSlipsAreReported) {
-  RobotDescription box;
-  box.name = "box";
-  Link link = test::make_link("box", 1.0, {0, 0, 0}, {2e-3, 2e-3, 2e-3});
-  Collision shape;
-  shape.geometry = Box{{0.1, 0.1, 0.1}};
-  shape.surface.slip2 = 0.1;
-  link.collisions.push_back(shape);
-  box.links.push_back(link);
-  const test::Rig rig(box, World{}, {}, BaseKind::floating);
+  ContactSurface surface;
+  surface.slip2 = 0.1;
+  const test::Rig rig(make_box(1.0, surface), World{}, {}, BaseKind::floating);
   const auto reported = [](const Diagnostic& d) { return d.rule == "physics.slip"; };
   EXPECT_EQ(std::ranges::count_if(rig.diagnostics.all(), reported), 1);
 }
