@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "doppel/core/names.h"
+#include "doppel/twin/robot_names.h"
 
 namespace doppel {
 namespace {
@@ -43,20 +44,20 @@ BaseDrive::BaseDrive(const Scenario& scenario, const std::string& controller, Di
 
 void BaseDrive::find_topics(const std::string& controller) {
   const TwinRobot& robot = twin_->robot();
-  const std::string home = robot.name_space().empty() ? "/" : "/" + robot.name_space() + "/";
   std::vector<BaseTopics> found;
   for (const ControllerView& view : robot.controller_manager().controllers()) {
     BaseTopics topics;
     topics.controller = view.name;
     topics.type = view.type;
+    const std::string node = in_namespace(robot.name_space(), view.name);
     for (const TopicInfo& topic : twin_->bus().topics()) {
       const bool stamped = topic.type == geometry_msgs::msg::TwistStamped::kType;
       if ((stamped || topic.type == geometry_msgs::msg::Twist::kType) &&
-          takes_part(topic.subscribers, home + view.name)) {
+          takes_part(topic.subscribers, node)) {
         topics.command = topic.name;
         topics.stamped = stamped;
       }
-      if (topic.type == nav_msgs::msg::Odometry::kType && takes_part(topic.publishers, home + view.name))
+      if (topic.type == nav_msgs::msg::Odometry::kType && takes_part(topic.publishers, node))
         topics.odometry = topic.name;
     }
     if (!topics.command.empty() && !topics.odometry.empty()) found.push_back(std::move(topics));

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "doppel/odometry/detail/base_drive.h"
+#include "doppel/twin/robot_names.h"
 
 namespace doppel {
 namespace {
@@ -123,9 +124,8 @@ std::vector<std::string> names(ParameterOverrides& of, const char* name) {
 
 std::optional<Differential> differential(const TwinRobot& robot, const BaseTopics& topics) {
   if (topics.type != "diff_drive_controller/DiffDriveController") return std::nullopt;
-  const std::string home = robot.name_space().empty() ? "/" : "/" + robot.name_space() + "/";
-  ParameterOverrides of =
-      robot.machine().setup().controllers.overrides_for(home + topics.controller, topics.controller);
+  ParameterOverrides of = robot.machine().setup().controllers.overrides_for(
+      in_namespace(robot.name_space(), topics.controller), topics.controller);
   Differential out;
   out.left = names(of, "left_wheel_names");
   out.right = names(of, "right_wheel_names");
