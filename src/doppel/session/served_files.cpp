@@ -2,6 +2,7 @@
 
 #include "doppel/packages/package_folder.h"
 #include "doppel/twin/object_publisher.h"
+#include "doppel/worlds/sdf_world.h"
 
 namespace doppel {
 
@@ -40,6 +41,8 @@ RobotFiles served_files(const std::vector<ModelInstance>& instances) {
       add_object(*instance.description, out);
     } else {
       out = both(files_of(*instance.description), out);
+      const SourceLocation& source = instance.description->source;
+      if (source.file && is_sdf(*source.file)) add_object(*instance.description, out);
     }
   }
   return out;
