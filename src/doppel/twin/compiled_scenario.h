@@ -53,7 +53,7 @@ DOPPEL_API void name_robots(std::vector<WorldRobot>& robots, Diagnostics& diagno
 
 // The namespace of a model that is a robot: the wanted one, or, if another robot has it, one with the model's name.
 [[nodiscard]] DOPPEL_API std::string free_model_namespace(const std::string& wanted, const std::string& model,
-                                               const std::vector<std::string>& taken);
+                                                          const std::vector<std::string>& taken);
 
 // One warning for the ground, each object and each later robot in the world inside which links of
 // the robot start.
