@@ -122,6 +122,14 @@ class ShapeReader {
                       made.filled, made.parts.size(), geometry.uri, link.name, kMaxShellTriangles),
           "give the collision a simpler mesh, or boxes");
     }
+    if (made.joined > 0) {
+      diagnostics_.note(
+          "physics.filled_mesh", collision.source,
+          fmt::format("the mesh '{}' of link '{}', which moves, has {} connected surfaces, more "
+                      "than {}; it collides as one convex hull",
+                      geometry.uri, link.name, made.joined, kMaxMovingParts),
+          "give the collision a simpler mesh, or boxes");
+    }
   }
 
   // What cannot be read collides with nothing.

@@ -214,7 +214,8 @@ class PairWriter {
 };
 
 XmlNode option_of(const WorldSettings& world, bool listed_pairs) {
-  // Elliptic cones with a high impedance ratio, so that sticking contacts do not creep.
+  // Elliptic cones with a high impedance ratio, so that sticking contacts do not creep. With one contact of two
+  // hulls instead of several, an object that stands on another walks.
   return element("option",
                  {{"timestep", decimal(to_seconds(world.step))},
                   {"gravity", decimals(world.gravity)},
@@ -222,18 +223,16 @@ XmlNode option_of(const WorldSettings& world, bool listed_pairs) {
                   {"collision", listed_pairs ? "predefined" : "all"},
                   {"cone", "elliptic"},
                   {"impratio", "100"}},
-                 {element("flag", {{"filterparent", "disable"}})});
+                 {element("flag", {{"filterparent", "disable"}, {"multiccd", "enable"}})});
 }
 
 constexpr std::size_t kMaxTouchingShapes = 12;  // of a link at once
+constexpr std::size_t kContactsOfRobot = 100, kContactsOfLooseShape = 8;
 
-// Fixed bodies have no contacts among themselves, and MuJoCo's memory grows with the square of njmax.
 XmlNode size_of(std::span<const ModelInstance> instances) {
-  const auto objects = static_cast<std::size_t>(std::ranges::count_if(instances, &ModelInstance::is_object));
-  const std::size_t loose = loose_shapes(instances);
-  const std::size_t robots = std::max<std::size_t>(instances.size() - objects, 1);
-  return element("size", {{"nconmax", std::to_string(100 * robots + 8 * loose)},
-                          {"njmax", std::to_string(400 * robots + kRowsOfLooseShape * loose)}});
+  const MjcfSizes sizes = sizes_of(instances);
+  return element("size",
+                 {{"nconmax", std::to_string(sizes.contacts)}, {"njmax", std::to_string(sizes.rows)}});
 }
 
 XmlNode defaults_of(const WorldSettings& world) {
@@ -270,12 +269,16 @@ std::vector<InstanceOffsets> instance_offsets(std::span<const ModelInstance> ins
   return out;
 }
 
-std::size_t loose_shapes(std::span<const ModelInstance> instances) {
-  std::size_t out = 0;
+MjcfSizes sizes_of(std::span<const ModelInstance> instances) {
+  MjcfSizes out;
   for (const ModelInstance& instance : instances) {
+    if (!instance.is_object()) ++out.robots;
     if (!instance.is_object() || instance.model->nv == 0) continue;
-    for (const auto& shapes : instance.shapes) out += std::min(shapes.size(), kMaxTouchingShapes);
+    for (const auto& shapes : instance.shapes) out.loose += std::min(shapes.size(), kMaxTouchingShapes);
   }
+  out.robots = std::max<std::size_t>(out.robots, 1);
+  out.contacts = kContactsOfRobot * out.robots + kContactsOfLooseShape * out.loose;
+  out.rows = kRowsOfRobot * out.robots + kRowsOfLooseShape * out.loose;
   return out;
 }
 

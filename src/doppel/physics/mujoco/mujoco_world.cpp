@@ -70,17 +70,20 @@ namespace {
 
 // MuJoCo 2 has a matrix of all rows of constraints by all rows.
 void refuse_size(std::span<const ModelInstance> instances) {
-  const std::size_t shapes = loose_shapes(instances);
+  const MjcfSizes sizes = sizes_of(instances);
   const double machine =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  const auto rows = static_cast<double>(kRowsOfLooseShape * shapes);
-  const double fit = std::sqrt(machine / sizeof(mjtNum)) / kRowsOfLooseShape;
+  const auto rows = static_cast<double>(sizes.rows);
+  const double left = std::sqrt(machine / sizeof(mjtNum)) - static_cast<double>(kRowsOfRobot * sizes.robots);
+  const double fit = std::max(0.0, 100 * std::floor(left / kRowsOfLooseShape / 100));
   throw InputError(
       "physics.too_large", {},
       fmt::format(
-          "MuJoCo gets no memory for the {} shapes of the world that move: it needs {:.0f} GB, which grows "
-          "with the square of their number; fewer than {:.0f} fit into the {:.0f} GB of this machine",
-          shapes, rows * rows * sizeof(mjtNum) / 1e9, 100 * std::floor(fit / 100), machine / 1e9),
+          "MuJoCo gets no memory for the {} shapes of the world that move and {} robot{}: it needs "
+          "{:.0f} GB, which grows with the square of their number; beside {} robot{}, fewer than {:.0f} "
+          "shapes fit into the {:.0f} GB of this machine",
+          sizes.loose, sizes.robots, sizes.robots == 1 ? "" : "s", rows * rows * sizeof(mjtNum) / 1e9,
+          sizes.robots, sizes.robots == 1 ? "" : "s", fit, machine / 1e9),
       "make what need not move static, or leave models out");
 }
 
