@@ -97,7 +97,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
   // In the units of the rest of the page: angles in the selected unit, lengths in millimetres.
   function factor(key: string): number {
     const own = recorder.series.get(key)?.unit ?? '';
-    return settings.degrees && /^rad/.test(own) ? DEG : /^m/.test(unit) ? 1000 : 1;
+    return settings.degrees && /^rad/.test(own) ? DEG : /^m/.test(own) ? 1000 : 1;
   }
   function unit(key: string): string {
     const own = recorder.series.get(key)?.unit ?? '';

@@ -35,7 +35,10 @@ struct MjcfDocument {
   // Every pair that may become excluded, each an <exclude>; empty: every two shapes that may touch have a
   // <pair>, and MuJoCo tests no others.
   std::vector<std::pair<BodyId, BodyId>> exclusions;
+  std::vector<SharedField>
+      fields;  // of the hfield with the same index; MuJoCo reads their heights from files only
 };
+std::string mjcf_field_name(std::size_t field);
 MjcfDocument write_document(const WorldSettings& settings, std::span<const ModelInstance> instances,
                             const Exclusions& exclusions);
 

@@ -87,6 +87,17 @@ void refuse_size(std::span<const ModelInstance> instances) {
       "make what need not move static, or leave models out");
 }
 
+void fill_fields(const MjcfDocument& document, mjModel& m) {
+  for (std::size_t i = 0; i < document.fields.size(); ++i) {
+    const HeightField& field = *document.fields[i];
+    const int id = find_part(&m, mjOBJ_HFIELD, mjcf_field_name(i));
+    const float low = std::ranges::min(field.heights);
+    const double rise = m.hfield_size[4 * id + 2];
+    std::ranges::transform(field.heights, m.hfield_data + m.hfield_adr[id],
+                           [&](float h) { return static_cast<float>((h - low) / rise); });
+  }
+}
+
 }  // namespace
 
 void MujocoWorld::compile(const MjcfDocument& document, Diagnostics& diagnostics) {
@@ -98,6 +109,7 @@ void MujocoWorld::compile(const MjcfDocument& document, Diagnostics& diagnostics
         "physics.refused", {},
         "the physics engine rejects the robot or its world: " + in_user_terms(message, instances()));
   }
+  fill_fields(document, *model_);
   if (!message.empty()) {
     diagnostics.warning("physics.engine", {}, "physics engine: " + in_user_terms(message, instances()));
   }

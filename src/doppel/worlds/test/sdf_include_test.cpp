@@ -77,6 +77,41 @@ TEST_F(SdfFiles, IncludeBesideWorldIsReadInNewestVersion) {
   EXPECT_EQ(read.world.files.size(), 2u);
 }
 
+TEST_F(SdfFiles, HeightmapThatCannotBeReadIsReportedAndLeftOut) {
+  const auto world = [](const std::string& uri) {
+    return "<sdf version='1.9'><world name='w'>\n<model name='hill'><static>true</static><link name='l'>"
+           "<collision name='c'><geometry>\n<heightmap><uri>" +
+           uri +
+           "</uri><size>10 20 3</size><pos>1 2 "
+           "3</pos><sampling>2</sampling><texture><diffuse>none.png</diffuse>"
+           "<size>5</size></texture><blend><min_height>1</min_height><fade_dist>2</fade_dist></blend></"
+           "heightmap>"
+           "</geometry></collision></link></model></world></sdf>";
+  };
+  write("hill.dem", "not an image");
+  write("dem.sdf", world("hill.dem"));
+  const ReadSdf read = load("dem.sdf");
+  const Collision& collision = read.model("hill").description->links[0].collisions.at(0);
+  const auto& map = std::get<Heightmap>(collision.geometry);
+  EXPECT_EQ(map.field, nullptr);
+  EXPECT_EQ(map.size, Eigen::Vector3d(10, 20, 3));
+  EXPECT_EQ(collision.origin.xyz, Eigen::Vector3d(1, 2, 3));
+  ASSERT_EQ(map.textures.size(), 1u);
+  EXPECT_EQ(map.textures[0].size, 5);
+  ASSERT_EQ(map.blends.size(), 1u);
+  EXPECT_EQ(map.blends[0].distance, 2);
+  EXPECT_THAT(read.message("heightmap.unreadable"), HasSubstr("dem.sdf:3:"));
+  EXPECT_THAT(read.message("heightmap.unreadable"), HasSubstr("'hill.dem' collides with nothing"));
+  CollisionMeshes meshes;
+  Diagnostics none;
+  EXPECT_TRUE(make_instance(read.model("hill"), "", meshes, none).shapes.at(0).empty());
+
+  write("missing.sdf", world("missing.png"));
+  const ReadSdf missing = load("missing.sdf");
+  EXPECT_THAT(missing.message("sdf.missing_file"), HasSubstr("missing.png"));
+  EXPECT_THAT(missing.message("sdf.missing_file"), HasSubstr("missing.sdf:3:"));
+}
+
 TEST_F(SdfFiles, MergedModelPartsBelongToIncluder) {
   write("wheel/model.sdf",
         "<sdf version='1.9'><model name='wheel'><link name='rim'><pose>0 0 1 0 0 0</pose></link><joint "

@@ -73,6 +73,54 @@ TEST(SdfShape, MaterialsGiveColours) {
   EXPECT_EQ(colour("<script>Gazebo/Blue</script>"), Eigen::Vector4d(0, 0, 1, 1));
 }
 
+TEST(SdfShape, PhysicalMaterialIsRead) {
+  const auto material = [](const std::string& pbr) {
+    return *read_world(model("a",
+                             "<link name='l'><visual name='v'><geometry><sphere><radius>1</radius></sphere>"
+                             "</geometry><material><emissive>0.1 0.2 0.3 1</emissive><pbr>" +
+                                 pbr + "</pbr></material></visual></link>"))
+                .model("a")
+                .description->links[0]
+                .visuals[0]
+                .material;
+  };
+  const Material metal = material(
+      "<metal><albedo_map>a.png</albedo_map><roughness>0.3</roughness><metalness>1.5</metalness>"
+      "<normal_map>n.png</normal_map><roughness_map>r.png</roughness_map><metalness_map>m.png</metalness_map>"
+      "<emissive_map>e.png</emissive_map></metal>");
+  EXPECT_EQ(metal.texture, "a.png");
+  EXPECT_EQ(metal.emissive, Eigen::Vector4d(0.1, 0.2, 0.3, 1));
+  EXPECT_EQ(metal.roughness, 0.3);
+  EXPECT_EQ(metal.metalness, 1.0) << "expected a value up to 1";
+  EXPECT_EQ(metal.normal_map.uri, "n.png");
+  EXPECT_EQ(metal.roughness_map.uri, "r.png");
+  EXPECT_EQ(metal.metalness_map.uri, "m.png");
+  EXPECT_EQ(metal.emissive_map.uri, "e.png");
+  EXPECT_EQ(material("<specular><glossiness>0.75</glossiness></specular>").roughness, 0.25);
+}
+
+TEST(SdfLight, SceneIsReadWithSky) {
+  const ReadSdf read = read_world(
+      "<scene><ambient>0.1 0.2 0.3 1</ambient><background>0 0 1 1</background><shadows>false</shadows>"
+      "<sky><time>19</time><clouds><speed>1</speed></clouds></sky></scene>");
+  ASSERT_TRUE(read.world.settings.environment);
+  const Environment& scene = *read.world.settings.environment;
+  EXPECT_EQ(scene.ambient, Eigen::Vector4d(0.1, 0.2, 0.3, 1));
+  EXPECT_EQ(scene.background, Eigen::Vector4d(0, 0, 1, 1));
+  EXPECT_FALSE(scene.shadows);
+  ASSERT_TRUE(scene.sky);
+  EXPECT_EQ(scene.sky->time, 19);
+  EXPECT_EQ(scene.sky->sunset, 20);
+  EXPECT_EQ(read.count("sdf.no_effect"), 1) << "expected a note about the clouds";
+  EXPECT_FALSE(read_world("").world.settings.environment);
+}
+
+TEST(SdfLight, UnknownTypeIsPointLightWithNote) {
+  const ReadSdf read = read_world("<light type='directonal' name='sun'/>");
+  EXPECT_EQ(read.world.settings.lights.at(0).kind, LightKind::point);
+  EXPECT_THAT(read.message("sdf.light_type"), ::testing::HasSubstr("did you mean 'directional'?"));
+}
+
 TEST(SdfInertial, AutoInertiaFollowsFromCollisionDensities) {
   const ReadSdf read =
       read_world(model("a",
@@ -89,9 +137,9 @@ TEST(SdfLight, LightHasDirectionAndColour) {
   const ReadSdf read = read_world(
       "<light type='directional' name='sun'><diffuse>1 0.5 0 1</diffuse><direction>0 3 "
       "0</direction></light>");
-  ASSERT_EQ(read.world.lights.size(), 1u);
-  EXPECT_EQ(read.world.lights[0].kind, SdfLightKind::directional);
-  EXPECT_EQ(read.world.lights[0].direction_W, Eigen::Vector3d::UnitY());
+  ASSERT_EQ(read.world.settings.lights.size(), 1u);
+  EXPECT_EQ(read.world.settings.lights[0].kind, LightKind::directional);
+  EXPECT_EQ(read.world.settings.lights[0].direction_W, Eigen::Vector3d::UnitY());
 }
 
 }  // namespace
