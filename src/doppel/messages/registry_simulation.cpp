@@ -33,7 +33,8 @@ void register_ros_gz() {
 void register_doppel_msgs() {
   namespace msg = doppel_msgs::msg;
   namespace srv = doppel_msgs::srv;
-  register_messages<msg::TwinStatus, msg::JointLoads>();
+  register_messages<msg::TwinStatus, msg::JointLoads, msg::Light, msg::PhysicalMaterial, msg::Terrain,
+                    msg::Scene>();
   register_services<srv::Step, srv::SetSpeed, srv::GetState, srv::SetState>();
 }
 
