@@ -11,6 +11,7 @@
 
 #include "doppel/messages/geometry_msgs.h"
 #include "doppel/messages/nav_msgs.h"
+#include "doppel/target/controllers_file.h"
 #include "doppel/twin/rolling_report.h"
 #include "doppel/twin/twin.h"
 
@@ -98,6 +99,7 @@ class DrivenBase {
       if (topic.name.ends_with("cmd_vel")) input_ = topic;
     }
     report_["command_topic"] = input_.name;
+    report_["driven_by"] = origin_of(input_.subscribers.front().node);
     return true;
   }
 
@@ -171,6 +173,23 @@ class DrivenBase {
     const doppel::Time end = twin_->now() + doppel::from_seconds(kLongest);
     while (!done() && twin_->now() < end) command(twist, kCommandPeriod);
     command({}, 1.5);
+  }
+
+  // Where the controller was declared: the file's path, "plugin" for one in place of a Gazebo plugin, "generated".
+  std::string origin_of(const std::string& node) const {
+    const auto& setup = twin_->robot().machine().setup();
+    const std::string name = node.substr(node.find_last_of('/') + 1);
+    for (const doppel::DeclaredController& controller :
+         doppel::controllers_in(setup.controllers).controllers) {
+      if (controller.name != name) continue;
+      const auto& file = controller.where.file;
+      if (file && !file->starts_with("<")) return *file;
+    }
+    const bool mapped = std::ranges::any_of(diagnostics_.all(), [&](const doppel::Diagnostic& d) {
+      return d.rule == "up.base_plugin" &&
+             d.message.find(fmt::format("controller '{}'", name)) != std::string::npos;
+    });
+    return mapped ? "plugin" : "generated";
   }
 
   json& report_;
