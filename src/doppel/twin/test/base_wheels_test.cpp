@@ -216,11 +216,29 @@ TEST_F(BaseWheelsTest, ValuesOfContactsWithoutEffectAreReported) {
   EXPECT_THAT(said_, HasSubstr("up.contact_values: <kp>, <minDepth> in <gazebo> have no effect"));
 }
 
-TEST_F(BaseWheelsTest, WheelThatTurnsBackwardsIsReported) {
-  up(text_of({"left", 0, 0.2}) + text_of({.name = "right", .y = -0.2, .axis = "0 -1 0"}));
+TEST_F(BaseWheelsTest, SideWithReversedAxesDrivesAheadByNegativeMultiplier) {
+  const auto wheels = [](const char* name, double y, const char* axis) {
+    return text_of({.name = std::string(name) + "_front", .x = 0.15, .y = y, .axis = axis}) +
+           text_of({.name = std::string(name) + "_rear", .x = -0.15, .y = y, .axis = axis});
+  };
+  up(wheels("left", 0.2, "0 -1 0") + wheels("right", -0.2, "0 1 0"));
+  EXPECT_EQ(base_type(), "diff_drive_controller/DiffDriveController") << said_;
+  EXPECT_THAT(said_, HasSubstr("the axes of the left wheels point to the right"));
+  const auto v = driven(0.3, 0, 0);
+  EXPECT_NEAR(v.linear.x, 0.3, 0.003);
+  EXPECT_NEAR(v.angular.z, 0, 0.003);
+}
+
+TEST_F(BaseWheelsTest, WheelAgainstOthersOfItsSideIsReported) {
+  up(text_of({.name = "left_front", .x = 0.15, .y = 0.2}) +
+     text_of({.name = "right_front", .x = 0.15, .y = -0.2}) +
+     text_of({.name = "left_rear", .x = -0.15, .y = 0.2}) +
+     text_of({.name = "right_rear", .x = -0.15, .y = -0.2, .axis = "0 -1 0"}));
   EXPECT_EQ(base_type(), "");
   EXPECT_THAT(said_, HasSubstr("up.base_not_generated: the robot has wheels"));
-  EXPECT_THAT(said_, HasSubstr("a positive velocity of 'right' drives backwards"));
+  EXPECT_THAT(
+      said_,
+      HasSubstr("positive velocities of the wheels right_front, right_rear drive in opposite directions"));
 }
 
 }  // namespace
