@@ -18,8 +18,7 @@ std::vector<ControllersFile> chosen_file(const AuditInput& in, const fs::path& p
   try {
     const std::string text = read_side_file(path).text;
     Diagnostics mapped;
-    const auto of_ros1 = ros1_controllers(text, path.string(), in.robot, mapped);
-    ControllersFile file = controllers_in(of_ros1 ? *of_ros1 : ParameterFile::parse(text, path.string()));
+    ControllersFile file = controllers_in(parse_controllers(text, path.string(), in.robot, mapped));
     file.named = true;
     return {std::move(file)};
   } catch (const InputError& error) {

@@ -71,8 +71,7 @@ void check_manager(const ParameterFile& file) {
 // Throws InputError: it cannot be read, or the manager rejects its values.
 ControllersFile usable_file(const SideFile& read, const RobotDescription& robot) {
   Diagnostics said_later;
-  const auto of_ros1 = ros1_controllers(read.text, read.path.string(), robot, said_later);
-  const ParameterFile file = of_ros1 ? *of_ros1 : ParameterFile::parse(read.text, read.path.string());
+  const ParameterFile file = parse_controllers(read.text, read.path.string(), robot, said_later);
   check_manager(file);
   return controllers_in(file);
 }
@@ -234,7 +233,8 @@ std::optional<Candidate> Search::candidate(const fs::path& path, Diagnostics& sk
   if (!text) return std::nullopt;
   const bool of_ros1 = drives_base_of_ros1(text->text);
   if (!of_ros1 && (text->text.find("ros__parameters") == std::string::npos ||
-                   text->text.find("controller_manager") == std::string::npos))
+                   (text->text.find("controller_manager") == std::string::npos &&
+                    text->text.find("_controller/") == std::string::npos)))
     return std::nullopt;
   auto file = usable(*text, nullptr);
   if (!file || !file->for_ros2) return std::nullopt;
@@ -248,11 +248,11 @@ std::optional<Candidate> Search::candidate(const fs::path& path, Diagnostics& sk
   return out;
 }
 
-// Those of config/ and controllers/ and of the folders in these.
+// Those of config/, controllers/ and bringup/ and of the folders in these.
 std::vector<fs::path> Search::yaml_files(const fs::path& package, Diagnostics& skipped) {
   std::vector<fs::path> folders, out;
   std::error_code none;
-  for (const char* name : {"config", "controllers"}) {
+  for (const char* name : {"config", "controllers", "bringup"}) {
     folders.push_back(package / name);
     for (const fs::path& entry : list_side_folder(package / name).entries) {
       if (fs::is_directory(entry, none)) folders.push_back(entry);

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <set>
 
+#include "doppel/target/controllers_file.h"
 #include "doppel/target/detail/ros1_mapping.h"
 
 namespace doppel {
@@ -115,15 +116,27 @@ std::optional<ParameterFile> ros1_controllers(const std::string& yaml, const std
   return ParameterFile::of(std::move(nodes), yaml, name);
 }
 
+ParameterFile parse_controllers(const std::string& yaml, const std::string& name,
+                                const RobotDescription& robot, Diagnostics& diagnostics) {
+  if (auto mapped = ros1_controllers(yaml, name, robot, diagnostics)) return std::move(*mapped);
+  ParameterFile file = ParameterFile::parse(yaml, name);
+  if (std::ranges::any_of(file.nodes(), is_controller_manager)) return file;
+  std::vector<ParameterOverride> declared;
+  for (const DeclaredController& controller : controllers_in(file).controllers)
+    declared.push_back(
+        {controller.name + std::string(kTypeEnd), controller.type, controller.where, {}, false});
+  if (!declared.empty()) file.add(ParameterFile::of({{"controller_manager", std::move(declared)}}, "", name));
+  return file;
+}
+
 ParameterFile load_controllers(const std::filesystem::path& file, const RobotDescription& robot,
                                Diagnostics& diagnostics) {
   std::error_code none;
-  if (std::filesystem::is_regular_file(file, none)) {
-    std::ifstream in(file, std::ios::binary);
-    const std::string yaml(std::istreambuf_iterator<char>(in), {});
-    if (auto mapped = ros1_controllers(yaml, file.string(), robot, diagnostics)) return std::move(*mapped);
-  }
-  return ParameterFile::load(file);
+  if (!std::filesystem::is_regular_file(file, none)) return ParameterFile::load(file);  // which says why not
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return ParameterFile::load(file);
+  return parse_controllers(std::string(std::istreambuf_iterator<char>(in), {}), file.string(), robot,
+                           diagnostics);
 }
 
 const ParameterOverride* Ros1Mapping::take(std::string_view parameter) {

@@ -24,7 +24,12 @@ DOPPEL_API std::optional<ParameterFile> ros1_controllers(const std::string& yaml
                                                          const RobotDescription& robot,
                                                          Diagnostics& diagnostics);
 
-// A controllers' file of either ROS. Throws InputError: unreadable, not well-formed, or no such file.
+// A controllers' file of either ROS. In one of ROS 2 without a section of a manager, as for the spawner of one
+// controller, sections with a type declare themselves. Throws InputError: the YAML is not well-formed, or has no
+// parameters.
+DOPPEL_API ParameterFile parse_controllers(const std::string& yaml, const std::string& name,
+                                           const RobotDescription& robot, Diagnostics& diagnostics);
+// Throws InputError also where the file is unreadable.
 DOPPEL_API ParameterFile load_controllers(const std::filesystem::path& file, const RobotDescription& robot,
                                           Diagnostics& diagnostics);
 

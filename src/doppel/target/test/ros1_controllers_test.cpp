@@ -170,6 +170,19 @@ TEST(Ros1Controllers, TypeWithoutCounterpartIsReported) {
                         "'four_wheel_steering_controller/FourWheelSteeringController' of ROS 1 has no"));
 }
 
+TEST(Ros1Controllers, FileOfRos2WithoutManagerDeclaresItsTypedSections) {
+  Diagnostics diagnostics;
+  const ParameterFile file = parse_controllers(
+      "base:\n  ros__parameters: {type: diff_drive_controller/DiffDriveController, left_wheel_names: "
+      "[left]}\n",
+      "base.yaml", rover(), diagnostics);
+  const ControllersFile found = controllers_in(file);
+  EXPECT_TRUE(found.for_ros2);
+  ASSERT_EQ(found.controllers.size(), 1U);
+  EXPECT_EQ(found.controllers[0].type, "diff_drive_controller/DiffDriveController");
+  EXPECT_THAT(found.controllers[0].named_joints(), ElementsAre("left"));
+}
+
 TEST(Ros1Controllers, OtherFilesAreNotOfRos1) {
   EXPECT_FALSE(Mapped("a: {type: plain}\n").file);
   EXPECT_FALSE(Mapped("c:\n  ros__parameters: {type: diff_drive_controller/DiffDriveController}\n").file);

@@ -58,13 +58,17 @@ class BaseWheelsTest : public ::testing::Test {
   }
   ~BaseWheelsTest() override { fs::remove_all(folder_); }
 
-  void up(const std::string& parts) {
+  void up(const std::string& parts, const std::string& controllers = "") {
     std::ofstream(folder_ / "rover.urdf")
         << "<robot name='rover'>"
         << body_text("base_footprint", "<geometry><box size='0.2 0.1 0.05'/></geometry>", 8) << parts
         << "</robot>";
     Scenario scenario;
     scenario.robots = {{.target = (folder_ / "rover.urdf").string()}};
+    if (!controllers.empty()) {
+      std::ofstream(folder_ / "controllers.yaml") << controllers;
+      scenario.robots.front().controllers = folder_ / "controllers.yaml";
+    }
     Diagnostics diagnostics;
     edge_.reset();
     twin_ = std::make_unique<Twin>(scenario, log_, diagnostics);
@@ -227,6 +231,41 @@ TEST_F(BaseWheelsTest, SideWithReversedAxesDrivesAheadByNegativeMultiplier) {
   const auto v = driven(0.3, 0, 0);
   EXPECT_NEAR(v.linear.x, 0.3, 0.003);
   EXPECT_NEAR(v.angular.z, 0, 0.003);
+}
+
+TEST_F(BaseWheelsTest, AxesAgainstDeclaredControllerAreReported) {
+  const std::string base =
+      "controller_manager: {ros__parameters: {base: {type: diff_drive_controller/DiffDriveController}}}\n"
+      "base: {ros__parameters: {left_wheel_names: [a], right_wheel_names: [b], wheel_separation: 0.4, "
+      "wheel_radius: "
+      "0.1";
+  const auto wheels = [](double side, const char* axis) {
+    return text_of({.name = "a", .y = side * 0.2, .axis = axis}) + text_of({.name = "b", .y = side * -0.2});
+  };
+  up(wheels(1, "0 1 0"), base + "}}\n");
+  EXPECT_THAT(said_, Not(HasSubstr("up.base_axis")));
+  up(wheels(1, "0 -1 0"), base + "}}\n");
+  EXPECT_THAT(said_, HasSubstr("up.base_axis: a positive velocity of 'a' drives backwards"));
+  up(wheels(1, "0 -1 0"), base + ", left_wheel_radius_multiplier: -1.0}}\n");
+  EXPECT_THAT(said_, Not(HasSubstr("up.base_axis")));
+  up(wheels(-1, "0 1 0"), base + "}}\n");
+  EXPECT_THAT(said_,
+              HasSubstr("up.base_axis: controller 'base' lists 'a' as a left wheel, but it is on the right"));
+}
+
+TEST_F(BaseWheelsTest, SteeringAxisAgainstDeclaredControllerIsReported) {
+  const auto fork = [](const char* name, double y) {
+    return body_text(std::string(name) + "_link", "<geometry><box size='0.01 0.01 0.01'/></geometry>", 0.5) +
+           joint_text(name, "revolute", "base_footprint", std::string(name) + "_link", 0.3, y, "0 0 -1");
+  };
+  up(fork("steer", 0) + text_of({.name = "front", .parent = "steer_link"}) + text_of({"left", 0, 0.2}) +
+         text_of({"right", 0, -0.2}),
+     "controller_manager: {ros__parameters: {base: {type: "
+     "tricycle_steering_controller/TricycleSteeringController}}}\n"
+     "base: {ros__parameters: {traction_joints_names: [right, left], steering_joints_names: [steer], "
+     "wheelbase: 0.3, "
+     "traction_track_width: 0.4, traction_wheels_radius: 0.1}}\n");
+  EXPECT_THAT(said_, HasSubstr("up.base_axis: a positive angle of 'steer' steers to the right"));
 }
 
 TEST_F(BaseWheelsTest, WheelAgainstOthersOfItsSideIsReported) {
