@@ -363,6 +363,7 @@ std::vector<BaseWheel> base_wheels(const ModelInstance& robot) {
   for (const RollingPart& part : robot.rolling) {
     if (part.kind != RollingPart::Kind::wheel) continue;
     const ModelJoint& axle = model.joints[static_cast<std::size_t>(part.joint)];
+    if (axle.mimics()) continue;  // driven by its leader
     const Pose& X_BL = data.X_WL[static_cast<std::size_t>(part.link)];
     BaseWheel wheel;
     wheel.joint = axle.name;

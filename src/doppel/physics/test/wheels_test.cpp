@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <iostream>
 #include <random>
 
@@ -328,6 +329,16 @@ TEST(ContactRules, DifferentSlipsAreReported) {
   const test::Rig rig(make_box(1.0, surface), World{}, {}, BaseKind::floating);
   const auto reported = [](const Diagnostic& d) { return d.rule == "physics.slip"; };
   EXPECT_EQ(std::ranges::count_if(rig.diagnostics.all(), reported), 1);
+}
+
+// As of a car whose wheels follow a virtual one.
+TEST(Wheels, WheelThatMimicsAnotherRolls) {
+  RobotDescription robot = test::make_base();
+  Joint& follower = *std::ranges::find(robot.joints, "right_wheel_joint", &Joint::name);
+  follower.mimic = Mimic{};
+  follower.mimic->joint = "left_wheel_joint";
+  const test::Rig rig(robot, {}, test::DrivenBase::options_for(Pose::Identity()), BaseKind::floating);
+  EXPECT_EQ(std::ranges::count(rig.robot.made_of().rolling, RollingPart::Kind::wheel, &RollingPart::kind), 2);
 }
 
 TEST(ContactRules, SlidingContactStaysClosed) {
