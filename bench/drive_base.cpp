@@ -28,6 +28,7 @@ constexpr double kLongest = 90.0;        // s, of one movement
 constexpr double kArrived = 0.01;        // m or rad before the end
 constexpr double kSlowdown = 0.4;        // m or rad before the end, from where it drives slower
 constexpr double kSlowest = 0.1;         // of the speed
+constexpr double kRamp = 1.0;            // s, to the full speed
 constexpr double kStandardGravity = 9.80665;
 
 struct Place {
@@ -172,12 +173,14 @@ class DrivenBase {
       run(kCommandPeriod);
     }
   }
-  // Slower towards the end, so that a base with low limits of its acceleration does not go too far. left: m or rad.
+  // Slower towards both ends: a base with low limits of its acceleration does not go too far, and one with its mass
+  // near the axle does not tip over. left: m or rad.
   template <typename Left>
   void drive_until(const Twist& twist, const Left& left) {
-    const doppel::Time end = twin_->now() + doppel::from_seconds(kLongest);
+    const doppel::Time begin = twin_->now(), end = begin + doppel::from_seconds(kLongest);
     while (left() > kArrived && twin_->now() < end) {
-      const double part = std::clamp(left() / kSlowdown, kSlowest, 1.0);
+      const double begun = doppel::to_seconds(twin_->now() - begin) / kRamp;
+      const double part = std::clamp(std::min(begun, left() / kSlowdown), kSlowest, 1.0);
       command({{part * twist.linear.x, 0, 0}, {0, 0, part * twist.angular.z}}, kCommandPeriod);
     }
     command({}, 1.5);
