@@ -79,6 +79,24 @@ void report_axes(const DeclaredController& controller, const std::vector<BaseWhe
   }
 }
 
+// Plain wheels under a mecanum controller scrub, and cannot move sideways.
+void report_rollers(const DeclaredController& controller, const std::vector<BaseWheel>& wheels,
+                    Diagnostics& diagnostics) {
+  if (!controller.type.starts_with("mecanum_drive_controller/")) return;
+  const std::vector<std::string> names = controller.named_joints();
+  for (const BaseWheel& wheel : wheels) {
+    if (std::ranges::find(names, wheel.joint) == names.end() || wheel.grip_B.norm() > 0) continue;
+    diagnostics.warning(
+        "up.base_rollers", controller.where,
+        fmt::format("the wheels of the mecanum controller '{}', as '{}', have the same friction in every "
+                    "direction, as "
+                    "wheels without rollers: the base scrubs in turns and does not move sideways",
+                    controller.name, wheel.joint),
+        "give each wheel fdir1 along the axis of the roller on the ground, mu1, and mu2 0");
+    return;
+  }
+}
+
 }  // namespace
 
 void report_base_axes(const std::vector<BaseWheel>& wheels, const ParameterFile& controllers,
@@ -87,6 +105,7 @@ void report_base_axes(const std::vector<BaseWheel>& wheels, const ParameterFile&
     if (!drives_by_axes(controller)) continue;
     report_sides(controller, wheels, diagnostics);
     report_axes(controller, wheels, diagnostics);
+    report_rollers(controller, wheels, diagnostics);
   }
 }
 

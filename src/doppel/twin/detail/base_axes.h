@@ -11,7 +11,7 @@
 namespace doppel {
 
 // A warning (up.base_axis) for each wheel that such a controller would drive backwards, steer to the other side, or has
-// on the wrong side.
+// on the wrong side; and one (up.base_rollers) for a mecanum controller whose wheels have no rollers.
 void report_base_axes(const std::vector<BaseWheel>& wheels, const ParameterFile& controllers,
                       Diagnostics& diagnostics);
 

@@ -268,6 +268,22 @@ TEST_F(BaseWheelsTest, SteeringAxisAgainstDeclaredControllerIsReported) {
   EXPECT_THAT(said_, HasSubstr("up.base_axis: a positive angle of 'steer' steers to the right"));
 }
 
+TEST_F(BaseWheelsTest, MecanumControllerOfWheelsWithoutRollersIsReported) {
+  std::string wheels, joints;
+  for (const auto& [name, x, y] :
+       {std::tuple{"front_left", 0.2, 0.2}, std::tuple{"front_right", 0.2, -0.2},
+        std::tuple{"rear_right", -0.2, -0.2}, std::tuple{"rear_left", -0.2, 0.2}}) {
+    wheels += text_of({.name = name, .x = x, .y = y});
+    joints += std::string(name) + "_wheel_command_joint_name: " + name + ", ";
+  }
+  up(wheels,
+     "controller_manager: {ros__parameters: {base: {type: "
+     "mecanum_drive_controller/MecanumDriveController}}}\n"
+     "base: {ros__parameters: {" +
+         joints + "kinematics: {wheels_radius: 0.1, sum_of_robot_center_projection_on_X_Y_axis: 0.4}}}\n");
+  EXPECT_THAT(said_, HasSubstr("up.base_rollers: the wheels of the mecanum controller 'base'"));
+}
+
 TEST_F(BaseWheelsTest, WheelAgainstOthersOfItsSideIsReported) {
   up(text_of({.name = "left_front", .x = 0.15, .y = 0.2}) +
      text_of({.name = "right_front", .x = 0.15, .y = -0.2}) +
