@@ -11,6 +11,7 @@
 
 #include "doppel/messages/geometry_msgs.h"
 #include "doppel/messages/nav_msgs.h"
+#include "doppel/target/controllers_file.h"
 #include "doppel/twin/rolling_report.h"
 #include "doppel/twin/twin.h"
 
@@ -24,6 +25,10 @@ constexpr double kSpeed = 0.25, kTurn = 0.5;  // m/s, rad/s
 constexpr double kMetre = 1.0, kQuarter = std::numbers::pi / 2;
 constexpr double kCommandPeriod = 0.05;  // s
 constexpr double kLongest = 90.0;        // s, of one movement
+constexpr double kArrived = 0.01;        // m or rad before the end
+constexpr double kSlowdown = 0.4;        // m or rad before the end, from where it drives slower
+constexpr double kSlowest = 0.1;         // of the speed
+constexpr double kRamp = 1.0;            // s, to the full speed
 constexpr double kStandardGravity = 9.80665;
 
 struct Place {
@@ -84,7 +89,8 @@ class DrivenBase {
     std::vector<doppel::TopicInfo> inputs;
     for (const doppel::TopicInfo& topic : twin_->bus().topics()) {
       const bool drives = topic.type == Twist::kType || topic.type == TwistStamped::kType;
-      if (drives && !topic.subscribers.empty()) inputs.push_back(topic);
+      if (drives && std::ranges::any_of(topic.subscribers, [&](const auto& s) { return is_active(s.node); }))
+        inputs.push_back(topic);
       if (topic.type == doppel::nav_msgs::msg::Odometry::kType && !topic.publishers.empty() &&
           topic.name.find("ground_truth") == std::string::npos) {
         edge_->subscribe(topic.id);
@@ -98,6 +104,7 @@ class DrivenBase {
       if (topic.name.ends_with("cmd_vel")) input_ = topic;
     }
     report_["command_topic"] = input_.name;
+    report_["driven_by"] = origin_of(input_.subscribers.front().node);
     return true;
   }
 
@@ -105,7 +112,7 @@ class DrivenBase {
     command({}, 0.2);  // odometry begins with the first command
     const Place start = truth(), odometry = said_;
     const auto ahead = [&] { return relative(start, truth()).x; };
-    drive_until({{kSpeed, 0, 0}, {}}, [&] { return ahead() > kMetre - 0.02; });
+    drive_until({{kSpeed, 0, 0}, {}}, [&] { return kMetre - ahead(); });
     report_["straight"] = {{"truth", shown(relative(start, truth()))},
                            {"odometry", shown(relative(odometry, said_))}};
     upright();
@@ -117,7 +124,7 @@ class DrivenBase {
     const bool on_spot = !steers_ && (command({{}, {0, 0, kTurn}}, 2.0), std::abs(turned()) > 0.15);
     report_["turns_on_spot"] = on_spot;
     const Twist twist = on_spot ? Twist{{}, {0, 0, kTurn}} : Twist{{kSpeed, 0, 0}, {0, 0, kTurn / 2}};
-    drive_until(twist, [&] { return std::abs(turned()) > kQuarter - 0.05; });
+    drive_until(twist, [&] { return kQuarter - std::abs(turned()); });
     report_["turn"] = {{"truth", shown(relative(start, truth()))},
                        {"odometry", shown(relative(odometry, said_))}};
     upright();
@@ -166,11 +173,40 @@ class DrivenBase {
       run(kCommandPeriod);
     }
   }
-  template <typename Done>
-  void drive_until(const Twist& twist, const Done& done) {
-    const doppel::Time end = twin_->now() + doppel::from_seconds(kLongest);
-    while (!done() && twin_->now() < end) command(twist, kCommandPeriod);
+  // Slower towards both ends: a base with low limits of its acceleration does not go too far, and one with its mass
+  // near the axle does not tip over. left: m or rad.
+  template <typename Left>
+  void drive_until(const Twist& twist, const Left& left) {
+    const doppel::Time begin = twin_->now(), end = begin + doppel::from_seconds(kLongest);
+    while (left() > kArrived && twin_->now() < end) {
+      const double begun = doppel::to_seconds(twin_->now() - begin) / kRamp;
+      const double part = std::clamp(std::min(begun, left() / kSlowdown), kSlowest, 1.0);
+      command({{part * twist.linear.x, 0, 0}, {0, 0, part * twist.angular.z}}, kCommandPeriod);
+    }
     command({}, 1.5);
+  }
+
+  bool is_active(const std::string& node) const {
+    const auto controllers = twin_->robot().controller_manager().controllers();
+    return std::ranges::any_of(controllers, [&](const doppel::ControllerView& controller) {
+      return node.ends_with("/" + controller.name) && controller.state == doppel::ControllerState::active;
+    });
+  }
+  // Where the controller was declared: the file's path, "plugin" for one in place of a Gazebo plugin, "generated".
+  std::string origin_of(const std::string& node) const {
+    const auto& setup = twin_->robot().machine().setup();
+    const std::string name = node.substr(node.find_last_of('/') + 1);
+    for (const doppel::DeclaredController& controller :
+         doppel::controllers_in(setup.controllers).controllers) {
+      if (controller.name != name) continue;
+      const auto& file = controller.where.file;
+      if (file && !file->starts_with("<")) return *file;
+    }
+    const bool mapped = std::ranges::any_of(diagnostics_.all(), [&](const doppel::Diagnostic& d) {
+      return d.rule == "up.base_plugin" &&
+             d.message.find(fmt::format("controller '{}'", name)) != std::string::npos;
+    });
+    return mapped ? "plugin" : "generated";
   }
 
   json& report_;

@@ -11,6 +11,7 @@
 #include "doppel/core/installation.h"
 #include "doppel/overlay/overlay.h"
 #include "doppel/target/controllers_search.h"
+#include "doppel/target/ros1_controllers.h"
 
 namespace doppel::app {
 
@@ -52,7 +53,9 @@ FoundControllers find_controllers(const RobotDescription& robot, const Descripti
                                   const std::string& given) {
   std::vector<ControllersFile> files;
   if (!given.empty()) {
-    files.push_back(controllers_in(ParameterFile::load(given)));
+    Diagnostics diagnostics;
+    files.push_back(controllers_in(load_controllers(given, robot, diagnostics)));
+    print_diagnostics(diagnostics);
   } else {
     ControllersSearch search = find_controllers_files(robot, target.target, target.resolver);
     Diagnostics diagnostics;

@@ -1,6 +1,7 @@
 #include "doppel/audit/detail/controllers.h"
 #include "doppel/audit/detail/ros_rules.h"
 #include "doppel/target/controllers_search.h"
+#include "doppel/target/ros1_controllers.h"
 #include "doppel/target/side_files.h"
 
 namespace doppel::audit_rules {
@@ -13,9 +14,11 @@ void report_unreadable(const fs::path& path, Severity severity, const Diagnostic
 }
 
 // A file that the caller chose is always checked, whatever its content.
-std::vector<ControllersFile> chosen_file(const fs::path& path, Findings& out) {
+std::vector<ControllersFile> chosen_file(const AuditInput& in, const fs::path& path, Findings& out) {
   try {
-    ControllersFile file = controllers_in(ParameterFile::parse(read_side_file(path).text, path.string()));
+    const std::string text = read_side_file(path).text;
+    Diagnostics mapped;
+    ControllersFile file = controllers_in(parse_controllers(text, path.string(), in.robot, mapped));
     file.named = true;
     return {std::move(file)};
   } catch (const InputError& error) {
@@ -47,7 +50,7 @@ void report_missing(const ControllersSearch::Missing& missing, Findings& out) {
 }  // namespace
 
 std::vector<ControllersFile> read_controllers(const AuditInput& in, Findings& out) {
-  if (in.options.controllers) return chosen_file(*in.options.controllers, out);
+  if (in.options.controllers) return chosen_file(in, *in.options.controllers, out);
   ControllersSearch found =
       find_controllers_files(in.robot, {in.expanded.file, in.options.package_folder}, in.resolver);
   for (const ControllersSearch::Missing& missing : found.missing) report_missing(missing, out);

@@ -74,6 +74,13 @@ class Reader {
     }
   }
 
+  // Parameters without a node; what ROS 2 refuses is left out.
+  std::vector<ParameterOverride> read_plain(const YAML::Node& map) {
+    sections.push_back({"", {}});
+    read_parameters(map, "", 0);
+    return std::move(sections.back().values);
+  }
+
   std::vector<Found> sections;
   Diagnostics errors;
 
@@ -164,6 +171,18 @@ class Reader {
   FileName file_;
   std::size_t values_ = 0;
 };
+
+// Gives the map of a text to `read`; a text that is something else has none.
+template <typename Read>
+void read_yaml(const std::string& yaml, const FileName& file, const Read& read) {
+  try {
+    const YAML::Node root = YAML::Load(yaml);
+    if (root.IsMap()) read(root);
+  } catch (const YAML::Exception& problem) {
+    throw InputError("yaml.syntax", yaml_place(file, problem.mark),
+                     "this is not well-formed YAML: " + problem.msg, "indent YAML with spaces, not tabs");
+  }
+}
 
 template <class T>
 ParameterValue doubles_from_ints(const T& ints) {
@@ -283,16 +302,26 @@ ParameterFile ParameterFile::load(const std::filesystem::path& file) {
   return parse(std::string(std::istreambuf_iterator<char>(in), {}), file.string());
 }
 
+ParameterOverrides read_plain_parameters(const std::string& yaml, const std::string& name) {
+  std::vector<ParameterOverride> values;
+  const auto file = std::make_shared<const std::string>(name);
+  Reader reader(file);
+  read_yaml(yaml, file, [&](const YAML::Node& map) { values = reader.read_plain(map); });
+  return ParameterOverrides(std::move(values));
+}
+
+ParameterFile ParameterFile::of(std::vector<Node> nodes, const std::string& yaml, const std::string& name) {
+  ParameterFile out;
+  out.name_ = name;
+  out.text_ = yaml;
+  for (Node& node : nodes) out.sections_.push_back({{std::move(node.name), std::move(node.values)}, 0});
+  return out;
+}
+
 ParameterFile ParameterFile::parse(const std::string& yaml, const std::string& name) {
   const auto file = std::make_shared<const std::string>(name);
   Reader reader(file);
-  try {
-    const YAML::Node root = YAML::Load(yaml);
-    if (root.IsMap()) reader.read_nodes(root, "", 0);
-  } catch (const YAML::Exception& problem) {
-    throw InputError("yaml.syntax", yaml_place(file, problem.mark),
-                     "this is not well-formed YAML: " + problem.msg, "indent YAML with spaces, not tabs");
-  }
+  read_yaml(yaml, file, [&](const YAML::Node& map) { reader.read_nodes(map, "", 0); });
   reader.errors.throw_if_errors();
   if (reader.sections.empty()) {
     throw InputError(
@@ -300,12 +329,9 @@ ParameterFile ParameterFile::parse(const std::string& yaml, const std::string& n
         fmt::format("there is no '{}' in this file, so it is not a ROS 2 parameter file", kParameters),
         fmt::format("write NODE: {{{}: {{NAME: VALUE}}}}", kParameters));
   }
-  ParameterFile out;
-  out.name_ = name;
-  out.text_ = yaml;
-  for (auto& section : reader.sections)
-    out.sections_.push_back({{std::move(section.node), std::move(section.values)}, 0});
-  return out;
+  std::vector<Node> nodes;
+  for (auto& section : reader.sections) nodes.push_back({std::move(section.node), std::move(section.values)});
+  return of(std::move(nodes), yaml, name);
 }
 
 void ParameterFile::add(ParameterFile later) {

@@ -55,11 +55,22 @@ T declare(Parameters& parameters, ParameterOverrides* overrides, const std::stri
 DOPPEL_API void report_unused(const ParameterOverrides& overrides, const std::string& node,
                               const std::vector<std::string>& valid_names, Diagnostics& diagnostics);
 
+// The parameters of a YAML file without nodes, as rosparam of ROS 1 loads it: maps of names and values, the names
+// joined by dots. Values that are no parameters in ROS 2, such as lists of maps, are left out. Throws InputError:
+// the YAML is not well-formed.
+DOPPEL_API ParameterOverrides read_plain_parameters(const std::string& yaml, const std::string& name);
+
 class DOPPEL_API ParameterFile {
  public:
   // Throws InputError: unreadable, YAML not well-formed, no ros__parameters anywhere.
   static ParameterFile load(const std::filesystem::path& file);
   static ParameterFile parse(const std::string& yaml, const std::string& name);
+  // Of values that were read from `yaml`, the text of the file `name`, by another reader.
+  struct Node {
+    std::string name;
+    std::vector<ParameterOverride> values;
+  };
+  static ParameterFile of(std::vector<Node> nodes, const std::string& yaml, const std::string& name);
 
   // Adds values with priority over the present ones, for example of the command line.
   void add(ParameterFile later);

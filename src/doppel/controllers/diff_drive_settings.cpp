@@ -14,6 +14,12 @@ namespace {
 using Names = std::vector<std::string>;
 constexpr const char *kLeftWheels = "left_wheel_names", *kRightWheels = "right_wheel_names";
 
+Status check_not_zero(const ParameterValue& value) {
+  const double factor = std::get<double>(value);
+  if (std::isfinite(factor) && factor != 0) return {};
+  return Status::refused("it must be a number other than 0");
+}
+
 [[noreturn]] void refuse_base(const ControllerContext& context, const char* parameter, const std::string& why,
                               const std::string& fix) {
   throw InputError("control.base_parameter", place_of(context, parameter),
@@ -62,10 +68,12 @@ void declare_diff_drive(ControllerContext& context) {
   declare_wheels(context);
   declare_size(context, "wheel_separation", "m, between the wheels of both sides");
   declare_size(context, "wheel_radius", "m");
-  for (const char* factor :
-       {"wheel_separation_multiplier", "left_wheel_radius_multiplier", "right_wheel_radius_multiplier"}) {
+  declare<double>(parameters, written, "wheel_separation_multiplier", 1.0,
+                  {"correction of the nominal value", false, check_positive});
+  for (const char* factor : {"left_wheel_radius_multiplier", "right_wheel_radius_multiplier"}) {
     declare<double>(parameters, written, factor, 1.0,
-                    {"correction of the nominal value", false, check_positive});
+                    {"correction of the nominal value; negative: the joints' axes point to the right", false,
+                     check_not_zero});
   }
   declare<bool>(parameters, written, "open_loop", false,
                 {"odometry from the commands, not from feedback", false, {}});

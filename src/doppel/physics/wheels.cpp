@@ -130,7 +130,7 @@ class Fitter {
 
  private:
   [[nodiscard]] bool is_axle(const ModelJoint& joint) const {
-    if (!joint.scalar() || joint.type == JointType::prismatic || joint.mimics()) return false;
+    if (!joint.scalar() || joint.type == JointType::prismatic) return false;
     if (joint.upper - joint.lower < kTwoTurns) return false;
     const Eigen::Vector3d axis = data_.X_WL[static_cast<std::size_t>(joint.child_link)].linear() * joint.axis;
     if (std::abs(axis.z()) > kHorizontal) return false;

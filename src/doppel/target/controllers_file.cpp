@@ -89,7 +89,8 @@ std::vector<ParameterOverrides> managers_of(const ParameterFile& file) {
 bool names_joints(std::string_view parameter) {
   const std::string_view last = parameter.substr(parameter.find_last_of('.') + 1);
   if (last == "extra_joints") return false;  // a broadcaster's, which the robot need not have
-  constexpr std::array kEnds{"joint", "joints", "joint_name", "joint_names", "wheel_names", "wheels_names"};
+  constexpr std::array kEnds{"joint",        "joints",      "joint_name",  "joint_names",
+                             "joints_names", "wheel_names", "wheels_names"};
   return std::any_of(kEnds.begin(), kEnds.end(), [&](const char* end) { return last.ends_with(end); });
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <optional>
 #include <set>
@@ -16,6 +17,7 @@
 #include "doppel/core/names.h"
 #include "doppel/packages/find_expression.h"
 #include "doppel/packages/package_folder.h"
+#include "doppel/target/ros1_controllers.h"
 #include "doppel/target/side_files.h"
 
 namespace doppel {
@@ -27,19 +29,24 @@ constexpr std::size_t kMaxPackages = 200;  // beside the description's
 constexpr std::size_t kMaxYamlFiles =
     500;  // of a folder: whose controllers stand in the last is not known before
 constexpr std::size_t kMaxListed = 4;
+constexpr std::array<std::string_view, 4> kRos1Bases{
+    "diff_drive_controller/DiffDriveController", "mecanum_drive_controller/MecanumDriveController",
+    "ackermann_steering_controller/AckermannSteeringController",
+    "steer_drive_controller/SteerDriveController"};
 
 struct Candidate {
   ControllersFile file;
   std::set<std::string> own, foreign;  // joints that its controllers name, of this robot and of others
-  bool near = false;                   // in the description's package
-  bool named_alike = false;            // its path holds the robot's name
-  bool launched = false;               // a launch file of its package names it
-  int usual = 0;                       // 0: the usual name for such a file
-  std::size_t words = 0;               // of the robot's name and its description's file, in the path
+  bool of_ros1 = false;
+  bool near = false;         // in the description's package
+  bool named_alike = false;  // its path holds the robot's name
+  bool launched = false;     // a launch file of its package names it
+  int usual = 0;             // 0: the usual name for such a file
+  std::size_t words = 0;     // of the robot's name and its description's file, in the path
 
-  [[nodiscard]] bool fits() const { return !own.empty() || (near && foreign.empty()); }
+  [[nodiscard]] bool fits() const { return !own.empty() || (near && foreign.empty() && !of_ros1); }
   [[nodiscard]] auto order() const {
-    return std::tuple(-static_cast<long>(own.size()), foreign.size(), !named_alike, !launched, usual,
+    return std::tuple(of_ros1, -static_cast<long>(own.size()), foreign.size(), !named_alike, !launched, usual,
                       -static_cast<long>(words), file.path);
   }
 };
@@ -62,10 +69,18 @@ void check_manager(const ParameterFile& file) {
 }
 
 // Throws InputError: it cannot be read, or the manager rejects its values.
-ControllersFile usable_file(const SideFile& read) {
-  const ParameterFile file = ParameterFile::parse(read.text, read.path.string());
+ControllersFile usable_file(const SideFile& read, const RobotDescription& robot) {
+  Diagnostics said_later;
+  const ParameterFile file = parse_controllers(read.text, read.path.string(), robot, said_later);
   check_manager(file);
   return controllers_in(file);
+}
+
+// Whether a file of ROS 1 drives a base. Those of arms are not taken: their gains are of another simulator.
+bool drives_base_of_ros1(const std::string& text) {
+  return text.find("ros__parameters") == std::string::npos &&
+         std::ranges::any_of(kRos1Bases,
+                             [&](std::string_view type) { return text.find(type) != std::string::npos; });
 }
 
 int rank_of(const std::string& stem) {
@@ -97,6 +112,7 @@ std::string listed(const std::vector<Candidate>& candidates) {
 }
 
 std::string reason(const Candidate& best, const Candidate& second) {
+  if (best.of_ros1 != second.of_ros1) return "it is of ROS 2";
   if (best.own.size() != second.own.size()) return "it lists most of the robot's joints";
   if (best.foreign.size() != second.foreign.size()) return "it lists the fewest unknown joints";
   if (best.named_alike != second.named_alike) return "its path contains the robot's name";
@@ -168,7 +184,7 @@ class Search {
 // Nothing, and why, where the file cannot be used.
 std::optional<ControllersFile> Search::usable(const SideFile& file, const GazeboPlugin* plugin) {
   try {
-    return usable_file(file);
+    return usable_file(file, robot_);
   } catch (const InputError& error) {
     Diagnostics why;
     for (const Diagnostic& d : error.diagnostics()) why.add(d);
@@ -211,15 +227,19 @@ void Search::take_named() {
     found_.files = std::move(files);
 }
 
-// Nothing where the file declares no controllers for ROS 2, as those for ROS 1 do not.
+// Nothing where the file declares no controllers for ROS 2, and no base for ROS 1.
 std::optional<Candidate> Search::candidate(const fs::path& path, Diagnostics& skipped) {
   const auto text = read(path, skipped);
-  if (!text || text->text.find("ros__parameters") == std::string::npos ||
-      text->text.find("controller_manager") == std::string::npos)
+  if (!text) return std::nullopt;
+  const bool of_ros1 = drives_base_of_ros1(text->text);
+  if (!of_ros1 && (text->text.find("ros__parameters") == std::string::npos ||
+                   (text->text.find("controller_manager") == std::string::npos &&
+                    text->text.find("_controller/") == std::string::npos)))
     return std::nullopt;
   auto file = usable(*text, nullptr);
   if (!file || !file->for_ros2) return std::nullopt;
   Candidate out;
+  out.of_ros1 = of_ros1;
   for (const DeclaredController& c : file->controllers) {
     for (const std::string& name : c.named_joints())
       (robot_.find_joint(name) != nullptr ? out.own : out.foreign).insert(name);
@@ -228,11 +248,11 @@ std::optional<Candidate> Search::candidate(const fs::path& path, Diagnostics& sk
   return out;
 }
 
-// Those of config/ and controllers/ and of the folders in these.
+// Those of config/, controllers/ and bringup/ and of the folders in these.
 std::vector<fs::path> Search::yaml_files(const fs::path& package, Diagnostics& skipped) {
   std::vector<fs::path> folders, out;
   std::error_code none;
-  for (const char* name : {"config", "controllers"}) {
+  for (const char* name : {"config", "controllers", "bringup"}) {
     folders.push_back(package / name);
     for (const fs::path& entry : list_side_folder(package / name).entries) {
       if (fs::is_directory(entry, none)) folders.push_back(entry);
@@ -350,7 +370,7 @@ void report(const ControllersSearch& search, Diagnostics& diagnostics) {
 
 bool is_controllers_file(const fs::path& file) {
   try {
-    return usable_file(read_side_file(file)).for_ros2;
+    return usable_file(read_side_file(file), RobotDescription()).for_ros2;
   } catch (const InputError&) {
     return false;
   }

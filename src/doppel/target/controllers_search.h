@@ -37,7 +37,7 @@ struct ControllersSearch {
 };
 
 // The files to which the description's <gazebo> plugins refer ($(find NAME) is replaced, because a plain
-// URDF may contain it). If none of these can be used: the file in the folders config/ and controllers/ of
+// URDF may contain it). If none of these can be used: the file in the folders config/, controllers/ and bringup/ of
 // the description's package, else of the packages next to it, whose controllers list most of the robot's
 // joints. Ties are resolved in this order: the fewest joints that the robot does not have; a path with the
 // robot's name; a launch file of its package refers to it; a usual name (ros2_controllers.yaml,

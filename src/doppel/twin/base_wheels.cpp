@@ -147,9 +147,10 @@ class Chooser {
     if (sides.left.empty() || sides.left.size() != sides.right.size())
       return {std::nullopt, fmt::format("it has {} wheels on the left and {} on the right", sides.left.size(),
                                         sides.right.size())};
+    if (!is_mecanum(sides)) return differential(sides);
     if (const std::string backwards = turned_backwards(straight); !backwards.empty())
       return {std::nullopt, backwards};
-    return is_mecanum(sides) ? mecanum(sides) : differential(sides);
+    return mecanum(sides);
   }
 
  private:
@@ -212,7 +213,19 @@ class Chooser {
     for (const BaseWheel* wheel : wheels) out.joints.push_back(wheel->joint);
   }
 
+  // 1 where positive velocities of all wheels drive ahead, -1 where all drive backwards, 0 where they differ.
+  static int direction_of(const Wheels& side) {
+    const auto ahead =
+        std::ranges::count_if(side, [](const BaseWheel* wheel) { return wheel->axle_B.y() > 0; });
+    return ahead == std::ssize(side) ? 1 : ahead == 0 ? -1 : 0;
+  }
   [[nodiscard]] Chosen differential(const Sides& sides) const {
+    const int directions[] = {direction_of(sides.left), direction_of(sides.right)};
+    for (const int side : {0, 1}) {
+      if (directions[side] == 0)
+        return {std::nullopt, fmt::format("positive velocities of the wheels {} drive in opposite directions",
+                                          names_of(side == 0 ? sides.left : sides.right))};
+    }
     MappedBase out = start("diff_drive_controller/DiffDriveController", "~/cmd_vel", "~/odom");
     const double separation = mean_y(sides.left) - mean_y(sides.right);
     Wheels all = sides.left;
@@ -221,11 +234,19 @@ class Chooser {
     add(out, "right_wheel_names", list_of(sides.right));
     set(out, "wheel_separation", separation);
     set(out, "wheel_radius", mean_radius(all));
+    std::string reversed;
+    for (const int side : {0, 1}) {
+      if (directions[side] > 0) continue;
+      const char* name = side == 0 ? "left" : "right";
+      set(out, fmt::format("{}_wheel_radius_multiplier", name).c_str(), -1.0);
+      reversed += fmt::format(
+          "; the axes of the {} wheels point to the right, so their radius multiplier is -1", name);
+    }
     add_variances(out);
     add_joints(out, all);
     return {out,
-            fmt::format("wheels {} and {}, separation {:.4g} m, radius {:.4g} m{}", names_of(sides.left),
-                        names_of(sides.right), separation, mean_radius(all),
+            fmt::format("wheels {} and {}, separation {:.4g} m, radius {:.4g} m{}{}", names_of(sides.left),
+                        names_of(sides.right), separation, mean_radius(all), reversed,
                         sides.left.size() > 1 ? "; these wheels scrub in turns, where the odometry is wrong "
                                                 "until wheel_separation_multiplier is measured"
                                               : "")};
@@ -342,6 +363,7 @@ std::vector<BaseWheel> base_wheels(const ModelInstance& robot) {
   for (const RollingPart& part : robot.rolling) {
     if (part.kind != RollingPart::Kind::wheel) continue;
     const ModelJoint& axle = model.joints[static_cast<std::size_t>(part.joint)];
+    if (axle.mimics()) continue;  // driven by its leader
     const Pose& X_BL = data.X_WL[static_cast<std::size_t>(part.link)];
     BaseWheel wheel;
     wheel.joint = axle.name;

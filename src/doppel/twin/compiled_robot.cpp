@@ -8,6 +8,7 @@
 #include "doppel/core/names.h"
 #include "doppel/description/urdf_writer.h"
 #include "doppel/target/target.h"
+#include "doppel/twin/detail/base_axes.h"
 #include "doppel/twin/rolling_report.h"
 #include "doppel/twin/simulated_hardware.h"
 
@@ -244,8 +245,9 @@ void CompiledRobot::build(const Scenario& scenario, const World& world, std::opt
   made_ = make_instance(shared, model, options, meshes, diagnostics);
   if (setup.controllers_files.empty()) {
     generate_controllers(scenario, asked_, made_, setup, diagnostics);
-  } else if (!setup.controllers_named) {
-    add_spare_base(made_, setup);
+  } else {
+    report_base_axes(base_wheels(made_), setup.controllers, diagnostics);
+    if (!setup.controllers_named) add_spare_base(made_, setup);
   }
 }
 

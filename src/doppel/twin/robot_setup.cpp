@@ -7,6 +7,7 @@
 
 #include "doppel/core/names.h"
 #include "doppel/target/controllers_search.h"
+#include "doppel/target/ros1_controllers.h"
 #include "doppel/target/target.h"
 #include "doppel/twin/detail/base_plugins.h"
 #include "doppel/twin/detail/base_wheels.h"
@@ -107,9 +108,10 @@ void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const
   }
   if (!setup.controllers_files.empty()) {
     setup.controllers_origin = setup.controllers_files.front().string();
-    setup.controllers = ParameterFile::load(setup.controllers_files.front());
+    const RobotDescription& described = setup.description.robot;
+    setup.controllers = load_controllers(setup.controllers_files.front(), described, diagnostics);
     for (std::size_t i = 1; i < setup.controllers_files.size(); ++i)
-      setup.controllers.add(ParameterFile::load(setup.controllers_files[i]));
+      setup.controllers.add(load_controllers(setup.controllers_files[i], described, diagnostics));
     NameRules names = scenario.ros.names;
     const std::string manager = names.node(in_namespace(robot.name_space, "controller_manager"));
     report_other_managers(setup.controllers, manager, diagnostics);

@@ -426,7 +426,7 @@ void Expander::macro(const TreeNode& in, const Context& context, Output& out) {
   check_attributes(in, {"name", "params"}, context);
   auto made = std::make_shared<Macro>();
   const TreeAttribute& name = required(in, "name", context);
-  made->name = text_of(name, context);
+  made->name = name.value;  // as it is written, also with an expression
   made->where = placed(in.where, context);
   if (made->name.starts_with(kPrefix)) {
     diagnostics_.warning(

@@ -110,15 +110,30 @@ void ContactRules::stiffen_friction(mjData& data) const {
   }
 }
 
+namespace {
+
+// N, of the contact's compliance at its depth: the load on it as long as it neither sinks nor rises.
+double elastic_force(const mjData& data, const mjContact& contact) {
+  const int row = contact.efc_address;
+  const double stiffness = data.efc_KBIP[4 * row] * data.efc_KBIP[4 * row + 2] * data.efc_D[row];
+  return stiffness * std::max(data.efc_margin[row] - data.efc_pos[row], 0.0);
+}
+
+}  // namespace
+
 void ContactRules::keep_sliding_contacts(mjData& data) const {
   if (empty() && grips_.empty()) return;
   for (int i = 0; i < data.ncon; ++i) {
     const mjContact& contact = data.contact[i];
     if (contact.efc_address < 0 || !slides_by_coulomb(data, contact)) continue;
-    double* const reference = data.efc_aref + contact.efc_address;
+    const int row = contact.efc_address;
+    double* const reference = data.efc_aref + row;
+    const double load = elastic_force(data, contact);
     double squares = 0.0;
     for (int k = 1; k < contact.dim; ++k) {
-      const double slip = contact.friction[k - 1] * reference[k];
+      const double friction = contact.friction[k - 1];
+      const double stopped = friction * load * data.efc_diagApprox[row + k];
+      const double slip = friction * std::max(std::abs(reference[k]) - stopped, 0.0);
       squares += slip * slip;
     }
     reference[0] -= std::sqrt(squares);

@@ -41,7 +41,8 @@ class ContactRules {
   // The two functions below also act on the contacts of a robot with a body that two of its links hold (grasp.h).
   // MuJoCo's friction is a convex optimisation, whose contacts open with the speed mu v while they slide with
   // the speed v, and so hop. Subtracting it from the reference of the normal gives Coulomb's law (de Saxce
-  // and Feng, International Journal of Engineering Science 29, 1991).
+  // and Feng, International Journal of Engineering Science 29, 1991). v is what the friction leaves of it at the
+  // end of the step: nothing of a wheel that grips at once, which otherwise would lift off and spin.
   void keep_sliding_contacts(mjData& data) const;
   // MuJoCo's friction is a stiff damper, so that a load creeps. On a slope of 80 % of the friction a parked base
   // creeps by 0.25 mm a minute; a hundred times stiffer, by 0.003 mm. A pair with slip is as soft as that slip asks.

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <iostream>
 #include <random>
 
@@ -330,6 +331,16 @@ TEST(ContactRules, DifferentSlipsAreReported) {
   EXPECT_EQ(std::ranges::count_if(rig.diagnostics.all(), reported), 1);
 }
 
+// As of a car whose wheels follow a virtual one.
+TEST(Wheels, WheelThatMimicsAnotherRolls) {
+  RobotDescription robot = test::make_base();
+  Joint& follower = *std::ranges::find(robot.joints, "right_wheel_joint", &Joint::name);
+  follower.mimic = Mimic{};
+  follower.mimic->joint = "left_wheel_joint";
+  const test::Rig rig(robot, {}, test::DrivenBase::options_for(Pose::Identity()), BaseKind::floating);
+  EXPECT_EQ(std::ranges::count(rig.robot.made_of().rolling, RollingPart::Kind::wheel, &RollingPart::kind), 2);
+}
+
 TEST(ContactRules, SlidingContactStaysClosed) {
   World world;
   world.friction_rule = FrictionRule::smaller;
@@ -354,6 +365,28 @@ TEST(ContactRules, SlidingContactStaysClosed) {
   EXPECT_NEAR(least, 2 * kGravity, 0.05 * 2 * kGravity);
   EXPECT_NEAR(most, 2 * kGravity, 0.05 * 2 * kGravity);
   EXPECT_NEAR(rig.object("box").base_velocity().linear_W.x(), 2.0 - 0.3 * kGravity * 0.5, 0.02);
+}
+
+// The casters could carry all of the base, so that the driven wheels could spin without load.
+TEST(ContactRules, WheelOfLargeFrictionGripsBesideCasters) {
+  test::BaseShape shape;
+  shape.friction = 200;
+  RobotDescription robot = test::make_base(shape);
+  for (const auto& [name, x] : {std::pair{"front_ball", 0.2}, std::pair{"rear_ball", -0.25}}) {
+    Link ball = test::make_frame(name);
+    ball.collisions.push_back({"", {}, Sphere{0.0375}, {}});
+    robot.links.push_back(ball);
+    robot.joints.push_back(test::make_joint(std::string(name) + "_joint", JointType::fixed, "base_link", name,
+                                            {x, 0, 0.0375 - 0.0975}, {0, 0, 1}));
+  }
+  test::Rig rig(robot, {}, test::DrivenBase::options_for(Pose::Identity()), BaseKind::floating);
+  for (const char* wheel : {"left_wheel_joint", "right_wheel_joint"}) {
+    rig.robot.set_drive(rig.joint(wheel), DriveMode::velocity);
+    rig.robot.set_target(rig.joint(wheel), 4.0);
+  }
+  rig.run(1.0);
+  EXPECT_NEAR(rig.robot.base_pose().translation().x(), 0.0975 * rig.q("left_wheel_joint"), 0.01);
+  EXPECT_GT(rig.q("left_wheel_joint"), 3.5);
 }
 
 }  // namespace

@@ -72,6 +72,17 @@ TEST_F(ControllersSearchTest, FileOfOtherRobotIsNotTaken) {
   EXPECT_FALSE(diagnostics_.has_errors());
 }
 
+TEST_F(ControllersSearchTest, FileOfRos1WithBaseIsTakenWhereThereIsNoneOfRos2) {
+  package("arm_control");
+  write("arm_control/config/control.yaml",
+        "base:\n  type: diff_drive_controller/DiffDriveController\n  left_wheel: shoulder\n  right_wheel: "
+        "elbow\n");
+  EXPECT_EQ(chosen(), "arm_control/config/control.yaml");
+  write("arm_control/config/ros2.yaml", yaml("shoulder"));
+  EXPECT_EQ(chosen(), "arm_control/config/ros2.yaml");
+  EXPECT_THAT(said("up.controllers_chosen"), HasSubstr("it is of ROS 2"));
+}
+
 TEST_F(ControllersSearchTest, FileWithMostJointsIsTaken) {
   write("arm_description/config/controllers.yaml", yaml("shoulder"));
   write("arm_description/config/other.yaml", yaml("shoulder, elbow"));

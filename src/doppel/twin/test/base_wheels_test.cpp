@@ -58,13 +58,17 @@ class BaseWheelsTest : public ::testing::Test {
   }
   ~BaseWheelsTest() override { fs::remove_all(folder_); }
 
-  void up(const std::string& parts) {
+  void up(const std::string& parts, const std::string& controllers = "") {
     std::ofstream(folder_ / "rover.urdf")
         << "<robot name='rover'>"
         << body_text("base_footprint", "<geometry><box size='0.2 0.1 0.05'/></geometry>", 8) << parts
         << "</robot>";
     Scenario scenario;
     scenario.robots = {{.target = (folder_ / "rover.urdf").string()}};
+    if (!controllers.empty()) {
+      std::ofstream(folder_ / "controllers.yaml") << controllers;
+      scenario.robots.front().controllers = folder_ / "controllers.yaml";
+    }
     Diagnostics diagnostics;
     edge_.reset();
     twin_ = std::make_unique<Twin>(scenario, log_, diagnostics);
@@ -216,11 +220,80 @@ TEST_F(BaseWheelsTest, ValuesOfContactsWithoutEffectAreReported) {
   EXPECT_THAT(said_, HasSubstr("up.contact_values: <kp>, <minDepth> in <gazebo> have no effect"));
 }
 
-TEST_F(BaseWheelsTest, WheelThatTurnsBackwardsIsReported) {
-  up(text_of({"left", 0, 0.2}) + text_of({.name = "right", .y = -0.2, .axis = "0 -1 0"}));
+TEST_F(BaseWheelsTest, SideWithReversedAxesDrivesAheadByNegativeMultiplier) {
+  const auto wheels = [](const char* name, double y, const char* axis) {
+    return text_of({.name = std::string(name) + "_front", .x = 0.15, .y = y, .axis = axis}) +
+           text_of({.name = std::string(name) + "_rear", .x = -0.15, .y = y, .axis = axis});
+  };
+  up(wheels("left", 0.2, "0 -1 0") + wheels("right", -0.2, "0 1 0"));
+  EXPECT_EQ(base_type(), "diff_drive_controller/DiffDriveController") << said_;
+  EXPECT_THAT(said_, HasSubstr("the axes of the left wheels point to the right"));
+  const auto v = driven(0.3, 0, 0);
+  EXPECT_NEAR(v.linear.x, 0.3, 0.003);
+  EXPECT_NEAR(v.angular.z, 0, 0.003);
+}
+
+TEST_F(BaseWheelsTest, AxesAgainstDeclaredControllerAreReported) {
+  const std::string base =
+      "controller_manager: {ros__parameters: {base: {type: diff_drive_controller/DiffDriveController}}}\n"
+      "base: {ros__parameters: {left_wheel_names: [a], right_wheel_names: [b], wheel_separation: 0.4, "
+      "wheel_radius: "
+      "0.1";
+  const auto wheels = [](double side, const char* axis) {
+    return text_of({.name = "a", .y = side * 0.2, .axis = axis}) + text_of({.name = "b", .y = side * -0.2});
+  };
+  up(wheels(1, "0 1 0"), base + "}}\n");
+  EXPECT_THAT(said_, Not(HasSubstr("up.base_axis")));
+  up(wheels(1, "0 -1 0"), base + "}}\n");
+  EXPECT_THAT(said_, HasSubstr("up.base_axis: a positive velocity of 'a' drives backwards"));
+  up(wheels(1, "0 -1 0"), base + ", left_wheel_radius_multiplier: -1.0}}\n");
+  EXPECT_THAT(said_, Not(HasSubstr("up.base_axis")));
+  up(wheels(-1, "0 1 0"), base + "}}\n");
+  EXPECT_THAT(said_,
+              HasSubstr("up.base_axis: controller 'base' lists 'a' as a left wheel, but it is on the right"));
+}
+
+TEST_F(BaseWheelsTest, SteeringAxisAgainstDeclaredControllerIsReported) {
+  const auto fork = [](const char* name, double y) {
+    return body_text(std::string(name) + "_link", "<geometry><box size='0.01 0.01 0.01'/></geometry>", 0.5) +
+           joint_text(name, "revolute", "base_footprint", std::string(name) + "_link", 0.3, y, "0 0 -1");
+  };
+  up(fork("steer", 0) + text_of({.name = "front", .parent = "steer_link"}) + text_of({"left", 0, 0.2}) +
+         text_of({"right", 0, -0.2}),
+     "controller_manager: {ros__parameters: {base: {type: "
+     "tricycle_steering_controller/TricycleSteeringController}}}\n"
+     "base: {ros__parameters: {traction_joints_names: [right, left], steering_joints_names: [steer], "
+     "wheelbase: 0.3, "
+     "traction_track_width: 0.4, traction_wheels_radius: 0.1}}\n");
+  EXPECT_THAT(said_, HasSubstr("up.base_axis: a positive angle of 'steer' steers to the right"));
+}
+
+TEST_F(BaseWheelsTest, MecanumControllerOfWheelsWithoutRollersIsReported) {
+  std::string wheels, joints;
+  for (const auto& [name, x, y] :
+       {std::tuple{"front_left", 0.2, 0.2}, std::tuple{"front_right", 0.2, -0.2},
+        std::tuple{"rear_right", -0.2, -0.2}, std::tuple{"rear_left", -0.2, 0.2}}) {
+    wheels += text_of({.name = name, .x = x, .y = y});
+    joints += std::string(name) + "_wheel_command_joint_name: " + name + ", ";
+  }
+  up(wheels,
+     "controller_manager: {ros__parameters: {base: {type: "
+     "mecanum_drive_controller/MecanumDriveController}}}\n"
+     "base: {ros__parameters: {" +
+         joints + "kinematics: {wheels_radius: 0.1, sum_of_robot_center_projection_on_X_Y_axis: 0.4}}}\n");
+  EXPECT_THAT(said_, HasSubstr("up.base_rollers: the wheels of the mecanum controller 'base'"));
+}
+
+TEST_F(BaseWheelsTest, WheelAgainstOthersOfItsSideIsReported) {
+  up(text_of({.name = "left_front", .x = 0.15, .y = 0.2}) +
+     text_of({.name = "right_front", .x = 0.15, .y = -0.2}) +
+     text_of({.name = "left_rear", .x = -0.15, .y = 0.2}) +
+     text_of({.name = "right_rear", .x = -0.15, .y = -0.2, .axis = "0 -1 0"}));
   EXPECT_EQ(base_type(), "");
   EXPECT_THAT(said_, HasSubstr("up.base_not_generated: the robot has wheels"));
-  EXPECT_THAT(said_, HasSubstr("a positive velocity of 'right' drives backwards"));
+  EXPECT_THAT(
+      said_,
+      HasSubstr("positive velocities of the wheels right_front, right_rear drive in opposite directions"));
 }
 
 }  // namespace

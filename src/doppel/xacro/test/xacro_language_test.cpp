@@ -207,6 +207,8 @@ TEST(XacroLanguage, MacrosAndBlocksMatchReference) {
       {"<xacro:nothing/>", "error xacro.unknown_macro"},
       {"<xacro:call macro='nothing'/>", "error xacro.unknown_macro"},
       {"<xacro:call/>", "error xacro.missing_attribute"},
+      {"<xacro:macro name='${p}_m'><a/></xacro:macro><xacro:macro name='m'><b/></xacro:macro><xacro:m/>",
+       "<b/>"},
       {"<xacro:macro name='call'/>", "error xacro.macro_name"},
       {"<xacro:macro name='a.b'/>", "error xacro.macro_name"},
       {"<xacro:macro name='f'><x/></xacro:macro><xacro:macro name='g'><y/></xacro:macro>" PROPERTY(
