@@ -95,7 +95,7 @@ void expect_centroid(const CameraDescription& camera, const Vector3d& centre, do
   const auto caster = make_ray_caster(builder.finish());
   caster->set_poses(std::vector<Pose>{Pose::Identity()});
   const CameraIntrinsics c = intrinsics_of(camera);
-  const std::vector<PixelRays> rays = pixel_rays(c, 8);
+  const std::vector<PixelRays> rays = pixel_rays(c, 16);
   CameraPicture picture;
   caster->render({rays, Pose::Identity(), 0.01, 100, true, false, false}, picture);
   double sum = 0;
