@@ -44,6 +44,7 @@ struct CameraView {
   std::span<const PixelRays> samples;
   Pose X_WC = Pose::Identity();
   double near = 0.01, far = 100;  // m: along z if planar, else of the range
+  int own_body = -1;              // which may be nearer than near: the housing of the camera
   bool colour = true, depth = false, labels = false;
 };
 
@@ -69,6 +70,8 @@ class DOPPEL_API RayCaster : public CameraRenderer {
   virtual void cast(const RayBatch& rays, HitBatch& out) const = 0;
   // Whether no surface is on the segment from a to b (m, world): the line of sight.
   [[nodiscard]] virtual bool sees(const Eigen::Vector3d& a_W, const Eigen::Vector3d& b_W) const = 0;
+  // SceneItem::body of each item.
+  [[nodiscard]] virtual std::span<const int> bodies_of_items() const = 0;
   // Rays cast so far, of all kinds.
   [[nodiscard]] virtual std::uint64_t rays_cast() const = 0;
 };

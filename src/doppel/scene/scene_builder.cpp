@@ -50,13 +50,10 @@ void SceneBuilder::add_shape(int body, const Geometry& shape, const Pose& X_BS,
            static_cast<int>(scene_.materials.size()) - 1);
 }
 
-int SceneBuilder::add(const RobotDescription& robot, const std::string& name, Diagnostics& diagnostics) {
-  const int first = static_cast<int>(scene_.bodies.size());
-  for (const Link& link : robot.links) {
-    const int body = add_body(name + "::" + link.name);
-    for (const Visual& visual : link.visuals) add_visual(body, visual, diagnostics);
-  }
-  return first;
+int SceneBuilder::add(const Link& link, const std::string& name, Diagnostics& diagnostics) {
+  const int body = add_body(name);
+  for (const Visual& visual : link.visuals) add_visual(body, visual, diagnostics);
+  return body;
 }
 
 void SceneBuilder::add_visual(int body, const Visual& visual, Diagnostics& diagnostics) {

@@ -40,9 +40,9 @@ DOPPEL_API SurfaceMesh with_normals(const std::vector<Eigen::Vector3f>& points,
 class DOPPEL_API SceneBuilder {
  public:
   SceneBuilder();
-  // A body for each link, in the order of `robot.links`, with its visuals; returns the index of the first. What cannot
-  // be read is left out with a warning at its place ("scene.mesh", "scene.texture").
-  int add(const RobotDescription& robot, const std::string& name, Diagnostics& diagnostics);
+  // A body with the visuals of a link; returns its index. What cannot be read is left out with a warning at its place
+  // ("scene.mesh", "scene.texture").
+  int add(const Link& link, const std::string& name, Diagnostics& diagnostics);
   // A body without surfaces.
   int add_body(const std::string& name);
   void add_shape(int body, const Geometry& shape, const Pose& X_BS, const SurfaceMaterial& material);

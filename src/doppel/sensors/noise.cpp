@@ -23,7 +23,8 @@ ChannelNoise::ChannelNoise(const NoiseDescription& noise, const CounterRandom& r
 }
 
 void ChannelNoise::advance(std::uint64_t sample) {
-  if (walk_ > 0) bias_ = decay_ * bias_ + walk_ * random_.normal(sample, kWalk + channel_);
+  if (walk_ <= 0) return;
+  for (; next_ <= sample; ++next_) bias_ = decay_ * bias_ + walk_ * random_.normal(next_, kWalk + channel_);
 }
 
 double ChannelNoise::apply(double value, std::uint64_t sample, std::uint32_t index) const {

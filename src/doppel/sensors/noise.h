@@ -17,7 +17,8 @@ class DOPPEL_API ChannelNoise {
   ChannelNoise(const NoiseDescription& noise, const CounterRandom& random, std::uint32_t channel,
                double period);
 
-  // The bias walks once a sample, whether or not the sample is read. Samples in order, from 0.
+  // The bias walks once a sample, also for samples that nobody has read: up to this one. Samples count from 0 and do
+  // not decrease.
   void advance(std::uint64_t sample);
   // The value with the noise of this sample.
   [[nodiscard]] double apply(double value, std::uint64_t sample) const { return apply(value, sample, 0); }
@@ -32,6 +33,7 @@ class DOPPEL_API ChannelNoise {
   CounterRandom random_;
   std::uint32_t channel_ = 0;
   double bias_ = 0, decay_ = 1, walk_ = 0;
+  std::uint64_t next_ = 0;  // the sample for which the bias walks next
 };
 
 }  // namespace doppel

@@ -1,5 +1,6 @@
 #pragma once
-// When a sensor takes its samples: number n at n / rate of simulated time, on the nearest step, without drift.
+// When a sensor takes its samples: number n, from 0, at (n + 1) / rate of simulated time, on the nearest step, without
+// drift.
 
 #include <cmath>
 #include <cstdint>
@@ -20,11 +21,11 @@ class SampleSchedule {
 
   [[nodiscard]] bool limited() const { return limited_; }
   [[nodiscard]] double period() const { return steps_per_sample_ * static_cast<double>(step_) * 1e-9; }  // s
-  // The time of sample n; sample 0 is at `start`.
+  // The time of sample n.
   [[nodiscard]] Time at(std::uint64_t n) const {
-    return start_ + Duration{step_ * std::llround(static_cast<double>(n) * steps_per_sample_)};
+    return start_ + Duration{step_ * std::llround(static_cast<double>(n + 1) * steps_per_sample_)};
   }
-  // Begins to count at `now`, with sample 0.
+  // Begins to count at `now`; sample 0 is one period later.
   void restart(Time now) {
     start_ = now;
     next_ = 0;

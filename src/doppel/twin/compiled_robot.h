@@ -11,6 +11,7 @@
 #include "doppel/physics/engine.h"
 #include "doppel/physics/world.h"
 #include "doppel/twin/base_choice.h"
+#include "doppel/twin/robot_sensors.h"
 #include "doppel/twin/robot_setup.h"
 
 namespace doppel {
@@ -39,6 +40,7 @@ class DOPPEL_API CompiledRobot {
   [[nodiscard]] const ModelInstance& instance() const { return made_; }
   [[nodiscard]] const std::vector<ServoParameters>& servos() const { return made_.servos; }  // [joints]
   [[nodiscard]] const std::vector<HardwareDescription>& hardware() const { return hardware_; }
+  [[nodiscard]] const RobotSensors& sensors() const { return sensors_; }
   [[nodiscard]] BaseKind base() const { return base_.kind; }
   [[nodiscard]] bool from_text() const { return asked_.target.empty(); }
   // In the axes of the root link, m/s^2.
@@ -56,6 +58,7 @@ class DOPPEL_API CompiledRobot {
   bool base_decided_ = false;  // by the user or the replaced machine
   Eigen::Vector3d gravity_R_ = Eigen::Vector3d::Zero();
   ModelInstance made_;
+  RobotSensors sensors_;
   std::vector<HardwareDescription> hardware_;  // the description's, or a generated one
 };
 

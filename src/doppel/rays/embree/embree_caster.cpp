@@ -74,7 +74,6 @@ std::uint64_t EmbreeCaster::render_packet(const Target& to, const PixelRays& pix
       static_cast<std::size_t>(y) * static_cast<std::size_t>(pixels.width) + static_cast<std::size_t>(x);
   const auto used = static_cast<unsigned>(std::min<int>(kLanes, pixels.width - x));
   const auto near = static_cast<float>(to.view.near), far = static_cast<float>(to.view.far);
-  // What is nearer than `near` is seen through by colours, but makes depths invalid; both are of one ray.
   for (unsigned i = 0; i < kLanes; ++i) {
     valid[i] = i < used ? -1 : 0;
     const std::size_t pixel = at + std::min(i, used - 1);
@@ -91,8 +90,30 @@ std::uint64_t EmbreeCaster::render_packet(const Target& to, const PixelRays& pix
     }
   }
   std::uint64_t count = used;
+  if (first && to.view.depth && near > 0) count += mark_near(to, pixels, x, y);
   if (to.view.colour) count += add_colours(to, valid, rays, pixels.pixel_angle, at);
   return count;
+}
+
+std::uint64_t EmbreeCaster::mark_near(const Target& to, const PixelRays& pixels, int x, int y) const {
+  alignas(32) RTCRayHit8 rays;
+  alignas(32) int valid[kLanes];
+  const auto at =
+      static_cast<std::size_t>(y) * static_cast<std::size_t>(pixels.width) + static_cast<std::size_t>(x);
+  const auto used = static_cast<unsigned>(std::min<int>(kLanes, pixels.width - x));
+  for (unsigned i = 0; i < kLanes; ++i) {
+    valid[i] = i < used ? -1 : 0;
+    const std::size_t pixel = at + std::min(i, used - 1);
+    const Eigen::Vector3f d_C(pixels.x[pixel], pixels.y[pixel], pixels.z[pixel]);
+    if (d_C.isZero()) valid[i] = 0;
+    prepare(rays, i, to.p_WC, to.R_WC * d_C, 0, static_cast<float>(to.view.near));
+  }
+  scene_.intersect(valid, rays, true);
+  for (unsigned i = 0; i < used; ++i) {
+    if (valid[i] == 0 || !is_hit(rays, i)) continue;
+    if (scene_.scene().items[rays.hit.geomID[i]].body != to.view.own_body) to.out.depth[at + i] = -kInfinity;
+  }
+  return used;
 }
 
 std::uint64_t EmbreeCaster::add_colours(const Target& to, int* valid, RTCRayHit8& rays, float pixel_angle,

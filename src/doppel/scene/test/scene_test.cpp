@@ -106,18 +106,15 @@ TEST_F(MeshFileTest, ObjKeepsColourAndTextureOfEachPart) {
 }
 
 TEST_F(MeshFileTest, MissingMeshIsWarningAndRestIsSeen) {
-  RobotDescription robot;
-  robot.name = "r";
-  robot.links.resize(1);
-  robot.links[0].name = "base";
+  Link link;
   Visual lost, seen;
   lost.geometry =
       MeshGeometry{"package://r/gone.stl", Vector3d::Ones(), (folder_ / "gone.stl").string(), "", false};
   seen.geometry = Box{{1, 1, 1}};
-  robot.links[0].visuals = {lost, seen};
+  link.visuals = {lost, seen};
   SceneBuilder builder;
   Diagnostics diagnostics;
-  EXPECT_EQ(builder.add(robot, "r", diagnostics), 0);
+  EXPECT_EQ(builder.add(link, "r::base", diagnostics), 0);
   const auto scene = builder.finish();
   EXPECT_EQ(scene->items.size(), 1U);
   EXPECT_EQ(scene->bodies[0].name, "r::base");
@@ -128,15 +125,14 @@ TEST_F(MeshFileTest, MissingMeshIsWarningAndRestIsSeen) {
 
 TEST_F(MeshFileTest, FileOfTwoVisualsIsReadOnce) {
   const std::string file = write("t.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
-  RobotDescription robot;
-  robot.links.resize(1);
+  Link link;
   Visual visual;
   visual.geometry = MeshGeometry{"t.obj", Vector3d::Ones(), file, "", false};
   visual.material = Material{"green", Eigen::Vector4d(0, 1, 0, 1), "", "", {}};
-  robot.links[0].visuals = {visual, visual};
+  link.visuals = {visual, visual};
   SceneBuilder builder;
   Diagnostics diagnostics;
-  builder.add(robot, "r", diagnostics);
+  builder.add(link, "r::base", diagnostics);
   const auto scene = builder.finish();
   EXPECT_EQ(scene->meshes.size(), 1U);
   ASSERT_EQ(scene->items.size(), 2U);

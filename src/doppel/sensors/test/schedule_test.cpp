@@ -16,11 +16,11 @@ TEST(SampleSchedule, CountsAreExactAndStampsWithinHalfStep) {
     SampleSchedule schedule(rate, kStep);
     schedule.restart(Time{});
     int count = 0;
-    for (Time now{}; now < Time{Duration{10'000'000'000}}; now += kStep) {
+    for (Time now = kStep; now <= Time{Duration{10'000'000'000}}; now += kStep) {
       if (!schedule.due(now)) continue;
       const std::uint64_t n = schedule.take(now);
       EXPECT_EQ(n, static_cast<std::uint64_t>(count));
-      const double exact = static_cast<double>(n) / rate * 1e9;
+      const double exact = static_cast<double>(n + 1) / rate * 1e9;
       EXPECT_LE(std::abs(static_cast<double>((now - Time{}).count()) - exact), 500'000 + 1);
       ++count;
     }
@@ -34,7 +34,7 @@ TEST(SampleSchedule, RateOfZeroAndRateAboveStepsIsEveryStep) {
     SampleSchedule schedule(rate, kStep);
     schedule.restart(Time{});
     int count = 0;
-    for (Time now{}; now < Time{Duration{1'000'000'000}}; now += kStep) {
+    for (Time now = kStep; now <= Time{Duration{1'000'000'000}}; now += kStep) {
       if (schedule.due(now)) {
         schedule.take(now);
         ++count;
@@ -48,8 +48,8 @@ TEST(SampleSchedule, RateOfZeroAndRateAboveStepsIsEveryStep) {
 TEST(SampleSchedule, SamplesWhoseTimeHasPassedAreSkipped) {
   SampleSchedule schedule(100, kStep);
   schedule.restart(Time{});
-  EXPECT_EQ(schedule.take(Time{Duration{55'000'000}}), 5U);
-  EXPECT_EQ(schedule.next(), 6U);
+  EXPECT_EQ(schedule.take(Time{Duration{55'000'000}}), 4U);
+  EXPECT_EQ(schedule.next(), 5U);
 }
 
 TEST(ScanPattern, IncrementSpansFromMinToMax) {
