@@ -25,7 +25,7 @@ void register_link_attachers() {
 void register_doppel_msgs() {
   namespace msg = doppel_msgs::msg;
   namespace srv = doppel_msgs::srv;
-  register_messages<msg::TwinStatus, msg::JointLoads>();
+  register_messages<msg::TwinStatus, msg::JointLoads, msg::Sensor, msg::Sensors>();
   register_services<srv::Step, srv::SetSpeed, srv::GetState, srv::SetState>();
 }
 

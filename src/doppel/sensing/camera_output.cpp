@@ -140,7 +140,8 @@ msg::CameraInfo CameraOutput::info_of(const Camera& camera, const std_msgs::msg:
   info.d.assign(c.d.begin(), c.d.begin() + (c.model == Distortion::plumb_bob ? 5 : 4));
   info.k = {c.fx, c.skew, c.cx, 0, c.fy, c.cy, 0, 0, 1};
   info.r = {1, 0, 0, 0, 1, 0, 0, 0, 1};
-  info.p = {c.fx, c.skew, c.cx, -c.fx * camera.description.baseline, 0, c.fy, c.cy, 0, 0, 0, 1, 0};
+  const double shift = camera.description.baseline == 0 ? 0.0 : -c.fx * camera.description.baseline;
+  info.p = {c.fx, c.skew, c.cx, shift, 0, c.fy, c.cy, 0, 0, 0, 1, 0};
   return info;
 }
 

@@ -28,7 +28,6 @@ struct LightRig::Impl {
     bool has_before = false;
     std::uint64_t samples = 0, left_out = 0, hash = 0xCBF29CE484222325ull;
     double cost = 0;
-    Time window_start{};
     std::uint64_t window_samples = 0;
     double reached = 0;
   };
@@ -45,11 +44,15 @@ struct LightRig::Impl {
   void collect();
   void publish(std::size_t sensor, const LightMessage& message, Time stamp);
   void find_bodies(const Engine& engine);
+  [[nodiscard]] doppel_msgs::msg::Sensor status_of(const Entry& entry) const;
+  void publish_list();
 
   Bus& bus;
   const Log& log;
   const RigOptions options;
   std::unique_ptr<Node> node;
+  Publisher<doppel_msgs::msg::Sensors> list_topic;
+  Time list_due{}, window_start{};
   std::vector<std::shared_ptr<LightSensor>> sensors;  // of entries, by index: what the worker reads
   std::vector<Entry> entries;
   std::shared_ptr<const CompiledWorld> world;  // of which the bodies are
@@ -81,6 +84,25 @@ void LightRig::Impl::find_bodies(const Engine& engine) {
       entry.body += static_cast<int>(instances[static_cast<std::size_t>(i)].model->links.size());
     entry.body += entry.link;
   }
+}
+
+doppel_msgs::msg::Sensor LightRig::Impl::status_of(const Entry& entry) const {
+  const RigSensor& sensor = entry.sensor->sensor();
+  return {LightSensor::key_of(sensor),
+          sensor.description.type,
+          entry.sensor->topics(),
+          sensor.frame,
+          sensor.description.rate,
+          entry.reached,
+          entry.samples,
+          entry.left_out,
+          entry.cost};
+}
+
+void LightRig::Impl::publish_list() {
+  doppel_msgs::msg::Sensors list;
+  for (const Entry& entry : entries) list.sensors.push_back(status_of(entry));
+  list_topic.publish(list, now);
 }
 
 void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) {
@@ -117,7 +139,15 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
   }
   rig.waiting.clear();
   rig.entries = std::move(fresh);
-  rig.node = rig.entries.empty() ? nullptr : std::move(node);
+  if (rig.entries.empty()) {
+    rig.list_topic = {};
+    node.reset();
+  } else {
+    rig.list_topic =
+        node->advertise<doppel_msgs::msg::Sensors>("/doppel/sensors", {.depth = 1, .latched = true});
+  }
+  rig.node = std::move(node);
+  rig.list_due = Time{};
   rig.sensors.clear();
   for (const Impl::Entry& entry : rig.entries) rig.sensors.push_back(entry.sensor);
   rig.find_bodies(engine);
@@ -206,12 +236,16 @@ void LightRig::between_steps(Time now) {
     rig.waiting.pop_front();
     rig.publish(first.sensor, first.message, first.stamp);
   }
+  if (now < rig.list_due) return;
+  const double window = to_seconds(now - rig.window_start);
   for (Impl::Entry& entry : rig.entries) {
-    if (now - entry.window_start < kRateWindow) continue;
-    entry.reached = static_cast<double>(entry.window_samples) / to_seconds(now - entry.window_start);
-    entry.window_start = now;
+    entry.reached = window > 0 ? static_cast<double>(entry.window_samples) / window : 0;
     entry.window_samples = 0;
   }
+  rig.window_start = now;
+  rig.list_due = now + kRateWindow;
+  rig.now = now;
+  rig.publish_list();
 }
 
 void LightRig::reset(Time now) {
@@ -221,22 +255,17 @@ void LightRig::reset(Time now) {
     while (rig.worker->done() != nullptr) rig.worker->release();
   }
   rig.waiting.clear();
+  rig.window_start = rig.list_due = now;
   for (Impl::Entry& entry : rig.entries) {
     entry.schedule.restart(now);
     entry.has_before = false;
-    entry.window_start = now;
     entry.window_samples = 0;
   }
 }
 
 std::vector<RigStatus> LightRig::status() const {
   std::vector<RigStatus> out;
-  for (const Impl::Entry& entry : impl_->entries) {
-    const RigSensor& sensor = entry.sensor->sensor();
-    out.push_back({LightSensor::key_of(sensor), sensor.description.type, entry.sensor->topics(),
-                   sensor.description.rate, entry.reached, entry.samples, entry.left_out, entry.hash,
-                   entry.cost});
-  }
+  for (const Impl::Entry& entry : impl_->entries) out.push_back({impl_->status_of(entry), entry.hash});
   return out;
 }
 

@@ -6,6 +6,8 @@
 //
 // The noise of sample n depends on the seed, the sensor and n alone, so that the same run gives the same bytes at any
 // speed and with any readers.
+//
+// /doppel/sensors (doppel_msgs/msg/Sensors, latched) lists them with the rates that they reach, once a second.
 
 #include <cstdint>
 #include <memory>
@@ -15,6 +17,7 @@
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
 #include "doppel/export.h"
+#include "doppel/messages/doppel_msgs.h"
 #include "doppel/physics/engine.h"
 #include "doppel/sensors/sensor_description.h"
 
@@ -37,13 +40,8 @@ struct RigOptions {
 };
 
 struct RigStatus {
-  std::string name, type;  // "left/camera", "camera"
-  std::vector<std::string> topics;
-  double rate = 0;     // Hz asked for; 0: every step
-  double reached = 0;  // Hz of simulated time over the last second; 0: nobody reads
-  std::uint64_t samples = 0, left_out = 0;
+  doppel_msgs::msg::Sensor sensor;
   std::uint64_t hash = 0;  // over all bytes published so far
-  double cost = 0;         // s of the last sample
 };
 
 class DOPPEL_API LightRig {

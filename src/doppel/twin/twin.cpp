@@ -173,6 +173,7 @@ void Twin::Impl::step() {
   engine.step();
   ++count;
   const Time then = engine.time();
+  ticks.after_step(then);
   bool due = ticks.is_due(then);
   for (const auto& robot : robots) {
     robot->after_step(then);

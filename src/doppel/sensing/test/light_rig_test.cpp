@@ -247,7 +247,7 @@ TEST(LightRig, SamplesAreLeftOutAndCountedWhenLoopDoesNotWait) {
   std::vector<Image> pictures;
   twin.read("/eye/image_raw", pictures);
   twin.run(1);
-  const RigStatus status = twin.rig.status().at(0);
+  const doppel_msgs::msg::Sensor status = twin.rig.status().at(0).sensor;
   EXPECT_GT(status.left_out, 0U);
   EXPECT_LE(status.samples + status.left_out, 1000U);
   EXPECT_GE(status.samples + status.left_out, 1000U - 4);
@@ -277,8 +277,8 @@ TEST(LightRig, SensorsOfNamespaceHaveTopicsThere) {
   absolute.description.topic = "/scan_of_all";
   Running twin({scan, absolute});
   const auto status = twin.rig.status();
-  EXPECT_THAT(status[0].topics, testing::ElementsAre("/left/scan", "/left/scan/points"));
-  EXPECT_THAT(status[1].topics, testing::ElementsAre("/scan_of_all", "/scan_of_all/points"));
+  EXPECT_THAT(status[0].sensor.topics, testing::ElementsAre("/left/scan", "/left/scan/points"));
+  EXPECT_THAT(status[1].sensor.topics, testing::ElementsAre("/scan_of_all", "/scan_of_all/points"));
 }
 
 }  // namespace
