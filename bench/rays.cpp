@@ -89,8 +89,10 @@ struct Bench {
       scene.items.push_back({1, 0, 1 + i % 4, still, static_cast<std::uint32_t>(2 + i)});
       scene.items.push_back({1, 1 + i, 1 + i % 4, Pose::Identity(), static_cast<std::uint32_t>(100 + i)});
     }
-    SceneLight sun;
+    Light sun;
+    sun.kind = LightKind::directional;
     sun.direction_W = {0.2, 0.3, -1};
+    sun.cast_shadows = true;
     scene.lights.push_back(sun);
     for (const SceneItem& item : scene.items)
       triangles += scene.meshes[static_cast<std::size_t>(item.mesh)]->triangles.size();

@@ -164,6 +164,22 @@ TEST_F(GraspTest, CubeOfLowFrictionFallsAndCauseIsReported) {
   EXPECT_THAT(warnings_, EndsWith(" N < weight 1.96 N\n")) << "expected one report";
 }
 
+// A block too heavy to be lifted, along which the fingers move up at 5 mm/s.
+TEST_F(GraspTest, SlowSlipIsLoggedOnce) {
+  bring_up_hand(0.3);
+  call("/delete_entity", "gazebo_msgs/srv/DeleteEntity", "{name: cube}");
+  EXPECT_THAT(call("/spawn_entity", "gazebo_msgs/srv/SpawnEntity",
+                   "{name: block, initial_pose: {position: {z: 0.015}}, xml: \"" +
+                       replaced(cube(0.3), "<mass>0.2", "<mass>50") + "\"}"),
+              HasSubstr("success: true"));
+  move_hand(0, 0.03, 1.0);
+  for (int i = 0; i < 100; ++i) move_hand(1e-4 * i, 0.03, 0.02);
+  EXPECT_THAT(warnings_, StartsWith("'block' creeps between left_finger, right_finger of 'hand': 2."))
+      << warnings_;
+  EXPECT_THAT(warnings_, HasSubstr("slower than 1 cm/s"));
+  EXPECT_EQ(std::ranges::count(warnings_, '\n'), 1) << warnings_;
+}
+
 // -- attached on request
 
 TEST_F(GraspTest, ServicesAttachAndDetach) {
@@ -222,6 +238,57 @@ TEST_F(GraspTest, DetachableJointHoldsUntilItsTopicDetaches) {
   publish("/take", "std_msgs/msg/Empty", "{}");
   move_hand(0.2, 0, 1.0);
   EXPECT_NEAR(height(), 0.065, 1e-3);
+}
+
+constexpr const char* kJointToCube =
+    R"(<gazebo><plugin filename='gz-sim-detachable-joint-system' name='gz::sim::systems::DetachableJoint'>
+<parent_link>palm</parent_link><child_model>cube</child_model><child_link>body</child_link>
+<detach_topic>/let_go</detach_topic><attach_topic>/take</attach_topic></plugin></gazebo>)";
+
+TEST_F(GraspTest, JointDetachedOnRequestStaysDetachedAfterReload) {
+  bring_up_hand(0.8, kJointToCube);
+  const auto reload_heavier = [this](const char* mass) {
+    std::ifstream file(folder_ / "hand.urdf");
+    const std::string text{std::istreambuf_iterator<char>(file), {}};
+    file.close();
+    std::ofstream(folder_ / "hand.urdf")
+        << replaced(text, "<mass value='0.", std::string("<mass value='") + mass);
+    Diagnostics said;
+    twin_->replace(twin_->prepare(twin_->running(), said));
+    run(0.2);
+  };
+  reload_heavier("1.");
+  EXPECT_THAT(twin_->engine().attachments(), SizeIs(1)) << "expected the joint to be made again";
+  publish("/let_go", "std_msgs/msg/Empty", "{}");
+  run(0.1);
+  EXPECT_THAT(twin_->engine().attachments(), IsEmpty());
+  reload_heavier("2.");
+  EXPECT_THAT(twin_->engine().attachments(), IsEmpty());
+  publish("/take", "std_msgs/msg/Empty", "{}");
+  run(0.1);
+  EXPECT_THAT(twin_->engine().attachments(), SizeIs(1));
+  EXPECT_THAT(call("/DETACHLINK", "linkattacher_msgs/srv/DetachLink",
+                   "{model1_name: hand, link1_name: palm, model2_name: cube, link2_name: body}"),
+              HasSubstr("success: true"));
+  reload_heavier("3.");
+  EXPECT_THAT(twin_->engine().attachments(), IsEmpty()) << "expected the service's request to last";
+}
+
+TEST_F(GraspTest, JointIsMadeAgainWithChildThatIsSpawnedAgain) {
+  bring_up_hand(0.8, kJointToCube);
+  const auto spawn_again = [this] {
+    call("/delete_entity", "gazebo_msgs/srv/DeleteEntity", "{name: cube}");
+    run(0.1);
+    call("/spawn_entity", "gazebo_msgs/srv/SpawnEntity",
+         "{name: cube, initial_pose: {position: {z: 0.015}}, xml: \"" + cube(0.8) + "\"}");
+    run(0.1);
+  };
+  ASSERT_THAT(twin_->engine().attachments(), SizeIs(1));
+  spawn_again();
+  EXPECT_THAT(twin_->engine().attachments(), SizeIs(1));
+  publish("/let_go", "std_msgs/msg/Empty", "{}");
+  spawn_again();
+  EXPECT_THAT(twin_->engine().attachments(), IsEmpty());
 }
 
 // A cube that carries the plugin itself, spawned beside the hand.

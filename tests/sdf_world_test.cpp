@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/visualization_msgs.h"
 #include "twin_fixture.h"
 
@@ -136,9 +137,44 @@ TEST_F(SdfWorldTest, TextureOfMaterialIsInMarker) {
   const auto& markers = messages.back().markers;
   ASSERT_EQ(markers.size(), 3u);
   EXPECT_EQ(markers[0].texture_resource, "file://" + (folder_ / "wall.png").string());
-  EXPECT_EQ(markers[1].texture_resource, "") << "triangles have no coordinates in the texture";
+  EXPECT_EQ(markers[1].texture_resource, markers[0].texture_resource);
+  EXPECT_EQ(markers[1].uv_coordinates.size(), markers[1].points.size()) << "expected where the texture lies";
   EXPECT_EQ(markers[2].type, visualization_msgs::msg::Marker::TRIANGLE_LIST);
   EXPECT_TRUE(markers[2].points.empty()) << "a mesh that is not found";
+}
+
+TEST_F(SdfWorldTest, LightsSurroundingsAndPhysicalMaterialsArePublished) {
+  write(
+      "<sdf version='1.9'><world name='w'><scene><ambient>0.1 0.2 0.3 "
+      "1</ambient><sky><time>19</time></sky></scene>"
+      "<light type='spot' name='lamp'><pose>1 2 3 0 0 0</pose><direction>0 1 0</direction><diffuse>1 0 0 "
+      "1</diffuse>"
+      "<attenuation><range>7</range></attenuation><spot><outer_angle>0.8</outer_angle></spot></light>"
+      "<light type='point' name='off'><light_on>false</light_on></light>"
+      "<model name='m'><static>true</static><link name='l'><visual "
+      "name='a'><geometry><box/></geometry></visual>"
+      "<visual name='b'><geometry><box/></geometry><material><emissive>0 1 0 1</emissive><pbr><metal>"
+      "<metalness>0.9</metalness></metal></pbr></material></visual></link></model></world></sdf>");
+  start("");
+  listen("/doppel/scene");
+  run(0.05);
+  const auto scenes = received<doppel_msgs::msg::Scene>("/doppel/scene");
+  ASSERT_EQ(scenes.size(), 1u);
+  const doppel_msgs::msg::Scene& scene = scenes.front();
+  EXPECT_TRUE(scene.has_environment && scene.sky);
+  EXPECT_FLOAT_EQ(scene.ambient.b, 0.3F);
+  EXPECT_EQ(scene.time, 19);
+  ASSERT_EQ(scene.lights.size(), 1u) << "expected the light that is on";
+  EXPECT_EQ(scene.lights[0].kind, doppel_msgs::msg::Light::SPOT);
+  EXPECT_EQ(scene.lights[0].position.z, 3);
+  EXPECT_EQ(scene.lights[0].direction.y, 1);
+  EXPECT_EQ(scene.lights[0].range, 7);
+  EXPECT_EQ(scene.lights[0].outer_angle, 0.8);
+  ASSERT_EQ(scene.materials.size(), 1u);
+  EXPECT_EQ(scene.materials[0].marker, 1) << "expected the second marker's id";
+  EXPECT_EQ(scene.materials[0].metalness, 0.9);
+  EXPECT_LT(scene.materials[0].roughness, 0) << "expected a value that is not written";
+  EXPECT_EQ(scene.materials[0].emissive.g, 1);
 }
 
 TEST_F(SdfWorldTest, ModelIsMovedAndDeletedAsWhole) {

@@ -3,7 +3,7 @@ import { test } from 'node:test';
 import { Standing } from '../src/app/signal';
 import { judgeLoad, readLoads, readStatus } from '../src/app/status';
 
-test('who comes late to what stands is told once, after the code that subscribes; who left is not', async () => {
+test('who comes late to what stands is notified once, after the code that subscribes; who left is not', async () => {
   const signal = new Standing<number>();
   const heard: string[] = [];
   signal.on((v) => heard.push(`early ${v}`));

@@ -40,7 +40,7 @@ test('an object is written as SDF of one link', () => {
   assert.equal(freeName('ball', ['ball_1', 'ball_3']), 'ball_2');
 });
 
-test('nonsense objects are told before anything is asked', () => {
+test('nonsense objects are reported before anything is asked', () => {
   assert.equal(objectProblem(box), '');
   assert.match(objectProblem({ ...box, name: '<x>' }), /name/);
   assert.match(objectProblem({ ...box, shape: { kind: 'ball', radius: NaN } }), /Sizes/);

@@ -13,7 +13,7 @@ namespace {
 namespace msg = sensor_msgs::msg;
 constexpr int kJpegQuality = 92;
 
-Image grey_of_depths(const std::vector<float>& depths, int width, int height, std::string& note) {
+Bitmap grey_of_depths(const std::vector<float>& depths, int width, int height, std::string& note) {
   float least = HUGE_VALF, most = -HUGE_VALF;
   for (const float depth : depths) {
     if (!std::isfinite(depth)) continue;
@@ -23,7 +23,7 @@ Image grey_of_depths(const std::vector<float>& depths, int width, int height, st
   note = least <= most
              ? fmt::format("depths from {:.3f} m (light) to {:.3f} m (dark); black: none", least, most)
              : "no depth in the picture";
-  Image out{width, height, 1, {}};
+  Bitmap out{width, height, 1, {}};
   for (const float depth : depths)
     out.pixels.push_back(
         !std::isfinite(depth)
@@ -32,7 +32,7 @@ Image grey_of_depths(const std::vector<float>& depths, int width, int height, st
   return out;
 }
 
-Image picture_in(const msg::Image& from, std::string& note) {
+Bitmap picture_in(const msg::Image& from, std::string& note) {
   const int width = static_cast<int>(from.width), height = static_cast<int>(from.height);
   const std::size_t pixels = std::size_t{from.width} * from.height;
   const auto bytes = [&](std::size_t each) {
@@ -40,7 +40,7 @@ Image picture_in(const msg::Image& from, std::string& note) {
   };
   if (from.encoding == "rgb8" || from.encoding == "bgr8") {
     bytes(3);
-    Image out{width, height, 3, from.data};
+    Bitmap out{width, height, 3, from.data};
     out.pixels.resize(3 * pixels);
     if (from.encoding == "bgr8")
       for (std::size_t i = 0; i < pixels; ++i) std::swap(out.pixels[3 * i], out.pixels[3 * i + 2]);
@@ -64,7 +64,7 @@ Image picture_in(const msg::Image& from, std::string& note) {
   }
   bytes(1);
   note = from.encoding == "mono8" ? "" : fmt::format("the values of {} as they are", from.encoding);
-  Image out{width, height, 1, from.data};
+  Bitmap out{width, height, 1, from.data};
   out.pixels.resize(pixels);
   return out;
 }
@@ -123,7 +123,7 @@ std::string usual_ending(const std::string& type) {
 std::string saved_message(const TypeSupport& type, std::span<const std::byte> cdr, const std::string& ending,
                           std::string& note) {
   const bool picture = ending == ".png" || ending == ".jpg" || ending == ".jpeg";
-  const auto encoded = [&](const Image& image) {
+  const auto encoded = [&](const Bitmap& image) {
     if (ending == ".png") return encode_png(image);
     return encode_jpeg(image, kJpegQuality);
   };

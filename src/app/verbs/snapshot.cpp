@@ -96,7 +96,7 @@ int run_snapshot(const SnapshotVerb& options, bool sized) {
   if (options.camera.empty() || sized)
     std::tie(view.camera.width, view.camera.height) = size_of(options.size);
   view.camera.samples = options.samples;
-  const Image picture = take_picture(twin.engine(), view.camera, view.X_WS, diagnostics);
+  const Bitmap picture = take_picture(twin.engine(), view.camera, view.X_WS, diagnostics);
   print_diagnostics(diagnostics);
   const bool jpeg = options.file.ends_with(".jpg") || options.file.ends_with(".jpeg");
   deliver(jpeg ? encode_jpeg(picture, 92) : encode_png(picture), options.file);

@@ -64,11 +64,6 @@ double mass_of(const RobotDescription& robot) {
   return out;
 }
 
-const char* name_of_light(SdfLightKind kind) {
-  constexpr const char* kNames[] = {"point", "directional", "spot"};
-  return kNames[static_cast<int>(kind)];
-}
-
 Json xyz_json(const Eigen::Vector3d& v) {
   return Json{v.x(), v.y(), v.z()};
 }
@@ -100,8 +95,8 @@ Json info_json(const OpenedWorld& opened) {
                              {"plugins", plugins}});
   }
   out["lights"] = Json::array();
-  for (const SdfLight& light : world.lights)
-    out["lights"].push_back({{"name", light.name}, {"type", name_of_light(light.kind)}});
+  for (const Light& light : world.settings.lights)
+    out["lights"].push_back({{"name", light.name}, {"type", name_of(light.kind)}});
   out["missing"] = world.missing;
   return out;
 }
@@ -123,7 +118,7 @@ std::string info_text(const OpenedWorld& opened) {
     width = std::max(width, model.name.size());
   }
   out += fmt::format("  models   {}, of which {} static; {} joints, {} sensors, {} lights\n",
-                     world.models.size(), fixed, joints, sensors, world.lights.size());
+                     world.models.size(), fixed, joints, sensors, world.settings.lights.size());
   for (const SdfModel& model : world.models) {
     const Eigen::Vector3d& p = model.X_WR.translation();
     out += fmt::format("    {:<{}}  {} link{}, {} joints, {}", model.name, width,

@@ -121,12 +121,12 @@ std::string expand_name(std::string_view name, std::string_view node) {
   return fmt::format("{}{}{}", space, space == "/" ? "" : "/", name);
 }
 
-void NameRules::add(std::string_view text, Owner owner) {
+void NameRules::add(std::string_view text, const Owner& owner) {
   const std::size_t arrow = text.find(":=");
   if (arrow == std::string_view::npos || arrow == 0)
     refuse_rule(text, "is not of the form FROM:=TO", "write for example -r joint_states:=arm/joint_states");
-  Rule rule{std::string(text), "", Target::topic_and_service, "", std::string(text.substr(arrow + 2)),
-            std::move(owner)};
+  Rule rule{std::string(text), "", Target::topic_and_service, "", std::string(text.substr(arrow + 2)), owner,
+            owner.node};
   std::string_view match = text.substr(0, arrow);
   rule.node = take_node(match);
   if (match == "__node" || match == "__name") {
@@ -166,9 +166,11 @@ std::string NameRules::node(std::string_view full_name) {
   std::string name = node_base_name(full_name), space = node_namespace(full_name);
   if (rules_.empty()) return std::string(full_name);
   nodes_.insert(name);
-  const auto apply = [this](Target target, std::string& value, const std::string& who) {
-    const auto rule = std::ranges::find_if(
-        rules_, [&](const Rule& r) { return r.target == target && (r.node.empty() || r.node == who); });
+  const auto apply = [this, full_name](Target target, std::string& value, const std::string& who) {
+    const auto rule = std::ranges::find_if(rules_, [&](const Rule& r) {
+      return r.target == target && (r.node.empty() || r.node == who) &&
+             (r.owner.node.empty() || r.owner.node == full_name);
+    });
     if (rule == rules_.end()) return;
     rule->used = true;
     value = rule->to;
@@ -177,7 +179,17 @@ std::string NameRules::node(std::string_view full_name) {
   apply(Target::node_name, name, before);
   nodes_.insert(name);
   apply(Target::node_namespace, space, name);
-  return (space == "/" ? "" : space) + "/" + name;
+  std::string out = (space == "/" ? "" : space) + "/" + name;
+  for (Rule& rule : rules_) {
+    if (rule.owner.node == full_name) rule.owners_node = out;
+  }
+  return out;
+}
+
+// node: its name by the rules.
+bool NameRules::fits_node(const Rule& rule, std::string_view node) {
+  if (!rule.owner.node.empty() && rule.owners_node != node) return false;
+  return rule.node.empty() || rule.node == node_base_name(node);
 }
 
 bool NameRules::fits(const Rule& rule, NameKind kind) {
@@ -191,7 +203,7 @@ std::string NameRules::resolve(NameKind kind, std::string_view name, std::string
   names_.insert(std::string(name));
   names_.insert(whole);
   for (Rule& rule : rules_) {
-    if (!fits(rule, kind) || (!rule.node.empty() && rule.node != node_base_name(node))) continue;
+    if (!fits(rule, kind) || !fits_node(rule, node)) continue;
     if (expand_name(rule.from, node) != whole) continue;
     rule.used = true;
     return expand_name(rule.to, node);

@@ -39,14 +39,16 @@ class DOPPEL_API NameRules {
 
   // "from:=to", "node:from:=to", "__ns:=/left", "node:__node:=name" and so on. Throws InputError, also for a
   // rule that would give several nodes the same name.
-  void add(std::string_view rule) { add(rule, {}); }
+  void add(std::string_view rule) { add(rule, Owner{}); }
   // Rules of a part of the process, after the existing ones, until they are removed.
   struct Owner {
     const void* whose = nullptr;
     std::string part;
+    std::string node =
+        {};  // the full name before the rules of the only node to which they apply; empty: all nodes
     bool operator==(const Owner&) const = default;
   };
-  void add(std::string_view rule, Owner owner);
+  void add(std::string_view rule, const Owner& owner);
   void remove(const Owner& owner);
   void remove_all_of(const void* whose);
   [[nodiscard]] bool empty() const { return rules_.empty(); }
@@ -66,9 +68,11 @@ class DOPPEL_API NameRules {
     Target target = Target::topic_and_service;
     std::string from, to;
     Owner owner;
+    std::string owners_node;  // the name by the rules of owner.node
     bool used = false;
   };
   static bool fits(const Rule& rule, NameKind kind);
+  static bool fits_node(const Rule& rule, std::string_view node);
 
   bool one_node_ = false;
   std::vector<Rule> rules_;

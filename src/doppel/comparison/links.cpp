@@ -53,6 +53,8 @@ std::string size_text(const Geometry& geometry) {
   if (const auto* p = std::get_if<Plane>(&geometry)) return "plane " + Changes::shown(p->normal, 1, "");
   if (const auto* e = std::get_if<Extrusion>(&geometry))
     return fmt::format("extrusion of {} corners, {:.6g} mm high", e->outline.size(), e->height * 1e3);
+  if (const auto* h = std::get_if<Heightmap>(&geometry))
+    return fmt::format("heightmap {} {}", h->image.uri, Changes::shown(h->size, 1, "m"));
   const auto& mesh = std::get<MeshGeometry>(geometry);
   return "mesh " + mesh.uri.substr(mesh.uri.find_last_of('/') + 1);
 }

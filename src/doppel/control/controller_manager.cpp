@@ -211,7 +211,8 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
 
 void ControllerManager::Impl::use_rules(const std::string& controller,
                                         const std::vector<std::string>& rules) {
-  const NameRules::Owner owner{this, controller};
+  // Managers of other namespaces can have a controller of the same name.
+  const NameRules::Owner owner{this, controller, expand_name(controller, node.given_name())};
   bus.names().remove(owner);
   for (const std::string& rule : rules) bus.names().add(rule, owner);
 }

@@ -30,6 +30,7 @@ ControllerRegistry builtin_controllers() {
   registry.add("forward_command_controller/ForwardCommandController", make<ForwardCommandController>());
   registry.add("forward_command_controller/MultiInterfaceForwardCommandController",
                make<MultiInterfaceForwardCommandController>());
+  registry.add("doppel/ScalarCommandController", make<ScalarCommandController>());
   registry.add("position_controllers/JointGroupPositionController",
                make<JointGroupController>(std::string(kPosition)));
   registry.add("velocity_controllers/JointGroupVelocityController",

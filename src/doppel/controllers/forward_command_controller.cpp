@@ -98,7 +98,9 @@ void CommandForwarder::receive(const std_msgs::msg::Float64MultiArray& message) 
 
 Status CommandForwarder::on_activate() {
   active_ = true;
-  commanded_ = error_logged_ = message_came_ = timed_out_ = timeout_logged_ = false;
+  error_logged_ = timed_out_ = timeout_logged_ = false;
+  commanded_ = message_came_ = std::isfinite(initial_);
+  if (commanded_) values_.assign(driven_.size(), initial_);
   return {};
 }
 
@@ -163,6 +165,26 @@ void JointGroupController::on_init(ControllerContext& context) {
   forward(context, with_interface(joints, interface_),
           with_interface(check_joints(context, "joints", joints), interface_),
           stops ? std::optional(0.0) : std::nullopt);
+}
+
+void ScalarCommandController::on_init(ControllerContext& context) {
+  const Names joints = required_list(context, "joints", "the joints it commands", "[a, b]");
+  const std::string interface =
+      required_text(context, "interface_name", "of each joint: position, ...", "position");
+  start_with(declare<double>(context.node->parameters(), context.overrides, "initial_value",
+                             std::numeric_limits<double>::quiet_NaN(),
+                             {"written until the first message; NaN: nothing is", true, {}}));
+  forward(context, with_interface(joints, interface),
+          with_interface(check_joints(context, "joints", joints), interface),
+          interface == kPosition ? std::nullopt : std::optional(0.0));
+  context.node->subscribe<std_msgs::msg::Float64>(
+      "~/command",
+      [this](const std_msgs::msg::Float64& m) {
+        std_msgs::msg::Float64MultiArray all;
+        all.data.assign(listed_count(), m.data);
+        receive(all);
+      },
+      Qos::system_default_subscription());
 }
 
 }  // namespace doppel

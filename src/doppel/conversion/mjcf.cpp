@@ -148,8 +148,8 @@ class MjcfWriter final : private MjcfNaming {
     } else {
       diagnostics_.warning(
           "mjcf.shape", where,
-          fmt::format("a {} shape of link '{}' is a cone or an extrusion, which MJCF does not "
-                      "have; it is omitted",
+          fmt::format("a {} shape of link '{}' is a cone, an extrusion or a heightmap, which is not "
+                      "written to MJCF",
                       use, link.name),
           "use a mesh");
       return std::nullopt;

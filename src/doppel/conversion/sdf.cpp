@@ -6,6 +6,7 @@
 #include <map>
 
 #include "doppel/conversion/detail/sdf_gazebo.h"
+#include "doppel/conversion/detail/sdf_surface.h"
 #include "doppel/conversion/detail/unique_name.h"
 #include "doppel/kinematics/link_inertia.h"
 #include "doppel/math/decimals.h"
@@ -65,21 +66,20 @@ XmlNode geometry_of(const Geometry& geometry, MeshFiles& meshes) {
     for (const Eigen::Vector2d& corner : x->outline)
       shape.children.push_back(text_element("point", decimal(corner.x()) + " " + decimal(corner.y())));
     shape.children.push_back(number_element("height", x->height));
+  } else if (const auto* h = std::get_if<Heightmap>(&geometry)) {
+    shape = sdf_heightmap(*h, meshes);
   } else {
     const auto& mesh = std::get<MeshGeometry>(geometry);
     shape = element("mesh", {}, {text_element("uri", meshes.reference(mesh))});
     if (mesh.scale != Eigen::Vector3d::Ones())
       shape.children.push_back(text_element("scale", decimals(mesh.scale)));
+    if (!mesh.submesh.empty()) {
+      shape.children.push_back(
+          element("submesh", {},
+                  {text_element("name", mesh.submesh), text_element("center", truth(mesh.center_submesh))}));
+    }
   }
   return element("geometry", {}, {std::move(shape)});
-}
-
-XmlNode material_of(const Eigen::Vector4d& rgba) {
-  const std::string colour = decimals(rgba.head<3>()) + " " + decimal(rgba.w());
-  XmlNode material =
-      element("material", {}, {text_element("ambient", colour), text_element("diffuse", colour)});
-  material.children.push_back(text_element("specular", "0.1 0.1 0.1 1"));
-  return material;
 }
 
 class SdfWriter {
@@ -206,8 +206,10 @@ class SdfWriter {
       const std::string name = unique_name(visual.name.empty() ? link.name + "_visual" : visual.name, names);
       XmlNode node = element("visual", {{"name", name}});
       node.children = {text_element("pose", pose_text(visual.origin)), geometry_of(visual.geometry, meshes_)};
-      if (visual.material && visual.material->rgba)
-        node.children.push_back(material_of(*visual.material->rgba));
+      if (visual.material) {
+        if (auto material = sdf_material(*visual.material, meshes_))
+          node.children.push_back(std::move(*material));
+      }
       out.push_back(std::move(node));
     }
     names.clear();
@@ -217,6 +219,7 @@ class SdfWriter {
       XmlNode node = element("collision", {{"name", name}});
       node.children = {text_element("pose", pose_text(collision.origin)),
                        geometry_of(collision.geometry, meshes_)};
+      if (auto surface = sdf_surface(collision.surface)) node.children.push_back(std::move(*surface));
       out.push_back(std::move(node));
     }
   }

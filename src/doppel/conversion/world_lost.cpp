@@ -34,4 +34,13 @@ void WorldLosses::lose_plugins(const SdfWorld& world) {
     lose(plugin.source, fmt::format("the plugin '{}'", plugin.name));
 }
 
+void WorldLosses::lose_lights(const SdfWorld& world) {
+  for (const Light& light : world.settings.lights)
+    lose(light.source, fmt::format("the light '{}'", light.name));
+}
+
+void WorldLosses::lose_environment(const SdfWorld& world) {
+  if (world.settings.environment) lose(world.settings.environment->source, "the <scene>");
+}
+
 }  // namespace doppel

@@ -67,14 +67,16 @@ void add_bodies(const XmlNode& from, const SdfModel& model, const Model& compile
   if (!fixed.children.empty()) worldbody.children.push_back(std::move(fixed));
 }
 
-XmlNode light_element(const SdfLight& light) {
+XmlNode light_element(const Light& light) {
   XmlNode out = element("light", {{"name", light.name},
-                                  {"directional", truth(light.kind == SdfLightKind::directional)},
+                                  {"directional", truth(light.kind == LightKind::directional)},
                                   {"pos", decimals(light.X_WL.translation())},
                                   {"dir", decimals(light.direction_W)},
                                   {"diffuse", decimals(Eigen::Vector3d(light.diffuse.head<3>()))},
+                                  {"specular", decimals(Eigen::Vector3d(light.specular.head<3>()))},
+                                  {"active", truth(light.on)},
                                   {"castshadow", truth(light.cast_shadows)}});
-  if (light.kind == SdfLightKind::spot)
+  if (light.kind == LightKind::spot)
     add_attribute(out, "cutoff", decimal(light.outer_angle * 90 / std::acos(0.0)));
   return out;
 }
@@ -110,7 +112,7 @@ std::string to_world_mjcf(const SdfWorld& world, MeshFiles& meshes, Diagnostics&
                                              {"impratio", "100"}}));
   for (const char* name : {"default", "asset", "worldbody", "contact", "equality"}) section(root, name);
   XmlNode& worldbody = section(root, "worldbody");
-  for (const SdfLight& light : world.lights) worldbody.children.push_back(light_element(light));
+  for (const Light& light : settings.lights) worldbody.children.push_back(light_element(light));
   if (settings.ground) {
     worldbody.children.push_back(
         element("geom", {{"name", "ground"},
@@ -120,6 +122,7 @@ std::string to_world_mjcf(const SdfWorld& world, MeshFiles& meshes, Diagnostics&
   }
   WorldLosses losses("MJCF", diagnostics);
   losses.lose_plugins(world);
+  losses.lose_environment(world);
   for (const SdfModel& model : world.models) {
     losses.lose_sensors_and_plugins(model);
     const Model compiled = compile_model(*model.description, model.base, diagnostics);

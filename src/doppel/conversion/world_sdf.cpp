@@ -34,16 +34,27 @@ std::string colour_text(const Eigen::Vector4d& rgba) {
   return decimals(rgba.head<3>()) + " " + decimal(rgba.w());
 }
 
-const char* type_of_light(SdfLightKind kind) {
-  return kind == SdfLightKind::directional ? "directional" : kind == SdfLightKind::spot ? "spot" : "point";
+XmlNode sdf_scene(const Environment& environment) {
+  XmlNode out = element("scene", {},
+                        {text_element("ambient", colour_text(environment.ambient)),
+                         text_element("background", colour_text(environment.background)),
+                         text_element("shadows", truth(environment.shadows))});
+  if (environment.sky) {
+    out.children.push_back(element("sky", {},
+                                   {text_element("time", decimal(environment.sky->time)),
+                                    text_element("sunrise", decimal(environment.sky->sunrise)),
+                                    text_element("sunset", decimal(environment.sky->sunset))}));
+  }
+  return out;
 }
 
-XmlNode sdf_light(const SdfLight& light) {
+XmlNode sdf_light(const Light& light) {
   const auto number = [](const char* name, double value) { return text_element(name, decimal(value)); };
   XmlNode out = element(
-      "light", {{"name", light.name}, {"type", type_of_light(light.kind)}},
+      "light", {{"name", light.name}, {"type", name_of(light.kind)}},
       {text_element("pose", world_pose(light.X_WL)), text_element("cast_shadows", truth(light.cast_shadows)),
-       number("intensity", light.intensity), text_element("diffuse", colour_text(light.diffuse)),
+       text_element("light_on", truth(light.on)), number("intensity", light.intensity),
+       text_element("diffuse", colour_text(light.diffuse)),
        text_element("specular", colour_text(light.specular)),
        element(
            "attenuation", {},
@@ -51,7 +62,7 @@ XmlNode sdf_light(const SdfLight& light) {
             number("linear", light.attenuation_linear), number("quadratic", light.attenuation_quadratic)}),
        text_element("direction",
                     decimals(Eigen::Vector3d(light.X_WL.linear().transpose() * light.direction_W)))});
-  if (light.kind == SdfLightKind::spot) {
+  if (light.kind == LightKind::spot) {
     out.children.push_back(
         element("spot", {},
                 {number("inner_angle", light.inner_angle), number("outer_angle", light.outer_angle),
@@ -86,7 +97,8 @@ std::string to_world_sdf(const SdfWorld& world, MeshFiles& meshes, Diagnostics& 
   out.children.push_back(text_element("gravity", decimals(settings.gravity)));
   out.children.push_back(element("physics", {{"type", "ode"}, {"name", "default"}},
                                  {text_element("max_step_size", decimal(to_seconds(settings.step)))}));
-  for (const SdfLight& light : world.lights) out.children.push_back(sdf_light(light));
+  if (settings.environment) out.children.push_back(sdf_scene(*settings.environment));
+  for (const Light& light : settings.lights) out.children.push_back(sdf_light(light));
   for (const GazeboPlugin& plugin : world.plugins)
     out.children.push_back(parse_xml(plugin.xml, settings.name));
   if (settings.ground) out.children.push_back(sdf_ground(world));

@@ -47,7 +47,8 @@ class WorldYaml {
     out += fmt::format("friction_rule: {}\n", s.friction_rule == FrictionRule::smaller ? "min" : "max");
     for (const SdfModel& model : world_.models) add(model);
     if (!objects_.empty()) out += "objects:\n" + objects_;
-    for (const SdfLight& light : world_.lights) lose(light.source, fmt::format("the light '{}'", light.name));
+    losses_.lose_lights(world_);
+    losses_.lose_environment(world_);
     losses_.lose_plugins(world_);
     return out;
   }

@@ -35,6 +35,11 @@ struct DOPPEL_API Inertial {
   [[nodiscard]] Eigen::Matrix3d tensor() const;
 };
 
+struct Image {
+  std::string uri;   // as written
+  std::string path;  // resolved absolute file; empty: not found
+};
+
 struct Box {
   Eigen::Vector3d size = Eigen::Vector3d::Zero();
 };  // full side lengths, m
@@ -70,8 +75,27 @@ struct Extrusion {
   std::vector<Eigen::Vector2d> outline;  // m; a convex polygon, counter-clockwise
   double height = 0;                     // m, along z from 0
 };
+struct HeightField;  // heightmap.h
+// A terrain; its surface is seen, and collides, from above.
+struct Heightmap {
+  struct Texture {
+    Image diffuse, normal;
+    double size = 10;  // m, of one repetition
+  };
+  // From the texture of this index to the next one.
+  struct Blend {
+    double height = 0, distance = 0;  // m: where it begins, and after how much more height it is complete
+  };
+  Image image;
+  // m: the extent along x and y, centred, and the height of the brightest pixel above black; a negative height turns
+  // the image over, so that the brightest pixel is at 0.
+  Eigen::Vector3d size = Eigen::Vector3d::Ones();
+  std::vector<Texture> textures;  // from the lowest to the highest
+  std::vector<Blend> blends;
+  std::shared_ptr<const HeightField> field;  // nullptr: the image was not found or cannot be read
+};
 using Geometry =
-    std::variant<Box, Cylinder, Capsule, Sphere, MeshGeometry, Ellipsoid, Cone, Plane, Extrusion>;
+    std::variant<Box, Cylinder, Capsule, Sphere, MeshGeometry, Ellipsoid, Cone, Plane, Extrusion, Heightmap>;
 
 // The surface of a collision shape: SDF's <surface>, or mu1, mu2, ... of a URDF's <gazebo>. Absent values are
 // not written. Source: SDFormat 1.11, surface.
@@ -95,6 +119,11 @@ struct Material {
   std::string texture;                  // URI as written
   std::string texture_path = {};        // of SDF: resolved absolute file; empty: not found
   SourceLocation source;
+  // Of SDF: physically based rendering by the metal workflow. Absent values are not written. A map multiplies its
+  // value; its channels are those of glTF 2.0 (roughness: green, metalness: blue).
+  std::optional<Eigen::Vector4d> emissive = {};          // 0..1
+  std::optional<double> roughness = {}, metalness = {};  // 0..1
+  Image normal_map = {}, roughness_map = {}, metalness_map = {}, emissive_map = {};
 };
 
 struct Visual {

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
+
+#include "doppel/core/text.h"
 
 namespace doppel {
 namespace {
@@ -29,6 +32,33 @@ constexpr std::array kAttachmentNames{
     AttachmentName{"systems::DetachableJoint", AttachmentPlugin::detachable_joint},
     AttachmentName{"gazebo_ros_vacuum_gripper", AttachmentPlugin::vacuum_gripper}};
 
+constexpr std::array<std::string_view, 12> kBaseNames{
+    "diff_drive", "diffdrive",   "diff-drive", "skid_steer", "skidsteer",        "ackermann",
+    "mecanum",    "planar_move", "tricycle",   "omni_drive", "velocity-control", "velocitycontrol"};
+
+struct JointName {
+  std::string_view part;
+  JointPlugin plugin;
+};
+constexpr std::array kJointNames{JointName{"joint-position-controller-system", JointPlugin::position},
+                                 JointName{"systems::JointPositionController", JointPlugin::position},
+                                 JointName{"joint-trajectory-controller-system", JointPlugin::trajectory},
+                                 JointName{"systems::JointTrajectoryController", JointPlugin::trajectory},
+                                 JointName{"joint-controller-system", JointPlugin::velocity},
+                                 JointName{"systems::JointController", JointPlugin::velocity},
+                                 JointName{"joint-state-publisher-system", JointPlugin::states},
+                                 JointName{"systems::JointStatePublisher", JointPlugin::states},
+                                 JointName{"gazebo_ros_joint_state_publisher", JointPlugin::states}};
+
+// The entry with a part that the filename or the name contains; nullptr: none.
+template <class Entries>
+const auto* find_part(const Entries& entries, std::string_view filename, std::string_view name) {
+  const auto found = std::ranges::find_if(entries, [&](const auto& of) {
+    return filename.find(of.part) != std::string_view::npos || name.find(of.part) != std::string_view::npos;
+  });
+  return found == entries.end() ? nullptr : &*found;
+}
+
 }  // namespace
 
 std::span<const SimulatorPlugin> simulator_plugins() {
@@ -41,10 +71,19 @@ const SimulatorPlugin* find_simulator_plugin(std::string_view name) {
 }
 
 std::optional<AttachmentPlugin> find_attachment_plugin(std::string_view filename, std::string_view name) {
-  const auto found = std::ranges::find_if(kAttachmentNames, [&](const AttachmentName& of) {
-    return filename.find(of.part) != std::string_view::npos || name.find(of.part) != std::string_view::npos;
-  });
-  return found == kAttachmentNames.end() ? std::nullopt : std::optional(found->plugin);
+  const auto* const found = find_part(kAttachmentNames, filename, name);
+  return found == nullptr ? std::nullopt : std::optional(found->plugin);
+}
+
+bool drives_base(std::string_view filename, std::string_view name) {
+  const std::string text = lowered(std::string(filename) + ' ' + std::string(name));
+  return std::ranges::any_of(kBaseNames,
+                             [&](std::string_view part) { return text.find(part) != std::string::npos; });
+}
+
+std::optional<JointPlugin> find_joint_plugin(std::string_view filename, std::string_view name) {
+  const auto* const found = find_part(kJointNames, filename, name);
+  return found == nullptr ? std::nullopt : std::optional(found->plugin);
 }
 
 }  // namespace doppel

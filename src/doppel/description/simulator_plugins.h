@@ -1,6 +1,6 @@
 #pragma once
 // The names of plugins of simulators that have a replacement here: those under <ros2_control>, which doppel's
-// simulated hardware replaces, and those of <gazebo> or a <model> that attach links to each other.
+// simulated hardware replaces, and those of <gazebo> or a <model> that attach links to each other or drive them.
 
 #include <optional>
 #include <span>
@@ -26,5 +26,13 @@ enum class AttachmentPlugin { detachable_joint, vacuum_gripper };
 // By the filename and the name of a <plugin>; nullopt: it does not attach anything.
 DOPPEL_API std::optional<AttachmentPlugin> find_attachment_plugin(std::string_view filename,
                                                                   std::string_view name);
+
+// Whether it drives a mobile base, by the filename and the name of a <plugin>.
+DOPPEL_API bool drives_base(std::string_view filename, std::string_view name);
+
+// Those of a <model> that drive its joints or publish them: gz-sim's JointPositionController, JointController,
+// JointTrajectoryController and JointStatePublisher, and gazebo_ros's joint_state_publisher.
+enum class JointPlugin { position, velocity, trajectory, states };
+DOPPEL_API std::optional<JointPlugin> find_joint_plugin(std::string_view filename, std::string_view name);
 
 }  // namespace doppel

@@ -103,6 +103,10 @@ std::optional<ShapeReport> report(const Plane&) {
   return std::nullopt;
 }
 
+std::optional<ShapeReport> report(const Heightmap&) {
+  return std::nullopt;
+}
+
 std::optional<ShapeReport> report(const MeshGeometry& geometry) {
   if (geometry.path.empty()) return std::nullopt;
   const MeshReport& mesh = cached_mesh_report(geometry.path);

@@ -15,10 +15,10 @@ Function codec(const char* symbol) {
 
 }  // namespace
 
-Image decode_image(std::string_view bytes, const std::string& name) {
-  using Decode = bool (*)(std::string_view, Image&, std::string&);
+Bitmap decode_image(std::string_view bytes, const std::string& name) {
+  using Decode = bool (*)(std::string_view, Bitmap&, std::string&);
   static const auto decode = codec<Decode>("doppel_decode_image");
-  Image image;
+  Bitmap image;
   std::string problem;
   if (!decode(bytes, image, problem)) {
     throw InputError("image.unreadable", make_location(name), "the picture cannot be read: " + problem,
@@ -27,8 +27,8 @@ Image decode_image(std::string_view bytes, const std::string& name) {
   return image;
 }
 
-std::string encode_png(const Image& image, PngSpeed speed) {
-  using Encode = bool (*)(const Image&, bool, std::string&);
+std::string encode_png(const Bitmap& image, PngSpeed speed) {
+  using Encode = bool (*)(const Bitmap&, bool, std::string&);
   static const auto encode = codec<Encode>("doppel_encode_png");
   std::string out;
   if (!encode(image, speed == PngSpeed::fast, out))
@@ -36,8 +36,8 @@ std::string encode_png(const Image& image, PngSpeed speed) {
   return out;
 }
 
-std::string encode_jpeg(const Image& image, int quality) {
-  using Encode = bool (*)(const Image&, int, std::string&);
+std::string encode_jpeg(const Bitmap& image, int quality) {
+  using Encode = bool (*)(const Bitmap&, int, std::string&);
   static const auto encode = codec<Encode>("doppel_encode_jpeg");
   std::string out;
   if (!encode(image, quality, out)) throw std::runtime_error("libjpeg-turbo could not encode a picture");

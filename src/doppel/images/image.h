@@ -13,7 +13,7 @@
 namespace doppel {
 
 // Rows from the top, pixels from the left, channels interleaved; 8 bits a channel, as in the file (sRGB where colour).
-struct DOPPEL_API Image {
+struct DOPPEL_API Bitmap {
   int width = 0, height = 0;
   int channels = 0;  // 1 grey, 2 grey and alpha, 3 RGB, 4 RGBA
   std::vector<std::uint8_t> pixels;
@@ -30,12 +30,12 @@ inline constexpr std::size_t kMaxImagePixels = std::size_t{1} << 26;
 
 // The format is recognised by its first bytes. `name` is the file in messages. Throws InputError "image.unreadable":
 // neither PNG nor JPEG, damaged, or of more than kMaxImagePixels.
-DOPPEL_API Image decode_image(std::string_view bytes, const std::string& name);
+DOPPEL_API Bitmap decode_image(std::string_view bytes, const std::string& name);
 
 enum class PngSpeed { small, fast };  // fast: three times as quick, a fifth larger
 // Precondition: 1 to 4 channels and that many pixels.
-DOPPEL_API std::string encode_png(const Image& image, PngSpeed speed = PngSpeed::small);
+DOPPEL_API std::string encode_png(const Bitmap& image, PngSpeed speed = PngSpeed::small);
 // Precondition: 1 or 3 channels. quality: 1 to 100.
-DOPPEL_API std::string encode_jpeg(const Image& image, int quality);
+DOPPEL_API std::string encode_jpeg(const Bitmap& image, int quality);
 
 }  // namespace doppel

@@ -2,6 +2,7 @@
 // Messages without a counterpart in ROS 2: the status of the twin's loop, and the state of
 // the whole simulation.
 
+#include "doppel/messages/geometry_msgs.h"
 #include "doppel/messages/std_msgs.h"
 
 namespace doppel::doppel_msgs::msg {
@@ -60,6 +61,64 @@ struct Sensor {
 struct Sensors {
   std::vector<Sensor> sensors;
   DOPPEL_MESSAGE("doppel_msgs/msg/Sensors", sensors)
+};
+
+// A light of the world. Source: SDFormat 1.11, light.
+struct Light {
+  static constexpr std::uint8_t POINT = 0, DIRECTIONAL = 1, SPOT = 2;
+  std::string name;
+  std::uint8_t kind = POINT;
+  geometry_msgs::msg::Point position;     // m, in the frame "world"
+  geometry_msgs::msg::Vector3 direction;  // unit; of directional and spot lights
+  std_msgs::msg::ColorRGBA diffuse, specular;
+  double intensity = 1;
+  double range = 0;  // m
+  double attenuation_constant = 1, attenuation_linear = 0, attenuation_quadratic = 0;
+  double inner_angle = 0, outer_angle = 0, falloff = 0;  // rad, full angles of a spot light
+  bool cast_shadows = false;
+  DOPPEL_MESSAGE("doppel_msgs/msg/Light", name, kind, position, direction, diffuse, specular, intensity,
+                 range, attenuation_constant, attenuation_linear, attenuation_quadratic, inner_angle,
+                 outer_angle, falloff, cast_shadows)
+  DOPPEL_CONSTANTS(POINT, DIRECTIONAL, SPOT)
+};
+
+// What a marker of /doppel/objects cannot express of its material. Maps are URIs, empty: none.
+struct PhysicalMaterial {
+  std::int32_t marker = 0;  // the marker's id
+  std_msgs::msg::ColorRGBA emissive;
+  double roughness = -1, metalness = -1;  // 0..1; negative: not written
+  std::string normal_map, roughness_map, metalness_map, emissive_map;
+  DOPPEL_MESSAGE("doppel_msgs/msg/PhysicalMaterial", marker, emissive, roughness, metalness, normal_map,
+                 roughness_map, metalness_map, emissive_map)
+};
+
+// The surface of a heightmap, in the axes of its marker. Points [rows][columns], the first at (-size_x / 2, -size_y / 2),
+// the second further along x.
+struct Terrain {
+  std::int32_t marker = 0;  // the marker's id
+  std::uint32_t columns = 0, rows = 0;
+  double size_x = 0, size_y = 0;                   // m
+  std::vector<float> heights;                      // m
+  std::vector<std::string> textures, normal_maps;  // URIs, from the lowest to the highest; "": none
+  std::vector<double> texture_sizes;               // m, of one repetition
+  std::vector<double> blend_heights,
+      blend_distances;  // m: where the next texture begins and after how much it is alone
+  DOPPEL_MESSAGE("doppel_msgs/msg/Terrain", marker, columns, rows, size_x, size_y, heights, textures,
+                 normal_maps, texture_sizes, blend_heights, blend_distances)
+};
+
+// How the world is drawn beside the markers of /doppel/objects.
+struct Scene {
+  bool has_environment =
+      false;  // false: the world has no <scene>, and the fields up to `sunset` are not used
+  std_msgs::msg::ColorRGBA ambient, background;
+  bool shadows = true, sky = false;
+  double time = 0, sunrise = 0, sunset = 0;  // h, of the sky
+  std::vector<Light> lights;                 // empty: those of the viewer
+  std::vector<PhysicalMaterial> materials;
+  std::vector<Terrain> terrains;
+  DOPPEL_MESSAGE("doppel_msgs/msg/Scene", has_environment, ambient, background, shadows, sky, time, sunrise,
+                 sunset, lights, materials, terrains)
 };
 
 }  // namespace doppel::doppel_msgs::msg

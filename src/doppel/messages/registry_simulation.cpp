@@ -2,6 +2,7 @@
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/gazebo_msgs.h"
 #include "doppel/messages/linkattacher_msgs.h"
+#include "doppel/messages/ros_gz_interfaces.h"
 
 namespace doppel::messages_detail {
 
@@ -22,10 +23,18 @@ void register_link_attachers() {
                     gazebo_ros_link_attacher::srv::Attach>();
 }
 
+void register_ros_gz() {
+  namespace msg = ros_gz_interfaces::msg;
+  namespace srv = ros_gz_interfaces::srv;
+  register_messages<msg::Entity, msg::EntityFactory, msg::WorldReset, msg::WorldControl>();
+  register_services<srv::SpawnEntity, srv::DeleteEntity, srv::SetEntityPose, srv::ControlWorld>();
+}
+
 void register_doppel_msgs() {
   namespace msg = doppel_msgs::msg;
   namespace srv = doppel_msgs::srv;
-  register_messages<msg::TwinStatus, msg::JointLoads, msg::Sensor, msg::Sensors>();
+  register_messages<msg::TwinStatus, msg::JointLoads, msg::Light, msg::PhysicalMaterial, msg::Terrain,
+                     msg::Scene, msg::Sensor, msg::Sensors>();
   register_services<srv::Step, srv::SetSpeed, srv::GetState, srv::SetState>();
 }
 
@@ -34,6 +43,7 @@ void register_doppel_msgs() {
 void register_simulation_types() {
   register_gazebo_msgs();
   register_link_attachers();
+  register_ros_gz();
   register_doppel_msgs();
 }
 

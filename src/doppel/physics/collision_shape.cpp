@@ -94,6 +94,13 @@ struct ReachBelow {
     for (const Eigen::Vector3f& p : hull->vertices) lowest = std::min(lowest, up.dot(p.cast<double>()));
     return -lowest;
   }
+  double operator()(const SharedField& field) const {
+    double lowest = kNoHeight;
+    for (int r = 0; r < field->rows; ++r) {
+      for (int c = 0; c < field->columns; ++c) lowest = std::min(lowest, up.dot(field->point(c, r)));
+    }
+    return -lowest;
+  }
   static constexpr double kNoHeight = std::numeric_limits<double>::infinity();
 };
 

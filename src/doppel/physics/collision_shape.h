@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "doppel/core/diagnostic.h"
+#include "doppel/description/heightmap.h"
 #include "doppel/description/robot_description.h"
 #include "doppel/export.h"
 #include "doppel/physics/friction.h"
@@ -19,9 +20,11 @@ struct CollisionHull {
   std::vector<Eigen::Vector3f> vertices;  // m, in the mesh's frame; the shape is their convex hull
 };
 using SharedHull = std::shared_ptr<const CollisionHull>;  // shapes of one mesh and scale share it
+// A terrain; only on links that do not move.
+using SharedField = std::shared_ptr<const HeightField>;
 
 struct CollisionShape {
-  std::variant<Box, Cylinder, Capsule, Sphere, Ellipsoid, SharedHull> geometry;
+  std::variant<Box, Cylinder, Capsule, Sphere, Ellipsoid, SharedHull, SharedField> geometry;
   Pose X_LS = Pose::Identity();  // shape in the link frame
   Friction friction = {};
 };

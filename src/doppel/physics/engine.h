@@ -47,6 +47,7 @@ struct EngineCapabilities {
   bool ideal = false;                     // ideal servos
   bool directed_friction = false;         // friction with a direction, and torsion (friction.h)
   bool attachments = false;               // Engine::attach()
+  bool heightmaps = false;                // contacts with terrains
   std::vector<Integrator> integrators;    // the first is the default
   EngineTolerances tolerances;
 };

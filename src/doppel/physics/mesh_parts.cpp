@@ -145,7 +145,7 @@ MeshParts moving_parts(const TriangleMesh& mesh) {
   const std::vector<Surface> surfaces = connected_surfaces(mesh);
   if (surfaces.size() > kMaxMovingParts) {
     out.parts.push_back(mesh.vertices);
-    out.filled = 1;
+    out.joined = surfaces.size();
     return out;
   }
   for (const Surface& surface : surfaces) {

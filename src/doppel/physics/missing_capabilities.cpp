@@ -63,6 +63,13 @@ void report_missing_capabilities(const EngineCapabilities& engine, const WorldSe
   for (const ModelInstance& instance : instances) {
     const bool shaped = std::ranges::any_of(instance.shapes, [](const auto& of) { return !of.empty(); });
     if (!engine.contacts && shaped) lacks.warn(instance, "contacts", "it collides with nothing");
+    const bool terrain = std::ranges::any_of(instance.shapes, [](const auto& shapes) {
+      return std::ranges::any_of(shapes, [](const CollisionShape& shape) {
+        return std::holds_alternative<SharedField>(shape.geometry);
+      });
+    });
+    if (engine.contacts && !engine.heightmaps && terrain)
+      lacks.warn(instance, "contacts with heightmaps", "it collides with nothing");
     const bool directed = std::ranges::any_of(instance.shapes, [](const auto& shapes) {
       return std::ranges::any_of(shapes, [](const CollisionShape& shape) {
         return shape.friction.directed() || shape.friction.torsion > 0 || shape.friction.slip > 0;

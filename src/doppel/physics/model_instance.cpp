@@ -86,6 +86,10 @@ class ShapeReader {
       const Friction friction =
           friction_of(overlaid(of_link, collision.surface), model, collision, diagnostics_);
       const CollisionMesh* mesh = nullptr;
+      if (const auto* map = std::get_if<Heightmap>(&collision.geometry)) {
+        add_terrain(link, collision, *map, friction, use, out);
+        continue;
+      }
       if (const auto* geometry = std::get_if<MeshGeometry>(&collision.geometry)) {
         if (use != MeshUse::hull) {
           add_parts(link, collision, *geometry, friction, use, out);
@@ -100,6 +104,21 @@ class ShapeReader {
   }
 
  private:
+  // A terrain without heights was reported when it was read.
+  void add_terrain(const Link& link, const Collision& collision, const Heightmap& map,
+                   const Friction& friction, MeshUse use, std::vector<CollisionShape>& out) {
+    if (map.field == nullptr) return;
+    if (use == MeshUse::still) {
+      out.push_back({map.field, collision.origin.pose(), friction});
+      return;
+    }
+    diagnostics_.warning(
+        "physics.moving_heightmap", collision.source,
+        fmt::format("the heightmap of link '{}' collides with nothing, because its model may move",
+                    link.name),
+        "write <static>true</static>");
+  }
+
   void add_parts(const Link& link, const Collision& collision, const MeshGeometry& geometry,
                  const Friction& friction, MeshUse use, std::vector<CollisionShape>& out) {
     if (geometry.path.empty()) return;
@@ -120,6 +139,14 @@ class ShapeReader {
           fmt::format("{} of the {} parts of the mesh '{}' of link '{}' have more than {} triangles and are "
                       "not convex; they collide as their convex hulls",
                       made.filled, made.parts.size(), geometry.uri, link.name, kMaxShellTriangles),
+          "give the collision a simpler mesh, or boxes");
+    }
+    if (made.joined > 0) {
+      diagnostics_.note(
+          "physics.filled_mesh", collision.source,
+          fmt::format("the mesh '{}' of link '{}', which moves, has {} connected surfaces, more "
+                      "than {}; it collides as one convex hull",
+                      geometry.uri, link.name, made.joined, kMaxMovingParts),
           "give the collision a simpler mesh, or boxes");
     }
   }

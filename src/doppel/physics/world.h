@@ -10,6 +10,7 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/time.h"
+#include "doppel/description/lighting.h"
 #include "doppel/description/robot_description.h"
 #include "doppel/export.h"
 #include "doppel/packages/package_resolver.h"
@@ -60,6 +61,9 @@ struct WorldSettings {
   bool ground = true;            // an infinite plane at z = 0
   double ground_friction = 0.8;  // Coulomb
   FrictionRule friction_rule = FrictionRule::larger;
+  // What is drawn; of no effect on the physics.
+  std::vector<Light> lights;               // empty: those of whoever draws
+  std::optional<Environment> environment;  // nullopt: not written
 };
 
 struct DOPPEL_API World : WorldSettings {

@@ -30,6 +30,8 @@ struct WorldRobot {
   std::vector<std::string> activate = {};  // controllers to start; empty: all that the files declare
   std::optional<BaseKind> base = {};       // of a root link other than "world"; none: choose_base()
   TfTopics tf = TfTopics::both;
+  // Of a model of the SDF world that is a robot by its plugins, instead of a target; empty: it has a target.
+  std::string model = {};
   SourceLocation source = {};  // in the world file; unknown: from the command line or a service
 };
 

@@ -46,7 +46,7 @@ std::string find_texture(const std::string& written, const fs::path& mesh) {
 }
 
 void add_texture(const appearance::FileTexture& from, const MeshGeometry& mesh, MeshAppearance& out) {
-  Image image;
+  Bitmap image;
   try {
     if (!from.bytes.empty()) {
       image = decode_image(from.bytes, mesh.path);

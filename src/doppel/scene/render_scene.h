@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/description/lighting.h"
 #include "doppel/export.h"
 #include "doppel/images/image.h"
 #include "doppel/math/pose.h"
@@ -47,33 +48,14 @@ struct SceneBody {
   std::string name;  // "kate::base_link", for messages
 };
 
-enum class LightKind { directional, point, spot };
-struct SceneLight {
-  LightKind kind = LightKind::directional;
-  Eigen::Vector3f colour = Eigen::Vector3f::Ones();        // linear, times intensity
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();           // m; not of a directional light
-  Eigen::Vector3d direction_W{-0.5, 0.3, -0.9};            // in which it shines; any length but 0
-  float range = 10;                                        // m: beyond it a point or spot light has no effect
-  float constant = 1, linear = 0, quadratic = 0;           // attenuation 1 / (c + l d + q d^2)
-  float inner_angle = 0.6F, outer_angle = 1, falloff = 1;  // rad, of a spot
-  bool casts_shadows = true;
-};
-
-struct SceneEnvironment {
-  Eigen::Vector3f ambient{0.42F, 0.43F, 0.46F};     // light from everywhere, sRGB; from below half of it
-  Eigen::Vector3f background{0.70F, 0.70F, 0.70F};  // where nothing is
-  bool sky = false;                                 // a gradient in place of the background
-  bool shadows = true;
-};
-
 struct RenderScene {
-  std::vector<Image> textures;  // of 3 or 4 channels
+  std::vector<Bitmap> textures;  // of 3 or 4 channels
   std::vector<SurfaceMaterial> materials;
   std::vector<std::shared_ptr<const SurfaceMesh>> meshes;
   std::vector<SceneItem> items;
   std::vector<SceneBody> bodies;
-  std::vector<SceneLight> lights;
-  SceneEnvironment environment;
+  std::vector<Light> lights;
+  Environment environment;
 };
 
 }  // namespace doppel

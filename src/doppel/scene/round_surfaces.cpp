@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "doppel/core/overloaded.h"
+#include "doppel/description/heightmap.h"
 #include "doppel/description/shape_mesh.h"
 #include "doppel/scene/scene_builder.h"
 
@@ -173,6 +174,26 @@ SurfaceMesh extrusion_surface(const Extrusion& extrusion) {
   return out;
 }
 
+SurfaceMesh heightmap_surface(const Heightmap& map) {
+  if (!map.field) return {};
+  const HeightField& field = *map.field;
+  std::vector<Vector3f> points;
+  for (int r = 0; r < field.rows; ++r)
+    for (int c = 0; c < field.columns; ++c) points.push_back(field.point(c, r).cast<float>());
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  for (int r = 0; r + 1 < field.rows; ++r)
+    for (int c = 0; c + 1 < field.columns; ++c) {
+      const auto at = static_cast<std::uint32_t>(r * field.columns + c), up = at + static_cast<std::uint32_t>(field.columns);
+      triangles.push_back({at, at + 1, up + 1});
+      triangles.push_back({at, up + 1, up});
+    }
+  SurfaceMesh out = with_normals(points, triangles, 1.2);
+  const double repetition = map.textures.empty() ? 10 : std::max(1e-3, map.textures.front().size);
+  for (const Vector3f& p : out.positions)
+    out.uvs.emplace_back((Vector2f(p.x(), -p.y()) / static_cast<float>(repetition)));
+  return out;
+}
+
 }  // namespace
 
 SurfaceMesh surface_of(const Geometry& shape) {
@@ -185,6 +206,7 @@ SurfaceMesh surface_of(const Geometry& shape) {
                  [](const Cone& cone) { return cone_surface(cone); },
                  [](const Plane& plane) { return plane_surface(plane); },
                  [](const Extrusion& extrusion) { return extrusion_surface(extrusion); },
+                 [](const Heightmap& map) { return heightmap_surface(map); },
                  [](const MeshGeometry& mesh) { return load_appearance(mesh).mesh; }},
       shape);
 }

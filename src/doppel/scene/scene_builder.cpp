@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "doppel/xml/xml.h"
 
 namespace doppel {
@@ -10,9 +12,9 @@ namespace {
 constexpr std::size_t kMaxTextureFile = std::size_t{256} << 20;  // bytes
 
 // Cameras and their shading read RGB or RGBA.
-Image with_colour(Image image) {
+Bitmap with_colour(Bitmap image) {
   if (image.channels >= 3 || image.empty()) return image;
-  Image out{image.width, image.height, image.channels + 2, {}};
+  Bitmap out{image.width, image.height, image.channels + 2, {}};
   for (std::size_t i = 0; i < image.pixels.size(); i += static_cast<std::size_t>(image.channels)) {
     out.pixels.insert(out.pixels.end(), 3, image.pixels[i]);
     if (image.channels == 2) out.pixels.push_back(image.pixels[i + 1]);
@@ -20,9 +22,12 @@ Image with_colour(Image image) {
   return out;
 }
 
-SceneLight default_sun() {
-  SceneLight sun;
-  sun.colour = Eigen::Vector3f::Constant(0.78F);
+Light default_sun() {
+  Light sun;
+  sun.kind = LightKind::directional;
+  sun.direction_W = Eigen::Vector3d(-0.5, 0.3, -0.9).normalized();
+  sun.diffuse = Eigen::Vector4d(0.9, 0.9, 0.88, 1);
+  sun.cast_shadows = true;
   return sun;
 }
 
@@ -81,7 +86,7 @@ std::optional<int> SceneBuilder::load(const MeshGeometry& geometry, const Visual
     MeshAppearance loaded = load_appearance(geometry);
     const auto first_material = static_cast<int>(scene_.materials.size());
     const auto first_texture = static_cast<int>(scene_.textures.size());
-    for (Image& texture : loaded.textures) scene_.textures.push_back(with_colour(std::move(texture)));
+    for (Bitmap& texture : loaded.textures) scene_.textures.push_back(with_colour(std::move(texture)));
     for (SurfaceMaterial& material : loaded.materials) {
       if (material.texture >= 0) {
         material.texture += first_texture;
@@ -124,6 +129,13 @@ int SceneBuilder::material_of(const Visual& visual, Diagnostics& diagnostics) {
     material.rgba = visual.material->rgba->cast<float>().cwiseMax(0).cwiseMin(1);
   } else if (textured) {
     material.rgba = Eigen::Vector4f::Ones();
+  }
+  if (visual.material->emissive) material.emissive = visual.material->emissive->head<3>().cast<float>();
+  if (visual.material->roughness) {
+    // Blinn and Phong's exponent of a microfacet surface of this roughness.
+    const auto r = static_cast<float>(std::clamp(*visual.material->roughness, 0.1, 1.0));
+    material.shininess = 2 / (r * r * r * r) - 2 + 4;
+    material.specular = 0.5F * (1 - r);
   }
   if (textured) material.texture = texture_of(visual.material->texture_path, visual, diagnostics);
   scene_.materials.push_back(material);

@@ -17,7 +17,7 @@ namespace doppel {
 struct MeshAppearance {
   SurfaceMesh mesh;
   std::vector<SurfaceMaterial> materials;
-  std::vector<Image> textures;       // to which those materials refer
+  std::vector<Bitmap> textures;       // to which those materials refer
   std::vector<std::string> remarks;  // what of it cannot be shown, for a warning
 };
 
@@ -46,8 +46,8 @@ class DOPPEL_API SceneBuilder {
   // A body without surfaces.
   int add_body(const std::string& name);
   void add_shape(int body, const Geometry& shape, const Pose& X_BS, const SurfaceMaterial& material);
-  void add_light(const SceneLight& light) { scene_.lights.push_back(light); }
-  SceneEnvironment& environment() { return scene_.environment; }
+  void add_light(const Light& light) { scene_.lights.push_back(light); }
+  Environment& environment() { return scene_.environment; }
   // Without a light, the sun of a world without a file. The builder is empty afterwards.
   std::shared_ptr<const RenderScene> finish();
 

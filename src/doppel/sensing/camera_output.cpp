@@ -197,7 +197,7 @@ void CameraOutput::add_image(const Camera& camera, const LightSample& sample,
     msg::CompressedImage compressed;
     compressed.header = header;
     compressed.format = "rgb8; jpeg compressed bgr8";
-    const std::string bytes = encode_jpeg(Image{width, height, 3, camera.picture.rgb}, kJpegQuality);
+    const std::string bytes = encode_jpeg(Bitmap{width, height, 3, camera.picture.rgb}, kJpegQuality);
     compressed.data.assign(bytes.begin(), bytes.end());
     put(camera.compressed, compressed, out);
   }

@@ -7,7 +7,7 @@
 
 namespace doppel {
 
-Image take_picture(const Engine& engine, const CameraDescription& camera, const Pose& X_WS,
+Bitmap take_picture(const Engine& engine, const CameraDescription& camera, const Pose& X_WS,
                    Diagnostics& diagnostics) {
   const auto caster = make_ray_caster(make_world_scene(engine.world(), diagnostics));
   std::vector<Pose> poses;

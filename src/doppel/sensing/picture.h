@@ -10,7 +10,7 @@
 namespace doppel {
 
 // X_WS: the camera in the world, x forward and z up. RGB. What cannot be shown is a warning.
-DOPPEL_API Image take_picture(const Engine& engine, const CameraDescription& camera, const Pose& X_WS,
+DOPPEL_API Bitmap take_picture(const Engine& engine, const CameraDescription& camera, const Pose& X_WS,
                               Diagnostics& diagnostics);
 
 // A camera at `from_W` that looks at `at_W`, upright; m, world.

@@ -29,7 +29,14 @@ std::shared_ptr<const RenderScene> make_world_scene(const CompiledWorld& world, 
       else
         builder.add_body(name);  // the "world" above a floating base
     }
-  builder.environment().sky = true;
+  const WorldSettings& settings = world.settings();
+  for (const Light& light : settings.lights) builder.add_light(light);
+  if (settings.environment) {
+    builder.environment() = *settings.environment;
+  } else {
+    builder.environment().ambient = {0.62, 0.63, 0.66, 1};
+    builder.environment().sky = Sky{};
+  }
   return builder.finish();
 }
 

@@ -2,6 +2,7 @@
 
 #include "doppel/packages/package_folder.h"
 #include "doppel/twin/object_publisher.h"
+#include "doppel/worlds/sdf_world.h"
 
 namespace doppel {
 
@@ -21,12 +22,24 @@ void add_object(const RobotDescription& object, RobotFiles& out) {
     const fs::path file = fs::absolute(path, none).lexically_normal();
     out.meshes.push_back({uri, file, world.lexically_normal(), model_around(file)});
   };
+  const auto add_image = [&add](const std::string& path) {
+    if (!path.empty()) add(file_uri(path), path);
+  };
   for (const Link& link : object.links) {
     for (const Visual& visual : link.visuals) {
       const auto* mesh = std::get_if<MeshGeometry>(&visual.geometry);
       if (mesh != nullptr && !mesh->path.empty()) add(mesh_resource(*mesh), mesh->path);
-      if (visual.material && !visual.material->texture_path.empty())
-        add(file_uri(visual.material->texture_path), visual.material->texture_path);
+      if (const auto* map = std::get_if<Heightmap>(&visual.geometry)) {
+        for (const Heightmap::Texture& texture : map->textures) {
+          add_image(texture.diffuse.path);
+          add_image(texture.normal.path);
+        }
+      }
+      if (!visual.material) continue;
+      add_image(visual.material->texture_path);
+      for (const Image* map : {&visual.material->normal_map, &visual.material->roughness_map,
+                               &visual.material->metalness_map, &visual.material->emissive_map})
+        add_image(map->path);
     }
   }
 }
@@ -40,6 +53,8 @@ RobotFiles served_files(const std::vector<ModelInstance>& instances) {
       add_object(*instance.description, out);
     } else {
       out = both(files_of(*instance.description), out);
+      const SourceLocation& source = instance.description->source;
+      if (source.file && is_sdf(*source.file)) add_object(*instance.description, out);
     }
   }
   return out;

@@ -12,19 +12,6 @@ namespace {
 
 constexpr const char* kAttachmentRule = "up.attachment";
 
-std::string absolute(const std::string& name_space, const std::string& topic) {
-  if (topic.starts_with('/')) return topic;
-  return name_space.empty() || name_space == "/" ? "/" + topic
-         : name_space.starts_with('/')           ? name_space + "/" + topic
-                                                 : "/" + name_space + "/" + topic;
-}
-
-// By <ros><namespace> and <ros><remapping>.
-std::string ros_name(PluginValues& values, const std::string& name) {
-  const XmlNode* const ros = values.element().first("ros");
-  return absolute(ros == nullptr ? "" : PluginValues(*ros).text({"namespace"}), values.remapped(name));
-}
-
 class PluginReader {
  public:
   PluginReader(const ModelInstance& instance, Diagnostics& diagnostics)
@@ -69,9 +56,9 @@ class PluginReader {
     out.child_model = values.text({"child_model"});
     out.child_link = values.text({"child_link"});
     const std::string former = values.text({"topic"}, below + "detach");
-    out.detach_topic = absolute("", values.text({"detach_topic"}, former));
-    out.attach_topic = absolute("", values.text({"attach_topic"}, below + "attach"));
-    out.output_topic = absolute("", values.text({"output_topic"}, below + "state"));
+    out.detach_topic = absolute_topic("", values.text({"detach_topic"}, former));
+    out.attach_topic = absolute_topic("", values.text({"attach_topic"}, below + "attach"));
+    out.output_topic = absolute_topic("", values.text({"output_topic"}, below + "state"));
     if (out.child_model == "__model__") out.child_model = instance_.name;
     if (has_link(out.parent_link, "<parent_link>", source)) found.joints.push_back(std::move(out));
   }
@@ -82,12 +69,12 @@ class PluginReader {
     out.reach = values.positive({"max_distance"}, out.reach);
     if (values.element().first("bodyName") != nullptr) {  // of ROS 1
       const std::string name_space = values.text({"robotNamespace"});
-      out.on_service = absolute(name_space, "on");
-      out.off_service = absolute(name_space, "off");
-      out.grasping_topic = absolute(name_space, values.text({"topicName"}, "grasping"));
+      out.on_service = absolute_topic(name_space, "on");
+      out.off_service = absolute_topic(name_space, "off");
+      out.grasping_topic = absolute_topic(name_space, values.text({"topicName"}, "grasping"));
     } else {
-      out.switch_service = ros_name(values, "switch");
-      out.grasping_topic = ros_name(values, "grasping");
+      out.switch_service = values.ros_name("switch");
+      out.grasping_topic = values.ros_name("grasping");
     }
     if (has_link(out.link, "<link_name>", source)) found.vacuums.push_back(std::move(out));
   }

@@ -31,6 +31,7 @@ class AttachmentServices::Device {
 
  protected:
   [[nodiscard]] const Scene& scene() const { return services_.scene_; }
+  [[nodiscard]] const std::string& instance() const { return instance_; }
   [[nodiscard]] std::optional<BodyId> link(const std::string& name) const {
     BodyId out;
     return services_.find({instance_, name}, out) ? std::optional(out) : std::nullopt;
@@ -66,40 +67,52 @@ class AttachmentServices::Joint : public Device {
   Joint(AttachmentServices& services, const std::string& instance, DetachableJoint joint)
       : Device(services, instance), joint_(std::move(joint)), node_(services.node_.bus(), "/gazebo") {
     state_ = node_.advertise<std_msgs::msg::String>(joint_.output_topic);
-    node_.subscribe<std_msgs::msg::Empty>(joint_.attach_topic, [this](const auto&) { wanted_ = true; });
-    node_.subscribe<std_msgs::msg::Empty>(joint_.detach_topic, [this](const auto&) { wanted_ = false; });
+    node_.subscribe<std_msgs::msg::Empty>(joint_.attach_topic, [this](const auto&) {
+      services_.ask_to_attach(own(), child());
+      refused_ = false;
+    });
+    node_.subscribe<std_msgs::msg::Empty>(joint_.detach_topic,
+                                          [this](const auto&) { services_.ask_to_detach(own(), child()); });
   }
 
   void between_steps(Time now) override {
     const bool held = holds();
     if (held) forget_lost();
-    if (held && !holds()) wanted_ = false;  // detached by a service
-    if (wanted_ && !holds()) {
-      BodyId child;
-      const auto parent = link(joint_.parent_link);
-      if (parent && services_.find_body(joint_.child_model, joint_.child_link, child)) hold(*parent, child);
-      wanted_ = holds() || !child_is_there();
-    } else if (!wanted_ && holds()) {
+    if (services_.is_to_be_detached(own(), child())) {
       release();
+    } else if (!holds()) {
+      try_to_hold();
     }
     if (held != holds() || !published_) state_.publish({holds() ? "attached" : "detached"}, now);
     published_ = true;
   }
   void reset() override {
     forget_lost();
-    wanted_ = true;
+    refused_ = false;
   }
 
  private:
-  [[nodiscard]] bool child_is_there() const {
-    BodyId child;
-    return services_.find_body(joint_.child_model, joint_.child_link, child).ok();
+  // A refusal is final until the child is gone, or a client asks again.
+  void try_to_hold() {
+    BodyId other;
+    const auto parent = link(joint_.parent_link);
+    const bool there = services_.find_body(joint_.child_model, joint_.child_link, other).ok();
+    if (!there) refused_ = false;
+    if (!parent || !there || refused_) return;
+    hold(*parent, other);
+    refused_ = !holds();
+  }
+  [[nodiscard]] LinkName own() const { return {instance(), joint_.parent_link}; }
+  [[nodiscard]] LinkName child() const {
+    BodyId found;
+    if (services_.find_body(joint_.child_model, joint_.child_link, found)) return services_.name_of(found);
+    return {joint_.child_model, joint_.child_link};
   }
 
   const DetachableJoint joint_;
   Node node_;
   Publisher<std_msgs::msg::String> state_;
-  bool wanted_ = true, published_ = false;
+  bool refused_ = false, published_ = false;
 };
 
 class AttachmentServices::Vacuum : public Device {
@@ -255,6 +268,7 @@ void AttachmentServices::between_steps(Time now) {
 
 void AttachmentServices::reset(Time /*now*/) {
   wanted_.clear();
+  detached_.clear();
   for (const Equipped& of : equipped_) {
     for (const auto& device : of.devices) device->reset();
   }
@@ -342,12 +356,22 @@ Status AttachmentServices::attach(BodyId a, BodyId b) {
 bool AttachmentServices::detach(BodyId a, BodyId b) {
   if (!scene_.engine().detach(a, b)) return false;
   const LinkName first = name_of(a), second = name_of(b);
-  std::erase_if(wanted_, [&](const Wanted& of) {
-    return (of.a == first && of.b == second) || (of.a == second && of.b == first);
-  });
+  std::erase_if(wanted_, [&](const Wanted& of) { return of.joins(first, second); });
   log_.note(kAttachOrigin, fmt::format("'{}::{}' and '{}::{}' are detached", first.instance, first.link,
                                        second.instance, second.link));
   return true;
+}
+
+void AttachmentServices::ask_to_detach(const LinkName& a, const LinkName& b) {
+  if (!is_to_be_detached(a, b)) detached_.push_back({a, b});
+}
+
+void AttachmentServices::ask_to_attach(const LinkName& a, const LinkName& b) {
+  std::erase_if(detached_, [&](const Wanted& of) { return of.joins(a, b); });
+}
+
+bool AttachmentServices::is_to_be_detached(const LinkName& a, const LinkName& b) const {
+  return std::ranges::any_of(detached_, [&](const Wanted& of) { return of.joins(a, b); });
 }
 
 Status AttachmentServices::join(const std::string& model_1, const std::string& link_1,
@@ -355,14 +379,18 @@ Status AttachmentServices::join(const std::string& model_1, const std::string& l
   BodyId a, b;
   if (const Status found = find_body(model_1, link_1, a); !found) return found;
   if (const Status found = find_body(model_2, link_2, b); !found) return found;
+  const LinkName first = name_of(a), second = name_of(b);
   if (attached) {
     Status status = attach(a, b);
-    if (status) wanted_.push_back({name_of(a), name_of(b)});
+    if (!status) return status;
+    wanted_.push_back({first, second});
+    ask_to_attach(first, second);
     return status;
   }
-  return detach(a, b)
-             ? Status()
-             : Status::refused(fmt::format("'{}' and '{}' are not attached to each other", model_1, model_2));
+  if (!detach(a, b))
+    return Status::refused(fmt::format("'{}' and '{}' are not attached to each other", model_1, model_2));
+  ask_to_detach(first, second);
+  return {};
 }
 
 void AttachmentServices::offer_services() {

@@ -12,14 +12,12 @@
 #include <unordered_map>
 
 #include "doppel/core/text.h"
+#include "doppel/description/simulator_plugins.h"
 #include "doppel/twin/detail/root_link.h"
 
 namespace doppel {
 namespace {
 
-constexpr std::array<std::string_view, 9> kMobilePlugins{"diff_drive",  "diffdrive", "skid_steer",
-                                                         "skidsteer",   "ackermann", "mecanum",
-                                                         "planar_move", "tricycle",  "omni_drive"};
 // Names of parts that only legs have: anywhere in a name, and as whole words.
 constexpr std::array<std::string_view, 11> kLegParts{"knee",      "ankle",    "thigh",   "shank",
                                                      "tibia",     "femur",    "foot",    "upper_leg",
@@ -81,11 +79,8 @@ std::string shown(const std::vector<std::string>& names) {
 std::string mobile_plugin(const RobotDescription& robot) {
   for (const GazeboExtension& extension : robot.gazebo) {
     for (const GazeboPlugin& plugin : extension.plugins) {
-      const std::string text = lowered(plugin.filename + ' ' + plugin.name);
-      for (const std::string_view part : kMobilePlugins) {
-        if (text.find(part) != std::string::npos)
-          return plugin.filename.empty() ? plugin.name : plugin.filename;
-      }
+      if (drives_base(plugin.filename, plugin.name))
+        return plugin.filename.empty() ? plugin.name : plugin.filename;
     }
   }
   return "";

@@ -69,11 +69,18 @@ struct Mapping {
   void set(const std::string& name, double value) { set(name, fmt::format("{:#.9g}", value)); }
 };
 
+// A model's frame without the model's name, which the controllers put before it.
+std::string without_model(const std::string& frame, const RobotDescription& robot) {
+  return frame.starts_with(robot.name + "/") ? frame.substr(robot.name.size() + 1) : frame;
+}
+
 // Frames that the description does not have are replaced by its root.
 void map_frames(PluginValues& values, const RobotDescription& robot, Mapping& out) {
   const std::string root = root_link_of(robot);
-  const std::string base = values.text({"robot_base_frame", "robotBaseFrame", "child_frame_id"}, root);
-  out.set("odom_frame_id", yaml_text(values.text({"odometry_frame", "odometryFrame", "frame_id"}, "odom")));
+  const std::string base =
+      without_model(values.text({"robot_base_frame", "robotBaseFrame", "child_frame_id"}, root), robot);
+  const std::string odom = values.text({"odometry_frame", "odometryFrame", "frame_id"}, "odom");
+  out.set("odom_frame_id", yaml_text(without_model(odom, robot)));
   out.set("base_frame_id", yaml_text(base == root ? base : root));
   const bool transform = values.flag({"publish_odom_tf", "publishOdomTF", "publishTf"}, true);
   out.set("enable_odom_tf", transform ? "true" : "false");
@@ -178,11 +185,29 @@ Mapping map_ackermann(PluginValues& values, const RobotDescription& robot) {
   return out;
 }
 
-// Topics as the plugin has them: by <topic> (relative), <command_topic> or a remapping.
-void add_topics(PluginValues& values, Mapping& out, std::string& input, std::string& output) {
-  input = values.remapped(values.text({"command_topic", "commandTopic", "topic"}, "cmd_vel"));
-  output = values.remapped(values.text({"odometry_topic", "odometryTopic", "odom_topic"}, "odom"));
-  Texts rules{"-r", fmt::format("{}:={}", out.input, input), "-r", fmt::format("{}:={}", out.output, output)};
+// Topics as the plugin has them: by <topic>, <command_topic> or a remapping.
+struct BaseTopics {
+  std::string input, output;
+};
+BaseTopics topics_of(const GazeboPlugin& plugin, PluginValues& values, const std::string& model) {
+  const std::string below = "/model/" + model + "/";
+  const bool gz = !model.empty() && !is_classic(plugin);
+  std::string input =
+      values.text({"command_topic", "commandTopic", "topic"}, gz ? below + "cmd_vel" : "cmd_vel");
+  std::string output =
+      values.text({"odometry_topic", "odometryTopic", "odom_topic"}, gz ? below + "odometry" : "odom");
+  if (gz) {
+    if (const std::string own = values.text({"sub_topic"}); !own.empty()) input = below + own;
+    return {valid_topic(absolute_topic("", input)), valid_topic(absolute_topic("", output))};
+  }
+  if (!model.empty()) return {valid_topic(values.ros_name(input)), valid_topic(values.ros_name(output))};
+  return {values.remapped(input), values.remapped(output)};
+}
+
+// With the declaration, in which the controller's topics are renamed.
+void declare_base(const BaseTopics& topics, Mapping& out) {
+  Texts rules{"-r", fmt::format("{}:={}", out.input, topics.input), "-r",
+              fmt::format("{}:={}", out.output, topics.output)};
   if (out.output == "~/odometry") rules.insert(rules.end(), {"-r", "~/tf_odometry:=/tf"});
   out.base.declaration = fmt::format("    {}: {{type: {}, node_options_args: {}}}\n", out.base.name,
                                      out.base.type, yaml_list(rules));
@@ -217,7 +242,12 @@ std::string missing_joint(const RobotDescription& robot, const MappedBase& base)
   return base.joints.empty() ? "wheels, and names none" : "";
 }
 
-std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnostics& diagnostics) {
+bool is_classic(const GazeboPlugin& plugin) {
+  return plugin.filename.find("gazebo_ros") != std::string::npos;
+}
+
+std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, PluginTopics topics,
+                                          Diagnostics& diagnostics) {
   std::optional<MappedBase> mapped;
   for (const GazeboExtension& extension : robot.gazebo) {
     for (const GazeboPlugin& plugin : extension.plugins) {
@@ -243,15 +273,15 @@ std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnos
       }
       values.report_wrong("up.base_plugin", plugin.source, fmt::format("the plugin '{}'", plugin.filename),
                           diagnostics);
-      std::string input, output;
-      add_topics(values, made, input, output);
+      const BaseTopics names = topics_of(plugin, values, topics == PluginTopics::of_model ? robot.name : "");
+      declare_base(names, made);
       const Texts unread = values.unread();
       diagnostics.note(
           "up.base_plugin", plugin.source,
           fmt::format(
               "the plugin '{}' is mapped to the controller '{}' ({}): {}; it reads {} and publishes {} "
               "and the transform of the base{}",
-              plugin.filename, made.base.name, made.base.type, made.text, input, output,
+              plugin.filename, made.base.name, made.base.type, made.text, names.input, names.output,
               unread.empty() ? "" : fmt::format("; without effect: {}", fmt::join(unread, ", "))),
           "declare your own controllers with --controllers FILE");
       mapped = std::move(made.base);

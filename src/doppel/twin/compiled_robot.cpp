@@ -6,6 +6,7 @@
 #include <algorithm>
 
 #include "doppel/core/names.h"
+#include "doppel/description/urdf_writer.h"
 #include "doppel/target/target.h"
 #include "doppel/twin/rolling_report.h"
 #include "doppel/twin/simulated_hardware.h"
@@ -130,6 +131,7 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
         position = position || interface.name == kPosition;
     }
   }
+  if (setup.from_plugins) return {generated_hardware(model)};
   if (robot.hardware.empty() || (setup.controllers_origin == "generated" && !position)) {
     for (const Diagnostic& d : unknown.all()) diagnostics.add(d);
     diagnostics.note(
@@ -141,6 +143,30 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
     return {generated_hardware(model)};
   }
   return robot.hardware;
+}
+
+// A model's description as a robot's: under its name, with its files as absolute URIs, and as URDF text.
+RobotDescription as_robot(RobotDescription description, const std::string& name) {
+  const auto absolute = [](const std::string& file) {
+    std::error_code none;
+    return file.empty() ? file : std::filesystem::absolute(file, none).lexically_normal().string();
+  };
+  const auto take = [&absolute](Geometry& geometry) {
+    auto* const mesh = std::get_if<MeshGeometry>(&geometry);
+    if (mesh == nullptr || mesh->path.empty()) return;
+    mesh->path = absolute(mesh->path);
+    mesh->uri = "file://" + mesh->path;
+  };
+  for (Link& link : description.links) {
+    for (Collision& collision : link.collisions) take(collision.geometry);
+    for (Visual& visual : link.visuals) {
+      take(visual.geometry);
+      if (visual.material) visual.material->texture_path = absolute(visual.material->texture_path);
+    }
+  }
+  description.name = name;
+  description.xml = write_urdf(description);
+  return description;
 }
 
 // All data of a component that controllers and hardware use.
@@ -179,6 +205,21 @@ CompiledRobot::CompiledRobot(const WorldRobot& asked, const Scenario& scenario, 
       std::make_shared<RobotSetup>(set_up_robot(scenario, asked, std::move(description), diagnostics));
   setup_ = setup;
   build(scenario, world, std::nullopt, *setup, meshes, diagnostics);
+}
+
+CompiledRobot::CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
+                             const SdfModel& model, const std::string& name, CollisionMeshes& meshes,
+                             Diagnostics& diagnostics)
+    : asked_(asked), base_{model.base, "it is a model of the world"}, base_decided_(true) {
+  const auto setup = std::make_shared<RobotSetup>(
+      set_up_model(scenario, asked, world.name, as_robot(*model.description, name), diagnostics));
+  setup_ = setup;
+  SdfModel own = model;
+  own.description = std::shared_ptr<const RobotDescription>(setup_, &setup->description.robot);
+  made_ = make_instance(own, name, meshes, diagnostics);
+  made_.passive = false;
+  gravity_R_ = made_.X_WR.linear().transpose() * world.gravity;
+  made_.servos = choose_servos(*made_.model, ServoOptions{.ideal = scenario.ideal}, gravity_R_);
 }
 
 void CompiledRobot::build(const Scenario& scenario, const World& world, std::optional<BaseKind> running,
@@ -220,7 +261,7 @@ void CompiledRobot::report_choices(const Instance& instance, Diagnostics& diagno
 
 std::vector<std::filesystem::path> CompiledRobot::files() const {
   std::vector<std::filesystem::path> out;
-  if (!from_text()) out = files_of(setup_->target, setup_->description);
+  if (!asked_.target.empty()) out = files_of(setup_->target, setup_->description);
   out.insert(out.end(), setup_->controllers_files.begin(), setup_->controllers_files.end());
   return out;
 }

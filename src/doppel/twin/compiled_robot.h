@@ -13,6 +13,7 @@
 #include "doppel/twin/base_choice.h"
 #include "doppel/twin/robot_sensors.h"
 #include "doppel/twin/robot_setup.h"
+#include "doppel/worlds/sdf_world.h"
 
 namespace doppel {
 
@@ -25,6 +26,10 @@ class DOPPEL_API CompiledRobot {
   // From a description in memory, without a file, so that it is not reloaded. Throws InputError.
   CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
                 RobotDescription description, CollisionMeshes& meshes, Diagnostics& diagnostics);
+
+  // A model of an SDF file, under its instance's name. Throws InputError: no plugin of it is mapped.
+  CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world, const SdfModel& model,
+                const std::string& name, CollisionMeshes& meshes, Diagnostics& diagnostics);
 
   // Reports choices made on the user's behalf, with the height of a floating base in `instance`. Called once,
   // before the machine is shared.
@@ -42,7 +47,8 @@ class DOPPEL_API CompiledRobot {
   [[nodiscard]] const std::vector<HardwareDescription>& hardware() const { return hardware_; }
   [[nodiscard]] const RobotSensors& sensors() const { return sensors_; }
   [[nodiscard]] BaseKind base() const { return base_.kind; }
-  [[nodiscard]] bool from_text() const { return asked_.target.empty(); }
+  // It was sent to a service, so that no file is read again.
+  [[nodiscard]] bool from_text() const { return asked_.target.empty() && asked_.model.empty(); }
   // In the axes of the root link, m/s^2.
   [[nodiscard]] const Eigen::Vector3d& gravity_R() const { return gravity_R_; }
   // The files of the description and the controllers, and the meshes.

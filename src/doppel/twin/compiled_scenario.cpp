@@ -11,6 +11,8 @@
 #include "doppel/bus/name_rules.h"
 #include "doppel/core/names.h"
 #include "doppel/physics/engine_modules.h"
+#include "doppel/twin/detail/model_plugins.h"
+#include "doppel/twin/detail/plugin_values.h"
 #include "doppel/twin/robot_names.h"
 
 namespace doppel {
@@ -67,7 +69,24 @@ std::string free_namespace(const WorldRobot& robot, const std::vector<WorldRobot
   }
 }
 
+const SdfModel* model_named(const std::vector<SdfModel>& models, const std::string& name) {
+  const auto found = std::ranges::find(models, name, &SdfModel::name);
+  return found == models.end() ? nullptr : &*found;
+}
+
 }  // namespace
+
+std::string free_model_namespace(const std::string& wanted, const std::string& model,
+                                 const std::vector<std::string>& taken) {
+  const auto is_taken = [&](const std::string& name) {
+    return std::ranges::find(taken, name) != taken.end();
+  };
+  if (!is_taken(wanted)) return wanted;
+  const std::string base = valid_topic(wanted.empty() ? model : wanted);
+  std::string name = base;
+  for (int i = 2; is_taken(name); ++i) name = fmt::format("{}_{}", base, i);
+  return name;
+}
 
 void name_robots(std::vector<WorldRobot>& robots, Diagnostics& diagnostics) {
   bool unnamed = false;
@@ -99,7 +118,8 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
   resolver.add_bundled(scenario.bundled_robots);
   for (const WorldRobot& robot : scenario.robots)
     resolver.add_context(resolve_target(robot.target, scenario.bundled_robots).description);
-  const std::vector<SdfModel> models = read_world(scenario, diagnostics);
+  std::vector<SdfModel> models = read_world(scenario, diagnostics);
+  find_driven(models, scenario, diagnostics);
   const std::vector<WorldRobot> asked = robots_asked_for(scenario, world, running, diagnostics);
   if (asked.empty() && !scenario.world) {
     throw InputError("up.no_robot", {}, "neither a robot nor a world is given",
@@ -108,9 +128,17 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
   CollisionMeshes meshes;
   std::vector<std::shared_ptr<CompiledRobot>> fresh;
   for (const WorldRobot& robot : asked) {
+    if (!robot.model.empty()) {
+      fresh.push_back(std::make_shared<CompiledRobot>(
+          robot, scenario, world, *model_named(models, robot.model), robot.model, meshes, diagnostics));
+      continue;
+    }
     fresh.push_back(std::make_shared<CompiledRobot>(
         robot, scenario, world, running_base(running, robot.name_space), resolver, meshes, diagnostics));
   }
+  std::erase_if(models, [this](const SdfModel& model) {
+    return std::ranges::find(world.robots, model.name, &WorldRobot::model) != world.robots.end();
+  });
   robots.assign(fresh.begin(), fresh.end());
   if (running != nullptr) {
     std::ranges::copy_if(running->now, std::back_inserter(robots),
@@ -143,6 +171,30 @@ std::vector<SdfModel> CompiledScenario::read_world(const Scenario& scenario, Dia
   static_cast<WorldSettings&>(world) = read.settings;
   included = std::move(read.files);
   return std::move(read.models);
+}
+
+// Models whose plugins drive them are robots of the world.
+void CompiledScenario::find_driven(const std::vector<SdfModel>& models, const Scenario& scenario,
+                                   Diagnostics& diagnostics) {
+  std::vector<std::string> taken;
+  for (const WorldRobot& robot : scenario.robots) taken.push_back(robot.name_space);
+  for (const SdfModel& model : models) {
+    if (model.description->gazebo.empty()) continue;
+    Diagnostics said;
+    const auto mapped = map_model_plugins(*model.description, world.name, said);
+    if (!mapped) {
+      for (const Diagnostic& d : said.all()) diagnostics.add(d);
+      continue;
+    }
+    WorldRobot robot;
+    robot.model = model.name;
+    robot.name_space = free_model_namespace(mapped->name_space, model.name, taken);
+    robot.X_WR = model.X_WR;
+    robot.base = model.base;
+    robot.source = model.source;
+    taken.push_back(robot.name_space);
+    world.robots.push_back(std::move(robot));
+  }
 }
 
 std::shared_ptr<const CompiledRobot> CompiledScenario::find(std::string_view name_space) const {

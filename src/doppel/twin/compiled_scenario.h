@@ -41,6 +41,7 @@ struct DOPPEL_API CompiledScenario {
 
  private:
   std::vector<SdfModel> read_world(const Scenario& scenario, Diagnostics& diagnostics);
+  void find_driven(const std::vector<SdfModel>& models, const Scenario& scenario, Diagnostics& diagnostics);
 };
 
 // The handle of the robot's instance. Throws std::logic_error if it is not in the engine.
@@ -49,6 +50,10 @@ struct DOPPEL_API CompiledScenario {
 // Throws InputError if a namespace is invalid or used by two robots. Of several robots without a namespace
 // the later ones get a generated one, with a note.
 DOPPEL_API void name_robots(std::vector<WorldRobot>& robots, Diagnostics& diagnostics);
+
+// The namespace of a model that is a robot: the wanted one, or, if another robot has it, one with the model's name.
+[[nodiscard]] DOPPEL_API std::string free_model_namespace(const std::string& wanted, const std::string& model,
+                                                          const std::vector<std::string>& taken);
 
 // One warning for the ground, each object and each later robot in the world inside which links of
 // the robot start.

@@ -155,7 +155,9 @@ Status find_entity(const Scene& scene, const std::string& name, Entity& entity) 
   entity = {{}, true, Pose::Identity()};
   const std::vector<std::string> parts = parts_of(name);
   if (const int robot = robot_named(scene, name); robot >= 0) {
-    entity.body = {robot, scene.instance(robot).made_of().base_link()};
+    const ModelInstance& made = scene.instance(robot).made_of();
+    entity.body = {robot, made.base_link()};
+    entity.X_BE = made.X_BO;
     return {};
   }
   if (parts.size() == 2) {

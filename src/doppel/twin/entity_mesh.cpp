@@ -7,6 +7,7 @@
 
 #include "doppel/core/text.h"
 #include "doppel/packages/package_folder.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {
@@ -88,6 +89,24 @@ fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolve
   if (fs::file_size(real, failed) > kMaxMeshBytes || failed)
     throw refuse("is larger than 16 MB and would block the loop for too long");
   return real;
+}
+
+std::string read_entity_file(const std::string& file) {
+  constexpr std::size_t kMaxBytes = std::size_t{4} << 20;
+  const auto refuse = [&file](const std::string& why) {
+    return InputError("entity.file", {}, fmt::format("the file '{}' {}", file.substr(0, 200), why),
+                      "name an .sdf or .urdf file in a package, or send its text");
+  };
+  const fs::path path(file.starts_with("file://") ? file.substr(7) : file);
+  const std::string end = lowered(path.extension().string());
+  if (!path.is_absolute() || (end != ".sdf" && end != ".urdf" && end != ".model"))
+    throw refuse("is not an absolute path of an .sdf, .model or .urdf file");
+  std::error_code failed;
+  const fs::path real = fs::canonical(path, failed);
+  if (failed || !fs::is_regular_file(real, failed)) throw refuse("is not found");
+  if (package_above(real).empty() && !fs::is_regular_file(real.parent_path() / "model.config", failed))
+    throw refuse("is in no package and beside no model.config");
+  return read_file(real.string(), kMaxBytes);
 }
 
 }  // namespace doppel

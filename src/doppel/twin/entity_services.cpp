@@ -5,6 +5,8 @@
 #include <algorithm>
 
 #include "doppel/messages/utf8.h"
+#include "doppel/twin/compiled_scenario.h"
+#include "doppel/twin/detail/model_plugins.h"
 #include "doppel/twin/detail/service_answer.h"
 #include "doppel/twin/pose_messages.h"
 
@@ -43,7 +45,50 @@ std::string joined(const std::vector<Diagnostic>& diagnostics) {
   return out;
 }
 
+Status near_enough(const Pose& X_W) {
+  if (X_W.translation().cwiseAbs().maxCoeff() <= kMaxEntityDistance) return {};
+  return Status::refused(fmt::format("the pose is more than {:g} m away", kMaxEntityDistance));
+}
+
+struct DrivenEntity {
+  WorldRobot robot;
+  SdfModel model;  // in the world, under its name
+};
+
+// Takes the model that its plugins drive out of the entity.
+std::optional<DrivenEntity> take_driven(EntityText& entity, const std::string& name,
+                                        const EntityServices::Spawned& what,
+                                        const std::vector<std::string>& taken, const std::string& world) {
+  auto* const models = std::get_if<std::vector<SdfModel>>(&entity.made_of);
+  if (models == nullptr) return std::nullopt;
+  const auto whole = std::ranges::find(*models, entity.name, &SdfModel::name);
+  if (whole == models->end() || whole->description->gazebo.empty()) return std::nullopt;
+  RobotDescription description = *whole->description;
+  description.name = name;
+  if (!what.name_space.empty()) set_plugin_namespace(description, what.name_space);
+  Diagnostics said_later;
+  const auto mapped = map_model_plugins(description, world, said_later);
+  if (!mapped) return std::nullopt;
+  DrivenEntity out{{}, *whole};
+  models->erase(whole);
+  out.model.name = name;
+  out.model.X_WR = what.X_WE * out.model.X_WR;
+  out.model.description = std::make_shared<const RobotDescription>(std::move(description));
+  out.robot.X_WR = out.model.X_WR;
+  out.robot.base = out.model.base;
+  out.robot.name_space = free_model_namespace(mapped->name_space, name, taken);
+  return out;
+}
+
 }  // namespace
+
+std::string EntityServices::free_name(const std::string& name, bool rename) const {
+  if (!rename || scene_.find(name) < 0) return name;
+  for (int i = 0;; ++i) {
+    std::string other = fmt::format("{}_{}", name, i);
+    if (scene_.find(other) < 0) return other;
+  }
+}
 
 EntityServices::EntityServices(Bus& bus, const Scene& scene, const Log& log, Callbacks callbacks)
     : scene_(scene), log_(log), callbacks_(std::move(callbacks)), node_(bus, "/gazebo") {
@@ -72,65 +117,112 @@ Status EntityServices::check_name(const std::string& name) const {
   return {};
 }
 
-Status EntityServices::place_of(const Spawn::Request& request, Pose& X_WE) const {
-  EntityMotion frame;
-  if (const Status found = find_frame(scene_, request.reference_frame, frame); !found) return found;
-  const std::optional<Pose> X_FE = from_msg(request.initial_pose);
+Status EntityServices::place_in(const std::string& frame, const geometry_msgs::msg::Pose& pose,
+                                Pose& X_WE) const {
+  EntityMotion reference;
+  if (const Status found = find_frame(scene_, frame, reference); !found) return found;
+  const std::optional<Pose> X_FE = from_msg(pose);
   if (!X_FE)
-    return Status::refused("initial_pose is not valid: it needs a finite position and a unit quaternion");
-  X_WE = frame.X_WE * *X_FE;
+    return Status::refused("the pose is not valid: it needs a finite position and a unit quaternion");
+  X_WE = reference.X_WE * *X_FE;
   return {};
 }
 
-Status EntityServices::spawn_object(const Spawn::Request& request, const Pose& X_WE, std::string& good) {
+void EntityServices::add_objects(std::vector<ModelInstance> objects) {
+  if (objects.empty()) return;
+  std::vector<ModelInstance> instances = scene_.engine().world().instances();
+  for (ModelInstance& object : objects) instances.push_back(std::move(object));
+  scene_.engine().set_instances(std::move(instances));
+  callbacks_.changed();
+}
+
+void EntityServices::spawn(Spawned what, const SpawnDone& done) {
+  if (const std::string robot = robot_in_xml(what.xml); !robot.empty()) return spawn_urdf(what, robot, done);
   try {
-    Diagnostics notes;
-    const EntityText entity = read_entity_xml(request.xml, callbacks_.find_mesh, notes);
-    const std::string name = request.name.empty() ? entity.name : request.name;
-    if (const Status free = check_name(name); !free) return free;
-    std::vector<ModelInstance> instances = scene_.engine().world().instances();
-    for (ModelInstance& made : instances_of(entity, name, X_WE, notes)) {
-      const Pose X_WO = made.X_WR * base_at_start(made);
-      if (X_WO.translation().cwiseAbs().maxCoeff() > kMaxEntityDistance)
-        return Status::refused(fmt::format("the pose is more than {:g} m away", kMaxEntityDistance));
-      instances.push_back(std::move(made));
-    }
-    scene_.engine().set_instances(std::move(instances));
-    callbacks_.changed();
-    good =
-        fmt::format("'{}' is in the world{}{}", name, notes.all().empty() ? "" : "; ", joined(notes.all()));
-    return {};
+    spawn_entity(what, done);
   } catch (const InputError& refused) {
-    return Status::refused(joined(refused.diagnostics()));
+    done(Status::refused(joined(refused.diagnostics())), "");
   }
 }
 
-void EntityServices::spawn(const Spawn::Request& request, const Responder<Spawn::Response>& respond) {
-  Pose X_WE = Pose::Identity();
-  std::string good;
-  Status status = place_of(request, X_WE);
-  const std::string robot = status ? robot_in_xml(request.xml) : "";
-  if (status && robot.empty()) status = spawn_object(request, X_WE, good);
-  if (!status || robot.empty()) return respond(answer<Spawn::Response>(status, good));
+// Objects, of which one is a robot if its plugins drive it.
+void EntityServices::spawn_entity(const Spawned& what, const SpawnDone& done) {
+  Diagnostics notes;
+  EntityText entity = read_entity_xml(what.xml, callbacks_.find_mesh, notes);
+  const std::string name = free_name(what.name.empty() ? entity.name : what.name, what.rename);
+  if (const Status free = check_name(name); !free) return done(free, "");
+  std::optional<DrivenEntity> driven =
+      take_driven(entity, name, what, callbacks_.namespaces(), scene_.engine().world().settings().name);
+  std::vector<ModelInstance> made = instances_of(entity, name, what.X_WE, notes);
+  for (const ModelInstance& one : made) {
+    if (const Status near = near_enough(one.X_WR * base_at_start(one)); !near) return done(near, "");
+  }
+  if (driven) {
+    if (const Status near = near_enough(driven->model.X_WR); !near) return done(near, "");
+    return spawn_robot(std::move(driven->robot), std::move(driven->model), std::move(made), done);
+  }
+  add_objects(std::move(made));
+  done({},
+       fmt::format("'{}' is in the world{}{}", name, notes.all().empty() ? "" : "; ", joined(notes.all())));
+}
+
+void EntityServices::clone(const std::string& original, const Spawned& what, const SpawnDone& done) {
+  const int index = scene_.find(original);
+  if (index < 0 || scene_.is_robot(index)) {
+    return done(Status::refused(fmt::format("'{}' is {}", original.substr(0, kMaxNameLength),
+                                            index < 0 ? "no object" : "a robot, which cannot be cloned")),
+                "");
+  }
+  const std::string name = free_name(what.name.empty() ? original : what.name, what.rename);
+  Status status = check_name(name);
+  if (status) status = near_enough(what.X_WE);
+  if (!status) return done(status, "");
+  ModelInstance copy = scene_.instance(index).made_of();
+  copy.name = name;
+  // The model's frame goes to the asked place, and the joints are as at a reset.
+  const Pose X_WB = what.X_WE * copy.X_BO.inverse();
+  if (copy.floating()) {
+    const Pose X_RB = copy.X_WR.inverse() * X_WB;
+    copy.q0.head<3>() = X_RB.translation();
+    copy.q0.segment<4>(3) = Eigen::Quaterniond(X_RB.linear()).coeffs();  // x y z w
+  } else {
+    copy.X_WR = X_WB;
+  }
+  add_objects({std::move(copy)});
+  done({}, fmt::format("'{}' is in the world", name));
+}
+
+void EntityServices::spawn_urdf(const Spawned& what, const std::string& robot, const SpawnDone& done) {
   WorldRobot wanted;
-  wanted.X_WR = X_WE;
-  for (const std::string* name : {&request.robot_namespace, &request.name, &robot}) {
+  wanted.X_WR = what.X_WE;
+  for (const std::string* name : {&what.name_space, &what.name, &robot}) {
     if (wanted.name_space.empty()) wanted.name_space = *name;
   }
   if (wanted.name_space.starts_with('/')) wanted.name_space.erase(0, 1);
-  if (X_WE.translation().cwiseAbs().maxCoeff() > kMaxEntityDistance)
-    status = Status::refused(fmt::format("the pose is more than {:g} m away", kMaxEntityDistance));
+  wanted.name_space = free_name(wanted.name_space, what.rename);
+  Status status = near_enough(what.X_WE);
   if (status) status = check_name(wanted.name_space);
-  if (!status) return respond(answer<Spawn::Response>(status, ""));
-  const std::string name = wanted.name_space;
-  callbacks_.spawn_robot(std::move(wanted), request.xml, [this, respond, name](const Status& done) {
-    const std::string there = fmt::format(
-        "the robot '{}' is in the world; it was sent as XML, so it is not reloaded from files: delete it and "
-        "spawn it again to change it",
-        name);
-    if (done.ok()) log_.note("gazebo", there);
-    respond(answer<Spawn::Response>(done, there));
-  });
+  if (!status) return done(status, "");
+  spawn_robot(std::move(wanted), what.xml, {}, done);
+}
+
+void EntityServices::spawn_robot(WorldRobot robot, SpawnedText text, std::vector<ModelInstance> others,
+                                 const SpawnDone& done) {
+  const auto* const model = std::get_if<SdfModel>(&text);
+  const std::string name = model == nullptr ? robot.name_space : model->name;
+  callbacks_.spawn_robot(
+      std::move(robot), std::move(text),
+      [this, done, name, others = std::move(others)](const Status& status) {
+        const std::string there = fmt::format(
+            "the robot '{}' is in the world; it was sent as XML, so it is not reloaded from files: delete it "
+            "and spawn it again to change it",
+            name);
+        if (status.ok()) {
+          add_objects(others);
+          log_.note("gazebo", there);
+        }
+        done(status, there);
+      });
 }
 
 Status EntityServices::remove(const std::string& name) {
@@ -151,6 +243,10 @@ Status EntityServices::remove(const std::string& name) {
   const Status found = find_entity(scene_, name, entity);
   return found ? Status::refused(fmt::format("'{}' is part of an entity and cannot be deleted alone", name))
                : found;
+}
+
+Status EntityServices::set_pose(const std::string& name, const geometry_msgs::msg::Pose& pose) {
+  return set_state(name, "", pose, {});
 }
 
 Status EntityServices::get_state(const std::string& name, const std::string& reference,
@@ -174,13 +270,14 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
   EntityMotion frame;
   if (const Status found = find_entity(scene_, name, entity); !found) return found;
   if (const Status found = find_frame(scene_, reference, frame); !found) return found;
-  if (entity.robot) {
+  const ModelInstance& made = scene_.instance(entity.body.instance).made_of();
+  if (entity.robot && !(made.floating() && entity.body.link == made.base_link())) {
     return Status::refused(
-        fmt::format("'{}' is the robot or a link of it; its joints are set with "
+        fmt::format("'{}' is a robot with a fixed base or a link of a robot; its joints are set with "
                     "/gazebo/set_state",
                     name));
   }
-  if (entity.body.link != scene_.instance(entity.body.instance).made_of().base_link()) {
+  if (entity.body.link != made.base_link()) {
     return Status::refused(
         fmt::format("'{}' is a link that joints carry; move the object that it belongs to", name));
   }
@@ -190,14 +287,11 @@ Status EntityServices::set_state(const std::string& name, const std::string& ref
       return Status::refused(fmt::format("'{}' is attached to '{}'; detach it first", name,
                                          scene_.engine().world().name_of(other)));
   }
-  const std::optional<Pose> X_FE = from_msg(pose);
-  if (!X_FE)
-    return Status::refused("the pose is not valid: it needs a finite position and a unit quaternion");
-  const Pose X_WE = frame.X_WE * *X_FE;
+  Pose X_WE;
+  if (const Status valid = place_in(reference, pose, X_WE); !valid) return valid;
   const Eigen::Matrix3d R_WF = frame.X_WE.linear();
   const FrameVelocity velocity{R_WF * from_msg(twist.linear), R_WF * from_msg(twist.angular)};
-  if (!(X_WE.translation().cwiseAbs().maxCoeff() <= kMaxEntityDistance))
-    return Status::refused(fmt::format("the pose is more than {:g} m away", kMaxEntityDistance));
+  if (const Status near = near_enough(X_WE); !near) return near;
   if (!(velocity.linear_W.norm() <= kMaxEntitySpeed) || !(velocity.angular_W.norm() <= kMaxEntitySpeed))
     return Status::refused(
         fmt::format("the twist is not finite, or faster than {:g} m/s or rad/s", kMaxEntitySpeed));
@@ -218,7 +312,7 @@ void EntityServices::move(const Entity& entity, EntityMotion motion) {
 }
 
 // Logged once, also if a client repeats the call.
-void EntityServices::tell_refusal(const char* service, const Status& status) {
+void EntityServices::tell_refusal(const std::string& service, const Status& status) {
   if (status.ok() || status.why() == last_error_) return;
   last_error_ = status.why();
   log_.warning("gazebo", fmt::format("{}: {}", service, last_error_));
@@ -226,9 +320,17 @@ void EntityServices::tell_refusal(const char* service, const Status& status) {
 
 void EntityServices::offer_coming_and_going() {
   using gazebo_msgs::srv::DeleteEntity;
-  node_.serve<Spawn>("spawn_entity", [this](const Spawn::Request& r, Responder<Spawn::Response> respond) {
-    spawn(r, respond);
-  });
+  using gazebo_msgs::srv::SpawnEntity;
+  node_.serve<SpawnEntity>(
+      "spawn_entity", [this](const SpawnEntity::Request& r, const Responder<SpawnEntity::Response>& respond) {
+        Spawned what{r.name, r.xml, r.robot_namespace};
+        const auto done = [respond](const Status& status, const std::string& good) {
+          respond(answer<SpawnEntity::Response>(status, good));
+        };
+        const Status placed = place_in(r.reference_frame, r.initial_pose, what.X_WE);
+        if (!placed) return done(placed, "");
+        spawn(std::move(what), done);
+      });
   node_.serve<DeleteEntity>(
       "delete_entity", [this](const DeleteEntity::Request& r, Responder<DeleteEntity::Response> respond) {
         const Status status = remove(r.name);

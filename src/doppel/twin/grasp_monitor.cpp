@@ -120,10 +120,23 @@ std::string GraspMonitor::cause_of(const Grasp& grasp) const {
 }
 
 void GraspMonitor::report(const Grasp& grasp, Held& held) const {
-  if (held.reported || !held.slips || held.slip < kReportedSlip) return;
+  if (!held.slips) return report_creep(grasp, held);
+  if (held.reported || held.slip < kReportedSlip) return;
   held.reported = true;
   log_.warning(kGraspOrigin, fmt::format("'{}' slips between {} of '{}': {}", held.object,
                                          names_of_links(grasp), held.robot, cause_of(grasp)));
+}
+
+// What slips more slowly than kSmallSlip a look, and nevertheless far.
+void GraspMonitor::report_creep(const Grasp& grasp, Held& held) const {
+  if (held.reported || held.creep_reported || held.slip < kReportedSlip) return;
+  const double used = grasp.friction_used();
+  if (used <= kNearlyAll) return;
+  held.creep_reported = true;
+  log_.warning(kGraspOrigin,
+               fmt::format("'{}' creeps between {} of '{}': {:.1f} mm since it is held, slower "
+                           "than 1 cm/s, with {:.0f} % of the friction used",
+                           held.object, names_of_links(grasp), held.robot, 1e3 * held.slip, 100 * used));
 }
 
 diagnostic_msgs::msg::DiagnosticStatus GraspMonitor::status_of(const Grasp& grasp, const Held& held,

@@ -5,7 +5,9 @@
 #include <utility>
 
 #include "doppel/description/shape_mesh.h"
+#include "doppel/description/texture_coordinates.h"
 #include "doppel/twin/detail/entity.h"
+#include "doppel/twin/detail/scene_message.h"
 #include "doppel/twin/pose_messages.h"
 
 namespace doppel {
@@ -20,7 +22,6 @@ constexpr double kMoved = 1e-5;           // m, and of a rotation matrix's entri
 void add_triangles(const TriangleMesh& mesh, Marker& marker) {
   marker.type = Marker::TRIANGLE_LIST;
   marker.scale = to_vector_msg(Eigen::Vector3d::Ones());
-  marker.texture_resource.clear();  // there are no coordinates in the texture
   for (const auto& triangle : mesh.triangles) {
     for (const std::uint32_t corner : triangle) {
       const Eigen::Vector3f& p = mesh.vertices[corner];
@@ -29,10 +30,16 @@ void add_triangles(const TriangleMesh& mesh, Marker& marker) {
   }
 }
 
-// A part of a mesh has no URI; a file that cannot be read was reported when it was loaded for collisions.
-void add_part(const MeshGeometry& mesh, Marker& marker) {
+std::string part_resource(const MeshGeometry& mesh) {
+  return mesh_resource(mesh) + "#" + mesh.submesh + (mesh.center_submesh ? "&center" : "");
+}
+
+// A file that cannot be read was reported when it was loaded for collisions.
+void add_part(const MeshGeometry& mesh, bool embedded, Marker& marker) {
   try {
     add_triangles(load_mesh(mesh), marker);
+    marker.mesh_resource = part_resource(mesh);
+    marker.mesh_use_embedded_materials = embedded;
   } catch (const InputError&) {
     add_triangles({}, marker);
   }
@@ -70,13 +77,17 @@ Marker marker_of(const std::string& object, const LinkVisual& visual) {
     marker.scale = {plane->size.x(), plane->size.y(), kPlaneThickness};
   } else if (const auto convex = convex_surface(*visual.geometry)) {
     add_triangles(*convex, marker);
+    for (const Eigen::Vector2f& uv : texture_coordinates(*visual.geometry, *convex))
+      marker.uv_coordinates.push_back({uv.x(), uv.y()});
+  } else if (std::holds_alternative<Heightmap>(*visual.geometry)) {
+    add_triangles({}, marker);  // its surface is in /doppel/scene
   } else if (const auto* mesh = std::get_if<MeshGeometry>(visual.geometry)) {
     if (mesh->path.empty()) {  // not found, which was reported when the world was read
       add_triangles({}, marker);
       return marker;
     }
     if (!mesh->submesh.empty()) {
-      add_part(*mesh, marker);
+      add_part(*mesh, !coloured, marker);
       return marker;
     }
     marker.type = Marker::MESH_RESOURCE;
@@ -110,14 +121,17 @@ std::string file_uri(const std::filesystem::path& file) {
 
 ObjectPublisher::ObjectPublisher(Bus& bus, const Scene& scene) : scene_(scene), node_(bus, "/doppel") {
   topic_ = node_.advertise<visualization_msgs::msg::MarkerArray>("~/objects", {.depth = 1, .latched = true});
+  surroundings_ = node_.advertise<doppel_msgs::msg::Scene>("~/scene", {.depth = 1, .latched = true});
 }
 
 // An object keeps its id as long as it exists under its name.
-void ObjectPublisher::list() {
+void ObjectPublisher::list(Time now) {
   const auto before = static_cast<std::ptrdiff_t>(parts_.size());
   std::vector<Marker> old(message_.markers.begin(), message_.markers.begin() + before);
   message_.markers.clear();
   parts_.clear();
+  doppel_msgs::msg::Scene surroundings =
+      to_scene_msg(scene_.engine().world().settings(), scene_.world_in_tf());
   for (const int index : scene_.objects()) {
     const ModelInstance& object = scene_.instance(index).made_of();
     for (const LinkVisual& part : visuals_of(object)) {
@@ -125,6 +139,8 @@ void ObjectPublisher::list() {
       const auto known = std::ranges::find(old, marker.text, &Marker::text);
       marker.id = known != old.end() ? known->id : next_id_++;
       if (known != old.end()) old.erase(known);
+      if (part.material != nullptr) add_material(*part.material, marker.id, surroundings);
+      if (const auto* map = std::get_if<Heightmap>(part.geometry)) add_terrain(*map, marker.id, surroundings);
       message_.markers.push_back(std::move(marker));
       Pose X_LS = part.origin->pose();
       if (const auto* plane = std::get_if<Plane>(part.geometry))
@@ -135,6 +151,7 @@ void ObjectPublisher::list() {
   for (const Marker& marker : old) gone_.push_back(marker.id);
   while (gone_.size() > kMaxDeletedRepeated) gone_.pop_front();
   for (const std::int32_t id : gone_) message_.markers.push_back(deletion(id));
+  surroundings_.publish(surroundings, now);
 }
 
 bool ObjectPublisher::update_poses() {
@@ -154,7 +171,7 @@ bool ObjectPublisher::update_poses() {
 
 void ObjectPublisher::publish_changes(Time now) {
   const bool was_listed = std::exchange(listed_, true);
-  if (!was_listed) list();
+  if (!was_listed) list(now);
   const bool moved = update_poses();
   if (was_listed && !moved) return;
   const auto stamp = to_time_msg(node_.bus().stamp(now));

@@ -2,7 +2,11 @@
 // /doppel/objects (visualization_msgs/msg/MarkerArray, latched): the world's objects as RViz's markers, ns
 // "objects", text: the object's name, in the frame "world"; one marker for each visual shape. Published when an object is spawned, deleted or
 // moved, at most at 25 Hz of simulated time. Every message has all objects, and DELETE for recently deleted
-// ones, so that a subscriber that missed a message is up to date with the next one.
+// ones, so that a subscriber that missed a message is up to date with the next one. A part of a mesh is a list of triangles
+// whose mesh_resource, which RViz ignores, is the URI of the file with "#NAME", or "#NAME&center" if the part is centred.
+//
+// /doppel/scene (doppel_msgs/msg/Scene, latched): lights, surroundings, terrains, and what markers cannot express of
+// materials; published when the objects are listed anew.
 
 #include <deque>
 #include <filesystem>
@@ -12,6 +16,7 @@
 
 #include "doppel/bus/bus.h"
 #include "doppel/export.h"
+#include "doppel/messages/doppel_msgs.h"
 #include "doppel/messages/visualization_msgs.h"
 #include "doppel/twin/publish_schedule.h"
 #include "doppel/twin/scene.h"
@@ -42,12 +47,13 @@ class DOPPEL_API ObjectPublisher : public Tickable {
     due_.at_once();
   }
   void publish_changes(Time now);
-  void list();
+  void list(Time now);
   bool update_poses();
 
   const Scene& scene_;
   Node node_;
   Publisher<visualization_msgs::msg::MarkerArray> topic_;
+  Publisher<doppel_msgs::msg::Scene> surroundings_;
   PublishSchedule due_{Duration{40'000'000}};
   visualization_msgs::msg::MarkerArray message_;  // first the objects, in the scene's order, then the deleted
   // What a marker shows, at the same index.

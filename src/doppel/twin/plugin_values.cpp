@@ -11,6 +11,23 @@
 
 namespace doppel {
 
+std::string absolute_topic(const std::string& name_space, const std::string& topic) {
+  if (topic.starts_with('/')) return topic;
+  return name_space.empty() || name_space == "/" ? "/" + topic
+         : name_space.starts_with('/')           ? name_space + "/" + topic
+                                                 : "/" + name_space + "/" + topic;
+}
+
+std::string valid_topic(const std::string& topic) {
+  std::string out;
+  for (const char c : topic) {
+    const bool digit = c >= '0' && c <= '9';
+    if (digit && (out.empty() || out.back() == '/')) out += '_';
+    out += digit || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '/' ? c : '_';
+  }
+  return out;
+}
+
 std::vector<std::string> PluginValues::all(std::initializer_list<std::string_view> names) {
   std::vector<std::string> out;
   for (const XmlNode& child : element_.children) {
@@ -67,6 +84,16 @@ std::string PluginValues::remapped(const std::string& name) {
     if (rule.starts_with(name + ":=")) return rule.substr(name.size() + 2);
   }
   return name;
+}
+
+std::string PluginValues::ros_namespace() {
+  const XmlNode* const ros = element_.first("ros");
+  const XmlNode* const space = ros == nullptr ? nullptr : ros->first("namespace");
+  return space == nullptr ? text({"robotNamespace"}) : space->content();
+}
+
+std::string PluginValues::ros_name(const std::string& name) {
+  return absolute_topic(ros_namespace(), remapped(name));
 }
 
 std::vector<std::string> PluginValues::unread() const {

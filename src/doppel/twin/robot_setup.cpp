@@ -10,6 +10,7 @@
 #include "doppel/target/target.h"
 #include "doppel/twin/detail/base_plugins.h"
 #include "doppel/twin/detail/base_wheels.h"
+#include "doppel/twin/detail/model_plugins.h"
 #include "doppel/twin/detail/yaml_text.h"
 #include "doppel/twin/robot_names.h"
 
@@ -166,10 +167,30 @@ RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, Robot
   return setup;
 }
 
+RobotSetup set_up_model(const Scenario& scenario, const WorldRobot& robot, const std::string& world,
+                        RobotDescription description, Diagnostics& diagnostics) {
+  RobotSetup setup;
+  const auto mapped = map_model_plugins(description, world, diagnostics);
+  if (!mapped) {
+    throw InputError("up.model_plugin", description.source,
+                     fmt::format("no plugin of the model '{}' drives it", description.name));
+  }
+  for (const Joint& joint : description.joints) {
+    if (std::ranges::find(mapped->joints, joint.name) == mapped->joints.end())
+      setup.free_joints.push_back(joint.name);
+  }
+  setup.description.robot = std::move(description);
+  setup.from_plugins = true;
+  setup.controllers_origin = "its plugins";
+  setup.controllers = ParameterFile::parse(mapped->yaml, "<controllers from plugins>");
+  address(scenario, robot, setup);
+  return setup;
+}
+
 void generate_controllers(const Scenario& scenario, const WorldRobot& robot, const ModelInstance& made,
                           RobotSetup& setup, Diagnostics& diagnostics) {
   const RobotDescription& description = setup.description.robot;
-  auto base = map_base_plugin(description, diagnostics);
+  auto base = map_base_plugin(description, PluginTopics::relative, diagnostics);
   if (!base) {
     base = base_for_wheels(base_wheels(made), description, kBaseController, diagnostics);
     if (base)

@@ -29,8 +29,9 @@ struct RobotSetup {
   std::vector<std::filesystem::path> controllers_files;  // the files it was read from; empty: generated
   std::vector<std::filesystem::path> declaring_files;    // found files that declare controllers
   bool controllers_named = false;                        // the user named the file
-  std::vector<std::string> free_joints = {};             // casters of a base: no controller holds them
-  std::string unused_files;                              // of controllers of other robots; a note, or empty
+  bool from_plugins = false;                  // of a model of an SDF file: controllers from its plugins
+  std::vector<std::string> free_joints = {};  // casters of a base: no controller holds them
+  std::string unused_files;                   // of controllers of other robots; a note, or empty
   // Declared in `controllers`; started where the files that were found leave its joints without a controller.
   std::optional<GeneratedBase> spare_base;
 };
@@ -51,6 +52,11 @@ DOPPEL_API RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& r
 // The same for a description that is already read, without files.
 DOPPEL_API RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot,
                                    RobotDescription description, Diagnostics& diagnostics);
+
+// The setup of a model of an SDF file, by its plugins. Throws InputError: none of them is mapped.
+DOPPEL_API RobotSetup set_up_model(const Scenario& scenario, const WorldRobot& robot,
+                                   const std::string& world, RobotDescription description,
+                                   Diagnostics& diagnostics);
 
 // The controllers of a robot without a file: a broadcaster, a controller for a base with a plugin of Gazebo that
 // drives it or on wheels that fit one, and a trajectory controller for the other joints. `made`: the robot's

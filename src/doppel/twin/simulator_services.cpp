@@ -37,7 +37,7 @@ SimulatorServices::SimulatorServices(Bus& bus, const Scene& scene, TimeControl& 
 void SimulatorServices::reset(Time /*now*/) {
   loads_.clear();
   scene_.engine().clear_applied();
-  next_change_ = Time::max();
+  next_change_ = pause_at_ = Time::max();
 }
 
 void SimulatorServices::instances_changed() {
@@ -129,14 +129,8 @@ void SimulatorServices::offer_time_services() {
           respond({});
         });
   };
-  offer("~/pause_physics", [this] { time_control_.paused = true; });
-  offer("~/unpause_physics", [this] {
-    time_control_.paused = false;
-    time_control_.steps_owed = 0;
-    for (const Stepping& call : std::exchange(stepping_, {})) {
-      call.respond({false, "the simulation was resumed; not all steps were taken", to_seconds(scene_.now())});
-    }
-  });
+  offer("~/pause_physics", [this] { pause(); });
+  offer("~/unpause_physics", [this] { resume(); });
   offer("~/reset_simulation", [this] { callbacks_.reset(); });
   offer("~/reset_world", [this] { callbacks_.reset(); });
 
@@ -154,6 +148,20 @@ void SimulatorServices::offer_time_services() {
       });
 }
 
+void SimulatorServices::resume() {
+  time_control_.paused = false;
+  time_control_.steps_owed = 0;
+  for (const Stepping& call : std::exchange(stepping_, {})) {
+    call.respond({false, "the simulation was resumed; not all steps were taken", to_seconds(scene_.now())});
+  }
+}
+
+void SimulatorServices::step(std::uint32_t steps) {
+  if (stepping_.empty()) steps_asked_ = time_control_.steps_owed;
+  time_control_.steps_owed += steps;
+  steps_asked_ += steps;
+}
+
 void SimulatorServices::offer_step() {
   using doppel_msgs::srv::Step;
   node_.serve<Step>("~/step", [this](const Step::Request& request, Responder<Step::Response> respond) {
@@ -162,9 +170,7 @@ void SimulatorServices::offer_step() {
           {false, "the simulation is running; call /gazebo/pause_physics first", to_seconds(scene_.now())});
       return;
     }
-    if (stepping_.empty()) steps_asked_ = time_control_.steps_owed;
-    time_control_.steps_owed += request.steps;
-    steps_asked_ += request.steps;
+    step(request.steps);
     stepping_.push_back({request.steps, steps_asked_, std::move(respond)});
   });
 }

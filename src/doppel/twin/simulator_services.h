@@ -33,10 +33,22 @@ class DOPPEL_API SimulatorServices : public Tickable {
   // Scene and time control outlive the services.
   SimulatorServices(Bus& bus, const Scene& scene, TimeControl& time_control, Callbacks callbacks);
 
+  void pause() { time_control_.paused = true; }
+  void resume();
+  // Of a paused simulation.
+  void step(std::uint32_t steps);
+  // Pauses at that time.
+  void pause_at(Time when) { pause_at_ = when; }
+
   [[nodiscard]] bool at_every_step() const override { return true; }
   // Starts and ends the timed efforts and wrenches that are due.
   void before_step(Time now) override {
     if (now >= next_change_) apply_due(now);
+  }
+  void after_step(Time now) override {
+    if (now < pause_at_) return;
+    pause_at_ = Time::max();
+    pause();
   }
   // Responds to calls of ~/step whose steps are complete.
   void between_steps(Time /*now*/) override {
@@ -96,7 +108,7 @@ class DOPPEL_API SimulatorServices : public Tickable {
   std::vector<Stepping> stepping_;  // in the order of the calls
   std::uint64_t steps_asked_ = 0;   // since the pause
   std::vector<Load> loads_;
-  Time next_change_ = Time::max();
+  Time next_change_ = Time::max(), pause_at_ = Time::max();
 };
 
 }  // namespace doppel

@@ -12,6 +12,7 @@
 #include "doppel/twin/detail/grasp_monitor.h"
 #include "doppel/twin/detail/sensor_ticks.h"
 #include "doppel/twin/detail/twin.h"
+#include "doppel/twin/detail/world_services.h"
 #include "doppel/twin/object_publisher.h"
 #include "doppel/twin/robot_names.h"
 
@@ -92,15 +93,22 @@ void Twin::Impl::add_world_ticks() {
     for (const auto& robot : robots) robot->restart(machine->engine->time());
     publish_state();
   };
-  ticks.add(std::make_unique<SimulatorServices>(bus, scene, time_control, std::move(simulator)));
+  auto services = std::make_unique<SimulatorServices>(bus, scene, time_control, std::move(simulator));
+  SimulatorServices& of_time = *services;
+  ticks.add(std::move(services));
   EntityServices::Callbacks entities;
   entities.find_mesh = [this](const std::string& uri) {
     return find_entity_mesh(uri, machine->resolver,
                             robots.empty() ? Target{} : robots.front()->machine().setup().target);
   };
   entities.changed = [this] { renew_handles(); };
-  entities.spawn_robot = [this](WorldRobot robot, std::string urdf, const auto& done) {
-    spawn_robot(std::move(robot), std::move(urdf), done);
+  entities.spawn_robot = [this](WorldRobot robot, SpawnedText text, const auto& done) {
+    spawn_robot(std::move(robot), std::move(text), done);
+  };
+  entities.namespaces = [this] {
+    std::vector<std::string> out;
+    for (const auto& robot : robots) out.push_back(robot->name_space());
+    return out;
   };
   entities.remove_robot = [this](int index) {
     for (const auto& robot : robots) {
@@ -108,7 +116,11 @@ void Twin::Impl::add_world_ticks() {
     }
     return Status::refused("this robot does not belong to the twin");
   };
-  ticks.add(std::make_unique<EntityServices>(bus, scene, log, std::move(entities)));
+  auto of_entities = std::make_unique<EntityServices>(bus, scene, log, std::move(entities));
+  ticks.add(std::make_unique<WorldServices>(
+      bus, scene, log, *of_entities, of_time,
+      WorldServices::Callbacks{[this] { reset(); }, [this] { reset(machine->engine->time()); }}));
+  ticks.add(std::move(of_entities));
   ticks.add(std::make_unique<ClockPublisher>(bus, scene));
   ticks.add(std::make_unique<ContactPublisher>(bus, scene));
   ticks.add(std::make_unique<ObjectPublisher>(bus, scene));
@@ -235,10 +247,11 @@ void Twin::Impl::between_steps() {
   ticks.between_steps(now);
 }
 
-void Twin::Impl::reset() {
+void Twin::Impl::reset(std::optional<Time> at) {
   const auto held = hold();
   Engine& engine = *machine->engine;
   engine.reset();
+  if (at) engine.set_time(*at);
   const Time now = engine.time();
   bus.set_now(now);
   follow_wall(now);

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "doppel/bus/bus.h"
@@ -19,10 +20,13 @@
 #include "doppel/twin/loop_meter.h"
 #include "doppel/twin/scenario.h"
 #include "doppel/twin/twin_robot.h"
+#include "doppel/worlds/sdf_world.h"
 
 namespace doppel {
 
 struct TimeControl;  // simulator_services.h
+
+using SpawnedText = std::variant<std::string, SdfModel>;  // a URDF, or a read model of SDF
 
 class DOPPEL_API Twin {
  public:
@@ -58,10 +62,10 @@ class DOPPEL_API Twin {
 
   // -- spawned and deleted robots
   // Prepares a robot on any thread while the twin runs: description, model, shapes, the world compiled with
-  // it, and its controllers rehearsed. Throws InputError.
+  // it, and its controllers rehearsed. `text`: a URDF, or a model of SDF that its plugins drive. Throws InputError.
   struct JoiningRobot;
   [[nodiscard]] std::shared_ptr<JoiningRobot> prepare_robot(const std::shared_ptr<const Running>& running,
-                                                            const WorldRobot& robot, const std::string& urdf,
+                                                            const WorldRobot& robot, const SpawnedText& text,
                                                             Diagnostics& diagnostics) const;
   // The loop's thread, between steps. The state of the other robots stays bit-identical. Compiles only if
   // instances were added or removed since running(). Throws InputError if its name is already used or its

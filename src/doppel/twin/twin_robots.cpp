@@ -44,7 +44,7 @@ void refuse_taken(const std::string& name_space) {
 }  // namespace
 
 std::shared_ptr<Twin::JoiningRobot> Twin::prepare_robot(const std::shared_ptr<const Running>& running,
-                                                        const WorldRobot& robot, const std::string& urdf,
+                                                        const WorldRobot& robot, const SpawnedText& text,
                                                         Diagnostics& diagnostics) const {
   const Impl& twin = *impl_;
   if (const Status fine = check_namespace("/" + robot.name_space); !fine) {
@@ -59,16 +59,23 @@ std::shared_ptr<Twin::JoiningRobot> Twin::prepare_robot(const std::shared_ptr<co
   PackageResolver resolver;
   resolver.add_bundled(twin.scenario.bundled_robots);
   for (const auto& known : running->robots.now) {
-    if (!known->from_text()) resolver.add_context(known->setup().target.description);
+    if (!known->asked().target.empty()) resolver.add_context(known->setup().target.description);
   }
-  RobotDescription description = parse_urdf(urdf, robot.name_space + ".urdf", resolver, diagnostics);
-  diagnostics.throw_if_errors();
-  keep_to_packages(description, resolver);
   World world;
   static_cast<WorldSettings&>(world) = running->world->settings();
   CollisionMeshes meshes;
-  const auto machine = std::make_shared<CompiledRobot>(robot, twin.scenario, world, std::move(description),
-                                                       meshes, diagnostics);
+  std::shared_ptr<CompiledRobot> machine;
+  if (const auto* const model = std::get_if<SdfModel>(&text)) {
+    machine = std::make_shared<CompiledRobot>(robot, twin.scenario, world, *model, model->name, meshes,
+                                              diagnostics);
+  } else {
+    RobotDescription description =
+        parse_urdf(std::get<std::string>(text), robot.name_space + ".urdf", resolver, diagnostics);
+    diagnostics.throw_if_errors();
+    keep_to_packages(description, resolver);
+    machine = std::make_shared<CompiledRobot>(robot, twin.scenario, world, std::move(description), meshes,
+                                              diagnostics);
+  }
   const auto alone = compile_world(twin.scenario.engine, static_cast<const WorldSettings&>(world),
                                    {machine->instance()}, diagnostics)
                          ->make_engine();
@@ -124,7 +131,8 @@ Status Twin::Impl::remove_robot(const std::string& name_space) {
   const auto held = hold();
   TwinRobot* const robot = find(name_space);
   if (robot == nullptr) return Status::refused(fmt::format("there is no robot '{}'", name_space));
-  if (name_space.empty() || robots.size() == 1)
+  const bool model = robot->machine().setup().from_plugins;  // of a world, which can be without a robot
+  if (!model && (name_space.empty() || robots.size() == 1))
     return Status::refused(fmt::format("'{}' is {}, which cannot be deleted", robot->name(),
                                        robots.size() == 1 ? "the robot" : "the robot without a namespace"));
   const std::string name = robot->name();
@@ -141,7 +149,7 @@ Status Twin::Impl::remove_robot(const std::string& name_space) {
 // A robot that is being spawned.
 struct Twin::Impl::Spawning {
   WorldRobot robot;
-  std::string urdf;
+  SpawnedText text;
   std::function<void(const Status&)> done;
   std::shared_ptr<const Running> running;      // at the call
   std::shared_ptr<const CompiledWorld> world;  // to which it is added
@@ -151,12 +159,12 @@ struct Twin::Impl::Spawning {
   int builds = 0;
 };
 
-void Twin::Impl::spawn_robot(WorldRobot robot, std::string urdf, std::function<void(const Status&)> done) {
+void Twin::Impl::spawn_robot(WorldRobot robot, SpawnedText text, std::function<void(const Status&)> done) {
   if (building)
     return done(Status::refused("another robot is being spawned; call again when it is in the world"));
   auto spawning = std::make_shared<Spawning>();
   spawning->robot = std::move(robot);
-  spawning->urdf = std::move(urdf);
+  spawning->text = std::move(text);
   spawning->done = std::move(done);
   spawning->running = twin.running();
   build(spawning);
@@ -171,7 +179,7 @@ void Twin::Impl::build(const std::shared_ptr<Spawning>& spawning) {
     try {
       if (spawning->joining == nullptr) {
         spawning->joining =
-            twin.prepare_robot(spawning->running, spawning->robot, spawning->urdf, spawning->said);
+            twin.prepare_robot(spawning->running, spawning->robot, spawning->text, spawning->said);
       } else {
         spawning->joining->compile_into(spawning->world);
       }

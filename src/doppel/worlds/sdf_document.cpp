@@ -9,6 +9,7 @@
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
 #include "doppel/description/load.h"
+#include "doppel/worlds/detail/sdf_lighting.h"
 #include "doppel/worlds/detail/sdf_population.h"
 #include "doppel/xml/xml_tree.h"
 
@@ -121,7 +122,7 @@ void Document::read_source(const Source& source, const std::string& name, SdfWor
   out.settings.ground = true;
   if (root.is("model")) return read_model(root, source, world_, nullptr, 0);
   read_items(root, source, world_, &out, 0);
-  if (world_.items.empty() && out.lights.empty())
+  if (world_.items.empty() && out.settings.lights.empty())
     elements_.error("sdf.not_sdf", root.where, "the file has neither a <world> nor a <model>");
 }
 
@@ -131,10 +132,7 @@ void Document::read_world(const XmlNode& node, const Source& source, SdfWorld& o
   if (const auto gravity = elements_.vector<3>(node, "gravity")) out.settings.gravity = *gravity;
   if (const XmlNode* const physics = node.first("physics")) read_physics(*physics, out);
   if (const XmlNode* const scene = node.first("scene")) {
-    elements_.check(*scene, "scene");
-    out.scene.ambient = elements_.colour(*scene, "ambient").value_or(out.scene.ambient);
-    out.scene.background = elements_.colour(*scene, "background").value_or(out.scene.background);
-    out.scene.shadows = elements_.truth(*scene, "shadows", true);
+    out.settings.environment = read_environment(*scene, elements_);
   }
   for (const XmlNode& child : node.children) {
     if (!child.is("plugin")) continue;
@@ -193,7 +191,7 @@ void Document::read_items(const XmlNode& node, const Source& source, Scope& scop
       scope.sensors.push_back(&child);
     } else if (child.is("light") && world != nullptr) {
       const WrittenPose pose = elements_.pose(child);
-      read_light(child, pose.X, pose.where.known(), *world);
+      world->settings.lights.push_back(read_light(child, pose.X, pose.where.known(), elements_));
     } else if (child.is("population") && scope.is_world) {
       read_population(child, source, scope, world, depth + 1);
     } else if (child.is("actor")) {
@@ -350,7 +348,8 @@ void Document::read_include(const XmlNode& node, const Source& source, Scope& in
     read_model(*model, *included, into, &over, depth);
   } else if (light != nullptr && world != nullptr) {
     const WrittenPose own = elements_.pose(*light);
-    read_light(*light, over.pose.where.known() ? over.pose.X : own.X, over.pose.where.known(), *world);
+    world->settings.lights.push_back(read_light(*light, over.pose.where.known() ? over.pose.X : own.X,
+                                                over.pose.where.known(), elements_));
   } else {
     elements_.without_effect(node.where, fmt::format("the <include> of '{}'", uri), "it contains no model");
   }
@@ -399,7 +398,8 @@ bool Document::built_in(const std::string& uri, const Override& over, Scope& int
         "<sdf version='1.9'><light type='directional' name='sun'><cast_shadows>true</cast_shadows>"
         "<pose>0 0 10 0 0 0</pose><diffuse>0.8 0.8 0.8 1</diffuse><specular>0.2 0.2 0.2 1</specular>"
         "<direction>-0.5 0.1 -0.9</direction></light></sdf>");
-    read_light(*root.first("light"), over.pose.X, over.pose.where.known(), *world);
+    world->settings.lights.push_back(
+        read_light(*root.first("light"), over.pose.X, over.pose.where.known(), elements_));
   } else if (name == "ground_plane") {
     const XmlNode& root = made(
         "<sdf version='1.9'><model name='ground_plane'><static>true</static><link name='link'>"
@@ -453,37 +453,6 @@ void Document::stand_in(const XmlNode& node, const Override& over, const std::st
   const std::size_t before = into.items.size();
   read_model(*root.first("model"), *texts_.back(), into, &named, 0);
   if (into.items.size() > before) into.items.back().scope->is_stand_in = true;
-}
-
-void Document::read_light(const XmlNode& node, const Pose& X, bool posed, SdfWorld& out) {
-  elements_.check(node, "light");
-  SdfLight light;
-  light.name = Elements::attribute(node, "name");
-  light.source = node.where;
-  const std::string type = Elements::attribute(node, "type");
-  light.kind = type == "directional" ? SdfLightKind::directional
-               : type == "spot"      ? SdfLightKind::spot
-                                     : SdfLightKind::point;
-  if (posed) light.X_WL = X;
-  const Eigen::Vector3d direction = elements_.vector<3>(node, "direction").value_or(light.direction_W);
-  if (direction.norm() > 1e-9) light.direction_W = light.X_WL.linear() * direction.normalized();
-  light.diffuse = elements_.colour(node, "diffuse").value_or(light.diffuse);
-  light.specular = elements_.colour(node, "specular").value_or(light.specular);
-  light.cast_shadows = elements_.truth(node, "cast_shadows", false);
-  light.intensity = elements_.number_or(node, "intensity", light.intensity);
-  light.range = elements_.number_or(node, "range", light.range);
-  if (const XmlNode* const attenuation = node.first("attenuation")) {
-    light.range = elements_.number_or(*attenuation, "range", light.range);
-    light.attenuation_constant = elements_.number_or(*attenuation, "constant", light.attenuation_constant);
-    light.attenuation_linear = elements_.number_or(*attenuation, "linear", light.attenuation_linear);
-    light.attenuation_quadratic = elements_.number_or(*attenuation, "quadratic", light.attenuation_quadratic);
-  }
-  if (const XmlNode* const spot = node.first("spot")) {
-    light.inner_angle = elements_.number_or(*spot, "inner_angle", 0);
-    light.outer_angle = elements_.number_or(*spot, "outer_angle", 0);
-    light.falloff = elements_.number_or(*spot, "falloff", 0);
-  }
-  out.lights.push_back(std::move(light));
 }
 
 }  // namespace doppel::sdf

@@ -8,6 +8,7 @@
 
 #include "doppel/core/names.h"
 #include "doppel/description/contact_surface.h"
+#include "doppel/description/heightmap.h"
 #include "doppel/description/shape_mesh.h"
 #include "doppel/kinematics/link_solid.h"
 
@@ -147,8 +148,10 @@ std::vector<PlacedGeometry> ShapeReader::shape(const XmlNode& node, const Source
     auto found = mesh(node, source);
     return found ? one(std::move(*found)) : std::vector<PlacedGeometry>{};
   }
-  if (node.is("heightmap"))
-    elements_.without_effect(node.where, "<heightmap>", "terrains of heights are not simulated or drawn");
+  if (node.is("heightmap")) {
+    auto found = heightmap(node, source);
+    return found ? std::vector<PlacedGeometry>{std::move(*found)} : std::vector<PlacedGeometry>{};
+  }
   return {};
 }
 
@@ -174,6 +177,50 @@ std::vector<PlacedGeometry> ShapeReader::polyline(const XmlNode& node) {
                                   "write at least three <point> in the order of the outline");
   }
   return out;
+}
+
+std::optional<PlacedGeometry> ShapeReader::heightmap(const XmlNode& node, const Source& source) {
+  Heightmap out;
+  out.image = image(node, "uri", source);
+  if (out.image.uri.empty()) {
+    elements_.error("sdf.value", node.where, "this <heightmap> has no <uri>", "name a PNG or JPEG image");
+    return std::nullopt;
+  }
+  out.size = elements_.vector<3>(node, "size").value_or(out.size);
+  for (const XmlNode& child : node.children) {
+    if (child.is("texture")) {
+      elements_.check(child, "texture");
+      out.textures.push_back({image(child, "diffuse", source), image(child, "normal", source),
+                              elements_.number_or(child, "size", Heightmap::Texture{}.size)});
+    } else if (child.is("blend")) {
+      elements_.check(child, "blend");
+      out.blends.push_back(
+          {elements_.number_or(child, "min_height", 0), elements_.number_or(child, "fade_dist", 0)});
+    }
+  }
+  out.field = field_of(out, node.where);
+  PlacedGeometry placed;
+  placed.X.translation() = elements_.vector<3>(node, "pos").value_or(Eigen::Vector3d::Zero());
+  placed.geometry = std::move(out);
+  return placed;
+}
+
+std::shared_ptr<const HeightField> ShapeReader::field_of(const Heightmap& map, const SourceLocation& where) {
+  if (map.image.path.empty()) return nullptr;
+  const std::string key =
+      fmt::format("{} {} {} {}", map.image.path, map.size.x(), map.size.y(), map.size.z());
+  const auto [at, fresh] = fields_.try_emplace(key);
+  if (!fresh) return at->second;
+  try {
+    at->second = std::make_shared<const HeightField>(load_heightmap(map));
+  } catch (const InputError& refused) {
+    for (const Diagnostic& one : refused.diagnostics())
+      elements_.diagnostics.warning(
+          one.rule, where,
+          fmt::format("'{}' collides with nothing and is not drawn: {}", map.image.uri, one.message),
+          one.fix);
+  }
+  return at->second;
 }
 
 std::optional<Geometry> ShapeReader::mesh(const XmlNode& node, const Source& source) {
@@ -206,14 +253,8 @@ std::optional<Material> ShapeReader::material(const XmlNode& visual, const Sourc
       if (!out.rgba) out.rgba = elements_.colour(*node, name);
     }
     if (const XmlNode* const script = node->first("script")) named_material(*script, source, out);
-    const XmlNode* pbr = node->first("pbr");
-    if (pbr != nullptr) pbr = first_of(*pbr, {"metal", "specular"});
-    const XmlNode* const albedo = pbr == nullptr ? nullptr : pbr->first("albedo_map");
-    if (albedo != nullptr && !albedo->content().empty()) {
-      out.texture = albedo->content();
-      out.texture_path = files_.find(out.texture, source.folder, albedo->where);
-      if (!out.rgba) out.rgba = Eigen::Vector4d::Ones();
-    }
+    out.emissive = elements_.colour(*node, "emissive");
+    if (const XmlNode* const pbr = node->first("pbr")) physical_material(*pbr, source, out);
   }
   if (transparency > 0) {
     Eigen::Vector4d rgba = out.rgba.value_or(Eigen::Vector4d(0.7, 0.7, 0.7, 1));
@@ -221,6 +262,38 @@ std::optional<Material> ShapeReader::material(const XmlNode& visual, const Sourc
     out.rgba = rgba;
   }
   return out;
+}
+
+Image ShapeReader::image(const XmlNode& parent, const char* name, const Source& source) {
+  const XmlNode* const node = parent.first(name);
+  if (node == nullptr || node->content().empty()) return {};
+  return {node->content(), files_.find(node->content(), source.folder, node->where)};
+}
+
+// The metal workflow, or the specular one, whose glossiness is the complement of the roughness.
+void ShapeReader::physical_material(const XmlNode& pbr, const Source& source, Material& out) {
+  const XmlNode* const node = first_of(pbr, {"metal", "specular"});
+  if (node == nullptr) return;
+  elements_.check(*node, node->name);
+  const Image albedo = image(*node, "albedo_map", source);
+  if (!albedo.uri.empty()) {
+    out.texture = albedo.uri;
+    out.texture_path = albedo.path;
+    if (!out.rgba) out.rgba = Eigen::Vector4d::Ones();
+  }
+  const auto part = [](std::optional<double> value) {
+    return value ? std::optional(std::clamp(*value, 0.0, 1.0)) : value;
+  };
+  out.normal_map = image(*node, "normal_map", source);
+  out.emissive_map = image(*node, "emissive_map", source);
+  if (node->is("metal")) {
+    out.roughness = part(elements_.number(*node, "roughness"));
+    out.metalness = part(elements_.number(*node, "metalness"));
+    out.roughness_map = image(*node, "roughness_map", source);
+    out.metalness_map = image(*node, "metalness_map", source);
+  } else if (const auto glossiness = part(elements_.number(*node, "glossiness"))) {
+    out.roughness = 1 - *glossiness;
+  }
 }
 
 void ShapeReader::named_material(const XmlNode& script, const Source& source, Material& out) {

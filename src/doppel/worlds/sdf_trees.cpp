@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <numbers>
@@ -14,6 +15,25 @@ namespace {
 
 constexpr const char* kWorldLink = "world";
 constexpr int kMaxJointsInChain = 500;  // algorithms on the tree are recursive
+
+// Whether the twin reads a plugin of a model.
+bool is_read(const std::string& filename, const std::string& name) {
+  return find_attachment_plugin(filename, name) || drives_base(filename, name) ||
+         find_joint_plugin(filename, name);
+}
+
+// Where there is something else for a plugin that is not loaded.
+std::string replacement_of(const std::string& filename) {
+  static constexpr std::array<std::pair<std::string_view, const char*>, 4> kInstead{
+      {{"pose-publisher", "poses are published on /tf and /doppel/objects"},
+       {"odometry-publisher", "the true pose of a driven model is on ground_truth/odom"},
+       {"wheel-slip", "write <slip1> and <slip2> in the <friction> of the wheels"},
+       {"triggered-publisher", "a program can publish what depends on another topic"}}};
+  for (const auto& [part, instead] : kInstead) {
+    if (filename.find(part) != std::string::npos) return instead;
+  }
+  return "plugins of SDF are kept, but not loaded";
+}
 
 Origin placed(const Pose& X, const SourceLocation& where) {
   return {X.translation(), rpy_from_rotation(X.linear()), where};
@@ -413,13 +433,8 @@ void Trees::add_link(Tree& tree, int index) {
         link.visuals.push_back(std::move(visual));
     } else if (child.is("collision")) {
       for (Collision& part : shapes_.collisions(child, pose_in_link(child), source)) {
-        std::string& frame = part.surface.fdir1_frame;
-        if (!frame.empty()) {  // turned into the axes of the collision
-          const Pose X_frame = frames_.pose(*flat.scope, frame, flat.item->base, child.where);
-          const Eigen::Matrix3d R_LF = X_link.linear().transpose() * X_frame.linear();
-          part.surface.fdir1 = pose_in_link(child).linear().transpose() * R_LF * *part.surface.fdir1;
-          frame.clear();
-        }
+        if (!part.surface.fdir1_frame.empty())
+          turn_friction(tree, index, child, pose_in_link(child).linear(), part.surface);
         link.collisions.push_back(std::move(part));
       }
     } else if (child.is("light")) {
@@ -442,6 +457,26 @@ void Trees::add_link(Tree& tree, int index) {
   for (const XmlNode& child : node.children) {
     if (child.is("sensor")) add_sensor(tree, child, index, "");
   }
+}
+
+// The direction of friction in the axes of the link that its frame is attached to: a wheel turns, and its rollers do
+// not. In the axes of the collision if that is the link itself.
+void Trees::turn_friction(const Tree& tree, int index, const XmlNode& collision, const Eigen::Matrix3d& R_LC,
+                          ContactSurface& surface) {
+  const FlatLink& own = links_[static_cast<std::size_t>(index)];
+  const Pose X_link = frames_.pose(*own.scope, *own.item);
+  const Pose X_frame = frames_.pose(*own.scope, surface.fdir1_frame, own.item->base, collision.where);
+  const Eigen::Matrix3d R_WF = own.X.linear() * X_link.linear().transpose() * X_frame.linear();
+  const LinkRef at = frames_.link(*own.scope, surface.fdir1_frame, own.item->base, collision.where);
+  const int other = at.found ? flat(at) : -1;
+  if (other >= 0 && other != index && component(other) == component(index)) {
+    const FlatLink& carrier = links_[static_cast<std::size_t>(other)];
+    surface.fdir1 = carrier.X.linear().transpose() * R_WF * *surface.fdir1;
+    surface.fdir1_frame = name_in(tree, other);
+    return;
+  }
+  surface.fdir1 = R_LC.transpose() * own.X.linear().transpose() * R_WF * *surface.fdir1;
+  surface.fdir1_frame.clear();
 }
 
 void Trees::add_sensor(Tree& tree, const XmlNode& node, int link, const std::string& frame) {
@@ -514,9 +549,12 @@ void Trees::add_extras(Tree& tree) {
   for (const XmlNode* plugin : scope.plugins) {
     const std::string filename = Elements::attribute(*plugin, "filename"),
                       name = Elements::attribute(*plugin, "name");
-    if (!find_attachment_plugin(filename, name))  // the twin reads those
-      elements_.without_effect(plugin->where, "<plugin> of a <model>",
-                               "plugins of SDF are kept, but not loaded");
+    if (!is_read(filename, name)) {
+      elements_.without_effect(
+          plugin->where,
+          fmt::format("the plugin '{}' of a <model>", (filename.empty() ? name : filename).substr(0, 60)),
+          replacement_of(filename));
+    }
     plugins.plugins.push_back({filename, name, {}, to_xml(*plugin), plugin->where});
   }
   if (!plugins.plugins.empty()) {

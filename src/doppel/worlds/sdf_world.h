@@ -58,33 +58,12 @@ struct SdfModel {
   SourceLocation source;
 };
 
-enum class SdfLightKind { point, directional, spot };
-struct SdfLight {
-  std::string name;
-  SdfLightKind kind = SdfLightKind::point;
-  Pose X_WL = Pose::Identity();
-  Eigen::Vector3d direction_W{0, 0, -1};  // of directional and spot lights, unit, world axes
-  Eigen::Vector4d diffuse{1, 1, 1, 1}, specular{0.1, 0.1, 0.1, 1};  // 0..1
-  double range = 10;                                                // m
-  double attenuation_constant = 1, attenuation_linear = 1, attenuation_quadratic = 0;
-  double inner_angle = 0, outer_angle = 0, falloff = 0;  // of spot lights, rad
-  double intensity = 1;
-  bool cast_shadows = false;
-  SourceLocation source;
-};
-
-struct SdfScene {
-  Eigen::Vector4d ambient{0.4, 0.4, 0.4, 1}, background{0.7, 0.7, 0.7, 1};  // 0..1
-  bool shadows = true;
-};
-
 struct DOPPEL_API SdfWorld {
-  WorldSettings settings;  // ground: a static horizontal plane at z = 0 was found; friction_rule: the smaller
-  bool is_world = false;   // false: a file with models only, with gravity and a ground
-  std::string version;     // of SDF, as written
+  // ground: a static horizontal plane at z = 0 was found; friction_rule: the smaller; with lights and environment.
+  WorldSettings settings;
+  bool is_world = false;  // false: a file with models only, with gravity and a ground
+  std::string version;    // of SDF, as written
   std::vector<SdfModel> models;
-  std::vector<SdfLight> lights;
-  SdfScene scene;
   std::vector<GazeboPlugin> plugins;         // of the world
   std::vector<std::filesystem::path> files;  // that were read, without meshes; the first is the file itself
   std::vector<std::string> missing;  // URIs of models and meshes that were not found, in order, once each

@@ -31,7 +31,7 @@ export class Commander {
   private ownersOf: Controller[] | null = null; // the list from which `owners` was built
   private readonly waiting = new Set<string>();
   private readonly sentAt = new Map<string, number>();
-  private told = 0;
+  private refusedAt = 0;
   private glide: ReturnType<typeof setInterval> | null = null;
 
   constructor(private readonly twin: Twin) {
@@ -76,8 +76,8 @@ export class Commander {
   private command(values: Iterable<[TreeJoint, number]>, seconds: number): void {
     const { twin } = this;
     if (this.stopped) {
-      if (performance.now() - this.told > 3000) toast('Stopped. Release the stop first.', 'warning');
-      this.told = performance.now();
+      if (performance.now() - this.refusedAt > 3000) toast('Stopped. Release the stop first.', 'warning');
+      this.refusedAt = performance.now();
       return;
     }
     const owners = new Set<string>();

@@ -55,11 +55,11 @@ function depths(data: Uint8Array, width: number, height: number, step: number, k
 export function pictureOf(message: Message): Picture {
   const width = Number(message['width']), height = Number(message['height']), step = Number(message['step']);
   const data = message['data'];
-  const told = String(message['encoding']);
-  const kind = SAME[told] ?? told;
+  const encoding = String(message['encoding']);
+  const kind = SAME[encoding] ?? encoding;
   if (!(data instanceof Uint8Array)) return problem('This message contains no pixels.');
   const size = COLOURS[kind]?.[0] ?? DEPTHS[kind];
-  if (size === undefined) return problem(`Images of the encoding '${told}' are not drawn.`);
+  if (size === undefined) return problem(`Images of the encoding '${encoding}' are not drawn.`);
   if (!(width > 0 && height > 0 && width * height <= MOST)) return problem(`An image of ${width} × ${height} pixels.`);
   if (step < width * size || data.length < step * (height - 1) + width * size) return problem('The image has fewer bytes than its size requires.');
   if (DEPTHS[kind]) return depths(data, width, height, step, kind, Number(message['is_bigendian']) === 0);

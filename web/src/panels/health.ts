@@ -54,26 +54,26 @@ export function healthPanel(app: App): Panel {
       about ? button(`Show ${name}`, `Select ${name}`, () => app.select({ link: about.link })) : null);
   }
 
-  let told = '';
+  let reported = '';
   function show(): void {
-    const read = readFindings(told);
+    const read = readFindings(reported);
     if (!read) fill(findings, h('p', { class: 'empty' }, `${twin.own('/doppel/health')} has no valid content.`));
     else fill(findings, read.findings.length === 0 ? h('p', { class: 'empty' }, 'Nothing found.') : read.findings.map(showFinding));
   }
 
   function forget(): void {
-    told = '';
+    reported = '';
     fill(findings, h('p', { class: 'empty' }, `No findings received yet on ${twin.own('/doppel/health')}.`));
   }
 
   forget();
   twin.selectedRobot.on(forget);
   twin.follow('/doppel/health', (m) => {
-    told = String(m['data']);
+    reported = String(m['data']);
     show();
   });
   // Names and locations are available only with the description and the sources.
-  for (const signal of [app.sources.changed, app.world.built] as Signal<unknown>[]) signal.on(() => told !== '' && show());
+  for (const signal of [app.sources.changed, app.world.built] as Signal<unknown>[]) signal.on(() => reported !== '' && show());
   // Rows are created when they become visible: there may be a thousand.
   function build(): void {
     const { tree } = twin;

@@ -55,18 +55,18 @@ export function parametersPanel(app: App, parameters: Parameters): Panel {
     }
   }
 
-  function makeRow(full: string, name: string, told: Descriptor | undefined): Row {
+  function makeRow(full: string, name: string, descriptor: Descriptor | undefined): Row {
     const parameter = parameters.values.get(full)!;
-    const kind = told?.kind ?? kindOf(parameter);
-    const range = told && Number.isFinite(told.from) ? `${told.from} … ${Number.isFinite(told.to) ? told.to : ''}` : '';
-    const about = [told?.description, told?.constraints, range].filter(Boolean).join(' · ');
+    const kind = descriptor?.kind ?? kindOf(parameter);
+    const range = descriptor && Number.isFinite(descriptor.from) ? `${descriptor.from} … ${Number.isFinite(descriptor.to) ? descriptor.to : ''}` : '';
+    const about = [descriptor?.description, descriptor?.constraints, range].filter(Boolean).join(' · ');
     const input = h('input', kind === 'bool' ? { type: 'checkbox' } : { type: 'text', spellcheck: false, class: /int|double/.test(kind) ? 'num' : '', ...(kind === 'int' || kind === 'double' ? { inputMode: 'decimal' } : {}) });
     input.setAttribute('aria-label', `${name} (${kind})`);
     const error = h('span', { class: 'error parameter-error', role: 'alert', hidden: true });
     const row: Row = {
       full, kind, input, error, waiting: false,
       element: h('div', { class: 'parameter' },
-        h('span', { class: 'parameter-name', title: full }, name), h('span', { class: 'parameter-value' }, told?.readOnly ? h('span', { class: 'num', title: 'read only' }, textOf(parameter.value) || '–') : input),
+        h('span', { class: 'parameter-name', title: full }, name), h('span', { class: 'parameter-value' }, descriptor?.readOnly ? h('span', { class: 'num', title: 'read only' }, textOf(parameter.value) || '–') : input),
         h('span', { class: 'muted' }, kind), h('span', { class: 'muted parameter-about' }, about), error),
     };
     input.addEventListener('change', () => void commit(row));
@@ -94,9 +94,9 @@ export function parametersPanel(app: App, parameters: Parameters): Panel {
     rows = new Map();
     fill(table, names.length === 0 ? null : h('p', { class: 'empty' }, 'Loading.'));
     if (names.length === 0) return;
-    void parameters.describe(node).then((told) => {
+    void parameters.describe(node).then((descriptor) => {
       if (node !== chosen) return;
-      rows = new Map(names.filter((name) => parameters.values.has(`${node}.${name}`)).map((name) => [`${node}.${name}`, makeRow(`${node}.${name}`, name, told.get(name))]));
+      rows = new Map(names.filter((name) => parameters.values.has(`${node}.${name}`)).map((name) => [`${node}.${name}`, makeRow(`${node}.${name}`, name, descriptor.get(name))]));
       fill(table, [...rows.values()].map((row) => row.element));
     });
   }

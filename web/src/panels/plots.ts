@@ -96,12 +96,12 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
 
   // In the units of the rest of the page: angles in the selected unit, lengths in millimetres.
   function factor(key: string): number {
-    const told = recorder.series.get(key)?.unit ?? '';
-    return settings.degrees && /^rad/.test(told) ? DEG : /^m/.test(told) ? 1000 : 1;
+    const own = recorder.series.get(key)?.unit ?? '';
+    return settings.degrees && /^rad/.test(own) ? DEG : /^m/.test(own) ? 1000 : 1;
   }
   function unit(key: string): string {
-    const told = recorder.series.get(key)?.unit ?? '';
-    return (settings.degrees ? told.replace(/^rad/, '°') : told).replace(/^m/, 'mm');
+    const own = recorder.series.get(key)?.unit ?? '';
+    return (settings.degrees ? own.replace(/^rad/, '°') : own).replace(/^m/, 'mm');
   }
 
   function colours(): string[] {

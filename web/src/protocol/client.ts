@@ -48,8 +48,8 @@ class Offers extends Map<string, Service> {
 
 // Name and text of a service's schema. Servers of older protocol versions send the text only.
 function schemaOf(service: Service, part: 'request' | 'response'): [name: string, text: string] {
-  const told = service[part];
-  return [told?.schemaName || `${service.type}_${part === 'request' ? 'Request' : 'Response'}`, told?.schema ?? service[`${part}Schema`] ?? ''];
+  const described = service[part];
+  return [described?.schemaName || `${service.type}_${part === 'request' ? 'Request' : 'Response'}`, described?.schema ?? service[`${part}Schema`] ?? ''];
 }
 
 export class Client {

@@ -2,7 +2,7 @@
 import * as THREE from 'three';
 import type { Material } from './urdf';
 
-type Lit = THREE.MeshStandardMaterial | THREE.MeshLambertMaterial;
+export type Lit = THREE.MeshStandardMaterial | THREE.MeshLambertMaterial;
 const cache = new Map<string, Lit>();
 let simple = false;
 

@@ -120,12 +120,12 @@ async function hullOf(loaded: Loaded): Promise<THREE.BufferGeometry> {
   return new ConvexGeometry([...points.values()]);
 }
 
-async function readTexture(assets: AssetStore, uri: string): Promise<THREE.Texture> {
+async function readTexture(assets: AssetStore, uri: string, colour: boolean): Promise<THREE.Texture> {
   const bytes = await assets.get(uri);
   const picture = await createImageBitmap(new Blob([bytes as BlobPart]), { imageOrientation: 'flipY' });
   const texture = new THREE.Texture(picture as unknown as HTMLImageElement);
   texture.flipY = false; // it already is
-  texture.colorSpace = THREE.SRGBColorSpace;
+  if (colour) texture.colorSpace = THREE.SRGBColorSpace;
   texture.wrapS = texture.wrapT = THREE.RepeatWrapping;
   texture.needsUpdate = true;
   return texture;
@@ -158,8 +158,9 @@ export class MeshStore {
     return once(this.hulls, uri, () => this.get(uri).then(hullOf));
   }
 
-  texture(uri: string): Promise<THREE.Texture> {
-    return once(this.textures, uri, () => readTexture(this.assets, uri));
+  // `colour`: of colours, else of other values, such as normals.
+  texture(uri: string, colour = true): Promise<THREE.Texture> {
+    return once(this.textures, `${colour} ${uri}`, () => readTexture(this.assets, uri, colour));
   }
 
   // After a restart or a reload files may have changed.

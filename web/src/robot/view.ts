@@ -152,8 +152,8 @@ export class RobotView {
   }
 }
 
-function dressed(materials: THREE.Material | THREE.Material[], bare: boolean[] | undefined, told: THREE.Material): THREE.Material | THREE.Material[] {
-  return Array.isArray(materials) ? materials.map((one, i) => (bare?.[i] ? told : one)) : bare?.[0] ? told : materials;
+function dressed(materials: THREE.Material | THREE.Material[], bare: boolean[] | undefined, own: THREE.Material): THREE.Material | THREE.Material[] {
+  return Array.isArray(materials) ? materials.map((one, i) => (bare?.[i] ? own : one)) : bare?.[0] ? own : materials;
 }
 
 function colliding(geometry: THREE.BufferGeometry): THREE.Mesh {

@@ -6,11 +6,13 @@ import { toast } from '../app/dom';
 import { Signal } from '../app/signal';
 import type { Message } from '../protocol/cdr';
 import type { Problem } from '../robot/bundle';
-import { materialOf, texturedOf } from '../robot/materials';
-import type { Material } from '../robot/urdf';
+import { materialOf } from '../robot/materials';
+import { bareOf, partOf, physicalOf } from './looks';
 import type { Picker } from './picking';
+import { Surroundings } from './surroundings';
+import { terrainOf } from './terrain';
 
-export const OBJECTS_TOPIC = '/doppel/objects';
+export const OBJECTS_TOPIC = '/doppel/objects', SCENE_TOPIC = '/doppel/scene';
 export const SPAWN = '/spawn_entity', DELETE = '/delete_entity', SET_STATE = '/gazebo/set_entity_state';
 const PERIOD = 40; // ms between two poses sent while dragging
 const ACTION = { remove: 2, removeAll: 3 }; // visualization_msgs/Marker
@@ -21,6 +23,7 @@ const MARKER = { cube: 1, sphere: 2, cylinder: 3, mesh: 10, triangles: 11 };
 interface Part {
   holder: THREE.Group;
   shape: string; // the marker that it was created from
+  marker: Message;
   flat: boolean; // a plane, whose size is arbitrary
 }
 
@@ -46,13 +49,19 @@ export class ObjectLayer {
   private loading = 0; // meshes and textures
   private fitted = false;
   private readonly failed: Problem[]; // files of objects
+  private materials = new Map<number, Message>(); // of /doppel/scene, by the marker's id
+  private terrains = new Map<number, Message>();
+  private readonly surroundings: Surroundings;
+  private surrounded = false; // the scene has been received
   private placed: ((at: THREE.Vector3) => void) | null = null;
 
   constructor(private readonly app: App, private readonly picker: Picker) {
     const { world, twin } = app;
     this.failed = world.failed;
     world.stage.scene.add(this.root, this.proxy);
+    this.surroundings = new Surroundings(world.stage);
     twin.client.subscribe(OBJECTS_TOPIC, (m) => this.take(m));
+    twin.client.subscribe(SCENE_TOPIC, (m) => this.takeScene(m));
     twin.phaseChanged.on((phase) => {
       if (phase === 'lost') this.clear();
     });
@@ -72,6 +81,7 @@ export class ObjectLayer {
 
   private clear(): void {
     this.select(null);
+    this.surrounded = false;
     this.root.clear();
     this.objects.clear();
     this.failed.length = 0;
@@ -98,9 +108,23 @@ export class ObjectLayer {
     this.fit();
   }
 
+  // It may come before or after the markers that it completes.
+  private takeScene(message: Message): void {
+    const byMarker = (name: string): Map<number, Message> => new Map((message[name] as Message[]).map((one) => [Number(one['marker']), one]));
+    this.materials = byMarker('materials');
+    this.terrains = byMarker('terrains');
+    this.surroundings.show(message);
+    this.surrounded = true;
+    for (const object of this.objects.values()) for (const part of object.parts.values()) this.look(part, part.marker);
+    this.fit();
+  }
+
   // The first picture of a world without a robot, repeated while meshes arrive.
   private fit(): void {
     if (this.fitted || !this.app.twin.withoutRobots) return;
+    const { channels } = this.app.twin.client;
+    const expected = !this.surrounded && [...channels.values()].some((channel) => channel.topic === SCENE_TOPIC);
+    if (expected) return; // the terrain is in it
     this.fitted = this.loading === 0 && this.objects.size > 0;
     const flat: THREE.Box3[] = [], solid: THREE.Box3[] = [];
     for (const object of this.objects.values()) {
@@ -136,7 +160,7 @@ export class ObjectLayer {
     const id = Number(marker['id']);
     let part = object?.parts.get(id);
     if (!part) {
-      part = { holder: new THREE.Group(), shape: '', flat: false };
+      part = { holder: new THREE.Group(), shape: '', marker, flat: false };
       part.holder.userData['object'] = name;
       this.root.add(part.holder);
     }
@@ -145,7 +169,8 @@ export class ObjectLayer {
       this.objects.set(name, object);
     }
     object.parts.set(id, part);
-    this.look(name, part, marker);
+    part.marker = marker;
+    this.look(part, marker);
     const { position: p, orientation: q } = marker['pose'] as unknown as { position: Vector; orientation: Vector & { w: number } };
     if (this.controls?.dragging && this.selected === name) return made;
     part.holder.position.set(p.x, p.y, p.z);
@@ -154,19 +179,20 @@ export class ObjectLayer {
     return made;
   }
 
-  private look(name: string, part: Part, marker: Message): void {
+  private look(part: Part, marker: Message): void {
     const scale = marker['scale'] as unknown as Vector;
     const colour = marker['color'] as unknown as { r: number; g: number; b: number; a: number };
     const type = Number(marker['type']);
     const uri = String(marker['mesh_resource'] ?? '');
     const texture = String(marker['texture_resource'] ?? '');
     const points = marker['points'] as unknown as Vector[];
-    const shape = JSON.stringify([type, scale, colour, uri, texture, points.length]);
+    const terrain = this.terrains.get(Number(marker['id'])), physical = this.materials.get(Number(marker['id']));
+    const shape = JSON.stringify([type, scale, colour, uri, texture, points.length, physical, terrain && [terrain['columns'], terrain['size_x'], terrain['size_y'], terrain['textures']]]);
     if (shape === part.shape) return;
     part.shape = shape;
     part.flat = type === MARKER.cube && Math.min(scale.x, scale.y, scale.z) <= PLANE;
     part.holder.clear();
-    const embedded = type === MARKER.mesh && marker['mesh_use_embedded_materials'] === true;
+    const embedded = uri !== '' && marker['mesh_use_embedded_materials'] === true;
     const rgba: [number, number, number, number] = [colour.r, colour.g, colour.b, colour.a > 0 ? colour.a : 1];
     const material = materialOf({ name: '', color: rgba, texture: null });
     const add = (made: THREE.Object3D): void => {
@@ -176,46 +202,59 @@ export class ObjectLayer {
         if (!embedded) one.material = material;
         else dress(one, material);
       });
-      if (texture !== '') void this.paint(made, { name: '', color: rgba, texture }, part, shape);
+      if (texture !== '' || physical) void this.paint(made, { color: rgba, texture, physical }, part, shape);
       part.holder.scale.set(scale.x || 1, scale.y || 1, scale.z || 1); // the mesh has a scale of its own: its unit
-      part.holder.add(made);
-      this.app.world.stage.moved();
+      this.put3d(part, made);
     };
-    if (type === MARKER.sphere) add(new THREE.Mesh(new THREE.SphereGeometry(0.5, 32, 20), material));
+    if (terrain) this.later(part, shape, terrainOf(terrain, (one, of) => this.app.world.meshes.texture(one, of), (one, reason) => this.failed.push({ uri: one, reason })), String(marker['text']), (made) => this.put3d(part, made));
+    else if (type === MARKER.sphere) add(new THREE.Mesh(new THREE.SphereGeometry(0.5, 32, 20), material));
     else if (type === MARKER.cylinder) add(new THREE.Mesh(new THREE.CylinderGeometry(0.5, 0.5, 1, 40).rotateX(Math.PI / 2), material));
-    else if (type === MARKER.triangles) {
-      const geometry = new THREE.BufferGeometry();
-      geometry.setAttribute('position', new THREE.Float32BufferAttribute(points.flatMap((at) => [at.x, at.y, at.z]), 3));
-      geometry.computeVertexNormals();
-      add(new THREE.Mesh(geometry, material));
-    } else if (type === MARKER.mesh) {
-      this.loading += 1;
-      this.app.world.meshes.get(uri).then((loaded) => {
-        if (part.shape !== shape) return;
+    else if (type === MARKER.triangles && uri !== '') this.later(part, shape, this.app.world.meshes.get(uri.replace(/#.*$/, '')), uri, (loaded) => add('geometry' in loaded ? trianglesOf(marker, material) : partOf(loaded.object, uri) ?? trianglesOf(marker, material)));
+    else if (type === MARKER.triangles) add(trianglesOf(marker, material));
+    else if (type === MARKER.mesh) {
+      this.later(part, shape, this.app.world.meshes.get(uri), uri, (loaded) => {
         add('geometry' in loaded ? new THREE.Mesh(loaded.geometry, material) : loaded.object.clone());
         this.failed.push(...(loaded.problems ?? []));
-      }).catch((problem: Error) => this.failed.push({ uri, reason: problem.message })).finally(() => {
-        this.loading -= 1;
-        this.fit();
       });
     } else add(new THREE.Mesh(new THREE.BoxGeometry(1, 1, 1), material));
   }
 
-  private async paint(made: THREE.Object3D, material: Material, part: Part, shape: string): Promise<void> {
+  private put3d(part: Part, made: THREE.Object3D): void {
+    part.holder.add(made);
+    this.app.world.stage.moved();
+  }
+
+  // What is loaded, if the part has still the same shape then.
+  private later<T>(part: Part, shape: string, coming: Promise<T>, uri: string, then: (loaded: T) => void): void {
     this.loading += 1;
-    try {
-      const painted = texturedOf(material, await this.app.world.meshes.texture(material.texture!));
-      if (part.shape !== shape) return;
+    coming.then((loaded) => {
+      if (part.shape === shape) then(loaded);
+    }).catch((problem: Error) => this.failed.push({ uri, reason: problem.message })).finally(() => {
+      this.loading -= 1;
+      this.fit();
+    });
+  }
+
+  private async paint(made: THREE.Object3D, look: { color: [number, number, number, number]; texture: string; physical: Message | undefined }, part: Part, shape: string): Promise<void> {
+    this.loading += 1;
+    const load = async (uri: unknown, colour: boolean): Promise<THREE.Texture | null> => {
+      if (!uri) return null;
+      try {
+        return await this.app.world.meshes.texture(String(uri), colour);
+      } catch (problem) {
+        this.failed.push({ uri: String(uri), reason: (problem as Error).message });
+        return null;
+      }
+    };
+    const painted = await physicalOf(look, this.surroundings.reflection, load);
+    this.loading -= 1;
+    if (part.shape === shape) {
       made.traverse((one) => {
         if (one instanceof THREE.Mesh) one.material = painted;
       });
       this.app.world.stage.invalidate();
-    } catch (problem) {
-      this.failed.push({ uri: material.texture!, reason: (problem as Error).message });
-    } finally {
-      this.loading -= 1;
-      this.fit();
     }
+    this.fit();
   }
 
   // -- dragging and placing
@@ -363,9 +402,19 @@ export class ObjectLayer {
 
 // Parts of a mesh without a material in its file get that of the marker.
 function dress(mesh: THREE.Mesh, material: THREE.Material): void {
-  const bare = mesh.userData['bare'] as boolean[] | undefined;
-  if (Array.isArray(mesh.material)) mesh.material = mesh.material.map((one, i) => (bare?.[i] ? material : one));
-  else if (bare?.[0]) mesh.material = material;
+  const bare = bareOf(mesh);
+  if (Array.isArray(mesh.material)) mesh.material = mesh.material.map((one, i) => (bare[i] ? material : one));
+  else if (bare[0]) mesh.material = material;
+}
+
+function trianglesOf(marker: Message, material: THREE.Material): THREE.Mesh {
+  const points = marker['points'] as unknown as Vector[];
+  const uv = marker['uv_coordinates'] as unknown as { u: number; v: number }[];
+  const geometry = new THREE.BufferGeometry();
+  geometry.setAttribute('position', new THREE.Float32BufferAttribute(points.flatMap((at) => [at.x, at.y, at.z]), 3));
+  if (uv.length === points.length) geometry.setAttribute('uv', new THREE.Float32BufferAttribute(uv.flatMap((at) => [at.u, at.v]), 2));
+  geometry.computeVertexNormals();
+  return new THREE.Mesh(geometry, material);
 }
 
 // The box around all boxes but those that are far from all others, such as something that falls.

@@ -35,6 +35,16 @@ function makeRenderer(): { renderer: THREE.WebGLRenderer; software: boolean } {
   return { renderer, software };
 }
 
+// The lights of a world instead of the page's own.
+export interface WorldLight {
+  sun: { colour: THREE.Color; intensity: number; direction: THREE.Vector3; shadows: boolean } | null;
+  ambient: THREE.Color;
+  ambientIntensity: number;
+  shadows: boolean;
+}
+
+const SUN_FROM = new THREE.Vector3(1.1, -1.4, 2.4); // of the page's own light
+
 export class Stage {
   readonly scene = new THREE.Scene();
   readonly camera = new THREE.PerspectiveCamera(38, 1, 0.005, 200);
@@ -47,6 +57,11 @@ export class Stage {
   readonly tick = new Signal<number>(); // for every animation frame, drawn or not
   frameTime = 0; // ms, smoothed: from the start to the end of drawing, measured on the CPU
   frames = 0;
+  private readonly fillLight = new THREE.DirectionalLight(0xdfe8ff, 0.7);
+  private worldLight: WorldLight | null = null;
+  private wantsShadows = false;
+  private themed = { sun: 2.4, sky: 1.5 }; // intensities of the page's own lights
+  private fitted = { centre: new THREE.Vector3(), size: 1 };
   private begun = false;
   private dirty = true;
   private ratio = Math.min(devicePixelRatio || 1, 2);
@@ -76,10 +91,9 @@ export class Stage {
     sun.shadow.mapSize.setScalar(this.software ? 512 : 1024);
     sun.shadow.bias = -0.0004;
     sun.shadow.normalBias = 0.002;
-    const fillLight = new THREE.DirectionalLight(0xdfe8ff, 0.7);
-    fillLight.position.set(-2, -1.5, 1);
+    this.fillLight.position.set(-2, -1.5, 1);
     this.sky.position.set(0, 0, 1);
-    scene.add(this.sky, sun, sun.target, fillLight, this.ground.root);
+    scene.add(this.sky, sun, sun.target, this.fillLight, this.ground.root);
     this.compileEarly();
     new ResizeObserver(() => this.resize()).observe(host);
     this.resize();
@@ -122,8 +136,8 @@ export class Stage {
   // Lights and ground for a robot of this size around this point.
   fit(centre: THREE.Vector3, size: number): void {
     const { sun } = this;
-    sun.position.set(centre.x + size * 1.1, centre.y - size * 1.4, centre.z + size * 2.4);
-    sun.target.position.copy(centre);
+    this.fitted = { centre: centre.clone(), size };
+    this.placeSun();
     const box = sun.shadow.camera;
     box.left = box.bottom = -size * 1.3;
     box.right = box.top = size * 1.3;
@@ -137,8 +151,45 @@ export class Stage {
     this.moved();
   }
 
+  private placeSun(): void {
+    const { centre, size } = this.fitted;
+    const direction = this.worldLight?.sun?.direction;
+    const from = direction ? direction.clone().normalize().multiplyScalar(-SUN_FROM.length()) : SUN_FROM;
+    this.sun.position.copy(centre).addScaledVector(from, size);
+    this.sun.target.position.copy(centre);
+  }
+
+  // The lights of a world; null: the page's own.
+  lightBy(light: WorldLight | null): void {
+    this.worldLight = light;
+    this.renderer.toneMapping = light ? THREE.NoToneMapping : THREE.ACESFilmicToneMapping; // a world's colours are as written
+    this.fillLight.visible = light === null;
+    this.sun.visible = light === null || light.sun !== null;
+    this.sun.color.copy(light?.sun?.colour ?? new THREE.Color(0xffffff));
+    this.sky.color.copy(light?.ambient ?? new THREE.Color(0xffffff));
+    this.sky.groundColor.copy(light?.ambient ?? new THREE.Color(0x8a8f98));
+    this.applyIntensities();
+    this.placeSun();
+    this.shadows(this.wantsShadows);
+    this.moved();
+  }
+
+  // Intensities of the page's own lights.
+  theme(sun: number, sky: number): void {
+    this.themed = { sun, sky };
+    this.applyIntensities();
+  }
+
+  private applyIntensities(): void {
+    this.sun.intensity = this.worldLight?.sun?.intensity ?? this.themed.sun;
+    this.sky.intensity = this.worldLight?.ambientIntensity ?? this.themed.sky;
+    this.invalidate();
+  }
+
   shadows(wanted: boolean): void {
-    const on = wanted && !this.tooSlow;
+    this.wantsShadows = wanted;
+    const { worldLight } = this;
+    const on = wanted && !this.tooSlow && (worldLight === null || (worldLight.shadows && worldLight.sun?.shadows === true));
     if (on === this.sun.castShadow) return;
     this.sun.castShadow = on;
     if (on) this.ground.root.add(this.ground.shadow);

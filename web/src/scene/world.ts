@@ -221,9 +221,7 @@ export class World {
 
   theme(dark: boolean): void {
     this.stage.ground.colour(dark ? '#5b6670' : '#8b959f', dark ? 0.45 : 0.2);
-    this.stage.sky.intensity = dark ? 1.25 : 1.6;
-    this.stage.sun.intensity = dark ? 2.1 : 2.5;
-    this.stage.invalidate();
+    this.stage.theme(dark ? 2.1 : 2.5, dark ? 1.25 : 1.6);
   }
 
   // The ghost shows these positions of a past time instead of the commanded ones; null: no longer.

@@ -175,9 +175,9 @@ test('parameters are read, set and watched', async () => {
   await until('a second client', () => watcher.info);
   watcher.client.subscribeParameterUpdates([chosen.name]);
   await sleep(1500);
-  const told = await watcher.next<Values>('parameterValues', (v) => v.id === undefined && v.parameters.some((p) => p.value === 0.321),
+  const changed = await watcher.next<Values>('parameterValues', (v) => v.id === undefined && v.parameters.some((p) => p.value === 0.321),
     () => peer.client.setParameters([{ name: chosen.name, value: 0.321, type: 'float64' }]));
-  assert.deepEqual(told.parameters.map((p) => p.name), [chosen.name]);
+  assert.deepEqual(changed.parameters.map((p) => p.name), [chosen.name]);
   watcher.close();
   const refused = await peer.next<Values>('parameterValues', (v) => v.id === 'refused',
     () => peer.client.setParameters([{ name: chosen.name, value: 'no number' }], 'refused'));

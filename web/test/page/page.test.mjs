@@ -113,7 +113,7 @@ lab.check('two pages agree: pose, pause and speed', async (page) => {
   }
 });
 
-lab.check('a goal of the tool is reached within 2 mm by the commanded pose; one too far is told', async (page) => {
+lab.check('a goal of the tool is reached within 2 mm by the commanded pose; one too far is reported', async (page) => {
   const reached = await page.evaluate(async () => {
     const { driver } = doppel;
     driver.begin();

@@ -35,7 +35,7 @@ test('the tree: searched, walked by keys, one selection with rows, details and p
   assert.match(await page.locator('.joint.selected').textContent(), /Revolute 2/);
 });
 
-test('parameters: set, told by the row when the node refuses, and changed by somebody else', async () => {
+test('parameters: set, reported by the row when the node refuses, and changed by somebody else', async () => {
   await open('parameters');
   await page.locator('.parameters-panel .topic-list button', { hasText: 'arm_controller' }).click();
   const input = (name) => page.locator('.parameter', { has: page.locator(`[title="/omarm_arm_controller.${name}"]`) }).locator('input');

@@ -39,14 +39,14 @@ check('a pause, the speed and where the time goes are what the twin says', 10, a
   assert.equal(await page.evaluate(() => document.getElementById('speed').selectedOptions[0].textContent), '0.75×');
 });
 
-check('loads are told in words, and only asked for while somebody looks', 10, async (page, stub) => {
+check('loads are shown in words, and only asked for while somebody looks', 10, async (page, stub) => {
   await page.evaluate(() => doppel.layout.open('health'));
   await waitFor(page, () => document.querySelectorAll('.loads .gauge').length === 10 && doppel.twin.loads.size === 10);
   const words = () => page.evaluate(() => [...document.querySelectorAll('.loads tbody tr')].map((row) => row.cells[4].textContent));
   await waitFor(page, () => [...document.querySelectorAll('.loads tbody tr')].every((row) => /\d\.\d{3}$/.test(row.cells[4].textContent)));
-  const told = await words();
-  assert.equal(told[1], '5.000');
-  assert.ok(told.some((text) => text.startsWith('▲ tight')) && told.every((text) => !text.startsWith('✕')), told.join('; '));
+  const shown = await words();
+  assert.equal(shown[1], '5.000');
+  assert.ok(shown.some((text) => text.startsWith('▲ tight')) && shown.every((text) => !text.startsWith('✕')), shown.join('; '));
   await page.evaluate(() => {
     doppel.layout.open('tool');
     doppel.layout.open('log');

@@ -171,6 +171,22 @@ TEST(RosArguments, InvalidArgumentIsReported) {
   EXPECT_THAT(error_of(words({"--ros-args", "--log-level", "arm:=debug"})), HasSubstr("--log-level debug"));
 }
 
+TEST(NameRules, RulesOfNodeDoNotApplyToNodeOfSameNameElsewhere) {
+  NameRules rules;
+  rules.add("arm:~/x:=/left_x", {&rules, "arm", "/left/arm"});
+  rules.add("arm:~/x:=/right_x", {&rules, "arm", "/right/arm"});
+  rules.add("arm:__node:=hand", {&rules, "arm", "/third/arm"});
+  rules.add("hand:~/x:=/third_x", {&rules, "arm", "/third/arm"});
+  EXPECT_EQ(rules.resolve(NameKind::topic, "~/x", rules.node("/left/arm")), "/left_x");
+  EXPECT_EQ(rules.resolve(NameKind::topic, "~/x", rules.node("/right/arm")), "/right_x");
+  EXPECT_EQ(rules.node("/third/arm"), "/third/hand");
+  EXPECT_EQ(rules.resolve(NameKind::topic, "~/x", "/third/hand"), "/third_x");
+  EXPECT_EQ(rules.resolve(NameKind::topic, "~/x", "/other/hand"), "/other/hand/x");
+  rules.remove({&rules, "arm", "/left/arm"});
+  EXPECT_EQ(rules.resolve(NameKind::topic, "~/x", rules.node("/left/arm")), "/left/arm/x");
+  EXPECT_EQ(rules.resolve(NameKind::topic, "~/x", rules.node("/right/arm")), "/right_x");
+}
+
 TEST(NodeArguments, RulesApplyToOneNode) {
   const NodeArguments none = read_node_arguments({}, "/arm", {});
   EXPECT_TRUE(none.rules.empty() && none.parameters.empty());

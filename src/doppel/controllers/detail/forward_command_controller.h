@@ -4,6 +4,7 @@
 // write zero to all interfaces but positions after that time without a message. Compatible with
 // ros2_controllers' forward_command_controller and its groups.
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -30,15 +31,18 @@ class CommandForwarder : public Controller {
   // written at deactivation.
   void forward(ControllerContext& context, std::vector<std::string> listed, std::vector<std::string> driven,
                std::optional<double> on_stop = std::nullopt);
+  void receive(const std_msgs::msg::Float64MultiArray& message);
+  [[nodiscard]] std::size_t listed_count() const { return listed_.size(); }
+  // Written from the activation until the first message; NaN: nothing is.
+  void start_with(double value) { initial_ = value; }
 
  private:
-  void receive(const std_msgs::msg::Float64MultiArray& message);
-
   std::string name_;
   const Log* log_ = nullptr;
   std::vector<std::string> listed_, driven_;
   std::vector<std::size_t> source_;  // of each driven interface: its index in a message
   std::optional<double> on_stop_;
+  double initial_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> values_;  // of the last message, one for each driven interface
   std::vector<bool> stops_;     // of each driven interface: zero is no motion
   Duration timeout_{};          // zero: commands hold forever
@@ -67,6 +71,13 @@ class JointGroupController : public CommandForwarder {
 
  private:
   std::string interface_;
+};
+
+// One number for all its joints, also as ~/command (std_msgs/msg/Float64), as the joint plugins of gz-sim read it.
+// Parameters: joints, interface_name, initial_value (NaN: none). Velocity and effort go to zero when it is deactivated.
+class ScalarCommandController : public CommandForwarder {
+ public:
+  void on_init(ControllerContext& context) override;
 };
 
 }  // namespace doppel

@@ -20,6 +20,8 @@ class WorldLosses {
   // Of SDF, and of the <gazebo> elements of an included URDF.
   void lose_sensors_and_plugins(const SdfModel& model);
   void lose_plugins(const SdfWorld& world);
+  void lose_lights(const SdfWorld& world);
+  void lose_environment(const SdfWorld& world);
 
  private:
   std::string format_;

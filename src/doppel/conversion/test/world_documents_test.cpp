@@ -18,6 +18,8 @@ using ::testing::HasSubstr;
 
 const std::string kWorldOfAll = R"(<sdf version="1.9"><world name="w"><gravity>0 0 -3.7</gravity>
 <physics name="p" type="ode"><max_step_size>0.002</max_step_size></physics>
+<scene><ambient>0.1 0.2 0.3 1</ambient><background>0.4 0.5 0.6 1</background><shadows>false</shadows>
+  <sky><time>12.5</time><sunrise>5</sunrise><sunset>21</sunset></sky></scene>
 <light name="sun" type="directional"><direction>0 0 -1</direction></light>
 <light name="lamp" type="spot"><pose>1 2 3 1.5 0 0</pose><diffuse>0.9 0.8 0.7 1</diffuse><specular>0.2 0.3 0.4 1</specular>
   <direction>0 1 0</direction><cast_shadows>true</cast_shadows><intensity>0.6</intensity>
@@ -30,7 +32,11 @@ const std::string kWorldOfAll = R"(<sdf version="1.9"><world name="w"><gravity>0
 <model name="ball"><pose relative_to="corner">2 0 1 0 0 0</pose><link name="l"><inertial auto="true"/>
   <collision name="c"><density>500</density><geometry><sphere><radius>0.1</radius></sphere></geometry></collision></link></model>
 <model name="rod"><pose>0 -1 2 0.1 0.2 0.3</pose><link name="l"><inertial><mass>2</mass><inertia><ixx>9</ixx><iyy>9</iyy><izz>9</izz></inertia></inertial>
-  <collision name="c"><geometry><capsule><radius>0.1</radius><length>0.5</length></capsule></geometry></collision></link></model>
+  <collision name="c"><geometry><capsule><radius>0.1</radius><length>0.5</length></capsule></geometry>
+  <surface><friction><ode><mu>0.7</mu><mu2>0.2</mu2><fdir1 gz:expressed_in="l">0 1 0</fdir1><slip1>0.01</slip1><slip2>0.02</slip2></ode>
+    <torsional><coefficient>0.4</coefficient><patch_radius>0.03</patch_radius></torsional></friction>
+    <bounce><restitution_coefficient>0.25</restitution_coefficient></bounce>
+    <contact><ode><kp>1e6</kp><kd>100</kd><max_vel>0.1</max_vel><min_depth>0.002</min_depth></ode></contact></surface></collision></link></model>
 <model name="table"><static>true</static><pose>3 0 0 0 0 0</pose><link name="l">
   <collision name="top"><pose>0 0 0.7 0 0 0</pose><geometry><box><size>1 1 0.1</size></box></geometry></collision>
   <collision name="leg"><pose>0 0 0.3 0 0 0</pose><geometry><cylinder><radius>0.05</radius><length>0.6</length></cylinder></geometry></collision>
@@ -108,9 +114,9 @@ TEST_F(WorldDocuments, SdfReadsBackWithItsLights) {
   Diagnostics found;
   const SdfWorld again =
       parse_sdf(to_world_sdf(world_, files_, diagnostics_), "again.sdf", folder_, resolver_, found);
-  ASSERT_EQ(again.lights.size(), 2u);
-  for (std::size_t i = 0; i < again.lights.size(); ++i) {
-    const SdfLight &a = again.lights[i], &b = world_.lights[i];
+  ASSERT_EQ(again.settings.lights.size(), 2u);
+  for (std::size_t i = 0; i < again.settings.lights.size(); ++i) {
+    const Light &a = again.settings.lights[i], &b = world_.settings.lights[i];
     EXPECT_EQ(a.name, b.name);
     EXPECT_EQ(a.kind, b.kind);
     EXPECT_LT(distance(a.X_WL, b.X_WL), 1e-9) << b.name;
@@ -124,6 +130,36 @@ TEST_F(WorldDocuments, SdfReadsBackWithItsLights) {
     EXPECT_EQ(std::make_tuple(a.inner_angle, a.outer_angle, a.falloff, a.intensity),
               std::make_tuple(b.inner_angle, b.outer_angle, b.falloff, b.intensity));
   }
+}
+
+TEST_F(WorldDocuments, SdfReadsBackWithItsScene) {
+  Diagnostics found;
+  const SdfWorld again =
+      parse_sdf(to_world_sdf(world_, files_, diagnostics_), "again.sdf", folder_, resolver_, found);
+  ASSERT_TRUE(again.settings.environment && again.settings.environment->sky);
+  const Environment& scene = *again.settings.environment;
+  EXPECT_EQ(scene.ambient, Eigen::Vector4d(0.1, 0.2, 0.3, 1));
+  EXPECT_EQ(scene.background, Eigen::Vector4d(0.4, 0.5, 0.6, 1));
+  EXPECT_FALSE(scene.shadows);
+  EXPECT_EQ(std::make_tuple(scene.sky->time, scene.sky->sunrise, scene.sky->sunset),
+            std::make_tuple(12.5, 5.0, 21.0));
+}
+
+TEST_F(WorldDocuments, SdfReadsBackWithItsSurfaces) {
+  Diagnostics found;
+  const SdfWorld again =
+      parse_sdf(to_world_sdf(world_, files_, diagnostics_), "again.sdf", folder_, resolver_, found);
+  const SdfModel* const rod = again.find("rod");
+  ASSERT_NE(rod, nullptr);
+  const ContactSurface& s = rod->description->links.front().collisions.front().surface;
+  EXPECT_EQ(std::make_tuple(s.mu, s.mu2, s.slip1, s.slip2, s.torsional_mu, s.patch_radius),
+            std::make_tuple(0.7, 0.2, 0.01, 0.02, 0.4, 0.03));
+  EXPECT_EQ(s.fdir1, Eigen::Vector3d(0, 1, 0));
+  EXPECT_EQ(std::make_tuple(s.kp, s.kd, s.max_velocity, s.min_depth, s.restitution),
+            std::make_tuple(1e6, 100.0, 0.1, 0.002, 0.25));
+  const SdfModel* const ball = again.find("ball");
+  ASSERT_NE(ball, nullptr);
+  EXPECT_EQ(ball->description->links.front().collisions.front().surface.mu, 1.0);
 }
 
 TEST_F(WorldDocuments, SdfReadsBackWithItsPluginsAndSensors) {
@@ -180,10 +216,11 @@ TEST_F(WorldDocuments, YamlReportsWhatItLoses) {
         "the sensor 'eye' of 'camera'", "the sensor 'height' of 'stand'",
         "the model 'door', which has 2 links", "the model 'stand', which has 3 links",
         "the model 'camera', which collides with nothing", "the shape 'hat' of 'table'",
-        "the inertia of 'rod', which is not that of a uniform shape"})
+        "the inertia of 'rod', which is not that of a uniform shape", "the <scene>",
+        "the direction, slip, torsion or bounce of the surface of 'rod'"})
     EXPECT_THAT(text, HasSubstr(lost));
   EXPECT_THAT(text, ::testing::Not(HasSubstr("inertia of 'ball'")));
-  EXPECT_EQ(diagnostics_.all().size(), 11u) << text;
+  EXPECT_EQ(diagnostics_.all().size(), 13u) << text;
   for (const Diagnostic& one : diagnostics_.all()) EXPECT_GT(one.where.line, 0) << one.message;
 }
 

@@ -32,7 +32,7 @@ bool refuse_size(std::size_t width, std::size_t height, std::string& problem) {
   return true;
 }
 
-bool decode_png(std::string_view bytes, Image& image, std::string& problem) {
+bool decode_png(std::string_view bytes, Bitmap& image, std::string& problem) {
   png_image png{};
   png.version = PNG_IMAGE_VERSION;
   const std::unique_ptr<png_image, decltype(&png_image_free)> guard(&png, &png_image_free);
@@ -65,7 +65,7 @@ struct JpegHandle {
   tjhandle handle;
 };
 
-bool decode_jpeg(std::string_view bytes, Image& image, std::string& problem) {
+bool decode_jpeg(std::string_view bytes, Bitmap& image, std::string& problem) {
   const JpegHandle jpeg(tjInitDecompress());
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
   int subsampling = 0, space = 0;
@@ -107,7 +107,7 @@ void append_png(png_structp png, png_bytep data, std::size_t size) {
 }  // namespace
 }  // namespace doppel
 
-extern "C" DOPPEL_API bool doppel_decode_image(std::string_view bytes, doppel::Image& image,
+extern "C" DOPPEL_API bool doppel_decode_image(std::string_view bytes, doppel::Bitmap& image,
                                                std::string& problem) {
   using namespace std::string_view_literals;
   if (bytes.starts_with("\x89PNG"sv)) return doppel::decode_png(bytes, image, problem);
@@ -116,7 +116,7 @@ extern "C" DOPPEL_API bool doppel_decode_image(std::string_view bytes, doppel::I
   return false;
 }
 
-extern "C" DOPPEL_API bool doppel_encode_png(const doppel::Image& image, bool fast, std::string& out) {
+extern "C" DOPPEL_API bool doppel_encode_png(const doppel::Bitmap& image, bool fast, std::string& out) {
   static constexpr int kColour[] = {0, PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
                                     PNG_COLOR_TYPE_RGB_ALPHA};
   doppel::PngWriter writer;
@@ -133,7 +133,7 @@ extern "C" DOPPEL_API bool doppel_encode_png(const doppel::Image& image, bool fa
   return true;
 }
 
-extern "C" DOPPEL_API bool doppel_encode_jpeg(const doppel::Image& image, int quality, std::string& out) {
+extern "C" DOPPEL_API bool doppel_encode_jpeg(const doppel::Bitmap& image, int quality, std::string& out) {
   const doppel::JpegHandle jpeg(tjInitCompress());
   unsigned char* data = nullptr;
   unsigned long size = 0;  // NOLINT(google-runtime-int): the type of the library

@@ -11,8 +11,8 @@
 namespace doppel {
 namespace {
 
-Image gradient(int width, int height, int channels) {
-  Image image{width, height, channels, {}};
+Bitmap gradient(int width, int height, int channels) {
+  Bitmap image{width, height, channels, {}};
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x)
       for (int c = 0; c < channels; ++c)
@@ -23,8 +23,8 @@ Image gradient(int width, int height, int channels) {
 TEST(ImageFiles, PngKeepsEveryBitWithOneToFourChannels) {
   for (int channels = 1; channels <= 4; ++channels)
     for (const PngSpeed speed : {PngSpeed::small, PngSpeed::fast}) {
-      const Image image = gradient(33, 17, channels);
-      const Image again = decode_image(encode_png(image, speed), "a.png");
+      const Bitmap image = gradient(33, 17, channels);
+      const Bitmap again = decode_image(encode_png(image, speed), "a.png");
       EXPECT_EQ(again.width, 33);
       EXPECT_EQ(again.height, 17);
       EXPECT_EQ(again.channels, channels);
@@ -34,8 +34,8 @@ TEST(ImageFiles, PngKeepsEveryBitWithOneToFourChannels) {
 
 TEST(ImageFiles, JpegIsCloseToItsOriginal) {
   for (const int channels : {1, 3}) {
-    Image image{64, 48, channels, std::vector<std::uint8_t>(std::size_t(64 * 48 * channels), 90)};
-    const Image again = decode_image(encode_jpeg(image, 90), "a.jpg");
+    Bitmap image{64, 48, channels, std::vector<std::uint8_t>(std::size_t(64 * 48 * channels), 90)};
+    const Bitmap again = decode_image(encode_jpeg(image, 90), "a.jpg");
     ASSERT_EQ(again.pixels.size(), image.pixels.size());
     for (const std::uint8_t value : again.pixels) EXPECT_LE(std::abs(value - 90), 2);
   }
@@ -63,7 +63,7 @@ TEST(ImageFiles, RandomDamageIsReadOrRefused) {
       std::string bytes = whole;
       for (int i = 0; i < 3; ++i) bytes[random() % bytes.size()] = static_cast<char>(random());
       try {
-        const Image image = decode_image(bytes, "damaged");
+        const Bitmap image = decode_image(bytes, "damaged");
         EXPECT_EQ(image.pixels.size(),
                   std::size_t(image.width) * std::size_t(image.height) * std::size_t(image.channels));
       } catch (const InputError&) {

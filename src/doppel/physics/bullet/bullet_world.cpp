@@ -66,6 +66,7 @@ void BulletWorld::collect_pieces() {
     const Articulation& articulation = compiled_[i].articulation;
     for (std::size_t link = 0; link < instances()[i].shapes.size(); ++link) {
       for (const CollisionShape& shape : instances()[i].shapes[link]) {
+        if (std::holds_alternative<SharedField>(shape.geometry)) continue;  // EngineCapabilities::heightmaps
         pieces_.push_back({{static_cast<int>(i), static_cast<int>(link)},
                            articulation.group_of_link[link],
                            articulation.X_BL[link] * shape.X_LS,

@@ -158,7 +158,8 @@ std::shared_ptr<btConvexShape> ShapeMaker::make(const CollisionShape& shape) {
             made->initializePolyhedralFeatures();
             hulls_.emplace_back(hull, made);
             return made;
-          }},
+          },
+          [](const SharedField&) -> std::shared_ptr<btConvexShape> { return nullptr; }},
       shape.geometry);
   // Bullet's default margin of 4 cm would enlarge hulls and round smaller shapes; spheres and capsules
   // consist of margin only.
@@ -196,7 +197,8 @@ double ray_distance(const Piece& piece, const Eigen::Vector3d& from, const Eigen
                      within.cut(normal.dot(from) + plane[3], normal.dot(along));
                    }
                    return within.first();
-                 }},
+                 },
+                 [](const SharedField&) { return -1.0; }},
       piece.source.geometry);
 }
 
@@ -224,7 +226,8 @@ void lowest_points(const Piece& piece, const Eigen::Vector3d& down, std::vector<
                         [&](const SharedHull& hull) {
                           for (const Eigen::Vector3f& vertex : hull->vertices)
                             out.push_back(vertex.cast<double>());
-                        }},
+                        },
+                        [](const SharedField&) {}},
              piece.source.geometry);
 }
 

@@ -14,6 +14,7 @@ inline constexpr std::size_t kMaxShellTriangles = 1000;  // of a mesh: more of t
 struct MeshParts {
   std::vector<std::vector<Eigen::Vector3f>> parts;  // m; each is the convex hull of its vertices
   std::size_t filled = 0;  // connected surfaces that are not convex and became their hull
+  std::size_t joined = 0;  // connected surfaces that became one hull, because they are too many
 };
 
 // Each connected surface of the mesh: its vertices if it is convex; else a prism for each of its triangles; with too many

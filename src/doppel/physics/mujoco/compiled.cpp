@@ -10,6 +10,7 @@
 #include <new>
 
 #include "doppel/physics/mujoco/box_contacts.h"
+#include "doppel/physics/mujoco/terrain_geoms.h"
 
 namespace doppel {
 
@@ -82,6 +83,7 @@ ModelHandle compile_mjcf(const std::string& mjcf, std::string& message) {
   const std::lock_guard lock(one_at_a_time);
   mujoco_detail::install_handlers();
   install_checked_box_contacts();
+  install_terrain_contacts();
   const TextFile file(mjcf);
   std::array<char, 1024> text{};
   mjModel* model = nullptr;

@@ -40,9 +40,30 @@ class MeshAssets {
     }
     return found->second;
   }
+  // MuJoCo's heights are from 0 to 1 above the geom's origin, which is at the lowest point.
+  std::string name_of(const SharedField& field) {
+    const auto found = std::ranges::find(fields_, field);
+    const auto index = static_cast<std::size_t>(found - fields_.begin());
+    const std::string name = mjcf_field_name(index);
+    if (found != fields_.end()) return name;
+    fields_.push_back(field);
+    const auto [low, high] = std::ranges::minmax(field->heights);
+    const double rise = std::max(static_cast<double>(high) - low, kLeastRise);
+    assets_.children.push_back(
+        element("hfield", {{"name", name},
+                           {"ncol", std::to_string(field->columns)},
+                           {"nrow", std::to_string(field->rows)},
+                           {"size", fmt::format("{} {} {} {}", decimal(field->size.x() / 2),
+                                                decimal(field->size.y() / 2), decimal(rise), kFieldBase)}}));
+    return name;
+  }
   XmlNode take() { return std::move(assets_); }
+  [[nodiscard]] std::vector<SharedField> take_fields() { return std::move(fields_); }
 
  private:
+  static constexpr double kLeastRise = 1e-3;  // m
+  static constexpr int kFieldBase = 1;        // m, of solid below the lowest point
+  std::vector<SharedField> fields_;
   std::map<const CollisionHull*, std::string> names_;
   XmlNode assets_ = element("asset");
 };
@@ -87,7 +108,10 @@ class InstanceNaming final : public MjcfNaming {
     for (std::size_t i = 0; i < shapes.size(); ++i) {
       XmlNode geom = element("geom", {{"name", mjcf_shape_name(offsets_.link + link, i)}});
       std::visit([&](const auto& shape) { add_form(shape, geom); }, shapes[i].geometry);
-      mjcf_place(geom, shapes[i].X_LS);
+      Pose X_LG = shapes[i].X_LS;
+      if (const auto* field = std::get_if<SharedField>(&shapes[i].geometry))
+        X_LG.translate(Eigen::Vector3d(0, 0, std::ranges::min((*field)->heights)));
+      mjcf_place(geom, X_LG);
       add_friction(geom, decimal(shapes[i].friction.along), shapes[i].friction.torsion, false);
       body.children.push_back(std::move(geom));
     }
@@ -99,6 +123,9 @@ class InstanceNaming final : public MjcfNaming {
     if constexpr (std::is_same_v<Shape, SharedHull>) {
       add_attribute(geom, "type", "mesh");
       add_attribute(geom, "mesh", assets_.name_of(shape));
+    } else if constexpr (std::is_same_v<Shape, SharedField>) {
+      add_attribute(geom, "type", "hfield");
+      add_attribute(geom, "hfield", assets_.name_of(shape));
     } else {
       mjcf_size(geom, shape);
     }
@@ -214,7 +241,8 @@ class PairWriter {
 };
 
 XmlNode option_of(const WorldSettings& world, bool listed_pairs) {
-  // Elliptic cones with a high impedance ratio, so that sticking contacts do not creep.
+  // Elliptic cones with a high impedance ratio, so that sticking contacts do not creep. With one contact of two
+  // hulls instead of several, an object that stands on another walks.
   return element("option",
                  {{"timestep", decimal(to_seconds(world.step))},
                   {"gravity", decimals(world.gravity)},
@@ -222,18 +250,16 @@ XmlNode option_of(const WorldSettings& world, bool listed_pairs) {
                   {"collision", listed_pairs ? "predefined" : "all"},
                   {"cone", "elliptic"},
                   {"impratio", "100"}},
-                 {element("flag", {{"filterparent", "disable"}})});
+                 {element("flag", {{"filterparent", "disable"}, {"multiccd", "enable"}})});
 }
 
 constexpr std::size_t kMaxTouchingShapes = 12;  // of a link at once
+constexpr std::size_t kContactsOfRobot = 100, kContactsOfLooseShape = 8;
 
-// Fixed bodies have no contacts among themselves, and MuJoCo's memory grows with the square of njmax.
 XmlNode size_of(std::span<const ModelInstance> instances) {
-  const auto objects = static_cast<std::size_t>(std::ranges::count_if(instances, &ModelInstance::is_object));
-  const std::size_t loose = loose_shapes(instances);
-  const std::size_t robots = std::max<std::size_t>(instances.size() - objects, 1);
-  return element("size", {{"nconmax", std::to_string(100 * robots + 8 * loose)},
-                          {"njmax", std::to_string(400 * robots + kRowsOfLooseShape * loose)}});
+  const MjcfSizes sizes = sizes_of(instances);
+  return element("size",
+                 {{"nconmax", std::to_string(sizes.contacts)}, {"njmax", std::to_string(sizes.rows)}});
 }
 
 XmlNode defaults_of(const WorldSettings& world) {
@@ -270,12 +296,16 @@ std::vector<InstanceOffsets> instance_offsets(std::span<const ModelInstance> ins
   return out;
 }
 
-std::size_t loose_shapes(std::span<const ModelInstance> instances) {
-  std::size_t out = 0;
+MjcfSizes sizes_of(std::span<const ModelInstance> instances) {
+  MjcfSizes out;
   for (const ModelInstance& instance : instances) {
+    if (!instance.is_object()) ++out.robots;
     if (!instance.is_object() || instance.model->nv == 0) continue;
-    for (const auto& shapes : instance.shapes) out += std::min(shapes.size(), kMaxTouchingShapes);
+    for (const auto& shapes : instance.shapes) out.loose += std::min(shapes.size(), kMaxTouchingShapes);
   }
+  out.robots = std::max<std::size_t>(out.robots, 1);
+  out.contacts = kContactsOfRobot * out.robots + kContactsOfLooseShape * out.loose;
+  out.rows = kRowsOfRobot * out.robots + kRowsOfLooseShape * out.loose;
   return out;
 }
 
@@ -287,6 +317,9 @@ std::string mjcf_joint_name(int joint) {
 }
 std::string mjcf_exclusion_name(std::size_t pair) {
   return fmt::format("~x{}", pair);
+}
+std::string mjcf_field_name(std::size_t field) {
+  return fmt::format("~h{}", field);
 }
 std::string mjcf_shape_name(int link, std::size_t shape) {
   return fmt::format("~g{}s{}", link, shape);
@@ -314,7 +347,8 @@ MjcfDocument write_document(const WorldSettings& settings, std::span<const Model
       {element("compiler", {{"angle", "radian"}, {"inertiafromgeom", "false"}, {"fusestatic", "false"}}),
        option_of(settings, pairs.few()), size_of(instances), defaults_of(settings), assets.take(),
        std::move(world), pairs.take(), std::move(equality)});
-  return {to_xml(root), pairs.few() ? std::vector<std::pair<BodyId, BodyId>>{} : pairs.exclusions()};
+  return {to_xml(root), pairs.few() ? std::vector<std::pair<BodyId, BodyId>>{} : pairs.exclusions(),
+          assets.take_fields()};
 }
 
 namespace {

@@ -35,14 +35,21 @@ struct MjcfDocument {
   // Every pair that may become excluded, each an <exclude>; empty: every two shapes that may touch have a
   // <pair>, and MuJoCo tests no others.
   std::vector<std::pair<BodyId, BodyId>> exclusions;
+  std::vector<SharedField>
+      fields;  // of the hfield with the same index; MuJoCo reads their heights from files only
 };
+std::string mjcf_field_name(std::size_t field);
 MjcfDocument write_document(const WorldSettings& settings, std::span<const ModelInstance> instances,
                             const Exclusions& exclusions);
 
-// Shapes of objects that move, of each link at most as many as may touch at once; each may have so many rows of
-// constraints.
-std::size_t loose_shapes(std::span<const ModelInstance> instances);
-inline constexpr std::size_t kRowsOfLooseShape = 24;
+// The sizes of MuJoCo's arrays of contacts and of rows of constraints. Fixed bodies have no contacts among themselves.
+struct MjcfSizes {
+  std::size_t robots = 0;  // instances other than objects, at least 1
+  std::size_t loose = 0;   // shapes of objects that move, of each link at most as many as may touch at once
+  std::size_t contacts = 0, rows = 0;
+};
+inline constexpr std::size_t kRowsOfRobot = 400, kRowsOfLooseShape = 24;
+MjcfSizes sizes_of(std::span<const ModelInstance> instances);
 
 // Replaces indices by the user's names in a message of MuJoCo.
 std::string in_user_terms(std::string message, std::span<const ModelInstance> instances);

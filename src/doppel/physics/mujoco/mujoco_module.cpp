@@ -26,6 +26,7 @@ EngineCapabilities capabilities_of_mujoco() {
   out.version = version_text();
   out.contacts = out.rays = out.floating = out.planar = true;
   out.mimics = out.friction = out.stops = out.ideal = out.directed_friction = out.attachments = true;
+  out.heightmaps = true;
   out.integrators = {Integrator::euler, Integrator::midpoint, Integrator::rk4, Integrator::implicit};
   // Measured values with a margin. Friction is a soft constraint and creeps; a hull penetrates a box
   // by 0.3 mm.

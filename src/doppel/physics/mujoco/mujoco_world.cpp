@@ -70,18 +70,32 @@ namespace {
 
 // MuJoCo 2 has a matrix of all rows of constraints by all rows.
 void refuse_size(std::span<const ModelInstance> instances) {
-  const std::size_t shapes = loose_shapes(instances);
+  const MjcfSizes sizes = sizes_of(instances);
   const double machine =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-  const auto rows = static_cast<double>(kRowsOfLooseShape * shapes);
-  const double fit = std::sqrt(machine / sizeof(mjtNum)) / kRowsOfLooseShape;
+  const auto rows = static_cast<double>(sizes.rows);
+  const double left = std::sqrt(machine / sizeof(mjtNum)) - static_cast<double>(kRowsOfRobot * sizes.robots);
+  const double fit = std::max(0.0, 100 * std::floor(left / kRowsOfLooseShape / 100));
   throw InputError(
       "physics.too_large", {},
       fmt::format(
-          "MuJoCo gets no memory for the {} shapes of the world that move: it needs {:.0f} GB, which grows "
-          "with the square of their number; fewer than {:.0f} fit into the {:.0f} GB of this machine",
-          shapes, rows * rows * sizeof(mjtNum) / 1e9, 100 * std::floor(fit / 100), machine / 1e9),
+          "MuJoCo gets no memory for the {} shapes of the world that move and {} robot{}: it needs "
+          "{:.0f} GB, which grows with the square of their number; beside {} robot{}, fewer than {:.0f} "
+          "shapes fit into the {:.0f} GB of this machine",
+          sizes.loose, sizes.robots, sizes.robots == 1 ? "" : "s", rows * rows * sizeof(mjtNum) / 1e9,
+          sizes.robots, sizes.robots == 1 ? "" : "s", fit, machine / 1e9),
       "make what need not move static, or leave models out");
+}
+
+void fill_fields(const MjcfDocument& document, mjModel& m) {
+  for (std::size_t i = 0; i < document.fields.size(); ++i) {
+    const HeightField& field = *document.fields[i];
+    const int id = find_part(&m, mjOBJ_HFIELD, mjcf_field_name(i));
+    const float low = std::ranges::min(field.heights);
+    const double rise = m.hfield_size[4 * id + 2];
+    std::ranges::transform(field.heights, m.hfield_data + m.hfield_adr[id],
+                           [&](float h) { return static_cast<float>((h - low) / rise); });
+  }
 }
 
 }  // namespace
@@ -95,6 +109,7 @@ void MujocoWorld::compile(const MjcfDocument& document, Diagnostics& diagnostics
         "physics.refused", {},
         "the physics engine rejects the robot or its world: " + in_user_terms(message, instances()));
   }
+  fill_fields(document, *model_);
   if (!message.empty()) {
     diagnostics.warning("physics.engine", {}, "physics engine: " + in_user_terms(message, instances()));
   }

@@ -110,6 +110,28 @@ TEST(Contacts, ContactForcesCarryWeight) {
   EXPECT_NEAR((on_box - Eigen::Vector3d(0, 0, 2.0 * 9.81)).norm(), 0, 0.02);
 }
 
+// MuJoCo 2.2.2 by itself finds one contact of a cylinder or hull on a box, at a place that changes from step to step.
+TEST(Contacts, CanOnTableStandsStill) {
+  for (const FrictionRule rule : {FrictionRule::larger, FrictionRule::smaller}) {
+    World world = with(make_object("table", Box{{0.8, 0.8, 0.4}}, {0, 0, 0.2}, 0));
+    world.friction_rule = rule;
+    world.objects.push_back(make_object("can", Cylinder{0.033, 0.115}, {0.11, 0.07, 0.4575}, 0.35));
+    world.objects.push_back(make_object("on can", Cylinder{0.033, 0.115}, {0.11, 0.07, 0.5725}, 0.35));
+    world.objects.push_back(make_object("disc", Cylinder{0.1, 0.02}, {-0.2, 0.1, 0.41}, 0.2));
+    Rig rig(test::make_post(), world);
+    rig.run(1.0);
+    std::vector<Pose> before;
+    for (const char* name : {"can", "on can", "disc"}) before.push_back(rig.pose(name));
+    rig.run(10.0);
+    for (const char* name : {"can", "on can", "disc"}) {
+      const Pose moved = before.front().inverse() * rig.pose(name);
+      before.erase(before.begin());
+      EXPECT_LT(6 * moved.translation().norm(), 1e-5) << name << ": more than 0.01 mm a minute";
+      EXPECT_LT(6 * Eigen::AngleAxisd(moved.linear()).angle(), 1e-3) << name;
+    }
+  }
+}
+
 TEST(RayCast, RayHitsLinksAndObjects) {
   Rig rig(make_bars(0.01), with(make_object("ball", Sphere{0.1}, {1, 0, 0.5}, 0)));
   RayHit hit = rig.engine->cast_ray({1, 0, 2}, {0, 0, -3});

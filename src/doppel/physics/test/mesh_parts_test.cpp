@@ -45,7 +45,9 @@ TEST(MeshParts, MovingShelfHasOneHullForEachOfItsSurfaces) {
   TriangleMesh pile;
   for (std::size_t i = 0; i <= kMaxMovingParts; ++i)
     add_box(pile, {0, 0, static_cast<float>(i)}, {0.5F, 0.5F, 0.5F});
-  EXPECT_EQ(moving_parts(pile).parts.size(), 1u);
+  const MeshParts joined = moving_parts(pile);
+  EXPECT_EQ(joined.parts.size(), 1u);
+  EXPECT_EQ(joined.joined, kMaxMovingParts + 1);
 }
 
 TEST(MeshParts, RoomStaysHollow) {

@@ -29,7 +29,7 @@ void put(const Vector3f& value, unsigned lane, Lanes3& out) {
 
 Shading::Shading(const EmbreeScene& scene) : scene_(scene) {
   const RenderScene& from = scene.scene();
-  for (const Image& image : from.textures) textures_.emplace_back(image);
+  for (const Bitmap& image : from.textures) textures_.emplace_back(image);
   for (const SurfaceMaterial& m : from.materials) {
     Material out{m.rgba, linear(m.emissive), m.specular, m.shininess, m.texture};
     out.rgba.head<3>() = linear(m.rgba.head<3>());
@@ -44,14 +44,19 @@ Shading::Shading(const EmbreeScene& scene) : scene_(scene) {
     }
     material_of_triangle_.push_back(std::move(of_triangle));
   }
-  for (const SceneLight& light : from.lights) {
-    lamps_.push_back(
-        {light.kind, light.colour, light.p_W.cast<float>(), -light.direction_W.normalized().cast<float>(),
-         light.range, light.constant, light.linear, light.quadratic, std::cos(light.inner_angle / 2),
-         std::cos(light.outer_angle / 2), light.falloff, light.casts_shadows && from.environment.shadows});
+  for (const Light& light : from.lights) {
+    if (!light.on) continue;
+    const Vector3f colour = linear(light.diffuse.head<3>().cast<float>()) * static_cast<float>(light.intensity);
+    lamps_.push_back({light.kind, colour, light.X_WL.translation().cast<float>(),
+                      -light.direction_W.normalized().cast<float>(), static_cast<float>(light.range),
+                      static_cast<float>(light.attenuation_constant), static_cast<float>(light.attenuation_linear),
+                      static_cast<float>(light.attenuation_quadratic),
+                      static_cast<float>(std::cos(light.inner_angle / 2)),
+                      static_cast<float>(std::cos(light.outer_angle / 2)), static_cast<float>(light.falloff),
+                      light.cast_shadows && from.environment.shadows});
   }
-  ambient_ = linear(from.environment.ambient);
-  background_ = linear(from.environment.background);
+  ambient_ = linear(from.environment.ambient.head<3>().cast<float>());
+  background_ = linear(from.environment.background.head<3>().cast<float>());
   zenith_ = linear({0.32F, 0.52F, 0.82F});
   horizon_ = linear({0.80F, 0.87F, 0.94F});
 }

@@ -46,7 +46,7 @@ std::uint8_t srgb_of_linear(float value) {
   return table[static_cast<std::size_t>(root * kSteps + 0.5F)];
 }
 
-TexturePyramid::TexturePyramid(const Image& image) {
+TexturePyramid::TexturePyramid(const Bitmap& image) {
   if (image.empty()) return;
   Level level{image.width, image.height, {}};
   level.rgba.reserve(static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height) * 4);

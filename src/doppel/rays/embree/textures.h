@@ -19,7 +19,7 @@ std::uint8_t srgb_of_linear(float value);
 
 class TexturePyramid {
  public:
-  explicit TexturePyramid(const Image& image);
+  explicit TexturePyramid(const Bitmap& image);
   // Linear light and opacity. u to the right, v downwards, repeated; texels: how many of the picture one pixel covers.
   [[nodiscard]] Eigen::Vector4f sample(float u, float v, float texels) const;
   [[nodiscard]] int width() const { return levels_.empty() ? 0 : levels_.front().width; }

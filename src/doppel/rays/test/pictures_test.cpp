@@ -48,12 +48,14 @@ struct Pictured {
   int size = 0;
 
   Pictured() {
-    builder.environment().ambient = Vector3f::Zero();
-    builder.environment().background = Vector3f(0, 0, 1);
+    builder.environment().ambient.setZero();
+    builder.environment().background = Eigen::Vector4d(0, 0, 1, 1);
   }
   void sun(const Vector3d& direction) {
-    SceneLight light;
+    Light light;
+    light.kind = LightKind::directional;
     light.direction_W = direction;
+    light.cast_shadows = true;
     builder.add_light(light);
   }
   void take(const std::vector<PixelRays>& samples) {
@@ -131,13 +133,13 @@ TEST(CameraPictures, SeveralSamplesOfPixelGiveItsCoveredPart) {
 }
 
 TEST(CameraPictures, PointLightFadesByItsAttenuation) {
-  for (const float quadratic : {0.0F, 1.0F}) {
+  for (const double quadratic : {0.0, 1.0}) {
     Pictured p;
-    SceneLight lamp;
+    Light lamp;
     lamp.kind = LightKind::point;
-    lamp.p_W = {0, 0, 1};
-    lamp.constant = 1;
-    lamp.quadratic = quadratic;
+    lamp.X_WL.translation().z() = 1;
+    lamp.attenuation_linear = 0;
+    lamp.attenuation_quadratic = quadratic;
     p.builder.add_light(lamp);
     p.builder.add_shape(p.body, Plane{Vector3d::UnitZ(), {10, 10}}, Pose::Identity(), colour({1, 1, 1, 1}));
     p.take({square(9, 0.01)});

@@ -81,7 +81,7 @@ class MeshFileTest : public testing::Test {
 };
 
 TEST_F(MeshFileTest, ObjKeepsColourAndTextureOfEachPart) {
-  Image picture{2, 2, 3, std::vector<std::uint8_t>(12, 200)};
+  Bitmap picture{2, 2, 3, std::vector<std::uint8_t>(12, 200)};
   write("wood.png", encode_png(picture));
   write("a.mtl",
         "newmtl red\nKd 1 0 0\nnewmtl wood\nKd 1 1 1\nmap_Kd wood.png\nnewmtl lost\nmap_Kd gone.png\n");

@@ -91,7 +91,7 @@ void expect_centroid(const CameraDescription& camera, const Vector3d& centre, do
   // Turned towards the camera, so that a fisheye sees it beside itself, too.
   X.linear() = rotation_from_z(-centre);
   builder.add_shape(body, Plane{Vector3d::UnitZ(), {side, side}}, X, white);
-  builder.environment().background = Eigen::Vector3f::Zero();
+  builder.environment().background.setZero();
   const auto caster = make_ray_caster(builder.finish());
   caster->set_poses(std::vector<Pose>{Pose::Identity()});
   const CameraIntrinsics c = intrinsics_of(camera);

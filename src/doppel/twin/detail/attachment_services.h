@@ -38,6 +38,9 @@ class AttachmentServices : public Tickable {
   };
   struct Wanted {
     LinkName a, b;
+    [[nodiscard]] bool joins(const LinkName& one, const LinkName& other) const {
+      return (a == one && b == other) || (a == other && b == one);
+    }
   };
   // What a plugin of an instance does; one class for each kind.
   class Device;
@@ -59,12 +62,17 @@ class AttachmentServices : public Tickable {
   [[nodiscard]] bool find(const LinkName& name, BodyId& body) const;
   Status attach(BodyId a, BodyId b);
   bool detach(BodyId a, BodyId b);
+  // What a client asked for outlives the plugin's device, which a reload makes again.
+  void ask_to_detach(const LinkName& a, const LinkName& b);
+  void ask_to_attach(const LinkName& a, const LinkName& b);
+  [[nodiscard]] bool is_to_be_detached(const LinkName& a, const LinkName& b) const;
   void equip(const ModelInstance& instance, Equipped& out);
 
   const Scene& scene_;
   const Log& log_;
   Node node_;
-  std::vector<Wanted> wanted_;  // by services
+  std::vector<Wanted> wanted_;    // by services
+  std::vector<Wanted> detached_;  // by services and topics, until they are attached on request
   std::vector<Equipped> equipped_;
   std::string last_refusal_;
 };

@@ -1,7 +1,7 @@
 #pragma once
 // The plugins of Gazebo Classic and of gz-sim that drive a mobile base, mapped onto the controllers of ros2_control:
-// for descriptions that have such a plugin and no controllers' file. The topics are those of the plugin, or of the
-// usual ros_gz_bridge: cmd_vel (geometry_msgs/msg/Twist) and odom.
+// for descriptions that have such a plugin and no controllers' file. The topics are those of the plugin, or, without
+// one, those of PluginTopics.
 
 #include <optional>
 #include <string>
@@ -11,6 +11,14 @@
 #include "doppel/description/robot_description.h"
 
 namespace doppel {
+
+// Where the topics of a plugin are.
+enum class PluginTopics {
+  relative,  // in the robot's namespace: cmd_vel (geometry_msgs/msg/Twist) and odom, as of the usual ros_gz_bridge
+  // Of a model of an SDF world, as Gazebo names them: /model/NAME/cmd_vel and /model/NAME/odometry of gz-sim, cmd_vel
+  // and odom in the plugin's <ros><namespace> of Gazebo Classic.
+  of_model,
+};
 
 struct MappedBase {
   std::string name, type;           // of the controller
@@ -25,6 +33,10 @@ std::string missing_joint(const RobotDescription& robot, const MappedBase& base)
 
 // The first plugin that can be mapped, with a note that says how; a note for each other one of a base. nullopt:
 // there is none, or its joints have no velocity command in <ros2_control>.
-std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, Diagnostics& diagnostics);
+std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, PluginTopics topics,
+                                          Diagnostics& diagnostics);
+
+// Of gazebo_ros, for Gazebo Classic.
+bool is_classic(const GazeboPlugin& plugin);
 
 }  // namespace doppel

@@ -16,6 +16,10 @@ namespace doppel {
 std::filesystem::path find_entity_mesh(const std::string& uri, const PackageResolver& resolver,
                                        const Target& target);
 
+// The text of an SDF or URDF file (a path or file://) in a package, or of a model beside its model.config, which a client
+// may name. Throws InputError.
+std::string read_entity_file(const std::string& file);
+
 // The nearest folder above the file that is a package; empty: there is none.
 std::filesystem::path package_above(const std::filesystem::path& file);
 

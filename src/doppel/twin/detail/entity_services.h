@@ -11,6 +11,7 @@
 
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
@@ -19,6 +20,7 @@
 #include "doppel/twin/detail/entity.h"
 #include "doppel/twin/detail/entity_xml.h"
 #include "doppel/twin/tickable.h"
+#include "doppel/twin/twin.h"
 
 namespace doppel {
 
@@ -29,32 +31,50 @@ class EntityServices : public Tickable {
   struct Callbacks {
     MeshFinder find_mesh;
     std::function<void()> changed;  // instances were added, removed or moved
-    // Brings up a robot of URDF text under its namespace at its pose; `done` is called later, on
+    // Brings up a robot of URDF text, or of a model of SDF that its plugins drive, under its namespace at its pose; `done` is called later, on
     // the loop's thread.
     using Done = std::function<void(const Status&)>;
-    std::function<void(WorldRobot robot, std::string urdf, Done done)> spawn_robot;
+    std::function<void(WorldRobot robot, SpawnedText text, Done done)> spawn_robot;
     std::function<Status(int instance)> remove_robot;
+    std::function<std::vector<std::string>()> namespaces;  // of the robots
   };
   // Scene and log outlive the services. A refusal is logged if the response has no field for it.
   EntityServices(Bus& bus, const Scene& scene, const Log& log, Callbacks callbacks);
+
+  // -- for the services of gz-sim (world_services.h)
+  struct Spawned {
+    std::string name, xml, name_space;  // name: empty: that in the xml
+    Pose X_WE = Pose::Identity();
+    bool rename = false;  // another name where the name is taken, as Gazebo makes it: "box_0"
+  };
+  // `done` gets the reason of a refusal, or what is in the world now; later for a robot.
+  using SpawnDone = std::function<void(const Status&, const std::string& good)>;
+  void spawn(Spawned what, const SpawnDone& done);
+  // A copy of an object, in the initial configuration of the original.
+  void clone(const std::string& original, const Spawned& what, const SpawnDone& done);
+  Status remove(const std::string& name);
+  Status set_pose(const std::string& name, const geometry_msgs::msg::Pose& pose);
+  [[nodiscard]] Status place_in(const std::string& frame, const geometry_msgs::msg::Pose& pose,
+                                Pose& X_WE) const;
+  void tell_refusal(const std::string& service, const Status& status);
 
  private:
   void offer_coming_and_going();
   void offer_entity_state();
   void offer_model_state();
 
-  using Spawn = gazebo_msgs::srv::SpawnEntity;
-  void spawn(const Spawn::Request& request, const Responder<Spawn::Response>& respond);
-  [[nodiscard]] Status place_of(const Spawn::Request& request, Pose& X_WE) const;
-  Status spawn_object(const Spawn::Request& request, const Pose& X_WE, std::string& good);
+  void spawn_entity(const Spawned& what, const SpawnDone& done);
+  void spawn_urdf(const Spawned& what, const std::string& robot, const SpawnDone& done);
+  void spawn_robot(WorldRobot robot, SpawnedText text, std::vector<ModelInstance> others,
+                   const SpawnDone& done);
+  void add_objects(std::vector<ModelInstance> objects);
+  [[nodiscard]] std::string free_name(const std::string& name, bool rename) const;
   [[nodiscard]] Status check_name(const std::string& name) const;
-  Status remove(const std::string& name);
   void move(const Entity& entity, EntityMotion motion);
   Status get_state(const std::string& name, const std::string& frame, geometry_msgs::msg::Pose& pose,
                    geometry_msgs::msg::Twist& twist) const;
   Status set_state(const std::string& name, const std::string& frame, const geometry_msgs::msg::Pose& pose,
                    const geometry_msgs::msg::Twist& twist);
-  void tell_refusal(const char* service, const Status& status);
 
   const Scene& scene_;
   const Log& log_;

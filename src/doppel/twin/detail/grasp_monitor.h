@@ -46,13 +46,14 @@ class GraspMonitor : public Tickable {
     Time since{};
     std::vector<Mark> marks;
     double slip = 0;  // m, the largest of the marks
-    bool slips = false, reported = false;
+    bool slips = false, reported = false, creep_reported = false;
     [[nodiscard]] bool is(const Scene& scene, const Grasp& grasp) const;
   };
   void look(Time now);
   Held follow(const Grasp& grasp, Time now) const;
   void measure_slip(const Grasp& grasp, Held& held) const;
   void report(const Grasp& grasp, Held& held) const;
+  void report_creep(const Grasp& grasp, Held& held) const;
   [[nodiscard]] std::string names_of_links(const Grasp& grasp) const;
   [[nodiscard]] double weight_of(const Grasp& grasp) const;  // N
   [[nodiscard]] std::string cause_of(const Grasp& grasp) const;

@@ -15,6 +15,11 @@
 
 namespace doppel {
 
+// "/left/x" for ("left", "x") and ("/left", "x"); "/x" itself.
+std::string absolute_topic(const std::string& name_space, const std::string& topic);
+// The nearest name that ROS 2 permits: '_' for each other character, and before a digit that begins a part.
+std::string valid_topic(const std::string& topic);
+
 class PluginValues {
  public:
   // Of the <plugin>, or of an element with such values.
@@ -30,6 +35,10 @@ class PluginValues {
   bool flag(std::initializer_list<std::string_view> names, bool otherwise);
   // The name that <ros><remapping>from:=to</remapping></ros> gives to a topic or service.
   std::string remapped(const std::string& name);
+  // Of <ros><namespace>, or ROS 1's <robotNamespace>; empty: none.
+  std::string ros_namespace();
+  // The same as remapped() as an absolute name in that namespace.
+  std::string ros_name(const std::string& name);
   // The names of elements that were not read.
   [[nodiscard]] std::vector<std::string> unread() const;
   // A warning that lists the values that could not be used, if there are any. whose: "the plugin 'x'".

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <map>
 #include <mutex>
+#include <optional>
 #include <thread>
 
 #include "doppel/control/control_loop.h"
@@ -33,7 +34,7 @@ struct Twin::Impl {
   void publish_due(Time now);
   void publish_state();
   void between_steps();
-  void reset();
+  void reset(std::optional<Time> at = std::nullopt);  // at: the time afterwards; none: 0
   // Updates the scene and every handle to the engine's present instances.
   void renew_handles();
   // Instances may have changed without the twin, because users of engine() can spawn objects.
@@ -58,7 +59,7 @@ struct Twin::Impl {
   void add_robot(JoiningRobot& joining);
   Status remove_robot(const std::string& name_space);
   struct Spawning;
-  void spawn_robot(WorldRobot robot, std::string urdf, std::function<void(const Status&)> done);
+  void spawn_robot(WorldRobot robot, SpawnedText text, std::function<void(const Status&)> done);
   void build(const std::shared_ptr<Spawning>& spawning);
   void settle(const std::shared_ptr<Spawning>& spawning);
 

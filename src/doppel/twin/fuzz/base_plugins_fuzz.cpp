@@ -29,7 +29,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     doppel::Diagnostics diagnostics;
     const std::string text = robot_with({reinterpret_cast<const char*>(data), size});
     const doppel::RobotDescription robot = doppel::parse_urdf(text, "robot.urdf", resolver, diagnostics);
-    const auto mapped = doppel::map_base_plugin(robot, diagnostics);
+    const auto mapped = doppel::map_base_plugin(robot, doppel::PluginTopics::relative, diagnostics);
     if (!mapped) return 0;
     const std::string yaml =
         "controller_manager:\n  ros__parameters:\n" + mapped->declaration + mapped->section;

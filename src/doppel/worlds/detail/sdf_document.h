@@ -43,7 +43,6 @@ class Document {
   void read_include(const XmlNode& node, const Source& source, Scope& into, SdfWorld* world, int depth,
                     const std::string& name, const WrittenPose& pose);
   void read_population(const XmlNode& node, const Source& source, Scope& into, SdfWorld* world, int depth);
-  void read_light(const XmlNode& node, const Pose& X, bool posed, SdfWorld& out);
   void stand_in(const XmlNode& node, const Override& over, const std::string& uri, const FoundFile& found,
                 Scope& into);
   void merge(Item model, Scope& into);

@@ -1,6 +1,8 @@
 #pragma once
 // Visuals, collisions and inertials of a link.
 
+#include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -61,9 +63,14 @@ class ShapeReader {
   std::vector<PlacedGeometry> shape(const XmlNode& node, const Source& source);
   std::vector<PlacedGeometry> polyline(const XmlNode& node);
   std::optional<Geometry> mesh(const XmlNode& node, const Source& source);
+  std::optional<PlacedGeometry> heightmap(const XmlNode& node, const Source& source);
+  // nullptr: not found, or not readable, which is reported once for each image.
+  std::shared_ptr<const HeightField> field_of(const Heightmap& map, const SourceLocation& where);
   double size(const XmlNode& node, const char* name);
   std::optional<Material> material(const XmlNode& visual, const Source& source);
   void named_material(const XmlNode& script, const Source& source, Material& out);
+  void physical_material(const XmlNode& pbr, const Source& source, Material& out);
+  Image image(const XmlNode& parent, const char* name, const Source& source);
   ContactSurface surface(const XmlNode& collision);
   void friction(const XmlNode& friction, ContactSurface& out);
   void contact(const XmlNode& contact, ContactSurface& out);
@@ -72,6 +79,7 @@ class ShapeReader {
   Elements& elements_;
   Files& files_;
   MaterialScripts scripts_;
+  std::map<std::string, std::shared_ptr<const HeightField>> fields_;  // by path and size
 };
 
 }  // namespace doppel::sdf

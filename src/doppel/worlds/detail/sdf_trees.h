@@ -76,6 +76,8 @@ class Trees {
   void weld_static(Tree& tree, int root);
   void add_link(Tree& tree, int link);
   void add_extras(Tree& tree);
+  void turn_friction(const Tree& tree, int index, const XmlNode& collision, const Eigen::Matrix3d& R_LC,
+                     ContactSurface& surface);
   void add_sensor(Tree& tree, const XmlNode& node, int link, const std::string& frame);
   void place(Tree& tree, int root);
   void close_loops(const std::vector<int>& members, const Tree& tree);

@@ -59,4 +59,23 @@ inline Pose link_pose(const SdfModel& model, const std::string& link) {
   return model.X_WR;
 }
 
+inline constexpr const char* kBall =
+    "<link name='link'><inertial><mass>2</mass><inertia><ixx>0.1</ixx><iyy>0.2</iyy><izz>0.25</izz></inertia>"
+    "</inertial><collision "
+    "name='c'><geometry><sphere><radius>0.5</radius></sphere></geometry></collision></link>";
+
+inline std::string model(const std::string& name, const std::string& content) {
+  return "<model name='" + name + "'>" + content + "</model>\n";
+}
+
+// Links without joints.
+inline std::string links(int count) {
+  std::string out;
+  for (int i = 0; i < count; ++i) {
+    out += "<link name='l" + std::to_string(i) + "'><pose>" + std::to_string(i) +
+           " 0 0 0 0 0</pose><inertial><mass>1</mass></inertial></link>";
+  }
+  return out;
+}
+
 }  // namespace doppel

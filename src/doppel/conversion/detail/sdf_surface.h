@@ -1,0 +1,18 @@
+#pragma once
+// How a shape looks and feels in SDF: <material>, <surface> and <heightmap>.
+
+#include <optional>
+
+#include "doppel/conversion/mesh_files.h"
+#include "doppel/xml/xml.h"
+
+namespace doppel {
+
+// nullopt: neither a colour nor a texture.
+std::optional<XmlNode> sdf_material(const Material& material, MeshFiles& files);
+// nullopt: nothing that SDF does not assume anyway.
+std::optional<XmlNode> sdf_surface(const ContactSurface& surface);
+
+XmlNode sdf_heightmap(const Heightmap& map, MeshFiles& files);
+
+}  // namespace doppel

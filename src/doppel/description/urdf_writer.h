@@ -1,0 +1,17 @@
+#pragma once
+// A description that was not read from a URDF, as URDF text: links, joints and colours, for the readers of
+// /robot_description.
+
+#include <string>
+
+#include "doppel/description/robot_description.h"
+#include "doppel/export.h"
+
+namespace doppel {
+
+// Meshes and textures are file:// URIs. Shapes that URDF does not have (ellipsoid, cone, plane, extrusion) and
+// <gazebo>, <ros2_control> and transmissions are left out; a joint without limits of effort and velocity, which URDF
+// requires, gets 1e16, as from sdformat.
+DOPPEL_API std::string write_urdf(const RobotDescription& robot);
+
+}  // namespace doppel

@@ -1,0 +1,93 @@
+#pragma once
+// ros_gz_interfaces of ros_gz (its jazzy branch): gz-sim's services to create, remove and move entities and to control
+// a world.
+
+#include "doppel/messages/geometry_msgs.h"
+
+namespace doppel::ros_gz_interfaces::msg {
+
+struct Entity {
+  static constexpr std::uint8_t NONE = 0, LIGHT = 1, MODEL = 2, LINK = 3, VISUAL = 4, COLLISION = 5,
+                                SENSOR = 6, JOINT = 7;
+  std::uint64_t id = 0;  // unique across all types
+  std::string name;
+  std::uint8_t type = NONE;
+  DOPPEL_MESSAGE("ros_gz_interfaces/msg/Entity", id, name, type)
+  DOPPEL_CONSTANTS(NONE, LIGHT, MODEL, LINK, VISUAL, COLLISION, SENSOR, JOINT)
+};
+
+// One of sdf, sdf_filename and clone_name.
+struct EntityFactory {
+  std::string name;             // instead of the one in the SDF
+  bool allow_renaming = false;  // where an entity has this name
+  std::string sdf, sdf_filename, clone_name;
+  geometry_msgs::msg::Pose pose;      // relative to this entity:
+  std::string relative_to = "world";  // empty: the world
+  DOPPEL_MESSAGE("ros_gz_interfaces/msg/EntityFactory", name, allow_renaming, sdf, sdf_filename, clone_name,
+                 pose, relative_to)
+};
+
+struct WorldReset {
+  bool all = false, time_only = false, model_only = false;
+  DOPPEL_MESSAGE("ros_gz_interfaces/msg/WorldReset", all, time_only, model_only)
+};
+
+struct WorldControl {
+  bool pause = false, step = false;
+  std::uint32_t multi_step = 0;  // steps, then paused
+  WorldReset reset;
+  std::uint32_t seed = 0;
+  builtin_interfaces::msg::Time run_to_sim_time;  // then paused
+  DOPPEL_MESSAGE("ros_gz_interfaces/msg/WorldControl", pause, step, multi_step, reset, seed, run_to_sim_time)
+};
+
+}  // namespace doppel::ros_gz_interfaces::msg
+
+namespace doppel::ros_gz_interfaces::srv {
+
+struct SpawnEntity {
+  struct Request {
+    msg::EntityFactory entity_factory;
+    DOPPEL_MESSAGE("ros_gz_interfaces/srv/SpawnEntity_Request", entity_factory)
+  };
+  struct Response {
+    bool success = false;
+    DOPPEL_MESSAGE("ros_gz_interfaces/srv/SpawnEntity_Response", success)
+  };
+};
+
+struct DeleteEntity {
+  struct Request {
+    msg::Entity entity;
+    DOPPEL_MESSAGE("ros_gz_interfaces/srv/DeleteEntity_Request", entity)
+  };
+  struct Response {
+    bool success = false;
+    DOPPEL_MESSAGE("ros_gz_interfaces/srv/DeleteEntity_Response", success)
+  };
+};
+
+struct SetEntityPose {
+  struct Request {
+    msg::Entity entity;
+    geometry_msgs::msg::Pose pose;  // in the world
+    DOPPEL_MESSAGE("ros_gz_interfaces/srv/SetEntityPose_Request", entity, pose)
+  };
+  struct Response {
+    bool success = false;
+    DOPPEL_MESSAGE("ros_gz_interfaces/srv/SetEntityPose_Response", success)
+  };
+};
+
+struct ControlWorld {
+  struct Request {
+    msg::WorldControl world_control;
+    DOPPEL_MESSAGE("ros_gz_interfaces/srv/ControlWorld_Request", world_control)
+  };
+  struct Response {
+    bool success = false;
+    DOPPEL_MESSAGE("ros_gz_interfaces/srv/ControlWorld_Response", success)
+  };
+};
+
+}  // namespace doppel::ros_gz_interfaces::srv

@@ -1,0 +1,43 @@
+#pragma once
+// The services of gz-sim below /world/NAME, as ros_gz_bridge offers them (ros_gz_interfaces): create, remove, set_pose
+// and control. They do what /spawn_entity, /delete_entity, /gazebo/set_entity_state and the services of time do; a
+// refusal is logged, because the responses have no field for its reason. On the loop's thread, between steps.
+
+#include <functional>
+#include <string>
+
+#include "doppel/bus/bus.h"
+#include "doppel/core/log.h"
+#include "doppel/messages/ros_gz_interfaces.h"
+#include "doppel/twin/detail/entity_services.h"
+#include "doppel/twin/scene.h"
+#include "doppel/twin/simulator_services.h"
+
+namespace doppel {
+
+class WorldServices : public Tickable {
+ public:
+  struct Callbacks {
+    std::function<void()> reset;         // back to the start
+    std::function<void()> reset_models;  // the same at the present time
+  };
+  // The others outlive it.
+  WorldServices(Bus& bus, const Scene& scene, const Log& log, EntityServices& entities,
+                SimulatorServices& simulator, Callbacks callbacks);
+
+ private:
+  using Control = ros_gz_interfaces::msg::WorldControl;
+  void create(const ros_gz_interfaces::msg::EntityFactory& factory, const EntityServices::SpawnDone& done);
+  [[nodiscard]] static Status name_of(const ros_gz_interfaces::msg::Entity& entity, std::string& name);
+  [[nodiscard]] Status control(const Control& wanted);
+
+  const Scene& scene_;
+  const Log& log_;
+  EntityServices& entities_;
+  SimulatorServices& simulator_;
+  Callbacks callbacks_;
+  Node node_;
+  bool seed_logged_ = false;
+};
+
+}  // namespace doppel
