@@ -79,6 +79,9 @@ std::string find_node_name(Client& twin, const std::string& name);
 std::vector<std::string> node_names(Client& twin, bool hidden);
 Bytes to_request(const TypeSupport& type, std::string_view yaml);  // throws InputError
 
+// Saves the next message of a topic; `file` empty: named by the topic. Returns the exit code.
+int save_topic(Shell& shell, const std::string& topic, const std::string& file);
+
 // -- calls
 Bytes call_raw(Client& twin, const std::string& service, std::span<const std::byte> request,
                std::chrono::milliseconds at_most = std::chrono::seconds(10));

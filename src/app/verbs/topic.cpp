@@ -3,6 +3,7 @@
 #include <deque>
 
 #include "app/verbs/field_value.h"
+#include "app/verbs/saved_message.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
 #include "doppel/bus/twist_conversion.h"
@@ -262,6 +263,10 @@ int find_topics(Shell& shell, const TopicInfoOptions& options) {
   return 0;
 }
 
+struct SaveOptions {
+  std::string topic, file;
+};
+
 struct PubOptions {
   std::string topic, type, yaml = "{}";
   bool once = false;
@@ -418,6 +423,16 @@ void add_topic(CLI::App& app, int& exit_code) {
         verb.add_option("type", options.name, "Message type")->required();
       },
       find_topics);
+  add_verb<SaveOptions>(
+      group, "save", "Save one message: a picture, a point cloud, a scan, or YAML",
+      "doppel topic save /camera picture.png", exit_code,
+      [](CLI::App& verb, SaveOptions& options) {
+        verb.add_option("topic", options.topic, "Topic name")->required();
+        verb.add_option("file", options.file, "File: .png .jpg .ply .csv .yaml (default: by the topic)");
+      },
+      [](Shell& shell, const SaveOptions& options) {
+        return save_topic(shell, absolute(options.topic), options.file);
+      });
   add_pub(group, exit_code);
 }
 

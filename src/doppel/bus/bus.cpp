@@ -74,6 +74,18 @@ void deliver(Topic& topic, const void* message, Time stamp, const EdgeLink* from
   if (!topic.locals.empty()) deliver_locally(topic, message);
 }
 
+void deliver_encoded(Topic& topic, const std::shared_ptr<const Bytes>& cdr, Time stamp) {
+  if (topic.latched) {
+    topic.last = *cdr;
+    topic.last_stamp = stamp;
+    topic.last_from = nullptr;
+  }
+  for (const auto& link : topic.links) link->push_shared(topic, stamp, cdr);
+  if (topic.locals.empty()) return;
+  std::shared_ptr<const void> message;
+  if (topic.ops->decode(*cdr, message).ok()) deliver_locally(topic, message.get());
+}
+
 }  // namespace bus_detail
 
 using bus_detail::Endpoint;

@@ -94,7 +94,10 @@ class Publisher {
  public:
   Publisher() = default;
   void publish(const M& message, Time stamp) const;  // the loop's thread only
-  [[nodiscard]] bool has_listeners() const;          // false: publishing would have no effect
+  // A message that another thread has encoded: edges share its bytes, so that a picture costs the loop no copy.
+  // Precondition: `cdr` is the CDR form of an M.
+  void publish_encoded(const std::shared_ptr<const Bytes>& cdr, Time stamp) const;
+  [[nodiscard]] bool has_listeners() const;  // false: publishing would have no effect
 
  private:
   friend class Node;

@@ -87,7 +87,7 @@ class EdgeImpl : public Edge {
   }
 
   bool next(Incoming& message) override {
-    if (taken_) link_->ring().pop();
+    release();
     auto record = link_->ring().front();
     if (record.data() == nullptr && fd_is_watched_) {
       link_->drain();
@@ -96,15 +96,20 @@ class EdgeImpl : public Edge {
     taken_ = record.data() != nullptr;
     if (!taken_) return false;
     empty_polls_ = 0;
-    RecordHeader header;
-    std::memcpy(&header, record.data(), sizeof(header));
+    const RecordHeader header = bus_detail::header_of(record);
     message = {header.topic, Time(header.stamp), record.subspan(sizeof(header))};
+    if (header.shared != 0) {
+      shared_ = link_->take(record);
+      message.cdr = *shared_;
+      // Popped at once: its record must not be found by the destructor of the ring's owner.
+      link_->ring().pop();
+      taken_ = false;
+    }
     return true;
   }
 
   void wait(std::chrono::milliseconds at_most) override {
-    if (taken_) link_->ring().pop();
-    taken_ = false;
+    release();
     const auto end = std::chrono::steady_clock::now() + at_most;
     while (link_->ring().front().data() == nullptr && empty_polls_ < kMaxEmptyPolls) {
       if (end - std::chrono::steady_clock::now() < kPollInterval) break;
@@ -140,6 +145,12 @@ class EdgeImpl : public Edge {
   };
   Target find_target(std::string_view name, std::string& why) const;
 
+  // Ends the use of the message taken last.
+  void release() {
+    if (taken_) link_->ring().pop();
+    taken_ = false;
+    shared_.reset();
+  }
   bool is_woken_within(std::chrono::nanoseconds time) {
     const timespec at_most{
         .tv_sec = std::max<time_t>(0, time / std::chrono::seconds(1)),
@@ -154,7 +165,8 @@ class EdgeImpl : public Edge {
   Bus::Impl& impl_;
   std::shared_ptr<EdgeLink> link_;
   std::shared_ptr<Liveness> liveness_ = std::make_shared<Liveness>();
-  bool taken_ = false;  // the record at the ring's front was returned by next()
+  bus_detail::SharedCdr shared_;  // the message that next() returned, if it was encoded already
+  bool taken_ = false;            // the record at the ring's front was returned by next()
   int empty_polls_ = kMaxEmptyPolls;
   mutable bool fd_is_watched_ = false;
 };

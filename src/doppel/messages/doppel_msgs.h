@@ -44,6 +44,25 @@ struct JointLoads {
                  effort_limits, frictions, least_sags, most_sags)
 };
 
+// A sensor of light of a twin.
+struct Sensor {
+  std::string name;                 // "kate/camera_link/camera": robot, link, sensor
+  std::string type;                 // "gpu_lidar", as described
+  std::vector<std::string> topics;  // the first is that of its data
+  std::string frame;                // of its headers
+  double rate = 0;                  // Hz that are asked for; 0: every step
+  double reached = 0;               // Hz of simulated time over the last second; 0: nobody reads
+  std::uint64_t samples = 0;        // made so far
+  std::uint64_t left_out = 0;       // because they took too long
+  double cost = 0;                  // s of processor time of the last sample
+  DOPPEL_MESSAGE("doppel_msgs/msg/Sensor", name, type, topics, frame, rate, reached, samples, left_out, cost)
+};
+
+struct Sensors {
+  std::vector<Sensor> sensors;
+  DOPPEL_MESSAGE("doppel_msgs/msg/Sensors", sensors)
+};
+
 // A light of the world. Source: SDFormat 1.11, light.
 struct Light {
   static constexpr std::uint8_t POINT = 0, DIRECTIONAL = 1, SPOT = 2;

@@ -243,6 +243,7 @@ void CompiledRobot::build(const Scenario& scenario, const World& world, std::opt
   options.set_on_ground = true;
   const std::shared_ptr<const RobotDescription> shared(setup_, &robot);  // the setup lives as long
   made_ = make_instance(shared, model, options, meshes, diagnostics);
+  sensors_ = find_sensors(*shared, *model, diagnostics);
   if (setup.controllers_files.empty()) {
     generate_controllers(scenario, asked_, made_, setup, diagnostics);
   } else {

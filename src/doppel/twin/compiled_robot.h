@@ -11,6 +11,7 @@
 #include "doppel/physics/engine.h"
 #include "doppel/physics/world.h"
 #include "doppel/twin/base_choice.h"
+#include "doppel/twin/robot_sensors.h"
 #include "doppel/twin/robot_setup.h"
 #include "doppel/worlds/sdf_world.h"
 
@@ -44,6 +45,7 @@ class DOPPEL_API CompiledRobot {
   [[nodiscard]] const ModelInstance& instance() const { return made_; }
   [[nodiscard]] const std::vector<ServoParameters>& servos() const { return made_.servos; }  // [joints]
   [[nodiscard]] const std::vector<HardwareDescription>& hardware() const { return hardware_; }
+  [[nodiscard]] const RobotSensors& sensors() const { return sensors_; }
   [[nodiscard]] BaseKind base() const { return base_.kind; }
   // It was sent to a service, so that no file is read again.
   [[nodiscard]] bool from_text() const { return asked_.target.empty() && asked_.model.empty(); }
@@ -62,6 +64,7 @@ class DOPPEL_API CompiledRobot {
   bool base_decided_ = false;  // by the user or the replaced machine
   Eigen::Vector3d gravity_R_ = Eigen::Vector3d::Zero();
   ModelInstance made_;
+  RobotSensors sensors_;
   std::vector<HardwareDescription> hardware_;  // the description's, or a generated one
 };
 

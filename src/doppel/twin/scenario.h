@@ -12,6 +12,7 @@
 #include "doppel/description/load.h"
 #include "doppel/physics/engine_modules.h"
 #include "doppel/physics/world_robot.h"
+#include "doppel/sensing/light_rig.h"
 
 namespace doppel {
 
@@ -25,6 +26,7 @@ struct Scenario {
   bool enforce_limits = true;
   bool strict = false;       // what ROS 2 would not accept is refused (a Twist for a TwistStamped)
   RosArguments ros;          // names and parameters of --ros-args
+  RigOptions sensors;        // the seed of noise, and whether the loop waits for samples
   bool wall_stamps = false;  // messages are stamped with wall-clock time, and there is no /clock
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
   // Called with each expanded description whenever one is read, also at a reload; its diagnostics are

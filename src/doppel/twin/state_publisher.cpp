@@ -35,6 +35,7 @@ StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, std::sha
                                const Options& options)
     : model_(std::move(model)),
       name_space_(options.name_space),
+      frames_(options.frames),
       statics_(options.statics),
       node_(bus, in_namespace(name_space_, "robot_state_publisher")) {
   const Qos latched{.depth = 1, .latched = true};
@@ -83,6 +84,8 @@ void StatePublisher::add_tree(Tree tree, const std::string& tf, const std::strin
                                            model_->links[static_cast<std::size_t>(joint.child_link)].name,
                                            parent_to_child(joint, q)));
   }
+  for (const FixedFrame& frame : frames_)
+    tree.fixed.transforms.push_back(transform_of(frame.parent, frame.name, frame.X_PF));
   trees_.push_back(std::move(tree));
 }
 

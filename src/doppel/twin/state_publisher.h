@@ -24,6 +24,7 @@
 #include "doppel/messages/std_msgs.h"
 #include "doppel/messages/tf2_msgs.h"
 #include "doppel/physics/world_robot.h"
+#include "doppel/twin/robot_sensors.h"
 
 namespace doppel {
 
@@ -42,6 +43,7 @@ class DOPPEL_API StatePublisher {
     TfTopics tf = TfTopics::both;         // of a robot with a namespace
     Pose X_WR = Pose::Identity();         // the root link in the world
     const ParameterFile* file = nullptr;  // with the node's parameters; nullptr: none
+    std::vector<FixedFrame> frames = {};  // of sensors, on links
     std::shared_ptr<StaticTransforms> statics = std::make_shared<StaticTransforms>();  // of the bus
   };
   // Without a link "world", /tf_static has the root link in a frame "world"; with one that the world file
@@ -85,6 +87,7 @@ class DOPPEL_API StatePublisher {
 
   const std::shared_ptr<const Model> model_;
   const std::string name_space_;
+  const std::vector<FixedFrame> frames_;
   const std::shared_ptr<StaticTransforms> statics_;
   Node node_;
   Publisher<std_msgs::msg::String> description_;

@@ -10,6 +10,7 @@
 #include "doppel/twin/detail/entity_mesh.h"
 #include "doppel/twin/detail/entity_services.h"
 #include "doppel/twin/detail/grasp_monitor.h"
+#include "doppel/twin/detail/sensor_ticks.h"
 #include "doppel/twin/detail/twin.h"
 #include "doppel/twin/detail/world_services.h"
 #include "doppel/twin/object_publisher.h"
@@ -125,6 +126,11 @@ void Twin::Impl::add_world_ticks() {
   ticks.add(std::make_unique<ObjectPublisher>(bus, scene));
   ticks.add(std::make_unique<AttachmentServices>(bus, scene, log));
   ticks.add(std::make_unique<GraspMonitor>(bus, scene, log));
+  ticks.add(std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, [this] {
+    std::vector<std::shared_ptr<const CompiledRobot>> present;
+    for (const auto& robot : robots) present.push_back(robot->shared_machine());
+    return present;
+  }));
 }
 
 void Twin::Impl::renew_handles() {

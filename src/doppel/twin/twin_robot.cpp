@@ -125,6 +125,7 @@ TickList TwinRobot::make_publishers() {
   options.tf = machine_->asked().tf;
   options.X_WR = machine_->instance().X_WR;
   options.file = &machine_->setup().controllers;
+  options.frames = machine_->sensors().frames;
   options.statics = around_.statics;
   TickList fresh;
   fresh.add(std::make_unique<Transforms>(

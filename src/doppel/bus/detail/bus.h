@@ -74,6 +74,9 @@ struct Topic {
 // Delivers a message to all subscribers; the loop's thread. `from`: the edge that sent it.
 DOPPEL_API void deliver(Topic& topic, const void* message, Time stamp, const EdgeLink* from = nullptr);
 
+// The same for a message that is encoded already: edges share the bytes.
+DOPPEL_API void deliver_encoded(Topic& topic, const std::shared_ptr<const Bytes>& cdr, Time stamp);
+
 // A pending request, responded to once; if it is destroyed before, the caller gets an error.
 class DOPPEL_API PendingReply {
  public:
@@ -97,6 +100,11 @@ namespace doppel {
 template <Message M>
 void Publisher<M>::publish(const M& message, Time stamp) const {
   if (has_listeners()) bus_detail::deliver(*topic_, &message, stamp);
+}
+
+template <Message M>
+void Publisher<M>::publish_encoded(const std::shared_ptr<const Bytes>& cdr, Time stamp) const {
+  if (has_listeners()) bus_detail::deliver_encoded(*topic_, cdr, stamp);
 }
 
 template <Message M>

@@ -4,8 +4,11 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cstring>
 #include <deque>
 #include <map>
+#include <memory>
 #include <set>
 #include <system_error>
 #include <thread>
@@ -14,13 +17,29 @@
 
 namespace doppel::bus_detail {
 
-// The header before the CDR form in an edge's ring; sixteen bytes, so that the CDR form is aligned to eight.
+// The header before the CDR form in an edge's ring; sixteen bytes, so that the CDR form is aligned to eight. In place of
+// the CDR form there may be a SharedCdr, which the reader takes over.
 struct RecordHeader {
   TopicId topic = 0;
-  std::uint32_t unused = 0;
+  std::uint32_t shared = 0;  // 1: a SharedCdr follows
   std::int64_t stamp = 0;
 };
 static_assert(sizeof(RecordHeader) == 16);
+using SharedCdr = std::shared_ptr<const Bytes>;
+
+// The SharedCdr of a record, which is destroyed there; the record must not be read again.
+inline SharedCdr take_shared(std::span<const std::byte> record) {
+  auto* placed =
+      const_cast<SharedCdr*>(reinterpret_cast<const SharedCdr*>(record.data() + sizeof(RecordHeader)));
+  SharedCdr taken = std::move(*placed);
+  std::destroy_at(placed);
+  return taken;
+}
+inline RecordHeader header_of(std::span<const std::byte> record) {
+  RecordHeader header;
+  std::memcpy(&header, record.data(), sizeof(header));
+  return header;
+}
 
 // The shared state of the loop and an edge: the ring, and the wake-up of the edge. The reader sets `armed`
 // when it has found the ring empty; the writer that clears it signals, so that a busy reader costs the loop
@@ -36,7 +55,13 @@ class EdgeLink {
     if (fd_ < 0)
       throw std::system_error(errno, std::generic_category(), "cannot create an eventfd for an edge");
   }
-  ~EdgeLink() { close(fd_); }
+  ~EdgeLink() {
+    for (auto record = ring_.front(); record.data() != nullptr; record = ring_.front()) {
+      if (header_of(record).shared != 0) take_shared(record);
+      ring_.pop();
+    }
+    close(fd_);
+  }
   EdgeLink(const EdgeLink&) = delete;
   EdgeLink& operator=(const EdgeLink&) = delete;
 
@@ -51,13 +76,13 @@ class EdgeLink {
   }
 
   // The loop: room for a message's CDR form behind its header; empty: no room. Then commit().
-  std::span<std::byte> begin(const Topic& topic, Time stamp, std::size_t size) {
+  std::span<std::byte> begin(const Topic& topic, Time stamp, std::size_t size, std::uint32_t shared = 0) {
     const auto record = ring_.begin_write(sizeof(RecordHeader) + size);
     if (record.empty()) {
       bus_.add_skipped(1);
       return {};
     }
-    const RecordHeader header{topic.id, 0, bus_.stamp(stamp).count()};
+    const RecordHeader header{topic.id, shared, bus_.stamp(stamp).count()};
     std::memcpy(record.data(), &header, sizeof(header));
     return record.subspan(sizeof(header));
   }
@@ -65,6 +90,26 @@ class EdgeLink {
     ring_.commit(sizeof(RecordHeader) + size);
     // Both sides use exchange(): either this side finds `armed` set, or the reader finds the record.
     if (armed_.exchange(false, std::memory_order_acq_rel)) signal();
+  }
+  // The loop: a message that is encoded already, without a copy.
+  void push_shared(const Topic& topic, Time stamp, const SharedCdr& cdr) {
+    // The records are small, what they share is not: an edge may lag by as many bytes as its ring has.
+    if (shared_bytes_.load(std::memory_order_relaxed) + cdr->size() >
+        std::max(options_.ring_bytes, 2 * cdr->size())) {
+      bus_.add_skipped(1);
+      return;
+    }
+    const auto room = begin(topic, stamp, sizeof(SharedCdr), 1);
+    if (room.empty()) return;
+    new (room.data()) SharedCdr(cdr);
+    shared_bytes_.fetch_add(cdr->size(), std::memory_order_relaxed);
+    commit(sizeof(SharedCdr));
+  }
+  // The edge: the SharedCdr of the record at the front.
+  SharedCdr take(std::span<const std::byte> record) {
+    SharedCdr taken = take_shared(record);
+    shared_bytes_.fetch_sub(taken->size(), std::memory_order_relaxed);
+    return taken;
   }
   void signal() const {
     const std::uint64_t one = 1;
@@ -89,6 +134,7 @@ class EdgeLink {
   ByteRing ring_;
   const int fd_;
   std::atomic<bool> armed_{true};
+  std::atomic<std::size_t> shared_bytes_{0};  // of records that share their messages
 };
 
 }  // namespace doppel::bus_detail

@@ -179,6 +179,48 @@ TEST(Edge, SubscriptionReceivesMessages) {
   EXPECT_FALSE(publisher.has_listeners());
 }
 
+TEST(Edge, EncodedMessageIsSharedByEdgesAndReadByNodes) {
+  Bus bus;
+  Node node(bus, "/camera"), reader(bus, "/reader");
+  const auto out = node.advertise<String>("/text");
+  std::string read;
+  reader.subscribe<String>("/text", [&read](const String& message) { read = message.data; });
+  const auto a = bus.attach("a"), b = bus.attach("b");
+  const TopicId id = topic(bus, "/text").id;
+  a->subscribe(id);
+  b->subscribe(id);
+  bus.spin();
+  const auto cdr = std::make_shared<const Bytes>(to_cdr(String{"a picture"}));
+  out.publish_encoded(cdr, Time{5});
+  EXPECT_EQ(read, "a picture");
+  EXPECT_EQ(cdr.use_count(), 3);
+  Edge::Incoming incoming;
+  ASSERT_TRUE(a->next(incoming));
+  EXPECT_EQ(incoming.cdr.data(), cdr->data());
+  EXPECT_EQ(incoming.stamp, Time{5});
+  EXPECT_EQ(take_all<String>(*b, id).front().data, "a picture");
+  EXPECT_FALSE(a->next(incoming));
+  EXPECT_EQ(cdr.use_count(), 1);
+}
+
+TEST(Edge, SlowEdgeSharesNoMoreBytesThanItsRingHas) {
+  const auto cdr = std::make_shared<const Bytes>(to_cdr(String{std::string(1000, 'x')}));
+  {
+    Bus bus;
+    Node node(bus, "/camera");
+    const auto out = node.advertise<String>("/text");
+    const auto slow = bus.attach("slow", {.ring_bytes = 4096});
+    slow->subscribe(topic(bus, "/text").id);
+    bus.spin();
+    for (int i = 0; i < 100; ++i) out.publish_encoded(cdr, Time{i});
+    EXPECT_EQ(cdr.use_count(), 1 + 4);
+    EXPECT_EQ(bus.skipped(), 96U);
+    EXPECT_EQ(take_all<String>(*slow, topic(bus, "/text").id).size(), 4U);
+    out.publish_encoded(cdr, Time{200});
+  }
+  EXPECT_EQ(cdr.use_count(), 1);
+}
+
 TEST(Edge, LatchedTopicReachesLateSubscriber) {
   Bus bus;
   Node node(bus, "/n");

@@ -1,0 +1,162 @@
+// doppel sensor: the sensors of a running twin, their rates and their data.
+#include <algorithm>
+#include <filesystem>
+
+#include "app/verbs/output.h"
+#include "app/verbs/saved_message.h"
+#include "app/verbs/shell.h"
+#include "app/verbs/verbs.h"
+#include "doppel/core/names.h"
+#include "doppel/messages/doppel_msgs.h"
+
+namespace doppel::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using doppel_msgs::msg::Sensor;
+using doppel_msgs::msg::Sensors;
+
+constexpr const char* kList = "/doppel/sensors";
+constexpr auto kPatience = std::chrono::seconds(5);
+
+Sensors sensors_of(Client& twin) {
+  if (!twin.topics().contains(kList)) return {};
+  twin.subscribe(kList);
+  Client::Received message;
+  if (!twin.next(message, Clock::now() + kPatience)) throw ClientError("the twin does not list its sensors");
+  twin.unsubscribe(kList);
+  return decode<Sensors>(message.cdr);
+}
+
+// By its whole name, or the last part of it where that is unique.
+Sensor sensor_named(Client& twin, const std::string& name) {
+  const Sensors all = sensors_of(twin);
+  std::vector<const Sensor*> found;
+  std::vector<std::string> names;
+  for (const Sensor& sensor : all.sensors) {
+    names.push_back(sensor.name);
+    if (sensor.name == name) return sensor;
+    if (sensor.name.ends_with("/" + name)) found.push_back(&sensor);
+  }
+  if (found.size() == 1) return *found.front();
+  if (found.empty())
+    throw_usage_error(fmt::format("there is no sensor '{}'{}", name, did_you_mean(name, names)));
+  std::string which;
+  for (const Sensor* sensor : found) which += " " + sensor->name;
+  throw_usage_error(fmt::format("'{}' is the name of several sensors:{}", name, which), "name one of them");
+}
+
+std::string rate_text(double rate) {
+  return rate > 0 ? fmt::format("{:.4g} Hz", rate) : "every step";
+}
+
+int list_sensors(Shell& shell, const NoOptions&) {
+  const Sensors all = sensors_of(shell.twin());
+  if (all.sensors.empty()) {
+    print_note(
+        "no robot of this twin has a sensor of light; <sensor> in <gazebo reference=\"link\"> adds one");
+    return 0;
+  }
+  std::size_t name = 4, type = 4;
+  for (const Sensor& sensor : all.sensors) {
+    name = std::max(name, sensor.name.size());
+    type = std::max(type, sensor.type.size());
+  }
+  print_line("{:<{}}  {:<{}}  {:>10}  {:>10}  {:>8}  topics\n", "name", name, "type", type, "rate", "reached",
+             "left out");
+  for (const Sensor& sensor : all.sensors) {
+    print_line("{:<{}}  {:<{}}  {:>10}  {:>10}  {:>8}  {}\n", sensor.name, name, sensor.type, type,
+               rate_text(sensor.rate),
+               sensor.reached > 0 ? fmt::format("{:.4g} Hz", sensor.reached) : "not read", sensor.left_out,
+               fmt::join(sensor.topics, " "));
+  }
+  return 0;
+}
+
+struct SensorOptions {
+  std::string name, file;
+  int messages = 100;
+};
+
+Time stamp_of(const Client::Received& message) {
+  const auto stamp = decode<builtin_interfaces::msg::Time>(
+      std::span(message.cdr).first(std::min<std::size_t>(message.cdr.size(), 12)));
+  return Time{std::int64_t{stamp.sec} * 1'000'000'000 + stamp.nanosec};
+}
+
+int sensor_rate(Shell& shell, const SensorOptions& options) {
+  Client& twin = shell.twin();
+  const Sensor sensor = sensor_named(twin, options.name);
+  const std::string& topic = sensor.topics.front();
+  twin.subscribe(topic);
+  Shell::catch_interrupts();
+  std::optional<Time> first;
+  int count = 0;
+  Time last{};
+  try {
+    Client::Received message;
+    while (count <= options.messages && twin.next(message, Clock::now() + kPatience)) {
+      last = stamp_of(message);
+      if (!first) first = last;
+      ++count;
+    }
+  } catch (const Interrupted&) {
+    // What has come so far is printed.
+  }
+  if (count < 2) throw ClientError(fmt::format("{} brought {} messages in 5 s", topic, count));
+  print_line("{}: {:.3f} Hz of simulated time over {} samples; {} asked for\n", sensor.name,
+             (count - 1) / to_seconds(last - *first), count, rate_text(sensor.rate));
+  return 0;
+}
+
+}  // namespace
+
+int save_topic(Shell& shell, const std::string& topic, const std::string& named) {
+  Client& twin = shell.twin();
+  const TypeSupport& type = twin.message_type(topic);
+  std::string file = named;
+  if (file.empty()) {
+    file = topic.substr(1) + usual_ending(type.name);
+    std::replace(file.begin(), file.end(), '/', '_');
+  }
+  std::string ending = std::filesystem::path(file).extension().string();
+  if (file == "-" || ending.empty()) ending = usual_ending(type.name);
+  twin.subscribe(topic);
+  Client::Received message;
+  if (!twin.next(message, Clock::now() + kPatience))
+    throw ClientError(fmt::format("nothing was published on {} within 5 s", topic));
+  std::string note;
+  deliver(saved_message(type, message.cdr, ending, note), file);
+  if (file != "-") print_note(fmt::format("{} ({}){}", file, type.name, note.empty() ? "" : ": " + note));
+  return 0;
+}
+
+void add_sensor(CLI::App& app, int& exit_code) {
+  CLI::App& group = add_group(app, "sensor", "List sensors of a twin, measure their rates, save their data");
+  add_verb<NoOptions>(
+      group, "list", "List sensors with their rates and topics", "doppel sensor list", exit_code,
+      [](CLI::App&, NoOptions&) {}, list_sensors);
+  const auto name = [](CLI::App& verb, SensorOptions& options) {
+    verb.add_option("sensor", options.name, "Its name, or the last part of it")->required();
+  };
+  add_verb<SensorOptions>(
+      group, "hz", "Measure the rate by the stamps of its samples", "doppel sensor hz camera", exit_code,
+      [name](CLI::App& verb, SensorOptions& options) {
+        name(verb, options);
+        verb.add_option("-n,--samples", options.messages, "Number of samples (default 100)")
+            ->check(CLI::PositiveNumber);
+      },
+      sensor_rate);
+  add_verb<SensorOptions>(
+      group, "save", "Save one sample: a picture, a point cloud, a scan",
+      "doppel sensor save camera picture.png", exit_code,
+      [name](CLI::App& verb, SensorOptions& options) {
+        name(verb, options);
+        verb.add_option("file", options.file, "File: .png .jpg .ply .csv .yaml (default: by the topic)");
+      },
+      [](Shell& shell, const SensorOptions& options) {
+        return save_topic(shell, sensor_named(shell.twin(), options.name).topics.front(), options.file);
+      });
+}
+
+}  // namespace doppel::app

@@ -1,0 +1,133 @@
+#include "doppel/rays/embree/embree_scene.h"
+
+#include <cstring>
+#include <stdexcept>
+
+namespace doppel::embree {
+namespace {
+
+void fill_triangles(RTCDevice device, RTCScene into, unsigned id, const SurfaceMesh& mesh, const Pose& X) {
+  RTCGeometry geometry = rtcNewGeometry(device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* positions = static_cast<float*>(rtcSetNewGeometryBuffer(
+      geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), mesh.positions.size()));
+  for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+    const Eigen::Vector3f p = (X * mesh.positions[i].cast<double>()).cast<float>();
+    std::memcpy(positions + 3 * i, p.data(), 3 * sizeof(float));
+  }
+  void* triangles = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                            3 * sizeof(std::uint32_t), mesh.triangles.size());
+  std::memcpy(triangles, mesh.triangles.data(), mesh.triangles.size() * sizeof mesh.triangles[0]);
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(into, geometry, id);
+  rtcReleaseGeometry(geometry);
+}
+
+ScenePtr new_scene(RTCDevice device, RTCBuildQuality quality) {
+  ScenePtr scene(rtcNewScene(device));
+  // Without gaps between neighbouring triangles, through which a lidar would see.
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  rtcSetSceneBuildQuality(scene.get(), quality);
+  return scene;
+}
+
+bool same(const Pose& a, const Pose& b) {
+  return a.matrix() == b.matrix();
+}
+
+}  // namespace
+
+EmbreeScene::EmbreeScene(std::shared_ptr<const RenderScene> scene)
+    : scene_(std::move(scene)), device_(rtcNewDevice("threads=1")) {
+  if (!device_) throw std::runtime_error("Embree cannot be started");
+  meshes_.resize(scene_->meshes.size());
+  poses_.assign(scene_->bodies.size(), Pose::Identity());
+  body_moves_.assign(scene_->bodies.size(), false);
+  instances_.assign(scene_->items.size(), nullptr);
+  rotations_.assign(scene_->items.size(), Eigen::Matrix3f::Identity());
+  moving_ = new_scene(device_.get(), RTC_BUILD_QUALITY_LOW);
+  still_ = new_scene(device_.get(), RTC_BUILD_QUALITY_MEDIUM);
+  rtcCommitScene(still_.get());
+}
+
+RTCScene EmbreeScene::mesh_scene(int mesh) {
+  ScenePtr& scene = meshes_[static_cast<std::size_t>(mesh)];
+  if (!scene) {
+    scene = new_scene(device_.get(), RTC_BUILD_QUALITY_MEDIUM);
+    fill_triangles(device_.get(), scene.get(), 0, *scene_->meshes[static_cast<std::size_t>(mesh)],
+                   Pose::Identity());
+    rtcCommitScene(scene.get());
+  }
+  return scene.get();
+}
+
+void EmbreeScene::add_still(std::size_t item) {
+  const SceneItem& it = scene_->items[item];
+  const Pose X_WM = poses_[static_cast<std::size_t>(it.body)] * it.X_BM;
+  fill_triangles(device_.get(), still_.get(), static_cast<unsigned>(item),
+                 *scene_->meshes[static_cast<std::size_t>(it.mesh)], X_WM);
+}
+
+void EmbreeScene::add_moving(std::size_t item) {
+  RTCGeometry instance = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
+  rtcSetGeometryInstancedScene(instance, mesh_scene(scene_->items[item].mesh));
+  rtcAttachGeometryByID(moving_.get(), instance, static_cast<unsigned>(item));
+  rtcReleaseGeometry(instance);
+  instances_[item] = instance;
+  ++moving_items_;
+}
+
+void EmbreeScene::place(std::size_t item, const Pose& X_WB) {
+  const Pose X_WM = X_WB * scene_->items[item].X_BM;
+  rotations_[item] = X_WM.linear().cast<float>();
+  if (instances_[item] == nullptr) return;
+  const Eigen::Matrix<float, 3, 4> X = X_WM.matrix().topRows<3>().cast<float>();
+  rtcSetGeometryTransform(instances_[item], 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, X.data());
+  rtcCommitGeometry(instances_[item]);
+}
+
+void EmbreeScene::set_poses(std::span<const Pose> bodies) {
+  bool any_moved = false, still_changed = !placed_;
+  std::vector<bool> moved(bodies.size(), false);
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    moved[b] = !placed_ || !same(poses_[b], bodies[b]);
+    if (!moved[b]) continue;
+    any_moved = true;
+    poses_[b] = bodies[b];
+    if (placed_ && !body_moves_[b]) still_changed = body_moves_[b] = true;
+  }
+  if (!any_moved) return;
+  placed_ = true;
+  for (std::size_t i = 0; i < scene_->items.size(); ++i) {
+    const auto body = static_cast<std::size_t>(scene_->items[i].body);
+    if (!moved[body]) continue;
+    if (body_moves_[body] && instances_[i] == nullptr) add_moving(i);
+    place(i, poses_[body]);
+  }
+  if (moving_items_ > 0) rtcCommitScene(moving_.get());
+  if (!still_changed) return;
+  still_ = new_scene(device_.get(), RTC_BUILD_QUALITY_MEDIUM);
+  for (std::size_t i = 0; i < scene_->items.size(); ++i)
+    if (!body_moves_[static_cast<std::size_t>(scene_->items[i].body)]) add_still(i);
+  rtcCommitScene(still_.get());
+}
+
+void EmbreeScene::intersect(const int* valid, RTCRayHit8& rays, bool coherent) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  rtcIntersect8(valid, still_.get(), &context, &rays);
+  if (moving_items_ == 0) return;
+  rtcIntersect8(valid, moving_.get(), &context, &rays);
+  for (unsigned lane = 0; lane < kLanes; ++lane)
+    if (rays.hit.instID[0][lane] != RTC_INVALID_GEOMETRY_ID) rays.hit.geomID[lane] = rays.hit.instID[0][lane];
+}
+
+void EmbreeScene::occlude(const int* valid, RTCRay8& rays, bool coherent) const {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  rtcOccluded8(valid, still_.get(), &context, &rays);
+  if (moving_items_ > 0) rtcOccluded8(valid, moving_.get(), &context, &rays);
+}
+
+}  // namespace doppel::embree

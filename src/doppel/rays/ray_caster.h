@@ -1,0 +1,82 @@
+#pragma once
+// The one core of all sensors of light: rays into a RenderScene, by Embree, which is loaded when the first caster is made.
+// Frames: W world; C camera, optical: x to the right, y down, z forward (REP 103).
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "doppel/export.h"
+#include "doppel/math/pose.h"
+#include "doppel/scene/render_scene.h"
+
+namespace doppel {
+
+// Rays in arrays of structure, as they are cast. A direction need not be unit: distances are its multiples.
+struct DOPPEL_API RayBatch {
+  std::vector<float> origin_x, origin_y, origin_z;           // m, world; one for all, or one a ray
+  std::vector<float> direction_x, direction_y, direction_z;  // world axes
+  float near = 0, far = 0;                                   // multiples of the direction
+
+  void resize(std::size_t rays, std::size_t origins);
+  [[nodiscard]] std::size_t size() const { return direction_x.size(); }
+};
+
+struct DOPPEL_API HitBatch {
+  std::vector<float> distance;     // multiples of the direction; infinite: nothing
+  std::vector<std::int32_t> item;  // into RenderScene::items; -1: nothing
+  std::vector<float> cosine;       // between ray and normal, 0..1
+  std::vector<float> brightness;   // of the material, 0..1, without its texture
+};
+
+// One ray through the centre of each pixel, in C; rows from the top. A pixel that the lens does not reach has the
+// direction 0 and sees nothing.
+struct DOPPEL_API PixelRays {
+  int width = 0, height = 0;
+  bool planar = true;     // z is 1: distances are depths along z; else directions are unit, distances ranges
+  float pixel_angle = 0;  // rad, of a pixel in the centre; chooses the size of textures
+  std::vector<float> x, y, z;  // [width * height]
+};
+
+struct CameraView {
+  // One table, or one for each sample of a pixel; the first is that of the pixels' centres and gives depth and labels.
+  std::span<const PixelRays> samples;
+  Pose X_WC = Pose::Identity();
+  double near = 0.01, far = 100;  // m: along z if planar, else of the range
+  int own_body = -1;              // which may be nearer than near: the housing of the camera
+  bool colour = true, depth = false, labels = false;
+};
+
+struct CameraPicture {
+  std::vector<std::uint8_t> rgb;      // [3 * pixels], sRGB
+  std::vector<float> depth;           // m; +infinity: nothing before far; -infinity: nearer than near
+  std::vector<std::uint32_t> labels;  // SceneItem::label; 0: nothing
+};
+
+// What makes pictures of a scene. The caster below is one; one on a graphics processor may be another.
+class DOPPEL_API CameraRenderer {
+ public:
+  virtual ~CameraRenderer() = default;
+  // Allocates only where `out` grows. Several threads may render at once, but not while poses are set.
+  virtual void render(const CameraView& view, CameraPicture& out) const = 0;
+};
+
+class DOPPEL_API RayCaster : public CameraRenderer {
+ public:
+  // Poses of all bodies, X_WB. A body that has not moved since the first call costs nothing in the later ones.
+  virtual void set_poses(std::span<const Pose> bodies) = 0;
+  // The nearest surface of each ray. A surface is hit from both sides. As render(), on any thread.
+  virtual void cast(const RayBatch& rays, HitBatch& out) const = 0;
+  // Whether no surface is on the segment from a to b (m, world): the line of sight.
+  [[nodiscard]] virtual bool sees(const Eigen::Vector3d& a_W, const Eigen::Vector3d& b_W) const = 0;
+  // SceneItem::body of each item.
+  [[nodiscard]] virtual std::span<const int> bodies_of_items() const = 0;
+  // Rays cast so far, of all kinds.
+  [[nodiscard]] virtual std::uint64_t rays_cast() const = 0;
+};
+
+// Nothing is seen before set_poses(). Throws std::runtime_error: Embree cannot be loaded.
+DOPPEL_API std::unique_ptr<RayCaster> make_ray_caster(std::shared_ptr<const RenderScene> scene);
+
+}  // namespace doppel

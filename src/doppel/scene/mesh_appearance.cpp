@@ -1,0 +1,152 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "doppel/core/plugin_module.h"
+#include "doppel/description/mesh.h"
+#include "doppel/scene/detail/appearance.h"
+#include "doppel/scene/scene_builder.h"
+#include "doppel/xml/xml.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double kCrease = 0.7;  // rad: edges of CAD parts that are meant are sharper
+constexpr std::size_t kMaxTextureBytes = std::size_t{256} << 20;
+
+appearance::FileScene import_scene(const std::string& path) {
+  using Import = bool (*)(const std::string&, appearance::FileScene&, std::string&);
+  static const auto import =
+      reinterpret_cast<Import>(plugin_symbol("doppel_scene_assimp", "doppel_import_appearance"));
+  appearance::FileScene scene;
+  std::string problem;
+  std::error_code failed;
+  if (!fs::is_regular_file(path, failed)) problem = "it is not a regular file";
+  if (!problem.empty() || !import(path, scene, problem))
+    throw InputError("mesh.unreadable", make_location(path), "the mesh cannot be read: " + problem,
+                     "STL, OBJ, COLLADA (.dae) and glTF are read; export it again as one of them");
+  return scene;
+}
+
+// Exporters write where a texture was on their machine: it is also searched beside the mesh, and where models of
+// Gazebo have it.
+std::string find_texture(const std::string& written, const fs::path& mesh) {
+  std::string name = written;
+  std::replace(name.begin(), name.end(), '\\', '/');
+  if (name.starts_with("file://")) name.erase(0, 7);
+  const fs::path folder = mesh.parent_path(), file = fs::path(name).filename();
+  std::error_code failed;
+  for (const fs::path& candidate : {folder / name, folder / file, folder / "textures" / file,
+                                    folder / "../textures" / file, folder / "../materials/textures" / file})
+    if (fs::is_regular_file(candidate, failed)) return candidate.string();
+  return {};
+}
+
+void add_texture(const appearance::FileTexture& from, const MeshGeometry& mesh, MeshAppearance& out) {
+  Bitmap image;
+  try {
+    if (!from.bytes.empty()) {
+      image = decode_image(from.bytes, mesh.path);
+    } else if (const std::string file = find_texture(from.path, mesh.path); !file.empty()) {
+      image = decode_image(read_file(file, kMaxTextureBytes), file);
+    } else {
+      out.remarks.push_back(fmt::format("its texture '{}' is not found", from.path));
+    }
+  } catch (const InputError& error) {
+    out.remarks.push_back(error.diagnostics().front().message);
+  }
+  out.textures.push_back(std::move(image));
+}
+
+// The part of the file that is named; all of it without a name.
+bool is_wanted(const appearance::FilePart& part, const std::string& submesh) {
+  return submesh.empty() || std::find(part.names.begin(), part.names.end(), submesh) != part.names.end();
+}
+
+void add_file_part(const appearance::FilePart& part, int material, const Eigen::Vector3d& scale,
+                   SurfaceMesh& out) {
+  const Eigen::Vector3f factor = scale.cast<float>();
+  const bool flipped = scale.prod() < 0;
+  SurfaceMesh own;
+  std::vector<Eigen::Vector3f> points;
+  for (const Eigen::Vector3f& p : part.positions) points.emplace_back(p.cwiseProduct(factor));
+  auto triangles = part.triangles;
+  if (flipped)
+    for (auto& t : triangles) std::swap(t[1], t[2]);
+  if (part.normals_written) {
+    own.positions = std::move(points);
+    own.triangles = std::move(triangles);
+    for (const Eigen::Vector3f& n : part.normals)
+      own.normals.emplace_back(n.cwiseQuotient(factor).normalized());
+    own.uvs = part.uvs;
+  } else {
+    own = with_normals(points, triangles, kCrease);
+    if (!part.uvs.empty())
+      for (const auto& t : triangles)
+        for (const std::uint32_t corner : t) own.uvs.push_back(part.uvs[corner]);
+  }
+  const auto base = static_cast<std::uint32_t>(out.positions.size());
+  const auto first = static_cast<std::uint32_t>(out.triangles.size());
+  for (std::size_t i = 0; i < own.positions.size(); ++i) {
+    out.positions.push_back(own.positions[i]);
+    out.normals.push_back(own.normals[i].allFinite() ? own.normals[i]
+                                                     : Eigen::Vector3f(Eigen::Vector3f::UnitZ()));
+    out.uvs.emplace_back(own.uvs.empty() ? Eigen::Vector2f(Eigen::Vector2f::Zero())
+                                         : Eigen::Vector2f(own.uvs[i].x(), 1 - own.uvs[i].y()));
+  }
+  for (const auto& t : own.triangles) out.triangles.push_back({base + t[0], base + t[1], base + t[2]});
+  out.parts.push_back({first, static_cast<std::uint32_t>(out.triangles.size()), material});
+}
+
+void centre(SurfaceMesh& mesh) {
+  Eigen::AlignedBox3f box;
+  for (const Eigen::Vector3f& p : mesh.positions) box.extend(p);
+  for (Eigen::Vector3f& p : mesh.positions) p -= box.center();
+}
+
+bool is_stl(const std::string& path) {
+  std::string ending = fs::path(path).extension().string();
+  std::transform(ending.begin(), ending.end(), ending.begin(),
+                 [](unsigned char c) { return std::tolower(c); });
+  return ending == ".stl";
+}
+
+SurfaceMaterial material_in(const appearance::FileMaterial& from) {
+  SurfaceMaterial out;
+  out.rgba = from.rgba.cwiseMax(0).cwiseMin(1);
+  out.emissive = from.emissive.cwiseMax(0).cwiseMin(1);
+  out.specular = std::clamp(0.3F * from.specular, 0.0F, 1.0F);
+  out.shininess = std::clamp(from.shininess, 4.0F, 256.0F);
+  out.texture = from.texture;
+  return out;
+}
+
+}  // namespace
+
+MeshAppearance load_appearance(const MeshGeometry& mesh) {
+  MeshAppearance out;
+  if (is_stl(mesh.path)) {
+    const TriangleMesh triangles = load_mesh(mesh);
+    out.mesh = with_normals(triangles.vertices, triangles.triangles, kCrease);
+    return out;
+  }
+  const appearance::FileScene file = import_scene(mesh.path);
+  for (const appearance::FilePart& part : file.parts) {
+    if (!is_wanted(part, mesh.submesh)) continue;
+    const auto index = static_cast<std::size_t>(part.material);
+    const bool given = index < file.materials.size() && file.materials[index].given;
+    add_file_part(part, given ? part.material : -1, mesh.scale, out.mesh);
+  }
+  if (out.mesh.triangles.empty())
+    throw InputError("mesh.empty", make_location(mesh.path), "the mesh has no triangles");
+  if (mesh.center_submesh) centre(out.mesh);
+  for (const appearance::FileMaterial& material : file.materials)
+    out.materials.push_back(material_in(material));
+  for (const appearance::FileTexture& texture : file.textures) add_texture(texture, mesh, out);
+  return out;
+}
+
+}  // namespace doppel

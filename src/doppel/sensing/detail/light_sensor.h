@@ -1,0 +1,109 @@
+#pragma once
+// One camera, lidar or range sensor of a rig: its topics, and how a sample becomes their messages.
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "doppel/rays/ray_caster.h"
+#include "doppel/sensing/light_rig.h"
+#include "doppel/sensors/counter_random.h"
+#include "doppel/sensors/sample_schedule.h"
+
+namespace doppel {
+
+// A topic of a sensor. Messages are encoded by the worker.
+class Outlet {
+ public:
+  virtual ~Outlet() = default;
+  [[nodiscard]] virtual bool wanted() const = 0;
+  virtual void publish(const std::shared_ptr<const Bytes>& cdr, Time stamp) const = 0;
+};
+
+template <Message M>
+class TopicOutlet : public Outlet {
+ public:
+  explicit TopicOutlet(Publisher<M> publisher) : publisher_(publisher) {}
+  [[nodiscard]] bool wanted() const override { return publisher_.has_listeners(); }
+  void publish(const std::shared_ptr<const Bytes>& cdr, Time stamp) const override {
+    publisher_.publish_encoded(cdr, stamp);
+  }
+
+ private:
+  Publisher<M> publisher_;
+};
+
+// What the loop notes of a sample.
+struct LightSample {
+  std::size_t sensor = 0;  // in the rig
+  std::uint64_t number = 0;
+  std::uint32_t wanted = 0;                                      // bits of outlets
+  Pose X_WL = Pose::Identity(), X_WL_before = Pose::Identity();  // of the link: now, and at the sample before
+  int body = -1;                                                 // of the link, in the scene
+};
+
+struct LightMessage {
+  std::size_t outlet = 0;
+  std::shared_ptr<const Bytes> cdr;
+};
+
+class LightSensor {
+ public:
+  LightSensor(const RigSensor& sensor, const RigOptions& options)
+      : sensor_(sensor), random_(options.seed, key_of(sensor)) {}
+  virtual ~LightSensor() = default;
+  LightSensor(const LightSensor&) = delete;
+  LightSensor& operator=(const LightSensor&) = delete;
+
+  // The worker's thread. `stamp`: of the headers.
+  virtual void make(const RayCaster& caster, const LightSample& sample, Time stamp,
+                    std::vector<LightMessage>& out) = 0;
+
+  [[nodiscard]] const RigSensor& sensor() const { return sensor_; }
+  [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
+  [[nodiscard]] std::uint32_t wanted() const {
+    std::uint32_t bits = 0;
+    for (std::size_t i = 0; i < outlets_.size(); ++i)
+      if (outlets_[i]->wanted()) bits |= 1U << i;
+    return bits;
+  }
+  [[nodiscard]] const Outlet& outlet(std::size_t index) const { return *outlets_[index]; }
+  // "left/camera": unique in a rig.
+  [[nodiscard]] static std::string key_of(const RigSensor& sensor);
+
+ protected:
+  // The topic of an output; `own`: that of its kind. Returns the outlet's index.
+  template <Message M>
+  std::size_t add_outlet(Node& node, const std::string& output, const std::string& own);
+  [[nodiscard]] std::string topic_of(const std::string& output, const std::string& own) const;
+  [[nodiscard]] std::string frame() const { return sensor_.frame; }
+
+  RigSensor sensor_;
+  CounterRandom random_;
+  std::vector<std::unique_ptr<Outlet>> outlets_;
+  std::vector<std::string> topics_;
+};
+
+template <Message M>
+std::size_t LightSensor::add_outlet(Node& node, const std::string& output, const std::string& own) {
+  const std::string topic = topic_of(output, own);
+  Qos qos;
+  qos.depth = 5;
+  qos.best_effort = sensor_.description.best_effort;
+  outlets_.push_back(std::make_unique<TopicOutlet<M>>(node.advertise<M>(topic, qos)));
+  topics_.push_back(topic);
+  return outlets_.size() - 1;
+}
+
+// nullptr: not a sensor of light.
+std::unique_ptr<LightSensor> make_light_sensor(Node& node, const RigSensor& sensor,
+                                               const RigOptions& options);
+std::unique_ptr<LightSensor> make_camera_output(Node& node, const RigSensor& sensor,
+                                                const RigOptions& options);
+std::unique_ptr<LightSensor> make_lidar_output(Node& node, const RigSensor& sensor,
+                                               const RigOptions& options);
+std::unique_ptr<LightSensor> make_range_output(Node& node, const RigSensor& sensor,
+                                               const RigOptions& options);
+
+}  // namespace doppel

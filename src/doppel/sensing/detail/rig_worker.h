@@ -1,0 +1,73 @@
+#pragma once
+// The thread that makes the samples of a rig, in order. The loop hands over jobs from a fixed number of slots and takes
+// them back when they are done, without locking: the slots are a ring between the two.
+
+#include <array>
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <semaphore>
+#include <thread>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/rays/ray_caster.h"
+#include "doppel/sensing/detail/light_sensor.h"
+
+namespace doppel {
+
+// All samples of one step.
+struct RigJob {
+  Time now{}, stamp{};                         // simulated; of the headers
+  std::shared_ptr<const CompiledWorld> world;  // of which the poses are
+  std::vector<Pose> poses;
+  std::vector<LightSample> samples;
+  // By the worker: the messages of each sample, and its cost in s.
+  std::vector<std::vector<LightMessage>> messages;
+  std::vector<double> costs;
+  Diagnostics reports;  // for the log, which belongs to the loop
+};
+
+class RigWorker {
+ public:
+  static constexpr std::size_t kSlots = 3;
+
+  // `sensors` by the index of LightSample; unchanged while there are jobs.
+  explicit RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors);
+  ~RigWorker();
+  RigWorker(const RigWorker&) = delete;
+  RigWorker& operator=(const RigWorker&) = delete;
+
+  // -- the loop
+  // A free slot, or nullptr: the worker is behind. Then submit().
+  RigJob* free_slot();
+  void submit();
+  // The oldest job that is done, or nullptr. Then release().
+  RigJob* done();
+  void release();
+  [[nodiscard]] bool idle() const { return submitted_ == finished_.load(std::memory_order_acquire); }
+  void wait_idle() const;
+  [[nodiscard]] std::uint64_t rays_cast() const { return rays_.load(std::memory_order_relaxed); }
+
+ private:
+  void run();
+  void make(RigJob& job);
+  void renew_scene(RigJob& job);
+
+  const std::vector<std::shared_ptr<LightSensor>>& sensors_;
+  std::array<RigJob, kSlots> slots_;
+  // Numbers of jobs so far; a job is in the slot of its number modulo kSlots.
+  std::size_t submitted_ = 0, released_ = 0;  // the loop's
+  std::atomic<std::size_t> finished_{0};
+  std::counting_semaphore<kSlots + 1> work_{0};
+  std::atomic<bool> ends_{false};
+  std::atomic<std::uint64_t> rays_{0};
+
+  // The worker's.
+  std::shared_ptr<const CompiledWorld> scene_of_;
+  std::unique_ptr<RayCaster> caster_;
+  bool failed_ = false;
+  std::thread thread_;  // last: it uses the members above
+};
+
+}  // namespace doppel

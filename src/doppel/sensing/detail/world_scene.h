@@ -1,0 +1,17 @@
+#pragma once
+// The scene of a compiled world: body 0 is the ground, then follow the links of all instances in order.
+
+#include <memory>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/physics/engine.h"
+#include "doppel/scene/render_scene.h"
+
+namespace doppel {
+
+std::shared_ptr<const RenderScene> make_world_scene(const CompiledWorld& world, Diagnostics& diagnostics);
+// In the order of that scene's bodies. Allocates only where `out` grows.
+void read_poses(const Engine& engine, std::vector<Pose>& out);
+
+}  // namespace doppel

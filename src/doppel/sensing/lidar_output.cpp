@@ -1,0 +1,219 @@
+// Scans of lidars and ranges of single beams as ROS's messages.
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "doppel/messages/sensor_msgs.h"
+#include "doppel/sensing/detail/light_sensor.h"
+#include "doppel/sensors/noise.h"
+#include "doppel/sensors/scan_pattern.h"
+
+namespace doppel {
+namespace {
+
+namespace msg = sensor_msgs::msg;
+
+constexpr float kInfinite = std::numeric_limits<float>::infinity();
+constexpr std::uint32_t kDropoutChannel = 9;
+
+// What is nearer than the sensor's range, but not its own housing, is -infinity (REP 117).
+void mark_near(const RayCaster& caster, RayBatch& rays, double near, int own_body,
+               std::span<const int> body_of_item, HitBatch& scratch, std::vector<float>& ranges) {
+  if (near <= 0) return;
+  std::swap(rays.near, rays.far);
+  rays.near = 0;
+  rays.far = static_cast<float>(near);
+  caster.cast(rays, scratch);
+  for (std::size_t i = 0; i < ranges.size(); ++i)
+    if (scratch.item[i] >= 0 && body_of_item[static_cast<std::size_t>(scratch.item[i])] != own_body)
+      ranges[i] = -kInfinite;
+}
+
+class LidarOutput : public LightSensor {
+ public:
+  LidarOutput(Node& node, const RigSensor& sensor, const RigOptions& options)
+      : LightSensor(sensor, options),
+        lidar_(std::get<LidarDescription>(sensor.description.what)),
+        pattern_(scan_pattern(lidar_)),
+        noise_(lidar_.noise, random_, 0, sensor.description.rate > 0 ? 1 / sensor.description.rate : 0) {
+    const std::string base =
+        sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic;
+    if (!sensor.description.points_only)
+      scan_ = static_cast<int>(add_outlet<msg::LaserScan>(node, "scan", base));
+    points_ = static_cast<int>(add_outlet<msg::PointCloud2>(
+        node, "points", sensor.description.points_only ? base : base + "/points"));
+  }
+
+  void make(const RayCaster& caster, const LightSample& sample, Time stamp,
+            std::vector<LightMessage>& out) override;
+
+ private:
+  void measure(const RayCaster& caster, const LightSample& sample);
+  [[nodiscard]] msg::LaserScan scan(const std_msgs::msg::Header& header) const;
+  [[nodiscard]] msg::PointCloud2 cloud(const std_msgs::msg::Header& header) const;
+  [[nodiscard]] double scan_time() const {
+    return sensor_.description.rate > 0 ? 1 / sensor_.description.rate : 0;
+  }
+
+  const LidarDescription lidar_;
+  const ScanPattern pattern_;
+  ChannelNoise noise_;
+  int scan_ = -1, points_ = -1;
+  RayBatch rays_;
+  HitBatch hits_, near_;
+  std::vector<float> ranges_;
+};
+
+void LidarOutput::measure(const RayCaster& caster, const LightSample& sample) {
+  const Pose X_WS = sample.X_WL * sensor_.description.X_LS,
+             before = sample.X_WL_before * sensor_.description.X_LS;
+  // The scan begins at its stamp in ROS; the sample is taken at its end, so the rays are those since the sample before.
+  if (lidar_.moving)
+    place_rays(pattern_, before, &X_WS, rays_);
+  else
+    place_rays(pattern_, X_WS, nullptr, rays_);
+  rays_.near = static_cast<float>(lidar_.near);
+  rays_.far = static_cast<float>(lidar_.far);
+  caster.cast(rays_, hits_);
+  ranges_ = hits_.distance;
+  mark_near(caster, rays_, lidar_.near, sample.body, caster.bodies_of_items(), near_, ranges_);
+  noise_.advance(sample.number);
+  for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    float& range = ranges_[i];
+    const auto index = static_cast<std::uint32_t>(i);
+    if (std::isfinite(range)) {
+      if (noise_.any()) range = static_cast<float>(noise_.apply(range, sample.number, index));
+      if (lidar_.resolution > 0)
+        range = static_cast<float>(std::round(range / lidar_.resolution) * lidar_.resolution);
+      if (range < lidar_.near) range = -kInfinite;
+      if (range > lidar_.far) range = kInfinite;
+    }
+    if (lidar_.dropout > 0 && random_.uniform(sample.number, kDropoutChannel, index) < lidar_.dropout)
+      range = std::numeric_limits<float>::quiet_NaN();
+  }
+}
+
+msg::LaserScan LidarOutput::scan(const std_msgs::msg::Header& header) const {
+  msg::LaserScan out;
+  out.header = header;
+  out.angle_min = static_cast<float>(pattern_.angle_min);
+  out.angle_max = static_cast<float>(pattern_.angle_max);
+  out.angle_increment = static_cast<float>(pattern_.angle_increment);
+  out.scan_time = static_cast<float>(scan_time());
+  out.time_increment = lidar_.moving ? static_cast<float>(scan_time() / pattern_.columns) : 0;
+  out.range_min = static_cast<float>(lidar_.near);
+  out.range_max = static_cast<float>(lidar_.far);
+  const auto columns = static_cast<std::size_t>(pattern_.columns);
+  const std::size_t first = static_cast<std::size_t>(pattern_.middle_ring()) * columns;
+  out.ranges.assign(ranges_.begin() + static_cast<std::ptrdiff_t>(first),
+                    ranges_.begin() + static_cast<std::ptrdiff_t>(first + columns));
+  for (std::size_t i = first; i < first + columns; ++i)
+    out.intensities.push_back(std::isfinite(ranges_[i]) ? 255 * hits_.brightness[i] * hits_.cosine[i] : 0);
+  return out;
+}
+
+msg::PointCloud2 LidarOutput::cloud(const std_msgs::msg::Header& header) const {
+  msg::PointCloud2 out;
+  out.header = header;
+  out.width = static_cast<std::uint32_t>(pattern_.columns);
+  out.height = static_cast<std::uint32_t>(pattern_.rings);
+  out.fields = {{"x", 0, msg::PointField::FLOAT32, 1},
+                {"y", 4, msg::PointField::FLOAT32, 1},
+                {"z", 8, msg::PointField::FLOAT32, 1},
+                {"intensity", 12, msg::PointField::FLOAT32, 1},
+                {"ring", 16, msg::PointField::UINT16, 1}};
+  if (lidar_.moving) out.fields.push_back({"t", 20, msg::PointField::FLOAT32, 1});
+  out.point_step = 24;
+  out.row_step = out.width * out.point_step;
+  out.data.resize(std::size_t{out.row_step} * out.height);
+  out.is_dense = true;
+  const Pose X_FS = sensor_.X_LF.inverse() * sensor_.description.X_LS;
+  const Eigen::Matrix3f R = X_FS.linear().cast<float>();
+  const Eigen::Vector3f p = X_FS.translation().cast<float>();
+  for (std::size_t i = 0; i < ranges_.size(); ++i) {
+    Eigen::Vector3f point = Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
+    if (std::isfinite(ranges_[i]))
+      point = R * (ranges_[i] * pattern_.directions[i]) + p;
+    else
+      out.is_dense = false;
+    const float intensity = std::isfinite(ranges_[i]) ? 255 * hits_.brightness[i] * hits_.cosine[i] : 0;
+    const auto ring = static_cast<std::uint16_t>(i / out.width);
+    std::uint8_t* at = &out.data[24 * i];
+    std::memcpy(at, point.data(), 12);
+    std::memcpy(at + 12, &intensity, 4);
+    std::memcpy(at + 16, &ring, 2);
+    const auto t = static_cast<float>(scan_time() * static_cast<double>(i % out.width) / pattern_.columns);
+    if (lidar_.moving) std::memcpy(at + 20, &t, 4);
+  }
+  return out;
+}
+
+void LidarOutput::make(const RayCaster& caster, const LightSample& sample, Time stamp,
+                       std::vector<LightMessage>& out) {
+  measure(caster, sample);
+  std_msgs::msg::Header header;
+  header.stamp = to_time_msg(stamp);
+  header.frame_id = frame();
+  const auto asks = [&](int outlet) { return outlet >= 0 && (sample.wanted >> outlet & 1U) != 0; };
+  if (asks(scan_))
+    out.push_back({static_cast<std::size_t>(scan_), std::make_shared<const Bytes>(to_cdr(scan(header)))});
+  if (asks(points_))
+    out.push_back({static_cast<std::size_t>(points_), std::make_shared<const Bytes>(to_cdr(cloud(header)))});
+}
+
+class RangeOutput : public LightSensor {
+ public:
+  RangeOutput(Node& node, const RigSensor& sensor, const RigOptions& options)
+      : LightSensor(sensor, options),
+        range_(std::get<RangeDescription>(sensor.description.what)),
+        pattern_(cone_pattern(range_)),
+        noise_(range_.rays.noise, random_, 0, sensor.description.rate > 0 ? 1 / sensor.description.rate : 0) {
+    add_outlet<msg::Range>(
+        node, "range", sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic);
+  }
+
+  void make(const RayCaster& caster, const LightSample& sample, Time stamp,
+            std::vector<LightMessage>& out) override {
+    place_rays(pattern_, sample.X_WL * sensor_.description.X_LS, nullptr, rays_);
+    rays_.near = static_cast<float>(range_.near);
+    rays_.far = static_cast<float>(range_.far);
+    caster.cast(rays_, hits_);
+    std::vector<float> distances = hits_.distance;
+    mark_near(caster, rays_, range_.near, sample.body, caster.bodies_of_items(), near_, distances);
+    msg::Range message;
+    message.header.stamp = to_time_msg(stamp);
+    message.header.frame_id = frame();
+    message.radiation_type = range_.ultrasound ? msg::Range::ULTRASOUND : msg::Range::INFRARED;
+    message.field_of_view = static_cast<float>(range_.field_of_view);
+    message.min_range = static_cast<float>(range_.near);
+    message.max_range = static_cast<float>(range_.far);
+    noise_.advance(sample.number);
+    message.range = *std::min_element(distances.begin(), distances.end());
+    if (std::isfinite(message.range))
+      message.range = static_cast<float>(noise_.apply(message.range, sample.number));
+    message.variance = static_cast<float>(noise_.stddev() * noise_.stddev());
+    out.push_back({0, std::make_shared<const Bytes>(to_cdr(message))});
+  }
+
+ private:
+  const RangeDescription range_;
+  const ScanPattern pattern_;
+  ChannelNoise noise_;
+  RayBatch rays_;
+  HitBatch hits_, near_;
+};
+
+}  // namespace
+
+std::unique_ptr<LightSensor> make_lidar_output(Node& node, const RigSensor& sensor,
+                                               const RigOptions& options) {
+  return std::make_unique<LidarOutput>(node, sensor, options);
+}
+
+std::unique_ptr<LightSensor> make_range_output(Node& node, const RigSensor& sensor,
+                                               const RigOptions& options) {
+  return std::make_unique<RangeOutput>(node, sensor, options);
+}
+
+}  // namespace doppel

@@ -1,0 +1,272 @@
+#include "doppel/sensing/light_rig.h"
+
+#include <algorithm>
+#include <deque>
+
+#include "doppel/sensing/detail/rig_worker.h"
+#include "doppel/sensing/detail/world_scene.h"
+#include "doppel/sensors/sample_schedule.h"
+
+namespace doppel {
+namespace {
+
+constexpr Duration kRateWindow{1'000'000'000};
+
+std::uint64_t hashed(std::uint64_t hash, const Bytes& bytes) {
+  for (const std::byte byte : bytes) hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001B3ull;
+  return hash;
+}
+
+}  // namespace
+
+struct LightRig::Impl {
+  struct Entry {
+    std::shared_ptr<LightSensor> sensor;
+    SampleSchedule schedule;
+    int instance = -1, link = 0, body = -1;
+    Pose X_WL_before = Pose::Identity();
+    bool has_before = false;
+    std::uint64_t samples = 0, left_out = 0, hash = 0xCBF29CE484222325ull;
+    double cost = 0;
+    std::uint64_t window_samples = 0;
+    double reached = 0;
+  };
+  // A message whose time has not come, because of its sensor's latency.
+  struct Waiting {
+    std::size_t sensor = 0;
+    LightMessage message;
+    Time stamp{}, due{};
+  };
+
+  Impl(Bus& the_bus, const Log& the_log, const RigOptions& the_options)
+      : bus(the_bus), log(the_log), options(the_options) {}
+
+  void collect();
+  void publish(std::size_t sensor, const LightMessage& message, Time stamp);
+  void find_bodies(const Engine& engine);
+  [[nodiscard]] doppel_msgs::msg::Sensor status_of(const Entry& entry) const;
+  void publish_list();
+
+  Bus& bus;
+  const Log& log;
+  const RigOptions options;
+  std::unique_ptr<Node> node;
+  Publisher<doppel_msgs::msg::Sensors> list_topic;
+  Time list_due{}, window_start{};
+  std::vector<std::shared_ptr<LightSensor>> sensors;  // of entries, by index: what the worker reads
+  std::vector<Entry> entries;
+  std::shared_ptr<const CompiledWorld> world;  // of which the bodies are
+  std::deque<Waiting> waiting;
+  Time now{};
+  std::unique_ptr<RigWorker> worker;  // made with the first sensor; last, because it uses the members above
+};
+
+LightRig::LightRig(Bus& bus, const Log& log, const RigOptions& options)
+    : impl_(std::make_unique<Impl>(bus, log, options)) {}
+LightRig::~LightRig() = default;
+
+bool LightRig::empty() const {
+  return impl_->entries.empty();
+}
+
+std::uint64_t LightRig::rays_cast() const {
+  return impl_->worker ? impl_->worker->rays_cast() : 0;
+}
+
+void LightRig::Impl::find_bodies(const Engine& engine) {
+  world = engine.compiled();
+  const auto& instances = world->instances();
+  for (Entry& entry : entries) {
+    entry.instance = world->find(entry.sensor->sensor().instance);
+    entry.link = entry.sensor->sensor().link;
+    entry.body = 1;
+    for (int i = 0; i < entry.instance; ++i)
+      entry.body += static_cast<int>(instances[static_cast<std::size_t>(i)].model->links.size());
+    entry.body += entry.link;
+  }
+}
+
+doppel_msgs::msg::Sensor LightRig::Impl::status_of(const Entry& entry) const {
+  const RigSensor& sensor = entry.sensor->sensor();
+  return {LightSensor::key_of(sensor),
+          sensor.description.type,
+          entry.sensor->topics(),
+          sensor.frame,
+          sensor.description.rate,
+          entry.reached,
+          entry.samples,
+          entry.left_out,
+          entry.cost};
+}
+
+void LightRig::Impl::publish_list() {
+  doppel_msgs::msg::Sensors list;
+  for (const Entry& entry : entries) list.sensors.push_back(status_of(entry));
+  list_topic.publish(list, now);
+}
+
+void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) {
+  Impl& rig = *impl_;
+  if (rig.worker) {
+    rig.worker->wait_idle();
+    rig.collect();
+  }
+  // Beside the former node, so that topics that stay never vanish.
+  auto node = std::make_unique<Node>(rig.bus, "/doppel_sensors");
+  std::vector<Impl::Entry> fresh;
+  for (RigSensor& sensor : wanted) {
+    const double rate = sensor.description.rate;
+    const std::string key = LightSensor::key_of(sensor);
+    Impl::Entry entry;
+    entry.sensor = make_light_sensor(*node, sensor, rig.options);
+    if (!entry.sensor) continue;
+    const auto old = std::find_if(rig.entries.begin(), rig.entries.end(), [&](const Impl::Entry& one) {
+      return LightSensor::key_of(one.sensor->sensor()) == key &&
+             one.sensor->sensor().description.rate == rate;
+    });
+    if (old != rig.entries.end()) {
+      auto made = std::move(entry.sensor);
+      entry = std::move(*old);
+      entry.sensor = std::move(made);
+    } else {
+      entry.schedule = SampleSchedule(rate, engine.world().settings().step);
+      entry.schedule.restart(engine.time());
+      if (entry.schedule.limited())
+        rig.log.warning("sensors", key + " asks for " + std::to_string(rate) +
+                                       " Hz, more than one sample a step; it takes one every step");
+    }
+    fresh.push_back(std::move(entry));
+  }
+  rig.waiting.clear();
+  rig.entries = std::move(fresh);
+  if (rig.entries.empty()) {
+    rig.list_topic = {};
+    node.reset();
+  } else {
+    rig.list_topic =
+        node->advertise<doppel_msgs::msg::Sensors>("/doppel/sensors", {.depth = 1, .latched = true});
+  }
+  rig.node = std::move(node);
+  rig.list_due = Time{};
+  rig.sensors.clear();
+  for (const Impl::Entry& entry : rig.entries) rig.sensors.push_back(entry.sensor);
+  rig.find_bodies(engine);
+  if (!rig.worker && !rig.entries.empty()) rig.worker = std::make_unique<RigWorker>(rig.sensors);
+}
+
+void LightRig::instances_changed(const Engine& engine) {
+  impl_->find_bodies(engine);
+}
+
+void LightRig::after_step(Time now, const Engine& engine) {
+  Impl& rig = *impl_;
+  rig.now = now;
+  if (rig.entries.empty() || engine.compiled() != rig.world) return;
+  RigJob* job = nullptr;
+  bool behind = false;
+  for (std::size_t i = 0; i < rig.entries.size(); ++i) {
+    Impl::Entry& entry = rig.entries[i];
+    if (entry.instance < 0 || !entry.schedule.due(now)) continue;
+    const std::uint64_t number = entry.schedule.take(now);
+    const Pose X_WL = engine.instance(entry.instance).link_pose(entry.link);
+    const Pose before = entry.has_before ? entry.X_WL_before : X_WL;
+    entry.X_WL_before = X_WL;
+    entry.has_before = true;
+    const std::uint32_t wanted = entry.sensor->wanted();
+    if (wanted == 0) continue;
+    if (job == nullptr && !behind) {
+      if (rig.options.lockstep && rig.worker->free_slot() == nullptr) {
+        rig.worker->wait_idle();
+        rig.collect();
+      }
+      job = rig.worker->free_slot();
+      behind = job == nullptr;
+      if (job != nullptr) job->samples.clear();
+    }
+    if (behind) {
+      ++entry.left_out;
+      continue;
+    }
+    job->samples.push_back({i, number, wanted, X_WL, before, entry.body});
+  }
+  if (job == nullptr) return;
+  job->now = now;
+  job->stamp = rig.bus.stamp(now);
+  job->world = rig.world;
+  read_poses(engine, job->poses);
+  rig.worker->submit();
+  if (rig.options.lockstep) rig.worker->wait_idle();
+}
+
+void LightRig::Impl::publish(std::size_t sensor, const LightMessage& message, Time stamp) {
+  entries[sensor].sensor->outlet(message.outlet).publish(message.cdr, stamp);
+}
+
+void LightRig::Impl::collect() {
+  if (!worker) return;
+  for (RigJob* job = worker->done(); job != nullptr; job = worker->done()) {
+    for (std::size_t s = 0; s < job->samples.size(); ++s) {
+      const std::size_t index = job->samples[s].sensor;
+      Entry& entry = entries[index];
+      ++entry.samples;
+      ++entry.window_samples;
+      entry.cost = job->costs[s];
+      const Duration latency = from_seconds(entry.sensor->sensor().description.latency);
+      for (LightMessage& message : job->messages[s]) {
+        entry.hash = hashed(entry.hash, *message.cdr);
+        if (latency > Duration{})
+          waiting.push_back({index, std::move(message), job->now, job->now + latency});
+        else
+          publish(index, message, job->now);
+      }
+      job->messages[s].clear();
+    }
+    for (const Diagnostic& one : job->reports.all()) log.line(one.severity, "sensors", one.str());
+    job->world.reset();
+    worker->release();
+  }
+}
+
+void LightRig::between_steps(Time now) {
+  Impl& rig = *impl_;
+  if (rig.entries.empty()) return;
+  rig.collect();
+  while (!rig.waiting.empty() && rig.waiting.front().due <= now) {
+    const Impl::Waiting first = std::move(rig.waiting.front());
+    rig.waiting.pop_front();
+    rig.publish(first.sensor, first.message, first.stamp);
+  }
+  if (now < rig.list_due) return;
+  const double window = to_seconds(now - rig.window_start);
+  for (Impl::Entry& entry : rig.entries) {
+    entry.reached = window > 0 ? static_cast<double>(entry.window_samples) / window : 0;
+    entry.window_samples = 0;
+  }
+  rig.window_start = now;
+  rig.list_due = now + kRateWindow;
+  rig.now = now;
+  rig.publish_list();
+}
+
+void LightRig::reset(Time now) {
+  Impl& rig = *impl_;
+  if (rig.worker) {
+    rig.worker->wait_idle();
+    while (rig.worker->done() != nullptr) rig.worker->release();
+  }
+  rig.waiting.clear();
+  rig.window_start = rig.list_due = now;
+  for (Impl::Entry& entry : rig.entries) {
+    entry.schedule.restart(now);
+    entry.has_before = false;
+    entry.window_samples = 0;
+  }
+}
+
+std::vector<RigStatus> LightRig::status() const {
+  std::vector<RigStatus> out;
+  for (const Impl::Entry& entry : impl_->entries) out.push_back({impl_->status_of(entry), entry.hash});
+  return out;
+}
+
+}  // namespace doppel

@@ -1,0 +1,74 @@
+#pragma once
+// Cameras, lidars and range sensors of a running world. In the loop a sensor whose sample is due is noted with a
+// snapshot of all poses; another thread makes the picture or scan; between two steps its messages are published in
+// order, with the stamp of the snapshot. What nobody reads is not made. When that thread does not keep up, samples are
+// left out and counted. The loop waits for it only in lockstep.
+//
+// The noise of sample n depends on the seed, the sensor and n alone, so that the same run gives the same bytes at any
+// speed and with any readers.
+//
+// /doppel/sensors (doppel_msgs/msg/Sensors, latched) lists them with the rates that they reach, once a second.
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "doppel/bus/bus.h"
+#include "doppel/core/log.h"
+#include "doppel/export.h"
+#include "doppel/messages/doppel_msgs.h"
+#include "doppel/physics/engine.h"
+#include "doppel/sensors/sensor_description.h"
+
+namespace doppel {
+
+// A sensor of an instance. Its data are in the axes of the frame that its messages name.
+struct RigSensor {
+  SensorDescription description;
+  std::string instance;  // in the engine
+  int link = 0;
+  std::string name_space;  // of its topics: "left"; empty: none
+  std::string frame;       // header.frame_id
+  Pose X_LF =
+      Pose::Identity();  // that frame in the link; for pictures the optical frame, or what the user named
+};
+
+struct RigOptions {
+  std::uint64_t seed = 0;
+  bool lockstep = false;  // the loop waits for every sample
+};
+
+struct RigStatus {
+  doppel_msgs::msg::Sensor sensor;
+  std::uint64_t hash = 0;  // over all bytes published so far
+};
+
+class DOPPEL_API LightRig {
+ public:
+  // The log outlives the rig.
+  LightRig(Bus& bus, const Log& log, const RigOptions& options);
+  ~LightRig();
+  LightRig(const LightRig&) = delete;
+  LightRig& operator=(const LightRig&) = delete;
+
+  // -- between steps
+  // Replaces all sensors; those that stay keep their count of samples. Sensors of other kinds are left out.
+  void set_sensors(std::vector<RigSensor> sensors, const Engine& engine);
+  // The engine has other instances: looks up those of the sensors again.
+  void instances_changed(const Engine& engine);
+  void between_steps(Time now);
+  void reset(Time now);
+  [[nodiscard]] std::vector<RigStatus> status() const;
+  [[nodiscard]] bool empty() const;
+  [[nodiscard]] std::uint64_t rays_cast() const;
+
+  // -- in the loop: no allocation, no throw; waits in lockstep only
+  void after_step(Time now, const Engine& engine);
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace doppel

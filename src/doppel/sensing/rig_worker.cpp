@@ -1,0 +1,88 @@
+#include "doppel/sensing/detail/rig_worker.h"
+
+#include <ctime>
+#include <exception>
+
+#include "doppel/sensing/detail/world_scene.h"
+
+namespace doppel {
+namespace {
+
+double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+}  // namespace
+
+RigWorker::RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors)
+    : sensors_(sensors), thread_([this] { run(); }) {}
+
+RigWorker::~RigWorker() {
+  ends_ = true;
+  work_.release();
+  thread_.join();
+}
+
+RigJob* RigWorker::free_slot() {
+  return submitted_ - released_ < kSlots ? &slots_[submitted_ % kSlots] : nullptr;
+}
+
+void RigWorker::submit() {
+  ++submitted_;
+  work_.release();
+}
+
+RigJob* RigWorker::done() {
+  return finished_.load(std::memory_order_acquire) > released_ ? &slots_[released_ % kSlots] : nullptr;
+}
+
+void RigWorker::release() {
+  ++released_;
+}
+
+void RigWorker::wait_idle() const {
+  for (std::size_t seen = finished_; seen != submitted_; seen = finished_) finished_.wait(seen);
+}
+
+void RigWorker::run() {
+  while (true) {
+    work_.acquire();
+    if (ends_) return;
+    RigJob& job = slots_[finished_ % kSlots];
+    job.messages.resize(job.samples.size());
+    job.costs.assign(job.samples.size(), 0);
+    for (auto& messages : job.messages) messages.clear();
+    job.reports = {};
+    try {
+      make(job);
+    } catch (const std::exception& error) {
+      // Said once: a sensor without Embree or memory must not end the run.
+      if (!failed_)
+        job.reports.error("sensors.failed", {}, std::string("sensors of light do not work: ") + error.what());
+      failed_ = true;
+    }
+    ++finished_;
+    finished_.notify_all();
+  }
+}
+
+void RigWorker::renew_scene(RigJob& job) {
+  if (scene_of_ == job.world) return;
+  caster_ = make_ray_caster(make_world_scene(*job.world, job.reports));
+  scene_of_ = job.world;
+}
+
+void RigWorker::make(RigJob& job) {
+  renew_scene(job);
+  caster_->set_poses(job.poses);
+  for (std::size_t i = 0; i < job.samples.size(); ++i) {
+    const double before = cpu_seconds();
+    sensors_[job.samples[i].sensor]->make(*caster_, job.samples[i], job.stamp, job.messages[i]);
+    job.costs[i] = cpu_seconds() - before;
+  }
+  rays_ = caster_->rays_cast();
+}
+
+}  // namespace doppel

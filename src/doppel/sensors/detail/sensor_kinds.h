@@ -1,0 +1,17 @@
+#pragma once
+// The elements of each kind of sensor. Source: SDFormat 1.11.
+
+#include "doppel/sensors/detail/sensor_values.h"
+#include "doppel/sensors/sensor_description.h"
+
+namespace doppel {
+
+void read_camera(const SensorValues& values, SensorDescription& out);
+void read_lidar(const SensorValues& values, SensorDescription& out);
+void read_sonar(const SensorValues& values, SensorDescription& out);
+void read_imu(const SensorValues& values, SensorDescription& out);
+void read_force_torque(const SensorValues& values, SensorDescription& out);
+void read_contact(const SensorValues& values, SensorDescription& out);
+void read_environment(const SensorValues& values, SensorDescription& out);
+
+}  // namespace doppel

@@ -1,0 +1,36 @@
+#pragma once
+// Values of a sensor's elements, with warnings at their places.
+
+#include <string>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/sensors/sensor_description.h"
+#include "doppel/xml/xml.h"
+
+namespace doppel {
+
+class SensorValues {
+ public:
+  SensorValues(const XmlNode& element, Diagnostics& diagnostics)
+      : element_(element), diagnostics_(diagnostics) {}
+
+  [[nodiscard]] const XmlNode& element() const { return element_; }
+  // Of an element below this one.
+  [[nodiscard]] SensorValues below(const XmlNode& element) const { return {element, diagnostics_}; }
+  // Below this element; an element that is not there has no values. The path is separated by slashes.
+  [[nodiscard]] const XmlNode* find(const std::string& path) const;
+  [[nodiscard]] bool has(const std::string& path) const { return find(path) != nullptr; }
+  [[nodiscard]] double number(const std::string& path, double otherwise) const;
+  [[nodiscard]] int count(const std::string& path, int otherwise) const;  // at least 1
+  [[nodiscard]] bool flag(const std::string& path, bool otherwise) const;
+  [[nodiscard]] std::string text(const std::string& path, const std::string& otherwise = {}) const;
+  [[nodiscard]] Pose pose(const std::string& path) const;  // x y z roll pitch yaw
+  [[nodiscard]] NoiseDescription noise(const std::string& path) const;
+
+ private:
+  void warn(const XmlNode& at, const std::string& what, const std::string& used) const;
+  const XmlNode& element_;
+  Diagnostics& diagnostics_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,214 @@
+#include "doppel/sensors/lens.h"
+
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace doppel {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kPi = std::numbers::pi;
+
+// g(theta) of r = f g(theta).
+double lens_curve(const LensDescription& lens, double theta) {
+  switch (lens.kind) {
+    case LensKind::pinhole:
+      return std::tan(theta);
+    case LensKind::stereographic:
+      return 2 * std::tan(theta / 2);
+    case LensKind::equidistant:
+      return theta;
+    case LensKind::equisolid:
+      return 2 * std::sin(theta / 2);
+    case LensKind::orthographic:
+      return std::sin(theta);
+    case LensKind::custom:
+      break;
+  }
+  const double x = theta / lens.c2 + lens.c3;
+  const double value = lens.function == "sin" ? std::sin(x) : lens.function == "id" ? x : std::tan(x);
+  return lens.c1 * value;
+}
+
+// r = f theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8), by least squares up to `most`.
+void fit_equidistant(const LensDescription& lens, double f, double most, CameraIntrinsics& out,
+                     double* deviation) {
+  constexpr int kPoints = 400;
+  Eigen::MatrixXd powers(kPoints, 5);
+  Eigen::VectorXd radii(kPoints);
+  for (int i = 0; i < kPoints; ++i) {
+    const double theta = most * (i + 1) / kPoints;
+    for (int k = 0; k < 5; ++k) powers(i, k) = std::pow(theta, 2 * k + 1);
+    radii[i] = f * lens_curve(lens, theta);
+  }
+  const Eigen::VectorXd fitted = powers.colPivHouseholderQr().solve(radii);
+  out.fx = out.fy = fitted[0];
+  for (int k = 0; k < 4; ++k) out.d[static_cast<std::size_t>(k)] = fitted[k + 1] / fitted[0];
+  if (deviation != nullptr) *deviation = (powers * fitted - radii).cwiseAbs().maxCoeff();
+}
+
+// Coordinates before K.
+Vector2d distorted(const CameraIntrinsics& camera, const Vector2d& x) {
+  const auto& [k1, k2, p1, p2, k3] = camera.d;
+  const double r2 = x.squaredNorm(), radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3));
+  return x * radial + Vector2d(2 * p1 * x.x() * x.y() + p2 * (r2 + 2 * x.x() * x.x()),
+                               p1 * (r2 + 2 * x.y() * x.y()) + 2 * p2 * x.x() * x.y());
+}
+
+double distorted_angle(const CameraIntrinsics& camera, double theta) {
+  const double t2 = theta * theta;
+  return theta * (1 + t2 * (camera.d[0] + t2 * (camera.d[1] + t2 * (camera.d[2] + t2 * camera.d[3]))));
+}
+
+// The radius up to which distortion grows with the distance from the axis: beyond it two directions have one pixel.
+double growing_radius(const CameraIntrinsics& camera) {
+  const auto& [k1, k2, p1, p2, k3] = camera.d;
+  for (double r = 0; r < 10; r += 0.005) {
+    const double r2 = r * r;
+    if (1 + r2 * (3 * k1 + r2 * (5 * k2 + r2 * 7 * k3)) <= 0) return r;
+  }
+  return 10;
+}
+
+std::optional<Vector2d> undistorted(const CameraIntrinsics& camera, const Vector2d& seen, double most) {
+  Vector2d x = seen;
+  if (x.norm() > most) x *= 0.9 * most / x.norm();
+  for (int i = 0; i < 60; ++i) {
+    const Vector2d error = distorted(camera, x) - seen;
+    if (error.norm() < 1e-12) return x.norm() <= most ? std::optional(x) : std::nullopt;
+    constexpr double h = 1e-6;
+    Eigen::Matrix2d J;
+    for (int k = 0; k < 2; ++k) {
+      Vector2d step = Vector2d::Zero();
+      step[k] = h;
+      J.col(k) = (distorted(camera, x + step) - distorted(camera, x - step)) / (2 * h);
+    }
+    if (std::abs(J.determinant()) < 1e-9) return std::nullopt;
+    Vector2d step = J.inverse() * error;
+    if (step.norm() > 0.3) step *= 0.3 / step.norm();
+    x -= step;
+  }
+  return (distorted(camera, x) - seen).norm() < 1e-9 && x.norm() <= most ? std::optional(x) : std::nullopt;
+}
+
+std::optional<double> angle_of(const CameraIntrinsics& camera, double seen) {
+  double theta = std::min(seen, kPi);
+  for (int i = 0; i < 60; ++i) {
+    const double error = distorted_angle(camera, theta) - seen;
+    if (std::abs(error) < 1e-13) return theta;
+    const double slope =
+        (distorted_angle(camera, theta + 1e-6) - distorted_angle(camera, theta - 1e-6)) / 2e-6;
+    if (slope < 1e-6) return std::nullopt;
+    theta -= std::clamp(error / slope, -0.3, 0.3);
+    if (theta < 0) theta = 0;
+  }
+  return std::abs(distorted_angle(camera, theta) - seen) < 1e-9 ? std::optional(theta) : std::nullopt;
+}
+
+std::optional<Vector3d> direction_at(const CameraIntrinsics& camera, double u, double v, double most) {
+  const double y = (v - camera.cy) / camera.fy, x = (u - camera.cx - camera.skew * y) / camera.fx;
+  if (camera.model == Distortion::equidistant) {
+    const double seen = std::hypot(x, y);
+    const std::optional<double> theta = angle_of(camera, seen);
+    if (!theta || *theta > camera.cutoff) return std::nullopt;
+    if (seen == 0) return Vector3d(0, 0, 1);
+    const double s = std::sin(*theta) / seen;
+    return Vector3d(s * x, s * y, std::cos(*theta));
+  }
+  std::optional<Vector2d> at = Vector2d(x, y);
+  if (!camera.plain()) at = undistorted(camera, *at, most);
+  if (!at || std::atan(at->norm()) > camera.cutoff) return std::nullopt;
+  return Vector3d(at->x(), at->y(), 1);
+}
+
+double halton(int index, int base) {
+  double part = 1, value = 0;
+  for (; index > 0; index /= base) {
+    part /= base;
+    value += part * (index % base);
+  }
+  return value;
+}
+
+}  // namespace
+
+CameraIntrinsics intrinsics_of(const CameraDescription& camera, double* deviation) {
+  if (deviation != nullptr) *deviation = 0;
+  CameraIntrinsics out;
+  out.width = camera.width;
+  out.height = camera.height;
+  out.cx = (camera.width - 1) / 2.0;
+  out.cy = (camera.height - 1) / 2.0;
+  const LensDescription& lens = camera.lens;
+  if (lens.kind == LensKind::pinhole) {
+    out.fx = out.fy = camera.width / (2 * std::tan(camera.hfov / 2));
+    out.d = lens.distortion;
+  } else {
+    const double half = camera.hfov / 2;
+    const double f = lens.scale_to_hfov || lens.kind != LensKind::custom
+                         ? camera.width / 2.0 / lens_curve(lens, half)
+                         : lens.f * camera.width / 2.0;
+    out.model = Distortion::equidistant;
+    out.cutoff = std::min(lens.cutoff_angle, kPi);
+    const double corner = half * std::hypot(camera.width, camera.height) / camera.width;
+    double most = std::min({out.cutoff, corner, kPi});
+    if (lens.kind == LensKind::orthographic) most = std::min(most, 0.98 * kPi / 2);
+    fit_equidistant(lens, f, most, out, deviation);
+    out.cutoff = most;
+  }
+  if (lens.intrinsics) {
+    out.fx = lens.intrinsics->fx;
+    out.fy = lens.intrinsics->fy;
+    out.cx = lens.intrinsics->cx;
+    out.cy = lens.intrinsics->cy;
+    out.skew = lens.intrinsics->s;
+  }
+  return out;
+}
+
+std::optional<Vector2d> project(const CameraIntrinsics& camera, const Vector3d& p_C) {
+  const double theta = std::atan2(p_C.head<2>().norm(), p_C.z());
+  if (theta > camera.cutoff) return std::nullopt;
+  Vector2d x = Vector2d::Zero();
+  if (camera.model == Distortion::equidistant) {
+    if (theta > 0) x = p_C.head<2>().normalized() * distorted_angle(camera, theta);
+  } else {
+    if (p_C.z() <= 0) return std::nullopt;
+    x = distorted(camera, p_C.head<2>() / p_C.z());
+  }
+  return Vector2d(camera.fx * x.x() + camera.skew * x.y() + camera.cx, camera.fy * x.y() + camera.cy);
+}
+
+std::optional<Vector3d> direction_at(const CameraIntrinsics& camera, double u, double v) {
+  return direction_at(camera, u, v, growing_radius(camera));
+}
+
+std::vector<PixelRays> pixel_rays(const CameraIntrinsics& camera, int samples) {
+  const double most = growing_radius(camera);
+  std::vector<PixelRays> out;
+  for (int s = 0; s < std::max(1, samples); ++s) {
+    const double du = s == 0 ? 0 : halton(s, 2) - 0.5, dv = s == 0 ? 0 : halton(s, 3) - 0.5;
+    PixelRays rays;
+    rays.width = camera.width;
+    rays.height = camera.height;
+    rays.planar = camera.model == Distortion::plumb_bob;
+    rays.pixel_angle = static_cast<float>(1 / camera.fx);
+    const auto pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
+    for (std::vector<float>* values : {&rays.x, &rays.y, &rays.z}) values->reserve(pixels);
+    for (int v = 0; v < camera.height; ++v)
+      for (int u = 0; u < camera.width; ++u) {
+        const Vector3d d = direction_at(camera, u + du, v + dv, most).value_or(Vector3d::Zero());
+        rays.x.push_back(static_cast<float>(d.x()));
+        rays.y.push_back(static_cast<float>(d.y()));
+        rays.z.push_back(static_cast<float>(d.z()));
+      }
+    out.push_back(std::move(rays));
+  }
+  return out;
+}
+
+}  // namespace doppel

@@ -1,0 +1,37 @@
+#include "doppel/sensors/noise.h"
+
+#include <cmath>
+
+namespace doppel {
+namespace {
+
+// Channels of a sensor's random numbers: those of its values are below.
+constexpr std::uint32_t kBias = 0x40000000u, kSign = 0x40010000u, kWalk = 0x40020000u;
+
+}  // namespace
+
+ChannelNoise::ChannelNoise(const NoiseDescription& noise, const CounterRandom& random, std::uint32_t channel,
+                           double period)
+    : noise_(noise), random_(random), channel_(channel) {
+  bias_ = noise.bias_mean + noise.bias_stddev * random.normal(0, kBias + channel);
+  if (random.uniform(0, kSign + channel) < 0.5) bias_ = -bias_;
+  if (noise.walk_stddev > 0 && noise.walk_time > 0 && period > 0) {
+    decay_ = std::exp(-period / noise.walk_time);
+    walk_ =
+        noise.walk_stddev * std::sqrt(noise.walk_time / 2 * (1 - std::exp(-2 * period / noise.walk_time)));
+  }
+}
+
+void ChannelNoise::advance(std::uint64_t sample) {
+  if (walk_ <= 0) return;
+  for (; next_ <= sample; ++next_) bias_ = decay_ * bias_ + walk_ * random_.normal(next_, kWalk + channel_);
+}
+
+double ChannelNoise::apply(double value, std::uint64_t sample, std::uint32_t index) const {
+  double out = value + noise_.mean + bias_;
+  if (noise_.stddev > 0) out += noise_.stddev * random_.normal(sample, channel_, index);
+  return noise_.precision > 0 && std::isfinite(out) ? std::round(out / noise_.precision) * noise_.precision
+                                                    : out;
+}
+
+}  // namespace doppel

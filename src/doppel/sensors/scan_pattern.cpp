@@ -1,0 +1,86 @@
+#include "doppel/sensors/scan_pattern.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace doppel {
+namespace {
+
+int count_of(const ScanRange& range) {
+  return std::max(1, static_cast<int>(std::lround(range.samples * range.resolution)));
+}
+
+double increment_of(const ScanRange& range, int count) {
+  return count > 1 ? (range.max - range.min) / (count - 1) : 0;
+}
+
+}  // namespace
+
+ScanPattern scan_pattern(const LidarDescription& lidar) {
+  ScanPattern out;
+  out.columns = count_of(lidar.horizontal);
+  out.rings = count_of(lidar.vertical);
+  out.angle_min = lidar.horizontal.min;
+  out.angle_increment = increment_of(lidar.horizontal, out.columns);
+  out.angle_max = out.columns > 1 ? lidar.horizontal.max : lidar.horizontal.min;
+  const double step = increment_of(lidar.vertical, out.rings);
+  for (int r = 0; r < out.rings; ++r) {
+    const double e = lidar.vertical.min + r * step;
+    out.elevations.push_back(e);
+    for (int c = 0; c < out.columns; ++c) {
+      const double a = out.angle_min + c * out.angle_increment;
+      out.directions.emplace_back(
+          Eigen::Vector3d(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)).cast<float>());
+    }
+  }
+  return out;
+}
+
+void place_rays(const ScanPattern& pattern, const Pose& X_WS, const Pose* to, RayBatch& out) {
+  const bool moves = to != nullptr && !to->isApprox(X_WS, 0);
+  out.resize(pattern.directions.size(), moves ? pattern.directions.size() : 1);
+  const Eigen::Quaterniond q0(X_WS.linear()), q1(moves ? to->linear() : X_WS.linear());
+  Eigen::Matrix3f R = X_WS.linear().cast<float>();
+  Eigen::Vector3f p = X_WS.translation().cast<float>();
+  const auto columns = static_cast<std::size_t>(pattern.columns),
+             rings = static_cast<std::size_t>(pattern.rings);
+  for (std::size_t c = 0; c < columns; ++c) {
+    if (moves) {
+      const double share = columns > 1 ? static_cast<double>(c) / static_cast<double>(columns) : 0;
+      R = q0.slerp(share, q1).toRotationMatrix().cast<float>();
+      p = (X_WS.translation() + share * (to->translation() - X_WS.translation())).cast<float>();
+    }
+    for (std::size_t r = 0; r < rings; ++r) {
+      const std::size_t i = r * columns + c;
+      const Eigen::Vector3f d = R * pattern.directions[i];
+      out.direction_x[i] = d.x();
+      out.direction_y[i] = d.y();
+      out.direction_z[i] = d.z();
+      if (!moves && i > 0) continue;
+      out.origin_x[moves ? i : 0] = p.x();
+      out.origin_y[moves ? i : 0] = p.y();
+      out.origin_z[moves ? i : 0] = p.z();
+    }
+  }
+}
+
+ScanPattern cone_pattern(const RangeDescription& range) {
+  ScanPattern out;
+  constexpr int kCircles = 10;
+  out.directions.push_back(Eigen::Vector3f::UnitX());
+  for (int circle = 1; circle <= kCircles; ++circle) {
+    const double theta = range.field_of_view / 2 * circle / kCircles;
+    const int points = 6 * circle;
+    for (int i = 0; i < points; ++i) {
+      const double a = 2 * M_PI * i / points;
+      out.directions.emplace_back(
+          Eigen::Vector3d(std::cos(theta), std::sin(theta) * std::cos(a), std::sin(theta) * std::sin(a))
+              .cast<float>());
+    }
+  }
+  out.columns = static_cast<int>(out.directions.size());
+  return out;
+}
+
+}  // namespace doppel

@@ -1,0 +1,28 @@
+#pragma once
+// The directions of a lidar's rays in its frame, x forward, z up: rings from the lowest, in each from min to max.
+
+#include <vector>
+
+#include "doppel/export.h"
+#include "doppel/math/pose.h"
+#include "doppel/rays/ray_caster.h"
+#include "doppel/sensors/sensor_description.h"
+
+namespace doppel {
+
+struct DOPPEL_API ScanPattern {
+  int rings = 1, columns = 1;
+  double angle_min = 0, angle_max = 0, angle_increment = 0;  // rad, of a ring
+  std::vector<double> elevations;                            // [rings] rad
+  std::vector<Eigen::Vector3f> directions;                   // [rings * columns], unit
+  [[nodiscard]] int middle_ring() const { return rings / 2; }
+};
+DOPPEL_API ScanPattern scan_pattern(const LidarDescription& lidar);
+
+// Rays of all directions from X_WS. With `to`, the pose at the end of the scan: each column at its own time in between.
+DOPPEL_API void place_rays(const ScanPattern& pattern, const Pose& X_WS, const Pose* to, RayBatch& out);
+
+// Rays over a cone of a range sensor, whole angle `field_of_view`, dense enough for 1 % of it between neighbours.
+DOPPEL_API ScanPattern cone_pattern(const RangeDescription& range);
+
+}  // namespace doppel

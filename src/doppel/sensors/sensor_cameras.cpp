@@ -1,0 +1,125 @@
+// <camera> and <lidar> (<ray>) of sensors of light.
+#include <algorithm>
+#include <cmath>
+
+#include "doppel/sensors/detail/sensor_kinds.h"
+
+namespace doppel {
+namespace {
+
+CameraKind kind_of(const std::string& type) {
+  if (type == "depth" || type == "depth_camera") return CameraKind::depth;
+  if (type.starts_with("rgbd")) return CameraKind::rgbd;
+  if (type.starts_with("segmentation")) return CameraKind::segmentation;
+  if (type.starts_with("boundingbox")) return CameraKind::boundingbox;
+  return CameraKind::colour;
+}
+
+LensDescription read_lens(const SensorValues& values) {
+  LensDescription lens;
+  const std::string type = values.text("lens/type", "gnomonical");
+  if (type == "stereographic") lens.kind = LensKind::stereographic;
+  if (type == "equidistant") lens.kind = LensKind::equidistant;
+  if (type == "equisolid_angle") lens.kind = LensKind::equisolid;
+  if (type == "orthographic") lens.kind = LensKind::orthographic;
+  if (type == "custom") lens.kind = LensKind::custom;
+  lens.scale_to_hfov = values.flag("lens/scale_to_hfov", true);
+  lens.c1 = values.number("lens/custom_function/c1", 1);
+  lens.c2 = values.number("lens/custom_function/c2", 1);
+  lens.c3 = values.number("lens/custom_function/c3", 0);
+  lens.f = values.number("lens/custom_function/f", 1);
+  lens.function = values.text("lens/custom_function/fun", "tan");
+  lens.cutoff_angle = values.number("lens/cutoff_angle", lens.cutoff_angle);
+  const char* names[] = {"k1", "k2", "p1", "p2", "k3"};
+  for (std::size_t i = 0; i < 5; ++i)
+    lens.distortion[i] = values.number(std::string("distortion/") + names[i], 0);
+  if (values.has("lens/intrinsics")) {
+    lens.intrinsics = LensDescription::Intrinsics{
+        values.number("lens/intrinsics/fx", 277), values.number("lens/intrinsics/fy", 277),
+        values.number("lens/intrinsics/cx", 160), values.number("lens/intrinsics/cy", 120),
+        values.number("lens/intrinsics/s", 0)};
+  }
+  return lens;
+}
+
+CameraDescription camera_in(const SensorValues& values, const std::string& type) {
+  CameraDescription camera;
+  camera.kind = kind_of(type);
+  camera.X_SC = values.pose("pose");
+  camera.width = values.count("image/width", 320);
+  camera.height = values.count("image/height", 240);
+  camera.format = values.text("image/format", "R8G8B8");
+  camera.samples = std::clamp(values.count("image/anti_aliasing", 1), 1, 64);
+  camera.hfov = std::clamp(values.number("horizontal_fov", 1.047), 0.01, 2 * M_PI);
+  camera.near = std::max(1e-4, values.number("clip/near", 0.1));
+  camera.far = std::max(2 * camera.near, values.number("clip/far", 100));
+  if (values.has("depth_camera/clip/near"))
+    camera.depth_near = values.number("depth_camera/clip/near", camera.near);
+  if (values.has("depth_camera/clip/far"))
+    camera.depth_far = values.number("depth_camera/clip/far", camera.far);
+  camera.lens = read_lens(values);
+  camera.noise = values.noise("noise");
+  camera.depth_noise = {values.number("doppel:depth_noise/a", 0), values.number("doppel:depth_noise/b", 0),
+                        values.number("doppel:depth_noise/c", 0)};
+  camera.dropout = values.number("doppel:dropout", 0);
+  camera.edge_mixing = values.number("doppel:edge_mixing", 0);
+  camera.rolling_shutter = values.number("doppel:rolling_shutter", 0);
+  camera.exposure = values.number("doppel:exposure", 1);
+  camera.full_boxes = values.text("box_type") == "full_2d";
+  // A lens of more than a half space is no pinhole.
+  if (camera.lens.kind == LensKind::pinhole && camera.hfov > 3.0) camera.lens.kind = LensKind::equidistant;
+  return camera;
+}
+
+ScanRange read_scan(const SensorValues& values, const std::string& path, const ScanRange& otherwise) {
+  ScanRange out;
+  out.samples = values.count(path + "/samples", otherwise.samples);
+  out.resolution = std::max(1e-3, values.number(path + "/resolution", 1));
+  out.min = values.number(path + "/min_angle", otherwise.min);
+  out.max = values.number(path + "/max_angle", otherwise.max);
+  return out;
+}
+
+}  // namespace
+
+void read_camera(const SensorValues& values, SensorDescription& out) {
+  std::vector<CameraDescription> cameras;
+  out.info_topic = values.text("camera/camera_info_topic");
+  if (values.has("camera/optical_frame_id")) {
+    out.frame = values.text("camera/optical_frame_id");
+    out.frame_is_optical = true;
+  }
+  for (const XmlNode& child : values.element().children) {
+    if (!child.is("camera")) continue;
+    cameras.push_back(camera_in(values.below(child), out.type));
+    const XmlAttribute* name = child.find("name");
+    cameras.back().name = name == nullptr ? "camera" + std::to_string(cameras.size()) : name->value;
+  }
+  if (cameras.empty()) cameras.emplace_back().kind = kind_of(out.type);
+  out.what = std::move(cameras);
+}
+
+void read_lidar(const SensorValues& values, SensorDescription& out) {
+  LidarDescription lidar;
+  const std::string root = values.has("lidar") ? "lidar" : "ray";
+  lidar.horizontal = read_scan(values, root + "/scan/horizontal", lidar.horizontal);
+  lidar.vertical = read_scan(values, root + "/scan/vertical", lidar.vertical);
+  lidar.near = std::max(0.0, values.number(root + "/range/min", lidar.near));
+  lidar.far = values.number(root + "/range/max", lidar.far);
+  lidar.resolution = std::max(0.0, values.number(root + "/range/resolution", 0));
+  lidar.noise = values.noise(root + "/noise");
+  lidar.dropout = values.number("doppel:dropout", 0);
+  lidar.moving = values.flag("doppel:moving_scan", false);
+  out.what = lidar;
+}
+
+void read_sonar(const SensorValues& values, SensorDescription& out) {
+  RangeDescription range;
+  range.near = values.number("sonar/min", range.near);
+  range.far = values.number("sonar/max", range.far);
+  // SDF's cone has the radius at its far end.
+  range.field_of_view = 2 * std::atan2(values.number("sonar/radius", 0.5), std::max(1e-6, range.far));
+  out.what = range;
+}
+
+}  // namespace doppel

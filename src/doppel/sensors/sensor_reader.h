@@ -1,0 +1,23 @@
+#pragma once
+// Sensors from XML. What a description leaves out has SDFormat's default; what cannot be read is a warning at its place,
+// with the default in its stead. Rules: "sensor.type" (unknown), "sensor.value", "sensor.reference".
+
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/description/robot_description.h"
+#include "doppel/export.h"
+#include "doppel/sensors/sensor_description.h"
+#include "doppel/xml/xml.h"
+
+namespace doppel {
+
+// Of a robot: <gazebo reference="..."><sensor>, on a link or a joint, in order. Names of sensors are unique per link.
+DOPPEL_API std::vector<SensorDescription> read_sensors(const RobotDescription& robot,
+                                                       Diagnostics& diagnostics);
+
+// One <sensor>. nullopt: of no known type, which is reported.
+DOPPEL_API std::optional<SensorDescription> read_sensor(const XmlNode& sensor, const std::string& link,
+                                                        Diagnostics& diagnostics);
+
+}  // namespace doppel
