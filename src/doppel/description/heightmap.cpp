@@ -15,7 +15,8 @@ namespace {
 
 GreyImage read_image(const std::string& path) {
   using Read = bool (*)(const std::string& path, int most, GreyImage& out, std::string& problem);
-  static const auto read = reinterpret_cast<Read>(plugin_symbol("doppel_image_codecs", "doppel_read_grey_image"));
+  static const auto read =
+      reinterpret_cast<Read>(plugin_symbol("doppel_image_codecs", "doppel_read_grey_image"));
   GreyImage out;
   std::string problem;
   if (read(path, kMaxHeightmapSide, out, problem)) return out;

@@ -34,7 +34,7 @@ void register_doppel_msgs() {
   namespace msg = doppel_msgs::msg;
   namespace srv = doppel_msgs::srv;
   register_messages<msg::TwinStatus, msg::JointLoads, msg::Light, msg::PhysicalMaterial, msg::Terrain,
-                     msg::Scene, msg::Sensor, msg::Sensors>();
+                    msg::Scene, msg::Sensor, msg::Sensors>();
   register_services<srv::Step, srv::SetSpeed, srv::GetState, srv::SetState>();
 }
 

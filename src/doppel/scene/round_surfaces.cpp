@@ -183,7 +183,8 @@ SurfaceMesh heightmap_surface(const Heightmap& map) {
   std::vector<std::array<std::uint32_t, 3>> triangles;
   for (int r = 0; r + 1 < field.rows; ++r)
     for (int c = 0; c + 1 < field.columns; ++c) {
-      const auto at = static_cast<std::uint32_t>(r * field.columns + c), up = at + static_cast<std::uint32_t>(field.columns);
+      const auto at = static_cast<std::uint32_t>(r * field.columns + c),
+                 up = at + static_cast<std::uint32_t>(field.columns);
       triangles.push_back({at, at + 1, up + 1});
       triangles.push_back({at, up + 1, up});
     }

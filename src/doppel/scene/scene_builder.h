@@ -17,7 +17,7 @@ namespace doppel {
 struct MeshAppearance {
   SurfaceMesh mesh;
   std::vector<SurfaceMaterial> materials;
-  std::vector<Bitmap> textures;       // to which those materials refer
+  std::vector<Bitmap> textures;      // to which those materials refer
   std::vector<std::string> remarks;  // what of it cannot be shown, for a warning
 };
 

@@ -8,7 +8,7 @@
 namespace doppel {
 
 Bitmap take_picture(const Engine& engine, const CameraDescription& camera, const Pose& X_WS,
-                   Diagnostics& diagnostics) {
+                    Diagnostics& diagnostics) {
   const auto caster = make_ray_caster(make_world_scene(engine.world(), diagnostics));
   std::vector<Pose> poses;
   read_poses(engine, poses);

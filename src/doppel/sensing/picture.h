@@ -11,7 +11,7 @@ namespace doppel {
 
 // X_WS: the camera in the world, x forward and z up. RGB. What cannot be shown is a warning.
 DOPPEL_API Bitmap take_picture(const Engine& engine, const CameraDescription& camera, const Pose& X_WS,
-                              Diagnostics& diagnostics);
+                               Diagnostics& diagnostics);
 
 // A camera at `from_W` that looks at `at_W`, upright; m, world.
 DOPPEL_API Pose looking_at(const Eigen::Vector3d& from_W, const Eigen::Vector3d& at_W);

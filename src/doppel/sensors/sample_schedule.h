@@ -6,10 +6,11 @@
 #include <cstdint>
 
 #include "doppel/core/time.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
-class SampleSchedule {
+class DOPPEL_API SampleSchedule {
  public:
   SampleSchedule() = default;
   // rate: Hz; 0, or more than one a step: every step (limited() says the latter).

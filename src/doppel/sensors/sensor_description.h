@@ -18,7 +18,7 @@
 namespace doppel {
 
 // Noise of one channel, in its unit. Source: SDFormat, noise; gz-sensors, GaussianNoiseModel.
-struct NoiseDescription {
+struct DOPPEL_API NoiseDescription {
   double mean = 0, stddev = 0;            // of each sample
   double bias_mean = 0, bias_stddev = 0;  // of the constant part, chosen once, of either sign
   double precision = 0;                   // values are rounded to its multiples; 0: not rounded

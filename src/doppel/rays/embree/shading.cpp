@@ -46,14 +46,15 @@ Shading::Shading(const EmbreeScene& scene) : scene_(scene) {
   }
   for (const Light& light : from.lights) {
     if (!light.on) continue;
-    const Vector3f colour = linear(light.diffuse.head<3>().cast<float>()) * static_cast<float>(light.intensity);
-    lamps_.push_back({light.kind, colour, light.X_WL.translation().cast<float>(),
-                      -light.direction_W.normalized().cast<float>(), static_cast<float>(light.range),
-                      static_cast<float>(light.attenuation_constant), static_cast<float>(light.attenuation_linear),
-                      static_cast<float>(light.attenuation_quadratic),
-                      static_cast<float>(std::cos(light.inner_angle / 2)),
-                      static_cast<float>(std::cos(light.outer_angle / 2)), static_cast<float>(light.falloff),
-                      light.cast_shadows && from.environment.shadows});
+    const Vector3f colour =
+        linear(light.diffuse.head<3>().cast<float>()) * static_cast<float>(light.intensity);
+    lamps_.push_back(
+        {light.kind, colour, light.X_WL.translation().cast<float>(),
+         -light.direction_W.normalized().cast<float>(), static_cast<float>(light.range),
+         static_cast<float>(light.attenuation_constant), static_cast<float>(light.attenuation_linear),
+         static_cast<float>(light.attenuation_quadratic), static_cast<float>(std::cos(light.inner_angle / 2)),
+         static_cast<float>(std::cos(light.outer_angle / 2)), static_cast<float>(light.falloff),
+         light.cast_shadows && from.environment.shadows});
   }
   ambient_ = linear(from.environment.ambient.head<3>().cast<float>());
   background_ = linear(from.environment.background.head<3>().cast<float>());
