@@ -92,6 +92,11 @@ std::string to_json(const Summary& summary) {
   out["oscillations"] = Json::array();
   for (const OscillationReport& found : summary.oscillations)
     out["oscillations"].push_back({{"joint", found.joint}, {"message", found.message}});
+  for (const Summary::Sensor& sensor : summary.sensors) {
+    out["sensors"][sensor.name] = {{"samples", sensor.samples},
+                                   {"left_out", sensor.left_out},
+                                   {"sensor_hash", fmt::format("{:016x}", sensor.hash)}};
+  }
   out["controllers"] = Json::object();
   for (const ControllerView& controller : summary.last.controllers) {
     out["controllers"][controller.name] = {{"type", controller.type}, {"state", to_string(controller.state)}};

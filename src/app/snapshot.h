@@ -36,6 +36,12 @@ struct Summary {
   };
   std::vector<Robot> robots;
   std::vector<OscillationReport> oscillations;
+  struct Sensor {
+    std::string name;
+    std::uint64_t samples = 0, left_out = 0;
+    std::uint64_t hash = 0;  // over all that it published
+  };
+  std::vector<Sensor> sensors;
 };
 std::string to_json(const Summary& summary);
 

@@ -37,6 +37,8 @@ struct UpOptions {
   std::string world, controllers, base = "auto", speed = "1", stamp = "sim", engine = kDefaultEngine;
   std::vector<std::string> robots, activate, plugins;
   double duration = 0;
+  std::uint64_t seed = 0;
+  std::string sensors = "beside";
   bool no_reload = false;
   bool strict = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
@@ -61,6 +63,7 @@ Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
   scenario.ideal = options.ideal;
   scenario.enforce_limits = !options.no_limits;
   scenario.strict = options.strict;
+  scenario.sensors = {.seed = options.seed, .lockstep = options.sensors == "lockstep"};
   return scenario;
 }
 
@@ -165,6 +168,17 @@ void print_controllers(TwinRobot& robot) {
                controllers_text(robot.controller_manager().controllers()), robot.controllers_origin());
 }
 
+void print_sensors(const Twin& twin) {
+  bool heading = false;
+  for (const RigStatus& status : twin.sensors()) {
+    const doppel_msgs::msg::Sensor& sensor = status.sensor;
+    print_stderr("  {:<12} {} ({}, {}) on {}\n", heading ? "" : "sensors", sensor.name, sensor.type,
+                 sensor.rate > 0 ? fmt::format("{:.4g} Hz", sensor.rate) : "every step",
+                 sensor.topics.front());
+    heading = true;
+  }
+}
+
 void print_contacts(const CompiledWorld& world) {
   const std::vector<ExcludedPair>& excluded = world.excluded_pairs();
   std::vector<std::string> touching;
@@ -192,6 +206,7 @@ void print_twin_banner(Twin& twin, const std::string& engine) {
     print_physics(twin, engine);
     print_controllers(twin.robot());
     print_contacts(twin.engine().world());
+    print_sensors(twin);
     return print_gravity(twin.robot());
   }
   for (const auto& robot : twin.robots()) {
@@ -202,6 +217,7 @@ void print_twin_banner(Twin& twin, const std::string& engine) {
   print_stderr("one world\n");
   print_physics(twin, engine);
   print_contacts(twin.engine().world());
+  print_sensors(twin);
 }
 
 // Reports the end of the run; returns the exit code.
@@ -218,6 +234,9 @@ int report_end(Twin& twin, Summary summary, bool json) {
       summary.oscillations.push_back(std::move(found));
     }
   }
+  for (const RigStatus& status : twin.sensors())
+    summary.sensors.push_back(
+        {status.sensor.name, status.sensor.samples, status.sensor.left_out, status.hash});
   if (json) fmt::print("{}\n", to_json(summary));
   if (summary.run.end == RunEnd::diverged) {
     print_stderr(
@@ -327,6 +346,13 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
                  "Time in message headers: sim (simulated time, published on /clock) or wall (for clients "
                  "that do not set use_sim_time)")
       ->check(CLI::IsMember({"sim", "wall"}));
+  up->add_option("--seed", options->seed,
+                 "Seed of the noise of sensors (default 0); the same seed gives the same data");
+  up->add_option("--sensors", options->sensors,
+                 "beside: cameras and lidars never delay the loop, samples that take too long are left out; "
+                 "lockstep: the "
+                 "loop waits for each sample, as for recordings with --speed max")
+      ->check(CLI::IsMember({"beside", "lockstep"}));
   up->add_flag("--no-reload", options->no_reload, "Do not reload when the sources change");
   up->add_flag("--headless", options->headless, "Log lines only: no live table, no browser");
   up->add_flag("--json", options->json, "Print a JSON summary to stdout at the end");

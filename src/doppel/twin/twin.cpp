@@ -126,11 +126,13 @@ void Twin::Impl::add_world_ticks() {
   ticks.add(std::make_unique<ObjectPublisher>(bus, scene));
   ticks.add(std::make_unique<AttachmentServices>(bus, scene, log));
   ticks.add(std::make_unique<GraspMonitor>(bus, scene, log));
-  ticks.add(std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, [this] {
+  auto sensors = std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, [this] {
     std::vector<std::shared_ptr<const CompiledRobot>> present;
     for (const auto& robot : robots) present.push_back(robot->shared_machine());
     return present;
-  }));
+  });
+  sensor_ticks = sensors.get();
+  ticks.add(std::move(sensors));
 }
 
 void Twin::Impl::renew_handles() {
@@ -299,6 +301,9 @@ std::uint64_t Twin::state_hash() const {
   std::uint64_t hash = mixed(impl_->gone_hash, impl_->objects_hash);
   for (const auto& robot : impl_->robots) hash = mixed(hash, robot->state_hash());
   return hash;
+}
+std::vector<RigStatus> Twin::sensors() const {
+  return impl_->sensor_ticks->rig().status();
 }
 bool Twin::diverged() const {
   return impl_->machine->engine->diverged();

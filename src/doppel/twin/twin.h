@@ -17,6 +17,7 @@
 #include "doppel/core/log.h"
 #include "doppel/export.h"
 #include "doppel/physics/engine.h"
+#include "doppel/sensing/light_rig.h"
 #include "doppel/twin/loop_meter.h"
 #include "doppel/twin/scenario.h"
 #include "doppel/twin/twin_robot.h"
@@ -100,6 +101,8 @@ class DOPPEL_API Twin {
   // A hash over the state of all instances, including objects, of every step so far.
   [[nodiscard]] std::uint64_t state_hash() const;
   [[nodiscard]] bool diverged() const;
+  // The sensors of light of all robots. The loop's thread.
+  [[nodiscard]] std::vector<RigStatus> sensors() const;
 
   // "omarm_one", or "left, right"; without robots the world's.
   [[nodiscard]] std::string name() const;

@@ -11,6 +11,7 @@
 
 #include "doppel/control/control_loop.h"
 #include "doppel/twin/compiled_scenario.h"
+#include "doppel/twin/detail/sensor_ticks.h"
 #include "doppel/twin/detail/state_hash.h"
 #include "doppel/twin/scene.h"
 #include "doppel/twin/simulator_services.h"
@@ -76,7 +77,8 @@ struct Twin::Impl {
   Scene scene;
   std::shared_ptr<const CompiledWorld> seen_world;  // the one of the handles
   std::vector<std::unique_ptr<TwinRobot>> robots;
-  TickList ticks;  // of the world
+  TickList ticks;                       // of the world
+  SensorTicks* sensor_ticks = nullptr;  // in `ticks`
 
   LoopPhases phases;
   Duration last_wall{};  // wall-clock time of the last stamp
