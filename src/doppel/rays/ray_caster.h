@@ -44,8 +44,8 @@ struct CameraView {
   std::span<const PixelRays> samples;
   Pose X_WC = Pose::Identity();
   double near = 0.01, far = 100;  // m: along z if planar, else of the range
-  int own_body = -1;              // which may be nearer than near: the housing of the camera
   bool colour = true, depth = false, labels = false;
+  int own_body = -1;  // which may be nearer than near: the housing of the camera
 };
 
 struct CameraPicture {

@@ -52,6 +52,7 @@ struct LightRig::Impl {
   const RigOptions options;
   std::unique_ptr<Node> node;
   Publisher<doppel_msgs::msg::Sensors> list_topic;
+  doppel_msgs::msg::Sensors list;  // with the texts, which do not change
   Time list_due{}, window_start{};
   std::vector<std::shared_ptr<LightSensor>> sensors;  // of entries, by index: what the worker reads
   std::vector<Entry> entries;
@@ -100,8 +101,13 @@ doppel_msgs::msg::Sensor LightRig::Impl::status_of(const Entry& entry) const {
 }
 
 void LightRig::Impl::publish_list() {
-  doppel_msgs::msg::Sensors list;
-  for (const Entry& entry : entries) list.sensors.push_back(status_of(entry));
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    doppel_msgs::msg::Sensor& listed = list.sensors[i];
+    listed.reached = entries[i].reached;
+    listed.samples = entries[i].samples;
+    listed.left_out = entries[i].left_out;
+    listed.cost = entries[i].cost;
+  }
   list_topic.publish(list, now);
 }
 
@@ -126,7 +132,7 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
     });
     if (old != rig.entries.end()) {
       auto made = std::move(entry.sensor);
-      entry = std::move(*old);
+      entry = *old;
       entry.sensor = std::move(made);
     } else {
       entry.schedule = SampleSchedule(rate, engine.world().settings().step);
@@ -146,6 +152,8 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
     rig.list_topic =
         node->advertise<doppel_msgs::msg::Sensors>("/doppel/sensors", {.depth = 1, .latched = true});
   }
+  rig.list.sensors.clear();
+  for (const Impl::Entry& entry : rig.entries) rig.list.sensors.push_back(rig.status_of(entry));
   rig.node = std::move(node);
   rig.list_due = Time{};
   rig.sensors.clear();

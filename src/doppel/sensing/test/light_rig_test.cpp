@@ -269,6 +269,22 @@ TEST(LightRig, MessagesWaitForLatencyAndKeepTheirStamp) {
     EXPECT_EQ(came[i], time_of(infos[i].header) + from_seconds(0.25));
 }
 
+TEST(LightRig, SensorsThatStayKeepTheirCountWhenOthersCome) {
+  Running twin({camera("eye", CameraKind::colour, 10), lidar()});
+  std::vector<CameraInfo> infos;
+  twin.read("/eye/camera_info", infos);
+  twin.run(1);
+  ASSERT_EQ(infos.size(), 10U);
+  RigSensor wide = camera("eye", CameraKind::colour, 10), second = lidar();
+  std::get<std::vector<CameraDescription>>(wide.description.what).front().hfov = 1.5;
+  second.description.name = "second";
+  twin.rig.set_sensors({wide, lidar(), second}, *twin.world.engine);
+  twin.run(0.15);
+  ASSERT_EQ(infos.size(), 11U);
+  EXPECT_NEAR(infos[10].k[0], 32 / std::tan(0.75), 1e-9);
+  EXPECT_EQ(twin.rig.status().at(0).sensor.samples, 11U);
+}
+
 TEST(LightRig, SensorsOfNamespaceHaveTopicsThere) {
   RigSensor scan = lidar();
   scan.name_space = "left";
