@@ -67,7 +67,8 @@ double distorted_angle(const CameraIntrinsics& camera, double theta) {
 // The radius up to which distortion grows with the distance from the axis: beyond it two directions have one pixel.
 double growing_radius(const CameraIntrinsics& camera) {
   const auto& [k1, k2, p1, p2, k3] = camera.d;
-  for (double r = 0; r < 10; r += 0.005) {
+  for (int i = 0; i < 2000; ++i) {
+    const double r = 0.005 * i;
     const double r2 = r * r;
     if (1 + r2 * (3 * k1 + r2 * (5 * k2 + r2 * 7 * k3)) <= 0) return r;
   }

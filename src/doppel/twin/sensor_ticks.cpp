@@ -12,7 +12,8 @@ void add_sensors(const CompiledRobot& robot, std::vector<RigSensor>& out) {
 
 }  // namespace
 
-void SensorTicks::instances_changed() {
+void SensorTicks::look_up() {
+  changed_ = false;
   std::vector<std::shared_ptr<const CompiledRobot>> present = robots_();
   if (present == known_) {
     rig_.instances_changed(scene_.engine());

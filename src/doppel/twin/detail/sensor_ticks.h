@@ -18,21 +18,28 @@ class SensorTicks : public Tickable {
   // The log and the scene outlive this.
   SensorTicks(Bus& bus, const Scene& scene, const Log& log, const RigOptions& options, Robots robots)
       : scene_(scene), robots_(std::move(robots)), rig_(bus, log, options) {
-    instances_changed();
+    look_up();
   }
 
   [[nodiscard]] bool at_every_step() const override { return true; }
   void after_step(Time now) override { rig_.after_step(now, scene_.engine()); }
-  void between_steps(Time now) override { rig_.between_steps(now); }
+  void between_steps(Time now) override {
+    if (changed_) look_up();
+    rig_.between_steps(now);
+  }
   void reset(Time now) override { rig_.reset(now); }
-  void instances_changed() override;
+  // Only noted: a reload may be undone, and nodes must not be destroyed while it is under way.
+  void instances_changed() override { changed_ = true; }
   [[nodiscard]] const LightRig& rig() const { return rig_; }
 
  private:
+  void look_up();
+
   const Scene& scene_;
   const Robots robots_;
   std::vector<std::shared_ptr<const CompiledRobot>> known_;  // of which the rig's sensors are
   LightRig rig_;
+  bool changed_ = false;
 };
 
 }  // namespace doppel
