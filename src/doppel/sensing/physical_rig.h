@@ -1,11 +1,17 @@
 #pragma once
-// Physical sensors of a running world. Their values follow from the engine's states alone,
-// so that every engine has them: the acceleration over a step is the change of its velocities, with inverse dynamics
-// (Featherstone 2008, table 5.1) for the links and for the wrenches between them. A sample is taken at the end of the
-// step that is nearest to its time, with the stamp of that instant.
+// Physical sensors of a running world. Their values follow from the engine's states alone, so that every engine has
+// them: the acceleration over a step is the change of its velocities, with inverse dynamics (Featherstone 2008, table
+// 5.1) for the links and for the wrenches between them. A sample is taken at the end of the step that is nearest to its
+// time, with the stamp of that instant.
 //
 // sensor_msgs/Imu: specific force (acceleration minus gravity, m/s^2), angular velocity (rad/s) and orientation at the
 // sensor's own point.
+//
+// geometry_msgs/WrenchStamped: the wrench that a joint, also a fixed one, transmits over the step (N, N m), torque about
+// the sensor's own point: the rate of momentum of all beyond the joint, without the parts of gravity and contacts. What
+// moves freely and is attached beyond the joint is part of it. Not known are wrenches that Instance::apply_wrench()
+// applies beyond the joint, and loads through an attachment to another instance with a fixed base: they are measured as if
+// the joint transmitted them.
 //
 // The noise of sample n depends on the seed, the sensor and n alone. What nobody reads is not computed.
 

@@ -17,6 +17,8 @@ std::unique_ptr<PhysicalSensor> make_physical_sensor(Node& node, const RigSensor
                                                      const RigOptions& options, double period) {
   const auto& what = sensor.description.what;
   if (std::holds_alternative<ImuDescription>(what)) return make_imu_output(node, sensor, options, period);
+  if (std::holds_alternative<ForceTorqueDescription>(what))
+    return make_wrench_output(node, sensor, options, period);
   return nullptr;
 }
 

@@ -82,5 +82,7 @@ std::unique_ptr<PhysicalSensor> make_physical_sensor(Node& node, const RigSensor
                                                      const RigOptions& options, double period);
 std::unique_ptr<PhysicalSensor> make_imu_output(Node& node, const RigSensor& sensor,
                                                 const RigOptions& options, double period);
+std::unique_ptr<PhysicalSensor> make_wrench_output(Node& node, const RigSensor& sensor,
+                                                   const RigOptions& options, double period);
 
 }  // namespace doppel
