@@ -61,6 +61,9 @@ class ImuOutput : public PhysicalSensor {
     message_.linear_acceleration = noisy_vector(noise_.acceleration, R_FL * a_L, sample);
     message_.angular_velocity = noisy_vector(noise_.velocity, R_FL * w, sample);
     if (imu_.orientation_enabled) write_orientation(state.engine, sample);
+    hash_vector(message_.linear_acceleration);
+    hash_vector(message_.angular_velocity);
+    hash_vector({message_.orientation.x, message_.orientation.y, message_.orientation.z});
     publisher_.publish(message_, state.now);
   }
 

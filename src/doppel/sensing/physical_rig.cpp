@@ -84,7 +84,7 @@ void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engin
     Impl::Entry entry;
     entry.schedule = SampleSchedule(sensor.description.rate, engine.world().settings().step);
     entry.schedule.restart(engine.time());
-    entry.sensor = make_physical_sensor(*node, sensor, rig.options, entry.schedule.period());
+    entry.sensor = make_physical_sensor(*node, sensor, rig.options, entry.schedule.period(), rig.log);
     if (!entry.sensor) continue;
     const auto old = std::find_if(rig.entries.begin(), rig.entries.end(), [&](const Impl::Entry& one) {
       return sensor_key(one.sensor->sensor()) == key &&
@@ -210,6 +210,7 @@ std::vector<RigStatus> PhysicalRig::status() const {
     status.sensor.type = sensor.description.type;
     status.sensor.topics = {entry.sensor->topic()};
     status.sensor.frame = entry.sensor->frame();
+    status.hash = entry.sensor->hash();
     status.sensor.rate = sensor.description.rate;
     status.sensor.reached = entry.reached;
     status.sensor.samples = entry.samples;

@@ -13,6 +13,11 @@
 // applies beyond the joint, and loads through an attachment to another instance with a fixed base: they are measured as if
 // the joint transmitted them.
 //
+// ros_gz_interfaces/Contacts, or for a bumper gazebo_msgs/ContactsState: what touches the sensor's collisions, as of the
+// present state, in the frame "world" of TF unless the description names another one; empty when nothing touches, so
+// that the end of a touch is seen. Contacts are those of whole links: where one collision of several is named, contacts
+// of the others count, too.
+//
 // The noise of sample n depends on the seed, the sensor and n alone. What nobody reads is not computed.
 
 #include <memory>

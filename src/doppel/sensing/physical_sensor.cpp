@@ -14,11 +14,14 @@ geometry_msgs::msg::Vector3 noisy_vector(VectorNoise& noise, const Eigen::Vector
 }
 
 std::unique_ptr<PhysicalSensor> make_physical_sensor(Node& node, const RigSensor& sensor,
-                                                     const RigOptions& options, double period) {
+                                                     const RigOptions& options, double period,
+                                                     const Log& log) {
   const auto& what = sensor.description.what;
   if (std::holds_alternative<ImuDescription>(what)) return make_imu_output(node, sensor, options, period);
   if (std::holds_alternative<ForceTorqueDescription>(what))
     return make_wrench_output(node, sensor, options, period);
+  if (std::holds_alternative<ContactDescription>(what))
+    return make_contact_output(node, sensor, options, log);
   return nullptr;
 }
 

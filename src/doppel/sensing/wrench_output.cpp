@@ -149,6 +149,8 @@ void WrenchOutput::publish(const PhysicalState& state, std::uint64_t sample) {
   message_.header.stamp = to_time_msg(state.stamp);
   message_.wrench.force = noisy_vector(force_noise_, sign * (R_AW * sum.force), sample);
   message_.wrench.torque = noisy_vector(torque_noise_, sign * (R_AW * sum.torque), sample);
+  hash_vector(message_.wrench.force);
+  hash_vector(message_.wrench.torque);
   publisher_.publish(message_, state.now);
 }
 

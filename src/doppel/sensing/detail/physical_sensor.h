@@ -2,12 +2,14 @@
 // One sensor of a PhysicalRig: its topic, and how the states around a step become its message.
 
 #include <array>
+#include <bit>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "doppel/bus/bus.h"
+#include "doppel/core/log.h"
 #include "doppel/messages/geometry_msgs.h"
 #include "doppel/sensing/detail/instance_motion.h"
 #include "doppel/sensing/detail/sensor_names.h"
@@ -37,6 +39,7 @@ class PhysicalSensor {
   [[nodiscard]] const std::string& topic() const { return topic_; }
   [[nodiscard]] const std::string& frame() const { return frame_; }
   [[nodiscard]] int instance() const { return instance_; }
+  [[nodiscard]] std::uint64_t hash() const { return hash_; }  // over the values published so far
 
   // -- what a sample needs
   [[nodiscard]] virtual bool wanted() const = 0;
@@ -66,7 +69,13 @@ class PhysicalSensor {
     return node.advertise<M>(topic_, qos);
   }
 
+  void hash_vector(const geometry_msgs::msg::Vector3& v) {
+    for (const double x : {v.x, v.y, v.z})
+      hash_ = (hash_ ^ std::bit_cast<std::uint64_t>(x)) * 0x100000001B3ull;
+  }
+
   RigSensor sensor_;
+  std::uint64_t hash_ = 0xCBF29CE484222325ull;
   CounterRandom random_;
   std::string topic_, frame_;
   int instance_ = -1;
@@ -79,10 +88,13 @@ geometry_msgs::msg::Vector3 noisy_vector(VectorNoise& noise, const Eigen::Vector
 
 // nullptr: not a sensor of this kind. `period`: s between samples.
 std::unique_ptr<PhysicalSensor> make_physical_sensor(Node& node, const RigSensor& sensor,
-                                                     const RigOptions& options, double period);
+                                                     const RigOptions& options, double period,
+                                                     const Log& log);
 std::unique_ptr<PhysicalSensor> make_imu_output(Node& node, const RigSensor& sensor,
                                                 const RigOptions& options, double period);
 std::unique_ptr<PhysicalSensor> make_wrench_output(Node& node, const RigSensor& sensor,
                                                    const RigOptions& options, double period);
+std::unique_ptr<PhysicalSensor> make_contact_output(Node& node, const RigSensor& sensor,
+                                                    const RigOptions& options, const Log& log);
 
 }  // namespace doppel

@@ -220,6 +220,22 @@ std::vector<double> noise_of(std::uint64_t seed, bool reads_from_start) {
   return out;
 }
 
+std::uint64_t hash_of(std::uint64_t seed) {
+  RigSensor sensor = imu_on("table", "disc", 1);
+  described(sensor).angular_velocity[1].stddev = 0.1;
+  Sensed twin(turntable(), test::empty_space(), {sensor}, BaseKind::fixed, seed);
+  twin.start();
+  std::vector<Imu> readings;
+  twin.read("/imu", readings);
+  twin.run(0.2);
+  return twin.rig.status().at(0).hash;
+}
+
+TEST(PhysicalRig, HashIsThatOfSeed) {
+  EXPECT_EQ(hash_of(1), hash_of(1));
+  EXPECT_NE(hash_of(1), hash_of(2));
+}
+
 TEST(PhysicalRig, NoiseDependsOnSeedAndNotOnReaders) {
   const std::vector<double> one = noise_of(1, true);
   ASSERT_EQ(one.size(), 50U);
