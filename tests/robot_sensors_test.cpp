@@ -98,6 +98,14 @@ TEST_F(RobotSensorsInTwin, ContinueFromNewStartAfterReset) {
   EXPECT_EQ(wrenches.front().header.stamp.nanosec, 10'000'000U);
 }
 
+TEST_F(RobotSensorsInTwin, ListNamesSensorsByLinkOrJoint) {
+  bring_up(file_.string());
+  std::vector<std::string> names;
+  for (const RigStatus& status : twin_->sensors()) names.push_back(status.sensor.name);
+  EXPECT_EQ(names, (std::vector<std::string>{"sensed/hand/imu_sensor", "sensed/hand/touch",
+                                             "sensed/wrist/wrist_ft"}));
+}
+
 TEST_F(RobotSensorsInTwin, LoopWithListenersDoesNotAllocate) {
   bring_up(file_.string());
   for (const TopicInfo& topic : twin_->bus().topics()) edge_->subscribe(topic.id);

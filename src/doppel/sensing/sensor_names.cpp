@@ -3,8 +3,8 @@
 namespace doppel {
 
 std::string sensor_key(const RigSensor& sensor) {
-  return sensor.instance + "/" + sensor.description.link + sensor.description.joint + "/" +
-         sensor.description.name;
+  const SensorDescription& of = sensor.description;
+  return sensor.instance + "/" + (of.joint.empty() ? of.link : of.joint) + "/" + of.name;
 }
 
 std::string sensor_topic(const RigSensor& sensor, const std::string& output, const std::string& own) {
