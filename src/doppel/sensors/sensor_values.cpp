@@ -59,6 +59,19 @@ std::string SensorValues::text(const std::string& path, const std::string& other
   return at == nullptr ? otherwise : at->content();
 }
 
+Eigen::Vector3d SensorValues::vector(const std::string& path) const {
+  const XmlNode* at = find(path);
+  if (at == nullptr) return Eigen::Vector3d::Zero();
+  std::vector<double> n;
+  std::istringstream words(at->content());
+  for (std::string word; words >> word;) n.push_back(parse_number(word).value_or(NAN));
+  if (n.size() != 3 || std::isnan(std::accumulate(n.begin(), n.end(), 0.0))) {
+    warn(*at, "is not three numbers", "zero");
+    return Eigen::Vector3d::Zero();
+  }
+  return {n[0], n[1], n[2]};
+}
+
 Pose SensorValues::pose(const std::string& path) const {
   const XmlNode* at = find(path);
   if (at == nullptr) return Pose::Identity();

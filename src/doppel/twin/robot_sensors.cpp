@@ -21,12 +21,6 @@ bool same(const Pose& a, const Pose& b) {
   return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff() < kSame;
 }
 
-bool is_of_light(const SensorDescription& sensor) {
-  return std::holds_alternative<std::vector<CameraDescription>>(sensor.what) ||
-         std::holds_alternative<LidarDescription>(sensor.what) ||
-         std::holds_alternative<RangeDescription>(sensor.what);
-}
-
 // Chooses the frame of one sensor after the other.
 class FrameFinder {
  public:
@@ -138,12 +132,11 @@ RobotSensors find_sensors(const RobotDescription& robot, const Model& model, Dia
     sensor.link = model.find_link(description.link);
     sensor.description = std::move(description);
     if (sensor.link < 0) continue;
-    if (!is_of_light(sensor.description)) {
-      diagnostics.note(
-          "sensor.not_simulated", sensor.description.source,
-          fmt::format(
-              "the sensor '{}' ({}) is read, but publishes nothing: cameras, lidars and ranges are simulated",
-              sensor.description.name, sensor.description.type));
+    if (std::holds_alternative<EnvironmentDescription>(sensor.description.what)) {
+      diagnostics.note("sensor.not_simulated", sensor.description.source,
+                       fmt::format("the sensor '{}' ({}) is read, but publishes nothing: sensors of the "
+                                   "environment are not simulated",
+                                   sensor.description.name, sensor.description.type));
       continue;
     }
     frames.choose(sensor);

@@ -147,6 +147,7 @@ void Twin::Impl::renew_handles() {
   scene.show(engine, std::move(names), std::move(root));
   seen_world = engine.compiled();
   ticks.instances_changed();
+  ticks.advance_due_times(engine.time());  // sensors that came
 }
 
 TwinRobot* Twin::Impl::find(std::string_view name_space) const {
@@ -303,7 +304,7 @@ std::uint64_t Twin::state_hash() const {
   return hash;
 }
 std::vector<RigStatus> Twin::sensors() const {
-  return impl_->sensor_ticks->rig().status();
+  return impl_->sensor_ticks->status();
 }
 bool Twin::diverged() const {
   return impl_->machine->engine->diverged();

@@ -24,7 +24,8 @@ class SensorValues {
   [[nodiscard]] int count(const std::string& path, int otherwise) const;  // at least 1
   [[nodiscard]] bool flag(const std::string& path, bool otherwise) const;
   [[nodiscard]] std::string text(const std::string& path, const std::string& otherwise = {}) const;
-  [[nodiscard]] Pose pose(const std::string& path) const;  // x y z roll pitch yaw
+  [[nodiscard]] Eigen::Vector3d vector(const std::string& path) const;  // x y z
+  [[nodiscard]] Pose pose(const std::string& path) const;               // x y z roll pitch yaw
   [[nodiscard]] NoiseDescription noise(const std::string& path) const;
 
  private:

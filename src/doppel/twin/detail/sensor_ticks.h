@@ -1,11 +1,14 @@
 #pragma once
-// The sensors of light of all robots of a twin, in its loop.
+// The sensors of all robots of a twin, in its loop. /doppel/sensors (doppel_msgs/msg/Sensors, latched) lists them with
+// the rates that they reach, once a second.
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "doppel/sensing/light_rig.h"
+#include "doppel/sensing/physical_rig.h"
 #include "doppel/twin/compiled_robot.h"
 #include "doppel/twin/scene.h"
 #include "doppel/twin/tickable.h"
@@ -17,29 +20,34 @@ class SensorTicks : public Tickable {
   using Robots = std::function<std::vector<std::shared_ptr<const CompiledRobot>>()>;
   // The log and the scene outlive this.
   SensorTicks(Bus& bus, const Scene& scene, const Log& log, const RigOptions& options, Robots robots)
-      : scene_(scene), robots_(std::move(robots)), rig_(bus, log, options) {
-    look_up();
+      : bus_(bus),
+        scene_(scene),
+        robots_(std::move(robots)),
+        light_(bus, log, options),
+        physical_(bus, log, options) {
+    instances_changed();
   }
 
   [[nodiscard]] bool at_every_step() const override { return true; }
-  void after_step(Time now) override { rig_.after_step(now, scene_.engine()); }
-  void between_steps(Time now) override {
-    if (changed_) look_up();
-    rig_.between_steps(now);
-  }
-  void reset(Time now) override { rig_.reset(now); }
-  // Only noted: a reload may be undone, and nodes must not be destroyed while it is under way.
-  void instances_changed() override { changed_ = true; }
-  [[nodiscard]] const LightRig& rig() const { return rig_; }
+  void before_step(Time /*now*/) override { physical_.before_step(scene_.engine()); }
+  void after_step(Time now) override { light_.after_step(now, scene_.engine()); }
+  Time publish(Time /*now*/) override { return physical_.publish(scene_.engine()); }
+  [[nodiscard]] Time next_after(Time /*now*/) const override { return physical_.next(); }
+  void between_steps(Time now) override;
+  void reset(Time now) override;
+  void instances_changed() override;
+  [[nodiscard]] std::vector<RigStatus> status() const;
 
  private:
-  void look_up();
-
+  Bus& bus_;
   const Scene& scene_;
   const Robots robots_;
-  std::vector<std::shared_ptr<const CompiledRobot>> known_;  // of which the rig's sensors are
-  LightRig rig_;
-  bool changed_ = false;
+  std::vector<std::shared_ptr<const CompiledRobot>> known_;  // of which the rigs' sensors are
+  LightRig light_;
+  PhysicalRig physical_;
+  std::optional<Node> list_;  // while there are sensors
+  Publisher<doppel_msgs::msg::Sensors> topic_;
+  Time list_due_ = Time::min();
 };
 
 }  // namespace doppel
