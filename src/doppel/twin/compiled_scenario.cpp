@@ -10,9 +10,9 @@
 
 #include "doppel/bus/name_rules.h"
 #include "doppel/core/names.h"
+#include "doppel/description/plugin_values.h"
 #include "doppel/physics/engine_modules.h"
 #include "doppel/twin/detail/model_plugins.h"
-#include "doppel/twin/detail/plugin_values.h"
 #include "doppel/twin/robot_names.h"
 
 namespace doppel {
