@@ -24,8 +24,8 @@ bool same(const Pose& a, const Pose& b) {
 // Chooses the frame of one sensor after the other.
 class FrameFinder {
  public:
-  FrameFinder(const RobotDescription& robot, const Model& model, Diagnostics& diagnostics, RobotSensors& out)
-      : robot_(robot), model_(model), diagnostics_(diagnostics), out_(out), data_(model) {
+  FrameFinder(const Model& model, Diagnostics& diagnostics, RobotSensors& out)
+      : model_(model), diagnostics_(diagnostics), out_(out), data_(model) {
     forward_kinematics(model, data_, model.neutral());
   }
 
@@ -113,20 +113,17 @@ class FrameFinder {
     return name;
   }
 
-  const RobotDescription& robot_;
   const Model& model_;
   Diagnostics& diagnostics_;
   RobotSensors& out_;
   Data data_;
 };
 
-}  // namespace
-
-RobotSensors find_sensors(const RobotDescription& robot, const Model& model, Diagnostics& diagnostics) {
+RobotSensors with_frames(std::vector<SensorDescription> described, const Model& model,
+                         Diagnostics& diagnostics) {
   RobotSensors out;
-  std::vector<SensorDescription> described = read_sensors(robot, diagnostics);
   if (described.empty()) return out;
-  FrameFinder frames(robot, model, diagnostics, out);
+  FrameFinder frames(model, diagnostics, out);
   for (SensorDescription& description : described) {
     RobotSensor sensor;
     sensor.link = model.find_link(description.link);
@@ -143,6 +140,24 @@ RobotSensors find_sensors(const RobotDescription& robot, const Model& model, Dia
     out.sensors.push_back(std::move(sensor));
   }
   return out;
+}
+
+}  // namespace
+
+RobotSensors find_sensors(const RobotDescription& robot, const Model& model, Diagnostics& diagnostics) {
+  return with_frames(read_sensors(robot, diagnostics), model, diagnostics);
+}
+
+RobotSensors find_sensors(const SdfModel& sdf, const Model& model, Diagnostics& diagnostics) {
+  std::vector<SensorDescription> described = read_sensors(*sdf.description, diagnostics);
+  for (const SdfSensor& sensor : sdf.sensors) {
+    std::optional<SensorDescription> read = read_sensor(sensor.node, sensor.link, diagnostics);
+    if (!read) continue;
+    read->X_LS = sensor.X_LS;
+    read->joint = sensor.joint;
+    described.push_back(std::move(*read));
+  }
+  return with_frames(std::move(described), model, diagnostics);
 }
 
 }  // namespace doppel
