@@ -10,7 +10,7 @@
 namespace doppel::app {
 namespace {
 
-namespace msg = sensor_msgs::msg;
+namespace saved = sensor_msgs::msg;
 constexpr int kJpegQuality = 92;
 
 Bitmap grey_of_depths(const std::vector<float>& depths, int width, int height, std::string& note) {
@@ -32,7 +32,7 @@ Bitmap grey_of_depths(const std::vector<float>& depths, int width, int height, s
   return out;
 }
 
-Bitmap picture_in(const msg::Image& from, std::string& note) {
+Bitmap picture_in(const saved::Image& from, std::string& note) {
   const int width = static_cast<int>(from.width), height = static_cast<int>(from.height);
   const std::size_t pixels = std::size_t{from.width} * from.height;
   const auto bytes = [&](std::size_t each) {
@@ -69,7 +69,7 @@ Bitmap picture_in(const msg::Image& from, std::string& note) {
   return out;
 }
 
-std::string ply_of(const msg::PointCloud2& cloud) {
+std::string ply_of(const saved::PointCloud2& cloud) {
   const auto offset_of = [&](const char* name) {
     for (const auto& field : cloud.fields)
       if (field.name == name) return static_cast<int>(field.offset);
@@ -101,7 +101,7 @@ std::string ply_of(const msg::PointCloud2& cloud) {
          points;
 }
 
-std::string csv_of(const msg::LaserScan& scan) {
+std::string csv_of(const saved::LaserScan& scan) {
   std::string out = "angle_rad,range_m,intensity\n";
   for (std::size_t i = 0; i < scan.ranges.size(); ++i)
     out += fmt::format("{:.6f},{},{}\n",
@@ -114,9 +114,9 @@ std::string csv_of(const msg::LaserScan& scan) {
 }  // namespace
 
 std::string usual_ending(const std::string& type) {
-  if (type == msg::Image::kType || type == msg::CompressedImage::kType) return ".png";
-  if (type == msg::PointCloud2::kType) return ".ply";
-  if (type == msg::LaserScan::kType) return ".csv";
+  if (type == saved::Image::kType || type == saved::CompressedImage::kType) return ".png";
+  if (type == saved::PointCloud2::kType) return ".ply";
+  if (type == saved::LaserScan::kType) return ".csv";
   return ".yaml";
 }
 
@@ -127,14 +127,16 @@ std::string saved_message(const TypeSupport& type, std::span<const std::byte> cd
     if (ending == ".png") return encode_png(image);
     return encode_jpeg(image, kJpegQuality);
   };
-  if (picture && type.name == msg::Image::kType) return encoded(picture_in(decode<msg::Image>(cdr), note));
-  if (picture && type.name == msg::CompressedImage::kType) {
-    const auto compressed = decode<msg::CompressedImage>(cdr);
+  if (picture && type.name == saved::Image::kType)
+    return encoded(picture_in(decode<saved::Image>(cdr), note));
+  if (picture && type.name == saved::CompressedImage::kType) {
+    const auto compressed = decode<saved::CompressedImage>(cdr);
     const std::string bytes(compressed.data.begin(), compressed.data.end());
     return encoded(decode_image(bytes, "the compressed picture"));
   }
-  if (ending == ".ply" && type.name == msg::PointCloud2::kType) return ply_of(decode<msg::PointCloud2>(cdr));
-  if (ending == ".csv" && type.name == msg::LaserScan::kType) return csv_of(decode<msg::LaserScan>(cdr));
+  if (ending == ".ply" && type.name == saved::PointCloud2::kType)
+    return ply_of(decode<saved::PointCloud2>(cdr));
+  if (ending == ".csv" && type.name == saved::LaserScan::kType) return csv_of(decode<saved::LaserScan>(cdr));
   std::string text;
   if (ending == ".yaml" || ending == ".yml") {
     if (const Status status = type.cdr_to_yaml(cdr, text); !status) throw ClientError(status.why());
