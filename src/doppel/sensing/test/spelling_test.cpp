@@ -84,7 +84,7 @@ std::vector<std::uint8_t> picture_of(const Spelling& spelling) {
   Bus bus;
   Log log;
   LightRig rig(bus, log, {.seed = 3, .lockstep = true});
-  rig.set_sensors({RigSensor{sensors.front(), "pole", 0, "", "head", Pose::Identity()}}, *world.engine);
+  rig.set_sensors({RigSensor{sensors.front(), "pole", 0, "", "head", Pose::Identity(), ""}}, *world.engine);
   Node reader(bus, "/reader");
   std::vector<std::uint8_t> out;
   reader.subscribe<sensor_msgs::msg::Image>(spelling.topic,
