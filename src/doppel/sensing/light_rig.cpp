@@ -12,11 +12,6 @@ namespace {
 
 constexpr Duration kRateWindow{1'000'000'000};
 
-std::uint64_t hashed(std::uint64_t hash, const Bytes& bytes) {
-  for (const std::byte byte : bytes) hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001B3ull;
-  return hash;
-}
-
 }  // namespace
 
 struct LightRig::Impl {
@@ -188,14 +183,14 @@ void LightRig::Impl::collect() {
       ++entry.window_samples;
       entry.cost = job->costs[s];
       const Duration latency = from_seconds(entry.sensor->sensor().description.latency);
+      // The worker destroys them, so that the loop frees no memory.
       for (LightMessage& message : job->messages[s]) {
-        entry.hash = hashed(entry.hash, *message.cdr);
+        entry.hash = (entry.hash ^ message.hash) * 0x100000001B3ull;
         if (latency > Duration{})
           waiting.push_back({index, std::move(message), job->now, job->now + latency});
         else
           publish(index, message, job->now);
       }
-      job->messages[s].clear();
     }
     for (const Diagnostic& one : job->reports.all()) log.line(one.severity, "sensors", one.str());
     job->world.reset();

@@ -47,6 +47,7 @@ struct LightSample {
 struct LightMessage {
   std::size_t outlet = 0;
   std::shared_ptr<const Bytes> cdr;
+  std::uint64_t hash = 0;  // of the bytes, by the worker
 };
 
 class LightSensor {
