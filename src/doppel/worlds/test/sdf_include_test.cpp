@@ -1,5 +1,6 @@
 // Included files, and populations.
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <fstream>
 
