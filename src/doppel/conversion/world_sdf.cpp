@@ -82,7 +82,7 @@ void add_sensors(const SdfModel& model, XmlNode& out, WorldLosses& losses) {
       losses.lose_sensor(model, sensor);
       continue;
     }
-    XmlNode node = parse_xml(sensor.xml, model.name);
+    XmlNode node = sensor.node;
     std::erase_if(node.children, [](const XmlNode& child) { return child.is("pose"); });
     node.children.insert(node.children.begin(), text_element("pose", world_pose(sensor.X_LS)));
     link->children.push_back(std::move(node));

@@ -18,6 +18,8 @@
 
 namespace doppel {
 
+struct XmlNode;
+
 struct DOPPEL_API Origin {
   Eigen::Vector3d xyz = Eigen::Vector3d::Zero();  // m
   Eigen::Vector3d rpy = Eigen::Vector3d::Zero();  // rad, fixed axes x y z
@@ -240,6 +242,8 @@ struct GazeboExtension {
   std::optional<bool> self_collide, gravity;
   std::string material;  // "Gazebo/Orange"
   std::string xml;
+  std::shared_ptr<const XmlNode>
+      node;  // the same with the places of its elements; nullptr: it is not from a file
   SourceLocation source;
 };
 

@@ -50,6 +50,11 @@ constexpr std::array kJointNames{JointName{"joint-position-controller-system", J
                                  JointName{"systems::JointStatePublisher", JointPlugin::states},
                                  JointName{"gazebo_ros_joint_state_publisher", JointPlugin::states}};
 
+// With what is before and after them, so that "gazebo_ros_imu_sensor" is none.
+constexpr std::array<std::string_view, 5> kSensorFiles{"gazebo_ros_imu.so", "gazebo_ros_ft_sensor.so",
+                                                       "hector_gazebo_ros_imu.so", "hector_gazebo_ros_gps.so",
+                                                       "hector_gazebo_ros_magnetic.so"};
+
 // The entry with a part that the filename or the name contains; nullptr: none.
 template <class Entries>
 const auto* find_part(const Entries& entries, std::string_view filename, std::string_view name) {
@@ -73,6 +78,10 @@ const SimulatorPlugin* find_simulator_plugin(std::string_view name) {
 std::optional<AttachmentPlugin> find_attachment_plugin(std::string_view filename, std::string_view name) {
   const auto* const found = find_part(kAttachmentNames, filename, name);
   return found == nullptr ? std::nullopt : std::optional(found->plugin);
+}
+
+bool is_sensor_plugin(std::string_view filename) {
+  return std::ranges::any_of(kSensorFiles, [&](std::string_view file) { return filename.ends_with(file); });
 }
 
 bool drives_base(std::string_view filename, std::string_view name) {

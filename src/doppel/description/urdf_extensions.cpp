@@ -202,6 +202,7 @@ GazeboExtension read_gazebo(const XmlNode& node, const std::filesystem::path& ba
   GazeboExtension out;
   out.reference = UrdfReader::optional(node, "reference");
   out.xml = to_xml(node);
+  out.node = std::make_shared<const XmlNode>(node);
   out.source = node.where;
   const std::pair<const char*, std::optional<double>*> numbers[] = {
       {"mu1", &out.surface.mu},

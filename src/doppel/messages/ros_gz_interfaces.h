@@ -1,8 +1,9 @@
 #pragma once
 // ros_gz_interfaces of ros_gz (its jazzy branch): gz-sim's services to create, remove and move entities and to control
-// a world.
+// a world, and what its contact sensors see.
 
 #include "doppel/messages/geometry_msgs.h"
+#include "doppel/messages/std_msgs.h"
 
 namespace doppel::ros_gz_interfaces::msg {
 
@@ -25,6 +26,34 @@ struct EntityFactory {
   std::string relative_to = "world";  // empty: the world
   DOPPEL_MESSAGE("ros_gz_interfaces/msg/EntityFactory", name, allow_renaming, sdf, sdf_filename, clone_name,
                  pose, relative_to)
+};
+
+struct JointWrench {
+  std_msgs::msg::Header header;
+  std_msgs::msg::String body_1_name;
+  std_msgs::msg::UInt32 body_1_id;
+  std_msgs::msg::String body_2_name;
+  std_msgs::msg::UInt32 body_2_id;
+  geometry_msgs::msg::Wrench body_1_wrench, body_2_wrench;  // on each of the bodies
+  DOPPEL_MESSAGE("ros_gz_interfaces/msg/JointWrench", header, body_1_name, body_1_id, body_2_name, body_2_id,
+                 body_1_wrench, body_2_wrench)
+};
+
+// Of two collisions; the lists have an element for each point.
+struct Contact {
+  Entity collision1, collision2;
+  std::vector<geometry_msgs::msg::Vector3> positions;  // m
+  std::vector<geometry_msgs::msg::Vector3> normals;    // unit
+  std::vector<double> depths;                          // m, positive: penetrating
+  std::vector<JointWrench> wrenches;
+  DOPPEL_MESSAGE("ros_gz_interfaces/msg/Contact", collision1, collision2, positions, normals, depths,
+                 wrenches)
+};
+
+struct Contacts {
+  std_msgs::msg::Header header;
+  std::vector<Contact> contacts;
+  DOPPEL_MESSAGE("ros_gz_interfaces/msg/Contacts", header, contacts)
 };
 
 struct WorldReset {

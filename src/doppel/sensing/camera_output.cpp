@@ -26,6 +26,17 @@ Pose optical_axes() {
   return X;
 }
 
+// Depths of a picture that also has colours, whose limits are wider.
+void clip_depths(const CameraDescription& camera, std::vector<float>& depths) {
+  constexpr float kInfinite = std::numeric_limits<float>::infinity();
+  const auto near = static_cast<float>(camera.depth_near.value_or(camera.near)),
+             far = static_cast<float>(camera.depth_far.value_or(camera.far));
+  for (float& depth : depths) {
+    if (depth < near) depth = -kInfinite;
+    if (depth > far) depth = kInfinite;
+  }
+}
+
 std::string beside(const std::string& topic, const std::string& name) {
   const std::size_t slash = topic.rfind('/');
   return slash == std::string::npos ? name : topic.substr(0, slash + 1) + name;
@@ -51,13 +62,14 @@ class CameraOutput : public LightSensor {
     std::vector<PixelRays> rays;   // made at the first sample
     Pose X_LO = Pose::Identity();  // the optical frame in the link
     int image = kNone, info = kNone, compressed = kNone, depth = kNone, points = kNone, labels = kNone,
-        colours_of_labels = kNone;  // outlets
+        colours_of_labels = kNone, depth_info = kNone;  // outlets
     CameraPicture picture;
     std::vector<float> scratch;
   };
 
   void add_camera(Node& node, const CameraDescription& description, bool several);
-  void add_topics(Node& node, Camera& camera, const std::string& base, bool written);
+  void add_topics(Node& node, Camera& camera, const std::string& base, const std::string& prefix,
+                  bool written);
   void make_one(const RayCaster& caster, Camera& camera, const LightSample& sample, Time stamp,
                 std::vector<LightMessage>& out);
   [[nodiscard]] msg::CameraInfo info_of(const Camera& camera, const std_msgs::msg::Header& header) const;
@@ -89,13 +101,15 @@ void CameraOutput::add_camera(Node& node, const CameraDescription& description, 
   const bool written = !sensor_.description.topic.empty();
   std::string base = written ? sensor_.description.topic : sensor_.description.name;
   if (several) base += "/" + description.name;
-  add_topics(node, camera, base, written && !several);
+  add_topics(node, camera, base, several ? description.name + "/" : "", written && !several);
   cameras_.push_back(std::move(camera));
 }
 
-void CameraOutput::add_topics(Node& node, Camera& camera, const std::string& base, bool written) {
+// prefix: of outputs, of one of several cameras: "left/image".
+void CameraOutput::add_topics(Node& node, Camera& camera, const std::string& base, const std::string& prefix,
+                              bool written) {
   const auto image = [&](const std::string& output, const std::string& topic) {
-    return static_cast<int>(add_outlet<msg::Image>(node, output, topic));
+    return static_cast<int>(add_outlet<msg::Image>(node, prefix + output, topic));
   };
   std::string picture = base;
   switch (camera.description.kind) {
@@ -104,20 +118,22 @@ void CameraOutput::add_topics(Node& node, Camera& camera, const std::string& bas
       picture = written ? base : base + "/image_raw";
       camera.image = image("image", picture);
       camera.compressed = static_cast<int>(
-          add_outlet<msg::CompressedImage>(node, "compressed", topics_.back() + "/compressed"));
+          add_outlet<msg::CompressedImage>(node, prefix + "compressed", topics_.back() + "/compressed"));
       break;
     case CameraKind::depth:
       picture = written ? base : base + "/depth";
       camera.depth = image("depth", picture);
-      camera.points = static_cast<int>(add_outlet<msg::PointCloud2>(node, "points", base + "/points"));
+      camera.points =
+          static_cast<int>(add_outlet<msg::PointCloud2>(node, prefix + "points", base + "/points"));
       break;
     case CameraKind::rgbd:
       picture = base + "/image";
       camera.image = image("image", picture);
       camera.compressed = static_cast<int>(
-          add_outlet<msg::CompressedImage>(node, "compressed", topics_.back() + "/compressed"));
+          add_outlet<msg::CompressedImage>(node, prefix + "compressed", topics_.back() + "/compressed"));
       camera.depth = image("depth", base + "/depth_image");
-      camera.points = static_cast<int>(add_outlet<msg::PointCloud2>(node, "points", base + "/points"));
+      camera.points =
+          static_cast<int>(add_outlet<msg::PointCloud2>(node, prefix + "points", base + "/points"));
       break;
     case CameraKind::segmentation:
       picture = base + "/labels_map";
@@ -127,7 +143,11 @@ void CameraOutput::add_topics(Node& node, Camera& camera, const std::string& bas
   }
   const std::string& given = sensor_.description.info_topic;
   camera.info = static_cast<int>(add_outlet<msg::CameraInfo>(
-      node, "camera_info", given.empty() ? beside(picture, "camera_info") : given));
+      node, prefix + "camera_info", given.empty() ? beside(picture, "camera_info") : given));
+  const std::string of_depth = prefix + "depth_camera_info";
+  for (const auto& [output, topic] : sensor_.description.topics)
+    if (output == of_depth)
+      camera.depth_info = static_cast<int>(add_outlet<msg::CameraInfo>(node, of_depth, topic));
 }
 
 msg::CameraInfo CameraOutput::info_of(const Camera& camera, const std_msgs::msg::Header& header) const {
@@ -172,6 +192,7 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
       expose(camera.description.exposure, camera.picture.rgb);
       add_colour_noise(camera.description.noise, random_, sample.number, camera.picture.rgb, camera.scratch);
     }
+    if (view.depth && view.colour) clip_depths(camera.description, camera.picture.depth);
     if (view.depth)
       add_depth_noise(camera.description, random_, sample.number, camera.picture.depth, camera.scratch);
     add_image(camera, sample, header, out);
@@ -179,7 +200,8 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
     if (cloud) add_points(camera, header, out);
     if (view.labels) add_labels(camera, sample, header, out);
   }
-  if (asks(sample, camera.info)) put(camera.info, info_of(camera, header), out);
+  for (const int outlet : {camera.info, camera.depth_info})
+    if (asks(sample, outlet)) put(outlet, info_of(camera, header), out);
 }
 
 void CameraOutput::add_image(const Camera& camera, const LightSample& sample,

@@ -12,11 +12,6 @@ namespace {
 
 constexpr Duration kRateWindow{1'000'000'000};
 
-std::uint64_t hashed(std::uint64_t hash, const Bytes& bytes) {
-  for (const std::byte byte : bytes) hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001B3ull;
-  return hash;
-}
-
 }  // namespace
 
 struct LightRig::Impl {
@@ -45,20 +40,16 @@ struct LightRig::Impl {
   void publish(std::size_t sensor, const LightMessage& message, Time stamp);
   void find_bodies(const Engine& engine);
   [[nodiscard]] doppel_msgs::msg::Sensor status_of(const Entry& entry) const;
-  void publish_list();
 
   Bus& bus;
   const Log& log;
   const RigOptions options;
   std::unique_ptr<Node> node;
-  Publisher<doppel_msgs::msg::Sensors> list_topic;
-  doppel_msgs::msg::Sensors list;  // with the texts, which do not change
-  Time list_due{}, window_start{};
+  Time window_start{};
   std::vector<std::shared_ptr<LightSensor>> sensors;  // of entries, by index: what the worker reads
   std::vector<Entry> entries;
   std::shared_ptr<const CompiledWorld> world;  // of which the bodies are
   std::deque<Waiting> waiting;
-  Time now{};
   std::unique_ptr<RigWorker> worker;  // made with the first sensor; last, because it uses the members above
 };
 
@@ -89,26 +80,9 @@ void LightRig::Impl::find_bodies(const Engine& engine) {
 
 doppel_msgs::msg::Sensor LightRig::Impl::status_of(const Entry& entry) const {
   const RigSensor& sensor = entry.sensor->sensor();
-  return {LightSensor::key_of(sensor),
-          sensor.description.type,
-          entry.sensor->topics(),
-          sensor.frame,
-          sensor.description.rate,
-          entry.reached,
-          entry.samples,
-          entry.left_out,
-          entry.cost};
-}
-
-void LightRig::Impl::publish_list() {
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    doppel_msgs::msg::Sensor& listed = list.sensors[i];
-    listed.reached = entries[i].reached;
-    listed.samples = entries[i].samples;
-    listed.left_out = entries[i].left_out;
-    listed.cost = entries[i].cost;
-  }
-  list_topic.publish(list, now);
+  return {sensor_key(sensor), sensor.description.type, entry.sensor->topics(),
+          sensor.frame,       sensor.description.rate, entry.reached,
+          entry.samples,      entry.left_out,          entry.cost};
 }
 
 void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) {
@@ -122,13 +96,12 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
   std::vector<Impl::Entry> fresh;
   for (RigSensor& sensor : wanted) {
     const double rate = sensor.description.rate;
-    const std::string key = LightSensor::key_of(sensor);
+    const std::string key = sensor_key(sensor);
     Impl::Entry entry;
     entry.sensor = make_light_sensor(*node, sensor, rig.options);
     if (!entry.sensor) continue;
     const auto old = std::find_if(rig.entries.begin(), rig.entries.end(), [&](const Impl::Entry& one) {
-      return LightSensor::key_of(one.sensor->sensor()) == key &&
-             one.sensor->sensor().description.rate == rate;
+      return sensor_key(one.sensor->sensor()) == key && one.sensor->sensor().description.rate == rate;
     });
     if (old != rig.entries.end()) {
       auto made = std::move(entry.sensor);
@@ -145,17 +118,8 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
   }
   rig.waiting.clear();
   rig.entries = std::move(fresh);
-  if (rig.entries.empty()) {
-    rig.list_topic = {};
-    node.reset();
-  } else {
-    rig.list_topic =
-        node->advertise<doppel_msgs::msg::Sensors>("/doppel/sensors", {.depth = 1, .latched = true});
-  }
-  rig.list.sensors.clear();
-  for (const Impl::Entry& entry : rig.entries) rig.list.sensors.push_back(rig.status_of(entry));
+  if (rig.entries.empty()) node.reset();
   rig.node = std::move(node);
-  rig.list_due = Time{};
   rig.sensors.clear();
   for (const Impl::Entry& entry : rig.entries) rig.sensors.push_back(entry.sensor);
   rig.find_bodies(engine);
@@ -168,7 +132,6 @@ void LightRig::instances_changed(const Engine& engine) {
 
 void LightRig::after_step(Time now, const Engine& engine) {
   Impl& rig = *impl_;
-  rig.now = now;
   if (rig.entries.empty() || engine.compiled() != rig.world) return;
   RigJob* job = nullptr;
   bool behind = false;
@@ -220,14 +183,14 @@ void LightRig::Impl::collect() {
       ++entry.window_samples;
       entry.cost = job->costs[s];
       const Duration latency = from_seconds(entry.sensor->sensor().description.latency);
+      // The worker destroys them, so that the loop frees no memory.
       for (LightMessage& message : job->messages[s]) {
-        entry.hash = hashed(entry.hash, *message.cdr);
+        entry.hash = (entry.hash ^ message.hash) * 0x100000001B3ull;
         if (latency > Duration{})
           waiting.push_back({index, std::move(message), job->now, job->now + latency});
         else
           publish(index, message, job->now);
       }
-      job->messages[s].clear();
     }
     for (const Diagnostic& one : job->reports.all()) log.line(one.severity, "sensors", one.str());
     job->world.reset();
@@ -244,16 +207,13 @@ void LightRig::between_steps(Time now) {
     rig.waiting.pop_front();
     rig.publish(first.sensor, first.message, first.stamp);
   }
-  if (now < rig.list_due) return;
+  if (now < rig.window_start + kRateWindow) return;
   const double window = to_seconds(now - rig.window_start);
   for (Impl::Entry& entry : rig.entries) {
     entry.reached = window > 0 ? static_cast<double>(entry.window_samples) / window : 0;
     entry.window_samples = 0;
   }
   rig.window_start = now;
-  rig.list_due = now + kRateWindow;
-  rig.now = now;
-  rig.publish_list();
 }
 
 void LightRig::reset(Time now) {
@@ -263,11 +223,21 @@ void LightRig::reset(Time now) {
     while (rig.worker->done() != nullptr) rig.worker->release();
   }
   rig.waiting.clear();
-  rig.window_start = rig.list_due = now;
+  rig.window_start = now;
   for (Impl::Entry& entry : rig.entries) {
     entry.schedule.restart(now);
     entry.has_before = false;
     entry.window_samples = 0;
+  }
+}
+
+void LightRig::refresh(std::span<doppel_msgs::msg::Sensor> list) const {
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const Impl::Entry& entry = impl_->entries[i];
+    list[i].reached = entry.reached;
+    list[i].samples = entry.samples;
+    list[i].left_out = entry.left_out;
+    list[i].cost = entry.cost;
   }
 }
 

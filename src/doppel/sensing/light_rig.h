@@ -6,43 +6,19 @@
 //
 // The noise of sample n depends on the seed, the sensor and n alone, so that the same run gives the same bytes at any
 // speed and with any readers.
-//
-// /doppel/sensors (doppel_msgs/msg/Sensors, latched) lists them with the rates that they reach, once a second.
 
 #include <cstdint>
 #include <memory>
-#include <string>
+#include <span>
 #include <vector>
 
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
 #include "doppel/export.h"
-#include "doppel/messages/doppel_msgs.h"
 #include "doppel/physics/engine.h"
-#include "doppel/sensors/sensor_description.h"
+#include "doppel/sensing/rig_sensor.h"
 
 namespace doppel {
-
-// A sensor of an instance. Its data are in the axes of the frame that its messages name.
-struct RigSensor {
-  SensorDescription description;
-  std::string instance;  // in the engine
-  int link = 0;
-  std::string name_space;  // of its topics: "left"; empty: none
-  std::string frame;       // header.frame_id
-  Pose X_LF =
-      Pose::Identity();  // that frame in the link; for pictures the optical frame, or what the user named
-};
-
-struct RigOptions {
-  std::uint64_t seed = 0;
-  bool lockstep = false;  // the loop waits for every sample
-};
-
-struct RigStatus {
-  doppel_msgs::msg::Sensor sensor;
-  std::uint64_t hash = 0;  // over all bytes published so far
-};
 
 class DOPPEL_API LightRig {
  public:
@@ -60,6 +36,8 @@ class DOPPEL_API LightRig {
   void between_steps(Time now);
   void reset(Time now);
   [[nodiscard]] std::vector<RigStatus> status() const;
+  // Writes the present rates and counts into the list that status() gave; does not allocate.
+  void refresh(std::span<doppel_msgs::msg::Sensor> list) const;
   [[nodiscard]] bool empty() const;
   [[nodiscard]] std::uint64_t rays_cast() const;
 

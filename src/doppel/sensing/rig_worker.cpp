@@ -14,6 +14,13 @@ double cpu_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+// FNV-1a.
+std::uint64_t hash_of(const Bytes& bytes) {
+  std::uint64_t hash = 0xCBF29CE484222325ull;
+  for (const std::byte byte : bytes) hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001B3ull;
+  return hash;
+}
+
 }  // namespace
 
 RigWorker::RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors)
@@ -80,6 +87,7 @@ void RigWorker::make(RigJob& job) {
   for (std::size_t i = 0; i < job.samples.size(); ++i) {
     const double before = cpu_seconds();
     sensors_[job.samples[i].sensor]->make(*caster_, job.samples[i], job.stamp, job.messages[i]);
+    for (LightMessage& message : job.messages[i]) message.hash = hash_of(*message.cdr);
     job.costs[i] = cpu_seconds() - before;
   }
   rays_ = caster_->rays_cast();

@@ -51,7 +51,7 @@ CameraDescription camera_in(const SensorValues& values, const std::string& type)
   camera.format = values.text("image/format", "R8G8B8");
   camera.samples = std::clamp(values.count("image/anti_aliasing", 1), 1, 64);
   camera.hfov = std::clamp(values.number("horizontal_fov", 1.047), 0.01, 2 * M_PI);
-  camera.near = std::max(1e-4, values.number("clip/near", 0.1));
+  camera.near = std::clamp(values.number("clip/near", 0.1), 1e-4, 1e6);
   camera.far = std::max(2 * camera.near, values.number("clip/far", 100));
   if (values.has("depth_camera/clip/near"))
     camera.depth_near = values.number("depth_camera/clip/near", camera.near);
@@ -59,16 +59,32 @@ CameraDescription camera_in(const SensorValues& values, const std::string& type)
     camera.depth_far = values.number("depth_camera/clip/far", camera.far);
   camera.lens = read_lens(values);
   camera.noise = values.noise("noise");
-  camera.depth_noise = {values.number("doppel:depth_noise/a", 0), values.number("doppel:depth_noise/b", 0),
-                        values.number("doppel:depth_noise/c", 0)};
-  camera.dropout = values.number("doppel:dropout", 0);
-  camera.edge_mixing = values.number("doppel:edge_mixing", 0);
-  camera.rolling_shutter = values.number("doppel:rolling_shutter", 0);
-  camera.exposure = values.number("doppel:exposure", 1);
   camera.full_boxes = values.text("box_type") == "full_2d";
   // A lens of more than a half space is no pinhole.
   if (camera.lens.kind == LensKind::pinhole && camera.hfov > 3.0) camera.lens.kind = LensKind::equidistant;
   return camera;
+}
+
+// doppel's own elements, beside the camera or in it.
+void read_extensions(const SensorValues& values, CameraDescription& camera) {
+  Eigen::Vector3d& noise = camera.depth_noise;
+  noise = {values.number("doppel:depth_noise/a", noise[0]), values.number("doppel:depth_noise/b", noise[1]),
+           values.number("doppel:depth_noise/c", noise[2])};
+  camera.dropout = values.number("doppel:dropout", camera.dropout);
+  camera.edge_mixing = values.number("doppel:edge_mixing", camera.edge_mixing);
+  camera.rolling_shutter = values.number("doppel:rolling_shutter", camera.rolling_shutter);
+  camera.exposure = values.number("doppel:exposure", camera.exposure);
+}
+
+// The distance of the right cameras of a stereo pair from the left one, the first, if their axes are parallel.
+void set_stereo_baselines(std::vector<CameraDescription>& cameras) {
+  constexpr double kParallel = 1e-6;
+  const Pose& X_SL = cameras.front().X_SC;
+  for (CameraDescription& camera : cameras) {
+    const Pose X_LC = X_SL.inverse() * camera.X_SC;
+    if ((X_LC.linear() - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < kParallel)
+      camera.baseline = -X_LC.translation().y();
+  }
 }
 
 ScanRange read_scan(const SensorValues& values, const std::string& path, const ScanRange& otherwise) {
@@ -89,19 +105,26 @@ void read_camera(const SensorValues& values, SensorDescription& out) {
     out.frame = values.text("camera/optical_frame_id");
     out.frame_is_optical = true;
   }
-  for (const XmlNode& child : values.element().children) {
-    if (!child.is("camera")) continue;
-    cameras.push_back(camera_in(values.below(child), out.type));
-    const XmlAttribute* name = child.find("name");
-    cameras.back().name = name == nullptr ? "camera" + std::to_string(cameras.size()) : name->value;
-  }
-  if (cameras.empty()) cameras.emplace_back().kind = kind_of(out.type);
+  const auto add = [&](const XmlNode& element) {
+    const SensorValues inner = values.below(element);
+    CameraDescription& camera = cameras.emplace_back(camera_in(inner, out.type));
+    read_extensions(values, camera);
+    read_extensions(inner, camera);
+    const XmlAttribute* name = element.find("name");
+    camera.name =
+        name == nullptr || name->value.empty() ? "camera" + std::to_string(cameras.size()) : name->value;
+  };
+  for (const XmlNode& child : values.element().children)
+    if (child.is("camera")) add(child);
+  if (cameras.empty())
+    add(XmlNode{XmlNode::Kind::element, false, "camera", "", {}, {}, values.element().where});
+  set_stereo_baselines(cameras);
   out.what = std::move(cameras);
 }
 
 void read_lidar(const SensorValues& values, SensorDescription& out) {
   LidarDescription lidar;
-  const std::string root = values.has("lidar") ? "lidar" : "ray";
+  const std::string root = values.element().first("lidar") != nullptr ? "lidar" : "ray";
   lidar.horizontal = read_scan(values, root + "/scan/horizontal", lidar.horizontal);
   lidar.vertical = read_scan(values, root + "/scan/vertical", lidar.vertical);
   lidar.near = std::max(0.0, values.number(root + "/range/min", lidar.near));

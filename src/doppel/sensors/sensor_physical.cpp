@@ -24,6 +24,7 @@ void read_imu(const SensorValues& values, SensorDescription& out) {
   }
   imu.orientation_enabled = values.flag("imu/enable_orientation", true);
   imu.reference = reference_of(values.text("imu/orientation_reference_frame/localization"));
+  imu.custom_rpy = values.vector("imu/orientation_reference_frame/custom_rpy");
   out.what = imu;
 }
 

@@ -10,14 +10,29 @@
 
 namespace doppel {
 
-const XmlNode* SensorValues::find(const std::string& path) const {
-  const XmlNode* at = &element_;
+namespace {
+
+const XmlNode* find_spelled(const XmlNode& element, const std::string& name) {
+  for (const char* prefix : {"", "gz_", "ignition_", "gz:", "ignition:"})
+    if (const XmlNode* found = element.first(prefix + name)) return found;
+  return nullptr;
+}
+
+const XmlNode* find_below(const XmlNode* at, const std::string& path) {
   for (std::size_t begin = 0; at != nullptr && begin <= path.size();) {
     const std::size_t end = std::min(path.find('/', begin), path.size());
-    at = at->first(path.substr(begin, end - begin));
+    at = find_spelled(*at, path.substr(begin, end - begin));
     begin = end + 1;
   }
   return at;
+}
+
+}  // namespace
+
+const XmlNode* SensorValues::find(const std::string& path) const {
+  const XmlNode* const own = find_below(&element_, path);
+  if (own != nullptr || preset_ == nullptr) return own;
+  return find_below(preset_, path.starts_with("lidar") ? "ray" + path.substr(5) : path);
 }
 
 void SensorValues::warn(const XmlNode& at, const std::string& what, const std::string& used) const {
@@ -31,7 +46,7 @@ double SensorValues::number(const std::string& path, double otherwise) const {
   const std::string text = at->content();
   if (text == "inf" || text == "+inf" || text == "infinity") return HUGE_VAL;
   const std::optional<double> value = parse_number(text);
-  if (value) return *value;
+  if (value && !std::isnan(*value)) return *value;
   warn(*at, "is not a number", fmt::format("{}", otherwise));
   return otherwise;
 }
@@ -59,13 +74,26 @@ std::string SensorValues::text(const std::string& path, const std::string& other
   return at == nullptr ? otherwise : at->content();
 }
 
+Eigen::Vector3d SensorValues::vector(const std::string& path) const {
+  const XmlNode* at = find(path);
+  if (at == nullptr) return Eigen::Vector3d::Zero();
+  std::vector<double> n;
+  std::istringstream words(at->content());
+  for (std::string word; words >> word;) n.push_back(parse_number(word).value_or(NAN));
+  if (n.size() != 3 || std::isnan(std::accumulate(n.begin(), n.end(), 0.0))) {
+    warn(*at, "is not three numbers", "zero");
+    return Eigen::Vector3d::Zero();
+  }
+  return {n[0], n[1], n[2]};
+}
+
 Pose SensorValues::pose(const std::string& path) const {
   const XmlNode* at = find(path);
   if (at == nullptr) return Pose::Identity();
   std::vector<double> n;
   std::istringstream words(at->content());
   for (std::string word; words >> word;) n.push_back(parse_number(word).value_or(NAN));
-  if (n.size() != 6 || std::isnan(std::accumulate(n.begin(), n.end(), 0.0))) {
+  if (n.size() != 6 || !std::isfinite(std::accumulate(n.begin(), n.end(), 0.0))) {
     warn(*at, "is not six numbers", "the identity");
     return Pose::Identity();
   }

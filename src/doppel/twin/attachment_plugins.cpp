@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "doppel/core/names.h"
+#include "doppel/description/plugin_values.h"
 #include "doppel/description/simulator_plugins.h"
-#include "doppel/twin/detail/plugin_values.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {

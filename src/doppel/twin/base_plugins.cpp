@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "doppel/core/text.h"
-#include "doppel/twin/detail/plugin_values.h"
+#include "doppel/description/plugin_values.h"
 #include "doppel/twin/detail/root_link.h"
 #include "doppel/twin/detail/yaml_text.h"
 #include "doppel/xml/xml.h"

@@ -221,6 +221,7 @@ CompiledRobot::CompiledRobot(const WorldRobot& asked, const Scenario& scenario, 
   made_.passive = false;
   gravity_R_ = made_.X_WR.linear().transpose() * world.gravity;
   made_.servos = choose_servos(*made_.model, ServoOptions{.ideal = scenario.ideal}, gravity_R_);
+  sensors_ = find_sensors(own, *made_.model, diagnostics);
 }
 
 void CompiledRobot::build(const Scenario& scenario, const World& world, std::optional<BaseKind> running,

@@ -10,9 +10,9 @@
 
 #include "doppel/bus/name_rules.h"
 #include "doppel/core/names.h"
+#include "doppel/description/plugin_values.h"
 #include "doppel/physics/engine_modules.h"
 #include "doppel/twin/detail/model_plugins.h"
-#include "doppel/twin/detail/plugin_values.h"
 #include "doppel/twin/robot_names.h"
 
 namespace doppel {
@@ -72,6 +72,21 @@ std::string free_namespace(const WorldRobot& robot, const std::vector<WorldRobot
 const SdfModel* model_named(const std::vector<SdfModel>& models, const std::string& name) {
   const auto found = std::ranges::find(models, name, &SdfModel::name);
   return found == models.end() ? nullptr : &*found;
+}
+
+// The instances of models that are no robots, and their sensors.
+std::shared_ptr<const std::vector<ModelSensors>> add_models(const std::vector<SdfModel>& models,
+                                                            CollisionMeshes& meshes,
+                                                            std::vector<ModelInstance>& instances,
+                                                            Diagnostics& diagnostics) {
+  auto out = std::make_shared<std::vector<ModelSensors>>();
+  for (const SdfModel& model : models) {
+    instances.push_back(make_instance(model, "", meshes, diagnostics));
+    RobotSensors sensors = find_sensors(model, *instances.back().model, diagnostics);
+    if (!sensors.sensors.empty())
+      out->push_back({instances.back().name, model.is_static, std::move(sensors)});
+  }
+  return out;
 }
 
 }  // namespace
@@ -149,7 +164,7 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
   const std::size_t robot_count = instances.size();
   for (const WorldObject& object : world.objects)
     instances.push_back(make_instance(object, meshes, diagnostics));
-  for (const SdfModel& model : models) instances.push_back(make_instance(model, "", meshes, diagnostics));
+  model_sensors = add_models(models, meshes, instances, diagnostics);
   for (std::size_t i = robot_count; i < instances.size(); ++i) in_file.push_back(instances[i].name);
   engine = compile_world(scenario.engine, static_cast<const WorldSettings&>(world), std::move(instances),
                          diagnostics)

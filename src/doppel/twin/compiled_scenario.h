@@ -19,6 +19,13 @@ struct RunningRobots {
   std::vector<WorldRobot> in_file;  // those of the world file when it was read
 };
 
+// The sensors of a model of an SDF world that is no robot: a camera on a wall.
+struct ModelSensors {
+  std::string model;  // in the engine
+  bool is_static = false;
+  RobotSensors sensors;
+};
+
 struct DOPPEL_API CompiledScenario {
   // Throws InputError. `running`: robots that were deleted by a service stay deleted, spawned ones stay, and
   // bases keep their type.
@@ -37,6 +44,7 @@ struct DOPPEL_API CompiledScenario {
   std::vector<std::string> in_file;                          // the names of the objects of the world file
   std::vector<std::filesystem::path> included;               // the files that an SDF world is made of
   std::vector<std::shared_ptr<const CompiledRobot>> robots;  // none: a world of objects
+  std::shared_ptr<const std::vector<ModelSensors>> model_sensors;
   std::unique_ptr<Engine> engine;
 
  private:

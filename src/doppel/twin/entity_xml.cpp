@@ -274,7 +274,15 @@ EntityText read_sdf(const std::string& xml, const MeshFinder& find_mesh, Diagnos
                          : fmt::format("the SDF has {} models; an entity must be one <model>", models),
                      "start a world with: doppel up --world FILE");
   }
-  for (const SdfModel& model : world.models) ModelCheck(find_mesh, notes).check(model);
+  for (const SdfModel& model : world.models) {
+    ModelCheck(find_mesh, notes).check(model);
+    for (const SdfSensor& sensor : model.sensors)
+      notes.note("entity.no_effect", sensor.source,
+                 fmt::format(
+                     "the sensor type '{}' has an effect only if a plugin drives the model: sensors of other "
+                     "spawned models are not simulated",
+                     sensor.type));
+  }
   const std::string name = std::ranges::find_if(world.models, top)->name;
   return {name, std::move(world.models)};
 }

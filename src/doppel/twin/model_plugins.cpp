@@ -6,9 +6,9 @@
 #include <algorithm>
 
 #include "doppel/core/names.h"
+#include "doppel/description/plugin_values.h"
 #include "doppel/description/simulator_plugins.h"
 #include "doppel/twin/detail/base_plugins.h"
-#include "doppel/twin/detail/plugin_values.h"
 #include "doppel/twin/detail/yaml_text.h"
 #include "doppel/xml/element.h"
 

@@ -33,4 +33,19 @@ inline std::optional<Pose> from_msg(const geometry_msgs::msg::Pose& pose) {
   return X;
 }
 
+inline void write_transform(const Pose& X, geometry_msgs::msg::Transform& out) {
+  const geometry_msgs::msg::Pose pose = to_pose_msg(X);
+  out.translation = {pose.position.x, pose.position.y, pose.position.z};
+  out.rotation = pose.orientation;
+}
+
+inline geometry_msgs::msg::TransformStamped transform_of(const std::string& parent, const std::string& child,
+                                                         const Pose& X_PC) {
+  geometry_msgs::msg::TransformStamped out;
+  out.header.frame_id = parent;
+  out.child_frame_id = child;
+  write_transform(X_PC, out.transform);
+  return out;
+}
+
 }  // namespace doppel

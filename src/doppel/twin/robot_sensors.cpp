@@ -21,17 +21,11 @@ bool same(const Pose& a, const Pose& b) {
   return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff() < kSame;
 }
 
-bool is_of_light(const SensorDescription& sensor) {
-  return std::holds_alternative<std::vector<CameraDescription>>(sensor.what) ||
-         std::holds_alternative<LidarDescription>(sensor.what) ||
-         std::holds_alternative<RangeDescription>(sensor.what);
-}
-
 // Chooses the frame of one sensor after the other.
 class FrameFinder {
  public:
-  FrameFinder(const RobotDescription& robot, const Model& model, Diagnostics& diagnostics, RobotSensors& out)
-      : robot_(robot), model_(model), diagnostics_(diagnostics), out_(out), data_(model) {
+  FrameFinder(const Model& model, Diagnostics& diagnostics, RobotSensors& out)
+      : model_(model), diagnostics_(diagnostics), out_(out), data_(model) {
     forward_kinematics(model, data_, model.neutral());
   }
 
@@ -119,37 +113,51 @@ class FrameFinder {
     return name;
   }
 
-  const RobotDescription& robot_;
   const Model& model_;
   Diagnostics& diagnostics_;
   RobotSensors& out_;
   Data data_;
 };
 
-}  // namespace
-
-RobotSensors find_sensors(const RobotDescription& robot, const Model& model, Diagnostics& diagnostics) {
+RobotSensors with_frames(std::vector<SensorDescription> described, const Model& model,
+                         Diagnostics& diagnostics) {
   RobotSensors out;
-  std::vector<SensorDescription> described = read_sensors(robot, diagnostics);
   if (described.empty()) return out;
-  FrameFinder frames(robot, model, diagnostics, out);
+  FrameFinder frames(model, diagnostics, out);
   for (SensorDescription& description : described) {
     RobotSensor sensor;
     sensor.link = model.find_link(description.link);
     sensor.description = std::move(description);
     if (sensor.link < 0) continue;
-    if (!is_of_light(sensor.description)) {
-      diagnostics.note(
-          "sensor.not_simulated", sensor.description.source,
-          fmt::format(
-              "the sensor '{}' ({}) is read, but publishes nothing: cameras, lidars and ranges are simulated",
-              sensor.description.name, sensor.description.type));
+    if (std::holds_alternative<EnvironmentDescription>(sensor.description.what)) {
+      diagnostics.note("sensor.not_simulated", sensor.description.source,
+                       fmt::format("the sensor '{}' ({}) is read, but publishes nothing: sensors of the "
+                                   "environment are not simulated",
+                                   sensor.description.name, sensor.description.type));
       continue;
     }
     frames.choose(sensor);
     out.sensors.push_back(std::move(sensor));
   }
   return out;
+}
+
+}  // namespace
+
+RobotSensors find_sensors(const RobotDescription& robot, const Model& model, Diagnostics& diagnostics) {
+  return with_frames(read_sensors(robot, diagnostics), model, diagnostics);
+}
+
+RobotSensors find_sensors(const SdfModel& sdf, const Model& model, Diagnostics& diagnostics) {
+  std::vector<SensorDescription> described = read_sensors(*sdf.description, diagnostics);
+  for (const SdfSensor& sensor : sdf.sensors) {
+    std::optional<SensorDescription> read = read_sensor(sensor.node, sensor.link, diagnostics);
+    if (!read) continue;
+    read->X_LS = sensor.X_LS;
+    read->joint = sensor.joint;
+    described.push_back(std::move(*read));
+  }
+  return with_frames(std::move(described), model, diagnostics);
 }
 
 }  // namespace doppel

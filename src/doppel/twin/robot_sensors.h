@@ -8,6 +8,7 @@
 #include "doppel/export.h"
 #include "doppel/kinematics/model.h"
 #include "doppel/sensors/sensor_description.h"
+#include "doppel/worlds/sdf_world.h"
 
 namespace doppel {
 
@@ -35,5 +36,8 @@ struct RobotSensors {
 // not in TF.
 DOPPEL_API RobotSensors find_sensors(const RobotDescription& robot, const Model& model,
                                      Diagnostics& diagnostics);
+
+// Of a model of SDF: those in its links and joints, and plugins beside them that are sensors.
+DOPPEL_API RobotSensors find_sensors(const SdfModel& sdf, const Model& model, Diagnostics& diagnostics);
 
 }  // namespace doppel

@@ -126,11 +126,15 @@ void Twin::Impl::add_world_ticks() {
   ticks.add(std::make_unique<ObjectPublisher>(bus, scene));
   ticks.add(std::make_unique<AttachmentServices>(bus, scene, log));
   ticks.add(std::make_unique<GraspMonitor>(bus, scene, log));
-  auto sensors = std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, [this] {
+  SensorTicks::Sources sources;
+  sources.robots = [this] {
     std::vector<std::shared_ptr<const CompiledRobot>> present;
     for (const auto& robot : robots) present.push_back(robot->shared_machine());
     return present;
-  });
+  };
+  sources.models = [this] { return machine->model_sensors; };
+  sources.statics = statics;
+  auto sensors = std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, std::move(sources));
   sensor_ticks = sensors.get();
   ticks.add(std::move(sensors));
 }
@@ -147,6 +151,7 @@ void Twin::Impl::renew_handles() {
   scene.show(engine, std::move(names), std::move(root));
   seen_world = engine.compiled();
   ticks.instances_changed();
+  ticks.advance_due_times(engine.time());  // sensors that came
 }
 
 TwinRobot* Twin::Impl::find(std::string_view name_space) const {
@@ -303,7 +308,7 @@ std::uint64_t Twin::state_hash() const {
   return hash;
 }
 std::vector<RigStatus> Twin::sensors() const {
-  return impl_->sensor_ticks->rig().status();
+  return impl_->sensor_ticks->status();
 }
 bool Twin::diverged() const {
   return impl_->machine->engine->diverged();

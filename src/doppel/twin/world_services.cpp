@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include "doppel/core/thrown.h"
+#include "doppel/description/plugin_values.h"
 #include "doppel/twin/detail/entity_mesh.h"
-#include "doppel/twin/detail/plugin_values.h"
 
 namespace doppel {
 

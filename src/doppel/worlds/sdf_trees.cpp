@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "doppel/description/simulator_plugins.h"
+#include "doppel/xml/element.h"
 
 namespace doppel::sdf {
 namespace {
@@ -19,7 +20,7 @@ constexpr int kMaxJointsInChain = 500;  // algorithms on the tree are recursive
 // Whether the twin reads a plugin of a model.
 bool is_read(const std::string& filename, const std::string& name) {
   return find_attachment_plugin(filename, name) || drives_base(filename, name) ||
-         find_joint_plugin(filename, name);
+         find_joint_plugin(filename, name) || is_sensor_plugin(filename);
 }
 
 // Where there is something else for a plugin that is not loaded.
@@ -479,7 +480,8 @@ void Trees::turn_friction(const Tree& tree, int index, const XmlNode& collision,
   surface.fdir1_frame.clear();
 }
 
-void Trees::add_sensor(Tree& tree, const XmlNode& node, int link, const std::string& frame) {
+void Trees::add_sensor(Tree& tree, const XmlNode& node, int link, const std::string& frame,
+                       const std::string& joint) {
   FlatLink& flat = links_[static_cast<std::size_t>(link)];
   const WrittenPose pose = elements_.pose(node);
   const std::string relative = pose.relative_to.empty() ? frame : pose.relative_to;
@@ -487,7 +489,8 @@ void Trees::add_sensor(Tree& tree, const XmlNode& node, int link, const std::str
   sensor.name = Elements::attribute(node, "name");
   sensor.type = Elements::attribute(node, "type");
   sensor.link = name_in(tree, link);
-  sensor.xml = to_xml(node);
+  sensor.joint = joint;
+  sensor.node = node;
   sensor.source = node.where;
   sensor.X_LS = pose.X;
   if (!relative.empty()) {
@@ -495,8 +498,6 @@ void Trees::add_sensor(Tree& tree, const XmlNode& node, int link, const std::str
     sensor.X_LS =
         X_link.inverse() * frames_.pose(*flat.scope, relative, flat.item->base, node.where) * pose.X;
   }
-  elements_.without_effect(node.where, fmt::format("the sensor type '{}'", sensor.type),
-                           "sensors of SDF models are kept, but not simulated");
   tree.out.sensors.push_back(std::move(sensor));
 }
 
@@ -546,6 +547,7 @@ void Trees::couple(Tree& tree) {
 void Trees::add_extras(Tree& tree) {
   Scope& scope = *models_[static_cast<std::size_t>(tree.primary)].item->scope;
   GazeboExtension plugins;
+  XmlNode gazebo = element("gazebo");
   for (const XmlNode* plugin : scope.plugins) {
     const std::string filename = Elements::attribute(*plugin, "filename"),
                       name = Elements::attribute(*plugin, "name");
@@ -555,10 +557,12 @@ void Trees::add_extras(Tree& tree) {
           fmt::format("the plugin '{}' of a <model>", (filename.empty() ? name : filename).substr(0, 60)),
           replacement_of(filename));
     }
+    gazebo.children.push_back(*plugin);
     plugins.plugins.push_back({filename, name, {}, to_xml(*plugin), plugin->where});
   }
   if (!plugins.plugins.empty()) {
     plugins.source = plugins.plugins.front().source;
+    plugins.node = std::make_shared<const XmlNode>(std::move(gazebo));
     tree.robot->gazebo.push_back(std::move(plugins));
   }
   const int canonical = models_[static_cast<std::size_t>(tree.primary)].canonical;
@@ -570,7 +574,7 @@ void Trees::add_extras(Tree& tree) {
       const LinkRef child = frames_.link(scope, item.child, item.base, item.node->where);
       const int link = child.found ? flat(child) : -1;
       for (const XmlNode& part : item.node->children) {
-        if (part.is("sensor") && link >= 0) add_sensor(tree, part, link, item.name);
+        if (part.is("sensor") && link >= 0) add_sensor(tree, part, link, item.name, item.name);
       }
     }
     if (item.kind != Item::Kind::frame) continue;

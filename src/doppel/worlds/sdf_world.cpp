@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <set>
+#include <string_view>
 
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
@@ -44,6 +47,46 @@ void find_ground(SdfWorld& world) {
   }
 }
 
+// The system of gz-sim that a type of sensors needs; empty: of none that is known.
+std::string_view system_of(std::string_view type) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kSystems{
+      {{"imu", "imu"},
+       {"force_torque", "forcetorque"},
+       {"contact", "contact"},
+       {"navsat", "navsat"},
+       {"magnetometer", "magnetometer"},
+       {"altimeter", "altimeter"},
+       {"air_pressure", "air-pressure"},
+       {"logical_camera", "logical-camera"}}};
+  for (const auto& [name, system] : kSystems)
+    if (type == name) return system;
+  return type.ends_with("camera") || type.ends_with("lidar") ? "sensors" : "";
+}
+
+// Sensors that gz-sim would leave silent, because the world loads some systems, but not theirs: one note for each system.
+void note_missing_systems(const SdfWorld& world, Diagnostics& diagnostics) {
+  const auto loads = [&](std::string_view part) {
+    return std::ranges::any_of(world.plugins, [&](const GazeboPlugin& plugin) {
+      return plugin.filename.find(part) != std::string::npos;
+    });
+  };
+  if (!loads("gz-sim-") && !loads("ignition-gazebo-")) return;
+  std::set<std::string_view> noted;
+  for (const SdfModel& model : world.models) {
+    for (const SdfSensor& sensor : model.sensors) {
+      const std::string_view system = system_of(sensor.type);
+      if (system.empty() || loads(fmt::format("-{}-system", system)) || !noted.insert(system).second)
+        continue;
+      diagnostics.note(
+          "sdf.sensor_system", sensor.source,
+          fmt::format("the sensor '{}' works here; gz-sim would leave it silent, because the world does "
+                      "not load the system of '{}' sensors",
+                      sensor.name, sensor.type),
+          fmt::format("add <plugin filename=\"gz-sim-{0}-system\" .../> to the <world>", system));
+    }
+  }
+}
+
 // `content`: the text, or the root of its tree.
 template <class Content, class Search>
 SdfWorld read(Content content, const std::string& name, const fs::path& folder, const Search& search,
@@ -69,6 +112,7 @@ SdfWorld read(Content content, const std::string& name, const fs::path& folder, 
   find_ground(out);
   out.missing = files.missing();
   out.files = document.read_files();
+  note_missing_systems(out, found);
   for (const Diagnostic& diagnostic : found.all()) diagnostics.add(diagnostic);
   return out;
 }

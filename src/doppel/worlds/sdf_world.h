@@ -4,7 +4,7 @@
 // that everything that uses a URDF works on it. Source: the SDFormat specification 1.11 (sdformat.org/spec) and its
 // proposal "Pose frame semantics".
 //
-// Rules: "sdf.unknown_element" and "sdf.no_effect" are notes, "sdf.missing_model" a warning; "sdf.duplicate_name",
+// Rules: "sdf.unknown_element", "sdf.no_effect" and "sdf.sensor_system" are notes, "sdf.missing_model" a warning; "sdf.duplicate_name",
 // "sdf.unknown_frame", "sdf.frame_cycle", "sdf.value" and "sdf.not_sdf" are errors.
 
 #include <Eigen/Core>
@@ -24,6 +24,7 @@
 #include "doppel/packages/package_resolver.h"
 #include "doppel/physics/model_instance.h"
 #include "doppel/physics/world.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 
@@ -31,7 +32,8 @@ struct SdfSensor {
   std::string name, type;        // "camera"
   std::string link;              // of the description; of a joint's sensor the joint's child
   Pose X_LS = Pose::Identity();  // the sensor in the link
-  std::string xml;               // the whole element as text
+  std::string joint;             // of a joint's sensor; else empty
+  XmlNode node;                  // the whole element, with places
   SourceLocation source;
 };
 

@@ -175,7 +175,7 @@ TEST_F(WorldDocuments, SdfReadsBackWithItsPluginsAndSensors) {
   ASSERT_EQ(camera->sensors.size(), 1u);
   EXPECT_EQ(camera->sensors[0].name, "eye");
   EXPECT_LT(distance(camera->sensors[0].X_LS, make_pose({0, 0, 1}, {0, 0, 0})), 1e-9);
-  EXPECT_THAT(camera->sensors[0].xml, HasSubstr("<update_rate>30</update_rate>"));
+  EXPECT_THAT(to_xml(camera->sensors[0].node), HasSubstr("<update_rate>30</update_rate>"));
   ASSERT_EQ(camera->description->gazebo.size(), 1u);
   EXPECT_EQ(camera->description->gazebo[0].plugins.at(0).name, "see");
   EXPECT_EQ(again.find("stand")->sensors.size(), 1u) << "expected the sensor of its <gazebo> once";

@@ -6,8 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "doppel/bus/bus.h"
 #include "doppel/rays/ray_caster.h"
-#include "doppel/sensing/light_rig.h"
+#include "doppel/sensing/detail/sensor_names.h"
 #include "doppel/sensors/counter_random.h"
 #include "doppel/sensors/sample_schedule.h"
 
@@ -46,12 +47,13 @@ struct LightSample {
 struct LightMessage {
   std::size_t outlet = 0;
   std::shared_ptr<const Bytes> cdr;
+  std::uint64_t hash = 0;  // of the bytes, by the worker
 };
 
 class LightSensor {
  public:
   LightSensor(const RigSensor& sensor, const RigOptions& options)
-      : sensor_(sensor), random_(options.seed, key_of(sensor)) {}
+      : sensor_(sensor), random_(options.seed, sensor_key(sensor)) {}
   virtual ~LightSensor() = default;
   LightSensor(const LightSensor&) = delete;
   LightSensor& operator=(const LightSensor&) = delete;
@@ -69,14 +71,11 @@ class LightSensor {
     return bits;
   }
   [[nodiscard]] const Outlet& outlet(std::size_t index) const { return *outlets_[index]; }
-  // "left/camera": unique in a rig.
-  [[nodiscard]] static std::string key_of(const RigSensor& sensor);
 
  protected:
   // The topic of an output; `own`: that of its kind. Returns the outlet's index.
   template <Message M>
   std::size_t add_outlet(Node& node, const std::string& output, const std::string& own);
-  [[nodiscard]] std::string topic_of(const std::string& output, const std::string& own) const;
   [[nodiscard]] std::string frame() const { return sensor_.frame; }
 
   RigSensor sensor_;
@@ -87,7 +86,7 @@ class LightSensor {
 
 template <Message M>
 std::size_t LightSensor::add_outlet(Node& node, const std::string& output, const std::string& own) {
-  const std::string topic = topic_of(output, own);
+  const std::string topic = sensor_topic(sensor_, output, own);
   Qos qos;
   qos.depth = 5;
   qos.best_effort = sensor_.description.best_effort;

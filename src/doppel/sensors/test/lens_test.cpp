@@ -97,7 +97,7 @@ void expect_centroid(const CameraDescription& camera, const Vector3d& centre, do
   const CameraIntrinsics c = intrinsics_of(camera);
   const std::vector<PixelRays> rays = pixel_rays(c, 16);
   CameraPicture picture;
-  caster->render({rays, Pose::Identity(), 0.01, 100, true, false, false}, picture);
+  caster->render({.samples = rays, .near = 0.01, .far = 100}, picture);
   double sum = 0;
   Vector2d at = Vector2d::Zero();
   for (int v = 0; v < c.height; ++v)

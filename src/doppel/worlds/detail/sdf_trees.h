@@ -78,7 +78,8 @@ class Trees {
   void add_extras(Tree& tree);
   void turn_friction(const Tree& tree, int index, const XmlNode& collision, const Eigen::Matrix3d& R_LC,
                      ContactSurface& surface);
-  void add_sensor(Tree& tree, const XmlNode& node, int link, const std::string& frame);
+  void add_sensor(Tree& tree, const XmlNode& node, int link, const std::string& frame,
+                  const std::string& joint = {});
   void place(Tree& tree, int root);
   void close_loops(const std::vector<int>& members, const Tree& tree);
   void couple(Tree& tree);

@@ -1,5 +1,6 @@
 // Included files, and populations.
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <fstream>
 
@@ -13,9 +14,10 @@ using ::testing::HasSubstr;
 class SdfFiles : public ::testing::Test {
  protected:
   void SetUp() override {
-    folder_ = std::filesystem::path(::testing::TempDir()) / "doppel_sdf";
+    folder_ = std::filesystem::path(::testing::TempDir()) / ("doppel_sdf_" + std::to_string(::getpid()));
     std::filesystem::remove_all(folder_);
   }
+  void TearDown() override { std::filesystem::remove_all(folder_); }
   void write(const std::string& name, const std::string& text) const {
     std::filesystem::create_directories((folder_ / name).parent_path());
     std::ofstream(folder_ / name) << text;

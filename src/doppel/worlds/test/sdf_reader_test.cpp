@@ -52,6 +52,17 @@ TEST(Sdf, RaisedPlaneStaysShape) {
   EXPECT_EQ(read.model("p").description->links[0].collisions.size(), 1u);
 }
 
+TEST(Sdf, SensorWhoseSystemIsNotLoadedIsNotedOnce) {
+  const std::string camera = "<sensor name='a' type='camera'/><sensor name='b' type='gpu_lidar'/>";
+  const std::string with_camera = model("m", "<link name='l'>" + camera + "</link>");
+  const std::string physics = "<plugin name='p' filename='gz-sim-physics-system'/>";
+  EXPECT_EQ(read_world(physics + with_camera).count("sdf.sensor_system"), 1);
+  EXPECT_EQ(read_world(with_camera).count("sdf.sensor_system"), 0);  // gz-sim's own list, or Gazebo classic
+  EXPECT_EQ(read_world(physics + "<plugin name='s' filename='gz-sim-sensors-system'/>" + with_camera)
+                .count("sdf.sensor_system"),
+            0);
+}
+
 TEST(SdfPose, DegreesAndQuaternionsGiveRotations) {
   const ReadSdf read = read_world(
       model("a", std::string("<pose degrees='true'>0 0 0 0 0 90</pose>") + kBall) +

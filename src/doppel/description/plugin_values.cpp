@@ -1,15 +1,25 @@
-#include "doppel/twin/detail/plugin_values.h"
+#include "doppel/description/plugin_values.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
+#include <sstream>
 
 #include "doppel/core/text.h"
 #include "doppel/description/urdf_reader.h"
 
 namespace doppel {
+
+namespace {
+
+std::string without_blanks(std::string text) {
+  std::erase_if(text, [](char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; });
+  return text;
+}
+
+}  // namespace
 
 std::string absolute_topic(const std::string& name_space, const std::string& topic) {
   if (topic.starts_with('/')) return topic;
@@ -54,6 +64,20 @@ std::optional<double> PluginValues::number(std::initializer_list<std::string_vie
   return value;
 }
 
+std::vector<double> PluginValues::numbers(std::initializer_list<std::string_view> names) {
+  std::vector<double> out;
+  std::istringstream words(text(names));
+  for (std::string word; words >> word;) {
+    const std::optional<double> value = parse_number(word);
+    if (!value) {
+      refuse(names, "not numbers");
+      return {};
+    }
+    out.push_back(*value);
+  }
+  return out;
+}
+
 double PluginValues::positive(std::initializer_list<std::string_view> names, double otherwise) {
   const auto found = number(names);
   if (found && *found > 0) return *found;
@@ -75,15 +99,37 @@ bool PluginValues::flag(std::initializer_list<std::string_view> names, bool othe
   return found.empty() ? otherwise : found == "true" || found == "1";
 }
 
+std::string PluginValues::without_tilde(const std::string& name) const {
+  const XmlAttribute* const own = element_.find("name");
+  return name.starts_with("~/") ? (own == nullptr ? "" : own->value + "/") + name.substr(2) : name;
+}
+
 std::string PluginValues::remapped(const std::string& name) {
-  const XmlNode* const ros = element_.first("ros");
   read_.insert("ros");
-  if (ros == nullptr) return name;
+  const std::string relative = without_tilde(name);
+  const XmlNode* const ros = element_.first("ros");
+  if (ros == nullptr) return relative;
+  const std::string own = absolute_topic(ros_namespace(), relative);
   for (const XmlNode& child : ros->children) {
     const std::string rule = child.is("remapping") ? child.content() : "";
-    if (rule.starts_with(name + ":=")) return rule.substr(name.size() + 2);
+    const std::size_t arrow = rule.find(":=");
+    if (arrow == std::string::npos) continue;
+    const std::string from = without_blanks(rule.substr(0, arrow)),
+                      to = without_blanks(rule.substr(arrow + 2));
+    if (absolute_topic(ros_namespace(), without_tilde(from)) != own) continue;
+    applied_.insert(rule);
+    return without_tilde(to);
   }
-  return name;
+  return relative;
+}
+
+std::vector<std::string> PluginValues::unused_remappings() const {
+  std::vector<std::string> out;
+  const XmlNode* const ros = element_.first("ros");
+  if (ros == nullptr) return out;
+  for (const XmlNode& child : ros->children)
+    if (child.is("remapping") && !applied_.contains(child.content())) out.push_back(child.content());
+  return out;
 }
 
 std::string PluginValues::ros_namespace() {

@@ -1,0 +1,41 @@
+#include "doppel/sensing/detail/instance_motion.h"
+
+#include <algorithm>
+
+namespace doppel {
+
+InstanceMotion::InstanceMotion(const Model& model)
+    : model_(model),
+      q_(Eigen::VectorXd::Zero(model.nq)),
+      v_(Eigen::VectorXd::Zero(model.nv)),
+      a_(Eigen::VectorXd::Zero(model.nv)),
+      X_WL_(model.links.size(), Pose::Identity()),
+      data_(model) {}
+
+void InstanceMotion::note(const Instance& instance) {
+  X_WR_ = instance.root_pose();
+  std::ranges::copy(instance.q(), q_.data());
+  std::ranges::copy(instance.v(), v_.data());
+}
+
+void InstanceMotion::differentiate(const Instance& instance, double h) {
+  for (Eigen::Index i = 0; i < a_.size(); ++i)
+    a_[i] = (instance.v()[static_cast<std::size_t>(i)] - v_[i]) / h;
+}
+
+void InstanceMotion::solve_start(const Eigen::Vector3d& gravity_W) {
+  inverse_dynamics(model_, data_, q_, v_, a_, X_WR_.linear().transpose() * gravity_W);
+  X_WL_[0] = X_WR_;
+  for (const ModelJoint& joint : model_.joints) {
+    const auto child = static_cast<std::size_t>(joint.child_link);
+    X_WL_[child] = X_WL_[static_cast<std::size_t>(joint.parent_link)] * data_.X_PL[child];
+  }
+}
+
+void InstanceMotion::solve_end(const Instance& instance, const Eigen::Vector3d& gravity_W) {
+  const Eigen::Map<const Eigen::VectorXd> q(instance.q().data(), model_.nq),
+      v(instance.v().data(), model_.nv);
+  inverse_dynamics(model_, data_, q, v, a_, instance.root_pose().linear().transpose() * gravity_W);
+}
+
+}  // namespace doppel

@@ -1,0 +1,228 @@
+#include "doppel/sensing/physical_rig.h"
+
+#include <algorithm>
+
+#include "doppel/sensing/detail/physical_sensor.h"
+#include "doppel/sensors/sample_schedule.h"
+
+namespace doppel {
+namespace {
+
+// Contacts of one world beyond which the loop allocates.
+constexpr std::size_t kUsualContacts = 512;
+constexpr Duration kPhysicalWindow{1'000'000'000};  // in which samples are counted for the rate reached
+
+}  // namespace
+
+struct PhysicalRig::Impl {
+  struct Entry {
+    std::unique_ptr<PhysicalSensor> sensor;
+    SampleSchedule schedule;
+    std::uint64_t samples = 0, window_samples = 0;
+    double reached = 0;  // Hz, over the last window
+    bool noted = false;  // a sample is taken at the end of this step
+  };
+
+  Impl(Bus& the_bus, const Log& the_log, const RigOptions& the_options)
+      : bus(the_bus), log(the_log), options(the_options) {
+    before.reserve(kUsualContacts);
+    contacts.reserve(kUsualContacts);
+  }
+
+  void bind(const Engine& engine);
+  void note(const Engine& engine, int instance);
+  // Returns whether one of the sensors needs the present contacts.
+  bool differentiate(const Engine& engine);
+
+  Bus& bus;
+  const Log& log;
+  const RigOptions options;
+  std::unique_ptr<Node> node;
+  std::vector<Entry> entries;
+  std::shared_ptr<const CompiledWorld> world;          // of which the motions are
+  std::vector<std::optional<InstanceMotion>> motions;  // [instances]
+  std::vector<char> noted;                             // [instances]
+  Time window_start{};
+  Time noted_at = Time::min();  // the end of the step that begins with the noted state
+  std::vector<Contact> before, contacts;
+};
+
+PhysicalRig::PhysicalRig(Bus& bus, const Log& log, const RigOptions& options)
+    : impl_(std::make_unique<Impl>(bus, log, options)) {}
+PhysicalRig::~PhysicalRig() = default;
+
+bool PhysicalRig::empty() const {
+  return impl_->entries.empty();
+}
+
+void PhysicalRig::Impl::bind(const Engine& engine) {
+  world = engine.compiled();
+  motions.clear();
+  motions.resize(world->instances().size());
+  noted.assign(motions.size(), 0);
+  noted_at = Time::min();
+  bool all = false;
+  for (Entry& entry : entries) {
+    const int instance = world->find(entry.sensor->sensor().instance);
+    entry.sensor->bind(engine, instance);
+    all = all || entry.sensor->needs_all_motions();
+    if (instance >= 0)
+      motions[static_cast<std::size_t>(instance)].emplace(*engine.instance(instance).made_of().model);
+  }
+  for (std::size_t i = 0; all && i < motions.size(); ++i)
+    if (!motions[i]) motions[i].emplace(*world->instances()[i].model);
+}
+
+void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) {
+  Impl& rig = *impl_;
+  // Beside the former node, so that topics that stay never vanish.
+  auto node = std::make_unique<Node>(rig.bus, "/doppel_sensors");
+  std::vector<Impl::Entry> fresh;
+  std::vector<std::pair<PhysicalSensor*, const PhysicalSensor*>> made;  // with the one in whose place it is
+  for (RigSensor& sensor : wanted) {
+    const std::string key = sensor_key(sensor);
+    Impl::Entry entry;
+    entry.schedule = SampleSchedule(sensor.description.rate, engine.world().settings().step);
+    entry.schedule.restart(engine.time());
+    entry.sensor = make_physical_sensor(*node, sensor, rig.options, entry.schedule.period(), rig.log);
+    if (!entry.sensor) continue;
+    const auto old = std::find_if(rig.entries.begin(), rig.entries.end(), [&](const Impl::Entry& one) {
+      return sensor_key(one.sensor->sensor()) == key &&
+             one.sensor->sensor().description.rate == sensor.description.rate;
+    });
+    if (old != rig.entries.end()) {
+      entry.schedule = old->schedule;
+      entry.samples = old->samples;
+    } else if (entry.schedule.limited()) {
+      rig.log.warning("sensors", key + " asks for " + std::to_string(sensor.description.rate) +
+                                     " Hz, more than one sample a step; it takes one every step");
+    }
+    made.emplace_back(entry.sensor.get(), old != rig.entries.end() ? old->sensor.get() : nullptr);
+    fresh.push_back(std::move(entry));
+  }
+  std::swap(rig.entries, fresh);
+  if (rig.entries.empty()) node.reset();
+  rig.node = std::move(node);
+  rig.bind(engine);
+  for (const auto& [sensor, before] : made) {
+    sensor->restart(engine);
+    if (before != nullptr) sensor->resume(*before);
+  }
+}
+
+void PhysicalRig::instances_changed(const Engine& engine) {
+  impl_->bind(engine);
+}
+
+void PhysicalRig::between_steps(Time now) {
+  Impl& rig = *impl_;
+  if (now < rig.window_start + kPhysicalWindow) return;
+  for (Impl::Entry& entry : rig.entries) {
+    entry.reached = static_cast<double>(entry.window_samples) / to_seconds(now - rig.window_start);
+    entry.window_samples = 0;
+  }
+  rig.window_start = now;
+}
+
+void PhysicalRig::reset(const Engine& engine) {
+  Impl& rig = *impl_;
+  rig.noted_at = Time::min();
+  rig.window_start = engine.time();
+  for (Impl::Entry& entry : rig.entries) {
+    entry.window_samples = 0;
+    entry.schedule.restart(engine.time());
+    entry.sensor->restart(engine);
+  }
+}
+
+void PhysicalRig::Impl::note(const Engine& engine, int instance) {
+  const auto i = static_cast<std::size_t>(instance);
+  if (noted[i] != 0) return;
+  noted[i] = 1;
+  motions[i]->note(engine.instance(instance));
+}
+
+void PhysicalRig::before_step(const Engine& engine) {
+  Impl& rig = *impl_;
+  if (rig.entries.empty() || engine.compiled() != rig.world) return;
+  const Time then = engine.time() + rig.world->settings().step;
+  bool any = false, all = false, touches = false;
+  for (Impl::Entry& entry : rig.entries) {
+    entry.noted = entry.sensor->instance() >= 0 && entry.schedule.due(then) && entry.sensor->wanted();
+    if (!entry.noted) continue;
+    if (!any) std::ranges::fill(rig.noted, 0);
+    any = true;
+    rig.note(engine, entry.sensor->instance());
+    all = all || (entry.sensor->needs_all_motions() && !engine.attachments().empty());
+    touches = touches || entry.sensor->needs_contacts_before();
+  }
+  if (!any) return;
+  for (int i = 0; all && i < static_cast<int>(rig.motions.size()); ++i) rig.note(engine, i);
+  if (touches) engine.contacts(rig.before);
+  rig.noted_at = then;
+}
+
+bool PhysicalRig::Impl::differentiate(const Engine& engine) {
+  const double h = to_seconds(world->settings().step);
+  for (int i = 0; i < static_cast<int>(motions.size()); ++i)
+    if (noted[static_cast<std::size_t>(i)] != 0)
+      motions[static_cast<std::size_t>(i)]->differentiate(engine.instance(i), h);
+  return std::ranges::any_of(
+      entries, [](const Entry& entry) { return entry.noted && entry.sensor->needs_contacts(); });
+}
+
+Time PhysicalRig::next() const {
+  Time next = Time::max();
+  for (const Impl::Entry& entry : impl_->entries)
+    if (entry.sensor->instance() >= 0) next = std::min(next, entry.schedule.at(entry.schedule.next()));
+  return next;
+}
+
+Time PhysicalRig::publish(const Engine& engine) {
+  Impl& rig = *impl_;
+  if (rig.entries.empty() || engine.compiled() != rig.world) return Time::max();
+  const Time now = engine.time();
+  const bool stepped = rig.noted_at == now;
+  rig.noted_at = Time::min();
+  if (stepped && rig.differentiate(engine)) engine.contacts(rig.contacts);
+  const PhysicalState state{engine, now, rig.bus.stamp(now), rig.motions, rig.before, rig.contacts};
+  for (Impl::Entry& entry : rig.entries) {
+    if (entry.sensor->instance() < 0) continue;
+    if (entry.schedule.due(now)) {
+      const std::uint64_t sample = entry.schedule.take(now);
+      if (stepped && entry.noted) {
+        entry.sensor->publish(state, sample);
+        ++entry.samples;
+        ++entry.window_samples;
+      }
+    }
+    entry.noted = false;
+  }
+  return next();
+}
+
+void PhysicalRig::refresh(std::span<doppel_msgs::msg::Sensor> list) const {
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    list[i].reached = impl_->entries[i].reached;
+    list[i].samples = impl_->entries[i].samples;
+  }
+}
+
+std::vector<RigStatus> PhysicalRig::status() const {
+  std::vector<RigStatus> out;
+  for (const Impl::Entry& entry : impl_->entries) {
+    const RigSensor& sensor = entry.sensor->sensor();
+    RigStatus& status = out.emplace_back();
+    status.sensor.name = sensor_key(sensor);
+    status.sensor.type = sensor.description.type;
+    status.sensor.topics = {entry.sensor->topic()};
+    status.sensor.frame = entry.sensor->frame();
+    status.hash = entry.sensor->hash();
+    status.sensor.rate = sensor.description.rate;
+    status.sensor.reached = entry.reached;
+    status.sensor.samples = entry.samples;
+  }
+  return out;
+}
+
+}  // namespace doppel

@@ -1,0 +1,69 @@
+#pragma once
+// Physical sensors of a running world. Their values follow from the engine's states alone, so that every engine has
+// them: the acceleration over a step is the change of its velocities, with inverse dynamics (Featherstone 2008, table
+// 5.1) for the links and for the wrenches between them. A sample is taken at the end of the step that is nearest to its
+// time, with the stamp of that instant.
+//
+// sensor_msgs/Imu: specific force (acceleration minus gravity, m/s^2), angular velocity (rad/s) and orientation at the
+// sensor's own point.
+//
+// geometry_msgs/WrenchStamped: the wrench that a joint, also a fixed one, transmits over the step (N, N m), torque about
+// the sensor's own point: the rate of momentum of all beyond the joint, without the parts of gravity and contacts. What
+// moves freely and is attached beyond the joint is part of it. Not known are wrenches that Instance::apply_wrench()
+// applies beyond the joint, and loads through an attachment to another instance with a fixed base: they are measured as if
+// the joint transmitted them.
+//
+// ros_gz_interfaces/Contacts, or for a bumper gazebo_msgs/ContactsState: what touches the sensor's collisions, as of the
+// present state, in the frame "world" of TF unless the description names another one; empty when nothing touches, so
+// that the end of a touch is seen. Contacts are those of whole links: where one collision of several is named, contacts
+// of the others count, too.
+//
+// The noise of sample n depends on the seed, the sensor and n alone. What nobody reads is not computed.
+
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "doppel/bus/bus.h"
+#include "doppel/core/log.h"
+#include "doppel/export.h"
+#include "doppel/physics/engine.h"
+#include "doppel/sensing/rig_sensor.h"
+
+namespace doppel {
+
+class DOPPEL_API PhysicalRig {
+ public:
+  // The log outlives the rig.
+  PhysicalRig(Bus& bus, const Log& log, const RigOptions& options);
+  ~PhysicalRig();
+  PhysicalRig(const PhysicalRig&) = delete;
+  PhysicalRig& operator=(const PhysicalRig&) = delete;
+
+  // -- between steps
+  void between_steps(Time now);
+  // Replaces all sensors; those that stay keep their count of samples and their start. Sensors of other kinds are left
+  // out.
+  void set_sensors(std::vector<RigSensor> sensors, const Engine& engine);
+  // The engine has other instances: looks up those of the sensors again.
+  void instances_changed(const Engine& engine);
+  // Orientations relative to the start are relative to the present ones from now on.
+  void reset(const Engine& engine);
+  [[nodiscard]] std::vector<RigStatus> status() const;
+  // Writes the present rates and counts into the list that status() gave; does not allocate.
+  void refresh(std::span<doppel_msgs::msg::Sensor> list) const;
+  [[nodiscard]] bool empty() const;
+
+  // -- in the loop: no allocation, no throw
+  // Notes the state from which the step begins, if a sample is due at its end.
+  void before_step(const Engine& engine);
+  // Publishes the samples that are due. Returns the time of the next one.
+  Time publish(const Engine& engine);
+  [[nodiscard]] Time next() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,34 @@
+#pragma once
+// What the rigs of sensors share: a sensor on an instance, and the options and status of a rig.
+
+#include <cstdint>
+#include <string>
+
+#include "doppel/messages/doppel_msgs.h"
+#include "doppel/sensors/sensor_description.h"
+
+namespace doppel {
+
+// A sensor of an instance. Its data are in the axes of the frame that its messages name.
+struct RigSensor {
+  SensorDescription description;
+  std::string instance;  // in the engine
+  int link = 0;
+  std::string name_space;  // of its topics: "left"; empty: none
+  std::string frame;       // header.frame_id
+  Pose X_LF =
+      Pose::Identity();      // that frame in the link; for pictures the optical frame, or what the user named
+  std::string frame_prefix;  // of the robot's links in header.frame_id: "left/"; empty: none
+};
+
+struct RigOptions {
+  std::uint64_t seed = 0;
+  bool lockstep = false;  // the loop waits for every sample
+};
+
+struct RigStatus {
+  doppel_msgs::msg::Sensor sensor;
+  std::uint64_t hash = 0;  // over all bytes published so far
+};
+
+}  // namespace doppel

@@ -1,0 +1,23 @@
+#include "doppel/sensing/detail/sensor_names.h"
+
+namespace doppel {
+
+std::string sensor_key(const RigSensor& sensor) {
+  const SensorDescription& of = sensor.description;
+  return sensor.instance + "/" + (of.joint.empty() ? of.link : of.joint) + "/" + of.name;
+}
+
+std::string sensor_topic(const RigSensor& sensor, const std::string& output, const std::string& own) {
+  std::string topic = own;
+  for (const auto& [name, given] : sensor.description.topics)
+    if (name == output) topic = given;
+  if (topic.starts_with("/")) return topic;
+  std::string prefix = "/";
+  if (!sensor.name_space.empty()) prefix += sensor.name_space + "/";
+  std::string inner = sensor.description.name_space;
+  while (inner.starts_with("/")) inner.erase(0, 1);
+  if (!inner.empty()) prefix += inner + "/";
+  return prefix + topic;
+}
+
+}  // namespace doppel

@@ -1,0 +1,110 @@
+// The same camera in every spelling of Gazebo classic and gz-sim makes the same picture, byte for byte.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "doppel/description/load.h"
+#include "doppel/messages/sensor_msgs.h"
+#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/sensing/light_rig.h"
+#include "doppel/sensors/sensor_reader.h"
+
+namespace doppel {
+namespace {
+
+struct Spelling {
+  const char* what;
+  const char* type;
+  const char* tags;    // of the sensor
+  const char* plugin;  // of classic: filename and content; empty: none
+  const char* content;
+  const char* topic;  // of the picture
+};
+
+constexpr Spelling kSpellings[] = {
+    {"gz-sim", "camera", "", "", "", "/eye/image_raw"},
+    {"gz-sim with a topic", "camera", "<topic>view</topic>", "", "", "/view"},
+    {"ignition", "camera", "<ignition_frame_id>head</ignition_frame_id>", "", "", "/eye/image_raw"},
+    {"gz frame", "camera", "<gz_frame_id>head</gz_frame_id>", "", "", "/eye/image_raw"},
+    {"wide angle", "wideanglecamera", "", "", "", "/eye/image_raw"},
+    {"rgbd", "rgbd_camera", "", "", "", "/eye/image"},
+    {"classic, ROS 2", "camera", "", "libgazebo_ros_camera.so",
+     "<ros><namespace>n</namespace></ros><camera_name>c</camera_name>", "/n/c/image_raw"},
+    {"classic, ROS 2, depth", "depth", "", "libgazebo_ros_camera.so", "", "/eye/image_raw"},
+    {"classic, ROS 1", "camera", "", "libgazebo_ros_camera.so",
+     "<robotNamespace>n</robotNamespace><cameraName>c</cameraName><imageTopicName>i</imageTopicName>",
+     "/n/c/i"},
+    {"classic, ROS 1, Kinect", "depth", "", "libgazebo_ros_openni_kinect.so",
+     "<cameraName>c</cameraName><imageTopicName>rgb</imageTopicName>", "/c/rgb"},
+    {"classic, ROS 1, depth camera", "depth", "", "libgazebo_ros_depth_camera.so",
+     "<cameraName>c</cameraName>", "/c/ir/image_raw"},
+    {"classic, triggered", "camera", "", "libgazebo_ros_triggered_camera.so", "<cameraName>c</cameraName>",
+     "/c/image_raw"},
+    {"classic, several cameras", "multicamera", "", "libgazebo_ros_multicamera.so",
+     "<cameraName>c</cameraName>", "/c/image_raw"},
+};
+
+std::string urdf_of(const Spelling& spelling) {
+  std::string plugin;
+  if (*spelling.plugin != '\0')
+    plugin =
+        std::string("<plugin name='p' filename='") + spelling.plugin + "'>" + spelling.content + "</plugin>";
+  return std::string(
+             "<robot name='pole'><link name='head'><inertial><mass value='1'/><inertia ixx='1' ixy='0' "
+             "ixz='0' "
+             "iyy='1' iyz='0' izz='1'/></inertial></link><gazebo reference='head'><sensor name='eye' "
+             "type='") +
+         spelling.type + "'><update_rate>10</update_rate>" + spelling.tags +
+         "<camera "
+         "name='one'><horizontal_fov>1.1</horizontal_fov><image><width>48</width><height>32</height></image>"
+         "<distortion><k1>-0.1</k1></distortion><noise><type>gaussian</type><stddev>0.02</stddev></noise></"
+         "camera>" +
+         plugin + "</sensor></gazebo></robot>";
+}
+
+World room_with_ball() {
+  World world = test::empty_space();
+  world.gravity.setZero();
+  WorldObject ball;
+  ball.name = "ball";
+  ball.shape = Sphere{0.5};
+  ball.X_WO.translation() = Eigen::Vector3d(2, 0.2, 0.1);
+  world.objects.push_back(ball);
+  return world;
+}
+
+std::vector<std::uint8_t> picture_of(const Spelling& spelling) {
+  PackageResolver resolver;
+  Diagnostics diagnostics;
+  const RobotDescription robot = parse_urdf(urdf_of(spelling), "pole.urdf", resolver, diagnostics);
+  const std::vector<SensorDescription> sensors = read_sensors(robot, diagnostics);
+  if (sensors.size() != 1) return {};
+  test::Rig world{robot, room_with_ball()};
+  Bus bus;
+  Log log;
+  LightRig rig(bus, log, {.seed = 3, .lockstep = true});
+  rig.set_sensors({RigSensor{sensors.front(), "pole", 0, "", "head", Pose::Identity(), ""}}, *world.engine);
+  Node reader(bus, "/reader");
+  std::vector<std::uint8_t> out;
+  reader.subscribe<sensor_msgs::msg::Image>(spelling.topic,
+                                            [&](const sensor_msgs::msg::Image& image) { out = image.data; });
+  bus.spin();
+  for (int i = 0; i < 110; ++i) {
+    world.engine->step();
+    bus.set_now(world.engine->time());
+    rig.after_step(world.engine->time(), *world.engine);
+    rig.between_steps(world.engine->time());
+  }
+  return out;
+}
+
+TEST(LightRig, SameCameraInEverySpellingMakesSameBytes) {
+  const std::vector<std::uint8_t> first = picture_of(kSpellings[0]);
+  ASSERT_EQ(first.size(), 48U * 32 * 3);
+  EXPECT_NE(*std::ranges::max_element(first), *std::ranges::min_element(first));
+  for (const Spelling& spelling : kSpellings) EXPECT_TRUE(picture_of(spelling) == first) << spelling.what;
+}
+
+}  // namespace
+}  // namespace doppel
