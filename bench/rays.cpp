@@ -15,6 +15,7 @@
 
 #include "doppel/rays/ray_caster.h"
 #include "doppel/scene/scene_builder.h"
+#include "doppel/sensors/lens.h"
 
 namespace doppel {
 namespace {
@@ -111,18 +112,10 @@ struct Bench {
 };
 
 PixelRays pinhole(int width, int height) {
-  const double focal = width / (2 * std::tan(1.047 / 2));
-  PixelRays out;
-  out.width = width;
-  out.height = height;
-  out.pixel_angle = static_cast<float>(1 / focal);
-  for (int v = 0; v < height; ++v)
-    for (int u = 0; u < width; ++u) {
-      out.x.push_back(static_cast<float>((u - (width - 1) / 2.0) / focal));
-      out.y.push_back(static_cast<float>((v - (height - 1) / 2.0) / focal));
-      out.z.push_back(1);
-    }
-  return out;
+  CameraDescription camera;
+  camera.width = width;
+  camera.height = height;
+  return pixel_rays(intrinsics_of(camera), 1).front();
 }
 
 Pose from_corner() {

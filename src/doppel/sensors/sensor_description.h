@@ -69,8 +69,7 @@ struct CameraDescription {
   int samples = 1;                              // of a pixel: <anti_aliasing>
   LensDescription lens;
   NoiseDescription noise;  // of colours, in parts of full scale
-  double baseline = 0;     // m: x of a right camera of a stereo pair, which P[3] tells
-  bool bayer_reported = false;
+  double baseline = 0;     // m: x of the right camera of a stereo pair, in P[3]
   // doppel's own tags.
   Eigen::Vector3d depth_noise = Eigen::Vector3d::Zero();  // a, b, c: sigma = a + b z + c z^2, m
   double dropout = 0;                                     // probability that a depth is missing
@@ -150,7 +149,7 @@ struct DOPPEL_API SensorDescription {
   bool frame_is_optical = false;  // written in a tag that says so (optical_frame_id)
   bool best_effort = false;       // by <qos>
   bool visualize = false;
-  bool points_only = false, image_only = false;  // of plugins that publish one of several outputs
+  bool points_only = false;  // of plugins that publish points alone
   std::variant<std::vector<CameraDescription>, LidarDescription, RangeDescription, ImuDescription,
                ForceTorqueDescription, ContactDescription, EnvironmentDescription>
       what;  // several cameras: a multicamera
