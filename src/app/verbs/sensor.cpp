@@ -1,10 +1,11 @@
 // doppel sensor: the sensors of a running twin, their rates and their data.
 #include <algorithm>
 #include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "app/verbs/output.h"
 #include "app/verbs/saved_message.h"
-#include "app/verbs/shell.h"
+#include "app/verbs/sensor_verbs.h"
 #include "app/verbs/verbs.h"
 #include "doppel/core/names.h"
 #include "doppel/messages/doppel_msgs.h"
@@ -18,15 +19,6 @@ using doppel_msgs::msg::Sensors;
 
 constexpr const char* kList = "/doppel/sensors";
 constexpr auto kPatience = std::chrono::seconds(5);
-
-Sensors sensors_of(Client& twin) {
-  if (!twin.topics().contains(kList)) return {};
-  twin.subscribe(kList);
-  Client::Received message;
-  if (!twin.next(message, Clock::now() + kPatience)) throw ClientError("the twin does not list its sensors");
-  twin.unsubscribe(kList);
-  return decode<Sensors>(message.cdr);
-}
 
 // By its whole name, or the last part of it where that is unique.
 Sensor sensor_named(Client& twin, const std::string& name) {
@@ -50,11 +42,26 @@ std::string rate_text(double rate) {
   return rate > 0 ? fmt::format("{:.4g} Hz", rate) : "every step";
 }
 
-int list_sensors(Shell& shell, const NoOptions&) {
+nlohmann::json to_json(const Sensor& sensor) {
+  return {{"name", sensor.name},       {"type", sensor.type},         {"topics", sensor.topics},
+          {"frame", sensor.frame},     {"rate", sensor.rate},         {"reached", sensor.reached},
+          {"samples", sensor.samples}, {"left_out", sensor.left_out}, {"cost", sensor.cost}};
+}
+
+struct SensorListOptions {
+  bool json = false;
+};
+
+int list_sensors(Shell& shell, const SensorListOptions& options) {
   const Sensors all = sensors_of(shell.twin());
+  if (options.json) {
+    nlohmann::json list = nlohmann::json::array();
+    for (const Sensor& sensor : all.sensors) list.push_back(to_json(sensor));
+    print_out(list.dump(2) + "\n");
+    return 0;
+  }
   if (all.sensors.empty()) {
-    print_note(
-        "no robot of this twin has a sensor of light; <sensor> in <gazebo reference=\"link\"> adds one");
+    print_note("this twin has no sensors; <sensor> in <gazebo reference=\"link\"> adds one");
     return 0;
   }
   std::size_t name = 4, type = 4;
@@ -111,6 +118,15 @@ int sensor_rate(Shell& shell, const SensorOptions& options) {
 
 }  // namespace
 
+Sensors sensors_of(Client& twin) {
+  if (!twin.topics().contains(kList)) return {};
+  twin.subscribe(kList);
+  Client::Received message;
+  if (!twin.next(message, Clock::now() + kPatience)) throw ClientError("the twin does not list its sensors");
+  twin.unsubscribe(kList);
+  return decode<Sensors>(message.cdr);
+}
+
 int save_topic(Shell& shell, const std::string& topic, const std::string& named) {
   Client& twin = shell.twin();
   const TypeSupport& type = twin.message_type(topic);
@@ -133,9 +149,21 @@ int save_topic(Shell& shell, const std::string& topic, const std::string& named)
 
 void add_sensor(CLI::App& app, int& exit_code) {
   CLI::App& group = add_group(app, "sensor", "List sensors of a twin, measure their rates, save their data");
-  add_verb<NoOptions>(
+  add_verb<SensorListOptions>(
       group, "list", "List sensors with their rates and topics", "doppel sensor list", exit_code,
-      [](CLI::App&, NoOptions&) {}, list_sensors);
+      [](CLI::App& verb, SensorListOptions& options) {
+        verb.add_flag("--json", options.json, "Print a JSON list to stdout, in Hz, s");
+      },
+      list_sensors);
+  add_verb<SensorCheckOptions>(
+      group, "check", "Read a message of every topic, and print what is in it", "doppel sensor check",
+      exit_code,
+      [](CLI::App& verb, SensorCheckOptions& options) {
+        verb.add_option("--wait", options.wait, "Seconds for all messages (default 10)")
+            ->check(CLI::PositiveNumber);
+        verb.add_flag("--json", options.json, "Print a JSON list to stdout");
+      },
+      check_sensors);
   const auto name = [](CLI::App& verb, SensorOptions& options) {
     verb.add_option("sensor", options.name, "Its name, or the last part of it")->required();
   };

@@ -75,19 +75,35 @@ double growing_radius(const CameraIntrinsics& camera) {
   return 10;
 }
 
-std::optional<Vector2d> undistorted(const CameraIntrinsics& camera, const Vector2d& seen, double most) {
-  Vector2d x = seen;
+// The derivative of distorted().
+Eigen::Matrix2d distortion_slope(const CameraIntrinsics& camera, const Vector2d& x) {
+  const auto& [k1, k2, p1, p2, k3] = camera.d;
+  const double r2 = x.squaredNorm(), radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3)),
+               slope = 2 * (k1 + r2 * (2 * k2 + r2 * 3 * k3));  // d radial / d x = slope x
+  Eigen::Matrix2d J;
+  J << radial + slope * x.x() * x.x() + 2 * p1 * x.y() + 6 * p2 * x.x(),
+      slope * x.x() * x.y() + 2 * p1 * x.x() + 2 * p2 * x.y(),
+      slope * x.x() * x.y() + 2 * p1 * x.x() + 2 * p2 * x.y(),
+      radial + slope * x.y() * x.y() + 6 * p1 * x.y() + 2 * p2 * x.x();
+  return J;
+}
+
+// An upper limit of |distorted(x)| over |x| <= most, within which it grows.
+double largest_distorted(const CameraIntrinsics& camera, double most) {
+  const double r2 = most * most, radial = 1 + r2 * (camera.d[0] + r2 * (camera.d[1] + r2 * camera.d[4]));
+  return most * radial + 3 * (std::abs(camera.d[2]) + std::abs(camera.d[3])) * r2;
+}
+
+// `start`: from where Newton's method begins, such as the solution of the pixel beside.
+std::optional<Vector2d> undistorted(const CameraIntrinsics& camera, const Vector2d& seen, double most,
+                                    const Vector2d& start) {
+  if (seen.norm() > largest_distorted(camera, most) * (1 + 1e-9)) return std::nullopt;
+  Vector2d x = start;
   if (x.norm() > most) x *= 0.9 * most / x.norm();
   for (int i = 0; i < 60; ++i) {
     const Vector2d error = distorted(camera, x) - seen;
     if (error.norm() < 1e-12) return x.norm() <= most ? std::optional(x) : std::nullopt;
-    constexpr double h = 1e-6;
-    Eigen::Matrix2d J;
-    for (int k = 0; k < 2; ++k) {
-      Vector2d step = Vector2d::Zero();
-      step[k] = h;
-      J.col(k) = (distorted(camera, x + step) - distorted(camera, x - step)) / (2 * h);
-    }
+    const Eigen::Matrix2d J = distortion_slope(camera, x);
     if (std::abs(J.determinant()) < 1e-9) return std::nullopt;
     Vector2d step = J.inverse() * error;
     if (step.norm() > 0.3) step *= 0.3 / step.norm();
@@ -110,7 +126,9 @@ std::optional<double> angle_of(const CameraIntrinsics& camera, double seen) {
   return std::abs(distorted_angle(camera, theta) - seen) < 1e-9 ? std::optional(theta) : std::nullopt;
 }
 
-std::optional<Vector3d> direction_at(const CameraIntrinsics& camera, double u, double v, double most) {
+// `near`, if given: the direction of a pixel beside, with z 1.
+std::optional<Vector3d> direction_at(const CameraIntrinsics& camera, double u, double v, double most,
+                                     const std::optional<Vector3d>& near = {}) {
   const double y = (v - camera.cy) / camera.fy, x = (u - camera.cx - camera.skew * y) / camera.fx;
   if (camera.model == Distortion::equidistant) {
     const double seen = std::hypot(x, y);
@@ -121,7 +139,7 @@ std::optional<Vector3d> direction_at(const CameraIntrinsics& camera, double u, d
     return Vector3d(s * x, s * y, std::cos(*theta));
   }
   std::optional<Vector2d> at = Vector2d(x, y);
-  if (!camera.plain()) at = undistorted(camera, *at, most);
+  if (!camera.plain()) at = undistorted(camera, *at, most, near ? Vector2d(near->head<2>()) : *at);
   if (!at || std::atan(at->norm()) > camera.cutoff) return std::nullopt;
   return Vector3d(at->x(), at->y(), 1);
 }
@@ -200,13 +218,16 @@ std::vector<PixelRays> pixel_rays(const CameraIntrinsics& camera, int samples) {
     rays.pixel_angle = static_cast<float>(1 / camera.fx);
     const auto pixels = static_cast<std::size_t>(camera.width) * static_cast<std::size_t>(camera.height);
     for (std::vector<float>* values : {&rays.x, &rays.y, &rays.z}) values->reserve(pixels);
-    for (int v = 0; v < camera.height; ++v)
+    for (int v = 0; v < camera.height; ++v) {
+      std::optional<Vector3d> found;
       for (int u = 0; u < camera.width; ++u) {
-        const Vector3d d = direction_at(camera, u + du, v + dv, most).value_or(Vector3d::Zero());
+        found = direction_at(camera, u + du, v + dv, most, found);
+        const Vector3d d = found.value_or(Vector3d::Zero());
         rays.x.push_back(static_cast<float>(d.x()));
         rays.y.push_back(static_cast<float>(d.y()));
         rays.z.push_back(static_cast<float>(d.z()));
       }
+    }
     out.push_back(std::move(rays));
   }
   return out;

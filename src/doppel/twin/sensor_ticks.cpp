@@ -1,5 +1,9 @@
 #include "doppel/twin/detail/sensor_ticks.h"
 
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
 #include <span>
 
 #include "doppel/twin/pose_messages.h"
@@ -8,6 +12,7 @@ namespace doppel {
 namespace {
 
 constexpr Duration kListPeriod{1'000'000'000};
+constexpr Duration kFramePeriod{20'000'000};  // of /tf, as robot_state_publisher's default
 
 void add_sensors(const CompiledRobot& robot, std::vector<RigSensor>& out) {
   const bool prefixed = !robot.name_space().empty() && robot.asked().tf != TfTopics::separate;
@@ -27,31 +32,57 @@ void add_sensors(const ModelSensors& model, std::vector<RigSensor>& out) {
 
 }  // namespace
 
-void SensorTicks::publish_frames(const std::vector<ModelSensors>& models) {
+void SensorTicks::find_frames(const std::vector<ModelSensors>& models) {
   constexpr const char* kModels = "/models";  // no namespace of a robot
-  std::vector<geometry_msgs::msg::TransformStamped> transforms;
+  std::vector<geometry_msgs::msg::TransformStamped> still;
+  moving_.clear();
+  moving_message_.transforms.clear();
   for (const ModelSensors& model : models) {
     const int instance = scene_.engine().compiled()->find(model.model);
-    if (!model.is_static || instance < 0) continue;
+    if (instance < 0) continue;
     for (const RobotSensor& sensor : model.sensors.sensors) {
-      const Pose X_WL = scene_.engine().instance(instance).link_pose(sensor.link);
-      const Pose X_TF = scene_.world_in_tf() * X_WL * sensor.X_LF;
-      transforms.push_back(transform_of("world", model.model + "/" + sensor.frame, X_TF));
+      const MovingFrame frame{model.model, instance, sensor.link, sensor.X_LF};
+      auto& transforms = model.is_static ? still : moving_message_.transforms;
+      const std::string name = model.model + "/" + sensor.frame;
+      const auto has_name = [&](const auto& other) { return other.child_frame_id == name; };
+      if (std::any_of(transforms.begin(), transforms.end(), has_name)) continue;
+      transforms.push_back(transform_of("world", name, pose_of(frame)));
       transforms.back().header.stamp = to_time_msg(bus_.stamp(bus_.now()));
+      if (!model.is_static) moving_.push_back(frame);
     }
   }
+  frames_due_ = Time::min();
   sources_.statics->erase(kModels);
-  if (transforms.empty()) return;
+  if (still.empty() && moving_.empty()) {
+    frames_node_.reset();
+    return;
+  }
   if (!frames_node_) {
     frames_node_ = std::make_unique<Node>(bus_, "/doppel_models");
     tf_static_ =
         frames_node_->advertise<tf2_msgs::msg::TFMessage>("/tf_static", {.depth = 1, .latched = true});
+    tf_ = frames_node_->advertise<tf2_msgs::msg::TFMessage>("/tf", {.depth = 100});
   }
-  (*sources_.statics)[kModels] = {this, std::move(transforms)};
+  if (still.empty()) return;
+  (*sources_.statics)[kModels] = {this, std::move(still)};
   tf2_msgs::msg::TFMessage all;
   for (const auto& [name_space, of] : *sources_.statics)
     all.transforms.insert(all.transforms.end(), of.transforms.begin(), of.transforms.end());
   tf_static_.publish(all, bus_.now());
+}
+
+Pose SensorTicks::pose_of(const MovingFrame& frame) const {
+  return scene_.world_in_tf() * scene_.engine().instance(frame.instance).link_pose(frame.link) * frame.X_LF;
+}
+
+void SensorTicks::publish_moving(Time now) {
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    if (moving_[i].instance < 0) continue;
+    auto& transform = moving_message_.transforms[i];
+    transform.header.stamp = to_time_msg(bus_.stamp(now));
+    write_transform(pose_of(moving_[i]), transform.transform);
+  }
+  tf_.publish(moving_message_, now);
 }
 
 void SensorTicks::list_sensors() {
@@ -60,6 +91,7 @@ void SensorTicks::list_sensors() {
   lights_ = list_.sensors.size();
   for (RigStatus& one : physical_.status()) list_.sensors.push_back(std::move(one.sensor));
   list_due_ = Time::min();
+  report_shared_topics();
   if (list_.sensors.empty()) {
     list_node_.reset();
   } else if (!list_node_) {
@@ -69,6 +101,19 @@ void SensorTicks::list_sensors() {
   }
 }
 
+void SensorTicks::report_shared_topics() const {
+  std::map<std::string, std::vector<std::string>> of_topic;
+  for (const auto& sensor : list_.sensors)
+    for (const std::string& topic : sensor.topics) of_topic[topic].push_back(sensor.name);
+  for (const auto& [topic, names] : of_topic)
+    if (names.size() > 1)
+      log_.warning(
+          "sensors",
+          fmt::format("{} publish on the same topic {}, so that their readers get both; give "
+                      "each a topic of its own, as in <topic>{}/image</topic>",
+                      fmt::join(names, ", "), topic, names.front().substr(names.front().rfind('/') + 1)));
+}
+
 void SensorTicks::look_up() {
   changed_ = false;
   std::vector<std::shared_ptr<const CompiledRobot>> present = sources_.robots();
@@ -76,6 +121,7 @@ void SensorTicks::look_up() {
   if (present == known_ && models == known_models_) {
     light_.instances_changed(scene_.engine());
     physical_.instances_changed(scene_.engine());
+    for (MovingFrame& frame : moving_) frame.instance = scene_.engine().compiled()->find(frame.model);
     return;
   }
   std::vector<RigSensor> sensors;
@@ -83,7 +129,7 @@ void SensorTicks::look_up() {
   for (const ModelSensors& model : *models) add_sensors(model, sensors);
   physical_.set_sensors(sensors, scene_.engine());
   light_.set_sensors(std::move(sensors), scene_.engine());
-  publish_frames(*models);
+  find_frames(*models);
   known_ = std::move(present);
   known_models_ = std::move(models);
   list_sensors();
@@ -93,6 +139,10 @@ void SensorTicks::between_steps(Time now) {
   if (changed_) look_up();
   light_.between_steps(now);
   physical_.between_steps(now);
+  if (!moving_.empty() && now >= frames_due_) {
+    frames_due_ = now + kFramePeriod;
+    publish_moving(now);
+  }
   if (!list_node_ || now < list_due_) return;
   list_due_ = now + kListPeriod;
   const std::span<doppel_msgs::msg::Sensor> all(list_.sensors);
@@ -104,7 +154,7 @@ void SensorTicks::between_steps(Time now) {
 void SensorTicks::reset(Time now) {
   light_.reset(now);
   physical_.reset(scene_.engine());
-  list_due_ = now;
+  list_due_ = frames_due_ = now;
 }
 
 std::vector<RigStatus> SensorTicks::status() const {

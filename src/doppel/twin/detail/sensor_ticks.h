@@ -29,6 +29,7 @@ class SensorTicks : public Tickable {
   SensorTicks(Bus& bus, const Scene& scene, const Log& log, const RigOptions& options, Sources sources)
       : bus_(bus),
         scene_(scene),
+        log_(log),
         sources_(std::move(sources)),
         light_(bus, log, options),
         physical_(bus, log, options) {
@@ -51,14 +52,27 @@ class SensorTicks : public Tickable {
  private:
   void look_up();
   void list_sensors();
-  // The frames of static models, in "world", on /tf_static.
-  void publish_frames(const std::vector<ModelSensors>& models);
+  void report_shared_topics() const;
+  // A frame of a sensor of a model that moves and is no robot.
+  struct MovingFrame {
+    std::string model;
+    int instance = -1, link = 0;
+    Pose X_LF = Pose::Identity();
+  };
+  // The frames of models, in "world": of static ones on /tf_static, of others on /tf.
+  void find_frames(const std::vector<ModelSensors>& models);
+  [[nodiscard]] Pose pose_of(const MovingFrame& frame) const;
+  void publish_moving(Time now);
 
   Bus& bus_;
   const Scene& scene_;
+  const Log& log_;
   const Sources sources_;
   std::unique_ptr<Node> frames_node_;  // nullptr: there are no such frames
-  Publisher<tf2_msgs::msg::TFMessage> tf_static_;
+  Publisher<tf2_msgs::msg::TFMessage> tf_static_, tf_;
+  std::vector<MovingFrame> moving_;
+  tf2_msgs::msg::TFMessage moving_message_;  // a transform for each of them
+  Time frames_due_ = Time::min();
   std::vector<std::shared_ptr<const CompiledRobot>> known_;  // of which the rigs' sensors are
   std::shared_ptr<const std::vector<ModelSensors>> known_models_;
   LightRig light_;

@@ -1,0 +1,20 @@
+#pragma once
+// What the verbs of `doppel sensor` share.
+
+#include "app/verbs/shell.h"
+#include "doppel/messages/doppel_msgs.h"
+
+namespace doppel::app {
+
+// The sensors of the twin; empty if it has none. Throws ClientError if the twin does not list them.
+doppel_msgs::msg::Sensors sensors_of(Client& twin);
+
+struct SensorCheckOptions {
+  double wait = 10;  // s for all messages
+  bool json = false;
+};
+// Reads a message of every topic of every sensor and prints what it contains. Returns 1 if a topic is silent, or names a
+// frame that is not in TF.
+int check_sensors(Shell& shell, const SensorCheckOptions& options);
+
+}  // namespace doppel::app
