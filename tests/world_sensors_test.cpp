@@ -5,6 +5,7 @@
 #include <set>
 
 #include "doppel/core/test/heap_touches.h"
+#include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/messages/tf2_msgs.h"
 #include "twin_fixture.h"
@@ -125,15 +126,38 @@ TEST_F(WorldSensors, EveryFrameOfTheirMessagesIsInTf) {
 
 TEST_F(WorldSensors, LoopWithFramesOfMovingModelsDoesNotAllocate) {
   bring_up_room();
-  for (const char* topic : {"/tf", "/swing_imu", "/swing_wrench", "/carton_contact"}) listen(topic);
+  for (const char* topic : {"/tf", "/swing_imu", "/swing_wrench", "/carton_contact", "/diagnostics"})
+    listen(topic);
   run(0.4);
   EXPECT_EQ(heap_touches_of([&] {
-              for (int i = 0; i < 100; ++i) {
+              for (int i = 0; i < 1100; ++i) {
                 twin_->between_steps();
                 twin_->step();
               }
             }),
             0U);
+}
+
+TEST_F(WorldSensors, DiagnosticsWarnOfSamplesThatAreLeftOut) {
+  Scenario scenario;  // the loop does not wait, and is much faster than the pictures
+  scenario.world = DOPPEL_SOURCE_DIR "/worlds/sensors.sdf";
+  bring_up(scenario);
+  for (const char* topic : {"/diagnostics", "/barrel/image_raw"}) listen(topic);
+  run(3);
+  int warned = 0;
+  for (const auto& message : received<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics"))
+    for (const auto& status : message.status) {
+      if (status.name == "doppel: sensor mast/mast/scan") {
+        EXPECT_EQ(status.message, "is not read");
+      }
+      if (status.name != "doppel: sensor mast/mast/barrel" ||
+          status.level == diagnostic_msgs::msg::DiagnosticStatus::OK)
+        continue;
+      ++warned;
+      EXPECT_NE(status.message.find("samples left out in the last second"), std::string::npos)
+          << status.message;
+    }
+  EXPECT_GE(warned, 1);
 }
 
 TEST_F(WorldSensors, TopicOfTwoSensorsIsReported) {

@@ -39,6 +39,7 @@ struct UpOptions {
   double duration = 0;
   std::uint64_t seed = 0;
   std::string sensors = "beside";
+  int sensor_threads = 1;
   bool no_reload = false;
   bool strict = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
@@ -63,7 +64,8 @@ Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
   scenario.ideal = options.ideal;
   scenario.enforce_limits = !options.no_limits;
   scenario.strict = options.strict;
-  scenario.sensors = {.seed = options.seed, .lockstep = options.sensors == "lockstep"};
+  scenario.sensors = {
+      .seed = options.seed, .lockstep = options.sensors == "lockstep", .threads = options.sensor_threads};
   return scenario;
 }
 
@@ -353,6 +355,9 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
                  "lockstep: the "
                  "loop waits for each sample, as for recordings with --speed max")
       ->check(CLI::IsMember({"beside", "lockstep"}));
+  up->add_option("--sensor-threads", options->sensor_threads,
+                 "Threads among which cameras and lidars are divided (default 1); the data are the same")
+      ->check(CLI::Range(1, 64));
   up->add_flag("--no-reload", options->no_reload, "Do not reload when the sources change");
   up->add_flag("--headless", options->headless, "Log lines only: no live table, no browser");
   up->add_flag("--json", options->json, "Print a JSON summary to stdout at the end");

@@ -3,11 +3,13 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <optional>
 
 #include "doppel/images/image.h"
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/sensing/detail/light_sensor.h"
 #include "doppel/sensing/detail/pixel_formats.h"
+#include "doppel/sensing/detail/rolling_shutter.h"
 #include "doppel/sensors/image_noise.h"
 #include "doppel/sensors/lens.h"
 
@@ -59,7 +61,8 @@ class CameraOutput : public LightSensor {
   struct Camera {
     CameraDescription description;
     CameraIntrinsics intrinsics;
-    std::vector<PixelRays> rays;   // made at the first sample
+    std::vector<PixelRays> rays;  // made at the first sample
+    std::optional<RollingShutter> shutter;
     Pose X_LO = Pose::Identity();  // the optical frame in the link
     int image = kNone, info = kNone, compressed = kNone, depth = kNone, points = kNone, labels = kNone,
         colours_of_labels = kNone, depth_info = kNone;  // outlets
@@ -72,6 +75,8 @@ class CameraOutput : public LightSensor {
                   bool written);
   void make_one(const RayCaster& caster, Camera& camera, const LightSample& sample, Time stamp,
                 std::vector<LightMessage>& out);
+  void render(const RayCaster& caster, Camera& camera, const LightSample& sample,
+              const CameraView& view) const;
   [[nodiscard]] msg::CameraInfo info_of(const Camera& camera, const std_msgs::msg::Header& header) const;
   void add_image(const Camera& camera, const LightSample& sample, const std_msgs::msg::Header& header,
                  std::vector<LightMessage>& out) const;
@@ -187,7 +192,7 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
       view.far = camera.description.depth_far.value_or(view.far);
     }
     view.own_body = sample.body;
-    caster.render(view, camera.picture);
+    render(caster, camera, sample, view);
     if (view.colour) {
       expose(camera.description.exposure, camera.picture.rgb);
       add_colour_noise(camera.description.noise, random_, sample.number, camera.picture.rgb, camera.scratch);
@@ -202,6 +207,20 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
   }
   for (const int outlet : {camera.info, camera.depth_info})
     if (asks(sample, outlet)) put(outlet, info_of(camera, header), out);
+}
+
+void CameraOutput::render(const RayCaster& caster, Camera& camera, const LightSample& sample,
+                          const CameraView& view) const {
+  const double duration = camera.description.rolling_shutter, rate = sensor_.description.rate;
+  if (duration <= 0 || rate <= 0) {
+    caster.render(view, camera.picture);
+    return;
+  }
+  if (!camera.shutter) camera.shutter.emplace(camera.rays);
+  // The last row is that of the stamp.
+  const Pose before = sample.X_WL_before * camera.X_LO;
+  camera.shutter->render(caster, view, pose_between(before, view.X_WC, 1 - duration * rate), view.X_WC,
+                         camera.picture);
 }
 
 void CameraOutput::add_image(const Camera& camera, const LightSample& sample,

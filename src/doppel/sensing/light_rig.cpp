@@ -123,7 +123,8 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
   rig.sensors.clear();
   for (const Impl::Entry& entry : rig.entries) rig.sensors.push_back(entry.sensor);
   rig.find_bodies(engine);
-  if (!rig.worker && !rig.entries.empty()) rig.worker = std::make_unique<RigWorker>(rig.sensors);
+  if (!rig.worker && !rig.entries.empty())
+    rig.worker = std::make_unique<RigWorker>(rig.sensors, rig.options.threads);
 }
 
 void LightRig::instances_changed(const Engine& engine) {

@@ -24,6 +24,7 @@ struct RigSensor {
 struct RigOptions {
   std::uint64_t seed = 0;
   bool lockstep = false;  // the loop waits for every sample
+  int threads = 1;        // that make samples of light
 };
 
 struct RigStatus {

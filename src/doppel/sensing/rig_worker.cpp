@@ -1,5 +1,6 @@
 #include "doppel/sensing/detail/rig_worker.h"
 
+#include <algorithm>
 #include <ctime>
 #include <exception>
 
@@ -23,13 +24,18 @@ std::uint64_t hash_of(const Bytes& bytes) {
 
 }  // namespace
 
-RigWorker::RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors)
-    : sensors_(sensors), thread_([this] { run(); }) {}
+RigWorker::RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors, int threads)
+    : sensors_(sensors) {
+  for (int i = 1; i < threads; ++i) assistants_.emplace_back([this] { assist(); });
+  thread_ = std::thread([this] { run(); });
+}
 
 RigWorker::~RigWorker() {
   ends_ = true;
   work_.release();
   thread_.join();
+  help_.release(static_cast<std::ptrdiff_t>(assistants_.size()));
+  for (std::thread& assistant : assistants_) assistant.join();
 }
 
 RigJob* RigWorker::free_slot() {
@@ -81,16 +87,48 @@ void RigWorker::renew_scene(RigJob& job) {
   scene_of_ = job.world;
 }
 
+void RigWorker::make_sample(RigJob& job, std::size_t index) {
+  const double before = cpu_seconds();
+  auto& messages = job.messages[index];
+  sensors_[job.samples[index].sensor]->make(*caster_, job.samples[index], job.stamp, messages);
+  for (LightMessage& message : messages) message.hash = hash_of(*message.cdr);
+  job.costs[index] = cpu_seconds() - before;
+}
+
+void RigWorker::share_samples() {
+  for (std::size_t i = next_sample_++; i < job_->samples.size(); i = next_sample_++) {
+    try {
+      make_sample(*job_, i);
+    } catch (...) {
+      const std::lock_guard lock(error_mutex_);
+      if (!error_) error_ = std::current_exception();
+    }
+  }
+}
+
+void RigWorker::assist() {
+  while (true) {
+    help_.acquire();
+    if (ends_) return;
+    share_samples();
+    --busy_;
+    busy_.notify_all();
+  }
+}
+
 void RigWorker::make(RigJob& job) {
   renew_scene(job);
   caster_->set_poses(job.poses);
-  for (std::size_t i = 0; i < job.samples.size(); ++i) {
-    const double before = cpu_seconds();
-    sensors_[job.samples[i].sensor]->make(*caster_, job.samples[i], job.stamp, job.messages[i]);
-    for (LightMessage& message : job.messages[i]) message.hash = hash_of(*message.cdr);
-    job.costs[i] = cpu_seconds() - before;
-  }
+  job_ = &job;
+  next_sample_ = 0;
+  error_ = nullptr;
+  const std::size_t helpers = std::min(assistants_.size(), job.samples.size() - 1);
+  busy_ = helpers;
+  help_.release(static_cast<std::ptrdiff_t>(helpers));
+  share_samples();
+  for (std::size_t busy = busy_; busy != 0; busy = busy_) busy_.wait(busy);
   rays_ = caster_->rays_cast();
+  if (error_) std::rethrow_exception(error_);
 }
 
 }  // namespace doppel

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <map>
 #include <span>
 
@@ -12,6 +13,7 @@ namespace doppel {
 namespace {
 
 constexpr Duration kListPeriod{1'000'000'000};
+constexpr std::size_t kLongestMessage = 80;
 constexpr Duration kFramePeriod{20'000'000};  // of /tf, as robot_state_publisher's default
 
 void add_sensors(const CompiledRobot& robot, std::vector<RigSensor>& out) {
@@ -98,6 +100,45 @@ void SensorTicks::list_sensors() {
     list_node_.emplace(bus_, "/doppel_sensors");
     list_topic_ =
         list_node_->advertise<doppel_msgs::msg::Sensors>("/doppel/sensors", {.depth = 1, .latched = true});
+    diagnostics_topic_ =
+        list_node_->advertise<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", {.depth = 1});
+  }
+  diagnostics_.status.clear();
+  left_out_before_.clear();
+  for (const auto& sensor : std::span(list_.sensors).first(lights_)) {
+    diagnostic_msgs::msg::DiagnosticStatus status;
+    status.name = "doppel: sensor " + sensor.name;
+    status.hardware_id = sensor.frame;
+    status.message.reserve(kLongestMessage);
+    for (const char* key : {"rate asked, Hz", "rate reached, Hz", "samples", "left out"})
+      status.values.push_back({key, ""});
+    diagnostics_.status.push_back(std::move(status));
+    left_out_before_.push_back(sensor.left_out);
+  }
+}
+
+void SensorTicks::write_diagnostics() {
+  using diagnostic_msgs::msg::DiagnosticStatus;
+  const auto write = [](std::string& out, auto value) {  // short enough for a string without memory
+    out.clear();
+    fmt::format_to(std::back_inserter(out), "{:.6g}", static_cast<double>(value));
+  };
+  for (std::size_t i = 0; i < lights_; ++i) {
+    const doppel_msgs::msg::Sensor& sensor = list_.sensors[i];
+    DiagnosticStatus& status = diagnostics_.status[i];
+    const std::uint64_t left_out = sensor.left_out - left_out_before_[i];
+    left_out_before_[i] = sensor.left_out;
+    status.level = left_out > 0 ? DiagnosticStatus::WARN : DiagnosticStatus::OK;
+    status.message.clear();
+    if (left_out > 0)
+      fmt::format_to(std::back_inserter(status.message), "{} samples left out in the last second: too slow",
+                     left_out);
+    else
+      status.message = sensor.reached > 0 ? "publishes" : "is not read";
+    write(status.values[0].value, sensor.rate);
+    write(status.values[1].value, sensor.reached);
+    write(status.values[2].value, sensor.samples);
+    write(status.values[3].value, sensor.left_out);
   }
 }
 
@@ -149,6 +190,10 @@ void SensorTicks::between_steps(Time now) {
   light_.refresh(all.first(lights_));
   physical_.refresh(all.subspan(lights_));
   list_topic_.publish(list_, now);
+  if (lights_ == 0 || !diagnostics_topic_.has_listeners()) return;
+  write_diagnostics();
+  diagnostics_.header.stamp = to_time_msg(bus_.stamp(now));
+  diagnostics_topic_.publish(diagnostics_, now);
 }
 
 void SensorTicks::reset(Time now) {

@@ -1,11 +1,14 @@
 #pragma once
 // The thread that makes the samples of a rig, in order. The loop hands over jobs from a fixed number of slots and takes
-// them back when they are done, without locking: the slots are a ring between the two.
+// them back when they are done, without locking: the slots are a ring between the two. With more than one thread, the
+// samples of a job are divided among them; what they contain does not depend on it.
 
 #include <array>
 #include <atomic>
+#include <exception>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <semaphore>
 #include <thread>
 #include <vector>
@@ -33,7 +36,7 @@ class RigWorker {
   static constexpr std::size_t kSlots = 3;
 
   // `sensors` by the index of LightSample; unchanged while there are jobs.
-  explicit RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors);
+  RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors, int threads);
   ~RigWorker();
   RigWorker(const RigWorker&) = delete;
   RigWorker& operator=(const RigWorker&) = delete;
@@ -52,6 +55,10 @@ class RigWorker {
  private:
   void run();
   void make(RigJob& job);
+  void make_sample(RigJob& job, std::size_t index);
+  // Makes samples of the present job until none is left; keeps the first exception.
+  void share_samples();
+  void assist();
   void renew_scene(RigJob& job);
 
   const std::vector<std::shared_ptr<LightSensor>>& sensors_;
@@ -67,6 +74,12 @@ class RigWorker {
   std::shared_ptr<const CompiledWorld> scene_of_;
   std::unique_ptr<RayCaster> caster_;
   bool failed_ = false;
+  RigJob* job_ = nullptr;  // whose samples are divided
+  std::atomic<std::size_t> next_sample_{0}, busy_{0};
+  std::mutex error_mutex_;
+  std::exception_ptr error_;
+  std::counting_semaphore<> help_{0};
+  std::vector<std::thread> assistants_;
   std::thread thread_;  // last: it uses the members above
 };
 

@@ -212,18 +212,19 @@ TEST(LightRig, NearestOfConeIsRange) {
   EXPECT_NEAR(ranges[0].range, kWall, 1e-5);
 }
 
-std::map<std::string, std::uint64_t> hashes(std::uint64_t seed, bool reads_all) {
+std::map<std::string, std::uint64_t> hashes(std::uint64_t seed, bool reads_early, int threads = 1) {
   RigSensor eye = camera("eye", CameraKind::rgbd), scan = lidar();
   auto& description = std::get<std::vector<CameraDescription>>(eye.description.what).front();
   description.noise.stddev = 0.02;
   description.depth_noise = {0.001, 0, 0.002};
   std::get<LidarDescription>(scan.description.what).noise = {0, 0.01, 0, 0, 0, 0.1, 1.0};
-  Running twin({eye, scan}, {.seed = seed, .lockstep = true});
+  Running twin({eye, scan}, {.seed = seed, .lockstep = true, .threads = threads});
   std::vector<Image> pictures;
   std::vector<LaserScan> scans;
   twin.run(0.25);
-  twin.read("/eye/image", pictures);
-  if (reads_all) twin.run(0.25);
+  if (reads_early) twin.read("/eye/image", pictures);
+  twin.run(0.25);
+  if (!reads_early) twin.read("/eye/image", pictures);
   twin.read("/scan", scans);
   twin.run(0.5);
   // Only what came in the last half of a second, which every run has read.
@@ -237,9 +238,16 @@ std::map<std::string, std::uint64_t> hashes(std::uint64_t seed, bool reads_all) 
 TEST(LightRig, SampleHasSameBytesWithAnyReadersBefore) {
   const auto one = hashes(1, true);
   EXPECT_EQ(one, hashes(1, true));
+  EXPECT_EQ(one, hashes(1, false));
   const auto other_seed = hashes(2, true);
   EXPECT_NE(one.at("eye"), other_seed.at("eye"));
   EXPECT_NE(one.at("scan"), other_seed.at("scan"));
+}
+
+TEST(LightRig, SampleHasSameBytesWithAnyNumberOfThreads) {
+  const auto one = hashes(1, true, 1);
+  EXPECT_EQ(one, hashes(1, true, 2));
+  EXPECT_EQ(one, hashes(1, true, 5));
 }
 
 TEST(LightRig, SamplesAreLeftOutAndCountedWhenLoopDoesNotWait) {

@@ -1,12 +1,13 @@
 #pragma once
 // The sensors of all robots and models of a twin, in its loop. /doppel/sensors (doppel_msgs/msg/Sensors, latched) lists
-// them with the rates that they reach, once a second.
+// them with the rates that they reach, once a second; /diagnostics warns of those that leave samples out.
 
 #include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/sensing/light_rig.h"
 #include "doppel/sensing/physical_rig.h"
 #include "doppel/twin/compiled_scenario.h"
@@ -53,6 +54,7 @@ class SensorTicks : public Tickable {
   void look_up();
   void list_sensors();
   void report_shared_topics() const;
+  void write_diagnostics();  // what is listed; no allocation
   // A frame of a sensor of a model that moves and is no robot.
   struct MovingFrame {
     std::string model;
@@ -80,7 +82,10 @@ class SensorTicks : public Tickable {
   std::optional<Node> list_node_;  // while there are sensors
   Publisher<doppel_msgs::msg::Sensors> list_topic_;
   doppel_msgs::msg::Sensors list_;  // first those of light, then the physical ones
-  std::size_t lights_ = 0;          // number of the former
+  Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_topic_;
+  diagnostic_msgs::msg::DiagnosticArray diagnostics_;  // of those of light
+  std::vector<std::uint64_t> left_out_before_;         // a second ago
+  std::size_t lights_ = 0;                             // number of the former
   Time list_due_ = Time::min();
   bool changed_ = false;
 };
