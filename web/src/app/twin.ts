@@ -72,7 +72,7 @@ export class Twin {
   truth: Float64Array | null = null;
 
   readonly transformed = new Signal(); // /tf or /tf_static has been received
-  private frames: RobotFrames;
+  frames: RobotFrames; // of the selected robot
   private endFrames = (): void => {};
   private readonly followed = new Set<{ name: string; handler: Handler; end: () => void }>();
   private wanted: string | null = new URLSearchParams(location.search).get('robot'); // null: any
@@ -158,7 +158,7 @@ export class Twin {
     const inside = client.services.space; // that of the whole twin
     const found = [...client.channels.values()].map((channel) => channel.topic).filter((topic) => topic.endsWith(DESCRIPTION))
       .map((topic) => topic.slice(0, -DESCRIPTION.length)).map((space) => (space === inside ? '' : space)).sort();
-    if (found.join() === this.robots.join()) return;
+    if (found.length === this.robots.length && found.join() === this.robots.join()) return; // [''] is one robot
     this.robots = found;
     const wanted = this.wanted ?? this.space;
     if (found.length > 0 && found.includes(wanted) && wanted !== this.space) this.changeRobot(wanted);
