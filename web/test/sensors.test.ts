@@ -1,7 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { COLOUR_MAP, colourStep, roundAbove, SteadyScale, turbo } from '../src/app/colour_map';
-import { fileOf, pictureOf, Pixels } from '../src/app/image';
+import { fileOf, ImagePainter, pictureOf, Pixels } from '../src/app/image';
 import { MOST_POINTS, PointBuffer } from '../src/app/points';
 import { pictureTopics, readSensors, shortTopics } from '../src/app/sensors';
 import { forceOf, readTouches } from '../src/app/touches';
@@ -149,6 +149,33 @@ test('the file of a compressed picture is its data, behind the header that compr
   const data = Uint8Array.from({ length: 16 }, (_, i) => i);
   assert.deepEqual([...fileOf({ format: 'rgb8; jpeg compressed bgr8', data })], [...data]);
   assert.deepEqual([...fileOf({ format: '32FC1; compressedDepth png', data })], [12, 13, 14, 15]);
+});
+
+test('while a picture is decoded, later ones replace the one that waits, and a canvas of its size is kept', async () => {
+  const globals = globalThis as Record<string, unknown>;
+  const decoding: { size: number; done: (bitmap: unknown) => void }[] = [];
+  globals['createImageBitmap'] = (blob: Blob) => new Promise((done) => decoding.push({ size: blob.size, done }));
+  globals['requestAnimationFrame'] = (done: () => void) => setTimeout(done, 0);
+  const turn = (): Promise<void> => new Promise((done) => setTimeout(done, 5));
+  const drawn: number[] = [];
+  let widths = 0;
+  const canvas = {
+    height: 0, getContext: () => ({ drawImage: (bitmap: { id: number }) => drawn.push(bitmap.id) }), get width() { return widths === 0 ? 0 : 2; }, set width(_: number) { widths += 1; },
+  };
+  const painter = new ImagePainter(canvas as never);
+  const finish = async (): Promise<void> => {
+    const { size, done } = decoding.at(-1)!;
+    done({ id: size, width: 2, height: 1, close: () => {} });
+    await turn();
+  };
+  for (const size of [1, 2, 3]) painter.take({ format: 'jpeg', data: new Uint8Array(size) });
+  assert.equal(decoding.length, 1);
+  await finish();
+  assert.deepEqual(decoding.map(({ size }) => size), [1, 3]);
+  painter.take({ format: 'jpeg', data: new Uint8Array(4) });
+  painter.drop();
+  await finish();
+  assert.deepEqual([drawn, decoding.length, painter.drawn, widths], [[1, 3], 2, 2, 1]);
 });
 
 test('of pictures that show the same the smallest topic is taken, with a name that distinguishes it', () => {

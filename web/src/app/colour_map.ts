@@ -43,12 +43,12 @@ const PATIENCE = 3000; // ms for which smaller values must last before a scale s
 
 // The upper end of a scale from 0: it grows at once and shrinks late, so that colours and arrows keep their meaning.
 export class SteadyScale {
-  most = 0;
+  most = NaN; // before the first value
   private needed = 0; // ms, when this end was last needed
 
   take(value: number, now = performance.now()): number {
     const end = roundAbove(value);
-    if (end >= this.most || now - this.needed > PATIENCE) {
+    if (!(end < this.most) || now - this.needed > PATIENCE) {
       this.most = end;
       this.needed = now;
     }

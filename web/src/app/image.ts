@@ -168,7 +168,7 @@ export class ImagePainter {
       bitmap.close();
       this.drawn += 1;
       this.most = 0;
-      return `${this.canvas.width} × ${this.canvas.height}, ${format}, ${((message['data'] as Uint8Array).length / 1024).toFixed(0)} KiB`;
+      return `${this.canvas.width} × ${this.canvas.height}, ${/jpe?g|png/i.exec(format)?.[0] ?? format}, ${((message['data'] as Uint8Array).length / 1024).toFixed(0)} KiB`;
     } catch {
       return `The browser cannot read this image of the format '${format}'.`;
     }

@@ -39,6 +39,7 @@ class Rate {
 // The picture, larger in a dialog as long as it is open.
 function enlarge(name: string, canvas: HTMLCanvasElement, home: HTMLElement): void {
   const close = h('button', { type: 'button', onclick: () => dialog.close() }, 'Close');
+  canvas.style.setProperty('--shape', String(canvas.height / canvas.width));
   const dialog = h('dialog', { class: 'large-picture', 'aria-label': name }, h('div', { class: 'row' }, h('strong', {}, name), h('span', { class: 'spacer' }), close), canvas);
   dialog.addEventListener('click', (event) => event.target === dialog && dialog.close());
   dialog.addEventListener('close', () => {

@@ -30,7 +30,8 @@ export class ForceArrows {
     if (!arrow.visible) return;
     arrow.position.copy(at);
     arrow.setDirection(direction.normalize());
-    arrow.setLength(length, length * 0.3, length * 0.15);
+    const head = Math.min(length * 0.3, radius * 8);
+    arrow.setLength(length, head, head * 0.5);
   }
 
   end(): void {

@@ -13,9 +13,9 @@ export function cssColour(colour: number): string {
   return `#${colour.toString(16).padStart(6, '0')}`;
 }
 
-// The value of a scale's end.
+// The value of a scale's end; NaN: nothing has been received.
 export function endText(most: number, unit: string): string {
-  return most > 0 ? `${+most.toPrecision(3)}${unit ? ` ${unit}` : ''}` : 'no data yet';
+  return Number.isFinite(most) ? `${+most.toPrecision(3)}${unit ? ` ${unit}` : ''}` : 'no data yet';
 }
 
 export class Legend {

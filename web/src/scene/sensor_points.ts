@@ -185,6 +185,6 @@ export class SensorPoints {
     const by = this.byIntensity ? 'intensity' : 'range';
     const { most } = this.scales[by];
     const end = endText(most, by === 'range' ? 'm' : '');
-    return { key: 'colours', label: `${of}, ${by}`, value: this.problem || (most > 0 ? `0 … ${end}` : end) };
+    return { key: 'colours', label: `${of}, ${by}`, value: this.problem || (most > 0 ? `0 … ${end}` : most === 0 ? 'no points' : end) };
   }
 }
