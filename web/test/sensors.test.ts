@@ -4,6 +4,7 @@ import { COLOUR_MAP, colourStep, roundAbove, SteadyScale, turbo } from '../src/a
 import { fileOf, ImagePainter, pictureOf, Pixels } from '../src/app/image';
 import { MOST_POINTS, PointBuffer } from '../src/app/points';
 import { pictureTopics, readSensors, shortTopics } from '../src/app/sensors';
+import { Signal } from '../src/app/signal';
 import { forceOf, readTouches } from '../src/app/touches';
 import { RobotFrames, TransformStore } from '../src/app/transforms';
 import { anglesOf } from '../src/panels/sensor_views';
@@ -11,7 +12,7 @@ import type { Message } from '../src/protocol/cdr';
 import { STRIDE, Tree } from '../src/robot/tree';
 import { parseUrdf } from '../src/robot/urdf';
 import { frustumLines, lensOf, rayOf } from '../src/scene/camera_views';
-import { FramePoses } from '../src/scene/frame_poses';
+import { between, FramePoses, PoseHistory } from '../src/scene/frame_poses';
 
 const FLOAT32 = 7, FLOAT64 = 8, UINT16 = 4, INT16 = 3;
 const close = (a: ArrayLike<number>, b: number[], eps = 1e-5): void => {
@@ -242,7 +243,8 @@ test('a frame is where the robot truly is, and a frame of the world is not moved
   poses.set([3, 0, 0, 0, 0, 0, 1], 0);
   poses.set([3.1, 0, 0, 0, 0, 0, 1], STRIDE);
   const client = { subscribe: () => () => {} } as never;
-  const twin = { robots: ['', '/other'], space: '', frames: new RobotFrames(client, all, ''), tree, poses };
+  const placed = new Signal<number>();
+  const twin = { robots: ['', '/other'], space: '', frames: new RobotFrames(client, all, ''), tree, poses, placed, robotChanged: new Signal() };
   put('odom', 'other/base', 50);
   put('other/base', 'other/scan', 1);
   const other = { frames: new RobotFrames(client, all, '/other'), inTruth: () => Float64Array.of(0, 2, 0, 0, 0, 0, 1) };
@@ -259,4 +261,37 @@ test('a frame is where the robot truly is, and a frame of the world is not moved
   assert.deepEqual(x('wall/scan', '/other/t'), [7, 0]);
   assert.deepEqual(x('world', '/other/t'), [0, 0]);
   assert.equal(x('nowhere'), null);
+
+  // The base moves by 1 m from 1 s to 2 s, and the camera with it.
+  const at = (stamp: number, topic = '/t', frame = 'camera'): number | string | null => {
+    const pose = frames.poseAt(frame, topic, stamp);
+    return pose === 'later' ? pose : pose && +pose[0]!.toFixed(6);
+  };
+  const move = (stamp: number, by: number): void => {
+    poses[0] = 3 + by;
+    poses[STRIDE] = 3.1 + by;
+    placed.emit(stamp);
+  };
+  assert.equal(at(1), 3.1); // nothing is recorded before the first question
+  move(1, 0);
+  assert.equal(at(1.25), 'later');
+  move(2, 1);
+  assert.deepEqual([at(1), at(1.25), at(2), at(0.5), at(2.1)], [3.1, 3.35, 4.1, 3.1, 'later']);
+  assert.equal(at(1.25, '/other/t', 'other/scan'), 51);
+});
+
+test('a frame’s poses are those at a stamp, also after time was set back', () => {
+  const pose = (yaw: number): Float64Array => Float64Array.of(yaw, 0, 0, 0, 0, Math.sin(yaw / 2), Math.cos(yaw / 2));
+  const middle = between(pose(0.1), pose(0.2), 0.5);
+  close(middle, [...pose(0.15)], 1e-6);
+  close(between(pose(0.1), pose(0.2).map((value, i) => (i < 3 ? value : -value)), 0.5), [...middle], 1e-9); // -q is the same turn
+  const history = new PoseHistory();
+  assert.equal(history.at(1), null);
+  for (let i = 0; i <= 100; i += 1) history.add(10 + i * 0.02, pose(i));
+  history.add(11.99, pose(0)); // of another publisher, too late
+  assert.equal((history.at(11.99) as Float64Array)[0], 99.5);
+  history.add(12, pose(7)); // more is known of the same time
+  assert.equal((history.at(12) as Float64Array)[0], 7);
+  history.add(0.1, pose(1));
+  assert.deepEqual([history.at(11.5), (history.at(0.05) as Float64Array)[0]], ['later', 1]);
 });

@@ -44,6 +44,8 @@ export class Twin {
   readonly robotChanged = new Standing<Tree>();
   readonly moved = new Signal();
   readonly sampled = new Signal(); // joint states have been received
+  // The poses are those of this stamp, s: of the true pose of a base that is free to move, else of the joint states.
+  readonly placed = new Signal<number>();
   readonly phaseChanged = new Standing<Phase>();
   readonly graphChanged = new Standing<void>();
   readonly controllersChanged = new Standing<void>();
@@ -245,6 +247,7 @@ export class Twin {
     }
     this.update();
     this.sampled.emit();
+    if (!this.truth) this.placed.emit(stampOf((message['header'] as Message)['stamp']));
   }
 
   private update(): void {
@@ -275,6 +278,7 @@ export class Twin {
   private takeTruth(message: Message): void {
     this.truth = poseOf(message);
     this.update();
+    this.placed.emit(stampOf((message['header'] as Message)['stamp']));
   }
 
   private takeTransforms(message: Message, still: boolean): void {

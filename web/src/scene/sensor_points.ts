@@ -1,5 +1,5 @@
 // Points that lidars or depth cameras measure, in colours of their range or intensity. Each set stays in the world where
-// its frame was when it arrived.
+// its frame was at its stamp.
 import * as THREE from 'three';
 import type { App } from '../app/app';
 import { COLOUR_MAP, colourStep, COLOURS, SteadyScale } from '../app/colour_map';
@@ -7,12 +7,14 @@ import { PointBuffer } from '../app/points';
 import type { Sensor, Sensors } from '../app/sensors';
 import { settings, settingsChanged } from '../app/settings';
 import { Subscriptions, type Wanted } from '../app/subscriptions';
+import { stampOf } from '../app/twin';
 import type { Message } from '../protocol/cdr';
 import type { FramePoses } from './frame_poses';
 import { endText, type Legend, type LegendEntry } from './legend';
 
 const CLOUD = 'sensor_msgs/PointCloud2', SCAN = 'sensor_msgs/LaserScan', INFO = 'sensor_msgs/CameraInfo';
 const PIXELS = 3; // of a point
+const PATIENCE = 150; // ms for the robot's state at the stamp of points
 
 // three.js takes colours of vertices as linear.
 const LINEAR = Uint8Array.from({ length: COLOURS * 3 }, (_, i) => Math.round(new THREE.Color().setRGB(COLOUR_MAP[i]! / 255, 0, 0, THREE.SRGBColorSpace).r * 255));
@@ -20,7 +22,10 @@ const LINEAR = Uint8Array.from({ length: COLOURS * 3 }, (_, i) => Math.round(new
 class PointSet {
   readonly buffer = new PointBuffer();
   readonly points: THREE.Points;
-  waiting: { message: Message; pose: Float64Array } | null = null;
+  waiting: Message | null = null; // for the pose at its stamp
+  ready: { message: Message; pose: Float64Array } | null = null; // to be decoded
+  waitingSince = 0; // ms
+  topic = ''; // of the one that waits
   private positions = new THREE.BufferAttribute(new Float32Array(0), 3);
   private colours = new THREE.BufferAttribute(new Uint8Array(0), 3, true);
 
@@ -31,10 +36,10 @@ class PointSet {
     this.points.visible = false;
   }
 
-  // Decodes the message that waits. Returns why it cannot be, or ''.
+  // Decodes the message that is ready. Returns why it cannot be, or ''.
   decode(): string {
-    const { message, pose } = this.waiting!;
-    this.waiting = null;
+    const { message, pose } = this.ready!;
+    this.ready = null;
     const problem = message['fields'] === undefined ? this.buffer.readScan(message) : this.buffer.readCloud(message);
     this.points.matrix.compose(new THREE.Vector3(pose[0], pose[1], pose[2]), new THREE.Quaternion(pose[3], pose[4], pose[5], pose[6]), new THREE.Vector3(1, 1, 1));
     this.points.matrixWorldNeedsUpdate = true;
@@ -96,6 +101,9 @@ export class SensorPoints {
     sensors.changed.on(() => this.follow());
     app.twin.robotChanged.on(() => this.flat.clear());
     app.twin.phaseChanged.on((phase) => phase === 'lost' && this.clear());
+    frames.recorded.on(() => {
+      for (const set of this.sets.values()) this.locate(set);
+    });
     app.world.stage.tick.on(() => this.draw());
     this.follow();
   }
@@ -131,27 +139,41 @@ export class SensorPoints {
 
   private clear(): void {
     for (const set of this.sets.values()) {
-      set.waiting = null;
+      set.waiting = set.ready = null;
       set.points.visible = false;
     }
     this.app.world.stage.invalidate();
   }
 
   private take(sensor: Sensor, topic: string, message: Message): void {
-    const { frame_id: frame } = message['header'] as { frame_id: string };
-    const pose = this.frames.pose(frame, topic);
-    if (!pose) return;
     let set = this.sets.get(sensor.name);
     if (!set) {
       set = new PointSet(this.material);
       this.sets.set(sensor.name, set);
       this.app.world.stage.scene.add(set.points);
     }
-    set.waiting = { message, pose };
+    if (!set.waiting) set.waitingSince = performance.now();
+    set.waiting = message;
+    set.topic = topic;
+    this.locate(set);
     if (message['fields'] === undefined || Number(message['height']) > 1 || this.sensors.topicsOf(sensor, SCAN).length === 0) return;
     if (this.layer === 'clouds') return;
     this.flat.add(sensor.name);
     queueMicrotask(() => this.follow());
+  }
+
+  // The message that waits is ready once its pose is known, or with the last pose if that takes too long.
+  private locate(set: PointSet): void {
+    const message = set.waiting;
+    if (!message) return;
+    const { frame_id: frame, stamp } = message['header'] as { frame_id: string; stamp: Message };
+    let pose = this.frames.poseAt(frame, set.topic, stampOf(stamp));
+    if (pose === 'later') {
+      if (performance.now() - set.waitingSince < PATIENCE) return;
+      pose = this.frames.pose(frame, set.topic);
+    }
+    set.waiting = null;
+    if (pose) set.ready = { message, pose };
   }
 
   private get byIntensity(): boolean {
@@ -162,7 +184,8 @@ export class SensorPoints {
   private draw(): void {
     let any = false;
     for (const set of this.sets.values()) {
-      if (!set.waiting) continue;
+      this.locate(set);
+      if (!set.ready) continue;
       this.problem = set.decode();
       any = true;
     }
