@@ -104,9 +104,16 @@ export function sensorsPanel(app: App, sensors: Sensors): Panel {
   let cards = new Map<string, Card>();
   let visible = false;
 
+  // Of several robots, the sensors of the selected one come first.
+  function ordered(): Sensor[] {
+    const { robots, space } = app.twin;
+    const first = (sensor: Sensor): number => (robots.length > 1 && sensor.topics.some((topic) => topic.startsWith(`${space}/`)) ? 0 : 1);
+    return [...sensors.list].sort((a, b) => first(a) - first(b));
+  }
+
   function build(): void {
     const before = cards;
-    cards = new Map(sensors.list.map((sensor) => [sensor.name, before.get(sensor.name) ?? new Card(sensor, sensors)]));
+    cards = new Map(ordered().map((sensor) => [sensor.name, before.get(sensor.name) ?? new Card(sensor, sensors)]));
     for (const card of before.values()) if (!cards.has(card.sensor.name)) card.view?.stop();
     for (const sensor of sensors.list) {
       const card = cards.get(sensor.name)!;
@@ -131,6 +138,7 @@ export function sensorsPanel(app: App, sensors: Sensors): Panel {
   }
 
   sensors.changed.on(() => build());
+  app.twin.selectedRobot.on(() => build());
   sensors.reported.on(() => {
     for (const sensor of sensors.list) cards.get(sensor.name)?.report(sensor);
   });
