@@ -68,7 +68,10 @@ export function pictureView(name: string): View {
       scale.hidden = painter.most === 0;
       say(most, `${painter.most} m`);
     },
-    stop: () => painter.drop(),
+    stop: () => {
+      painter.drop();
+      canvas.closest('dialog')?.close();
+    },
   };
 }
 

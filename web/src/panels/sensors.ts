@@ -121,7 +121,7 @@ export function sensorsPanel(app: App, sensors: Sensors): Panel {
       card.fill();
     }
     fill(list, cards.size > 0 ? [...cards.values()].map((card) => card.element)
-      : h('p', { class: 'empty' }, 'This twin has no sensors. <sensor> in <gazebo reference="link"> of the description adds one.'));
+      : h('p', { class: 'empty' }, app.twin.client.phase !== 'open' ? 'No connection.' : 'This twin has no sensors. <sensor> in <gazebo reference="link"> of the description adds one.'));
     seen.watch([...cards.values()].map((card) => [card.element, card]));
     picture.update();
     follow();
@@ -139,6 +139,7 @@ export function sensorsPanel(app: App, sensors: Sensors): Panel {
 
   sensors.changed.on(() => build());
   app.twin.selectedRobot.on(() => build());
+  app.twin.phaseChanged.on(() => build());
   sensors.reported.on(() => {
     for (const sensor of sensors.list) cards.get(sensor.name)?.report(sensor);
   });

@@ -174,6 +174,10 @@ export class SensorPoints {
     }
     set.waiting = null;
     if (pose) set.ready = { message, pose };
+    else {
+      this.problem = `frame '${frame}' is not in TF`;
+      this.legend.show(this.layer, this.describe());
+    }
   }
 
   private get byIntensity(): boolean {

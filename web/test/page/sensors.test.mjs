@@ -217,3 +217,20 @@ test('forces are arrows where they act, with their scale in the legend', async (
   assert.equal(await page.locator('.stage-legend').isHidden(), true);
   assert.deepEqual(page.problems, []);
 });
+
+test('a lost connection closes an enlarged picture, and the sensors come back with the twin', async () => {
+  await open('sensors');
+  await into('camera');
+  await waitFor(page, () => document.querySelector('.sensor[aria-label$="/camera"] canvas')?.width === 64);
+  await page.focus('.sensor[aria-label$="/camera"] .picture');
+  await page.keyboard.press('Enter');
+  await page.locator('dialog.large-picture canvas').waitFor();
+  await lab.killTwin();
+  await page.getByText('No connection.').first().waitFor();
+  await waitFor(page, () => document.querySelector('dialog.large-picture') === null);
+  await lab.startTwin();
+  await waitFor(page, () => doppel.sensors.list.length === 8);
+  await into('camera');
+  await reached('camera')(true);
+  await waitFor(page, () => doppel.sensorPictures.cameras.frusta.size === 2);
+});
