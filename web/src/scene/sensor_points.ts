@@ -14,10 +14,21 @@ import { endText, type Legend, type LegendEntry } from './legend';
 
 const CLOUD = 'sensor_msgs/PointCloud2', SCAN = 'sensor_msgs/LaserScan', INFO = 'sensor_msgs/CameraInfo';
 const PIXELS = 3; // of a point
+const NEARER = 0.995; // of the distance from the camera
 const PATIENCE = 150; // ms for the robot's state at the stamp of points
 
 // three.js takes colours of vertices as linear.
 const LINEAR = Uint8Array.from({ length: COLOURS * 3 }, (_, i) => Math.round(new THREE.Color().setRGB(COLOUR_MAP[i]! / 255, 0, 0, THREE.SRGBColorSpace).r * 255));
+
+// Points lie on the surfaces that were measured, and would be half hidden in them; so they are drawn a little nearer.
+function pointMaterial(): THREE.PointsMaterial {
+  const material = new THREE.PointsMaterial({ size: PIXELS, sizeAttenuation: false, vertexColors: true, toneMapped: false });
+  material.onBeforeCompile = (shader) => {
+    shader.vertexShader = shader.vertexShader.replace('#include <project_vertex>', `#include <project_vertex>
+      gl_Position = projectionMatrix * vec4(mvPosition.xyz * ${NEARER}, 1.0);`);
+  };
+  return material;
+}
 
 class PointSet {
   readonly buffer = new PointBuffer();
@@ -84,7 +95,7 @@ class PointSet {
 export class SensorPoints {
   readonly sets = new Map<string, PointSet>(); // by sensor
   private readonly scales = { range: new SteadyScale(), intensity: new SteadyScale() };
-  private readonly material = new THREE.PointsMaterial({ size: PIXELS, sizeAttenuation: false, vertexColors: true, toneMapped: false });
+  private readonly material = pointMaterial();
   private readonly subscriptions: Subscriptions;
   private readonly flat = new Set<string>(); // lidars of a single ring: their scan is smaller than their points
   private readonly pixels: number;
