@@ -86,10 +86,8 @@ test('images of each encoding become pixels; broken ones a sentence', () => {
   assert.deepEqual([...image('rgba8', [1, 2, 3, 4], 1, 1, 4).rgba], [1, 2, 3, 4]);
   assert.deepEqual([...image('mono8', [9, 0, 7], 1, 2, 2).rgba], [9, 9, 9, 255, 7, 7, 7, 255]); // a padding byte between the rows
   const near = image('16UC1', [0xe8, 3, 0xd0, 7, 0, 0], 3, 1, 6); // 1 m, 2 m, nothing
-  assert.deepEqual([near.rgba[0], near.rgba[4], near.rgba[8], near.note], [30, 255, 0, '1.000 … 2.000 m']);
+  assert.deepEqual([near.note, near.most], ['1.000 … 2.000 m', 2]);
   assert.equal(image('16UC1', [3, 0xe8], 1, 1, 2, { is_bigendian: 1 }).note, '1.000 … 1.000 m');
-  const floats = new Uint8Array(new Float32Array([0.5, NaN, 2.5]).buffer);
-  assert.deepEqual([...image('32FC1', [...floats], 3, 1, 12).rgba].filter((_, i) => i % 4 === 0), [30, 0, 255]);
   assert.match(image('yuv422', [1], 1, 1, 1).note, /yuv422/);
   assert.match(image('rgb8', [1, 2], 1, 1, 3).note, /fewer bytes/);
   assert.match(image('rgb8', [1, 2, 3], 0, 1, 3).note, /0 × 1/);

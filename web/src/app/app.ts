@@ -1,6 +1,7 @@
 // What the parts of the page share.
 import { Signal } from './signal';
 import type { Commander } from './commander';
+import type { LayerChoice } from './layer_toggles';
 import type { Sources } from './sources';
 import type { Twin } from './twin';
 import type { World } from '../scene/world';
@@ -15,6 +16,7 @@ export interface App {
   select: (selection: Selection) => void;
   selection: Selection;
   selected: Signal<Selection>;
+  sensorLayers: () => LayerChoice[]; // those for which the twin has sensors
   details: HTMLElement; // the box about the selection; over the picture, or below the tree
 }
 

@@ -1,23 +1,23 @@
 // The controls over the picture: views, layers, the box with the values of the selection, notes.
 import type { App } from './app';
 import { makeDetails } from './details';
-import { button, h, say, toggle } from './dom';
-import { settings } from './settings';
+import { button, h, say } from './dom';
+import { LayerToggles, type LayerChoice } from './layer_toggles';
 import { VIEWS, type ViewName } from '../scene/camera';
 
-const LAYERS: [string, string, string][] = [
-  ['visual', 'Visual', 'Visual shapes'],
-  ['collision', 'Collision', 'Collision shapes of the physics: convex hulls for meshes'],
-  ['inertia', 'Inertia', 'Boxes of the same mass and inertia'],
-  ['com', 'Centres of mass', 'A ball at each centre of mass'],
-  ['frames', 'Frames', 'Frames of the links, with names'],
-  ['axes', 'Joint axes', 'Axes of the joints and the arcs that limits allow'],
-  ['ghost', 'Commanded pose', 'A ghost at the target positions'],
-  ['trace', 'Trace of the tool', 'The path of the tool'],
-  ['base', 'Trace of the base', 'The true path of the base, and in blue that of its odometry'],
-  ['contacts', 'Contacts', 'Contact points and forces, if the twin publishes them'],
-  ['grid', 'Grid', 'The ground'],
-  ['shadows', 'Shadows', 'Shadows'],
+const LAYERS: LayerChoice[] = [
+  { id: 'visual', label: 'Visual', title: 'Visual shapes' },
+  { id: 'collision', label: 'Collision', title: 'Collision shapes of the physics: convex hulls for meshes' },
+  { id: 'inertia', label: 'Inertia', title: 'Boxes of the same mass and inertia' },
+  { id: 'com', label: 'Centres of mass', title: 'A ball at each centre of mass' },
+  { id: 'frames', label: 'Frames', title: 'Frames of the links, with names' },
+  { id: 'axes', label: 'Joint axes', title: 'Axes of the joints and the arcs that limits allow' },
+  { id: 'ghost', label: 'Commanded pose', title: 'A ghost at the target positions' },
+  { id: 'trace', label: 'Trace of the tool', title: 'The path of the tool' },
+  { id: 'base', label: 'Trace of the base', title: 'The true path of the base, and in blue that of its odometry' },
+  { id: 'contacts', label: 'Contacts', title: 'Contact points and forces, if the twin publishes them' },
+  { id: 'grid', label: 'Grid', title: 'The ground' },
+  { id: 'shadows', label: 'Shadows', title: 'Shadows' },
 ];
 
 // The first reason is in the title of the note.
@@ -38,10 +38,11 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
   const views = h('div', { class: 'views', role: 'group', 'aria-label': 'Views' },
     ...Object.entries(VIEWS).map(([name, view]) => button(view.label, `View from: ${view.label.toLowerCase()}`, () => world.look(name as ViewName))),
     follow);
-  const list = h('div', { class: 'layer-list', hidden: true },
-    LAYERS.map(([id, label, title]) => toggle(label, title, settings.layers[id] ?? false, (on) => world.setLayer(id, on))));
+  const list = h('div', { class: 'layer-list', hidden: true });
+  const toggles = new LayerToggles(list, () => world);
   const open = button('Layers', 'What is drawn', () => {
     list.hidden = !list.hidden;
+    toggles.offer([...LAYERS, ...app.sensorLayers()]);
     open.setAttribute('aria-expanded', String(!list.hidden));
   }, { 'aria-expanded': 'false', id: 'layers' });
   const layers = h('div', { class: 'layers' }, open, list);

@@ -19,7 +19,7 @@ const PICTURE_TIMEOUT = 1500; // ms after which panels are loaded without a pict
 export function startPage(twin: Twin, assets: AssetStore): void {
   performance.mark('doppel: page');
   const commander = new Commander(twin);
-  const app = { twin, commander, sources: new Sources(twin), selection: null, selected: new Signal() } as unknown as App;
+  const app = { twin, commander, sources: new Sources(twin), selection: null, selected: new Signal(), sensorLayers: () => [] } as unknown as App;
   app.select = (selection) => {
     app.selection = selection;
     app.selected.emit(selection);

@@ -14,12 +14,14 @@ export interface Settings {
   tabs: Record<string, string>;
   tool: string;
   keepOrientation: boolean;
+  hiddenSensors: string[]; // by name
+  pointColour: 'range' | 'intensity';
 }
 
 const DEFAULTS: Settings = {
   theme: 'system',
   degrees: true,
-  layers: { visual: true, grid: true, shadows: true, ghost: true },
+  layers: { visual: true, grid: true, shadows: true, ghost: true, cameras: true },
   stopDoes: 'hold',  // a joint without an active controller is passive, and the arm would fall
   stopKeys: ['Escape'],
   speedShare: 0.5,
@@ -29,6 +31,8 @@ const DEFAULTS: Settings = {
   tabs: {},
   tool: '',
   keepOrientation: true,
+  hiddenSensors: [],
+  pointColour: 'range',
 };
 
 const KEY = 'doppel.settings';

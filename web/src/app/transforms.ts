@@ -119,6 +119,16 @@ export class RobotFrames {
     return frame.startsWith(this.prefix) ? frame.slice(this.prefix.length) : null;
   }
 
+  // The transform of a frame as the headers of this robot name it; undefined: its parent is unknown.
+  transform(frame: string): Transform | undefined {
+    return this.own.frames.get(frame) ?? this.all.frames.get(frame);
+  }
+
+  // The link that a header of this robot names; null: a frame of another robot.
+  linkNamed(frame: string): string | null {
+    return this.own.frames.has(frame) ? frame : this.linkOf(frame);
+  }
+
   // The link's pose in the world; null: unknown.
   toWorld(link: string): Float64Array | null {
     return this.own.toWorld(link) ?? this.all.toWorld(this.prefix + link);

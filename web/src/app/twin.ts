@@ -44,6 +44,8 @@ export class Twin {
   readonly robotChanged = new Standing<Tree>();
   readonly moved = new Signal();
   readonly sampled = new Signal(); // joint states have been received
+  // The poses are those of this stamp, s: of the true pose of a base that is free to move, else of the joint states.
+  readonly placed = new Signal<number>();
   readonly phaseChanged = new Standing<Phase>();
   readonly graphChanged = new Standing<void>();
   readonly controllersChanged = new Standing<void>();
@@ -72,7 +74,7 @@ export class Twin {
   truth: Float64Array | null = null;
 
   readonly transformed = new Signal(); // /tf or /tf_static has been received
-  private frames: RobotFrames;
+  frames: RobotFrames; // of the selected robot
   private endFrames = (): void => {};
   private readonly followed = new Set<{ name: string; handler: Handler; end: () => void }>();
   private wanted: string | null = new URLSearchParams(location.search).get('robot'); // null: any
@@ -158,7 +160,7 @@ export class Twin {
     const inside = client.services.space; // that of the whole twin
     const found = [...client.channels.values()].map((channel) => channel.topic).filter((topic) => topic.endsWith(DESCRIPTION))
       .map((topic) => topic.slice(0, -DESCRIPTION.length)).map((space) => (space === inside ? '' : space)).sort();
-    if (found.join() === this.robots.join()) return;
+    if (found.length === this.robots.length && found.join() === this.robots.join()) return; // [''] is one robot
     this.robots = found;
     const wanted = this.wanted ?? this.space;
     if (found.length > 0 && found.includes(wanted) && wanted !== this.space) this.changeRobot(wanted);
@@ -245,6 +247,7 @@ export class Twin {
     }
     this.update();
     this.sampled.emit();
+    if (!this.truth) this.placed.emit(stampOf((message['header'] as Message)['stamp']));
   }
 
   private update(): void {
@@ -275,6 +278,7 @@ export class Twin {
   private takeTruth(message: Message): void {
     this.truth = poseOf(message);
     this.update();
+    this.placed.emit(stampOf((message['header'] as Message)['stamp']));
   }
 
   private takeTransforms(message: Message, still: boolean): void {

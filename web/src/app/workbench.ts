@@ -6,6 +6,7 @@ import { Jog } from './jog';
 import { startKeyboard } from './keyboard';
 import { Parameters } from './parameters';
 import { Recorder } from './recorder';
+import { Sensors } from './sensors';
 import { Tolerances } from './tolerances';
 import { ToolDriver } from './tool';
 import { controlPanel } from '../panels/control';
@@ -17,6 +18,7 @@ import { objectsPanel } from '../panels/objects';
 import { parametersPanel } from '../panels/parameters';
 import { plotsPanel } from '../panels/plots';
 import { posesPanel } from '../panels/poses';
+import { sensorsPanel } from '../panels/sensors';
 import { tfPanel } from '../panels/tf';
 import { toolPanel } from '../panels/tool';
 import { topicsPanel } from '../panels/topics';
@@ -25,8 +27,10 @@ import { BaseTrace } from '../scene/base_trace';
 import { ContactLayer } from '../scene/contacts';
 import { ToolHandle } from '../scene/handle';
 import { ObjectLayer } from '../scene/objects';
+import { Legend } from '../scene/legend';
 import { Picker } from '../scene/picking';
 import { Pusher } from '../scene/push';
+import { SensorLayers } from '../scene/sensor_layers';
 
 export function startWorkbench(app: App, layout: Layout): void {
   const picker = new Picker(app.world);
@@ -37,14 +41,19 @@ export function startWorkbench(app: App, layout: Layout): void {
   const drive = new Drive(app);
   app.twin.selectedRobot.on(() => app.select(null));
   new ContactLayer(app);
-  const baseTrace = new BaseTrace(app);
+  const legend = new Legend();
+  app.world.stage.host.append(legend.element);
+  const baseTrace = new BaseTrace(app, legend);
   const objects = new ObjectLayer(app, picker);
+  const sensors = new Sensors(app.twin);
+  const sensorPictures = new SensorLayers(app, sensors, legend);
+  app.sensorLayers = () => sensorPictures.offered();
   const parameters = new Parameters(app.twin.client);
   const tolerances = new Tolerances(app.twin, parameters);
   const recorder = new Recorder(app.twin, tolerances);
   startKeyboard(app, jog);
 
-  const right: Panel[] = [jointsPanel(app), treePanel(app), toolPanel(app, driver, handle, jog, pusher), drivePanel(app, drive, jog), posesPanel(app), objectsPanel(app, objects), controlPanel(app), healthPanel(app)];
+  const right: Panel[] = [jointsPanel(app), treePanel(app), toolPanel(app, driver, handle, jog, pusher), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), controlPanel(app), healthPanel(app)];
   const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   layout.mount(right, bottom);
   if (location.hash === '#drive') layout.open('drive'); // the address that `doppel teleop page` prints
@@ -75,5 +84,5 @@ export function startWorkbench(app: App, layout: Layout): void {
     app.select(hit && !(other && other.distance < here) ? { link: hit.link } : null);
     if (other && other.distance < here) app.twin.selectRobot(other.space);
   });
-  Object.assign(app, { driver, handle, jog, drive, baseTrace, pusher, objects, parameters, recorder, ready: true });
+  Object.assign(app, { driver, handle, jog, drive, baseTrace, sensors, sensorPictures, pusher, objects, parameters, recorder, ready: true });
 }

@@ -1,7 +1,7 @@
 // Topics with their rates, the last message as a tree or an image, a form to publish one; services, called with a form.
 import type { App, Panel } from '../app/app';
 import { button, fill, h, say, toast } from '../app/dom';
-import { drawImage, isImage } from '../app/image';
+import { ImagePainter, isImage } from '../app/image';
 import { formFields, invalid } from '../app/form';
 import { blank, isNumbers, type Message, type Value } from '../protocol/cdr';
 import type { MessageType } from '../protocol/schema';
@@ -20,7 +20,8 @@ export function topicsPanel(app: App): Panel {
   const search = h('input', { type: 'text', placeholder: 'search', 'aria-label': 'Search topics and services', oninput: () => build() });
   const canvas = h('canvas', { role: 'img', 'aria-label': 'The last image' });
   const caption = h('figcaption', { class: 'muted' });
-  let drawing = false;
+  const painter = new ImagePainter(canvas);
+  painter.onpainted = () => say(caption, painter.note);
   let publishing = false;
   let kind: 'topics' | 'services' = 'topics';
   const kinds = h('div', { class: 'segments', role: 'group', 'aria-label': 'What is listed' }, button('Topics', 'Topics', () => showKind('topics'), { 'aria-pressed': 'true' }), button('Services', 'Services', () => showKind('services'), { 'aria-pressed': 'false' }));
@@ -137,10 +138,7 @@ export function topicsPanel(app: App): Panel {
   function show(): void {
     if (!last || publishing) return;
     const schema = client.channel(chosen)?.schemaName ?? '';
-    if (isImage(schema) && !drawing) {
-      drawing = true;
-      void drawImage(last, canvas).then((text) => say(caption, text)).finally(() => (drawing = false));
-    }
+    if (isImage(schema)) painter.take(last);
     const now = shapeOf(last);
     if (now !== shape) {
       shape = now;

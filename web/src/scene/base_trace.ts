@@ -4,20 +4,22 @@ import type { App } from '../app/app';
 import { settings, settingsChanged } from '../app/settings';
 import { poseOf } from '../app/transforms';
 import { compose, inversePose } from '../robot/tree';
+import { cssColour, type Legend } from './legend';
 import { Trace } from './trace';
 
 const ODOMETRY = 'nav_msgs/msg/Odometry';
 const TRUTH = '/ground_truth/odom';
+const TRUE_PATH = 0xe69f00, ODOMETRIC_PATH = 0x0072b2;
 
 export class BaseTrace {
-  readonly truth = new Trace(0xe69f00);
-  readonly odometry = new Trace(0x0072b2);
+  readonly truth = new Trace(TRUE_PATH);
+  readonly odometry = new Trace(ODOMETRIC_PATH);
   private readonly group = new THREE.Group();
   private start: Float64Array | null = null; // the frame of the odometry in the world
   private followed: string | null = null; // the topic
   private end = (): void => {};
 
-  constructor(private readonly app: App) {
+  constructor(private readonly app: App, private readonly legend: Legend) {
     this.group.add(this.truth.line, this.odometry.line);
     app.world.stage.scene.add(this.group);
     settingsChanged.on((key) => key === 'layers' && this.follow());
@@ -48,6 +50,8 @@ export class BaseTrace {
     const on = settings.layers['base'] ?? false;
     this.group.visible = on;
     const topic = on ? this.topic() : null;
+    this.legend.show('truth', topic ? { key: 'line', colour: cssColour(TRUE_PATH), label: 'Base, true path', value: '' } : null);
+    this.legend.show('odometry', topic ? { key: 'line', colour: cssColour(ODOMETRIC_PATH), label: 'Base, odometry', value: '' } : null);
     if (topic === this.followed) return;
     this.end();
     this.clear();

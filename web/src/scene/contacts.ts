@@ -3,23 +3,23 @@ import * as THREE from 'three';
 import type { App } from '../app/app';
 import { settings, settingsChanged } from '../app/settings';
 import type { Message, Value } from '../protocol/cdr';
+import { ForceArrows } from './force_arrows';
 
 const MOST = 64; // maximum number of drawn contacts
 const TOPIC = '/gazebo/contacts';
 const COLOUR = 0xd55e00;
 
-function vector(value: Value | undefined): THREE.Vector3 {
+export function vector(value: Value | undefined): THREE.Vector3 {
   const { x, y, z } = (value ?? { x: 0, y: 0, z: 0 }) as { x: number; y: number; z: number };
   return new THREE.Vector3(x, y, z);
 }
 
 export class ContactLayer {
-  private readonly root = new THREE.Group();
-  private readonly marks: { ball: THREE.Mesh; arrow: THREE.ArrowHelper }[] = [];
+  private readonly arrows = new ForceArrows(COLOUR, MOST);
   private end: (() => void) | null = null;
 
   constructor(private readonly app: App) {
-    app.world.stage.scene.add(this.root);
+    app.world.stage.scene.add(this.arrows.root);
     settingsChanged.on((key) => {
       if (key === 'layers') this.listen();
     });
@@ -36,40 +36,20 @@ export class ContactLayer {
   }
 
   private show(states: Message[]): void {
-    let used = 0;
+    const { size, stage } = this.app.world;
+    this.arrows.begin();
     for (const state of states) {
       const normals = state['contact_normals'] as Message[];
       const wrenches = state['wrenches'] as Message[];
       (state['contact_positions'] as Message[]).forEach((point, i) => {
-        if (used >= MOST) return;
         const force = vector(wrenches[i]?.['force']);
-        this.draw(used, vector(point), force.lengthSq() > 0 ? force : vector(normals[i]).setLength(1e-3));
-        used += 1;
+        const along = force.lengthSq() > 0 ? force : vector(normals[i]).setLength(1e-3);
+        const strength = along.length();
+        const length = strength > 1e-9 ? Math.min(size * 0.5, size * 0.04 * (1 + Math.log10(1 + strength * 10))) : 0;
+        this.arrows.add(vector(point), along, length, size * 0.008);
       });
     }
-    for (let i = used; i < this.marks.length; i += 1) this.marks[i]!.ball.visible = this.marks[i]!.arrow.visible = false;
-    this.app.world.stage.invalidate();
-  }
-
-  private draw(i: number, at: THREE.Vector3, force: THREE.Vector3): void {
-    const { size } = this.app.world;
-    let mark = this.marks[i];
-    if (!mark) {
-      const ball = new THREE.Mesh(new THREE.SphereGeometry(1, 10, 8), new THREE.MeshBasicMaterial({ color: COLOUR, depthTest: false, transparent: true }));
-      mark = { ball, arrow: new THREE.ArrowHelper(new THREE.Vector3(0, 0, 1), at, 0.1, COLOUR) };
-      this.marks.push(mark);
-      this.root.add(ball, mark.arrow);
-    }
-    const { ball, arrow } = mark;
-    const strength = force.length();
-    ball.visible = true;
-    ball.position.copy(at);
-    ball.scale.setScalar(size * 0.008);
-    arrow.visible = strength > 1e-9;
-    if (!arrow.visible) return;
-    const length = Math.min(size * 0.5, size * 0.04 * (1 + Math.log10(1 + strength * 10)));
-    arrow.position.copy(at);
-    arrow.setDirection(force.normalize());
-    arrow.setLength(length, length * 0.3, length * 0.15);
+    this.arrows.end();
+    stage.invalidate();
   }
 }

@@ -10,7 +10,7 @@ import type { World } from './world';
 class OtherRobot {
   tree: Tree | null = null;
   view: RobotView | null = null;
-  private readonly frames: RobotFrames;
+  readonly frames: RobotFrames;
   private readonly ends: (() => void)[];
   private truth: Float64Array | null = null;
   private poses = new Float64Array();
@@ -50,21 +50,26 @@ class OtherRobot {
     this.world.othersChanged();
   }
 
+  // The true world seen from the root of TF; null: TF does not have the robot.
+  inTruth(): Float64Array | null {
+    const root = this.tree && this.frames.toWorld(this.tree.links[this.tree.root]!);
+    if (!root) return null;
+    const out = Float64Array.of(0, 0, 0, 0, 0, 0, 1);
+    if (this.truth) compose(this.truth, 0, inversePose(root), 0, out, 0);
+    return out;
+  }
+
   // Whether it is drawn elsewhere than before.
   private place(): boolean {
     const { tree, view } = this;
-    if (!tree || !view) return false;
-    const root = this.frames.toWorld(tree.links[tree.root]!);
-    if (!root) return false;
-    const inTruth = new Float64Array(STRIDE); // the true world seen from the root of TF
-    if (this.truth) compose(this.truth, 0, inversePose(root), 0, inTruth, 0);
+    const inTruth = this.inTruth();
+    if (!tree || !view || !inTruth) return false;
     let moved = false;
     const pose = new Float64Array(STRIDE);
     tree.links.forEach((link, i) => {
       const known = this.frames.toWorld(link);
       if (!known) return;
-      if (this.truth) compose(inTruth, 0, known, 0, pose, 0);
-      else pose.set(known);
+      compose(inTruth, 0, known, 0, pose, 0);
       for (let k = 0; k < STRIDE && !moved; k += 1) moved = Math.abs(this.poses[i * STRIDE + k]! - pose[k]!) > 2e-5;
       this.poses.set(pose, i * STRIDE);
     });
@@ -90,6 +95,10 @@ export class OtherRobots {
     }
     for (const space of wanted) if (!this.robots.has(space)) this.robots.set(space, new OtherRobot(space, this.twin, this.world));
     this.world.stage.moved();
+  }
+
+  get(space: string): OtherRobot | undefined {
+    return this.robots.get(space);
   }
 
   bounds(): THREE.Box3 {

@@ -111,6 +111,7 @@ test('a robot that is not selected is drawn at its true pose, and a click select
     const root = world.stage.scene.children.find((one) => one.userData.robot === '/rover');
     world.camera.controls.target.setFromMatrixPosition(root.children[0].matrix);
     world.camera.controls.target.z += 0.17; // its body
+    world.stage.camera.position.copy(world.camera.controls.target).add({ x: 0.5, y: 2, z: 1 }); // from a side without other robots
     world.camera.controls.update();
     world.stage.camera.updateMatrixWorld();
     const box = world.stage.renderer.domElement.getBoundingClientRect();

@@ -15,6 +15,7 @@ const TABS = {
   joints: () => doppel.commander.set(doppel.twin.tree.moving[0], 1.1),
   tree: () => doppel.select({ link: doppel.twin.tree.moving.at(1)?.childLink ?? 0 }),
   tool: () => doppel.select(null),
+  sensors: () => doppel.world.setLayer('lidar', true),
   poses: async () => {
     for (const name of ['home', 'above the table']) {
       const input = document.querySelector('#panel-poses input[type=text]');
