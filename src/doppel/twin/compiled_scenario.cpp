@@ -184,6 +184,7 @@ std::vector<SdfModel> CompiledScenario::read_world(const Scenario& scenario, Dia
   }
   SdfWorld read = load_sdf(file, resolver, diagnostics);
   static_cast<WorldSettings&>(world) = read.settings;
+  earth = read.earth;
   included = std::move(read.files);
   return std::move(read.models);
 }
