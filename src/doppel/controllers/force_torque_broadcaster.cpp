@@ -58,7 +58,7 @@ void ForceTorqueBroadcaster::on_init(ControllerContext& context) {
   if (context.overrides != nullptr) {
     for (const ParameterOverride& one : context.overrides->all()) {
       if (!one.name.starts_with("sensor_filter_chain.")) continue;
-      static_cast<void>(context.overrides->find(one.name));
+      context.overrides->find(one.name)->used = true;  // it is reported here
       if (std::exchange(filtered, true)) continue;
       log_diagnostic(*context.log, context.name,
                      {Severity::warning, "control.filter_chain",

@@ -27,7 +27,7 @@ struct SensorReadings::Impl {
   std::shared_ptr<const CompiledWorld> world;          // of which the motions are
   std::vector<std::optional<InstanceMotion>> motions;  // [instances]
   std::vector<Contact> before, none;
-  bool needs_contacts = false, needs_all = false, started = false;
+  bool needs_contacts = false, needs_all = false, started = false, fresh = true;
   Time noted_end = Time::min();  // of the step that begins with the noted state
   Time read_at = Time::min();
   std::uint64_t next = 0;
@@ -75,6 +75,7 @@ void SensorReadings::restart(const Engine& engine) {
   for (const auto& meter : impl_->meters)
     if (meter) meter->restart(engine);
   impl_->noted_end = impl_->read_at = Time::min();
+  impl_->fresh = true;
   impl_->next = 0;
 }
 
@@ -110,7 +111,10 @@ void SensorReadings::read(const Engine& engine) {
   Impl& of = *impl_;
   const Time now = engine.time();
   if (of.meters.empty() || engine.compiled() != of.world || of.read_at == now) return;
+  // Instances came or went in this step, whose beginning is not known: the last values stay.
+  if (of.noted_end != now && !of.fresh) return;
   of.read_at = now;
+  of.fresh = false;
   const double h = to_seconds(of.world->settings().step);
   if (of.noted_end == now) {
     for (std::size_t i = 0; i < of.motions.size(); ++i)

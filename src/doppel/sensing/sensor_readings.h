@@ -1,7 +1,7 @@
 #pragma once
 // Present values of physical sensors for controllers, by the interface names of ros2_control: those of the sensors' topics
 // (physical_rig.h), computed from the engine's states whenever they are read. Without a step before, as after a reset or
-// after the state was written, accelerations are zero.
+// after the state was written, accelerations are zero; in the step in which instances come or go, values stay.
 //
 // The noise of reading n, counted from the start or the last reset, depends on the seed, the sensor and n alone, and is not
 // that of the topic.

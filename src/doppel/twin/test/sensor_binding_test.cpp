@@ -106,6 +106,8 @@ TEST_F(SensorBindingTest, NamesOfParametersAndTypesAreReported) {
               HasSubstr("no joint carries"));
   EXPECT_THAT(said(bind("<sensor name=\"eye\">" + interfaces({"force.x"}) + "</sensor>")),
               HasSubstr("'eye' of the description has the type 'camera'"));
+  EXPECT_THAT(said(bind("<sensor name=\"sonar\">" + interfaces({"range"}) + "</sensor>")),
+              HasSubstr("published on their topics only"));
   EXPECT_THAT(
       said(bind("<sensor name=\"imu\">" + interfaces({"orientation.w", "orientation.roll"}) + "</sensor>")),
       HasSubstr("'imu/orientation.roll' reads NaN"));
