@@ -8,7 +8,7 @@
 #include <fstream>
 
 #include "doppel/sensing/sensor_readings.h"
-#include "doppel/twin/twin.h"
+#include "doppel/twin/compiled_scenario.h"
 
 namespace doppel {
 namespace {
