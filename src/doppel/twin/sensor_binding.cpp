@@ -190,6 +190,9 @@ class Binder {
     }
     const char* const param = type == "force_torque" ? "<param name=\"joint\">JOINT</param>"
                                                      : "<param name=\"frame_id\">LINK</param>";
+    if (std::ranges::find(part.state_interfaces, "range", &HardwareInterfaceDescription::name) !=
+        part.state_interfaces.end())
+      why += "; ranges are made beside the loop, and published on their topics only";
     std::string fix = type.empty()
                           ? "write <param name=\"initial_value\"> in each <state_interface> for constants"
                           : fmt::format(
@@ -198,7 +201,7 @@ class Binder {
                                 part.name, type, param);
     const bool constant = is_constant(part);
     out_.unbound.add({constant ? Severity::warning : Severity::error, kUnbound,
-                      fmt::format("the sensor '{}' of <ros2_control> '{}' {}: {}", part.name, hardware_.name,
+                      fmt::format("the sensor '{}' of <ros2_control> {}: {}", part.name,
                                   constant ? "keeps its initial values" : "reads NaN", why),
                       part.source, std::move(fix)});
   }
