@@ -7,9 +7,10 @@ namespace doppel {
 
 bool is_jazzy_type(std::string_view type) {
   // https://control.ros.org/jazzy/doc/ros2_controllers/doc/controllers_index.html
-  static constexpr std::array<std::string_view, 23> kTypes{
+  static constexpr std::array<std::string_view, 27> kTypes{
       "ackermann_steering_controller/AckermannSteeringController",
       "admittance_controller/AdmittanceController",
+      "battery_state_broadcaster/BatteryStateBroadcaster",
       "bicycle_steering_controller/BicycleSteeringController",
       "diff_drive_controller/DiffDriveController",
       "effort_controllers/GripperActionController",
@@ -18,9 +19,11 @@ bool is_jazzy_type(std::string_view type) {
       "forward_command_controller/ForwardCommandController",
       "forward_command_controller/MultiInterfaceForwardCommandController",
       "gpio_controllers/GpioCommandController",
+      "gps_sensor_broadcaster/GPSSensorBroadcaster",
       "imu_sensor_broadcaster/IMUSensorBroadcaster",
       "joint_state_broadcaster/JointStateBroadcaster",
       "joint_trajectory_controller/JointTrajectoryController",
+      "magnetometer_broadcaster/MagnetometerBroadcaster",
       "mecanum_drive_controller/MecanumDriveController",
       "omni_wheel_drive_controller/OmniWheelDriveController",
       "parallel_gripper_action_controller/GripperActionController",
@@ -29,6 +32,7 @@ bool is_jazzy_type(std::string_view type) {
       "position_controllers/GripperActionController",
       "position_controllers/JointGroupPositionController",
       "range_sensor_broadcaster/RangeSensorBroadcaster",
+      "state_interfaces_broadcaster/StateInterfacesBroadcaster",
       "tricycle_controller/TricycleController",
       "tricycle_steering_controller/TricycleSteeringController"};
   return std::find(kTypes.begin(), kTypes.end(), type) != kTypes.end();

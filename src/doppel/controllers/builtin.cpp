@@ -10,6 +10,8 @@
 #include "doppel/controllers/detail/mecanum_drive_controller.h"
 #include "doppel/controllers/detail/omni_wheel_drive_controller.h"
 #include "doppel/controllers/detail/pid_controller.h"
+#include "doppel/controllers/detail/sensor_broadcasters.h"
+#include "doppel/controllers/detail/state_broadcasters.h"
 #include "doppel/controllers/detail/steering_controller.h"
 #include "doppel/controllers/detail/tricycle_controller.h"
 
@@ -19,6 +21,18 @@ namespace {
 template <class T, class... Arguments>
 ControllerRegistry::Factory make(Arguments... arguments) {
   return [arguments...] { return std::make_unique<T>(arguments...); };
+}
+
+void register_broadcasters(ControllerRegistry& registry) {
+  registry.add("imu_sensor_broadcaster/IMUSensorBroadcaster", make<ImuBroadcaster>());
+  registry.add("force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster",
+               make<ForceTorqueBroadcaster>());
+  registry.add("range_sensor_broadcaster/RangeSensorBroadcaster", make<RangeBroadcaster>());
+  registry.add("gps_sensor_broadcaster/GPSSensorBroadcaster", make<SatelliteBroadcaster>());
+  registry.add("magnetometer_broadcaster/MagnetometerBroadcaster", make<MagnetometerBroadcaster>());
+  registry.add("pose_broadcaster/PoseBroadcaster", make<PoseBroadcaster>());
+  registry.add("battery_state_broadcaster/BatteryStateBroadcaster", make<BatteryStateBroadcaster>());
+  registry.add("state_interfaces_broadcaster/StateInterfacesBroadcaster", make<StateInterfacesBroadcaster>());
 }
 
 }  // namespace
@@ -48,6 +62,7 @@ ControllerRegistry builtin_controllers() {
                make<SteeringController>(SteeringKind::ackermann));
   registry.add("tricycle_controller/TricycleController", make<TricycleController>());
   registry.add("pid_controller/PidController", make<PidController>());
+  register_broadcasters(registry);
   using control_msgs::action::GripperCommand;
   using control_msgs::action::ParallelGripperCommand;
   using GripperKind = GripperController::Kind;

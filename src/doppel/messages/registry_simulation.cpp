@@ -26,7 +26,8 @@ void register_link_attachers() {
 void register_ros_gz() {
   namespace msg = ros_gz_interfaces::msg;
   namespace srv = ros_gz_interfaces::srv;
-  register_messages<msg::Entity, msg::JointWrench, msg::Contact, msg::Contacts, msg::EntityFactory,
+  register_messages<msg::Entity, msg::JointWrench, msg::Contact, msg::Contacts, msg::Altimeter,
+                    msg::LogicalCameraImageModel, msg::LogicalCameraImage, msg::EntityFactory,
                     msg::WorldReset, msg::WorldControl>();
   register_services<srv::SpawnEntity, srv::DeleteEntity, srv::SetEntityPose, srv::ControlWorld>();
 }

@@ -56,6 +56,28 @@ struct Contacts {
   DOPPEL_MESSAGE("ros_gz_interfaces/msg/Contacts", header, contacts)
 };
 
+// m, and m/s upwards, from the height at the start.
+struct Altimeter {
+  std_msgs::msg::Header header;
+  double vertical_position = 0, vertical_velocity = 0, vertical_reference = 0;
+  DOPPEL_MESSAGE("ros_gz_interfaces/msg/Altimeter", header, vertical_position, vertical_velocity,
+                 vertical_reference)
+};
+
+// The pose is in the sensor's frame.
+struct LogicalCameraImageModel {
+  std::string name;
+  geometry_msgs::msg::Pose pose;
+  DOPPEL_MESSAGE("ros_gz_interfaces/msg/LogicalCameraImageModel", name, pose)
+};
+
+struct LogicalCameraImage {
+  std_msgs::msg::Header header;
+  geometry_msgs::msg::Pose pose;  // of the sensor, in the world
+  std::vector<LogicalCameraImageModel> model;
+  DOPPEL_MESSAGE("ros_gz_interfaces/msg/LogicalCameraImage", header, pose, model)
+};
+
 struct WorldReset {
   bool all = false, time_only = false, model_only = false;
   DOPPEL_MESSAGE("ros_gz_interfaces/msg/WorldReset", all, time_only, model_only)

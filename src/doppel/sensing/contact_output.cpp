@@ -19,10 +19,6 @@ constexpr std::size_t kUsualPairs = 16, kUsualPoints = 16, kUsualName = 128;
 // What Gazebo's conversion of a URDF inserts where a link is merged into the one that carries it.
 constexpr std::string_view kMerged = "_fixed_joint_lump__";
 
-geometry_msgs::msg::Vector3 xyz_msg(const Eigen::Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
 // The names that Gazebo gives the collisions of a link: as written, else LINK_collision, LINK_collision_1.
 std::vector<std::string> collision_names(const Link& link) {
   std::vector<std::string> out;
@@ -80,10 +76,8 @@ struct OwnContact {
 
 class ContactOutput : public PhysicalSensor {
  public:
-  ContactOutput(Node& node, const RigSensor& sensor, const RigOptions& options, const Log& log)
-      : PhysicalSensor(sensor, options),
-        described_(std::get<ContactDescription>(sensor.description.what)),
-        log_(log) {
+  ContactOutput(Node& node, const RigSensor& sensor, const Log& log)
+      : PhysicalSensor(sensor), described_(std::get<ContactDescription>(sensor.description.what)), log_(log) {
     if (described_.bumper)
       bumper_ = advertise<gazebo_msgs::msg::ContactsState>(node, "bumper");
     else
@@ -255,25 +249,25 @@ BumperState& ContactOutput::state_of(BodyId own, BodyId other) {
 
 void ContactOutput::add(const OwnContact& contact, const std_msgs::msg::Header& header) {
   ContactEntry& entry = entry_of(contact.own, contact.other);
-  entry.positions.push_back(xyz_msg(contact.p));
-  entry.normals.push_back(xyz_msg(contact.normal));
+  entry.positions.push_back(to_vector_msg(contact.p));
+  entry.normals.push_back(to_vector_msg(contact.normal));
   entry.depths.push_back(contact.depth);
   JointWrench& wrench = entry.wrenches.emplace_back(taken(spare_wrenches_));
   wrench.header.stamp = header.stamp;
   wrench.body_1_name.data = entry.collision1.name;
   wrench.body_2_name.data = entry.collision2.name;
-  wrench.body_1_wrench.force = xyz_msg(contact.force);
-  wrench.body_2_wrench.force = xyz_msg(-contact.force);
+  wrench.body_1_wrench.force = to_vector_msg(contact.force);
+  wrench.body_2_wrench.force = to_vector_msg(-contact.force);
 }
 
 void ContactOutput::add_to_bumper(const OwnContact& contact) {
   BumperState& state = state_of(contact.own, contact.other);
-  state.wrenches.push_back({xyz_msg(contact.force), {}});
+  state.wrenches.push_back({to_vector_msg(contact.force), {}});
   state.total_wrench.force.x += contact.force.x();
   state.total_wrench.force.y += contact.force.y();
   state.total_wrench.force.z += contact.force.z();
-  state.contact_positions.push_back(xyz_msg(contact.p));
-  state.contact_normals.push_back(xyz_msg(contact.normal));
+  state.contact_positions.push_back(to_vector_msg(contact.p));
+  state.contact_normals.push_back(to_vector_msg(contact.normal));
   state.depths.push_back(contact.depth);
 }
 
@@ -293,8 +287,8 @@ void ContactOutput::publish(const PhysicalState& state, std::uint64_t /*sample*/
                             X_DW.linear() * (sign * contact.normal_W),
                             X_DW.linear() * (sign * contact.force_W),
                             contact.depth};
-      hash_vector(xyz_msg(seen.p));
-      hash_vector(xyz_msg(seen.force));
+      hash_vector(to_vector_msg(seen.p));
+      hash_vector(to_vector_msg(seen.force));
       if (described_.bumper)
         add_to_bumper(seen);
       else
@@ -309,9 +303,8 @@ void ContactOutput::publish(const PhysicalState& state, std::uint64_t /*sample*/
 
 }  // namespace
 
-std::unique_ptr<PhysicalSensor> make_contact_output(Node& node, const RigSensor& sensor,
-                                                    const RigOptions& options, const Log& log) {
-  return std::make_unique<ContactOutput>(node, sensor, options, log);
+std::unique_ptr<PhysicalSensor> make_contact_output(Node& node, const RigSensor& sensor, const Log& log) {
+  return std::make_unique<ContactOutput>(node, sensor, log);
 }
 
 }  // namespace doppel

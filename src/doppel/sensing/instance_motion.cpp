@@ -23,6 +23,11 @@ void InstanceMotion::differentiate(const Instance& instance, double h) {
     a_[i] = (instance.v()[static_cast<std::size_t>(i)] - v_[i]) / h;
 }
 
+void InstanceMotion::note_at_rest(const Instance& instance) {
+  note(instance);
+  a_.setZero();
+}
+
 void InstanceMotion::solve_start(const Eigen::Vector3d& gravity_W) {
   inverse_dynamics(model_, data_, q_, v_, a_, X_WR_.linear().transpose() * gravity_W);
   X_WL_[0] = X_WR_;

@@ -37,6 +37,7 @@ struct PhysicalRig::Impl {
   Bus& bus;
   const Log& log;
   const RigOptions options;
+  EarthFrame earth;
   std::unique_ptr<Node> node;
   std::vector<Entry> entries;
   std::shared_ptr<const CompiledWorld> world;          // of which the motions are
@@ -73,6 +74,10 @@ void PhysicalRig::Impl::bind(const Engine& engine) {
     if (!motions[i]) motions[i].emplace(*world->instances()[i].model);
 }
 
+void PhysicalRig::set_earth(const EarthFrame& earth) {
+  impl_->earth = earth;
+}
+
 void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) {
   Impl& rig = *impl_;
   // Beside the former node, so that topics that stay never vanish.
@@ -84,7 +89,8 @@ void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engin
     Impl::Entry entry;
     entry.schedule = SampleSchedule(sensor.description.rate, engine.world().settings().step);
     entry.schedule.restart(engine.time());
-    entry.sensor = make_physical_sensor(*node, sensor, rig.options, entry.schedule.period(), rig.log);
+    const MeterSettings settings{CounterRandom(rig.options.seed, key), entry.schedule.period(), rig.earth};
+    entry.sensor = make_physical_sensor(*node, sensor, settings, rig.log);
     if (!entry.sensor) continue;
     const auto old = std::find_if(rig.entries.begin(), rig.entries.end(), [&](const Impl::Entry& one) {
       return sensor_key(one.sensor->sensor()) == key &&
@@ -174,7 +180,8 @@ bool PhysicalRig::Impl::differentiate(const Engine& engine) {
 Time PhysicalRig::next() const {
   Time next = Time::max();
   for (const Impl::Entry& entry : impl_->entries)
-    if (entry.sensor->instance() >= 0) next = std::min(next, entry.schedule.at(entry.schedule.next()));
+    if (entry.sensor->instance() >= 0)
+      next = std::min({next, entry.schedule.at(entry.schedule.next()), entry.sensor->next_release()});
   return next;
 }
 
@@ -197,6 +204,7 @@ Time PhysicalRig::publish(const Engine& engine) {
       }
     }
     entry.noted = false;
+    entry.sensor->release(now);
   }
   return next();
 }

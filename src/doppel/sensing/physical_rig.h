@@ -13,6 +13,11 @@
 // applies beyond the joint, and loads through an attachment to another instance with a fixed base: they are measured as if
 // the joint transmitted them.
 //
+// Sensors of the environment: sensor_msgs/NavSatFix (WGS 84, by the world's place on Earth), sensor_msgs/MagneticField (T, in
+// the axes of the frame that the header names), ros_gz_interfaces/Altimeter (m from the height at the start, m/s),
+// sensor_msgs/FluidPressure (Pa, of the standard atmosphere) and ros_gz_interfaces/LogicalCameraImage (the instances whose
+// origins are in the frustum).
+//
 // ros_gz_interfaces/Contacts, or for a bumper gazebo_msgs/ContactsState: what touches the sensor's collisions, as of the
 // present state, in the frame "world" of TF unless the description names another one; empty when nothing touches, so
 // that the end of a touch is seen. Contacts are those of whole links: where one collision of several is named, contacts
@@ -27,6 +32,7 @@
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
 #include "doppel/export.h"
+#include "doppel/math/geodesy.h"
 #include "doppel/physics/engine.h"
 #include "doppel/sensing/rig_sensor.h"
 
@@ -42,6 +48,8 @@ class DOPPEL_API PhysicalRig {
 
   // -- between steps
   void between_steps(Time now);
+  // Where the world is, for the sensors that set_sensors() makes afterwards.
+  void set_earth(const EarthFrame& earth);
   // Replaces all sensors; those that stay keep their count of samples and their start. Sensors of other kinds are left
   // out.
   void set_sensors(std::vector<RigSensor> sensors, const Engine& engine);

@@ -13,7 +13,8 @@
 namespace doppel {
 namespace {
 
-constexpr double kLargestRate = 1e9;  // Hz
+constexpr double kLargestRate = 1e9;    // Hz
+constexpr double kLargestLatency = 60;  // s, because the samples of that time are kept
 
 using Read = void (*)(const SensorValues&, SensorDescription&);
 struct Kind {
@@ -167,7 +168,7 @@ std::optional<SensorDescription> read_sensor(const XmlNode& sensor, const std::s
   const SensorValues values(sensor, diagnostics, find_preset(sensor, kind->element, diagnostics));
   out.X_LS = values.pose("pose");
   out.rate = std::clamp(values.number("update_rate", 0), 0.0, kLargestRate);
-  out.latency = std::max(0.0, values.number("doppel:latency", 0));
+  out.latency = std::clamp(values.number("doppel:latency", 0), 0.0, kLargestLatency);
   out.topic = values.text("topic");
   if (out.topic.starts_with("__default")) out.topic.clear();  // as sdformat writes it: none
   out.visualize = values.flag("visualize", false);

@@ -110,6 +110,14 @@ void report_rotors(const RobotDescription& robot, const Model& model,
       "compare the effort limit and the link's inertia with the drive's datasheet");
 }
 
+// The sensors of the description stay, whatever drives its joints.
+HardwareDescription generated_with_sensors(const Model& model, const RobotDescription& robot) {
+  HardwareDescription out = generated_hardware(model);
+  for (const HardwareDescription& written : robot.hardware)
+    out.sensors.insert(out.sensors.end(), written.sensors.begin(), written.sensors.end());
+  return out;
+}
+
 std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Model& model,
                                              Diagnostics& diagnostics) {
   const RobotDescription& robot = setup.description.robot;
@@ -132,7 +140,7 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
         position = position || interface.name == kPosition;
     }
   }
-  if (setup.from_plugins) return {generated_hardware(model)};
+  if (setup.from_plugins) return {generated_with_sensors(model, robot)};
   if (robot.hardware.empty() || (setup.controllers_origin == "generated" && !position)) {
     for (const Diagnostic& d : unknown.all()) diagnostics.add(d);
     diagnostics.note(
@@ -141,7 +149,7 @@ std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Mode
             ? "there is no <ros2_control>; every joint that can be driven gets simulated interfaces"
             : "no joint in <ros2_control> has a position command interface; every joint that can be driven "
               "gets simulated interfaces instead");
-    return {generated_hardware(model)};
+    return {generated_with_sensors(model, robot)};
   }
   return robot.hardware;
 }

@@ -128,6 +128,32 @@ Instance instance_of(Engine& engine, const CompiledRobot& robot) {
   return *found;
 }
 
+namespace {
+
+// At the first sensor of positions, where the world does not say where it is on Earth.
+void note_missing_place(const CompiledScenario& scenario, Diagnostics& diagnostics) {
+  if (scenario.earth.is_given) return;
+  std::vector<const RobotSensors*> all;
+  for (const auto& robot : scenario.robots) all.push_back(&robot->sensors());
+  for (const ModelSensors& model : *scenario.model_sensors) all.push_back(&model.sensors);
+  for (const RobotSensors* of : all) {
+    for (const RobotSensor& sensor : of->sensors) {
+      const auto* const environment = std::get_if<EnvironmentDescription>(&sensor.description.what);
+      if (environment == nullptr || environment->kind != EnvironmentKind::navsat) continue;
+      diagnostics.note(
+          "sensor.no_place", sensor.description.source,
+          fmt::format("the world does not say where it is on Earth; '{}' reads its origin as 0 N, 0 E, "
+                      "0 m",
+                      sensor.description.name),
+          "write <spherical_coordinates> with <latitude_deg>, <longitude_deg> and <elevation> in the "
+          "<world> of an SDF file");
+      return;
+    }
+  }
+}
+
+}  // namespace
+
 CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagnostics,
                                    const RunningRobots* running) {
   resolver.add_bundled(scenario.bundled_robots);
@@ -171,6 +197,7 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
                ->make_engine();
   for (const auto& robot : fresh) robot->report_choices(instance_of(*engine, *robot), diagnostics);
   for (const auto& robot : fresh) report_overlaps(*robot, *engine, diagnostics);
+  note_missing_place(*this, diagnostics);
 }
 
 // A world file of either format; the models of an SDF file.
@@ -184,6 +211,7 @@ std::vector<SdfModel> CompiledScenario::read_world(const Scenario& scenario, Dia
   }
   SdfWorld read = load_sdf(file, resolver, diagnostics);
   static_cast<WorldSettings&>(world) = read.settings;
+  earth = read.earth;
   included = std::move(read.files);
   return std::move(read.models);
 }

@@ -41,6 +41,7 @@ struct DOPPEL_API CompiledScenario {
 
   PackageResolver resolver;
   World world;
+  EarthFrame earth;
   std::vector<std::string> in_file;                          // the names of the objects of the world file
   std::vector<std::filesystem::path> included;               // the files that an SDF world is made of
   std::vector<std::shared_ptr<const CompiledRobot>> robots;  // none: a world of objects

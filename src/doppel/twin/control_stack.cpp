@@ -7,6 +7,7 @@
 
 #include "doppel/control/joint_list.h"
 #include "doppel/control/rates.h"
+#include "doppel/twin/detail/state_hash.h"
 
 namespace doppel {
 namespace {
@@ -138,7 +139,9 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
       controllers_(machine.setup().controllers),
       named_(machine.setup().controllers_named),
       free_joints_(machine.setup().free_joints),
-      spare_base_(machine.setup().spare_base) {
+      spare_base_(machine.setup().spare_base),
+      sensor_options_(options.sensors),
+      earth_(options.earth) {
   ControllerManagerOptions of_manager;
   if (!machine.name_space().empty()) of_manager.name_space = "/" + machine.name_space();
   of_manager.choose_period = [step = instance.engine().world().settings().step](
@@ -148,12 +151,12 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
   of_manager.enforce_limits = options.enforce_limits;
   manager_ = std::make_unique<ControllerManager>(bus, *model_, options.controllers, &controllers_, of_manager,
                                                  log, diagnostics);
-  add_hardware(machine, instance, options, diagnostics);
+  add_hardware(machine, instance, options, log, diagnostics);
   diagnostics.throw_if_errors();
 }
 
 void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
-                                Diagnostics& diagnostics) {
+                                const Log& log, Diagnostics& diagnostics) {
   HardwareRegistry registry = options.hardware;
   register_simulated_hardware(registry, instance);
   Unique unique(diagnostics);
@@ -165,12 +168,24 @@ void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance,
     HardwareDescription description = unique.of(as_written);
     std::unique_ptr<HardwareComponent> component = type->make();
     if (auto* simulated = dynamic_cast<SimulatedHardware*>(component.get())) {
-      simulated_.push_back(simulated);
       description.is_async = false;  // the simulation has one clock
+      simulated_.push_back({simulated, description});
+      use_sensors(*simulated, description, machine, log);
     }
     real_ = real_ || type->kind == HardwareKind::real;
     manager_->add_hardware(std::move(component), description, diagnostics);
   }
+}
+
+void ControlStack::use_sensors(SimulatedHardware& hardware, const HardwareDescription& description,
+                               const CompiledRobot& machine, const Log& log) {
+  const SensorBindings bindings = bind_sensors(description, machine);
+  for (const Diagnostic& finding : bindings.unbound.all()) log_diagnostic(log, description.name, finding);
+  std::unique_ptr<SensorReadings> readings;
+  if (!bindings.sensors.empty())
+    readings =
+        std::make_unique<SensorReadings>(bindings.sensors, sensor_options_, *earth_, manager_->period());
+  hardware.use_sensors(bindings, std::move(readings));
 }
 
 void ControlStack::start(const ControllerSelection& selection, const Log& log) {
@@ -346,10 +361,11 @@ ControllerSelection ControlStack::present_selection() const {
   return selection;
 }
 
-void ControlStack::take_over(const CompiledRobot& machine, Instance now) {
+void ControlStack::take_over(const CompiledRobot& machine, Instance now, const Log& log) {
   manager_->model_changed(machine.model());
   model_ = machine.shared_model();  // the former one is freed with its last user
   rebind(now);
+  for (const Simulated& one : simulated_) use_sensors(*one.hardware, one.description, machine, log);
 }
 
 void ControlStack::carry_references(const Instance& before, Instance now) const {
@@ -362,7 +378,22 @@ void ControlStack::carry_references(const Instance& before, Instance now) const 
 }
 
 void ControlStack::rebind(Instance instance) {
-  for (SimulatedHardware* hardware : simulated_) hardware->rebind(instance);
+  for (const Simulated& one : simulated_) one.hardware->rebind(instance);
+}
+
+void ControlStack::restart_sensors() {
+  for (const Simulated& one : simulated_) one.hardware->restart_sensors();
+}
+
+void ControlStack::before_step() {
+  for (const Simulated& one : simulated_) one.hardware->before_step();
+}
+
+std::uint64_t ControlStack::with_sensors(std::uint64_t hash) const {
+  for (const Simulated& one : simulated_)
+    for (std::size_t i = 0; i < one.hardware->sensor_count(); ++i)
+      hash = mixed(hash, one.hardware->readings()->values(i));
+  return hash;
 }
 
 }  // namespace doppel

@@ -48,6 +48,8 @@ class DOPPEL_API ControlStack {
     const HardwareRegistry& hardware;  // the simulated hardware is added to a copy
     bool enforce_limits = true;
     bool rehearsal = false;  // real hardware is simulated, because the running machine has its ports open
+    RigOptions sensors = {};
+    std::shared_ptr<const EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
   };
   // Throws InputError for errors in the YAML or the interfaces. Each component of the description is made by
   // the type that is registered for its plugin name, or simulated, with a note, if there is none.
@@ -68,19 +70,28 @@ class DOPPEL_API ControlStack {
   [[nodiscard]] bool has_generated() const { return !generated_.empty(); }
 
   // Replaces the machine by one with the same structure; drives and claims continue in its instance.
-  void take_over(const CompiledRobot& machine, Instance now);
+  void take_over(const CompiledRobot& machine, Instance now, const Log& log);
   // Carries over the references of position drives on their way to their targets.
   void carry_references(const Instance& before, Instance now) const;
   // The same instance under another handle.
   void rebind(Instance instance);
+  // Between steps: the state was written or reset.
+  void restart_sensors();
+
+  // -- in the loop
+  void before_step();
+  // `hash` with the present values of the sensors that controllers read.
+  [[nodiscard]] std::uint64_t with_sensors(std::uint64_t hash) const;
 
   [[nodiscard]] ControllerManager& manager() { return *manager_; }
   [[nodiscard]] const ControllerManager& manager() const { return *manager_; }
   [[nodiscard]] const Model& model() const { return *model_; }
 
  private:
-  void add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
+  void add_hardware(const CompiledRobot& machine, Instance instance, const Options& options, const Log& log,
                     Diagnostics& diagnostics);
+  void use_sensors(SimulatedHardware& hardware, const HardwareDescription& description,
+                   const CompiledRobot& machine, const Log& log);
   void hold_unclaimed_joints(const ControllerSelection& selection, const Log& log);
   void start_spare_base(const ControllerSelection& selection, const Log& log);
   void hold(GeneratedController wanted, const Log& log);
@@ -99,7 +110,13 @@ class DOPPEL_API ControlStack {
   std::vector<GeneratedController> generated_;
   std::vector<std::string> left_out_;  // declared in the file; after an edit they are tried again
   std::unique_ptr<ControllerManager> manager_;
-  std::vector<SimulatedHardware*> simulated_;
+  struct Simulated {
+    SimulatedHardware* hardware;
+    HardwareDescription description;
+  };
+  std::vector<Simulated> simulated_;
+  RigOptions sensor_options_;
+  std::shared_ptr<const EarthFrame> earth_;
   bool real_ = false;
 };
 

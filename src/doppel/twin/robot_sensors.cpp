@@ -129,13 +129,6 @@ RobotSensors with_frames(std::vector<SensorDescription> described, const Model& 
     sensor.link = model.find_link(description.link);
     sensor.description = std::move(description);
     if (sensor.link < 0) continue;
-    if (std::holds_alternative<EnvironmentDescription>(sensor.description.what)) {
-      diagnostics.note("sensor.not_simulated", sensor.description.source,
-                       fmt::format("the sensor '{}' ({}) is read, but publishes nothing: sensors of the "
-                                   "environment are not simulated",
-                                   sensor.description.name, sensor.description.type));
-      continue;
-    }
     frames.choose(sensor);
     out.sensors.push_back(std::move(sensor));
   }

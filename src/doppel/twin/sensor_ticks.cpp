@@ -8,6 +8,7 @@
 #include <span>
 
 #include "doppel/twin/pose_messages.h"
+#include "doppel/twin/sensor_binding.h"
 
 namespace doppel {
 namespace {
@@ -17,11 +18,7 @@ constexpr std::size_t kLongestMessage = 80;
 constexpr Duration kFramePeriod{20'000'000};  // of /tf, as robot_state_publisher's default
 
 void add_sensors(const CompiledRobot& robot, std::vector<RigSensor>& out) {
-  const bool prefixed = !robot.name_space().empty() && robot.asked().tf != TfTopics::separate;
-  const std::string prefix = prefixed ? robot.name_space() + "/" : "";
-  for (const RobotSensor& sensor : robot.sensors().sensors)
-    out.push_back({sensor.description, robot.name(), sensor.link, robot.name_space(), prefix + sensor.frame,
-                   sensor.X_LF, prefix});
+  for (const RobotSensor& sensor : robot.sensors().sensors) out.push_back(make_rig_sensor(robot, sensor));
 }
 
 // Of a model that is no robot: its topics are as written, and its frames are below its name.
@@ -168,6 +165,7 @@ void SensorTicks::look_up() {
   std::vector<RigSensor> sensors;
   for (const auto& robot : present) add_sensors(*robot, sensors);
   for (const ModelSensors& model : *models) add_sensors(model, sensors);
+  physical_.set_earth(*sources_.earth);
   physical_.set_sensors(sensors, scene_.engine());
   light_.set_sensors(std::move(sensors), scene_.engine());
   find_frames(*models);

@@ -40,9 +40,9 @@ Status SimulatedHardware::on_init(const HardwareInfo& info) {
                             PassiveJoint::brake}[static_cast<std::size_t>(found - known.begin())];
   }
   for (const HardwareJointDescription& joint : info.description.joints) add_joint(joint, info);
-  for (const auto* extra : {&info.description.sensors, &info.description.gpios}) {
-    for (const HardwareJointDescription& part : *extra) add_part(part);
-  }
+  for (const HardwareJointDescription& sensor : info.description.sensors) add_sensor(sensor);
+  bind_states();
+  for (const HardwareJointDescription& part : info.description.gpios) add_part(part);
   return {};
 }
 
@@ -97,6 +97,37 @@ void SimulatedHardware::add_joint(const HardwareJointDescription& joint, const H
   }
 }
 
+void SimulatedHardware::use_sensors(const SensorBindings& bindings,
+                                    std::unique_ptr<SensorReadings> readings) {
+  if (readings) {
+    readings->bind(robot_.engine());
+    if (readings_) readings->resume(*readings_);
+  }
+  bound_ = bindings.values;
+  sensors_ = bindings.sensors.size();
+  readings_ = std::move(readings);
+  bind_states();
+}
+
+// Before on_init() there are no states yet.
+void SimulatedHardware::bind_states() {
+  for (std::size_t part = 0; part < std::min(first_states_.size(), bound_.size()); ++part) {
+    for (std::size_t i = 0; i < bound_[part].size(); ++i) {
+      Interface& state = states_[first_states_[part] + i];
+      state.quantity = bound_[part][i] ? Quantity::sensor : Quantity::constant;
+      state.sensed = bound_[part][i].value_or(SensorValue{});
+    }
+  }
+}
+
+void SimulatedHardware::add_sensor(const HardwareJointDescription& sensor) {
+  first_states_.push_back(states_.size());
+  add_part(sensor);
+  for (std::size_t i = 0; i < sensor.state_interfaces.size(); ++i)
+    states_[first_states_.back() + i].description.initial =
+        sensor.state_interfaces[i].initial_value.value_or(std::nan(""));
+}
+
 void SimulatedHardware::add_part(const HardwareJointDescription& part) {
   for (const HardwareInterfaceDescription& state : part.state_interfaces) {
     states_.push_back({{part.name, state.name, state.initial_value.value_or(0.0)}, -1, Quantity::constant});
@@ -109,6 +140,7 @@ void SimulatedHardware::add_part(const HardwareJointDescription& part) {
 
 void SimulatedHardware::rebind(Instance robot) {
   robot_ = robot;
+  if (readings_) readings_->bind(robot_.engine());
   choose_drives();
 }
 
@@ -201,11 +233,14 @@ HardwareReturn SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::s
   const auto q = robot_.q();
   const auto v = robot_.v();
   const auto effort = robot_.drive_effort();
+  if (readings_) readings_->read(robot_.engine());
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const Interface& s = states_[i];
-    if (s.joint < 0) continue;
     const auto j = static_cast<std::size_t>(s.joint);
     switch (s.quantity) {
+      case Quantity::sensor:
+        states[i] = readings_->values(s.sensed.sensor)[s.sensed.value];
+        break;
       case Quantity::position:
         states[i] = q[static_cast<std::size_t>(robot_.model().joints[j].q)];
         break;

@@ -4,6 +4,7 @@
 // (position before velocity before effort); <param name="unclaimed"> sets the behaviour of an unclaimed
 // joint: free (the default), hold or brake.
 
+#include <memory>
 #include <vector>
 
 #include "doppel/control/hardware.h"
@@ -13,6 +14,8 @@
 #include "doppel/description/simulator_plugins.h"
 #include "doppel/export.h"
 #include "doppel/physics/engine.h"
+#include "doppel/sensing/sensor_readings.h"
+#include "doppel/twin/sensor_binding.h"
 
 namespace doppel {
 
@@ -20,8 +23,22 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
  public:
   explicit SimulatedHardware(Instance robot) : robot_(robot) {}
 
+  // Between ticks: what the <sensor>s of the description read, in place of what they read before; sensors that stay keep
+  // their start. A state interface without a sensor keeps its initial value, or NaN.
+  void use_sensors(const SensorBindings& bindings, std::unique_ptr<SensorReadings> readings);
   // Continues with another instance of a model with the same joints: the drives are set there, too.
   void rebind(Instance robot);
+  // The state was written or reset: it is that of the start for its sensors.
+  void restart_sensors() {
+    if (readings_) readings_->restart(robot_.engine());
+  }
+  // In the loop, before the step at whose end it is read.
+  void before_step() {
+    if (readings_) readings_->before_step(robot_.engine());
+  }
+  // In the loop: the values of its sensors as they were read, for the hash of the state.
+  [[nodiscard]] const SensorReadings* readings() const { return readings_.get(); }
+  [[nodiscard]] std::size_t sensor_count() const { return sensors_; }
 
   // Unknown joints, fixed joints and commanded mimics are left out with warnings. Throws InputError for an
   // invalid value of `unclaimed`.
@@ -39,15 +56,18 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
   HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
 
  private:
-  enum class Quantity { position, velocity, effort, constant };
+  enum class Quantity { position, velocity, effort, sensor, constant };
   struct Interface {
     InterfaceDescription description;
     int joint = -1;
     Quantity quantity = Quantity::constant;
-    bool claimed = false;  // command interfaces only
+    bool claimed = false;     // command interfaces only
+    SensorValue sensed = {};  // of Quantity::sensor
   };
   static Quantity quantity_of(const std::string& interface);
   void add_joint(const HardwareJointDescription& joint, const HardwareInfo& info);
+  void add_sensor(const HardwareJointDescription& sensor);
+  void bind_states();
   void add_part(const HardwareJointDescription& part);
   void choose_drives();
   [[nodiscard]] DriveMode drive_of(int joint) const;
@@ -55,7 +75,11 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
 
   Instance robot_;
   std::vector<Interface> states_, commands_;
-  std::vector<int> driven_;  // joints with a command interface, each once
+  std::vector<std::vector<std::optional<SensorValue>>> bound_;  // [sensors][state interfaces]
+  std::vector<std::size_t> first_states_;                       // [sensors], in states_
+  std::unique_ptr<SensorReadings> readings_;                    // nullptr: no sensor is bound
+  std::size_t sensors_ = 0;                                     // in `readings_`
+  std::vector<int> driven_;                                     // joints with a command interface, each once
   PassiveJoint unclaimed_ = PassiveJoint::free;
   bool active_ = false, stopped_ = false;
 };

@@ -46,6 +46,7 @@ Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diag
            .twists = scenario.strict ? TwistPolicy::explain : TwistPolicy::convert,
            .advise = [&the_log](const std::string& advice) { the_log.warning("bus", advice); }}),
       machine(std::make_unique<CompiledScenario>(scenario, diagnostics)) {
+  *earth = machine->earth;
   follow_wall(machine->engine->time());
   controllers = builtin_controllers();
   hardware = HardwareRegistry::with_builtin();
@@ -80,8 +81,8 @@ std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const Compiled
   }
   const Instance instance = instance_of(*machine->engine, *robot);
   auto made = std::make_unique<TwinRobot>(
-      TwinRobot::Surroundings{bus, controllers, hardware, scenario, log, gate, statics}, std::move(robot),
-      instance, std::move(past), diagnostics);
+      TwinRobot::Surroundings{bus, controllers, hardware, scenario, log, gate, statics, earth},
+      std::move(robot), instance, std::move(past), diagnostics);
   made->control_at_once(count);
   return made;
 }
@@ -134,6 +135,7 @@ void Twin::Impl::add_world_ticks() {
   };
   sources.models = [this] { return machine->model_sensors; };
   sources.statics = statics;
+  sources.earth = earth;
   auto sensors = std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, std::move(sources));
   sensor_ticks = sensors.get();
   ticks.add(std::move(sensors));
@@ -188,6 +190,7 @@ void Twin::Impl::step() {
     const Stopwatch watch(phases.control);
     robot->tick_control(count, now);
   }
+  for (const auto& robot : robots) robot->before_step(count);
   ticks.before_step(now);
   engine.step();
   ++count;

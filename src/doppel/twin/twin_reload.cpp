@@ -102,6 +102,7 @@ class Twin::Impl::RobotReplacement {
     refuse_real_hardware();
     kept_robots_.reserve(compiled->robots.size());
     std::swap(twin_.machine, machine_);
+    *twin_.earth = twin_.machine->earth;
     former_ = std::exchange(twin_.robots, {});
   }
   ~RobotReplacement() {
@@ -212,6 +213,7 @@ class Twin::Impl::RobotReplacement {
     }
     twin_.robots.clear();  // the new ones, with their nodes
     std::swap(twin_.machine, machine_);
+    *twin_.earth = twin_.machine->earth;
     twin_.robots = std::move(former_);
     for (KeptRobot& entry : kept_robots_) {
       TwinRobot& robot = *twin_.robots[entry.index];

@@ -114,7 +114,9 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
   own_log_.add_sink([&log = around_.log, name_space = name_space()](const LogLine& line) {
     log.line(line.severity, name_space + "/" + line.origin, line.text);
   });
-  const ControlStack::Options options{around.controllers, around.hardware, around.scenario.enforce_limits};
+  ControlStack::Options options{around.controllers, around.hardware, around.scenario.enforce_limits};
+  options.sensors = around.scenario.sensors;
+  options.earth = around.earth;
   control_ = std::make_unique<ControlStack>(around.bus, *machine_, instance_, options, log(), diagnostics);
   steps_per_tick_ = static_cast<std::uint64_t>(control_->manager().period() / step());
 }
@@ -155,7 +157,7 @@ void TwinRobot::start_loop() {
 }
 
 void TwinRobot::take_over(std::shared_ptr<const CompiledRobot> machine, Instance now) {
-  control_->take_over(*machine, now);
+  control_->take_over(*machine, now, log());
   machine_ = std::move(machine);
   instance_ = now;
 }

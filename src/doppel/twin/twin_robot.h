@@ -49,6 +49,7 @@ class DOPPEL_API TwinRobot {
     const Log& log;
     LoopGate& gate;  // protects everything that loops of real hardware use
     std::shared_ptr<StaticTransforms> statics;
+    std::shared_ptr<const EarthFrame> earth;  // of the present world
   };
   // State that is kept when the machine is replaced: the reports so far, and the hash.
   struct History {
@@ -90,17 +91,21 @@ class DOPPEL_API TwinRobot {
     }
   }
   void between_steps(Time now);
-  void reset(Time now);  // controllers hold the robot's present pose
-  void restart(Time now) {
+  void reset(Time now);     // controllers hold the robot's present pose
+  void restart(Time now) {  // the same without a reset of time
+    control_->restart_sensors();
     control_->manager().restart(control_time(now));
-  }                     // the same without a reset of time
+  }
   void show(Time now);  // publishes its present state
   void robots_changed(Time now) { ticks_.robots_changed(now); }
 
   // -- in the loop: no allocation, no lock, no throw
   [[nodiscard]] bool control_due(std::uint64_t step) const { return step >= next_tick_; }
   void tick_control(std::uint64_t step, Time now) {
-    if (!loop_) control_->manager().tick(now);
+    if (!loop_) {
+      control_->manager().tick(now);
+      history_.hash = control_->with_sensors(history_.hash);
+    }
     next_tick_ = step + steps_per_tick_;
   }
   // A separate thread ticks the controllers, because a component is real hardware.
@@ -108,7 +113,9 @@ class DOPPEL_API TwinRobot {
   // The controllers' time: with a ControlLoop it continues while the simulation is paused.
   [[nodiscard]] Time control_time(Time now) const { return loop_ ? loop_->now() : now; }
   void control_at_once(std::uint64_t step) { next_tick_ = step; }
-  void before_step(Time now) { ticks_.before_step(now); }
+  void before_step(std::uint64_t step) {
+    if (loop_ || control_due(step + 1)) control_->before_step();
+  }
   void after_step(Time now);
   [[nodiscard]] bool publication_due(Time now) const { return ticks_.is_due(now); }
   void publish_due(Time now) { ticks_.publish_due(now); }
@@ -133,7 +140,7 @@ class DOPPEL_API TwinRobot {
   // The joints so far that oscillated while held by their drives.
   [[nodiscard]] const std::vector<OscillationReport>& oscillations() const { return history_.oscillations; }
   [[nodiscard]] std::vector<SagReport> gravity_sag() const;  // at the present pose
-  // A hash over the bits of every q, v and drive effort of every step so far.
+  // A hash over the bits of every q, v and drive effort of every step so far, and of the sensors that controllers read.
   [[nodiscard]] std::uint64_t state_hash() const { return history_.hash; }
   [[nodiscard]] const History& past() const { return history_; }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <numbers>
 
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
@@ -134,6 +135,7 @@ void Document::read_world(const XmlNode& node, const Source& source, SdfWorld& o
   if (const XmlNode* const scene = node.first("scene")) {
     out.settings.environment = read_environment(*scene, elements_);
   }
+  read_earth(node, out.earth);
   for (const XmlNode& child : node.children) {
     if (!child.is("plugin")) continue;
     elements_.without_effect(child.where, "<plugin> of a <world>", "plugins of SDF are kept, but not loaded");
@@ -145,6 +147,25 @@ void Document::read_world(const XmlNode& node, const Source& source, SdfWorld& o
   }
   state_ = node.first("state");
   read_items(node, source, world_, &out, 0);
+}
+
+void Document::read_earth(const XmlNode& node, EarthFrame& out) {
+  if (const auto field = elements_.vector<3>(node, "magnetic_field")) out.magnetic_field = *field;
+  const XmlNode* const place = node.first("spherical_coordinates");
+  if (place == nullptr) return;
+  elements_.check(*place, "spherical_coordinates");
+  out.is_given = true;
+  out.origin = {elements_.number_or(*place, "latitude_deg", 0),
+                elements_.number_or(*place, "longitude_deg", 0), elements_.number_or(*place, "elevation", 0)};
+  out.heading = elements_.number_or(*place, "heading_deg", 0) * std::numbers::pi / 180;
+  const std::string surface = Elements::text(*place, "surface_model");
+  if (!surface.empty() && surface != "EARTH_WGS84")
+    elements_.without_effect(place->first("surface_model")->where, "<surface_model>" + surface,
+                             "places are on the ellipsoid EARTH_WGS84");
+  const std::string axes = Elements::text(*place, "world_frame_orientation");
+  if (!axes.empty() && axes != "ENU")
+    elements_.without_effect(place->first("world_frame_orientation")->where,
+                             "<world_frame_orientation>" + axes, "x of the world is east, as with ENU");
 }
 
 void Document::read_physics(const XmlNode& node, SdfWorld& out) {

@@ -23,8 +23,14 @@ struct Kind {
 };
 constexpr Kind kKinds[] = {
     {"sdf", "world model light include actor", ""},
-    {"world", "include model light frame joint gravity physics scene state plugin actor population name",
-     "gui audio road atmosphere magnetic_field wind spherical_coordinates"},
+    {"world",
+     "include model light frame joint gravity physics scene state plugin actor population name "
+     "magnetic_field "
+     "spherical_coordinates",
+     "gui audio road atmosphere wind"},
+    {"spherical_coordinates",
+     "surface_model world_frame_orientation latitude_deg longitude_deg elevation heading_deg",
+     "surface_axis_equatorial surface_axis_polar"},
     {"model", "pose static self_collide link joint frame include model plugin sensor",
      "allow_auto_disable enable_wind gripper origin"},
     {"include", "uri name pose static placement_frame plugin", "allow_auto_disable"},

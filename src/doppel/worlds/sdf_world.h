@@ -21,6 +21,7 @@
 #include "doppel/description/robot_description.h"
 #include "doppel/export.h"
 #include "doppel/kinematics/model.h"
+#include "doppel/math/geodesy.h"
 #include "doppel/packages/package_resolver.h"
 #include "doppel/physics/model_instance.h"
 #include "doppel/physics/world.h"
@@ -63,6 +64,7 @@ struct SdfModel {
 struct DOPPEL_API SdfWorld {
   // ground: a static horizontal plane at z = 0 was found; friction_rule: the smaller; with lights and environment.
   WorldSettings settings;
+  EarthFrame earth;       // of <spherical_coordinates> and <magnetic_field>
   bool is_world = false;  // false: a file with models only, with gravity and a ground
   std::string version;    // of SDF, as written
   std::vector<SdfModel> models;

@@ -18,6 +18,8 @@ class InstanceMotion {
   void note(const Instance& instance);
   // The acceleration of the step from there to the present state. h: the step, s.
   void differentiate(const Instance& instance, double h);
+  // The present state as the one from which a step without acceleration begins.
+  void note_at_rest(const Instance& instance);
   // data() and X_WL() are those of the state from which the step begins; gravity_W: m/s^2.
   void solve_start(const Eigen::Vector3d& gravity_W);
   // data() is that of the present state with the same acceleration.

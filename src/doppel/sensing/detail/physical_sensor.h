@@ -5,32 +5,21 @@
 #include <bit>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
 #include "doppel/messages/geometry_msgs.h"
-#include "doppel/sensing/detail/instance_motion.h"
+#include "doppel/sensing/detail/sensor_meter.h"
 #include "doppel/sensing/detail/sensor_names.h"
-#include "doppel/sensors/noise.h"
 
 namespace doppel {
 
-// What sensors are computed from, at the end of a step.
-struct PhysicalState {
-  const Engine& engine;
-  Time now{}, stamp{};  // of the loop; of headers
-  std::vector<std::optional<InstanceMotion>>&
-      motions;                           // [instances]; those that were noted are differentiated
-  const std::vector<Contact>& before;    // contacts of the state from which the step begins
-  const std::vector<Contact>& contacts;  // of the present state
-};
-
 class PhysicalSensor {
  public:
-  PhysicalSensor(const RigSensor& sensor, const RigOptions& options)
-      : sensor_(sensor), random_(options.seed, sensor_key(sensor)) {}
+  explicit PhysicalSensor(const RigSensor& sensor) : sensor_(sensor) {}
   virtual ~PhysicalSensor() = default;
   PhysicalSensor(const PhysicalSensor&) = delete;
   PhysicalSensor& operator=(const PhysicalSensor&) = delete;
@@ -57,6 +46,9 @@ class PhysicalSensor {
 
   // -- in the loop: no allocation
   virtual void publish(const PhysicalState& state, std::uint64_t sample) = 0;
+  // Publishes the samples whose latency is over.
+  virtual void release(Time /*now*/) {}
+  [[nodiscard]] virtual Time next_release() const { return Time::max(); }
 
  protected:
   template <Message M>
@@ -69,32 +61,27 @@ class PhysicalSensor {
     return node.advertise<M>(topic_, qos);
   }
 
+  void hash_value(double x) { hash_ = (hash_ ^ std::bit_cast<std::uint64_t>(x)) * 0x100000001B3ull; }
   void hash_vector(const geometry_msgs::msg::Vector3& v) {
-    for (const double x : {v.x, v.y, v.z})
-      hash_ = (hash_ ^ std::bit_cast<std::uint64_t>(x)) * 0x100000001B3ull;
+    for (const double x : {v.x, v.y, v.z}) hash_value(x);
   }
 
   RigSensor sensor_;
   std::uint64_t hash_ = 0xCBF29CE484222325ull;
-  CounterRandom random_;
   std::string topic_, frame_;
   int instance_ = -1;
 };
 
-using VectorNoise = std::array<ChannelNoise, 3>;
-// A vector with the noise of this sample on each of its components.
-geometry_msgs::msg::Vector3 noisy_vector(VectorNoise& noise, const Eigen::Vector3d& value,
-                                         std::uint64_t sample);
-
-// nullptr: not a sensor of this kind. `period`: s between samples.
+// nullptr: not a sensor of this kind.
 std::unique_ptr<PhysicalSensor> make_physical_sensor(Node& node, const RigSensor& sensor,
-                                                     const RigOptions& options, double period,
-                                                     const Log& log);
-std::unique_ptr<PhysicalSensor> make_imu_output(Node& node, const RigSensor& sensor,
-                                                const RigOptions& options, double period);
-std::unique_ptr<PhysicalSensor> make_wrench_output(Node& node, const RigSensor& sensor,
-                                                   const RigOptions& options, double period);
-std::unique_ptr<PhysicalSensor> make_contact_output(Node& node, const RigSensor& sensor,
-                                                    const RigOptions& options, const Log& log);
+                                                     const MeterSettings& settings, const Log& log);
+std::unique_ptr<PhysicalSensor> make_meter_output(Node& node, const RigSensor& sensor,
+                                                  const MeterSettings& settings);
+std::unique_ptr<PhysicalSensor> make_contact_output(Node& node, const RigSensor& sensor, const Log& log);
+std::unique_ptr<PhysicalSensor> make_logical_camera_output(Node& node, const RigSensor& sensor);
+
+inline geometry_msgs::msg::Vector3 to_vector_msg(const Eigen::Vector3d& v) {
+  return {v.x(), v.y(), v.z()};
+}
 
 }  // namespace doppel

@@ -25,6 +25,7 @@ class SensorTicks : public Tickable {
     Robots robots;
     Models models;
     std::shared_ptr<StaticTransforms> statics;  // of the bus
+    std::shared_ptr<const EarthFrame> earth;    // of the present world
   };
   // The log and the scene outlive this.
   SensorTicks(Bus& bus, const Scene& scene, const Log& log, const RigOptions& options, Sources sources)

@@ -71,6 +71,7 @@ struct Twin::Impl {
   ControllerRegistry controllers;
   HardwareRegistry hardware;
   std::shared_ptr<StaticTransforms> statics = std::make_shared<StaticTransforms>();
+  const std::shared_ptr<EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
   TimeControl time_control;
   std::unique_ptr<CompiledScenario> machine;
   LoopGate gate;

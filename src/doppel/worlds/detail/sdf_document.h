@@ -36,6 +36,7 @@ class Document {
   const Source* parse(std::string text, const std::string& name, const std::filesystem::path& folder);
   void read_world(const XmlNode& node, const Source& source, SdfWorld& out);
   void read_physics(const XmlNode& node, SdfWorld& out);
+  void read_earth(const XmlNode& node, EarthFrame& out);
   void read_items(const XmlNode& node, const Source& source, Scope& scope, SdfWorld* world, int depth);
   void read_model(const XmlNode& node, const Source& source, Scope& into, const Override* over, int depth);
   void read_urdf(const std::filesystem::path& file, Scope& into, const Override& over);

@@ -23,6 +23,21 @@ TEST(Sdf, WorldSettingsAreReadWithSmallerFriction) {
   EXPECT_FALSE(read.world.settings.ground);
 }
 
+TEST(Sdf, PlaceOnEarthAndMagneticFieldAreRead) {
+  const ReadSdf read = read_world(
+      "<spherical_coordinates><surface_model>EARTH_WGS84</surface_model><latitude_deg>47.5</latitude_deg>"
+      "<longitude_deg>-8.25</longitude_deg><elevation>430</elevation><heading_deg>90</heading_deg>"
+      "</spherical_coordinates><magnetic_field>1e-6 2e-6 -3e-6</magnetic_field>");
+  EXPECT_TRUE(read.world.earth.is_given);
+  EXPECT_EQ(read.world.earth.origin.latitude, 47.5);
+  EXPECT_EQ(read.world.earth.origin.longitude, -8.25);
+  EXPECT_EQ(read.world.earth.origin.altitude, 430);
+  EXPECT_NEAR(read.world.earth.heading, pi / 2, 1e-12);
+  EXPECT_EQ(read.world.earth.magnetic_field, Eigen::Vector3d(1e-6, 2e-6, -3e-6));
+  EXPECT_FALSE(read_world("").world.earth.is_given);
+  EXPECT_EQ(read_world("").world.earth.magnetic_field, Eigen::Vector3d(5.5645e-6, 22.8758e-6, -42.3884e-6));
+}
+
 TEST(Sdf, FreeModelFloatsAndStaticOneIsFixed) {
   const ReadSdf read = read_world(model("a", std::string("<pose>1 2 3 0 0 0</pose>") + kBall) +
                                   model("b", std::string("<static>true</static>") + kBall));

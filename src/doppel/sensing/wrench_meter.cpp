@@ -1,8 +1,7 @@
-// WrenchStamped from the rates of momentum of the bodies beyond a joint.
+// The wrench that a joint transmits, from the rates of momentum of the bodies beyond it.
 #include <algorithm>
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/sensing/detail/physical_sensor.h"
+#include "doppel/sensing/detail/sensor_meter.h"
 
 namespace doppel {
 namespace {
@@ -19,21 +18,18 @@ struct WrenchSum {
   }
 };
 
-class WrenchOutput : public PhysicalSensor {
+class WrenchMeter : public SensorMeter {
  public:
-  WrenchOutput(Node& node, const RigSensor& sensor, const RigOptions& options, double period)
-      : PhysicalSensor(sensor, options),
-        described_(std::get<ForceTorqueDescription>(sensor.description.what)) {
+  WrenchMeter(const RigSensor& sensor, const MeterSettings& settings)
+      : SensorMeter(sensor, 6), described_(std::get<ForceTorqueDescription>(sensor.description.what)) {
     for (std::uint32_t i = 0; i < 3; ++i) {
-      force_noise_[i] = ChannelNoise(described_.force[i], random_, i, period);
-      torque_noise_[i] = ChannelNoise(described_.torque[i], random_, 3 + i, period);
+      force_noise_[i] = ChannelNoise(described_.force[i], settings.random, i, settings.period);
+      torque_noise_[i] = ChannelNoise(described_.torque[i], settings.random, 3 + i, settings.period);
     }
     force_noise_at_start_ = force_noise_;
     torque_noise_at_start_ = torque_noise_;
-    publisher_ = advertise<geometry_msgs::msg::WrenchStamped>(node, "wrench");
   }
 
-  [[nodiscard]] bool wanted() const override { return publisher_.has_listeners(); }
   [[nodiscard]] bool needs_contacts_before() const override { return true; }
   [[nodiscard]] bool needs_all_motions() const override { return true; }
 
@@ -43,7 +39,7 @@ class WrenchOutput : public PhysicalSensor {
   }
 
   void bind(const Engine& engine, int instance) override {
-    PhysicalSensor::bind(engine, instance);
+    SensorMeter::bind(engine, instance);
     carried_.assign(engine.world().instances().size(), 0);
     if (instance < 0) return;
     const Model& model = *engine.world().instances()[static_cast<std::size_t>(instance)].model;
@@ -55,7 +51,7 @@ class WrenchOutput : public PhysicalSensor {
     choose_frame(model);
   }
 
-  void publish(const PhysicalState& state, std::uint64_t sample) override;
+  void measure(const PhysicalState& state, std::uint64_t sample) override;
 
  private:
   // Data in the axes of the child or parent name that link, unless the sensor's frame has the same axes.
@@ -69,7 +65,6 @@ class WrenchOutput : public PhysicalSensor {
                !sensor_.X_LF.linear().isApprox(Eigen::Matrix3d::Identity(), kSameAxes)) {
       frame_ = sensor_.frame_prefix + link.name;
     }
-    message_.header.frame_id = frame_;
   }
 
   [[nodiscard]] bool has(BodyId body) const {
@@ -86,12 +81,10 @@ class WrenchOutput : public PhysicalSensor {
   VectorNoise force_noise_, torque_noise_, force_noise_at_start_, torque_noise_at_start_;
   std::vector<char> beyond_;   // [links] of the sensor's instance
   std::vector<char> carried_;  // [instances]
-  geometry_msgs::msg::WrenchStamped message_;
-  Publisher<geometry_msgs::msg::WrenchStamped> publisher_;
 };
 
 // Instances that move freely and are attached beyond the joint, directly or by others.
-void WrenchOutput::find_carried(const Engine& engine) {
+void WrenchMeter::find_carried(const Engine& engine) {
   std::ranges::fill(carried_, 0);
   for (bool found = true; found;) {
     found = false;
@@ -108,7 +101,7 @@ void WrenchOutput::find_carried(const Engine& engine) {
 
 // The wrench on the bodies beyond the joint, about the sensor's point: the rate of their momentum without the parts of
 // gravity and contacts.
-WrenchSum WrenchOutput::transmitted(const PhysicalState& state) {
+WrenchSum WrenchMeter::transmitted(const PhysicalState& state) {
   const Eigen::Vector3d& gravity = state.engine.world().settings().gravity;
   InstanceMotion& motion = *state.motions[static_cast<std::size_t>(instance_)];
   motion.solve_start(gravity);
@@ -132,7 +125,7 @@ WrenchSum WrenchOutput::transmitted(const PhysicalState& state) {
   return sum;
 }
 
-Eigen::Matrix3d WrenchOutput::axes(const InstanceMotion& motion) const {
+Eigen::Matrix3d WrenchMeter::axes(const InstanceMotion& motion) const {
   const Eigen::Matrix3d R_WL = motion.X_WL()[static_cast<std::size_t>(sensor_.link)].linear();
   if (described_.frame == WrenchFrame::sensor) return R_WL * sensor_.X_LF.linear();
   if (described_.frame == WrenchFrame::parent && sensor_.link > 0)
@@ -140,25 +133,20 @@ Eigen::Matrix3d WrenchOutput::axes(const InstanceMotion& motion) const {
   return R_WL;
 }
 
-void WrenchOutput::publish(const PhysicalState& state, std::uint64_t sample) {
+void WrenchMeter::measure(const PhysicalState& state, std::uint64_t sample) {
   find_carried(state.engine);
   const WrenchSum sum = transmitted(state);
   const Eigen::Matrix3d R_AW = axes(*state.motions[static_cast<std::size_t>(instance_)]).transpose();
   // Parent to child: what the parent exerts on the child (gz-sensors 8, ForceTorqueSensor.cc).
   const double sign = described_.parent_to_child ? 1 : -1;
-  message_.header.stamp = to_time_msg(state.stamp);
-  message_.wrench.force = noisy_vector(force_noise_, sign * (R_AW * sum.force), sample);
-  message_.wrench.torque = noisy_vector(torque_noise_, sign * (R_AW * sum.torque), sample);
-  hash_vector(message_.wrench.force);
-  hash_vector(message_.wrench.torque);
-  publisher_.publish(message_, state.now);
+  write(0, noisy_vector(force_noise_, sign * (R_AW * sum.force), sample));
+  write(3, noisy_vector(torque_noise_, sign * (R_AW * sum.torque), sample));
 }
 
 }  // namespace
 
-std::unique_ptr<PhysicalSensor> make_wrench_output(Node& node, const RigSensor& sensor,
-                                                   const RigOptions& options, double period) {
-  return std::make_unique<WrenchOutput>(node, sensor, options, period);
+std::unique_ptr<SensorMeter> make_wrench_meter(const RigSensor& sensor, const MeterSettings& settings) {
+  return std::make_unique<WrenchMeter>(sensor, settings);
 }
 
 }  // namespace doppel

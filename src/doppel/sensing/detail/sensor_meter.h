@@ -1,0 +1,95 @@
+#pragma once
+// What one physical sensor measures, as numbers: the same for its topic and for controllers. The interface names and their
+// order are those of ros2_control's semantic components (controller_interface/semantic_components of Jazzy).
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "doppel/math/geodesy.h"
+#include "doppel/physics/engine.h"
+#include "doppel/sensing/detail/instance_motion.h"
+#include "doppel/sensing/rig_sensor.h"
+#include "doppel/sensors/noise.h"
+
+namespace doppel {
+
+// What sensors are computed from, at the end of a step.
+struct PhysicalState {
+  const Engine& engine;
+  Time now{}, stamp{};  // of the loop; of headers
+  std::vector<std::optional<InstanceMotion>>&
+      motions;                           // [instances]; those that were noted are differentiated
+  const std::vector<Contact>& before;    // contacts of the state from which the step begins
+  const std::vector<Contact>& contacts;  // of the present state
+};
+
+// What a meter is made with, besides its sensor.
+struct MeterSettings {
+  CounterRandom random;
+  double period = 0;  // s between samples
+  EarthFrame earth;
+};
+
+class SensorMeter {
+ public:
+  // `count`: number of values.
+  SensorMeter(const RigSensor& sensor, std::size_t count)
+      : sensor_(sensor), frame_(sensor.frame), values_(count, 0.0) {}
+  virtual ~SensorMeter() = default;
+  SensorMeter(const SensorMeter&) = delete;
+  SensorMeter& operator=(const SensorMeter&) = delete;
+
+  [[nodiscard]] const std::string& frame() const { return frame_; }  // of the values' axes; after bind()
+  [[nodiscard]] int instance() const { return instance_; }
+  // Of the last sample, in the order of meter_interfaces().
+  [[nodiscard]] std::span<const double> values() const { return values_; }
+
+  // -- what a sample needs
+  [[nodiscard]] virtual bool needs_contacts_before() const { return false; }
+  [[nodiscard]] virtual bool needs_all_motions() const { return false; }
+
+  // -- between steps
+  virtual void bind(const Engine& /*engine*/, int instance) { instance_ = instance; }
+  virtual void restart(const Engine& /*engine*/) {}
+  virtual void resume(const SensorMeter& /*before*/) {}
+
+  // -- in the loop: no allocation
+  virtual void measure(const PhysicalState& state, std::uint64_t sample) = 0;
+
+ protected:
+  void write(std::size_t first, const Eigen::Vector3d& v) {
+    for (std::size_t i = 0; i < 3; ++i) values_[first + i] = v[static_cast<Eigen::Index>(i)];
+  }
+  void write_rotation(std::size_t first, const Eigen::Matrix3d& R) {
+    const Eigen::Quaterniond q(R);
+    const double parts[] = {q.x(), q.y(), q.z(), q.w()};
+    for (std::size_t i = 0; i < 4; ++i) values_[first + i] = parts[i];
+  }
+
+  const RigSensor sensor_;
+  std::string frame_;
+  int instance_ = -1;
+  std::vector<double> values_;
+};
+
+using VectorNoise = std::array<ChannelNoise, 3>;
+// A vector with the noise of this sample on each of its components.
+Eigen::Vector3d noisy_vector(VectorNoise& noise, const Eigen::Vector3d& value, std::uint64_t sample);
+inline double variance_of(const NoiseDescription& noise) {
+  return noise.stddev * noise.stddev;
+}
+
+// nullptr: not a sensor whose values are numbers.
+std::unique_ptr<SensorMeter> make_meter(const RigSensor& sensor, const MeterSettings& settings);
+std::unique_ptr<SensorMeter> make_imu_meter(const RigSensor& sensor, const MeterSettings& settings);
+std::unique_ptr<SensorMeter> make_wrench_meter(const RigSensor& sensor, const MeterSettings& settings);
+// nullptr: a logical camera.
+std::unique_ptr<SensorMeter> make_environment_meter(const RigSensor& sensor, const MeterSettings& settings);
+
+// The names of a meter's values: "orientation.x". Empty: make_meter() makes none.
+std::vector<std::string> meter_interfaces(const SensorDescription& sensor);
+
+}  // namespace doppel

@@ -1,0 +1,84 @@
+// LogicalCameraImage: the instances whose origins are in a frustum. Source: gz-sensors 8, LogicalCameraSensor.cc.
+#include <cmath>
+
+#include "doppel/messages/ros_gz_interfaces.h"
+#include "doppel/sensing/detail/physical_sensor.h"
+
+namespace doppel {
+namespace {
+
+using ros_gz_interfaces::msg::LogicalCameraImage;
+using ros_gz_interfaces::msg::LogicalCameraImageModel;
+
+geometry_msgs::msg::Pose to_pose_msg(const Pose& X) {
+  const Eigen::Quaterniond q(X.linear());
+  return {{X.translation().x(), X.translation().y(), X.translation().z()}, {q.x(), q.y(), q.z(), q.w()}};
+}
+
+class LogicalCameraOutput : public PhysicalSensor {
+ public:
+  LogicalCameraOutput(Node& node, const RigSensor& sensor)
+      : PhysicalSensor(sensor), described_(std::get<EnvironmentDescription>(sensor.description.what)) {
+    publisher_ = advertise<LogicalCameraImage>(node, "logical_camera");
+    frame_ = message_.header.frame_id = sensor.frame;
+    across_ = std::tan(described_.hfov / 2);
+  }
+
+  [[nodiscard]] bool wanted() const override { return publisher_.has_listeners(); }
+
+  void bind(const Engine& engine, int instance) override {
+    PhysicalSensor::bind(engine, instance);
+    const auto& instances = engine.world().instances();
+    message_.model.clear();
+    message_.model.reserve(instances.size());
+    spare_.resize(instances.size());
+    std::size_t longest = 0;
+    for (const ModelInstance& of : instances) longest = std::max(longest, of.name.size());
+    for (LogicalCameraImageModel& one : spare_) one.name.reserve(longest);
+  }
+
+  void publish(const PhysicalState& state, std::uint64_t /*sample*/) override {
+    for (LogicalCameraImageModel& one : message_.model) spare_.push_back(std::move(one));
+    message_.model.clear();
+    const auto& instances = state.engine.world().instances();
+    const Pose X_WL = state.engine.instance(instance_).link_pose(sensor_.link);
+    const Pose X_WS = X_WL * sensor_.description.X_LS;
+    const Pose X_FW = (X_WL * sensor_.X_LF).inverse();
+    message_.pose = to_pose_msg(X_WS);
+    for (int i = 0; i < static_cast<int>(instances.size()); ++i) {
+      if (i == instance_) continue;
+      const Pose X_WM = state.engine.instance(i).base_pose();
+      if (!sees(X_WS.inverse() * X_WM.translation())) continue;
+      LogicalCameraImageModel& seen = message_.model.emplace_back(std::move(spare_.back()));
+      spare_.pop_back();
+      seen.name = instances[static_cast<std::size_t>(i)].name;
+      seen.pose = to_pose_msg(X_FW * X_WM);
+      hash_value(i);
+      hash_vector({seen.pose.position.x, seen.pose.position.y, seen.pose.position.z});
+    }
+    message_.header.stamp = to_time_msg(state.stamp);
+    publisher_.publish(message_, state.now);
+  }
+
+ private:
+  // x forward, y to the left; the aspect is width over height.
+  [[nodiscard]] bool sees(const Eigen::Vector3d& p_S) const {
+    return p_S.x() >= described_.near && p_S.x() <= described_.far &&
+           std::abs(p_S.y()) <= across_ * p_S.x() &&
+           std::abs(p_S.z()) <= across_ / described_.aspect * p_S.x();
+  }
+
+  const EnvironmentDescription described_;
+  double across_ = 1;  // tangent of half the horizontal angle
+  LogicalCameraImage message_;
+  std::vector<LogicalCameraImageModel> spare_;
+  Publisher<LogicalCameraImage> publisher_;
+};
+
+}  // namespace
+
+std::unique_ptr<PhysicalSensor> make_logical_camera_output(Node& node, const RigSensor& sensor) {
+  return std::make_unique<LogicalCameraOutput>(node, sensor);
+}
+
+}  // namespace doppel

@@ -1,0 +1,138 @@
+#include "doppel/sensing/sensor_readings.h"
+
+#include <algorithm>
+#include <limits>
+#include <optional>
+
+#include "doppel/sensing/detail/sensor_meter.h"
+#include "doppel/sensing/detail/sensor_names.h"
+
+namespace doppel {
+namespace {
+
+constexpr std::size_t kUsualTouches = 512;  // beyond which the loop allocates
+
+}  // namespace
+
+std::vector<std::string> reading_names(const SensorDescription& sensor) {
+  return meter_interfaces(sensor);
+}
+
+struct SensorReadings::Impl {
+  void note(const Engine& engine, bool at_rest);
+
+  std::vector<std::string> instances, keys;          // of each sensor
+  std::vector<std::unique_ptr<SensorMeter>> meters;  // nullptr: it has no values
+  std::vector<std::vector<double>> values;
+  std::shared_ptr<const CompiledWorld> world;          // of which the motions are
+  std::vector<std::optional<InstanceMotion>> motions;  // [instances]
+  std::vector<Contact> before, none;
+  bool needs_contacts = false, needs_all = false, started = false, fresh = true;
+  Time noted_end = Time::min();  // of the step that begins with the noted state
+  Time read_at = Time::min();
+  std::uint64_t next = 0;
+};
+
+SensorReadings::SensorReadings(const std::vector<RigSensor>& sensors, const RigOptions& options,
+                               const EarthFrame& earth, Duration period)
+    : impl_(std::make_unique<Impl>()) {
+  for (const RigSensor& sensor : sensors) {
+    const CounterRandom random(options.seed, sensor_key(sensor) + "/state_interfaces");
+    impl_->instances.push_back(sensor.instance);
+    impl_->keys.push_back(sensor_key(sensor));
+    impl_->meters.push_back(make_meter(sensor, MeterSettings{random, to_seconds(period), earth}));
+    impl_->values.emplace_back(reading_names(sensor.description).size(),
+                               std::numeric_limits<double>::quiet_NaN());
+    if (!impl_->meters.back()) continue;
+    impl_->needs_contacts = impl_->needs_contacts || impl_->meters.back()->needs_contacts_before();
+    impl_->needs_all = impl_->needs_all || impl_->meters.back()->needs_all_motions();
+  }
+  impl_->before.reserve(kUsualTouches);
+}
+
+SensorReadings::~SensorReadings() = default;
+
+void SensorReadings::bind(const Engine& engine) {
+  Impl& of = *impl_;
+  of.world = engine.compiled();
+  of.motions.clear();
+  of.motions.resize(of.world->instances().size());
+  of.noted_end = of.read_at = Time::min();
+  for (std::size_t i = 0; i < of.meters.size(); ++i) {
+    if (!of.meters[i]) continue;
+    const int instance = of.world->find(of.instances[i]);
+    of.meters[i]->bind(engine, instance);
+    if (instance < 0) std::ranges::fill(of.values[i], std::numeric_limits<double>::quiet_NaN());
+    if (instance >= 0)
+      of.motions[static_cast<std::size_t>(instance)].emplace(*engine.instance(instance).made_of().model);
+  }
+  for (std::size_t i = 0; of.needs_all && i < of.motions.size(); ++i)
+    if (!of.motions[i]) of.motions[i].emplace(*of.world->instances()[i].model);
+  if (!std::exchange(of.started, true)) restart(engine);
+}
+
+void SensorReadings::restart(const Engine& engine) {
+  for (const auto& meter : impl_->meters)
+    if (meter) meter->restart(engine);
+  impl_->noted_end = impl_->read_at = Time::min();
+  impl_->fresh = true;
+  impl_->next = 0;
+}
+
+void SensorReadings::resume(const SensorReadings& before) {
+  const Impl& former = *before.impl_;
+  for (std::size_t i = 0; i < impl_->meters.size(); ++i)
+    for (std::size_t j = 0; j < former.meters.size(); ++j)
+      if (impl_->meters[i] && former.meters[j] && impl_->keys[i] == former.keys[j])
+        impl_->meters[i]->resume(*former.meters[j]);
+  impl_->next = former.next;
+}
+
+void SensorReadings::Impl::note(const Engine& engine, bool at_rest) {
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    if (!motions[i]) continue;
+    const Instance instance = engine.instance(static_cast<int>(i));
+    if (at_rest)
+      motions[i]->note_at_rest(instance);
+    else
+      motions[i]->note(instance);
+  }
+  if (needs_contacts) engine.contacts(before);
+}
+
+void SensorReadings::before_step(const Engine& engine) {
+  Impl& of = *impl_;
+  if (of.meters.empty() || engine.compiled() != of.world) return;
+  of.note(engine, false);
+  of.noted_end = engine.time() + of.world->settings().step;
+}
+
+void SensorReadings::read(const Engine& engine) {
+  Impl& of = *impl_;
+  const Time now = engine.time();
+  if (of.meters.empty() || engine.compiled() != of.world || of.read_at == now) return;
+  // Instances came or went in this step, whose beginning is not known: the last values stay.
+  if (of.noted_end != now && !of.fresh) return;
+  of.read_at = now;
+  of.fresh = false;
+  const double h = to_seconds(of.world->settings().step);
+  if (of.noted_end == now) {
+    for (std::size_t i = 0; i < of.motions.size(); ++i)
+      if (of.motions[i]) of.motions[i]->differentiate(engine.instance(static_cast<int>(i)), h);
+  } else {
+    of.note(engine, true);
+  }
+  const PhysicalState state{engine, now, now, of.motions, of.before, of.none};
+  for (std::size_t i = 0; i < of.meters.size(); ++i) {
+    if (!of.meters[i] || of.meters[i]->instance() < 0) continue;
+    of.meters[i]->measure(state, of.next);
+    std::ranges::copy(of.meters[i]->values(), of.values[i].begin());
+  }
+  ++of.next;
+}
+
+std::span<const double> SensorReadings::values(std::size_t sensor) const {
+  return impl_->values[sensor];
+}
+
+}  // namespace doppel

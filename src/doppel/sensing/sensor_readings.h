@@ -1,0 +1,56 @@
+#pragma once
+// Present values of physical sensors for controllers, by the interface names of ros2_control: those of the sensors' topics
+// (physical_rig.h), computed from the engine's states whenever they are read. Without a step before, as after a reset or
+// after the state was written, accelerations are zero; in the step in which instances come or go, values stay.
+//
+// The noise of reading n, counted from the start or the last reset, depends on the seed, the sensor and n alone, and is not
+// that of the topic.
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "doppel/core/time.h"
+#include "doppel/export.h"
+#include "doppel/math/geodesy.h"
+#include "doppel/physics/engine.h"
+#include "doppel/sensing/rig_sensor.h"
+
+namespace doppel {
+
+// The names of a sensor's values, without its own: "linear_acceleration.x" (units of its message). Empty: it has none for
+// controllers.
+DOPPEL_API std::vector<std::string> reading_names(const SensorDescription& sensor);
+
+class DOPPEL_API SensorReadings {
+ public:
+  // period: of the readings. A sensor of which reading_names() is empty has no values.
+  SensorReadings(const std::vector<RigSensor>& sensors, const RigOptions& options, const EarthFrame& earth,
+                 Duration period);
+  ~SensorReadings();
+  SensorReadings(const SensorReadings&) = delete;
+  SensorReadings& operator=(const SensorReadings&) = delete;
+
+  // -- between steps
+  // Looks up the instances of the sensors. The first time, the present state is that of the start.
+  void bind(const Engine& engine);
+  // The present state is that of the start, and readings count from 0.
+  void restart(const Engine& engine);
+  // Continues in place of others: sensors of the same name keep their start, and readings are counted on.
+  void resume(const SensorReadings& before);
+
+  // -- in the loop: no allocation, no throw
+  // Notes the state from which a step begins, at whose end the values are read.
+  void before_step(const Engine& engine);
+  // Computes the values of the present state, once for each instant.
+  void read(const Engine& engine);
+  // Of the last read(), in the order of reading_names(); NaN: the sensor's instance is not in the engine.
+  [[nodiscard]] std::span<const double> values(std::size_t sensor) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace doppel

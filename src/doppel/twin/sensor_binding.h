@@ -1,0 +1,36 @@
+#pragma once
+// Which simulated sensor each <sensor> of a <ros2_control> reads: the one of the same name in the description, or else
+// one at the link or joint that its <param name="frame_id|link|joint"> names. Conventions: gz_ros2_control's equal names,
+// ros2_control's semantic components for the names of interfaces.
+
+#include <optional>
+#include <vector>
+
+#include "doppel/core/diagnostic.h"
+#include "doppel/description/robot_description.h"
+#include "doppel/export.h"
+#include "doppel/sensing/rig_sensor.h"
+#include "doppel/twin/compiled_robot.h"
+
+namespace doppel {
+
+// A value of one of the bound sensors.
+struct SensorValue {
+  std::size_t sensor = 0, value = 0;  // in SensorBindings::sensors, in reading_names() of it
+};
+
+struct DOPPEL_API SensorBindings {
+  std::vector<RigSensor> sensors;
+  // [sensors of the component][its state interfaces]; nullopt: bound to nothing.
+  std::vector<std::vector<std::optional<SensorValue>>> values;
+  // "ros2_control.sensor_unbound": errors, the interfaces that read NaN, with what to write; warnings, those that keep their
+  // initial_value.
+  Diagnostics unbound;
+};
+
+DOPPEL_API SensorBindings bind_sensors(const HardwareDescription& hardware, const CompiledRobot& robot);
+
+// A sensor of the robot in the engine, with the namespace and the frames of its topics.
+DOPPEL_API RigSensor make_rig_sensor(const CompiledRobot& robot, const RobotSensor& sensor);
+
+}  // namespace doppel

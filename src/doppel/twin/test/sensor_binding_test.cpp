@@ -1,0 +1,126 @@
+// Which simulated sensor a <sensor> of <ros2_control> reads, and what is reported where it reads none.
+#include "doppel/twin/sensor_binding.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "doppel/sensing/sensor_readings.h"
+#include "doppel/twin/compiled_scenario.h"
+
+namespace doppel {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr const char* kSensedLinks = R"(<robot name="bound">
+  <link name="base_link"/>
+  <link name="hand"><inertial><mass value="1"/><inertia ixx="0.01" ixy="0" ixz="0" iyy="0.01" iyz="0" izz="0.01"/></inertial></link>
+  <joint name="wrist" type="fixed"><parent link="base_link"/><child link="hand"/><origin xyz="0 0 1"/></joint>
+  <gazebo reference="hand">
+    <sensor name="imu" type="imu"><pose>0 0 0.1 0 0 0</pose></sensor>
+    <sensor name="eye" type="camera"/>
+  </gazebo>
+)";
+
+std::string interfaces(const std::vector<std::string>& names) {
+  std::string out;
+  for (const std::string& name : names) out += "<state_interface name=\"" + name + "\"/>";
+  return out;
+}
+
+class SensorBindingTest : public ::testing::Test {
+ protected:
+  // `sensors`: of the <ros2_control>, which is on line 9.
+  SensorBindings bind(const std::string& sensors) {
+    const auto file = std::filesystem::path(::testing::TempDir()) / "bound.urdf";
+    std::ofstream(file) << kSensedLinks
+                        << "<ros2_control name=\"cell\" type=\"system\"><hardware><plugin>mock_components/"
+                           "GenericSystem</plugin></hardware>"
+                        << sensors << "</ros2_control></robot>";
+    Scenario scenario;
+    scenario.robots = {{.target = file.string()}};
+    Diagnostics diagnostics;
+    machine_ = std::make_unique<CompiledScenario>(scenario, diagnostics);
+    const CompiledRobot& robot = *machine_->robots.at(0);
+    return bind_sensors(robot.hardware().at(0), robot);
+  }
+  [[nodiscard]] static std::string said(const SensorBindings& bindings) {
+    std::string out;
+    for (const Diagnostic& one : bindings.unbound.all()) out += one.str() + "\n";
+    return out;
+  }
+  std::unique_ptr<CompiledScenario> machine_;
+};
+
+TEST_F(SensorBindingTest, EqualNameBindsEachInterfaceToItsValue) {
+  const SensorBindings bound =
+      bind("<sensor name=\"imu\">" + interfaces({"angular_velocity.z", "orientation.w"}) + "</sensor>");
+  EXPECT_EQ(said(bound), "");
+  ASSERT_EQ(bound.sensors.size(), 1U);
+  EXPECT_EQ(bound.sensors[0].description.X_LS.translation().z(), 0.1);
+  const auto names = reading_names(bound.sensors[0].description);
+  EXPECT_EQ(names.at(bound.values.at(0).at(0)->value), "angular_velocity.z");
+  EXPECT_EQ(names.at(bound.values.at(0).at(1)->value), "orientation.w");
+}
+
+TEST_F(SensorBindingTest, ParametersPlaceSensorOnLinkJointOrFrame) {
+  const SensorBindings bound = bind(
+      "<sensor name=\"a\"><param name=\"frame_id\">hand</param>" + interfaces({"angular_velocity.x"}) +
+      "</sensor><sensor name=\"b\"><param name=\"joint\">wrist</param>" +
+      interfaces({"force.x", "torque.z"}) + "</sensor><sensor name=\"c\"><param name=\"link\">hand</param>" +
+      interfaces({"position.x", "orientation.x", "orientation.y", "orientation.z", "orientation.w"}) +
+      "</sensor><sensor name=\"d\"><param name=\"frame_id\">imu_frame</param>" + interfaces({"latitude"}) +
+      "</sensor>");
+  EXPECT_EQ(said(bound), "");
+  ASSERT_EQ(bound.sensors.size(), 4U);
+  EXPECT_TRUE(std::holds_alternative<ImuDescription>(bound.sensors[0].description.what));
+  EXPECT_TRUE(std::holds_alternative<ForceTorqueDescription>(bound.sensors[1].description.what));
+  EXPECT_EQ(bound.sensors[1].description.joint, "wrist");
+  for (const RigSensor& sensor : bound.sensors) EXPECT_EQ(sensor.description.link, "hand");
+  EXPECT_EQ(std::get<EnvironmentDescription>(bound.sensors[2].description.what).kind, EnvironmentKind::pose);
+  EXPECT_EQ(std::get<EnvironmentDescription>(bound.sensors[3].description.what).kind,
+            EnvironmentKind::navsat);
+  EXPECT_EQ(bound.sensors[3].X_LF.translation().z(), 0.1);
+}
+
+TEST_F(SensorBindingTest, SensorWithoutCounterpartIsErrorWithPlaceAndFix) {
+  const SensorBindings bound = bind("<sensor name=\"imi\">" + interfaces({"orientation.w"}) + "</sensor>");
+  EXPECT_TRUE(bound.sensors.empty());
+  EXPECT_FALSE(bound.values.at(0).at(0).has_value());
+  EXPECT_THAT(said(bound),
+              testing::AllOf(HasSubstr("error"), HasSubstr("bound.urdf:9:"),
+                             HasSubstr("'imi' of <ros2_control> reads NaN"), HasSubstr("did you mean 'imu'?"),
+                             HasSubstr("type=\"imu\""), HasSubstr("<param name=\"frame_id\">LINK</param>")));
+}
+
+TEST_F(SensorBindingTest, NamesOfParametersAndTypesAreReported) {
+  EXPECT_THAT(said(bind("<sensor name=\"ft\"><param name=\"joint\">wrst</param>" + interfaces({"force.x"}) +
+                        "</sensor>")),
+              testing::AllOf(HasSubstr("<param name=\"joint\">wrst</param> names nothing of the robot"),
+                             HasSubstr("did you mean 'wrist'?")));
+  EXPECT_THAT(said(bind("<sensor name=\"ft\"><param name=\"link\">base_link</param>" +
+                        interfaces({"force.x"}) + "</sensor>")),
+              HasSubstr("no joint carries"));
+  EXPECT_THAT(said(bind("<sensor name=\"eye\">" + interfaces({"force.x"}) + "</sensor>")),
+              HasSubstr("'eye' of the description has the type 'camera'"));
+  EXPECT_THAT(said(bind("<sensor name=\"sonar\">" + interfaces({"range"}) + "</sensor>")),
+              HasSubstr("published on their topics only"));
+  EXPECT_THAT(
+      said(bind("<sensor name=\"imu\">" + interfaces({"orientation.w", "orientation.roll"}) + "</sensor>")),
+      HasSubstr("'imu/orientation.roll' reads NaN"));
+}
+
+TEST_F(SensorBindingTest, WrittenInitialValuesAreConstants) {
+  const std::string value = "<param name=\"initial_value\">12.5</param></state_interface>";
+  EXPECT_EQ(said(bind("<sensor name=\"pack\"><state_interface name=\"voltage\">" + value + "</sensor>")), "");
+  EXPECT_THAT(said(bind("<sensor name=\"ft\"><state_interface name=\"force.x\">" + value + "</sensor>")),
+              testing::AllOf(HasSubstr("warning"), HasSubstr("keeps its initial values")));
+  EXPECT_THAT(said(bind("<sensor name=\"pack\">" + interfaces({"voltage"}) + "</sensor>")),
+              testing::AllOf(HasSubstr("error"), HasSubstr("initial_value")));
+}
+
+}  // namespace
+}  // namespace doppel
