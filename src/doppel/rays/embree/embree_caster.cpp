@@ -15,10 +15,12 @@ constexpr float kOpaque = 0.995F;
 // Calls `each` for the tiles of a grid. A single row is cut into packets in line.
 template <class Each>
 void for_each_tile(std::uint32_t columns, std::uint32_t rows, Each each) {
-  const std::uint32_t width = rows == 1 ? kLanes : kTileWidth, height = kLanes / width;
   Tile tile;
+  tile.line = rows == 1;
+  const std::uint32_t width = tile.line ? kLanes : kTileWidth, height = kLanes / width;
   for (std::uint32_t y = 0; y < rows; y += height)
     for (std::uint32_t x = 0; x < columns; x += width) {
+      tile.whole = x + width <= columns && y + height <= rows;
       for (std::uint32_t i = 0; i < kLanes; ++i) {
         const std::uint32_t u = x + i % width, v = y + i / width;
         tile.inside[i] = u < columns && v < rows ? -1 : 0;
@@ -29,9 +31,14 @@ void for_each_tile(std::uint32_t columns, std::uint32_t rows, Each each) {
 }
 
 Floats gathered(const std::vector<float>& values, const Tile& tile) {
-  Floats out;
-  for (int i = 0; i < kLanes; ++i) out[i] = values[tile.at[i]];
-  return out;
+  float out[kLanes];
+  if (tile.whole && tile.line) return load(&values[tile.at[0]]);
+  if (tile.whole)
+    for (int i = 0; i < kLanes; i += kTileWidth)
+      std::memcpy(out + i, &values[tile.at[i]], kTileWidth * sizeof(float));
+  else
+    for (int i = 0; i < kLanes; ++i) out[i] = values[tile.at[i]];
+  return load(out);
 }
 
 void clear_hits(RayHitPacket& rays) {
@@ -180,23 +187,31 @@ std::uint64_t EmbreeCaster::add_colours(const Target& to, const Tile& tile, RayH
     clear_hits(rays);
     scene_.intersect(open, rays);
   }
+  put_colours(to, tile, sum);
+  return cast;
+}
+
+void EmbreeCaster::put_colours(const Target& to, const Tile& tile, const Floats3& colours) {
   const bool several = to.view.samples.size() > 1;
   const auto& srgb = srgb_of_root();
-  std::size_t channel = 0;
-  for (const Floats value : {sum.x, sum.y, sum.z}) {
-    const Floats limited = smaller(larger(value, Floats{}), broadcast(1.0F));
-    const Ints step = __builtin_convertvector(root(limited) * kSrgbSteps + 0.5F, Ints);
-    for (int i = 0; i < kLanes; ++i) {
-      if (tile.inside[i] == 0) continue;
-      const std::size_t at = 3 * std::size_t{tile.at[i]} + channel;
-      if (several)
-        to.sums[at] += limited[i];
-      else
-        to.out.rgb[at] = srgb[static_cast<std::size_t>(step[i])];
-    }
-    ++channel;
+  alignas(64) float limited[3][kLanes];
+  alignas(64) unsigned step[3][kLanes];
+  int channel = 0;
+  for (const Floats value : {colours.x, colours.y, colours.z}) {
+    const Floats within = smaller(larger(value, Floats{}), broadcast(1.0F));
+    store(within, limited[channel]);
+    store(__builtin_convertvector(root(within) * kSrgbSteps + 0.5F, Ints), step[channel++]);
   }
-  return cast;
+  for (int i = 0; i < kLanes; ++i) {
+    if (tile.inside[i] == 0) continue;
+    const std::size_t at = 3 * std::size_t{tile.at[i]};
+    for (std::size_t c = 0; c < 3; ++c) {
+      if (several)
+        to.sums[at + c] += limited[c][i];
+      else
+        to.out.rgb[at + c] = srgb[step[c][i]];
+    }
+  }
 }
 
 void EmbreeCaster::cast(const RayBatch& batch, HitBatch& out) const {

@@ -13,6 +13,8 @@ namespace doppel::embree {
 struct Tile {
   std::uint32_t at[kLanes];  // index of the row's first place + column; of lanes outside of the grid, that of a lane inside
   Ints inside;
+  bool whole;  // no lane is outside
+  bool line;   // all lanes in a row; else kTileWidth of them
 };
 
 class EmbreeCaster : public RayCaster {
@@ -39,6 +41,8 @@ class EmbreeCaster : public RayCaster {
   // Marks depths of pixels before which something is nearer than `near`.
   std::uint64_t mark_near(const Target& to, const PixelRays& pixels, const Tile& tile) const;
   std::uint64_t add_colours(const Target& to, const Tile& tile, RayHitPacket& rays, float pixel_angle) const;
+  // Into the picture, or into its sums.
+  static void put_colours(const Target& to, const Tile& tile, const Floats3& colours);
   void put_hits(const Tile& tile, const RayHitPacket& rays, HitBatch& out) const;
 
   EmbreeScene scene_;

@@ -56,6 +56,12 @@ inline bool any(Ints mask) {
   for (int i = 0; i < kLanes; ++i) bits |= mask[i];
   return bits != 0;
 }
+// The first lane of a mask with any.
+inline int first_of(Ints mask) {
+  int lane = 0;
+  while (mask[lane] == 0) ++lane;
+  return lane;
+}
 inline unsigned count(Ints mask) {
   std::int32_t sum = 0;
   for (int i = 0; i < kLanes; ++i) sum -= mask[i];

@@ -94,17 +94,32 @@ float Shading::brightness(unsigned item, unsigned triangle) const {
   return 0.2126F * c[0] + 0.7152F * c[1] + 0.0722F * c[2];
 }
 
+Shading::Sameness Shading::sameness(Ints hit, const RayHitPacket& rays) {
+  const int lane = first_of(hit);
+  const Ints item = load(rays.hit.geomID), triangle = load(rays.hit.primID);
+  Sameness same{lane, !any(hit & (item != item[lane])), false};
+  same.triangle = same.item && !any(hit & (triangle != triangle[lane]));
+  return same;
+}
+
 // From the axes of each lane's mesh to those of the world.
 Floats3 Shading::turned(Ints hit, const RayHitPacket& rays, const Floats3& v_M) const {
+  const auto turn = [&v_M](const auto& R) {
+    return Floats3{R(0) * v_M.x + R(3) * v_M.y + R(6) * v_M.z, R(1) * v_M.x + R(4) * v_M.y + R(7) * v_M.z,
+                   R(2) * v_M.x + R(5) * v_M.y + R(8) * v_M.z};
+  };
+  const Sameness same = sameness(hit, rays);
+  if (same.item) {
+    const float* R = scene_.rotation(rays.hit.geomID[same.lane]).data();
+    return turn([R](int k) { return R[k]; });
+  }
   alignas(64) float R[9][kLanes] = {};
   for (int i = 0; i < kLanes; ++i) {
     if (hit[i] == 0) continue;
     const float* of_item = scene_.rotation(rays.hit.geomID[i]).data();
     for (int k = 0; k < 9; ++k) R[k][i] = of_item[k];
   }
-  return {load(R[0]) * v_M.x + load(R[3]) * v_M.y + load(R[6]) * v_M.z,
-          load(R[1]) * v_M.x + load(R[4]) * v_M.y + load(R[7]) * v_M.z,
-          load(R[2]) * v_M.x + load(R[5]) * v_M.y + load(R[8]) * v_M.z};
+  return turn([&R](int k) { return load(R[k]); });
 }
 
 Floats3 Shading::triangle_normals(Ints hit, const RayHitPacket& rays) const {
@@ -116,18 +131,23 @@ Floats3 Shading::triangle_normals(Ints hit, const RayHitPacket& rays) const {
 
 // Those of the corners, mixed at each hit; axes of the mesh.
 Floats3 Shading::corner_normals(Ints hit, const RayHitPacket& rays) const {
-  alignas(64) float at[3][3][kLanes] = {};  // corner, axis
-  for (int i = 0; i < kLanes; ++i) {
-    if (hit[i] == 0) continue;
-    const SceneItem& item = scene_.scene().items[rays.hit.geomID[i]];
-    const SurfaceMesh& mesh = *scene_.scene().meshes[static_cast<std::size_t>(item.mesh)];
-    const auto& t = mesh.triangles[rays.hit.primID[i]];
-    for (std::size_t k = 0; k < 3; ++k) {
-      const float* normal = mesh.normals[t[k]].data();
-      for (std::size_t axis = 0; axis < 3; ++axis) at[k][axis][i] = normal[axis];
-    }
-  }
   const Floats u = load(rays.hit.u), v = load(rays.hit.v), w = 1.0F - u - v;
+  const auto normal = [this, &rays](int lane, std::size_t corner) {
+    const SceneItem& item = scene_.scene().items[rays.hit.geomID[lane]];
+    const SurfaceMesh& mesh = *scene_.scene().meshes[static_cast<std::size_t>(item.mesh)];
+    return mesh.normals[mesh.triangles[rays.hit.primID[lane]][corner]].data();
+  };
+  if (const Sameness same = sameness(hit, rays); same.triangle) {
+    const float *a = normal(same.lane, 0), *b = normal(same.lane, 1), *c = normal(same.lane, 2);
+    const auto mixed = [&](int axis) { return w * a[axis] + u * b[axis] + v * c[axis]; };
+    return {mixed(0), mixed(1), mixed(2)};
+  }
+  alignas(64) float at[3][3][kLanes] = {};  // corner, axis
+  for (int i = 0; i < kLanes; ++i)
+    for (std::size_t corner = 0; hit[i] != 0 && corner < 3; ++corner) {
+      const float* of_corner = normal(i, corner);
+      for (std::size_t axis = 0; axis < 3; ++axis) at[corner][axis][i] = of_corner[axis];
+    }
   const auto mixed = [&](int axis) {
     return w * load(at[0][axis]) + u * load(at[1][axis]) + v * load(at[2][axis]);
   };
@@ -135,6 +155,18 @@ Floats3 Shading::corner_normals(Ints hit, const RayHitPacket& rays) const {
 }
 
 void Shading::materials(Ints hit, const RayHitPacket& rays, SurfacePacket& out) const {
+  const Sameness same = sameness(hit, rays);
+  const std::size_t mesh =
+      static_cast<std::size_t>(scene_.scene().items[rays.hit.geomID[same.lane]].mesh);
+  if (same.triangle || (same.item && meshes_[mesh].materials.empty())) {
+    const Material& m = material_at(rays.hit.geomID[same.lane], rays.hit.primID[same.lane]);
+    out.colour = broadcast(Vector3f(m.rgba.head<3>()));
+    out.opacity = broadcast(m.rgba[3]);
+    out.emissive = broadcast(m.emissive);
+    out.specular = broadcast(m.specular);
+    out.shininess = broadcast(m.shininess);
+    return;
+  }
   alignas(64) float values[9][kLanes] = {};
   for (int i = 0; i < kLanes; ++i) {
     if (hit[i] == 0) continue;

@@ -51,6 +51,12 @@ class Shading {
     std::vector<float> texture_per_metre;  // [triangles], of its width and height on average; empty: no uvs
   };
   struct Incidence;
+  // Neighbouring rays mostly hit the same item, and on large triangles the same of them.
+  struct Sameness {
+    int lane;  // one that hits
+    bool item, triangle;
+  };
+  [[nodiscard]] static Sameness sameness(Ints hit, const RayHitPacket& rays);
   [[nodiscard]] const Material& material_at(unsigned item, unsigned triangle) const;
   [[nodiscard]] Floats3 turned(Ints hit, const RayHitPacket& rays, const Floats3& v_M) const;
   [[nodiscard]] Floats3 corner_normals(Ints hit, const RayHitPacket& rays) const;
