@@ -45,6 +45,7 @@ void place_rays(const ScanPattern& pattern, const Pose& X_WS, const Pose* to, Ra
   Eigen::Vector3f p = X_WS.translation().cast<float>();
   const auto columns = static_cast<std::size_t>(pattern.columns),
              rings = static_cast<std::size_t>(pattern.rings);
+  out.columns = columns;
   for (std::size_t c = 0; c < columns; ++c) {
     if (moves) {
       const double share = columns > 1 ? static_cast<double>(c) / static_cast<double>(columns) : 0;
