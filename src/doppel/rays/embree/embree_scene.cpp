@@ -1,7 +1,10 @@
 #include "doppel/rays/embree/embree_scene.h"
 
+#include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <stdexcept>
 
 namespace doppel::embree {
@@ -45,6 +48,7 @@ EmbreeScene::EmbreeScene(std::shared_ptr<const RenderScene> scene)
   body_moves_.assign(scene_->bodies.size(), false);
   instances_.assign(scene_->items.size(), nullptr);
   rotations_.assign(scene_->items.size(), Eigen::Matrix3f::Identity());
+  bounds_.resize(scene_->items.size());
   moving_ = new_scene(device_.get(), RTC_BUILD_QUALITY_LOW);
   still_ = new_scene(device_.get(), RTC_BUILD_QUALITY_MEDIUM);
   rtcCommitScene(still_.get());
@@ -74,13 +78,37 @@ void EmbreeScene::add_moving(std::size_t item) {
   rtcAttachGeometryByID(moving_.get(), instance, static_cast<unsigned>(item));
   rtcReleaseGeometry(instance);
   instances_[item] = instance;
-  ++moving_items_;
+  Sphere& sphere = bounds_[item];
+  Eigen::AlignedBox3f box;
+  const SurfaceMesh& mesh = *scene_->meshes[static_cast<std::size_t>(scene_->items[item].mesh)];
+  for (const Eigen::Vector3f& p : mesh.positions) box.extend(p);
+  if (!box.isEmpty()) sphere.centre_M = box.center().cast<double>();
+  double squared = 0;
+  for (const Eigen::Vector3f& p : mesh.positions)
+    squared = std::max(squared, (p.cast<double>() - sphere.centre_M).squaredNorm());
+  sphere.radius = std::sqrt(squared);
+  sphere.place = moving_items_++;
+  if (sphere.place % kLanes == 0)
+    spheres_.push_back(Spheres{Floats3{}, broadcast(-std::numeric_limits<float>::infinity())});
+}
+
+void EmbreeScene::place_sphere(std::size_t item, const Pose& X_WM) {
+  const Sphere& sphere = bounds_[item];
+  const Eigen::Vector3f centre = (X_WM * sphere.centre_M).cast<float>();
+  Spheres& into = spheres_[sphere.place / kLanes];
+  const std::size_t lane = sphere.place % kLanes;
+  into.centre.x[lane] = centre.x();
+  into.centre.y[lane] = centre.y();
+  into.centre.z[lane] = centre.z();
+  // The margin is for rounding in single precision.
+  into.radius[lane] = static_cast<float>(1.001 * sphere.radius + 1e-4 + 1e-5 * X_WM.translation().norm());
 }
 
 void EmbreeScene::place(std::size_t item, const Pose& X_WB) {
   const Pose X_WM = X_WB * scene_->items[item].X_BM;
   rotations_[item] = X_WM.linear().cast<float>();
   if (instances_[item] == nullptr) return;
+  place_sphere(item, X_WM);
   const Eigen::Matrix<float, 3, 4> X = X_WM.matrix().topRows<3>().cast<float>();
   rtcSetGeometryTransform(instances_[item], 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, X.data());
   rtcCommitGeometry(instances_[item]);
@@ -188,11 +216,33 @@ bool EmbreeScene::may_be_near(const Eigen::Vector3d& p_W, double radius, int exc
   return false;
 }
 
+bool EmbreeScene::may_meet_moving(Ints active, const RayPacket& rays) const {
+  if (moving_items_ == 0 || !any(active)) return false;
+  constexpr int kMiddle = kLanes / 2 + 1;
+  const int lane = active[kMiddle] != 0 ? kMiddle : first_of(active);
+  const Floats3 from{load(rays.org_x), load(rays.org_y), load(rays.org_z)},
+      along{load(rays.dir_x), load(rays.dir_y), load(rays.dir_z)};
+  const Floats3 d = along * (1.0F / norm(along));
+  // The cone of one of the rays; the others begin within `spread` of its tip.
+  const Floats3 tip{broadcast(from.x[lane]), broadcast(from.y[lane]), broadcast(from.z[lane])},
+      axis{broadcast(d.x[lane]), broadcast(d.y[lane]), broadcast(d.z[lane])};
+  const float cosine = smallest(active ? dot(d, axis) : broadcast(1.0F)) - 1e-6F;
+  if (!(cosine > 0.0F)) return true;
+  const float sine = std::sqrt(1.0F - cosine * cosine);
+  const float spread = -smallest(active ? -norm(from - tip) : Floats{});
+  for (const Spheres& spheres : spheres_) {
+    const Floats3 to = spheres.centre - tip;
+    const Floats ahead = dot(to, axis), beside = norm(to - axis * ahead), radius = spheres.radius + spread;
+    if (any((beside * cosine - ahead * sine <= radius) & (ahead >= -radius))) return true;
+  }
+  return false;
+}
+
 void EmbreeScene::intersect(Ints active, RayHitPacket& rays) const {
   RTCIntersectContext context = coherent();
   const auto* valid = reinterpret_cast<const int*>(&active);
   kIntersect(valid, still_.get(), &context, &rays);
-  if (moving_items_ == 0) return;
+  if (!may_meet_moving(active, rays.ray)) return;
   kIntersect(valid, moving_.get(), &context, &rays);
   const Ints instance = load(rays.hit.instID[0]);
   store(instance != -1 ? instance : load(rays.hit.geomID), rays.hit.geomID);
@@ -202,7 +252,7 @@ void EmbreeScene::occlude(Ints active, RayPacket& rays) const {
   RTCIntersectContext context = coherent();
   const auto* valid = reinterpret_cast<const int*>(&active);
   kOcclude(valid, still_.get(), &context, &rays);
-  if (moving_items_ > 0) kOcclude(valid, moving_.get(), &context, &rays);
+  if (may_meet_moving(active & (load(rays.tfar) >= 0.0F), rays)) kOcclude(valid, moving_.get(), &context, &rays);
 }
 
 bool EmbreeScene::occluded(RTCRay ray) const {

@@ -43,6 +43,9 @@ class EmbreeScene {
   void add_still(std::size_t item);
   void add_moving(std::size_t item);
   void place(std::size_t item, const Pose& X_WB);
+  void place_sphere(std::size_t item, const Pose& X_WM);
+  // Whether one of the rays may meet an item that moves: by spheres around these, and a cone around the rays.
+  [[nodiscard]] bool may_meet_moving(Ints active, const RayPacket& rays) const;
   RTCScene mesh_scene(int mesh);
 
   std::shared_ptr<const RenderScene> scene_;
@@ -55,6 +58,17 @@ class EmbreeScene {
   std::vector<Eigen::Matrix3f> rotations_;
   bool placed_ = false;
   std::size_t moving_items_ = 0;
+  struct Sphere {
+    Eigen::Vector3d centre_M = Eigen::Vector3d::Zero();
+    double radius = 0;
+    std::size_t place = 0;  // in spheres_: packet and lane
+  };
+  struct Spheres {
+    Floats3 centre;  // world
+    Floats radius;   // -infinity: none
+  };
+  std::vector<Sphere> bounds_;    // [items], of those that move
+  std::vector<Spheres> spheres_;  // of all moving items, by packets
 };
 
 }  // namespace doppel::embree
