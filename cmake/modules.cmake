@@ -96,11 +96,18 @@ function(doppel_module)
   endif()
 endfunction()
 
-# A library that is loaded when it is first needed (core/plugin_module.h): lib/doppel/lib<NAME>.so.
+# A library that is loaded when it is first needed (core/plugin_module.h): lib/doppel/lib<NAME>.so. With OPTIONS of its own
+# for the compiler it has no precompiled header, which is valid only for the options that it was compiled with.
 function(doppel_plugin_module)
-  cmake_parse_arguments(PLUGIN "" "NAME;MODULE" "SOURCES;LINKS" ${ARGN})
+  cmake_parse_arguments(PLUGIN "" "NAME;MODULE" "SOURCES;LINKS;OPTIONS" ${ARGN})
   add_library(${PLUGIN_NAME} MODULE ${PLUGIN_SOURCES})
-  doppel_units(${PLUGIN_NAME} library)
+  if(PLUGIN_OPTIONS)
+    doppel_options(${PLUGIN_NAME} library)
+    target_compile_options(${PLUGIN_NAME} PRIVATE ${PLUGIN_OPTIONS})
+    doppel_join(${PLUGIN_NAME})
+  else()
+    doppel_units(${PLUGIN_NAME} library)
+  endif()
   set_target_properties(${PLUGIN_NAME} PROPERTIES LIBRARY_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/lib/doppel)
   target_link_libraries(${PLUGIN_NAME} PRIVATE doppel_flags Eigen3::Eigen fmt::fmt ${PLUGIN_LINKS})
   set_property(GLOBAL APPEND PROPERTY DOPPEL_PLUGIN_MODULES ${PLUGIN_NAME})

@@ -17,11 +17,25 @@ namespace msg = sensor_msgs::msg;
 constexpr float kInfinite = std::numeric_limits<float>::infinity();
 constexpr std::uint32_t kDropoutChannel = 9;
 
+// A sphere around all origins of the rays.
+struct Origins {
+  Eigen::Vector3d centre;
+  double radius;
+};
+Origins origins_of(const RayBatch& rays) {
+  const auto [low_x, high_x] = std::minmax_element(rays.origin_x.begin(), rays.origin_x.end());
+  const auto [low_y, high_y] = std::minmax_element(rays.origin_y.begin(), rays.origin_y.end());
+  const auto [low_z, high_z] = std::minmax_element(rays.origin_z.begin(), rays.origin_z.end());
+  const Eigen::Vector3d low(*low_x, *low_y, *low_z), high(*high_x, *high_y, *high_z);
+  return {(low + high) / 2, (high - low).norm() / 2};
+}
+
 // What is nearer than the sensor's range, but not its own housing, is -infinity (REP 117).
 void mark_near(const RayCaster& caster, RayBatch& rays, double near, int own_body,
                std::span<const int> body_of_item, HitBatch& scratch, std::vector<float>& ranges) {
   if (near <= 0) return;
-  std::swap(rays.near, rays.far);
+  const Origins origins = origins_of(rays);
+  if (!caster.may_be_near(origins.centre, origins.radius + near, own_body)) return;
   rays.near = 0;
   rays.far = static_cast<float>(near);
   caster.cast(rays, scratch);
@@ -62,7 +76,7 @@ class LidarOutput : public LightSensor {
   int scan_ = -1, points_ = -1;
   RayBatch rays_;
   HitBatch hits_, near_;
-  std::vector<float> ranges_;
+  std::vector<float> ranges_, scratch_;
 };
 
 void LidarOutput::measure(const RayCaster& caster, const LightSample& sample) {
@@ -79,19 +93,18 @@ void LidarOutput::measure(const RayCaster& caster, const LightSample& sample) {
   ranges_ = hits_.distance;
   mark_near(caster, rays_, lidar_.near, sample.body, caster.bodies_of_items(), near_, ranges_);
   noise_.advance(sample.number);
-  for (std::size_t i = 0; i < ranges_.size(); ++i) {
-    float& range = ranges_[i];
-    const auto index = static_cast<std::uint32_t>(i);
-    if (std::isfinite(range)) {
-      if (noise_.any()) range = static_cast<float>(noise_.apply(range, sample.number, index));
-      if (lidar_.resolution > 0)
-        range = static_cast<float>(std::round(range / lidar_.resolution) * lidar_.resolution);
-      if (range < lidar_.near) range = -kInfinite;
-      if (range > lidar_.far) range = kInfinite;
-    }
-    if (lidar_.dropout > 0 && random_.uniform(sample.number, kDropoutChannel, index) < lidar_.dropout)
-      range = std::numeric_limits<float>::quiet_NaN();
+  noise_.apply(ranges_, sample.number, scratch_);
+  for (float& range : ranges_) {
+    if (!std::isfinite(range)) continue;
+    if (lidar_.resolution > 0)
+      range = static_cast<float>(std::round(range / lidar_.resolution) * lidar_.resolution);
+    if (range < lidar_.near) range = -kInfinite;
+    if (range > lidar_.far) range = kInfinite;
   }
+  if (lidar_.dropout <= 0) return;
+  for (std::size_t i = 0; i < ranges_.size(); ++i)
+    if (random_.uniform(sample.number, kDropoutChannel, static_cast<std::uint32_t>(i)) < lidar_.dropout)
+      ranges_[i] = std::numeric_limits<float>::quiet_NaN();
 }
 
 msg::LaserScan LidarOutput::scan(const std_msgs::msg::Header& header) const {

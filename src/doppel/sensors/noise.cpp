@@ -27,11 +27,23 @@ void ChannelNoise::advance(std::uint64_t sample) {
   for (; next_ <= sample; ++next_) bias_ = decay_ * bias_ + walk_ * random_.normal(next_, kWalk + channel_);
 }
 
-double ChannelNoise::apply(double value, std::uint64_t sample, std::uint32_t index) const {
+double ChannelNoise::apply(double value, std::uint64_t sample) const {
   double out = value + noise_.mean + bias_;
-  if (noise_.stddev > 0) out += noise_.stddev * random_.normal(sample, channel_, index);
+  if (noise_.stddev > 0) out += noise_.stddev * random_.normal(sample, channel_);
   return noise_.precision > 0 && std::isfinite(out) ? std::round(out / noise_.precision) * noise_.precision
                                                     : out;
+}
+
+void ChannelNoise::apply(std::span<float> values, std::uint64_t sample, std::vector<float>& scratch) const {
+  if (!noise_.any()) return;
+  scratch.assign(values.size(), 0);
+  if (noise_.stddev > 0) random_.normals(sample, channel_, scratch);
+  const auto offset = static_cast<float>(noise_.mean + bias_), stddev = static_cast<float>(noise_.stddev);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] += offset + stddev * scratch[i];
+  if (noise_.precision <= 0) return;
+  for (float& value : values)
+    if (std::isfinite(value))
+      value = static_cast<float>(std::round(value / noise_.precision) * noise_.precision);
 }
 
 }  // namespace doppel

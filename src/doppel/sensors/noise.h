@@ -3,6 +3,8 @@
 // Source: gz-sensors 8, GaussianNoiseModel.cc.
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "doppel/export.h"
 #include "doppel/sensors/counter_random.h"
@@ -21,9 +23,10 @@ class DOPPEL_API ChannelNoise {
   // not decrease.
   void advance(std::uint64_t sample);
   // The value with the noise of this sample.
-  [[nodiscard]] double apply(double value, std::uint64_t sample) const { return apply(value, sample, 0); }
-  // The same for one of several values of the channel, such as the ranges of a scan.
-  [[nodiscard]] double apply(double value, std::uint64_t sample, std::uint32_t index) const;
+  [[nodiscard]] double apply(double value, std::uint64_t sample) const;
+  // The same for all values of the channel, such as the ranges of a scan, at once, with CounterRandom::normals(): those that are finite. `scratch` is
+  // kept by the caller, so that it is allocated once.
+  void apply(std::span<float> values, std::uint64_t sample, std::vector<float>& scratch) const;
   [[nodiscard]] double bias() const { return bias_; }
   [[nodiscard]] bool any() const { return noise_.any(); }
   [[nodiscard]] double stddev() const { return noise_.stddev; }

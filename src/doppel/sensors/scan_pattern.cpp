@@ -45,22 +45,32 @@ void place_rays(const ScanPattern& pattern, const Pose& X_WS, const Pose* to, Ra
   Eigen::Vector3f p = X_WS.translation().cast<float>();
   const auto columns = static_cast<std::size_t>(pattern.columns),
              rings = static_cast<std::size_t>(pattern.rings);
-  for (std::size_t c = 0; c < columns; ++c) {
-    if (moves) {
-      const double share = columns > 1 ? static_cast<double>(c) / static_cast<double>(columns) : 0;
-      R = q0.slerp(share, q1).toRotationMatrix().cast<float>();
-      p = (X_WS.translation() + share * (to->translation() - X_WS.translation())).cast<float>();
+  out.columns = columns;
+  if (!moves) {
+    out.origin_x[0] = p.x();
+    out.origin_y[0] = p.y();
+    out.origin_z[0] = p.z();
+    for (std::size_t i = 0; i < pattern.directions.size(); ++i) {
+      const Eigen::Vector3f d = R * pattern.directions[i];
+      out.direction_x[i] = d.x();
+      out.direction_y[i] = d.y();
+      out.direction_z[i] = d.z();
     }
+    return;
+  }
+  for (std::size_t c = 0; c < columns; ++c) {
+    const double share = columns > 1 ? static_cast<double>(c) / static_cast<double>(columns) : 0;
+    R = q0.slerp(share, q1).toRotationMatrix().cast<float>();
+    p = (X_WS.translation() + share * (to->translation() - X_WS.translation())).cast<float>();
     for (std::size_t r = 0; r < rings; ++r) {
       const std::size_t i = r * columns + c;
       const Eigen::Vector3f d = R * pattern.directions[i];
       out.direction_x[i] = d.x();
       out.direction_y[i] = d.y();
       out.direction_z[i] = d.z();
-      if (!moves && i > 0) continue;
-      out.origin_x[moves ? i : 0] = p.x();
-      out.origin_y[moves ? i : 0] = p.y();
-      out.origin_z[moves ? i : 0] = p.z();
+      out.origin_x[i] = p.x();
+      out.origin_y[i] = p.y();
+      out.origin_z[i] = p.z();
     }
   }
 }

@@ -1,6 +1,7 @@
 #include "doppel/rays/embree/embree_caster.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -11,26 +12,68 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kLayers = 6;  // of transparent surfaces, one behind the other
 constexpr float kOpaque = 0.995F;
 
-void prepare(RTCRayHit8& rays, unsigned lane, const Eigen::Vector3f& from, const Eigen::Vector3f& to,
-             float near, float far) {
-  rays.ray.org_x[lane] = from.x();
-  rays.ray.org_y[lane] = from.y();
-  rays.ray.org_z[lane] = from.z();
-  rays.ray.dir_x[lane] = to.x();
-  rays.ray.dir_y[lane] = to.y();
-  rays.ray.dir_z[lane] = to.z();
-  rays.ray.tnear[lane] = near;
-  rays.ray.tfar[lane] = far;
-  rays.ray.time[lane] = 0;
-  rays.ray.mask[lane] = ~0U;
-  rays.ray.id[lane] = lane;
-  rays.ray.flags[lane] = 0;
-  rays.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
-  rays.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+// Calls `each` for the tiles of a grid. A single row is cut into packets in line.
+template <class Each>
+void for_each_tile(std::uint32_t columns, std::uint32_t rows, Each each) {
+  Tile tile;
+  tile.line = rows == 1;
+  const std::uint32_t width = tile.line ? kLanes : kTileWidth, height = kLanes / width;
+  for (std::uint32_t y = 0; y < rows; y += height)
+    for (std::uint32_t x = 0; x < columns; x += width) {
+      tile.whole = x + width <= columns && y + height <= rows;
+      for (std::uint32_t i = 0; i < kLanes; ++i) {
+        const std::uint32_t u = x + i % width, v = y + i / width;
+        tile.inside[i] = u < columns && v < rows ? -1 : 0;
+        tile.at[i] = std::min(v, rows - 1) * columns + std::min(u, columns - 1);
+      }
+      each(tile);
+    }
 }
 
-bool is_hit(const RTCRayHit8& rays, unsigned lane) {
-  return rays.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID;
+Floats gathered(const std::vector<float>& values, const Tile& tile) {
+  float out[kLanes];
+  if (tile.whole && tile.line) return load(&values[tile.at[0]]);
+  if (tile.whole)
+    for (int i = 0; i < kLanes; i += kTileWidth)
+      std::memcpy(out + i, &values[tile.at[i]], kTileWidth * sizeof(float));
+  else
+    for (int i = 0; i < kLanes; ++i) out[i] = values[tile.at[i]];
+  return load(out);
+}
+
+void clear_hits(RayHitPacket& rays) {
+  for (float* unset : {rays.hit.Ng_x, rays.hit.Ng_y, rays.hit.Ng_z, rays.hit.u, rays.hit.v})
+    store(Floats{}, unset);  // lanes without a hit are computed, too: not with slow denormal numbers
+  store(~Ints{}, rays.hit.geomID);  // RTC_INVALID_GEOMETRY_ID
+  store(~Ints{}, rays.hit.instID[0]);
+}
+
+void prepare(const Floats3& from, const Floats3& along, float near, float far, RayHitPacket& rays) {
+  store(from.x, rays.ray.org_x);
+  store(from.y, rays.ray.org_y);
+  store(from.z, rays.ray.org_z);
+  store(along.x, rays.ray.dir_x);
+  store(along.y, rays.ray.dir_y);
+  store(along.z, rays.ray.dir_z);
+  store(broadcast(near), rays.ray.tnear);
+  store(broadcast(far), rays.ray.tfar);
+  store(Floats{}, rays.ray.time);
+  store(~Ints{}, rays.ray.mask);
+  store(Ints{}, rays.ray.id);
+  store(Ints{}, rays.ray.flags);
+  clear_hits(rays);
+}
+
+Ints hits(const RayHitPacket& rays) {
+  return load(rays.hit.geomID) != -1;
+}
+
+float longest(const PixelRays& pixels) {
+  float squares = 0;
+  for (std::size_t i = 0; i < pixels.x.size(); ++i)
+    squares = std::max(
+        squares, pixels.x[i] * pixels.x[i] + pixels.y[i] * pixels.y[i] + pixels.z[i] * pixels.z[i]);
+  return std::sqrt(squares);
 }
 
 }  // namespace
@@ -40,7 +83,20 @@ struct EmbreeCaster::Target {
   CameraPicture& out;
   std::vector<float>& sums;  // linear colour of all samples so far, if there are several
   Eigen::Matrix3f R_WC;
-  Eigen::Vector3f p_WC;
+  Floats3 p_WC;
+  bool first = true;  // of several samples
+  bool near_surfaces = false;
+
+  // The rays of a tile and those of its lanes that see something.
+  Ints rays(const PixelRays& pixels, const Tile& tile, float near, float far, RayHitPacket& to) const {
+    const Floats x = gathered(pixels.x, tile), y = gathered(pixels.y, tile), z = gathered(pixels.z, tile);
+    const Eigen::Matrix3f& R = R_WC;
+    prepare(p_WC,
+            {R(0, 0) * x + R(0, 1) * y + R(0, 2) * z, R(1, 0) * x + R(1, 1) * y + R(1, 2) * z,
+             R(2, 0) * x + R(2, 1) * y + R(2, 2) * z},
+            near, far, to);
+    return tile.inside & ((x != 0.0F) | (y != 0.0F) | (z != 0.0F));
+  }
 };
 
 void EmbreeCaster::render(const CameraView& view, CameraPicture& out) const {
@@ -52,13 +108,19 @@ void EmbreeCaster::render(const CameraView& view, CameraPicture& out) const {
   thread_local std::vector<float> sums;
   const bool several = view.colour && view.samples.size() > 1;
   if (several) sums.assign(3 * pixels, 0.0F);
-  const Target target{view, out, sums, view.X_WC.linear().cast<float>(),
-                      view.X_WC.translation().cast<float>()};
+  const Eigen::Vector3f p_WC = view.X_WC.translation().cast<float>();
+  Target target{view, out, sums, view.X_WC.linear().cast<float>(), broadcast(p_WC)};
+  target.near_surfaces =
+      view.depth && view.near > 0 &&
+      scene_.may_be_near(view.X_WC.translation(), view.near * static_cast<double>(longest(centres)),
+                         view.own_body);
   std::uint64_t count = 0;
-  for (std::size_t sample = 0; sample < (view.colour ? view.samples.size() : 1); ++sample)
-    for (int y = 0; y < centres.height; ++y)
-      for (int x = 0; x < centres.width; x += static_cast<int>(kLanes))
-        count += render_packet(target, view.samples[sample], sample == 0, x, y);
+  for (std::size_t sample = 0; sample < (view.colour ? view.samples.size() : 1); ++sample) {
+    target.first = sample == 0;
+    for_each_tile(
+        static_cast<std::uint32_t>(centres.width), static_cast<std::uint32_t>(centres.height),
+        [&](const Tile& tile) { count += render_tile(target, view.samples[sample], tile); });
+  }
   if (several) {
     const float share = 1.0F / static_cast<float>(view.samples.size());
     for (std::size_t i = 0; i < sums.size(); ++i) out.rgb[i] = srgb_of_linear(sums[i] * share);
@@ -66,115 +128,90 @@ void EmbreeCaster::render(const CameraView& view, CameraPicture& out) const {
   rays_ += count;
 }
 
-std::uint64_t EmbreeCaster::render_packet(const Target& to, const PixelRays& pixels, bool first, int x,
-                                          int y) const {
-  alignas(32) RTCRayHit8 rays;
-  alignas(32) int valid[kLanes];
-  const auto at =
-      static_cast<std::size_t>(y) * static_cast<std::size_t>(pixels.width) + static_cast<std::size_t>(x);
-  const auto used = static_cast<unsigned>(std::min<int>(kLanes, pixels.width - x));
-  const auto near = static_cast<float>(to.view.near), far = static_cast<float>(to.view.far);
-  for (unsigned i = 0; i < kLanes; ++i) {
-    valid[i] = i < used ? -1 : 0;
-    const std::size_t pixel = at + std::min(i, used - 1);
-    const Eigen::Vector3f d_C(pixels.x[pixel], pixels.y[pixel], pixels.z[pixel]);
-    if (d_C.isZero()) valid[i] = 0;
-    prepare(rays, i, to.p_WC, to.R_WC * d_C, near, far);
-  }
-  scene_.intersect(valid, rays, true);
-  if (first && (to.view.depth || to.view.labels)) {
-    for (unsigned i = 0; i < used; ++i) {
-      const bool hit = valid[i] != 0 && is_hit(rays, i);
-      if (to.view.depth) to.out.depth[at + i] = hit ? rays.ray.tfar[i] : kInfinity;
-      if (to.view.labels) to.out.labels[at + i] = hit ? scene_.scene().items[rays.hit.geomID[i]].label : 0;
+std::uint64_t EmbreeCaster::render_tile(const Target& to, const PixelRays& pixels, const Tile& tile) const {
+  alignas(64) RayHitPacket rays;
+  const Ints active = to.rays(pixels, tile, static_cast<float>(to.view.near),
+                              static_cast<float>(to.view.far), rays);
+  scene_.intersect(active, rays);
+  if (to.first && (to.view.depth || to.view.labels)) {
+    const Ints hit = hits(rays);
+    for (int i = 0; i < kLanes; ++i) {
+      if (tile.inside[i] == 0) continue;
+      if (to.view.depth) to.out.depth[tile.at[i]] = hit[i] != 0 ? rays.ray.tfar[i] : kInfinity;
+      if (to.view.labels)
+        to.out.labels[tile.at[i]] = hit[i] != 0 ? scene_.scene().items[rays.hit.geomID[i]].label : 0;
     }
   }
-  std::uint64_t count = used;
-  if (first && to.view.depth && near > 0) count += mark_near(to, pixels, x, y);
-  if (to.view.colour) count += add_colours(to, valid, rays, pixels.pixel_angle, at);
-  return count;
+  std::uint64_t cast = count(tile.inside);
+  if (to.first && to.near_surfaces) cast += mark_near(to, pixels, tile);
+  if (to.view.colour) cast += add_colours(to, tile, rays, pixels.pixel_angle);
+  return cast;
 }
 
-std::uint64_t EmbreeCaster::mark_near(const Target& to, const PixelRays& pixels, int x, int y) const {
-  alignas(32) RTCRayHit8 rays;
-  alignas(32) int valid[kLanes];
-  const auto at =
-      static_cast<std::size_t>(y) * static_cast<std::size_t>(pixels.width) + static_cast<std::size_t>(x);
-  const auto used = static_cast<unsigned>(std::min<int>(kLanes, pixels.width - x));
-  for (unsigned i = 0; i < kLanes; ++i) {
-    valid[i] = i < used ? -1 : 0;
-    const std::size_t pixel = at + std::min(i, used - 1);
-    const Eigen::Vector3f d_C(pixels.x[pixel], pixels.y[pixel], pixels.z[pixel]);
-    if (d_C.isZero()) valid[i] = 0;
-    prepare(rays, i, to.p_WC, to.R_WC * d_C, 0, static_cast<float>(to.view.near));
-  }
-  scene_.intersect(valid, rays, true);
-  for (unsigned i = 0; i < used; ++i) {
-    if (valid[i] == 0 || !is_hit(rays, i)) continue;
-    if (scene_.scene().items[rays.hit.geomID[i]].body != to.view.own_body) to.out.depth[at + i] = -kInfinity;
-  }
-  return used;
+std::uint64_t EmbreeCaster::mark_near(const Target& to, const PixelRays& pixels, const Tile& tile) const {
+  alignas(64) RayHitPacket rays;
+  scene_.intersect(to.rays(pixels, tile, 0, static_cast<float>(to.view.near), rays), rays);
+  const Ints hit = hits(rays) & tile.inside;
+  for (int i = 0; i < kLanes; ++i)
+    if (hit[i] != 0 && bodies_of_items_[rays.hit.geomID[i]] != to.view.own_body)
+      to.out.depth[tile.at[i]] = -kInfinity;
+  return count(tile.inside);
 }
 
-std::uint64_t EmbreeCaster::add_colours(const Target& to, int* valid, RTCRayHit8& rays, float pixel_angle,
-                                        std::size_t at) const {
-  Lanes3 sum{}, light{};
-  Lanes left;  // of what is behind the surfaces so far, the part that is seen
-  for (float& part : left.v) part = 1;
-  alignas(32) int open[kLanes], hit[kLanes];
-  std::copy(valid, valid + kLanes, open);
-  std::uint64_t count = 0;
+std::uint64_t EmbreeCaster::add_colours(const Target& to, const Tile& tile, RayHitPacket& rays,
+                                        float pixel_angle) const {
+  Floats3 sum{};
+  Floats left = broadcast(1.0F);  // of what is behind the surfaces so far, the part that is seen
+  Ints open = tile.inside;
+  std::uint64_t cast = 0;
   SurfacePacket surface;
   for (int layer = 0; layer < kLayers; ++layer) {
-    bool any = false, more = false;
-    for (unsigned i = 0; i < kLanes; ++i) {
-      hit[i] = open[i] != 0 && is_hit(rays, i) ? -1 : 0;
-      any |= hit[i] != 0;
-      if (open[i] == 0 || hit[i] != 0) continue;
-      const Eigen::Vector3f behind =
-          shading_.backdrop({rays.ray.dir_x[i], rays.ray.dir_y[i], rays.ray.dir_z[i]});
-      sum.x.v[i] += left.v[i] * behind.x();
-      sum.y.v[i] += left.v[i] * behind.y();
-      sum.z.v[i] += left.v[i] * behind.z();
+    const Ints hit = open & hits(rays), missed = open & ~hit;
+    if (any(missed)) {
+      const Floats3 behind =
+          shading_.backdrop({load(rays.ray.dir_x), load(rays.ray.dir_y), load(rays.ray.dir_z)});
+      sum = select(missed, sum + behind * left, sum);
     }
-    if (!any) break;
+    if (!any(hit)) break;
     shading_.surfaces(hit, rays, pixel_angle, surface);
-    count += shading_.light(hit, rays, surface, light);
-    for (unsigned i = 0; i < kLanes; ++i) {
-      open[i] = 0;
-      if (hit[i] == 0) continue;
-      const bool last = surface.opacity.v[i] >= kOpaque || layer + 1 == kLayers;
-      const float part = left.v[i] * (last ? 1.0F : surface.opacity.v[i]);
-      sum.x.v[i] += part * light.x.v[i];
-      sum.y.v[i] += part * light.y.v[i];
-      sum.z.v[i] += part * light.z.v[i];
-      if (last) continue;
-      left.v[i] -= part;
-      open[i] = -1;
-      more = true;
-      rays.ray.tnear[i] = rays.ray.tfar[i] * 1.00001F + 1e-5F;
-      rays.ray.tfar[i] = static_cast<float>(to.view.far);
-      rays.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;
-      rays.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;
-      ++count;
-    }
-    if (!more) break;
-    scene_.intersect(open, rays, true);
+    const Floats3 light = shading_.light(hit, rays, surface, cast);
+    const Ints last = layer + 1 == kLayers ? ~Ints{} : surface.opacity >= kOpaque;
+    const Floats part = left * (last ? broadcast(1.0F) : surface.opacity);
+    sum = select(hit, sum + light * part, sum);
+    open = hit & ~last;
+    if (!any(open)) break;
+    left -= part;
+    cast += count(open);
+    store(load(rays.ray.tfar) * 1.00001F + 1e-5F, rays.ray.tnear);
+    store(broadcast(static_cast<float>(to.view.far)), rays.ray.tfar);
+    clear_hits(rays);
+    scene_.intersect(open, rays);
   }
+  put_colours(to, tile, sum);
+  return cast;
+}
+
+void EmbreeCaster::put_colours(const Target& to, const Tile& tile, const Floats3& colours) {
   const bool several = to.view.samples.size() > 1;
-  const auto used =
-      std::min<std::size_t>(kLanes, static_cast<std::size_t>(to.view.samples.front().width) -
-                                        at % static_cast<std::size_t>(to.view.samples.front().width));
-  for (std::size_t i = 0; i < used; ++i) {
-    const float colour[3] = {sum.x.v[i], sum.y.v[i], sum.z.v[i]};
+  const auto& srgb = srgb_of_root();
+  alignas(64) float limited[3][kLanes];
+  alignas(64) unsigned step[3][kLanes];
+  int channel = 0;
+  for (const Floats value : {colours.x, colours.y, colours.z}) {
+    const Floats within = smaller(larger(value, Floats{}), broadcast(1.0F));
+    store(within, limited[channel]);
+    store(__builtin_convertvector(root(within) * kSrgbSteps + 0.5F, Ints), step[channel++]);
+  }
+  for (int i = 0; i < kLanes; ++i) {
+    if (tile.inside[i] == 0) continue;
+    const std::size_t at = 3 * std::size_t{tile.at[i]};
     for (std::size_t c = 0; c < 3; ++c) {
       if (several)
-        to.sums[3 * (at + i) + c] += std::min(colour[c], 1.0F);
+        to.sums[at + c] += limited[c][i];
       else
-        to.out.rgb[3 * (at + i) + c] = srgb_of_linear(colour[c]);
+        to.out.rgb[at + c] = srgb[step[c][i]];
     }
   }
-  return count;
 }
 
 void EmbreeCaster::cast(const RayBatch& batch, HitBatch& out) const {
@@ -183,42 +220,56 @@ void EmbreeCaster::cast(const RayBatch& batch, HitBatch& out) const {
   out.item.resize(n);
   out.cosine.resize(n);
   out.brightness.resize(n);
+  if (n == 0) return;
   const bool one_origin = batch.origin_x.size() == 1;
-  for (std::size_t at = 0; at < n; at += kLanes) {
-    alignas(32) RTCRayHit8 rays;
-    alignas(32) int valid[kLanes];
-    for (unsigned i = 0; i < kLanes; ++i) {
-      valid[i] = at + i < n ? -1 : 0;
-      const std::size_t ray = std::min(at + i, n - 1), o = one_origin ? 0 : ray;
-      prepare(rays, i, {batch.origin_x[o], batch.origin_y[o], batch.origin_z[o]},
-              {batch.direction_x[ray], batch.direction_y[ray], batch.direction_z[ray]}, batch.near,
-              batch.far);
-    }
-    scene_.intersect(valid, rays, true);
-    for (unsigned i = 0; i < kLanes && at + i < n; ++i) {
-      const bool hit = is_hit(rays, i);
-      const unsigned item = rays.hit.geomID[i];
-      out.distance[at + i] = hit ? rays.ray.tfar[i] : kInfinity;
-      out.item[at + i] = hit ? static_cast<std::int32_t>(item) : -1;
-      out.cosine[at + i] = out.brightness[at + i] = 0;
-      if (!hit) continue;
-      Eigen::Vector3f ng(rays.hit.Ng_x[i], rays.hit.Ng_y[i], rays.hit.Ng_z[i]);
-      if (rays.hit.instID[0][i] != RTC_INVALID_GEOMETRY_ID) ng = scene_.rotation(item) * ng;
-      const Eigen::Vector3f d(rays.ray.dir_x[i], rays.ray.dir_y[i], rays.ray.dir_z[i]);
-      out.cosine[at + i] = std::min(1.0F, std::abs(ng.dot(d)) / (ng.norm() * d.norm()));
-      out.brightness[at + i] = shading_.brightness(item, rays.hit.primID[i]);
-    }
-  }
+  const Floats3 common{broadcast(batch.origin_x[0]), broadcast(batch.origin_y[0]), broadcast(batch.origin_z[0])};
+  const bool grid = batch.columns > 0 && n % batch.columns == 0;
+  const auto columns = static_cast<std::uint32_t>(grid ? batch.columns : n);
+  for_each_tile(columns, static_cast<std::uint32_t>(n) / columns, [&](const Tile& tile) {
+    alignas(64) RayHitPacket rays;
+    const Floats3 from = one_origin ? common
+                                    : Floats3{gathered(batch.origin_x, tile), gathered(batch.origin_y, tile),
+                                              gathered(batch.origin_z, tile)};
+    prepare(from,
+            {gathered(batch.direction_x, tile), gathered(batch.direction_y, tile),
+             gathered(batch.direction_z, tile)},
+            batch.near, batch.far, rays);
+    scene_.intersect(tile.inside, rays);
+    put_hits(tile, rays, out);
+  });
   rays_ += n;
 }
 
+void EmbreeCaster::put_hits(const Tile& tile, const RayHitPacket& rays, HitBatch& out) const {
+  const Ints hit = hits(rays);
+  const Floats3 ng = shading_.triangle_normals(hit, rays),
+                d{load(rays.ray.dir_x), load(rays.ray.dir_y), load(rays.ray.dir_z)};
+  const Floats along = dot(ng, d), cosine = larger(along, -along) / root(dot(ng, ng) * dot(d, d));
+  for (int i = 0; i < kLanes; ++i) {
+    if (tile.inside[i] == 0) continue;
+    const std::size_t at = tile.at[i];
+    const unsigned item = rays.hit.geomID[i];
+    const bool something = hit[i] != 0;
+    out.distance[at] = something ? rays.ray.tfar[i] : kInfinity;
+    out.item[at] = something ? static_cast<std::int32_t>(item) : -1;
+    out.cosine[at] = something ? std::min(1.0F, cosine[i]) : 0.0F;
+    out.brightness[at] = something ? shading_.brightness(item, rays.hit.primID[i]) : 0.0F;
+  }
+}
+
 bool EmbreeCaster::sees(const Eigen::Vector3d& a_W, const Eigen::Vector3d& b_W) const {
-  alignas(32) RTCRayHit8 rays;
-  alignas(32) int valid[kLanes] = {-1, 0, 0, 0, 0, 0, 0, 0};
-  for (unsigned i = 0; i < kLanes; ++i) prepare(rays, i, a_W.cast<float>(), (b_W - a_W).cast<float>(), 0, 1);
-  scene_.occlude(valid, rays.ray, false);
+  RTCRay ray{};
+  const Eigen::Vector3f from = a_W.cast<float>(), along = (b_W - a_W).cast<float>();
+  ray.org_x = from.x();
+  ray.org_y = from.y();
+  ray.org_z = from.z();
+  ray.dir_x = along.x();
+  ray.dir_y = along.y();
+  ray.dir_z = along.z();
+  ray.tfar = 1;
+  ray.mask = ~0U;
   ++rays_;
-  return rays.ray.tfar[0] >= 0;
+  return !scene_.occluded(ray);
 }
 
 }  // namespace doppel::embree

@@ -1,5 +1,5 @@
 #pragma once
-// RayCaster by Embree, in packets of eight rays.
+// RayCaster by Embree, in packets of neighbouring rays.
 
 #include <atomic>
 
@@ -8,6 +8,14 @@
 #include "doppel/rays/ray_caster.h"
 
 namespace doppel::embree {
+
+// Places of a packet's lanes in a grid.
+struct Tile {
+  std::uint32_t at[kLanes];  // index of the row's first place + column; of lanes outside of the grid, that of a lane inside
+  Ints inside;
+  bool whole;  // no lane is outside
+  bool line;   // all lanes in a row; else kTileWidth of them
+};
 
 class EmbreeCaster : public RayCaster {
  public:
@@ -20,17 +28,22 @@ class EmbreeCaster : public RayCaster {
   void render(const CameraView& view, CameraPicture& out) const override;
   void cast(const RayBatch& rays, HitBatch& out) const override;
   [[nodiscard]] bool sees(const Eigen::Vector3d& a_W, const Eigen::Vector3d& b_W) const override;
+  [[nodiscard]] bool may_be_near(const Eigen::Vector3d& p_W, double radius, int except_body) const override {
+    return scene_.may_be_near(p_W, radius, except_body);
+  }
   [[nodiscard]] std::span<const int> bodies_of_items() const override { return bodies_of_items_; }
   [[nodiscard]] std::uint64_t rays_cast() const override { return rays_; }
 
  private:
   struct Target;
-  // Eight pixels from column x of row y: their colours, and with `first` depths and labels.
-  std::uint64_t render_packet(const Target& to, const PixelRays& pixels, bool first, int x, int y) const;
+  // The pixels of a tile: their colours, and for the first sample depths and labels. Returns the rays that were cast.
+  std::uint64_t render_tile(const Target& to, const PixelRays& pixels, const Tile& tile) const;
   // Marks depths of pixels before which something is nearer than `near`.
-  std::uint64_t mark_near(const Target& to, const PixelRays& pixels, int x, int y) const;
-  std::uint64_t add_colours(const Target& to, int* valid, RTCRayHit8& rays, float pixel_angle,
-                            std::size_t at) const;
+  std::uint64_t mark_near(const Target& to, const PixelRays& pixels, const Tile& tile) const;
+  std::uint64_t add_colours(const Target& to, const Tile& tile, RayHitPacket& rays, float pixel_angle) const;
+  // Into the picture, or into its sums.
+  static void put_colours(const Target& to, const Tile& tile, const Floats3& colours);
+  void put_hits(const Tile& tile, const RayHitPacket& rays, HitBatch& out) const;
 
   EmbreeScene scene_;
   Shading shading_;

@@ -15,14 +15,25 @@ Vector3f linear(const Vector3f& srgb) {
   return srgb.unaryExpr([](float value) { return linear_of_srgb(std::clamp(value, 0.0F, 1.0F)); });
 }
 
-Vector3f at(const Lanes3& values, unsigned lane) {
-  return {values.x.v[lane], values.y.v[lane], values.z.v[lane]};
+// Of each triangle: the square root of the texture's area on it, in pictures, over its own.
+std::vector<float> texture_per_metre(const SurfaceMesh& mesh) {
+  std::vector<float> out;
+  if (mesh.uvs.empty()) return out;
+  out.reserve(mesh.triangles.size());
+  for (const auto& t : mesh.triangles) {
+    const Eigen::Vector2f &a = mesh.uvs[t[0]], e1 = mesh.uvs[t[1]] - a, e2 = mesh.uvs[t[2]] - a;
+    const Vector3f& p = mesh.positions[t[0]];
+    const float area = (mesh.positions[t[1]] - p).cross(mesh.positions[t[2]] - p).norm();
+    out.push_back(std::sqrt(std::abs(e1.x() * e2.y() - e1.y() * e2.x()) / std::max(area, 1e-12F)));
+  }
+  return out;
 }
 
-void put(const Vector3f& value, unsigned lane, Lanes3& out) {
-  out.x.v[lane] = value.x();
-  out.y.v[lane] = value.y();
-  out.z.v[lane] = value.z();
+Floats3 origin(const RayHitPacket& rays) {
+  return {load(rays.ray.org_x), load(rays.ray.org_y), load(rays.ray.org_z)};
+}
+Floats3 direction(const RayHitPacket& rays) {
+  return {load(rays.ray.dir_x), load(rays.ray.dir_y), load(rays.ray.dir_z)};
 }
 
 }  // namespace
@@ -36,13 +47,14 @@ Shading::Shading(const EmbreeScene& scene) : scene_(scene) {
     materials_.push_back(out);
   }
   for (const auto& mesh : from.meshes) {
-    std::vector<int> of_triangle;
+    Mesh out;
     if (mesh->parts.size() > 1) {
-      of_triangle.resize(mesh->triangles.size());
+      out.materials.resize(mesh->triangles.size());
       for (const SurfaceMesh::Part& part : mesh->parts)
-        std::fill(of_triangle.begin() + part.begin, of_triangle.begin() + part.end, part.material);
+        std::fill(out.materials.begin() + part.begin, out.materials.begin() + part.end, part.material);
     }
-    material_of_triangle_.push_back(std::move(of_triangle));
+    out.texture_per_metre = texture_per_metre(*mesh);
+    meshes_.push_back(std::move(out));
   }
   for (const Light& light : from.lights) {
     if (!light.on) continue;
@@ -62,18 +74,18 @@ Shading::Shading(const EmbreeScene& scene) : scene_(scene) {
   horizon_ = linear({0.80F, 0.87F, 0.94F});
 }
 
-Vector3f Shading::backdrop(const Vector3f& direction_W) const {
-  if (!scene_.scene().environment.sky) return background_;
-  const float up = std::clamp(direction_W.normalized().z(), 0.0F, 1.0F);
-  return horizon_ + (zenith_ - horizon_) * std::pow(up, 0.6F);
+Floats3 Shading::backdrop(const Floats3& direction_W) const {
+  if (!scene_.scene().environment.sky) return broadcast(background_);
+  const Floats up = larger(smaller(direction_W.z / norm(direction_W), broadcast(1.0F)), broadcast(0.0F));
+  return broadcast(horizon_) + broadcast(Vector3f(zenith_ - horizon_)) * power(up, broadcast(0.6F));
 }
 
 const Shading::Material& Shading::material_at(unsigned item, unsigned triangle) const {
   const SceneItem& it = scene_.scene().items[item];
   const auto mesh = static_cast<std::size_t>(it.mesh);
-  const int of_part = material_of_triangle_[mesh].empty()
+  const int of_part = meshes_[mesh].materials.empty()
                           ? scene_.scene().meshes[mesh]->parts.front().material
-                          : material_of_triangle_[mesh][triangle];
+                          : meshes_[mesh].materials[triangle];
   return materials_[static_cast<std::size_t>(of_part >= 0 ? of_part : it.material)];
 }
 
@@ -82,135 +94,205 @@ float Shading::brightness(unsigned item, unsigned triangle) const {
   return 0.2126F * c[0] + 0.7152F * c[1] + 0.0722F * c[2];
 }
 
-void Shading::surface(unsigned lane, const RTCRayHit8& rays, float pixel_angle, SurfacePacket& out) const {
-  const unsigned item = rays.hit.geomID[lane], triangle = rays.hit.primID[lane];
-  const SceneItem& it = scene_.scene().items[item];
-  const SurfaceMesh& mesh = *scene_.scene().meshes[static_cast<std::size_t>(it.mesh)];
-  const auto& t = mesh.triangles[triangle];
-  const float u = rays.hit.u[lane], v = rays.hit.v[lane], w = 1 - u - v;
-  const Eigen::Matrix3f& R = scene_.rotation(item);
-  const Vector3f d(rays.ray.dir_x[lane], rays.ray.dir_y[lane], rays.ray.dir_z[lane]);
-  const Vector3f ng =
-      (R * (mesh.positions[t[1]] - mesh.positions[t[0]]).cross(mesh.positions[t[2]] - mesh.positions[t[0]]))
-          .normalized();
-  Vector3f n = R * (w * mesh.normals[t[0]] + u * mesh.normals[t[1]] + v * mesh.normals[t[2]]);
-  const bool from_behind = ng.dot(d) > 0;
-  const float length = n.norm();
-  n = length > 1e-6F ? Vector3f(n / length) : ng;
-  if (from_behind != (n.dot(d) > 0))
-    n = from_behind ? Vector3f(-ng) : ng;  // smoothed over the edge of what is seen
-  put(from_behind ? Vector3f(-n) : n, lane, out.n);
-  put(from_behind ? Vector3f(-ng) : ng, lane, out.ng);
+Shading::Sameness Shading::sameness(Ints hit, const RayHitPacket& rays) {
+  const int lane = first_of(hit);
+  const Ints item = load(rays.hit.geomID), triangle = load(rays.hit.primID);
+  Sameness same{lane, !any(hit & (item != item[lane])), false};
+  same.triangle = same.item && !any(hit & (triangle != triangle[lane]));
+  return same;
+}
 
-  const Material& material = material_at(item, triangle);
-  Eigen::Vector4f colour = material.rgba;
-  if (material.texture >= 0 && !mesh.uvs.empty()) {
+// From the axes of each lane's mesh to those of the world.
+Floats3 Shading::turned(Ints hit, const RayHitPacket& rays, const Floats3& v_M) const {
+  const auto turn = [&v_M](const auto& R) {
+    return Floats3{R(0) * v_M.x + R(3) * v_M.y + R(6) * v_M.z, R(1) * v_M.x + R(4) * v_M.y + R(7) * v_M.z,
+                   R(2) * v_M.x + R(5) * v_M.y + R(8) * v_M.z};
+  };
+  const Sameness same = sameness(hit, rays);
+  if (same.item) {
+    const float* R = scene_.rotation(rays.hit.geomID[same.lane]).data();
+    return turn([R](int k) { return R[k]; });
+  }
+  alignas(64) float R[9][kLanes] = {};
+  for (int i = 0; i < kLanes; ++i) {
+    if (hit[i] == 0) continue;
+    const float* of_item = scene_.rotation(rays.hit.geomID[i]).data();
+    for (int k = 0; k < 9; ++k) R[k][i] = of_item[k];
+  }
+  return turn([&R](int k) { return load(R[k]); });
+}
+
+Floats3 Shading::triangle_normals(Ints hit, const RayHitPacket& rays) const {
+  const Floats3 ng{load(rays.hit.Ng_x), load(rays.hit.Ng_y), load(rays.hit.Ng_z)};
+  // What stands still is in the world's axes already.
+  const Ints moving = hit & (load(rays.hit.instID[0]) != -1);
+  return any(moving) ? select(moving, turned(moving, rays, ng), ng) : ng;
+}
+
+// Those of the corners, mixed at each hit; axes of the mesh.
+Floats3 Shading::corner_normals(Ints hit, const RayHitPacket& rays) const {
+  const Floats u = load(rays.hit.u), v = load(rays.hit.v), w = 1.0F - u - v;
+  const auto normal = [this, &rays](int lane, std::size_t corner) {
+    const SceneItem& item = scene_.scene().items[rays.hit.geomID[lane]];
+    const SurfaceMesh& mesh = *scene_.scene().meshes[static_cast<std::size_t>(item.mesh)];
+    return mesh.normals[mesh.triangles[rays.hit.primID[lane]][corner]].data();
+  };
+  if (const Sameness same = sameness(hit, rays); same.triangle) {
+    const float *a = normal(same.lane, 0), *b = normal(same.lane, 1), *c = normal(same.lane, 2);
+    const auto mixed = [&](int axis) { return w * a[axis] + u * b[axis] + v * c[axis]; };
+    return {mixed(0), mixed(1), mixed(2)};
+  }
+  alignas(64) float at[3][3][kLanes] = {};  // corner, axis
+  for (int i = 0; i < kLanes; ++i)
+    for (std::size_t corner = 0; hit[i] != 0 && corner < 3; ++corner) {
+      const float* of_corner = normal(i, corner);
+      for (std::size_t axis = 0; axis < 3; ++axis) at[corner][axis][i] = of_corner[axis];
+    }
+  const auto mixed = [&](int axis) {
+    return w * load(at[0][axis]) + u * load(at[1][axis]) + v * load(at[2][axis]);
+  };
+  return {mixed(0), mixed(1), mixed(2)};
+}
+
+void Shading::materials(Ints hit, const RayHitPacket& rays, SurfacePacket& out) const {
+  const Sameness same = sameness(hit, rays);
+  const std::size_t mesh =
+      static_cast<std::size_t>(scene_.scene().items[rays.hit.geomID[same.lane]].mesh);
+  if (same.triangle || (same.item && meshes_[mesh].materials.empty())) {
+    const Material& m = material_at(rays.hit.geomID[same.lane], rays.hit.primID[same.lane]);
+    out.colour = broadcast(Vector3f(m.rgba.head<3>()));
+    out.opacity = broadcast(m.rgba[3]);
+    out.emissive = broadcast(m.emissive);
+    out.specular = broadcast(m.specular);
+    out.shininess = broadcast(m.shininess);
+    return;
+  }
+  alignas(64) float values[9][kLanes] = {};
+  for (int i = 0; i < kLanes; ++i) {
+    if (hit[i] == 0) continue;
+    const Material& m = material_at(rays.hit.geomID[i], rays.hit.primID[i]);
+    for (int k = 0; k < 4; ++k) values[k][i] = m.rgba[k];
+    for (int k = 0; k < 3; ++k) values[4 + k][i] = m.emissive[k];
+    values[7][i] = m.specular;
+    values[8][i] = m.shininess;
+  }
+  out.colour = {load(values[0]), load(values[1]), load(values[2])};
+  out.opacity = load(values[3]);
+  out.emissive = {load(values[4]), load(values[5]), load(values[6])};
+  out.specular = load(values[7]);
+  out.shininess = load(values[8]);
+}
+
+void Shading::textures(Ints hit, const RayHitPacket& rays, float pixel_angle, SurfacePacket& out) const {
+  const Floats3 d = direction(rays);
+  const Floats length = norm(d), cosine = -dot(out.ng, d) / length;
+  const Floats footprint =
+      load(rays.ray.tfar) * length * pixel_angle / root(larger(cosine, broadcast(0.15F)));
+  for (int i = 0; i < kLanes; ++i) {
+    if (hit[i] == 0) continue;
+    const unsigned item = rays.hit.geomID[i], triangle = rays.hit.primID[i];
+    const auto index = static_cast<std::size_t>(scene_.scene().items[item].mesh);
+    const Material& material = material_at(item, triangle);
+    const SurfaceMesh& mesh = *scene_.scene().meshes[index];
+    if (material.texture < 0 || mesh.uvs.empty()) continue;
+    const auto& t = mesh.triangles[triangle];
+    const float u = rays.hit.u[i], v = rays.hit.v[i], w = 1 - u - v;
+    const Eigen::Vector2f uv = w * mesh.uvs[t[0]] + u * mesh.uvs[t[1]] + v * mesh.uvs[t[2]];
     const TexturePyramid& texture = textures_[static_cast<std::size_t>(material.texture)];
-    const Eigen::Vector2f &a = mesh.uvs[t[0]], &b = mesh.uvs[t[1]], &c = mesh.uvs[t[2]];
-    const Eigen::Vector2f uv = w * a + u * b + v * c, e1 = b - a, e2 = c - a;
-    const float texels =
-        std::abs(e1.x() * e2.y() - e1.y() * e2.x()) * static_cast<float>(texture.width() * texture.height());
-    const float area = (mesh.positions[t[1]] - mesh.positions[t[0]])
-                           .cross(mesh.positions[t[2]] - mesh.positions[t[0]])
-                           .norm();
-    const float footprint = rays.ray.tfar[lane] * d.norm() * pixel_angle /
-                            std::sqrt(std::max(0.15F, std::abs(ng.dot(d)) / d.norm()));
-    colour = colour.cwiseProduct(
-        texture.sample(uv.x(), uv.y(), footprint * std::sqrt(texels / std::max(area, 1e-12F))));
+    const float texels = footprint[i] * meshes_[index].texture_per_metre[triangle] *
+                         std::sqrt(static_cast<float>(texture.width() * texture.height()));
+    const Eigen::Vector4f sample = texture.sample(uv.x(), uv.y(), texels);
+    out.colour.x[i] *= sample[0];
+    out.colour.y[i] *= sample[1];
+    out.colour.z[i] *= sample[2];
+    out.opacity[i] *= sample[3];
   }
-  put(colour.head<3>(), lane, out.colour);
-  put(material.emissive, lane, out.emissive);
-  out.opacity.v[lane] = colour[3];
-  out.specular.v[lane] = material.specular;
-  out.shininess.v[lane] = material.shininess;
 }
 
-void Shading::surfaces(const int* hit, const RTCRayHit8& rays, float pixel_angle, SurfacePacket& out) const {
-  for (unsigned i = 0; i < kLanes; ++i) {
-    const float t = rays.ray.tfar[i];
-    out.p.x.v[i] = rays.ray.org_x[i] + t * rays.ray.dir_x[i];
-    out.p.y.v[i] = rays.ray.org_y[i] + t * rays.ray.dir_y[i];
-    out.p.z.v[i] = rays.ray.org_z[i] + t * rays.ray.dir_z[i];
-  }
-  for (unsigned lane = 0; lane < kLanes; ++lane)
-    if (hit[lane] != 0) surface(lane, rays, pixel_angle, out);
+void Shading::surfaces(Ints hit, const RayHitPacket& rays, float pixel_angle, SurfacePacket& out) const {
+  const Floats3 d = direction(rays);
+  out.p = origin(rays) + d * load(rays.ray.tfar);
+  Floats3 ng = triangle_normals(hit, rays), n = turned(hit, rays, corner_normals(hit, rays));
+  ng = ng * (1.0F / norm(ng));
+  const Floats length = norm(n);
+  n = select(length > 1e-6F, n * (1.0F / length), ng);
+  const Ints from_behind = dot(ng, d) > 0.0F;
+  const Floats side = from_behind ? broadcast(-1.0F) : broadcast(1.0F);
+  out.ng = ng * side;
+  n = n * side;
+  out.n = select(dot(n, d) > 0.0F, out.ng, n);  // smoothed over the edge of what is seen
+  materials(hit, rays, out);
+  if (!textures_.empty()) textures(hit, rays, pixel_angle, out);
 }
 
-unsigned Shading::add_lamp(const Lamp& lamp, const int* hit, const RTCRayHit8& rays, const SurfacePacket& s,
-                           Lanes3& out) const {
-  alignas(32) RTCRay8 shadow;
-  Lanes diffuse, shine;
-  alignas(32) int lit[kLanes];
-  unsigned count = 0;
-  for (unsigned i = 0; i < kLanes; ++i) {
-    lit[i] = 0;
-    shadow.tfar[i] = -1;
-    if (hit[i] == 0) continue;
-    const Vector3f p = at(s.p, i), n = at(s.n, i), ng = at(s.ng, i);
-    Vector3f l = lamp.towards;
-    float distance = 1e6F, strength = 1;
-    if (lamp.kind != LightKind::directional) {
-      l = lamp.p - p;
-      distance = l.norm();
-      if (distance > lamp.range || distance < 1e-6F) continue;
-      l /= distance;
-      strength =
-          1 / std::max(1e-3F, lamp.constant + lamp.linear * distance + lamp.quadratic * distance * distance);
-      if (lamp.kind == LightKind::spot) {
-        const float c = l.dot(lamp.towards);
-        if (c <= lamp.cos_outer) continue;
-        if (c < lamp.cos_inner)
-          strength *=
-              std::pow((c - lamp.cos_outer) / std::max(1e-6F, lamp.cos_inner - lamp.cos_outer), lamp.falloff);
-      }
-    }
-    const float facing = n.dot(l);
-    if (facing <= 0 || ng.dot(l) <= 0) continue;
-    lit[i] = -1;
-    ++count;
-    diffuse.v[i] = facing * strength;
-    shine.v[i] = 0;
-    if (s.specular.v[i] > 0) {
-      const Vector3f d(rays.ray.dir_x[i], rays.ray.dir_y[i], rays.ray.dir_z[i]);
-      const Vector3f half = (l - d.normalized()).normalized();
-      shine.v[i] = s.specular.v[i] * strength * std::pow(std::max(0.0F, n.dot(half)), s.shininess.v[i]);
-    }
-    const Vector3f from = p + ng * (kOffset * std::max(1.0F, rays.ray.tfar[i] * 0.1F));
-    shadow.org_x[i] = from.x();
-    shadow.org_y[i] = from.y();
-    shadow.org_z[i] = from.z();
-    shadow.dir_x[i] = l.x();
-    shadow.dir_y[i] = l.y();
-    shadow.dir_z[i] = l.z();
-    shadow.tnear[i] = 0;
-    shadow.tfar[i] = distance;
-    shadow.time[i] = 0;
-    shadow.mask[i] = ~0U;
-    shadow.id[i] = 0;
-    shadow.flags[i] = 0;
+// The light of a lamp at the surfaces, before shadows.
+struct Shading::Incidence {
+  Floats3 towards;  // unit
+  Floats distance, strength;
+  Ints reached;
+};
+
+Shading::Incidence Shading::incidence(const Lamp& lamp, const SurfacePacket& s) {
+  if (lamp.kind == LightKind::directional) return {broadcast(lamp.towards), broadcast(1e6F), broadcast(1.0F), ~Ints{}};
+  const Floats3 to_lamp = broadcast(lamp.p) - s.p;
+  Incidence out;
+  out.distance = norm(to_lamp);
+  out.reached = (out.distance <= lamp.range) & (out.distance >= 1e-6F);
+  out.towards = to_lamp * (1.0F / out.distance);
+  const Floats loss = lamp.constant + out.distance * (lamp.linear + lamp.quadratic * out.distance);
+  out.strength = 1.0F / larger(loss, broadcast(1e-3F));
+  if (lamp.kind == LightKind::spot) {
+    const Floats cosine = dot(out.towards, broadcast(lamp.towards));
+    out.reached &= cosine > lamp.cos_outer;
+    const Floats share = (cosine - lamp.cos_outer) / std::max(1e-6F, lamp.cos_inner - lamp.cos_outer);
+    out.strength *= cosine < lamp.cos_inner ? power(share, broadcast(lamp.falloff)) : broadcast(1.0F);
   }
-  if (count == 0) return 0;
-  if (lamp.shadows) scene_.occlude(lit, shadow, true);
-  for (unsigned i = 0; i < kLanes; ++i) {
-    if (lit[i] == 0 || shadow.tfar[i] < 0) continue;
-    out.x.v[i] += lamp.colour.x() * (s.colour.x.v[i] * diffuse.v[i] + shine.v[i]);
-    out.y.v[i] += lamp.colour.y() * (s.colour.y.v[i] * diffuse.v[i] + shine.v[i]);
-    out.z.v[i] += lamp.colour.z() * (s.colour.z.v[i] * diffuse.v[i] + shine.v[i]);
-  }
-  return lamp.shadows ? count : 0;
+  return out;
 }
 
-unsigned Shading::light(const int* hit, const RTCRayHit8& rays, const SurfacePacket& s, Lanes3& out) const {
-  for (unsigned i = 0; i < kLanes; ++i) {
-    if (hit[i] == 0) continue;
-    const float sky = kBelow + (1 - kBelow) * 0.5F * (1 + s.n.z.v[i]);
-    out.x.v[i] = s.colour.x.v[i] * ambient_.x() * sky + s.emissive.x.v[i];
-    out.y.v[i] = s.colour.y.v[i] * ambient_.y() * sky + s.emissive.y.v[i];
-    out.z.v[i] = s.colour.z.v[i] * ambient_.z() * sky + s.emissive.z.v[i];
+Floats3 Shading::lamp_light(const Lamp& lamp, Ints hit, const RayHitPacket& rays, const SurfacePacket& s,
+                            std::uint64_t& shadow_rays) const {
+  const Incidence from = incidence(lamp, s);
+  const Floats facing = dot(s.n, from.towards);
+  Ints lit = hit & from.reached & (facing > 0.0F) & (dot(s.ng, from.towards) > 0.0F);
+  if (lamp.shadows && any(lit)) {
+    shadow_rays += count(lit);
+    alignas(64) RayPacket shadow;
+    const Floats3 start = s.p + s.ng * (kOffset * larger(load(rays.ray.tfar) * 0.1F, broadcast(1.0F)));
+    store(start.x, shadow.org_x);
+    store(start.y, shadow.org_y);
+    store(start.z, shadow.org_z);
+    store(from.towards.x, shadow.dir_x);
+    store(from.towards.y, shadow.dir_y);
+    store(from.towards.z, shadow.dir_z);
+    store(Floats{}, shadow.tnear);
+    store(from.distance, shadow.tfar);
+    store(Floats{}, shadow.time);
+    store(~Ints{}, shadow.mask);
+    store(Ints{}, shadow.id);
+    store(Ints{}, shadow.flags);
+    scene_.occlude(lit, shadow);
+    lit &= load(shadow.tfar) >= 0.0F;
   }
-  unsigned count = 0;
-  for (const Lamp& lamp : lamps_) count += add_lamp(lamp, hit, rays, s, out);
-  return count;
+  if (!any(lit)) return Floats3{};
+  Floats3 out = s.colour * (facing * from.strength);
+  if (any(hit & (s.specular > 0.0F))) {
+    const Floats3 d = direction(rays), half = from.towards - d * (1.0F / norm(d));
+    const Floats cosine = dot(s.n, half) / norm(half);
+    const Floats shine = s.specular * from.strength * power(larger(cosine, Floats{}), s.shininess);
+    out = out + Floats3{shine, shine, shine};
+  }
+  const Floats3 coloured{out.x * lamp.colour.x(), out.y * lamp.colour.y(), out.z * lamp.colour.z()};
+  return select(lit, coloured, Floats3{});
+}
+
+Floats3 Shading::light(Ints hit, const RayHitPacket& rays, const SurfacePacket& s,
+                       std::uint64_t& shadow_rays) const {
+  const Floats sky = kBelow + (1 - kBelow) * 0.5F * (1.0F + s.n.z);
+  Floats3 out = s.emissive + Floats3{s.colour.x * ambient_.x(), s.colour.y * ambient_.y(),
+                                     s.colour.z * ambient_.z()} * sky;
+  for (const Lamp& lamp : lamps_) out = out + lamp_light(lamp, hit, rays, s, shadow_rays);
+  return out;
 }
 
 }  // namespace doppel::embree

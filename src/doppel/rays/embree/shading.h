@@ -1,5 +1,5 @@
 #pragma once
-// The colours of eight rays at a time: light from everywhere, lamps with shadows, highlights, textures. Linear light
+// The colours of a packet's rays: light from everywhere, lamps with shadows, highlights, textures. Linear light
 // inside; materials are converted when the scene is made. Source: Blinn and Phong's model of highlights.
 
 #include <vector>
@@ -9,19 +9,11 @@
 
 namespace doppel::embree {
 
-// Eight values of each kind, one for each ray of a packet.
-struct alignas(32) Lanes {
-  float v[kLanes];
-};
-struct Lanes3 {
-  Lanes x, y, z;
-};
-
-// What is seen at the ends of eight rays.
+// What is seen at the ends of the rays.
 struct SurfacePacket {
-  Lanes3 p, n, ng;          // m, world; unit, towards the ray's origin: of shading and of the triangle
-  Lanes3 colour, emissive;  // linear
-  Lanes opacity, specular, shininess;
+  Floats3 p, n, ng;          // m, world; unit, towards the ray's origin: of shading and of the triangle
+  Floats3 colour, emissive;  // linear
+  Floats opacity, specular, shininess;
 };
 
 class Shading {
@@ -29,11 +21,14 @@ class Shading {
   explicit Shading(const EmbreeScene& scene);
 
   // The surfaces of the lanes that hit. pixel_angle: rad.
-  void surfaces(const int* hit, const RTCRayHit8& rays, float pixel_angle, SurfacePacket& out) const;
-  // Adds the light that each of the lanes sends back along its ray; returns the number of shadow rays.
-  unsigned light(const int* hit, const RTCRayHit8& rays, const SurfacePacket& surface, Lanes3& out) const;
+  void surfaces(Ints hit, const RayHitPacket& rays, float pixel_angle, SurfacePacket& out) const;
+  // The light that each of the lanes sends back along its ray; `shadow_rays` grows by those that are cast.
+  [[nodiscard]] Floats3 light(Ints hit, const RayHitPacket& rays, const SurfacePacket& surface,
+                              std::uint64_t& shadow_rays) const;
   // Where nothing is hit.
-  [[nodiscard]] Eigen::Vector3f backdrop(const Eigen::Vector3f& direction_W) const;
+  [[nodiscard]] Floats3 backdrop(const Floats3& direction_W) const;
+  // World axes, not unit, towards the outside of the triangles that are hit.
+  [[nodiscard]] Floats3 triangle_normals(Ints hit, const RayHitPacket& rays) const;
   // Of the material, without its texture, 0..1.
   [[nodiscard]] float brightness(unsigned item, unsigned triangle) const;
 
@@ -51,14 +46,29 @@ class Shading {
     float range, constant, linear, quadratic, cos_inner, cos_outer, falloff;
     bool shadows;
   };
+  struct Mesh {
+    std::vector<int> materials;           // [triangles]; empty: one part
+    std::vector<float> texture_per_metre;  // [triangles], of its width and height on average; empty: no uvs
+  };
+  struct Incidence;
+  // Neighbouring rays mostly hit the same item, and on large triangles the same of them.
+  struct Sameness {
+    int lane;  // one that hits
+    bool item, triangle;
+  };
+  [[nodiscard]] static Sameness sameness(Ints hit, const RayHitPacket& rays);
   [[nodiscard]] const Material& material_at(unsigned item, unsigned triangle) const;
-  void surface(unsigned lane, const RTCRayHit8& rays, float pixel_angle, SurfacePacket& out) const;
-  unsigned add_lamp(const Lamp& lamp, const int* hit, const RTCRayHit8& rays, const SurfacePacket& surface,
-                    Lanes3& out) const;
+  [[nodiscard]] Floats3 turned(Ints hit, const RayHitPacket& rays, const Floats3& v_M) const;
+  [[nodiscard]] Floats3 corner_normals(Ints hit, const RayHitPacket& rays) const;
+  void materials(Ints hit, const RayHitPacket& rays, SurfacePacket& out) const;
+  void textures(Ints hit, const RayHitPacket& rays, float pixel_angle, SurfacePacket& out) const;
+  [[nodiscard]] static Incidence incidence(const Lamp& lamp, const SurfacePacket& surface);
+  [[nodiscard]] Floats3 lamp_light(const Lamp& lamp, Ints hit, const RayHitPacket& rays,
+                                   const SurfacePacket& surface, std::uint64_t& shadow_rays) const;
 
   const EmbreeScene& scene_;
   std::vector<Material> materials_;
-  std::vector<std::vector<int>> material_of_triangle_;  // [meshes][triangles]; empty: one part
+  std::vector<Mesh> meshes_;
   std::vector<TexturePyramid> textures_;
   std::vector<Lamp> lamps_;
   Eigen::Vector3f ambient_, background_, zenith_, horizon_;

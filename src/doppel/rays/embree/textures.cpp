@@ -7,13 +7,10 @@
 namespace doppel::embree {
 namespace {
 
-constexpr int kSteps = 4096;
-
-std::array<std::uint8_t, kSteps + 1> make_srgb_table() {
-  std::array<std::uint8_t, kSteps + 1> table{};
-  for (int i = 0; i <= kSteps; ++i) {
-    // Finer where it is dark: the table is over the square root.
-    const double linear = std::pow(static_cast<double>(i) / kSteps, 2);
+std::array<std::uint8_t, kSrgbSteps + 1> make_srgb_table() {
+  std::array<std::uint8_t, kSrgbSteps + 1> table{};
+  for (int i = 0; i <= kSrgbSteps; ++i) {
+    const double linear = std::pow(static_cast<double>(i) / kSrgbSteps, 2);
     const double value = linear <= 0.0031308 ? 12.92 * linear : 1.055 * std::pow(linear, 1 / 2.4) - 0.055;
     table[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(std::lround(255 * value));
   }
@@ -40,10 +37,14 @@ const std::array<float, 256>& linear_of_srgb() {
   return table;
 }
 
-std::uint8_t srgb_of_linear(float value) {
+const std::array<std::uint8_t, kSrgbSteps + 1>& srgb_of_root() {
   static const auto table = make_srgb_table();
+  return table;
+}
+
+std::uint8_t srgb_of_linear(float value) {
   const float root = std::sqrt(std::clamp(value, 0.0F, 1.0F));
-  return table[static_cast<std::size_t>(root * kSteps + 0.5F)];
+  return srgb_of_root()[static_cast<std::size_t>(root * kSrgbSteps + 0.5F)];
 }
 
 TexturePyramid::TexturePyramid(const Bitmap& image) {

@@ -14,7 +14,9 @@ namespace doppel::embree {
 // sRGB's 8 bits to linear light, 0..1.
 const std::array<float, 256>& linear_of_srgb();
 float linear_of_srgb(float value);
-// Linear light, 0..1, to sRGB's 8 bits.
+// Linear light, 0..1, to sRGB's 8 bits: entry round(kSrgbSteps sqrt(value)), because it is finer where it is dark.
+inline constexpr int kSrgbSteps = 4096;
+const std::array<std::uint8_t, kSrgbSteps + 1>& srgb_of_root();
 std::uint8_t srgb_of_linear(float value);
 
 class TexturePyramid {

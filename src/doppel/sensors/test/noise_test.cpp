@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "doppel/sensors/image_noise.h"
@@ -51,6 +52,27 @@ TEST(SensorNoise, MeanAndDeviationAreThoseAskedFor) {
   const Moments m = moments(kSamples, [&](int i) { return channel.apply(1, static_cast<std::uint64_t>(i)); });
   EXPECT_NEAR(m.mean, 1.3, 0.01 * 0.3);
   EXPECT_NEAR(m.stddev, 0.05, 0.01 * 0.05);
+}
+
+TEST(SensorNoise, ValuesOfOneSampleHaveMeanAndDeviationAskedForOnTheirGrid) {
+  NoiseDescription noise;
+  noise.mean = 0.3;
+  noise.stddev = 0.05;
+  noise.precision = 0.001;
+  const ChannelNoise channel(noise, CounterRandom(7, "lidar"), 0, 0.1);
+  std::vector<float> values(kSamples, 1), again(kSamples, 1), next(kSamples, 1), scratch;
+  values[3] = again[3] = std::numeric_limits<float>::infinity();
+  channel.apply(values, 5, scratch);
+  channel.apply(again, 5, scratch);
+  channel.apply(next, 6, scratch);
+  EXPECT_EQ(values, again);
+  EXPECT_NE(values, next);
+  EXPECT_EQ(values[3], std::numeric_limits<float>::infinity());
+  values[3] = 1.3F;
+  const Moments m = moments(kSamples, [&](int i) { return values[static_cast<std::size_t>(i)]; });
+  EXPECT_NEAR(m.mean, 1.3, 0.01 * 0.3);
+  EXPECT_NEAR(m.stddev, 0.05, 0.01 * 0.05);
+  for (std::size_t i = 0; i < 1000; ++i) EXPECT_NEAR(values[i] / 0.001, std::round(values[i] / 0.001), 1e-3);
 }
 
 TEST(SensorNoise, NormalsOfManyAreNormal) {

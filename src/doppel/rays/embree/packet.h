@@ -1,0 +1,136 @@
+#pragma once
+// Values of all rays of a packet at once: a tile of pixels, as wide as the registers that this module is compiled for.
+// Every module computes the same: nothing here is contracted, reordered or approximated by the processor.
+
+#include <embree3/rtcore.h>
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+
+namespace doppel::embree {
+
+#ifdef __AVX512F__
+inline constexpr int kTileHeight = 4;
+using RayPacket = RTCRay16;
+using RayHitPacket = RTCRayHit16;
+#else
+inline constexpr int kTileHeight = 2;
+using RayPacket = RTCRay8;
+using RayHitPacket = RTCRayHit8;
+#endif
+inline constexpr int kTileWidth = 4, kLanes = kTileWidth * kTileHeight;
+
+using Floats = float __attribute__((vector_size(kLanes * sizeof(float))));
+using Ints = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));  // masks: -1 is true
+struct Floats3 {
+  Floats x, y, z;
+};
+
+inline Floats load(const float* values) {
+  Floats out;
+  std::memcpy(&out, values, sizeof out);
+  return out;
+}
+inline Ints load(const unsigned* values) {
+  Ints out;
+  std::memcpy(&out, values, sizeof out);
+  return out;
+}
+inline void store(Floats value, float* out) {
+  std::memcpy(out, &value, sizeof value);
+}
+inline void store(Ints value, unsigned* out) {
+  std::memcpy(out, &value, sizeof value);
+}
+inline Floats broadcast(float value) {
+  return Floats{} + value;
+}
+inline Floats3 broadcast(const Eigen::Vector3f& v) {
+  return {broadcast(v.x()), broadcast(v.y()), broadcast(v.z())};
+}
+
+inline bool any(Ints mask) {
+  std::int32_t bits = 0;
+  for (int i = 0; i < kLanes; ++i) bits |= mask[i];
+  return bits != 0;
+}
+// The first lane of a mask with any.
+inline int first_of(Ints mask) {
+  int lane = 0;
+  while (mask[lane] == 0) ++lane;
+  return lane;
+}
+inline unsigned count(Ints mask) {
+  std::int32_t sum = 0;
+  for (int i = 0; i < kLanes; ++i) sum -= mask[i];
+  return static_cast<unsigned>(sum);
+}
+
+inline Floats larger(Floats a, Floats b) {
+  return a > b ? a : b;
+}
+inline Floats smaller(Floats a, Floats b) {
+  return a < b ? a : b;
+}
+inline float smallest(Floats value) {
+  float of_half[kLanes];
+  store(value, of_half);
+  for (int width = kLanes / 2; width > 0; width /= 2)
+    for (int i = 0; i < width; ++i)
+      of_half[i] = of_half[i] < of_half[i + width] ? of_half[i] : of_half[i + width];
+  return of_half[0];
+}
+inline Floats root(Floats value) {
+  float out[kLanes];
+  store(value, out);
+  for (float& x : out) x = std::sqrt(x);
+  return load(out);
+}
+
+inline Floats3 operator+(const Floats3& a, const Floats3& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+inline Floats3 operator-(const Floats3& a, const Floats3& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+inline Floats3 operator*(const Floats3& a, Floats b) {
+  return {a.x * b, a.y * b, a.z * b};
+}
+inline Floats dot(const Floats3& a, const Floats3& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+inline Floats norm(const Floats3& a) {
+  return root(dot(a, a));
+}
+inline Floats3 select(Ints mask, const Floats3& a, const Floats3& b) {
+  return {mask ? a.x : b.x, mask ? a.y : b.y, mask ? a.z : b.z};
+}
+
+// x^e for x >= 0; below 1e-37 as 1e-37. Relative error: below 2e-7 max(1, |e log2 x|).
+inline Floats power(Floats x, Floats e) {
+  const Floats at_least = larger(x, broadcast(1e-37F));
+  Ints bits;
+  std::memcpy(&bits, &at_least, sizeof bits);
+  const Ints exponent = (bits - 0x3F3504F3) >> 23;  // so that the mantissa is within sqrt(1/2) and sqrt(2)
+  bits -= exponent << 23;
+  Floats m;
+  std::memcpy(&m, &bits, sizeof m);
+  const Floats s = (m - 1.0F) / (m + 1.0F), q = s * s;  // log m = 2 artanh s
+  const Floats log2 = __builtin_convertvector(exponent, Floats) +
+                      s * (2.88539008F + q * (0.961796694F + q * (0.577078016F + q * 0.412198583F)));
+  const Floats y = smaller(larger(e * log2, broadcast(-126.0F)), broadcast(127.0F));
+  const Floats whole = (y + 12582912.0F) - 12582912.0F, f = y - whole;  // rounds to the nearest
+  const Floats two_to_f =
+      1.0F + f * (0.693147181F +
+                  f * (0.240226507F +
+                       f * (0.0555041087F +
+                            f * (9.61812911e-3F + f * (1.33335581e-3F + f * 1.54035304e-4F)))));
+  const Ints scale = (__builtin_convertvector(whole, Ints) + 127) << 23;
+  Floats two_to_whole;
+  std::memcpy(&two_to_whole, &scale, sizeof scale);
+  return two_to_f * two_to_whole;
+}
+
+}  // namespace doppel::embree
