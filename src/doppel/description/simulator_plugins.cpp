@@ -84,6 +84,11 @@ bool is_sensor_plugin(std::string_view filename) {
   return std::ranges::any_of(kSensorFiles, [&](std::string_view file) { return filename.ends_with(file); });
 }
 
+bool is_label_plugin(std::string_view filename, std::string_view name) {
+  return filename.find("sim-label-system") != std::string_view::npos ||
+         filename.find("gazebo-label-system") != std::string_view::npos || name.ends_with("systems::Label");
+}
+
 bool drives_base(std::string_view filename, std::string_view name) {
   const std::string text = lowered(std::string(filename) + ' ' + std::string(name));
   return std::ranges::any_of(kBaseNames,

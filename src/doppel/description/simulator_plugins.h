@@ -30,6 +30,9 @@ DOPPEL_API std::optional<AttachmentPlugin> find_attachment_plugin(std::string_vi
 // Whether it is a sensor by itself, outside of a <sensor>, by the filename of a <plugin> of Gazebo classic.
 DOPPEL_API bool is_sensor_plugin(std::string_view filename);
 
+// Whether it is gz-sim's Label, the class of a model in pictures of labels.
+DOPPEL_API bool is_label_plugin(std::string_view filename, std::string_view name);
+
 // Whether it drives a mobile base, by the filename and the name of a <plugin>.
 DOPPEL_API bool drives_base(std::string_view filename, std::string_view name);
 

@@ -3,6 +3,7 @@
 #include "doppel/messages/detail/registry.h"
 #include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/messages/sensor_msgs.h"
+#include "doppel/messages/vision_msgs.h"
 #include "doppel/messages/visualization_msgs.h"
 
 namespace doppel::messages_detail {
@@ -28,6 +29,12 @@ void register_diagnostic_msgs() {
   register_services<srv::AddDiagnostics, srv::SelfTest>();
 }
 
+void register_vision_msgs() {
+  namespace msg = vision_msgs::msg;
+  register_messages<msg::Point2D, msg::Pose2D, msg::BoundingBox2D, msg::ObjectHypothesis,
+                    msg::ObjectHypothesisWithPose, msg::Detection2D, msg::Detection2DArray>();
+}
+
 void register_visualization_msgs() {
   namespace msg = visualization_msgs::msg;
   namespace srv = visualization_msgs::srv;
@@ -43,6 +50,7 @@ void register_visualization_msgs() {
 void register_sensing_types() {
   register_sensor_msgs();
   register_diagnostic_msgs();
+  register_vision_msgs();
   register_visualization_msgs();
 }
 

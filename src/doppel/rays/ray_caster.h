@@ -18,7 +18,8 @@ struct DOPPEL_API RayBatch {
   std::vector<float> origin_x, origin_y, origin_z;           // m, world; one for all, or one a ray
   std::vector<float> direction_x, direction_y, direction_z;  // world axes
   float near = 0, far = 0;                                   // multiples of the direction
-  std::size_t columns = 0;  // of a grid in which neighbours in rows and columns are close together; 0: only those in line
+  std::size_t columns =
+      0;  // of a grid in which neighbours in rows and columns are close together; 0: only those in line
 
   void resize(std::size_t rays, std::size_t origins);
   [[nodiscard]] std::size_t size() const { return direction_x.size(); }
@@ -74,8 +75,7 @@ class DOPPEL_API RayCaster : public CameraRenderer {
   // false: no surface, other than those of `except_body`, is within `radius` of p (m, world).
   [[nodiscard]] virtual bool may_be_near(const Eigen::Vector3d& p_W, double radius,
                                          int except_body) const = 0;
-  // SceneItem::body of each item.
-  [[nodiscard]] virtual std::span<const int> bodies_of_items() const = 0;
+  [[nodiscard]] virtual const RenderScene& scene() const = 0;
   // Rays cast so far, of all kinds.
   [[nodiscard]] virtual std::uint64_t rays_cast() const = 0;
 };

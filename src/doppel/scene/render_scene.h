@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,11 +42,18 @@ struct DOPPEL_API SurfaceMesh {
 struct SceneItem {
   int mesh = 0, body = 0, material = 0;
   Pose X_BM = Pose::Identity();  // the mesh in its body
-  std::uint32_t label = 0;       // in label images; 0 is where nothing is seen
+  std::uint32_t label = 0;  // in label images: its place among the items, from 1; 0 is where nothing is seen
 };
 
 struct SceneBody {
   std::string name;  // "kate::base_link", for messages
+  int model = -1;    // of which it is a part
+};
+
+// A robot or an object as a whole.
+struct SceneModel {
+  std::string name;
+  std::optional<std::uint16_t> label;  // of Gazebo's Label plugin: its class in pictures of labels and boxes
 };
 
 struct RenderScene {
@@ -54,6 +62,7 @@ struct RenderScene {
   std::vector<std::shared_ptr<const SurfaceMesh>> meshes;
   std::vector<SceneItem> items;
   std::vector<SceneBody> bodies;
+  std::vector<SceneModel> models;
   std::vector<Light> lights;
   Environment environment;
 };

@@ -37,8 +37,12 @@ SceneBuilder::SceneBuilder() {
   scene_.materials.emplace_back();  // of a visual without a material
 }
 
+void SceneBuilder::begin_model(const std::string& name, std::optional<std::uint16_t> label) {
+  scene_.models.push_back({name, label});
+}
+
 int SceneBuilder::add_body(const std::string& name) {
-  scene_.bodies.push_back({name});
+  scene_.bodies.push_back({name, static_cast<int>(scene_.models.size()) - 1});
   return static_cast<int>(scene_.bodies.size()) - 1;
 }
 

@@ -40,6 +40,8 @@ DOPPEL_API SurfaceMesh with_normals(const std::vector<Eigen::Vector3f>& points,
 class DOPPEL_API SceneBuilder {
  public:
   SceneBuilder();
+  // Bodies that follow are parts of this model.
+  void begin_model(const std::string& name, std::optional<std::uint16_t> label);
   // A body with the visuals of a link; returns its index. What cannot be read is left out with a warning at its place
   // ("scene.mesh", "scene.texture").
   int add(const Link& link, const std::string& name, Diagnostics& diagnostics);

@@ -8,6 +8,7 @@
 #include "doppel/images/image.h"
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/sensing/detail/light_sensor.h"
+#include "doppel/sensing/detail/object_labels.h"
 #include "doppel/sensing/detail/pixel_formats.h"
 #include "doppel/sensing/detail/rolling_shutter.h"
 #include "doppel/sensors/image_noise.h"
@@ -65,7 +66,7 @@ class CameraOutput : public LightSensor {
     std::optional<RollingShutter> shutter;
     Pose X_LO = Pose::Identity();  // the optical frame in the link
     int image = kNone, info = kNone, compressed = kNone, depth = kNone, points = kNone, labels = kNone,
-        colours_of_labels = kNone, depth_info = kNone;  // outlets
+        colours_of_labels = kNone, depth_info = kNone, boxes = kNone;  // outlets
     CameraPicture picture;
     std::vector<float> scratch;
   };
@@ -84,8 +85,8 @@ class CameraOutput : public LightSensor {
                  std::vector<LightMessage>& out) const;
   void add_points(const Camera& camera, const std_msgs::msg::Header& header,
                   std::vector<LightMessage>& out) const;
-  void add_labels(const Camera& camera, const LightSample& sample, const std_msgs::msg::Header& header,
-                  std::vector<LightMessage>& out) const;
+  void add_labels(const RenderScene& scene, const Camera& camera, const LightSample& sample,
+                  const std_msgs::msg::Header& header, std::vector<LightMessage>& out) const;
 
   static bool asks(const LightSample& sample, int outlet) {
     return outlet != kNone && (sample.wanted >> outlet & 1U) != 0;
@@ -118,8 +119,15 @@ void CameraOutput::add_topics(Node& node, Camera& camera, const std::string& bas
   };
   std::string picture = base;
   switch (camera.description.kind) {
-    case CameraKind::colour:
     case CameraKind::boundingbox:
+      camera.boxes =
+          static_cast<int>(add_outlet<vision_msgs::msg::Detection2DArray>(node, prefix + "boxes", base));
+      picture = base + "_image";
+      camera.image = image("image", picture);
+      camera.compressed = static_cast<int>(
+          add_outlet<msg::CompressedImage>(node, prefix + "compressed", picture + "/compressed"));
+      break;
+    case CameraKind::colour:
       picture = written ? base : base + "/image_raw";
       camera.image = image("image", picture);
       camera.compressed = static_cast<int>(
@@ -180,7 +188,8 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
   view.colour = asks(sample, camera.image) || asks(sample, camera.compressed) ||
                 (cloud && camera.description.kind == CameraKind::rgbd);
   view.depth = asks(sample, camera.depth) || cloud;
-  view.labels = asks(sample, camera.labels) || asks(sample, camera.colours_of_labels);
+  view.labels =
+      asks(sample, camera.labels) || asks(sample, camera.colours_of_labels) || asks(sample, camera.boxes);
   if (view.colour || view.depth || view.labels) {
     if (camera.rays.empty()) camera.rays = pixel_rays(camera.intrinsics, camera.description.samples);
     view.samples = camera.rays;
@@ -203,7 +212,15 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
     add_image(camera, sample, header, out);
     if (asks(sample, camera.depth)) add_depth(camera, header, out);
     if (cloud) add_points(camera, header, out);
-    if (view.labels) add_labels(camera, sample, header, out);
+    if (view.labels) add_labels(caster.scene(), camera, sample, header, out);
+    if (asks(sample, camera.boxes)) {
+      vision_msgs::msg::Detection2DArray boxes;
+      boxes.header = header;
+      boxes.detections = boxes_of(caster.scene(), camera.picture.labels, camera.intrinsics,
+                                  camera.description.full_boxes, sample.bodies, view.X_WC);
+      for (auto& box : boxes.detections) box.header = header;
+      put(camera.boxes, boxes, out);
+    }
   }
   for (const int outlet : {camera.info, camera.depth_info})
     if (asks(sample, outlet)) put(outlet, info_of(camera, header), out);
@@ -289,18 +306,21 @@ void CameraOutput::add_points(const Camera& camera, const std_msgs::msg::Header&
   put(camera.points, cloud, out);
 }
 
-void CameraOutput::add_labels(const Camera& camera, const LightSample& sample,
+void CameraOutput::add_labels(const RenderScene& scene, const Camera& camera, const LightSample& sample,
                               const std_msgs::msg::Header& header, std::vector<LightMessage>& out) const {
+  const ObjectLabels objects(scene);
+  std::vector<std::uint32_t> classes(camera.picture.labels.size());
+  for (std::size_t i = 0; i < classes.size(); ++i) classes[i] = objects.class_of(camera.picture.labels[i]);
   msg::Image image;
   image.header = header;
   image.width = static_cast<std::uint32_t>(camera.description.width);
   image.height = static_cast<std::uint32_t>(camera.description.height);
   if (asks(sample, camera.labels)) {
-    encode_labels(camera.picture.labels, image);
+    encode_labels(classes, image);
     put(camera.labels, image, out);
   }
   if (asks(sample, camera.colours_of_labels)) {
-    colour_labels(camera.picture.labels, image);
+    colour_labels(classes, image);
     put(camera.colours_of_labels, image, out);
   }
 }

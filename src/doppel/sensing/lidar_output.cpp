@@ -31,16 +31,17 @@ Origins origins_of(const RayBatch& rays) {
 }
 
 // What is nearer than the sensor's range, but not its own housing, is -infinity (REP 117).
-void mark_near(const RayCaster& caster, RayBatch& rays, double near, int own_body,
-               std::span<const int> body_of_item, HitBatch& scratch, std::vector<float>& ranges) {
+void mark_near(const RayCaster& caster, RayBatch& rays, double near, int own_body, HitBatch& scratch,
+               std::vector<float>& ranges) {
   if (near <= 0) return;
   const Origins origins = origins_of(rays);
   if (!caster.may_be_near(origins.centre, origins.radius + near, own_body)) return;
   rays.near = 0;
   rays.far = static_cast<float>(near);
   caster.cast(rays, scratch);
+  const std::vector<SceneItem>& items = caster.scene().items;
   for (std::size_t i = 0; i < ranges.size(); ++i)
-    if (scratch.item[i] >= 0 && body_of_item[static_cast<std::size_t>(scratch.item[i])] != own_body)
+    if (scratch.item[i] >= 0 && items[static_cast<std::size_t>(scratch.item[i])].body != own_body)
       ranges[i] = -kInfinite;
 }
 
@@ -91,7 +92,7 @@ void LidarOutput::measure(const RayCaster& caster, const LightSample& sample) {
   rays_.far = static_cast<float>(lidar_.far);
   caster.cast(rays_, hits_);
   ranges_ = hits_.distance;
-  mark_near(caster, rays_, lidar_.near, sample.body, caster.bodies_of_items(), near_, ranges_);
+  mark_near(caster, rays_, lidar_.near, sample.body, near_, ranges_);
   noise_.advance(sample.number);
   noise_.apply(ranges_, sample.number, scratch_);
   for (float& range : ranges_) {
@@ -193,7 +194,7 @@ class RangeOutput : public LightSensor {
     rays_.far = static_cast<float>(range_.far);
     caster.cast(rays_, hits_);
     std::vector<float> distances = hits_.distance;
-    mark_near(caster, rays_, range_.near, sample.body, caster.bodies_of_items(), near_, distances);
+    mark_near(caster, rays_, range_.near, sample.body, near_, distances);
     msg::Range message;
     message.header.stamp = to_time_msg(stamp);
     message.header.frame_id = frame();

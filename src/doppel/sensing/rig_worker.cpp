@@ -90,6 +90,7 @@ void RigWorker::renew_scene(RigJob& job) {
 void RigWorker::make_sample(RigJob& job, std::size_t index) {
   const double before = cpu_seconds();
   auto& messages = job.messages[index];
+  job.samples[index].bodies = job.poses;
   sensors_[job.samples[index].sensor]->make(*caster_, job.samples[index], job.stamp, messages);
   for (LightMessage& message : messages) message.hash = hash_of(*message.cdr);
   job.costs[index] = cpu_seconds() - before;

@@ -1,6 +1,7 @@
 #include "doppel/sensing/detail/world_scene.h"
 
 #include "doppel/scene/scene_builder.h"
+#include "doppel/sensors/label_plugin.h"
 
 namespace doppel {
 namespace {
@@ -20,7 +21,8 @@ std::shared_ptr<const RenderScene> make_world_scene(const CompiledWorld& world, 
     below.translation().z() = -5e-4;  // what lies flat on the ground is seen
     builder.add_shape(ground, Plane{Eigen::Vector3d::UnitZ(), {kGroundSize, kGroundSize}}, below, grey);
   }
-  for (const ModelInstance& instance : world.instances())
+  for (const ModelInstance& instance : world.instances()) {
+    builder.begin_model(instance.name, label_of(*instance.description));
     for (const ModelLink& link : instance.model->links) {
       const Link* described = instance.description->find_link(link.name);
       const std::string name = instance.name + "::" + link.name;
@@ -29,6 +31,7 @@ std::shared_ptr<const RenderScene> make_world_scene(const CompiledWorld& world, 
       else
         builder.add_body(name);  // the "world" above a floating base
     }
+  }
   const WorldSettings& settings = world.settings();
   for (const Light& light : settings.lights) builder.add_light(light);
   if (settings.environment) {

@@ -20,7 +20,7 @@ constexpr int kMaxJointsInChain = 500;  // algorithms on the tree are recursive
 // Whether the twin reads a plugin of a model.
 bool is_read(const std::string& filename, const std::string& name) {
   return find_attachment_plugin(filename, name) || drives_base(filename, name) ||
-         find_joint_plugin(filename, name) || is_sensor_plugin(filename);
+         find_joint_plugin(filename, name) || is_sensor_plugin(filename) || is_label_plugin(filename, name);
 }
 
 // Where there is something else for a plugin that is not loaded.

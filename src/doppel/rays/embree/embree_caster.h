@@ -11,7 +11,8 @@ namespace doppel::embree {
 
 // Places of a packet's lanes in a grid.
 struct Tile {
-  std::uint32_t at[kLanes];  // index of the row's first place + column; of lanes outside of the grid, that of a lane inside
+  std::uint32_t at
+      [kLanes];  // index of the row's first place + column; of lanes outside of the grid, that of a lane inside
   Ints inside;
   bool whole;  // no lane is outside
   bool line;   // all lanes in a row; else kTileWidth of them
@@ -20,9 +21,7 @@ struct Tile {
 class EmbreeCaster : public RayCaster {
  public:
   explicit EmbreeCaster(std::shared_ptr<const RenderScene> scene)
-      : scene_(std::move(scene)), shading_(scene_) {
-    for (const SceneItem& item : scene_.scene().items) bodies_of_items_.push_back(item.body);
-  }
+      : scene_(std::move(scene)), shading_(scene_) {}
 
   void set_poses(std::span<const Pose> bodies) override { scene_.set_poses(bodies); }
   void render(const CameraView& view, CameraPicture& out) const override;
@@ -31,7 +30,7 @@ class EmbreeCaster : public RayCaster {
   [[nodiscard]] bool may_be_near(const Eigen::Vector3d& p_W, double radius, int except_body) const override {
     return scene_.may_be_near(p_W, radius, except_body);
   }
-  [[nodiscard]] std::span<const int> bodies_of_items() const override { return bodies_of_items_; }
+  [[nodiscard]] const RenderScene& scene() const override { return scene_.scene(); }
   [[nodiscard]] std::uint64_t rays_cast() const override { return rays_; }
 
  private:
@@ -47,7 +46,6 @@ class EmbreeCaster : public RayCaster {
 
   EmbreeScene scene_;
   Shading shading_;
-  std::vector<int> bodies_of_items_;
   mutable std::atomic<std::uint64_t> rays_{0};
 };
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -42,6 +43,7 @@ struct LightSample {
   std::uint32_t wanted = 0;                                      // bits of outlets
   Pose X_WL = Pose::Identity(), X_WL_before = Pose::Identity();  // of the link: now, and at the sample before
   int body = -1;                                                 // of the link, in the scene
+  std::span<const Pose> bodies = {};                             // X_WB of all bodies, by the worker
 };
 
 struct LightMessage {

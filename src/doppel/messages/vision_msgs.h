@@ -1,0 +1,52 @@
+#pragma once
+// vision_msgs 4 (Jazzy): what is detected in a picture. Pixels.
+
+#include "doppel/messages/geometry_msgs.h"
+#include "doppel/messages/std_msgs.h"
+
+namespace doppel::vision_msgs::msg {
+
+struct Point2D {
+  double x = 0, y = 0;
+  DOPPEL_MESSAGE("vision_msgs/msg/Point2D", x, y)
+};
+
+struct Pose2D {
+  Point2D position;
+  double theta = 0;  // rad
+  DOPPEL_MESSAGE("vision_msgs/msg/Pose2D", position, theta)
+};
+
+struct BoundingBox2D {
+  Pose2D center;
+  double size_x = 0, size_y = 0;  // before the turn by theta
+  DOPPEL_MESSAGE("vision_msgs/msg/BoundingBox2D", center, size_x, size_y)
+};
+
+struct ObjectHypothesis {
+  std::string class_id;
+  double score = 0;  // 0..1
+  DOPPEL_MESSAGE("vision_msgs/msg/ObjectHypothesis", class_id, score)
+};
+
+struct ObjectHypothesisWithPose {
+  ObjectHypothesis hypothesis;
+  geometry_msgs::msg::PoseWithCovariance pose;
+  DOPPEL_MESSAGE("vision_msgs/msg/ObjectHypothesisWithPose", hypothesis, pose)
+};
+
+struct Detection2D {
+  std_msgs::msg::Header header;
+  std::vector<ObjectHypothesisWithPose> results;
+  BoundingBox2D bbox;
+  std::string id;  // the same for an object in all pictures
+  DOPPEL_MESSAGE("vision_msgs/msg/Detection2D", header, results, bbox, id)
+};
+
+struct Detection2DArray {
+  std_msgs::msg::Header header;
+  std::vector<Detection2D> detections;
+  DOPPEL_MESSAGE("vision_msgs/msg/Detection2DArray", header, detections)
+};
+
+}  // namespace doppel::vision_msgs::msg

@@ -1,0 +1,108 @@
+#include "doppel/sensing/detail/object_labels.h"
+
+#include <gtest/gtest.h>
+
+#include "doppel/rays/ray_caster.h"
+#include "doppel/scene/scene_builder.h"
+
+namespace doppel {
+namespace {
+
+// Before a camera at the origin, which looks along z: a wall, before it a box, and before the right half of that a post.
+struct Seen {
+  CameraDescription description;
+  std::shared_ptr<const RenderScene> scene;
+  std::vector<Pose> bodies;
+  CameraPicture picture;
+  CameraIntrinsics lens;
+
+  explicit Seen(std::optional<std::uint16_t> label_of_box) {
+    SceneBuilder builder;
+    const auto add = [&](const char* name, const Box& box, const Eigen::Vector3d& at,
+                         std::optional<std::uint16_t> label) {
+      builder.begin_model(name, label);
+      builder.add_shape(builder.add_body(name), box, Pose::Identity(), {});
+      bodies.push_back(Pose::Identity());
+      bodies.back().translation() = at;
+    };
+    add("wall", Box{{20, 20, 0.1}}, {0, 0, 6}, {});
+    add("box", Box{{1, 0.5, 0.001}}, {0, 0, 3}, label_of_box);
+    add("post", Box{{0.5, 0.2, 0.001}}, {0.3, 0, 2}, {});
+    scene = builder.finish();
+    description.width = 200;
+    description.height = 100;
+    lens = intrinsics_of(description);
+    const auto tables = pixel_rays(lens, 1);
+    const auto caster = make_ray_caster(scene);
+    caster->set_poses(bodies);
+    CameraView view;
+    view.samples = tables;
+    view.colour = false;
+    view.labels = true;
+    caster->render(view, picture);
+  }
+  [[nodiscard]] auto boxes(bool full) const {
+    return boxes_of(*scene, picture.labels, lens, full, bodies, Pose::Identity());
+  }
+};
+
+TEST(ObjectLabels, BoxIsAroundVisiblePixelsOfLabelledModel) {
+  const Seen seen(40);
+  const auto boxes = seen.boxes(false);
+  ASSERT_EQ(boxes.size(), 1U) << "only what has a label";
+  EXPECT_EQ(boxes[0].results.at(0).hypothesis.class_id, "40");
+  EXPECT_EQ(boxes[0].id, "box");
+  const double left = seen.lens.cx - seen.lens.fx * 0.5 / 3, right = seen.lens.cx + seen.lens.fx * 0.5 / 3,
+               height = seen.lens.fy * 0.5 / 3;
+  EXPECT_NEAR(boxes[0].bbox.center.position.x, (left + right) / 2, 1) << "seen above and below the post";
+  EXPECT_NEAR(boxes[0].bbox.size_x, right - left, 1.5);
+  EXPECT_NEAR(boxes[0].bbox.size_y, height, 1.5);
+}
+
+TEST(ObjectLabels, FullBoxIsThatOfWholeObjectBehindOthers) {
+  Seen seen(40);
+  // Of the box only its left edge is seen.
+  for (std::size_t i = 0; i < seen.picture.labels.size(); ++i)
+    if (i % 200 > 80) seen.picture.labels[i] = 0;
+  const double width = seen.lens.fx * 1 / 3;
+  EXPECT_LT(seen.boxes(false).at(0).bbox.size_x, 0.5 * width);
+  EXPECT_NEAR(seen.boxes(true).at(0).bbox.size_x, width + 1, 0.1);
+  EXPECT_NEAR(seen.boxes(true).at(0).bbox.center.position.x, seen.lens.cx, 0.1);
+}
+
+TEST(ObjectLabels, EachModelIsAnObjectInSceneWithoutLabels) {
+  const Seen seen(std::nullopt);
+  std::vector<std::string> classes;
+  for (const auto& box : seen.boxes(false)) classes.push_back(box.results.at(0).hypothesis.class_id);
+  EXPECT_EQ(classes, (std::vector<std::string>{"wall", "box", "post"}));
+}
+
+TEST(ObjectLabels, ClassIsLabelOfModelAndZeroWithoutOne) {
+  const Seen seen(40);
+  const ObjectLabels labels(*seen.scene);
+  const std::uint32_t centre_left = seen.picture.labels[50 * 200 + 85], corner = seen.picture.labels[0];
+  EXPECT_EQ(labels.class_of(centre_left), 40);
+  EXPECT_NE(corner, 0U) << "the wall is seen";
+  EXPECT_EQ(labels.class_of(corner), 0);
+}
+
+TEST(ObjectLabels, BoxIsClippedToPicture) {
+  Seen seen(40);
+  Pose X_WC = Pose::Identity();
+  X_WC.translation().x() = 1.6;  // the box is to the left, partly outside
+  const auto tables = pixel_rays(seen.lens, 1);
+  const auto caster = make_ray_caster(seen.scene);
+  caster->set_poses(seen.bodies);
+  CameraView view;
+  view.samples = tables;
+  view.X_WC = X_WC;
+  view.colour = false;
+  view.labels = true;
+  caster->render(view, seen.picture);
+  const auto boxes = boxes_of(*seen.scene, seen.picture.labels, seen.lens, true, seen.bodies, X_WC);
+  ASSERT_EQ(boxes.size(), 1U);
+  EXPECT_NEAR(boxes[0].bbox.center.position.x - (boxes[0].bbox.size_x - 1) / 2, 0, 1e-9);
+}
+
+}  // namespace
+}  // namespace doppel
