@@ -252,7 +252,8 @@ class Gl : public RayPeer {
 
 }  // namespace
 
-GlContext::GlContext() : display_(eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr)) {
+GlContext::GlContext()
+    : display_(eglGetPlatformDisplay(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr)) {
   if (display_ == EGL_NO_DISPLAY || eglInitialize(display_, nullptr, nullptr) == EGL_FALSE)
     throw std::runtime_error("EGL has no display without a window: apt-get install libegl1 libgl1-mesa-dri");
   eglBindAPI(EGL_OPENGL_API);

@@ -29,8 +29,8 @@ std::string walls() {
       Eigen::Vector3d p(0, 0, 2), size = half;
       p[axis] += side * (half[axis] + 0.05);
       size[axis] = 0.05;
-      out += fmt::format("<geom type=\"box\" size=\"{} {} {}\" pos=\"{} {} {}\" rgba=\".3 .8 .9 1\"/>\n", size.x(),
-                         size.y(), size.z(), p.x(), p.y(), p.z());
+      out += fmt::format("<geom type=\"box\" size=\"{} {} {}\" pos=\"{} {} {}\" rgba=\".3 .8 .9 1\"/>\n",
+                         size.x(), size.y(), size.z(), p.x(), p.y(), p.z());
     }
   return out;
 }
@@ -40,9 +40,11 @@ std::string mjcf_of(const RenderScene& scene) {
       "<mujoco><compiler boundmass=\"1\" boundinertia=\"1\"/>\n"
       "<visual><map znear=\".005\" zfar=\"5\" shadowscale=\"1\" shadowclip=\"1.2\"/>"
       "<quality shadowsize=\"2048\" offsamples=\"0\"/>"
-      "<global offwidth=\"640\" offheight=\"480\"/></visual><statistic extent=\"10\" center=\"0 0 2\"/>\n<asset>" +
+      "<global offwidth=\"640\" offheight=\"480\"/></visual><statistic extent=\"10\" center=\"0 0 "
+      "2\"/>\n<asset>" +
       mesh_element(*scene.meshes[1], "ball") +
-      "</asset><worldbody>\n<light directional=\"true\" dir=\".2 .3 -1\" pos=\"0 0 3.9\" castshadow=\"true\"/>\n" +
+      "</asset><worldbody>\n<light directional=\"true\" dir=\".2 .3 -1\" pos=\"0 0 3.9\" "
+      "castshadow=\"true\"/>\n" +
       walls();
   for (const SceneItem& item : scene.items) {
     if (item.mesh != 1) continue;

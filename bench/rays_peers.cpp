@@ -4,14 +4,14 @@
 //   build/bin/bench_rays_peers [--frames 5]
 //
 // It is built if libegl-dev, libgl-dev and libmujoco-dev are installed; libgl1-mesa-dri has llvmpipe.
+#include "rays_peers.h"
+
 #include <fmt/format.h>
 
 #include <cstdlib>
 #include <numeric>
 #include <stdexcept>
 #include <string>
-
-#include "rays_peers.h"
 
 namespace doppel {
 namespace {
@@ -38,11 +38,13 @@ void compare_pictures(RayBench& bench, int frames, MujocoPeer& mujoco, RayPeer& 
     bench.place(i);
     gl.picture(view, bench.poses);
   });
-  print(fmt::format("{} {}x{}", view.colour ? "colour, shadow, depth, ids" : "depth", view.width, view.height),
-        own, goal, of_mujoco, of_gl);
+  print(
+      fmt::format("{} {}x{}", view.colour ? "colour, shadow, depth, ids" : "depth", view.width, view.height),
+      own, goal, of_mujoco, of_gl);
   const double depth =
       std::accumulate(out.depth.begin(), out.depth.end(), 0.0) / static_cast<double>(out.depth.size());
-  fmt::print("    mean depth, m: {:.3f}, MuJoCo {:.3f}, GL {:.3f}\n", depth, mujoco.mean_depth(), gl.mean_depth());
+  fmt::print("    mean depth, m: {:.3f}, MuJoCo {:.3f}, GL {:.3f}\n", depth, mujoco.mean_depth(),
+             gl.mean_depth());
 }
 
 void compare_scans(RayBench& bench, int frames, MujocoPeer& mujoco, int rings, int columns, double goal) {
@@ -50,9 +52,8 @@ void compare_scans(RayBench& bench, int frames, MujocoPeer& mujoco, int rings, i
   std::vector<double> distances;
   bench.move(0);
   const double own = median(frames, [&](int i) { scan.scan(i); });
-  const double peer = median(rings > 1 ? 1 : frames, [&](int) {
-    mujoco.scan(scan.pattern(), scan.X_WS(), bench.poses, distances);
-  });
+  const double peer = median(rings > 1 ? 1 : frames,
+                             [&](int) { mujoco.scan(scan.pattern(), scan.X_WS(), bench.poses, distances); });
   print(fmt::format("lidar {}x{}", rings, columns), own, goal, peer, 0);
 }
 
@@ -62,8 +63,8 @@ void run(int frames) {
   const auto mujoco = make_mujoco_peer(*bench.scene);
   const auto gl = make_gl_peer(*bench.scene);
   fmt::print("{} triangles, {} moving bodies, CPU ms\n", bench.triangles, kBodies);
-  fmt::print("{:<34} {:>9} {:>7} {:>10} {:>8} {:>9} {:>8}\n", "", "doppel", "goal", "MuJoCo", "ratio", "GL 3.3",
-             "ratio");
+  fmt::print("{:<34} {:>9} {:>7} {:>10} {:>8} {:>9} {:>8}\n", "", "doppel", "goal", "MuJoCo", "ratio",
+             "GL 3.3", "ratio");
   compare_pictures(bench, frames, *mujoco, *gl, {320, 240, false}, 6);
   compare_pictures(bench, frames, *mujoco, *gl, {640, 480, false}, 18);
   compare_pictures(bench, frames, *mujoco, *gl, {320, 240, true}, 12);

@@ -72,7 +72,7 @@ struct RayBench {
     made.materials.resize(5);
     for (std::size_t m = 0; m < 5; ++m)
       made.materials[m].rgba = Eigen::Vector4f(0.3F + 0.15F * static_cast<float>(m), 0.8F,
-                                                0.9F - 0.15F * static_cast<float>(m), 1);
+                                               0.9F - 0.15F * static_cast<float>(m), 1);
     made.meshes.push_back(std::make_shared<SurfaceMesh>(surface_of(Box{{10, 10, 4}})));
     made.meshes.push_back(std::make_shared<SurfaceMesh>(ball(wanted / (2 * kBodies)).mesh));
     made.bodies.resize(kBodies + 1);
@@ -135,7 +135,9 @@ inline Pose from_corner() {
 class ScanBench {
  public:
   ScanBench(RayBench& bench, int rings, int columns)
-      : bench_(bench), lidar_(lidar_of(rings, columns)), pattern_(scan_pattern(lidar_)),
+      : bench_(bench),
+        lidar_(lidar_of(rings, columns)),
+        pattern_(scan_pattern(lidar_)),
         noise_(lidar_.noise, CounterRandom(1, "lidar"), 0, 0.1) {
     X_WS_.translation().z() = 1;
   }

@@ -26,7 +26,8 @@ const char* module_for_processor() {
 
 std::unique_ptr<RayCaster> make_ray_caster(std::shared_ptr<const RenderScene> scene) {
   using Make = RayCaster* (*)(std::shared_ptr<const RenderScene>);
-  static const auto make = reinterpret_cast<Make>(plugin_symbol(module_for_processor(), "doppel_make_ray_caster"));
+  static const auto make =
+      reinterpret_cast<Make>(plugin_symbol(module_for_processor(), "doppel_make_ray_caster"));
   return std::unique_ptr<RayCaster>(make(std::move(scene)));
 }
 

@@ -18,7 +18,8 @@ struct DOPPEL_API RayBatch {
   std::vector<float> origin_x, origin_y, origin_z;           // m, world; one for all, or one a ray
   std::vector<float> direction_x, direction_y, direction_z;  // world axes
   float near = 0, far = 0;                                   // multiples of the direction
-  std::size_t columns = 0;  // of a grid in which neighbours in rows and columns are close together; 0: only those in line
+  std::size_t columns =
+      0;  // of a grid in which neighbours in rows and columns are close together; 0: only those in line
 
   void resize(std::size_t rays, std::size_t origins);
   [[nodiscard]] std::size_t size() const { return direction_x.size(); }

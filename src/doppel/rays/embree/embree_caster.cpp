@@ -43,7 +43,7 @@ Floats gathered(const std::vector<float>& values, const Tile& tile) {
 
 void clear_hits(RayHitPacket& rays) {
   for (float* unset : {rays.hit.Ng_x, rays.hit.Ng_y, rays.hit.Ng_z, rays.hit.u, rays.hit.v})
-    store(Floats{}, unset);  // lanes without a hit are computed, too: not with slow denormal numbers
+    store(Floats{}, unset);         // lanes without a hit are computed, too: not with slow denormal numbers
   store(~Ints{}, rays.hit.geomID);  // RTC_INVALID_GEOMETRY_ID
   store(~Ints{}, rays.hit.instID[0]);
 }
@@ -71,8 +71,8 @@ Ints hits(const RayHitPacket& rays) {
 float longest(const PixelRays& pixels) {
   float squares = 0;
   for (std::size_t i = 0; i < pixels.x.size(); ++i)
-    squares = std::max(
-        squares, pixels.x[i] * pixels.x[i] + pixels.y[i] * pixels.y[i] + pixels.z[i] * pixels.z[i]);
+    squares =
+        std::max(squares, pixels.x[i] * pixels.x[i] + pixels.y[i] * pixels.y[i] + pixels.z[i] * pixels.z[i]);
   return std::sqrt(squares);
 }
 
@@ -110,16 +110,14 @@ void EmbreeCaster::render(const CameraView& view, CameraPicture& out) const {
   if (several) sums.assign(3 * pixels, 0.0F);
   const Eigen::Vector3f p_WC = view.X_WC.translation().cast<float>();
   Target target{view, out, sums, view.X_WC.linear().cast<float>(), broadcast(p_WC)};
-  target.near_surfaces =
-      view.depth && view.near > 0 &&
-      scene_.may_be_near(view.X_WC.translation(), view.near * static_cast<double>(longest(centres)),
-                         view.own_body);
+  target.near_surfaces = view.depth && view.near > 0 &&
+                         scene_.may_be_near(view.X_WC.translation(),
+                                            view.near * static_cast<double>(longest(centres)), view.own_body);
   std::uint64_t count = 0;
   for (std::size_t sample = 0; sample < (view.colour ? view.samples.size() : 1); ++sample) {
     target.first = sample == 0;
-    for_each_tile(
-        static_cast<std::uint32_t>(centres.width), static_cast<std::uint32_t>(centres.height),
-        [&](const Tile& tile) { count += render_tile(target, view.samples[sample], tile); });
+    for_each_tile(static_cast<std::uint32_t>(centres.width), static_cast<std::uint32_t>(centres.height),
+                  [&](const Tile& tile) { count += render_tile(target, view.samples[sample], tile); });
   }
   if (several) {
     const float share = 1.0F / static_cast<float>(view.samples.size());
@@ -130,8 +128,8 @@ void EmbreeCaster::render(const CameraView& view, CameraPicture& out) const {
 
 std::uint64_t EmbreeCaster::render_tile(const Target& to, const PixelRays& pixels, const Tile& tile) const {
   alignas(64) RayHitPacket rays;
-  const Ints active = to.rays(pixels, tile, static_cast<float>(to.view.near),
-                              static_cast<float>(to.view.far), rays);
+  const Ints active =
+      to.rays(pixels, tile, static_cast<float>(to.view.near), static_cast<float>(to.view.far), rays);
   scene_.intersect(active, rays);
   if (to.first && (to.view.depth || to.view.labels)) {
     const Ints hit = hits(rays);
@@ -222,7 +220,8 @@ void EmbreeCaster::cast(const RayBatch& batch, HitBatch& out) const {
   out.brightness.resize(n);
   if (n == 0) return;
   const bool one_origin = batch.origin_x.size() == 1;
-  const Floats3 common{broadcast(batch.origin_x[0]), broadcast(batch.origin_y[0]), broadcast(batch.origin_z[0])};
+  const Floats3 common{broadcast(batch.origin_x[0]), broadcast(batch.origin_y[0]),
+                       broadcast(batch.origin_z[0])};
   const bool grid = batch.columns > 0 && n % batch.columns == 0;
   const auto columns = static_cast<std::uint32_t>(grid ? batch.columns : n);
   for_each_tile(columns, static_cast<std::uint32_t>(n) / columns, [&](const Tile& tile) {

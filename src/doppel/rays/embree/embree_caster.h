@@ -11,7 +11,8 @@ namespace doppel::embree {
 
 // Places of a packet's lanes in a grid.
 struct Tile {
-  std::uint32_t at[kLanes];  // index of the row's first place + column; of lanes outside of the grid, that of a lane inside
+  std::uint32_t at
+      [kLanes];  // index of the row's first place + column; of lanes outside of the grid, that of a lane inside
   Ints inside;
   bool whole;  // no lane is outside
   bool line;   // all lanes in a row; else kTileWidth of them

@@ -252,7 +252,8 @@ void EmbreeScene::occlude(Ints active, RayPacket& rays) const {
   RTCIntersectContext context = coherent();
   const auto* valid = reinterpret_cast<const int*>(&active);
   kOcclude(valid, still_.get(), &context, &rays);
-  if (may_meet_moving(active & (load(rays.tfar) >= 0.0F), rays)) kOcclude(valid, moving_.get(), &context, &rays);
+  if (may_meet_moving(active & (load(rays.tfar) >= 0.0F), rays))
+    kOcclude(valid, moving_.get(), &context, &rays);
 }
 
 bool EmbreeScene::occluded(RTCRay ray) const {

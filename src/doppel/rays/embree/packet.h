@@ -124,9 +124,8 @@ inline Floats power(Floats x, Floats e) {
   const Floats whole = (y + 12582912.0F) - 12582912.0F, f = y - whole;  // rounds to the nearest
   const Floats two_to_f =
       1.0F + f * (0.693147181F +
-                  f * (0.240226507F +
-                       f * (0.0555041087F +
-                            f * (9.61812911e-3F + f * (1.33335581e-3F + f * 1.54035304e-4F)))));
+                  f * (0.240226507F + f * (0.0555041087F + f * (9.61812911e-3F +
+                                                                f * (1.33335581e-3F + f * 1.54035304e-4F)))));
   const Ints scale = (__builtin_convertvector(whole, Ints) + 127) << 23;
   Floats two_to_whole;
   std::memcpy(&two_to_whole, &scale, sizeof scale);

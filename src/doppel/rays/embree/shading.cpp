@@ -83,9 +83,8 @@ Floats3 Shading::backdrop(const Floats3& direction_W) const {
 const Shading::Material& Shading::material_at(unsigned item, unsigned triangle) const {
   const SceneItem& it = scene_.scene().items[item];
   const auto mesh = static_cast<std::size_t>(it.mesh);
-  const int of_part = meshes_[mesh].materials.empty()
-                          ? scene_.scene().meshes[mesh]->parts.front().material
-                          : meshes_[mesh].materials[triangle];
+  const int of_part = meshes_[mesh].materials.empty() ? scene_.scene().meshes[mesh]->parts.front().material
+                                                      : meshes_[mesh].materials[triangle];
   return materials_[static_cast<std::size_t>(of_part >= 0 ? of_part : it.material)];
 }
 
@@ -156,8 +155,7 @@ Floats3 Shading::corner_normals(Ints hit, const RayHitPacket& rays) const {
 
 void Shading::materials(Ints hit, const RayHitPacket& rays, SurfacePacket& out) const {
   const Sameness same = sameness(hit, rays);
-  const std::size_t mesh =
-      static_cast<std::size_t>(scene_.scene().items[rays.hit.geomID[same.lane]].mesh);
+  const std::size_t mesh = static_cast<std::size_t>(scene_.scene().items[rays.hit.geomID[same.lane]].mesh);
   if (same.triangle || (same.item && meshes_[mesh].materials.empty())) {
     const Material& m = material_at(rays.hit.geomID[same.lane], rays.hit.primID[same.lane]);
     out.colour = broadcast(Vector3f(m.rgba.head<3>()));
@@ -233,7 +231,8 @@ struct Shading::Incidence {
 };
 
 Shading::Incidence Shading::incidence(const Lamp& lamp, const SurfacePacket& s) {
-  if (lamp.kind == LightKind::directional) return {broadcast(lamp.towards), broadcast(1e6F), broadcast(1.0F), ~Ints{}};
+  if (lamp.kind == LightKind::directional)
+    return {broadcast(lamp.towards), broadcast(1e6F), broadcast(1.0F), ~Ints{}};
   const Floats3 to_lamp = broadcast(lamp.p) - s.p;
   Incidence out;
   out.distance = norm(to_lamp);
@@ -289,8 +288,9 @@ Floats3 Shading::lamp_light(const Lamp& lamp, Ints hit, const RayHitPacket& rays
 Floats3 Shading::light(Ints hit, const RayHitPacket& rays, const SurfacePacket& s,
                        std::uint64_t& shadow_rays) const {
   const Floats sky = kBelow + (1 - kBelow) * 0.5F * (1.0F + s.n.z);
-  Floats3 out = s.emissive + Floats3{s.colour.x * ambient_.x(), s.colour.y * ambient_.y(),
-                                     s.colour.z * ambient_.z()} * sky;
+  Floats3 out =
+      s.emissive +
+      Floats3{s.colour.x * ambient_.x(), s.colour.y * ambient_.y(), s.colour.z * ambient_.z()} * sky;
   for (const Lamp& lamp : lamps_) out = out + lamp_light(lamp, hit, rays, s, shadow_rays);
   return out;
 }

@@ -47,7 +47,7 @@ class Shading {
     bool shadows;
   };
   struct Mesh {
-    std::vector<int> materials;           // [triangles]; empty: one part
+    std::vector<int> materials;            // [triangles]; empty: one part
     std::vector<float> texture_per_metre;  // [triangles], of its width and height on average; empty: no uvs
   };
   struct Incidence;
