@@ -215,6 +215,50 @@ TEST(RayCaster, MovedBodyIsSeenAsOneThatStoodThereFromStart) {
     }
   }
   EXPECT_LE(different, 3);
+  int other_colours = 0;  // with the shadows of what has moved
+  for (std::size_t i = 0; i < a.rgb.size(); ++i) other_colours += std::abs(a.rgb[i] - b.rgb[i]) > 3 ? 1 : 0;
+  EXPECT_LE(other_colours, 60);
+}
+
+TEST(RayCaster, MovedBodyIsMetByRaysFromEverywhere) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE(testing::Message() << "seed " << seed);
+  std::mt19937 random(seed);
+  std::srand(seed);
+  const RandomScene start = random_scene(random, 20);
+  std::vector<Pose> after;
+  for (const Pose& X : start.poses) after.push_back(X * random_pose(random, 0.5));
+  const auto caster = make_ray_caster(start.scene);
+  caster->set_poses(start.poses);
+  caster->set_poses(after);
+  RayBatch rays;
+  constexpr std::size_t kRays = 3000;
+  rays.resize(kRays, kRays);
+  rays.far = 100;
+  std::vector<Vector3d> from, along;
+  for (std::size_t i = 0; i < kRays; ++i) {
+    // Neighbours begin and end near each other, so that packets are narrow and wide.
+    const Vector3d place = i % 24 == 0 ? random_pose(random, 3).translation() : from.back();
+    from.push_back(place + 0.01 * Vector3d::Random());
+    along.push_back(i % 24 == 0 ? Vector3d::Random().normalized()
+                                : (along.back() + (i % 48 < 24 ? 0.02 : 1.0) * Vector3d::Random()).eval());
+    rays.origin_x[i] = static_cast<float>(from[i].x());
+    rays.origin_y[i] = static_cast<float>(from[i].y());
+    rays.origin_z[i] = static_cast<float>(from[i].z());
+    rays.direction_x[i] = static_cast<float>(along[i].x());
+    rays.direction_y[i] = static_cast<float>(along[i].y());
+    rays.direction_z[i] = static_cast<float>(along[i].z());
+  }
+  HitBatch hits;
+  caster->cast(rays, hits);
+  int different = 0, met = 0;
+  for (std::size_t i = 0; i < kRays; ++i) {
+    const SlowHit hit = slow_cast(*start.scene, after, from[i], along[i]);
+    different += hit.item != hits.item[i] ? 1 : 0;
+    met += hit.item >= 0 ? 1 : 0;
+  }
+  EXPECT_GT(met, 100);
+  EXPECT_LE(different, 3);
 }
 
 TEST(RayCaster, LineOfSightEndsAtFirstSurface) {
