@@ -7,6 +7,7 @@
 #include "doppel/audit/detail/description_facts.h"
 #include "doppel/audit/detail/rules.h"
 #include "doppel/overlay/overlay.h"
+#include "doppel/sensors/sensor_reader.h"
 
 namespace doppel {
 namespace audit_rules {
@@ -166,6 +167,7 @@ AuditReport audit(const std::filesystem::path& file, const XacroArguments& argum
                      "give a URDF file, or a xacro file that expands to one");
   }
   const RobotDescription robot = read_description(expanded, resolver, diagnostics);
+  if (!diagnostics.has_errors()) read_sensors(robot, diagnostics);
   Findings found;
   take_over(diagnostics, expanded.root, found);
   std::optional<Model> model;
