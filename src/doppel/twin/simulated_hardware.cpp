@@ -5,11 +5,17 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "doppel/core/names.h"
 
 namespace doppel {
+namespace {
+
+constexpr std::size_t kNoSensor = std::numeric_limits<std::size_t>::max();
+
+}  // namespace
 
 void register_simulated_hardware(HardwareRegistry& registry, Instance robot) {
   for (const SimulatorPlugin& plugin : simulator_plugins()) {
@@ -114,8 +120,10 @@ void SimulatedHardware::bind_states() {
   for (std::size_t part = 0; part < std::min(first_states_.size(), bound_.size()); ++part) {
     for (std::size_t i = 0; i < bound_[part].size(); ++i) {
       Interface& state = states_[first_states_[part] + i];
-      state.quantity = bound_[part][i] ? Quantity::sensor : Quantity::constant;
-      state.sensed = bound_[part][i].value_or(SensorValue{});
+      // What was bound before an edit and no longer is reads NaN.
+      if (!bound_[part][i] && state.quantity != Quantity::sensor) continue;
+      state.quantity = Quantity::sensor;
+      state.sensed = bound_[part][i].value_or(SensorValue{kNoSensor, 0});
     }
   }
 }
@@ -239,7 +247,8 @@ HardwareReturn SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::s
     const auto j = static_cast<std::size_t>(s.joint);
     switch (s.quantity) {
       case Quantity::sensor:
-        states[i] = readings_->values(s.sensed.sensor)[s.sensed.value];
+        states[i] = s.sensed.sensor < sensors_ ? readings_->values(s.sensed.sensor)[s.sensed.value]
+                                               : std::numeric_limits<double>::quiet_NaN();
         break;
       case Quantity::position:
         states[i] = q[static_cast<std::size_t>(robot_.model().joints[j].q)];
