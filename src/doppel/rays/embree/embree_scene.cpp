@@ -249,7 +249,8 @@ void EmbreeScene::intersect(Ints active, RayHitPacket& rays) const {
 }
 
 void EmbreeScene::occlude(Ints active, RayPacket& rays) const {
-  RTCIntersectContext context = coherent();
+  RTCIntersectContext context;  // Embree 3.13 does not return from some coherent packets of shadow rays
+  rtcInitIntersectContext(&context);
   const auto* valid = reinterpret_cast<const int*>(&active);
   kOcclude(valid, still_.get(), &context, &rays);
   if (may_meet_moving(active & (load(rays.tfar) >= 0.0F), rays))

@@ -257,7 +257,8 @@ Floats3 Shading::lamp_light(const Lamp& lamp, Ints hit, const RayHitPacket& rays
   if (lamp.shadows && any(lit)) {
     shadow_rays += count(lit);
     alignas(64) RayPacket shadow;
-    const Floats3 start = s.p + s.ng * (kOffset * larger(load(rays.ray.tfar) * 0.1F, broadcast(1.0F)));
+    const Floats3 surface = s.p + s.ng * (kOffset * larger(load(rays.ray.tfar) * 0.1F, broadcast(1.0F)));
+    const Floats3 start = select(lit, surface, Floats3{});  // lanes without a surface are not numbers
     store(start.x, shadow.org_x);
     store(start.y, shadow.org_y);
     store(start.z, shadow.org_z);
