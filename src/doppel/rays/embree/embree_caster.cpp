@@ -160,7 +160,9 @@ std::uint64_t EmbreeCaster::add_colours(const Target& to, const Tile& tile, RayH
                                         float pixel_angle) const {
   Floats3 sum{};
   Floats left = broadcast(1.0F);  // of what is behind the surfaces so far, the part that is seen
-  Ints open = tile.inside;
+  // A pixel that the lens does not reach has no direction, and stays black.
+  Ints open = tile.inside & ((load(rays.ray.dir_x) != 0.0F) | (load(rays.ray.dir_y) != 0.0F) |
+                             (load(rays.ray.dir_z) != 0.0F));
   std::uint64_t cast = 0;
   SurfacePacket surface;
   for (int layer = 0; layer < kLayers; ++layer) {

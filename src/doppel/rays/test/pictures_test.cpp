@@ -84,6 +84,16 @@ TEST(CameraPictures, DiffuseLightFollowsCosineLaw) {
   }
 }
 
+TEST(CameraPictures, PixelThatLensDoesNotReachIsBlack) {
+  PixelRays lens = square(16, 0.5);
+  for (std::size_t i = 0; i < 40; ++i) lens.x[i] = lens.y[i] = lens.z[i] = 0;
+  Pictured p;  // nothing but its blue background
+  p.take({lens});
+  EXPECT_EQ(p.at(0, 0), (std::array<int, 3>{0, 0, 0}));
+  EXPECT_EQ(p.at(7, 2), (std::array<int, 3>{0, 0, 0}));
+  EXPECT_EQ(p.at(8, 2), (std::array<int, 3>{0, 0, 255}));
+}
+
 TEST(CameraPictures, ShadowIsWhereSunIsCovered) {
   Pictured p;
   p.sun({0, 1, -1});  // the shadow of what is at height h falls h further along y
