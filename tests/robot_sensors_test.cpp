@@ -1,4 +1,7 @@
 // Physical sensors of a robot's description in a twin: topics, rates, frames, and a loop that does not allocate.
+#include <fmt/format.h>
+#include <unistd.h>
+
 #include <filesystem>
 #include <fstream>
 
@@ -35,7 +38,7 @@ constexpr const char* kRobot = R"(<robot name="sensed">
 class RobotSensorsInTwin : public TwinFixture {
  protected:
   void SetUp() override {
-    file_ = std::filesystem::path(::testing::TempDir()) / "sensed.urdf";
+    file_ = std::filesystem::path(::testing::TempDir()) / fmt::format("sensed_{}.urdf", getpid());
     std::ofstream(file_) << kRobot;
   }
   std::filesystem::path file_;

@@ -91,28 +91,41 @@ Time stamp_of(const Client::Received& message) {
   return Time{std::int64_t{stamp.sec} * 1'000'000'000 + stamp.nanosec};
 }
 
+// By a straight line through the samples, because each stamp is on the nearest step of the physics.
+double rate_of(const std::vector<double>& times) {
+  const auto n = static_cast<double>(times.size());
+  double mean = 0, spread = 0, product = 0;
+  for (const double time : times) mean += time / n;
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const double from_middle = static_cast<double>(i) - (n - 1) / 2;
+    spread += from_middle * from_middle;
+    product += from_middle * (times[i] - mean);
+  }
+  return spread / product;
+}
+
 int sensor_rate(Shell& shell, const SensorOptions& options) {
   Client& twin = shell.twin();
   const Sensor sensor = sensor_named(twin, options.name);
   const std::string& topic = sensor.topics.front();
   twin.subscribe(topic);
   Shell::catch_interrupts();
+  std::vector<double> times;  // s since the first
   std::optional<Time> first;
-  int count = 0;
-  Time last{};
   try {
     Client::Received message;
-    while (count <= options.messages && twin.next(message, Clock::now() + kPatience)) {
-      last = stamp_of(message);
-      if (!first) first = last;
-      ++count;
+    while (times.size() <= static_cast<std::size_t>(options.messages) &&
+           twin.next(message, Clock::now() + kPatience)) {
+      const Time stamp = stamp_of(message);
+      if (!first) first = stamp;
+      times.push_back(to_seconds(stamp - *first));
     }
   } catch (const Interrupted&) {
     // What has come so far is printed.
   }
-  if (count < 2) throw ClientError(fmt::format("{} brought {} messages in 5 s", topic, count));
-  print_line("{}: {:.3f} Hz of simulated time over {} samples; {} asked for\n", sensor.name,
-             (count - 1) / to_seconds(last - *first), count, rate_text(sensor.rate));
+  if (times.size() < 2) throw ClientError(fmt::format("{} brought {} messages in 5 s", topic, times.size()));
+  print_line("{}: {:.3f} Hz of simulated time over {} samples; {} asked for\n", sensor.name, rate_of(times),
+             times.size(), rate_text(sensor.rate));
   return 0;
 }
 
@@ -159,7 +172,7 @@ void add_sensor(CLI::App& app, int& exit_code) {
       group, "check", "Read a message of every topic, and print what is in it", "doppel sensor check",
       exit_code,
       [](CLI::App& verb, SensorCheckOptions& options) {
-        verb.add_option("--wait", options.wait, "Seconds for all messages (default 10)")
+        verb.add_option("--wait", options.wait, "Seconds for a message of each topic (default 5)")
             ->check(CLI::PositiveNumber);
         verb.add_flag("--json", options.json, "Print a JSON list to stdout");
       },

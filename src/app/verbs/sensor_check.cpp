@@ -108,13 +108,13 @@ std::set<std::string> frames_of(Client& twin) {
   return out;
 }
 
-// One topic after the other, so that a slow machine renders one sensor at a time.
+// One topic after the other, so that a slow machine renders one sensor at a time, and each has its own time.
 void read_topics(Client& twin, std::vector<TopicResult>& results, double wait) {
-  const auto until =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(wait));
+  const auto patience = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(wait));
   for (TopicResult& result : results) {
     if (!twin.topics().contains(result.topic)) continue;
     twin.subscribe(result.topic);
+    const auto until = Clock::now() + patience;
     Client::Received message;
     while (!result.came && twin.next(message, until)) {
       if (message.topic != result.topic) continue;
@@ -128,7 +128,7 @@ void read_topics(Client& twin, std::vector<TopicResult>& results, double wait) {
 }
 
 std::string fault_of(const TopicResult& result, const std::set<std::string>& frames) {
-  if (!result.came) return "no message came";
+  if (!result.came) return "no message came; is the simulation paused?";
   if (!frames.contains(result.frame)) return fmt::format("its frame '{}' is not in TF", result.frame);
   return "";
 }

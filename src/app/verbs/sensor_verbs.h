@@ -10,7 +10,7 @@ namespace doppel::app {
 doppel_msgs::msg::Sensors sensors_of(Client& twin);
 
 struct SensorCheckOptions {
-  double wait = 10;  // s for all messages
+  double wait = 5;  // s for a message of each topic
   bool json = false;
 };
 // Reads a message of every topic of every sensor and prints what it contains. Returns 1 if a topic is silent, or names a

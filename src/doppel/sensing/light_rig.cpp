@@ -37,6 +37,7 @@ struct LightRig::Impl {
       : bus(the_bus), log(the_log), options(the_options) {}
 
   void collect();
+  void wait_until(Time due, Waiting message);
   void publish(std::size_t sensor, const LightMessage& message, Time stamp);
   void find_bodies(const Engine& engine);
   [[nodiscard]] doppel_msgs::msg::Sensor status_of(const Entry& entry) const;
@@ -125,6 +126,11 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
   rig.find_bodies(engine);
   if (!rig.worker && !rig.entries.empty())
     rig.worker = std::make_unique<RigWorker>(rig.sensors, rig.options.threads);
+  if (rig.worker) {
+    std::size_t bodies = 1;
+    for (const ModelInstance& instance : rig.world->instances()) bodies += instance.model->links.size();
+    rig.worker->reserve(rig.sensors.size(), bodies);
+  }
 }
 
 void LightRig::instances_changed(const Engine& engine) {
@@ -174,6 +180,13 @@ void LightRig::Impl::publish(std::size_t sensor, const LightMessage& message, Ti
   entries[sensor].sensor->outlet(message.outlet).publish(message.cdr, stamp);
 }
 
+// Behind those that are due before it or with it, because latencies differ.
+void LightRig::Impl::wait_until(Time due, Waiting message) {
+  const auto behind =
+      std::find_if(waiting.begin(), waiting.end(), [&](const Waiting& other) { return other.due > due; });
+  waiting.insert(behind, std::move(message));
+}
+
 void LightRig::Impl::collect() {
   if (!worker) return;
   for (RigJob* job = worker->done(); job != nullptr; job = worker->done()) {
@@ -188,7 +201,7 @@ void LightRig::Impl::collect() {
       for (LightMessage& message : job->messages[s]) {
         entry.hash = (entry.hash ^ message.hash) * 0x100000001B3ull;
         if (latency > Duration{})
-          waiting.push_back({index, std::move(message), job->now, job->now + latency});
+          wait_until(job->now + latency, {index, std::move(message), job->now, job->now + latency});
         else
           publish(index, message, job->now);
       }

@@ -47,7 +47,7 @@ class LogicalCameraOutput : public PhysicalSensor {
     message_.pose = to_pose_msg(X_WS);
     for (int i = 0; i < static_cast<int>(instances.size()); ++i) {
       if (i == instance_) continue;
-      const Pose X_WM = state.engine.instance(i).base_pose();
+      const Pose X_WM = state.engine.instance(i).base_pose() * instances[static_cast<std::size_t>(i)].X_BO;
       if (!sees(X_WS.inverse() * X_WM.translation())) continue;
       LogicalCameraImageModel& seen = message_.model.emplace_back(std::move(spare_.back()));
       spare_.pop_back();

@@ -31,8 +31,12 @@ PixelBox clipped(PixelBox box, const CameraIntrinsics& camera) {
 }
 
 void add_surface(const SurfaceMesh& mesh, const Pose& X_CM, const CameraIntrinsics& camera, PixelBox& box) {
-  for (const Eigen::Vector3f& p : mesh.positions)
-    if (const auto pixel = project(camera, X_CM * p.cast<double>())) box.add(pixel->x(), pixel->y());
+  const double most = largest_radius(camera);
+  for (const Eigen::Vector3f& p : mesh.positions) {
+    const Eigen::Vector3d p_C = X_CM * p.cast<double>();
+    if (p_C.head<2>().norm() > most * p_C.z()) continue;
+    if (const auto pixel = project(camera, p_C)) box.add(pixel->x(), pixel->y());
+  }
 }
 
 std::vector<PixelBox> visible_boxes(const ObjectLabels& objects, std::span<const std::uint32_t> labels,

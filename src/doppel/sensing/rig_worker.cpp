@@ -33,9 +33,17 @@ RigWorker::RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors, i
 RigWorker::~RigWorker() {
   ends_ = true;
   work_.release();
-  thread_.join();
+  thread_.join();  // before its assistants, which it may still be waiting for
+  assistants_end_ = true;
   help_.release(static_cast<std::ptrdiff_t>(assistants_.size()));
   for (std::thread& assistant : assistants_) assistant.join();
+}
+
+void RigWorker::reserve(std::size_t samples, std::size_t bodies) {
+  for (RigJob& job : slots_) {
+    job.samples.reserve(samples);
+    job.poses.reserve(bodies);
+  }
 }
 
 RigJob* RigWorker::free_slot() {
@@ -110,7 +118,7 @@ void RigWorker::share_samples() {
 void RigWorker::assist() {
   while (true) {
     help_.acquire();
-    if (ends_) return;
+    if (assistants_end_) return;
     share_samples();
     --busy_;
     busy_.notify_all();

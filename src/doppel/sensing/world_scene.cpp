@@ -22,7 +22,7 @@ std::shared_ptr<const RenderScene> make_world_scene(const CompiledWorld& world, 
     builder.add_shape(ground, Plane{Eigen::Vector3d::UnitZ(), {kGroundSize, kGroundSize}}, below, grey);
   }
   for (const ModelInstance& instance : world.instances()) {
-    builder.begin_model(instance.name, label_of(*instance.description));
+    builder.begin_model(instance.name, label_of(*instance.description, diagnostics));
     for (const ModelLink& link : instance.model->links) {
       const Link* described = instance.description->find_link(link.name);
       const std::string name = instance.name + "::" + link.name;

@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace doppel {
@@ -200,6 +201,11 @@ std::optional<Vector2d> project(const CameraIntrinsics& camera, const Vector3d& 
     x = distorted(camera, p_C.head<2>() / p_C.z());
   }
   return Vector2d(camera.fx * x.x() + camera.skew * x.y() + camera.cx, camera.fy * x.y() + camera.cy);
+}
+
+double largest_radius(const CameraIntrinsics& camera) {
+  return camera.model == Distortion::plumb_bob && !camera.plain() ? growing_radius(camera)
+                                                                  : std::numeric_limits<double>::infinity();
 }
 
 std::optional<Vector3d> direction_at(const CameraIntrinsics& camera, double u, double v) {

@@ -35,6 +35,10 @@ DOPPEL_API CameraIntrinsics intrinsics_of(const CameraDescription& camera, doubl
 // Source: OpenCV's calib3d, and its fisheye module.
 DOPPEL_API std::optional<Eigen::Vector2d> project(const CameraIntrinsics& camera, const Eigen::Vector3d& p_C);
 
+// The largest distance from the axis, at z 1, that a plumb_bob lens maps to a pixel of its own: beyond it, project() gives
+// pixels at which other things are seen. Infinite for other models.
+DOPPEL_API double largest_radius(const CameraIntrinsics& camera);
+
 // The direction that is seen at (u, v): with z 1 for a plumb_bob model, else of unit length. nullopt: none, as in the
 // corners of a strongly distorted picture. Newton's method on project().
 DOPPEL_API std::optional<Eigen::Vector3d> direction_at(const CameraIntrinsics& camera, double u, double v);

@@ -24,8 +24,8 @@ class DOPPEL_API ChannelNoise {
   void advance(std::uint64_t sample);
   // The value with the noise of this sample.
   [[nodiscard]] double apply(double value, std::uint64_t sample) const;
-  // The same for all values of the channel, such as the ranges of a scan, at once, with CounterRandom::normals(): those that are finite. `scratch` is
-  // kept by the caller, so that it is allocated once.
+  // The same for all finite values of the channel at once, such as the ranges of a scan, by CounterRandom::normals().
+  // `scratch` is kept by the caller, so that it is allocated once.
   void apply(std::span<float> values, std::uint64_t sample, std::vector<float>& scratch) const;
   [[nodiscard]] double bias() const { return bias_; }
   [[nodiscard]] bool any() const { return noise_.any(); }

@@ -1,4 +1,6 @@
 // <camera> and <lidar> (<ray>) of sensors of light.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -42,6 +44,16 @@ LensDescription read_lens(const SensorValues& values) {
   return lens;
 }
 
+// Source: gz-sensors 8, BoundingBoxCameraSensor.
+bool reads_full_boxes(const SensorValues& values) {
+  const std::string type = values.text("box_type", "visible_2d");
+  if (type == "full_2d" || type == "full_box_2d") return true;
+  if (type != "2d" && type != "visible_2d" && type != "visible_box_2d")
+    values.refuse("box_type",
+                  fmt::format("'{}' is not 2d, visible_2d or full_2d; boxes are visible_2d", type));
+  return false;
+}
+
 CameraDescription camera_in(const SensorValues& values, const std::string& type) {
   CameraDescription camera;
   camera.kind = kind_of(type);
@@ -59,7 +71,7 @@ CameraDescription camera_in(const SensorValues& values, const std::string& type)
     camera.depth_far = values.number("depth_camera/clip/far", camera.far);
   camera.lens = read_lens(values);
   camera.noise = values.noise("noise");
-  camera.full_boxes = values.text("box_type") == "full_2d";
+  camera.full_boxes = reads_full_boxes(values);
   // A lens of more than a half space is no pinhole.
   if (camera.lens.kind == LensKind::pinhole && camera.hfov > 3.0) camera.lens.kind = LensKind::equidistant;
   return camera;
@@ -73,6 +85,10 @@ void read_extensions(const SensorValues& values, CameraDescription& camera) {
   camera.dropout = values.number("doppel:dropout", camera.dropout);
   camera.edge_mixing = values.number("doppel:edge_mixing", camera.edge_mixing);
   camera.rolling_shutter = values.number("doppel:rolling_shutter", camera.rolling_shutter);
+  if (camera.rolling_shutter < 0) {
+    values.refuse("doppel:rolling_shutter", "is negative; all rows are taken at once");
+    camera.rolling_shutter = 0;
+  }
   camera.exposure = values.number("doppel:exposure", camera.exposure);
 }
 

@@ -40,6 +40,12 @@ void SensorValues::warn(const XmlNode& at, const std::string& what, const std::s
                        fmt::format("<{}>{}</{}> {}; {} is used", at.name, at.content(), at.name, what, used));
 }
 
+void SensorValues::refuse(const std::string& path, const std::string& why) const {
+  const XmlNode* const at = find(path);
+  diagnostics_.warning("sensor.value", (at != nullptr ? *at : element_).where,
+                       fmt::format("<{}>: {}", path, why));
+}
+
 double SensorValues::number(const std::string& path, double otherwise) const {
   const XmlNode* at = find(path);
   if (at == nullptr) return otherwise;

@@ -188,6 +188,12 @@ std::string signature(const HardwareDescription& hardware) {
       for (const auto& i : part.state_interfaces) out += "state " + i.name + '\n';
     }
   }
+  // Where a sensor is bound; a joint's values may change while controllers continue.
+  for (const HardwareJointDescription& sensor : hardware.sensors) {
+    for (const auto& [name, value] : sensor.params) out += "param " + name + '=' + value + '\n';
+    for (const auto& i : sensor.state_interfaces)
+      if (i.initial_value) out += "initial " + i.name + '=' + fmt::format("{}", *i.initial_value) + '\n';
+  }
   return out;
 }
 

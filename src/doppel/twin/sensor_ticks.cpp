@@ -188,8 +188,9 @@ void SensorTicks::between_steps(Time now) {
   light_.refresh(all.first(lights_));
   physical_.refresh(all.subspan(lights_));
   list_topic_.publish(list_, now);
-  if (lights_ == 0 || !diagnostics_topic_.has_listeners()) return;
+  if (lights_ == 0) return;
   write_diagnostics();
+  if (!diagnostics_topic_.has_listeners()) return;
   diagnostics_.header.stamp = to_time_msg(bus_.stamp(now));
   diagnostics_topic_.publish(diagnostics_, now);
 }

@@ -41,6 +41,9 @@ class RigWorker {
   RigWorker(const RigWorker&) = delete;
   RigWorker& operator=(const RigWorker&) = delete;
 
+  // Memory for jobs of this size, so that the loop allocates none. Only while there are no jobs.
+  void reserve(std::size_t samples, std::size_t bodies);
+
   // -- the loop
   // A free slot, or nullptr: the worker is behind. Then submit().
   RigJob* free_slot();
@@ -79,6 +82,7 @@ class RigWorker {
   std::mutex error_mutex_;
   std::exception_ptr error_;
   std::counting_semaphore<> help_{0};
+  std::atomic<bool> assistants_end_{false};
   std::vector<std::thread> assistants_;
   std::thread thread_;  // last: it uses the members above
 };

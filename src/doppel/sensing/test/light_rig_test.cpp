@@ -250,6 +250,18 @@ TEST(LightRig, SampleHasSameBytesWithAnyNumberOfThreads) {
   EXPECT_EQ(one, hashes(1, true, 5));
 }
 
+TEST(LightRig, EndsWhileSamplesAreMadeByManyThreads) {
+  for (int i = 0; i < 30; ++i) {
+    Running twin({camera("eye", CameraKind::colour, 0), lidar()},
+                 {.seed = 1, .lockstep = false, .threads = 3});
+    std::vector<Image> pictures;
+    std::vector<LaserScan> scans;
+    twin.read("/eye/image_raw", pictures);
+    twin.read("/scan", scans);
+    twin.run(0.001 * i);
+  }
+}
+
 TEST(LightRig, SamplesAreLeftOutAndCountedWhenLoopDoesNotWait) {
   Running twin({camera("eye", CameraKind::colour, 0)}, {.seed = 1, .lockstep = false});
   std::vector<Image> pictures;

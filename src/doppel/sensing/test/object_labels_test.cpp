@@ -70,7 +70,7 @@ TEST(ObjectLabels, FullBoxIsThatOfWholeObjectBehindOthers) {
   EXPECT_NEAR(seen.boxes(true).at(0).bbox.center.position.x, seen.lens.cx, 0.1);
 }
 
-TEST(ObjectLabels, EachModelIsAnObjectInSceneWithoutLabels) {
+TEST(ObjectLabels, ModelsAreObjectsInSceneWithoutLabels) {
   const Seen seen(std::nullopt);
   std::vector<std::string> classes;
   for (const auto& box : seen.boxes(false)) classes.push_back(box.results.at(0).hypothesis.class_id);

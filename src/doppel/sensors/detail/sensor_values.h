@@ -32,6 +32,8 @@ class SensorValues {
   [[nodiscard]] Eigen::Vector3d vector(const std::string& path) const;  // x y z
   [[nodiscard]] Pose pose(const std::string& path) const;               // x y z roll pitch yaw
   [[nodiscard]] NoiseDescription noise(const std::string& path) const;
+  // A warning at the element of this path.
+  void refuse(const std::string& path, const std::string& why) const;
 
  private:
   void warn(const XmlNode& at, const std::string& what, const std::string& used) const;

@@ -1,8 +1,10 @@
 // Which simulated sensor a <sensor> of <ros2_control> reads, and what is reported where it reads none.
 #include "doppel/twin/sensor_binding.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -35,7 +37,7 @@ class SensorBindingTest : public ::testing::Test {
  protected:
   // `sensors`: of the <ros2_control>, which is on line 9.
   SensorBindings bind(const std::string& sensors) {
-    const auto file = std::filesystem::path(::testing::TempDir()) / "bound.urdf";
+    const auto file = std::filesystem::path(::testing::TempDir()) / fmt::format("bound_{}.urdf", getpid());
     std::ofstream(file) << kSensedLinks
                         << "<ros2_control name=\"cell\" type=\"system\"><hardware><plugin>mock_components/"
                            "GenericSystem</plugin></hardware>"
