@@ -93,7 +93,7 @@ TEST_F(SensorBindingTest, SensorWithoutCounterpartIsErrorWithPlaceAndFix) {
   EXPECT_TRUE(bound.sensors.empty());
   EXPECT_FALSE(bound.values.at(0).at(0).has_value());
   EXPECT_THAT(said(bound),
-              testing::AllOf(HasSubstr("error"), HasSubstr("bound.urdf:9:"),
+              testing::AllOf(HasSubstr("error"), HasSubstr(".urdf:9:"),
                              HasSubstr("'imi' of <ros2_control> reads NaN"), HasSubstr("did you mean 'imu'?"),
                              HasSubstr("type=\"imu\""), HasSubstr("<param name=\"frame_id\">LINK</param>")));
 }
