@@ -45,9 +45,9 @@ std::vector<PixelBox> visible_boxes(const ObjectLabels& objects, std::span<const
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const int object = objects.object_of(labels[i]);
     if (object < 0) continue;
-    const auto columns = static_cast<std::size_t>(width);
-    boxes[static_cast<std::size_t>(object)].add(static_cast<double>(i % columns),
-                                                static_cast<double>(i / columns));
+    const auto columns = static_cast<std::size_t>(width), row = i / columns;
+    boxes[static_cast<std::size_t>(object)].add(static_cast<double>(i - row * columns),
+                                                static_cast<double>(row));
   }
   return boxes;
 }
