@@ -176,12 +176,17 @@ void LidarOutput::make(const RayCaster& caster, const LightSample& sample, Time 
     out.push_back({static_cast<std::size_t>(points_), std::make_shared<const Bytes>(to_cdr(cloud(header)))});
 }
 
+// A plugin that publishes the nearest range of a ray sensor, whose rays it has; a sonar has a cone.
+bool has_rays(const SensorDescription& description) {
+  return description.type.ends_with("ray") || description.type.ends_with("lidar");
+}
+
 class RangeOutput : public LightSensor {
  public:
   RangeOutput(Node& node, const RigSensor& sensor, const RigOptions& options)
       : LightSensor(sensor, options),
         range_(std::get<RangeDescription>(sensor.description.what)),
-        pattern_(cone_pattern(range_)),
+        pattern_(has_rays(sensor.description) ? scan_pattern(range_.rays) : cone_pattern(range_)),
         noise_(range_.rays.noise, random_, 0, sensor.description.rate > 0 ? 1 / sensor.description.rate : 0) {
     add_outlet<msg::Range>(
         node, "range", sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic);

@@ -212,6 +212,22 @@ TEST(LightRig, NearestOfConeIsRange) {
   EXPECT_NEAR(ranges[0].range, kWall, 1e-5);
 }
 
+TEST(LightRig, RangeOfRaySensorIsNearestOfItsOwnRays) {
+  RigSensor beam = sensor_named("beam", 20);
+  beam.description.type = "ray";
+  beam.description.X_LS.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  RangeDescription range;
+  range.field_of_view = 1;  // of a cone, which would meet the wall nearer
+  range.rays.horizontal = {1, 1, 0, 0};
+  beam.description.what = range;
+  Running twin({beam});
+  std::vector<Range> ranges;
+  twin.read("/beam", ranges);
+  twin.run(0.1);
+  ASSERT_EQ(ranges.size(), 2U);
+  EXPECT_NEAR(ranges[0].range, kWall / std::cos(0.4), 1e-4);
+}
+
 std::map<std::string, std::uint64_t> hashes(std::uint64_t seed, bool reads_early, int threads = 1) {
   RigSensor eye = camera("eye", CameraKind::rgbd), scan = lidar();
   auto& description = std::get<std::vector<CameraDescription>>(eye.description.what).front();
