@@ -18,7 +18,7 @@ using doppel_msgs::msg::Sensor;
 using doppel_msgs::msg::Sensors;
 
 constexpr const char* kList = "/doppel/sensors";
-constexpr auto kPatience = std::chrono::seconds(5);
+constexpr auto kAnswerTime = std::chrono::seconds(5);
 
 // By its whole name, or the last part of it where that is unique.
 Sensor sensor_named(Client& twin, const std::string& name) {
@@ -115,7 +115,7 @@ int sensor_rate(Shell& shell, const SensorOptions& options) {
   try {
     Client::Received message;
     while (times.size() <= static_cast<std::size_t>(options.messages) &&
-           twin.next(message, Clock::now() + kPatience)) {
+           twin.next(message, Clock::now() + kAnswerTime)) {
       const Time stamp = stamp_of(message);
       if (!first) first = stamp;
       times.push_back(to_seconds(stamp - *first));
@@ -135,7 +135,8 @@ Sensors sensors_of(Client& twin) {
   if (!twin.topics().contains(kList)) return {};
   twin.subscribe(kList);
   Client::Received message;
-  if (!twin.next(message, Clock::now() + kPatience)) throw ClientError("the twin does not list its sensors");
+  if (!twin.next(message, Clock::now() + kAnswerTime))
+    throw ClientError("the twin does not list its sensors");
   twin.unsubscribe(kList);
   return decode<Sensors>(message.cdr);
 }
@@ -152,7 +153,7 @@ int save_topic(Shell& shell, const std::string& topic, const std::string& named)
   if (file == "-" || ending.empty()) ending = usual_ending(type.name);
   twin.subscribe(topic);
   Client::Received message;
-  if (!twin.next(message, Clock::now() + kPatience))
+  if (!twin.next(message, Clock::now() + kAnswerTime))
     throw ClientError(fmt::format("nothing was published on {} within 5 s", topic));
   std::string note;
   deliver(saved_message(type, message.cdr, ending, note), file);

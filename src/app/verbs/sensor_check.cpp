@@ -110,11 +110,11 @@ std::set<std::string> frames_of(Client& twin) {
 
 // One topic after the other, so that a slow machine renders one sensor at a time, and each has its own time.
 void read_topics(Client& twin, std::vector<TopicResult>& results, double wait) {
-  const auto patience = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(wait));
+  const auto time_of_each = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(wait));
   for (TopicResult& result : results) {
     if (!twin.topics().contains(result.topic)) continue;
     twin.subscribe(result.topic);
-    const auto until = Clock::now() + patience;
+    const auto until = Clock::now() + time_of_each;
     Client::Received message;
     while (!result.came && twin.next(message, until)) {
       if (message.topic != result.topic) continue;

@@ -51,7 +51,7 @@ struct Sensor {
   std::vector<std::string> topics;  // the first is that of its data
   std::string frame;                // of its headers
   double rate = 0;                  // Hz that are asked for; 0: every step
-  double reached = 0;               // Hz of simulated time over the last second; 0: nobody reads
+  double reached = 0;               // Hz of simulated time over the last second; 0: not read
   std::uint64_t samples = 0;        // made so far
   std::uint64_t left_out = 0;       // because they took too long
   double cost = 0;                  // s of processor time of the last sample

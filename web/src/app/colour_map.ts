@@ -39,7 +39,7 @@ export function roundAbove(value: number): number {
   return 10 * power;
 }
 
-const PATIENCE = 3000; // ms for which smaller values must last before a scale shrinks
+const HOLD_TIME = 3000; // ms for which smaller values must last before a scale shrinks
 
 // The upper end of a scale from 0: it grows at once and shrinks late, so that colours and arrows keep their meaning.
 export class SteadyScale {
@@ -48,7 +48,7 @@ export class SteadyScale {
 
   take(value: number, now = performance.now()): number {
     const end = roundAbove(value);
-    if (!(end < this.most) || now - this.needed > PATIENCE) {
+    if (!(end < this.most) || now - this.needed > HOLD_TIME) {
       this.most = end;
       this.needed = now;
     }

@@ -11,7 +11,7 @@ export interface Sensor {
   topics: string[];
   frame: string; // of its headers
   rate: number; // Hz that are asked for; 0: every step
-  reached: number; // Hz of simulated time; 0: nobody reads
+  reached: number; // Hz of simulated time; 0: not read
   leftOut: number; // samples
 }
 

@@ -15,7 +15,7 @@ import { endText, type Legend, type LegendEntry } from './legend';
 const CLOUD = 'sensor_msgs/PointCloud2', SCAN = 'sensor_msgs/LaserScan', INFO = 'sensor_msgs/CameraInfo';
 const PIXELS = 3; // of a point
 const NEARER = 0.995; // of the distance from the camera
-const PATIENCE = 150; // ms for the robot's state at the stamp of points
+const LONGEST_WAIT = 150; // ms for the robot's state at the stamp of points
 
 // three.js takes colours of vertices as linear.
 const LINEAR = Uint8Array.from({ length: COLOURS * 3 }, (_, i) => Math.round(new THREE.Color().setRGB(COLOUR_MAP[i]! / 255, 0, 0, THREE.SRGBColorSpace).r * 255));
@@ -180,7 +180,7 @@ export class SensorPoints {
     const { frame_id: frame, stamp } = message['header'] as { frame_id: string; stamp: Message };
     let pose = this.frames.poseAt(frame, set.topic, stampOf(stamp));
     if (pose === 'later') {
-      if (performance.now() - set.waitingSince < PATIENCE) return;
+      if (performance.now() - set.waitingSince < LONGEST_WAIT) return;
       pose = this.frames.pose(frame, set.topic);
     }
     set.waiting = null;
