@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -12,22 +13,33 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kLayers = 6;  // of transparent surfaces, one behind the other
 constexpr float kOpaque = 0.995F;
 
-// Calls `each` for the tiles of a grid. A single row is cut into packets in line.
-template <class Each>
-void for_each_tile(std::uint32_t columns, std::uint32_t rows, Each each) {
+// Calls `each` for the tiles of a grid.
+template <std::uint32_t kWidth, class Each>
+void for_each_tile_of(std::uint32_t columns, std::uint32_t rows, Each each) {
+  constexpr std::uint32_t kHeight = kLanes / kWidth;
   Tile tile;
-  tile.line = rows == 1;
-  const std::uint32_t width = tile.line ? kLanes : kTileWidth, height = kLanes / width;
-  for (std::uint32_t y = 0; y < rows; y += height)
-    for (std::uint32_t x = 0; x < columns; x += width) {
-      tile.whole = x + width <= columns && y + height <= rows;
-      for (std::uint32_t i = 0; i < kLanes; ++i) {
-        const std::uint32_t u = x + i % width, v = y + i / width;
+  tile.line = kWidth == kLanes;
+  for (std::uint32_t y = 0; y < rows; y += kHeight)
+    for (std::uint32_t x = 0; x < columns; x += kWidth) {
+      tile.whole = x + kWidth <= columns && y + kHeight <= rows;
+      tile.inside = ~Ints{};
+      for (std::uint32_t i = 0; i < kLanes; ++i) tile.at[i] = (y + i / kWidth) * columns + x + i % kWidth;
+      for (std::uint32_t i = 0; !tile.whole && i < kLanes; ++i) {
+        const std::uint32_t u = x + i % kWidth, v = y + i / kWidth;
         tile.inside[i] = u < columns && v < rows ? -1 : 0;
         tile.at[i] = std::min(v, rows - 1) * columns + std::min(u, columns - 1);
       }
       each(tile);
     }
+}
+
+// A single row is cut into packets in line.
+template <class Each>
+void for_each_tile(std::uint32_t columns, std::uint32_t rows, Each each) {
+  if (rows == 1)
+    for_each_tile_of<kLanes>(columns, rows, each);
+  else
+    for_each_tile_of<kTileWidth>(columns, rows, each);
 }
 
 Floats gathered(const std::vector<float>& values, const Tile& tile) {
@@ -39,6 +51,20 @@ Floats gathered(const std::vector<float>& values, const Tile& tile) {
   else
     for (int i = 0; i < kLanes; ++i) out[i] = values[tile.at[i]];
   return load(out);
+}
+
+// The lanes of a tile into their places of a grid; those outside of it into none.
+template <class Value, class Lanes>
+void scatter(const Lanes& lanes, const Tile& tile, std::vector<Value>& values) {
+  static_assert(sizeof lanes == kLanes * sizeof(Value));
+  Value from[kLanes];
+  std::memcpy(from, &lanes, sizeof from);
+  if (tile.whole)
+    for (int i = 0; i < kLanes; i += kTileWidth)
+      std::memcpy(&values[tile.at[i]], from + i, kTileWidth * sizeof(Value));
+  else
+    for (int i = 0; i < kLanes; ++i)
+      if (tile.inside[i] != 0) values[tile.at[i]] = from[i];
 }
 
 void clear_hits(RayHitPacket& rays) {
@@ -90,11 +116,7 @@ struct EmbreeCaster::Target {
   // The rays of a tile and those of its lanes that see something.
   Ints rays(const PixelRays& pixels, const Tile& tile, float near, float far, RayHitPacket& to) const {
     const Floats x = gathered(pixels.x, tile), y = gathered(pixels.y, tile), z = gathered(pixels.z, tile);
-    const Eigen::Matrix3f& R = R_WC;
-    prepare(p_WC,
-            {R(0, 0) * x + R(0, 1) * y + R(0, 2) * z, R(1, 0) * x + R(1, 1) * y + R(1, 2) * z,
-             R(2, 0) * x + R(2, 1) * y + R(2, 2) * z},
-            near, far, to);
+    prepare(p_WC, turned(R_WC, {x, y, z}), near, far, to);
     return tile.inside & ((x != 0.0F) | (y != 0.0F) | (z != 0.0F));
   }
 };
@@ -126,6 +148,15 @@ void EmbreeCaster::render(const CameraView& view, CameraPicture& out) const {
   rays_ += count;
 }
 
+Ints EmbreeCaster::labels(Ints hit, const RayHitPacket& rays) const {
+  Ints out{};
+  for (unsigned left = bits_of(hit); left != 0; left &= left - 1) {
+    const int lane = std::countr_zero(left);
+    out[lane] = static_cast<std::int32_t>(scene_.scene().items[rays.hit.geomID[lane]].label);
+  }
+  return out;
+}
+
 std::uint64_t EmbreeCaster::render_tile(const Target& to, const PixelRays& pixels, const Tile& tile) const {
   alignas(64) RayHitPacket rays;
   const Ints active =
@@ -133,12 +164,8 @@ std::uint64_t EmbreeCaster::render_tile(const Target& to, const PixelRays& pixel
   scene_.intersect(active, rays);
   if (to.first && (to.view.depth || to.view.labels)) {
     const Ints hit = hits(rays);
-    for (int i = 0; i < kLanes; ++i) {
-      if (tile.inside[i] == 0) continue;
-      if (to.view.depth) to.out.depth[tile.at[i]] = hit[i] != 0 ? rays.ray.tfar[i] : kInfinity;
-      if (to.view.labels)
-        to.out.labels[tile.at[i]] = hit[i] != 0 ? scene_.scene().items[rays.hit.geomID[i]].label : 0;
-    }
+    if (to.view.depth) scatter(hit ? load(rays.ray.tfar) : broadcast(kInfinity), tile, to.out.depth);
+    if (to.view.labels) scatter(labels(hit, rays), tile, to.out.labels);
   }
   std::uint64_t cast = count(tile.inside);
   if (to.first && to.near_surfaces) cast += mark_near(to, pixels, tile);
@@ -246,16 +273,10 @@ void EmbreeCaster::put_hits(const Tile& tile, const RayHitPacket& rays, HitBatch
   const Floats3 ng = shading_.triangle_normals(hit, rays),
                 d{load(rays.ray.dir_x), load(rays.ray.dir_y), load(rays.ray.dir_z)};
   const Floats along = dot(ng, d), cosine = larger(along, -along) / root(dot(ng, ng) * dot(d, d));
-  for (int i = 0; i < kLanes; ++i) {
-    if (tile.inside[i] == 0) continue;
-    const std::size_t at = tile.at[i];
-    const unsigned item = rays.hit.geomID[i];
-    const bool something = hit[i] != 0;
-    out.distance[at] = something ? rays.ray.tfar[i] : kInfinity;
-    out.item[at] = something ? static_cast<std::int32_t>(item) : -1;
-    out.cosine[at] = something ? std::min(1.0F, cosine[i]) : 0.0F;
-    out.brightness[at] = something ? shading_.brightness(item, rays.hit.primID[i]) : 0.0F;
-  }
+  scatter(hit ? load(rays.ray.tfar) : broadcast(kInfinity), tile, out.distance);
+  scatter(hit ? load(rays.hit.geomID) : ~Ints{}, tile, out.item);
+  scatter(hit ? smaller(cosine, broadcast(1.0F)) : Floats{}, tile, out.cosine);
+  scatter(any(hit) ? shading_.brightness(hit, rays) : Floats{}, tile, out.brightness);
 }
 
 bool EmbreeCaster::sees(const Eigen::Vector3d& a_W, const Eigen::Vector3d& b_W) const {

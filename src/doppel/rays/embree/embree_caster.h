@@ -37,6 +37,8 @@ class EmbreeCaster : public RayCaster {
   struct Target;
   // The pixels of a tile: their colours, and for the first sample depths and labels. Returns the rays that were cast.
   std::uint64_t render_tile(const Target& to, const PixelRays& pixels, const Tile& tile) const;
+  // SceneItem::label of the lanes that hit.
+  [[nodiscard]] Ints labels(Ints hit, const RayHitPacket& rays) const;
   // Marks depths of pixels before which something is nearer than `near`.
   std::uint64_t mark_near(const Target& to, const PixelRays& pixels, const Tile& tile) const;
   std::uint64_t add_colours(const Target& to, const Tile& tile, RayHitPacket& rays, float pixel_angle) const;

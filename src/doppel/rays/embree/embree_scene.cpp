@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -26,11 +27,10 @@ void fill_triangles(RTCDevice device, RTCScene into, unsigned id, const SurfaceM
   rtcReleaseGeometry(geometry);
 }
 
-ScenePtr new_scene(RTCDevice device, RTCBuildQuality quality) {
+ScenePtr new_scene(RTCDevice device) {
   ScenePtr scene(rtcNewScene(device));
   // Without gaps between neighbouring triangles, through which a lidar would see.
   rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneBuildQuality(scene.get(), quality);
   return scene;
 }
 
@@ -46,18 +46,16 @@ EmbreeScene::EmbreeScene(std::shared_ptr<const RenderScene> scene)
   meshes_.resize(scene_->meshes.size());
   poses_.assign(scene_->bodies.size(), Pose::Identity());
   body_moves_.assign(scene_->bodies.size(), false);
-  instances_.assign(scene_->items.size(), nullptr);
+  place_of_.assign(scene_->items.size(), -1);
   rotations_.assign(scene_->items.size(), Eigen::Matrix3f::Identity());
-  bounds_.resize(scene_->items.size());
-  moving_ = new_scene(device_.get(), RTC_BUILD_QUALITY_LOW);
-  still_ = new_scene(device_.get(), RTC_BUILD_QUALITY_MEDIUM);
+  still_ = new_scene(device_.get());
   rtcCommitScene(still_.get());
 }
 
 RTCScene EmbreeScene::mesh_scene(int mesh) {
   ScenePtr& scene = meshes_[static_cast<std::size_t>(mesh)];
   if (!scene) {
-    scene = new_scene(device_.get(), RTC_BUILD_QUALITY_MEDIUM);
+    scene = new_scene(device_.get());
     fill_triangles(device_.get(), scene.get(), 0, *scene_->meshes[static_cast<std::size_t>(mesh)],
                    Pose::Identity());
     rtcCommitScene(scene.get());
@@ -73,45 +71,37 @@ void EmbreeScene::add_still(std::size_t item) {
 }
 
 void EmbreeScene::add_moving(std::size_t item) {
-  RTCGeometry instance = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_INSTANCE);
-  rtcSetGeometryInstancedScene(instance, mesh_scene(scene_->items[item].mesh));
-  rtcAttachGeometryByID(moving_.get(), instance, static_cast<unsigned>(item));
-  rtcReleaseGeometry(instance);
-  instances_[item] = instance;
-  Sphere& sphere = bounds_[item];
-  Eigen::AlignedBox3f box;
   const SurfaceMesh& mesh = *scene_->meshes[static_cast<std::size_t>(scene_->items[item].mesh)];
+  Eigen::AlignedBox3f box;
   for (const Eigen::Vector3f& p : mesh.positions) box.extend(p);
-  if (!box.isEmpty()) sphere.centre_M = box.center().cast<double>();
+  const Eigen::Vector3d centre =
+      box.isEmpty() ? Eigen::Vector3d::Zero() : Eigen::Vector3d(box.center().cast<double>());
   double squared = 0;
   for (const Eigen::Vector3f& p : mesh.positions)
-    squared = std::max(squared, (p.cast<double>() - sphere.centre_M).squaredNorm());
-  sphere.radius = std::sqrt(squared);
-  sphere.place = moving_items_++;
-  if (sphere.place % kLanes == 0)
+    squared = std::max(squared, (p.cast<double>() - centre).squaredNorm());
+  place_of_[item] = static_cast<int>(moving_.size());
+  if (moving_.size() % kLanes == 0)
     spheres_.push_back(Spheres{Floats3{}, broadcast(-std::numeric_limits<float>::infinity())});
-}
-
-void EmbreeScene::place_sphere(std::size_t item, const Pose& X_WM) {
-  const Sphere& sphere = bounds_[item];
-  const Eigen::Vector3f centre = (X_WM * sphere.centre_M).cast<float>();
-  Spheres& into = spheres_[sphere.place / kLanes];
-  const std::size_t lane = sphere.place % kLanes;
-  into.centre.x[lane] = centre.x();
-  into.centre.y[lane] = centre.y();
-  into.centre.z[lane] = centre.z();
-  // The margin is for rounding in single precision.
-  into.radius[lane] = static_cast<float>(1.001 * sphere.radius + 1e-4 + 1e-5 * X_WM.translation().norm());
+  moving_.push_back({item, mesh_scene(scene_->items[item].mesh), centre, std::sqrt(squared),
+                     Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero()});
 }
 
 void EmbreeScene::place(std::size_t item, const Pose& X_WB) {
   const Pose X_WM = X_WB * scene_->items[item].X_BM;
   rotations_[item] = X_WM.linear().cast<float>();
-  if (instances_[item] == nullptr) return;
-  place_sphere(item, X_WM);
-  const Eigen::Matrix<float, 3, 4> X = X_WM.matrix().topRows<3>().cast<float>();
-  rtcSetGeometryTransform(instances_[item], 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, X.data());
-  rtcCommitGeometry(instances_[item]);
+  if (place_of_[item] < 0) return;
+  const auto at = static_cast<std::size_t>(place_of_[item]);
+  Moving& moving = moving_[at];
+  moving.R_WM = rotations_[item];
+  moving.p_WM = X_WM.translation().cast<float>();
+  const Eigen::Vector3f centre = (X_WM * moving.centre_M).cast<float>();
+  Spheres& into = spheres_[at / kLanes];
+  const std::size_t lane = at % kLanes;
+  into.centre.x[lane] = centre.x();
+  into.centre.y[lane] = centre.y();
+  into.centre.z[lane] = centre.z();
+  // The margin is for rounding in single precision.
+  into.radius[lane] = static_cast<float>(1.001 * moving.radius + 1e-4 + 1e-5 * X_WM.translation().norm());
 }
 
 void EmbreeScene::set_poses(std::span<const Pose> bodies) {
@@ -129,12 +119,11 @@ void EmbreeScene::set_poses(std::span<const Pose> bodies) {
   for (std::size_t i = 0; i < scene_->items.size(); ++i) {
     const auto body = static_cast<std::size_t>(scene_->items[i].body);
     if (!moved[body]) continue;
-    if (body_moves_[body] && instances_[i] == nullptr) add_moving(i);
+    if (body_moves_[body] && place_of_[i] < 0) add_moving(i);
     place(i, poses_[body]);
   }
-  if (moving_items_ > 0) rtcCommitScene(moving_.get());
   if (!still_changed) return;
-  still_ = new_scene(device_.get(), RTC_BUILD_QUALITY_MEDIUM);
+  still_ = new_scene(device_.get());
   for (std::size_t i = 0; i < scene_->items.size(); ++i)
     if (!body_moves_[static_cast<std::size_t>(scene_->items[i].body)]) add_still(i);
   rtcCommitScene(still_.get());
@@ -206,46 +195,98 @@ bool EmbreeScene::may_be_near(const Eigen::Vector3d& p_W, double radius, int exc
   // Rounding of single precision must not hide a surface that is exactly at the radius.
   NearSearch search{*this, -1, except_body, p_W, static_cast<float>(1.001 * radius + 1e-5), false};
   if (search_tree(still_.get(), p_W, search)) return true;
-  for (std::size_t i = 0; i < instances_.size(); ++i) {
-    const SceneItem& item = scene_->items[i];
-    if (instances_[i] == nullptr || item.body == except_body) continue;
-    search.item = static_cast<int>(i);
-    if (search_tree(meshes_[static_cast<std::size_t>(item.mesh)].get(), pose(i).inverse() * p_W, search))
-      return true;
+  for (const Moving& moving : moving_) {
+    if (scene_->items[moving.item].body == except_body) continue;
+    search.item = static_cast<int>(moving.item);
+    if (search_tree(moving.mesh, pose(moving.item).inverse() * p_W, search)) return true;
   }
   return false;
 }
 
-bool EmbreeScene::may_meet_moving(Ints active, const RayPacket& rays) const {
-  if (moving_items_ == 0 || !any(active)) return false;
-  constexpr int kMiddle = kLanes / 2 + 1;
-  const int lane = active[kMiddle] != 0 ? kMiddle : first_of(active);
-  const Floats3 from{load(rays.org_x), load(rays.org_y), load(rays.org_z)},
-      along{load(rays.dir_x), load(rays.dir_y), load(rays.dir_z)};
-  const Floats3 d = along * (1.0F / norm(along));
-  // The cone of one of the rays; the others begin within `spread` of its tip.
-  const Floats3 tip{broadcast(from.x[lane]), broadcast(from.y[lane]), broadcast(from.z[lane])},
-      axis{broadcast(d.x[lane]), broadcast(d.y[lane]), broadcast(d.z[lane])};
-  const float cosine = smallest(active ? dot(d, axis) : broadcast(1.0F)) - 1e-6F;
-  if (!(cosine > 0.0F)) return true;
-  const float sine = std::sqrt(1.0F - cosine * cosine);
-  const float spread = -smallest(active ? -norm(from - tip) : Floats{});
-  for (const Spheres& spheres : spheres_) {
-    const Floats3 to = spheres.centre - tip;
-    const Floats ahead = dot(to, axis), beside = norm(to - axis * ahead), radius = spheres.radius + spread;
-    if (any((beside * cosine - ahead * sine <= radius) & (ahead >= -radius))) return true;
+// About the direction of one of the rays; the others begin within `spread` of its tip.
+struct EmbreeScene::Cone {
+  Floats3 tip, axis;
+  float cosine = 1, sine = 0, spread = 0, reach = 0;  // m: spread, and the end of the longest ray
+
+  Cone(Ints active, const RayPacket& rays) {
+    constexpr int kMiddle = kLanes / 2 + 1;
+    const int lane = active[kMiddle] != 0 ? kMiddle : first_of(active);
+    const Floats3 from{load(rays.org_x), load(rays.org_y), load(rays.org_z)},
+        along{load(rays.dir_x), load(rays.dir_y), load(rays.dir_z)};
+    const Floats length = norm(along);
+    const Floats3 d = along * (1.0F / length);
+    tip = {broadcast(from.x[lane]), broadcast(from.y[lane]), broadcast(from.z[lane])};
+    axis = {broadcast(d.x[lane]), broadcast(d.y[lane]), broadcast(d.z[lane])};
+    cosine = smallest(active ? dot(d, axis) : broadcast(1.0F)) - 1e-6F;
+    sine = std::sqrt(std::max(0.0F, 1.0F - cosine * cosine));
+    spread = -smallest(active ? -norm(from - tip) : Floats{});
+    reach = -smallest(active ? load(rays.tfar) * -1.00001F * length : Floats{});
   }
-  return false;
+
+  // The lanes of the spheres that the cone may meet.
+  [[nodiscard]] Ints meets(const Spheres& spheres) const {
+    const Floats3 to = spheres.centre - tip;
+    const Floats ahead = dot(to, axis), radius = spheres.radius + spread;
+    const Ints within = (ahead >= -radius) & (norm(to) <= reach + radius);
+    if (!(cosine > 0.0F)) return (spheres.radius >= 0.0F) & (norm(to) <= reach + radius);
+    return within & (norm(to - axis * ahead) * cosine - ahead * sine <= radius);
+  }
+};
+
+template <class Cast>
+void EmbreeScene::for_each_met(Ints active, const RayPacket& rays, Cast cast) const {
+  if (moving_.empty() || !any(active)) return;
+  const Cone cone(active, rays);
+  for (std::size_t packet = 0; packet < spheres_.size(); ++packet)
+    for (unsigned met = bits_of(cone.meets(spheres_[packet])); met != 0; met &= met - 1)
+      cast(moving_[packet * kLanes + static_cast<std::size_t>(std::countr_zero(met))]);
 }
+
+namespace {
+
+// The rays in the axes of a mesh; puts them back at its end.
+class InMesh {
+ public:
+  InMesh(const Eigen::Matrix3f& R_WM, const Eigen::Vector3f& p_WM, RayPacket& rays)
+      : rays_(rays),
+        from_{load(rays.org_x), load(rays.org_y), load(rays.org_z)},
+        along_{load(rays.dir_x), load(rays.dir_y), load(rays.dir_z)} {
+    put(turned_back(R_WM, from_ - broadcast(p_WM)), turned_back(R_WM, along_));
+  }
+  InMesh(const InMesh&) = delete;
+  InMesh& operator=(const InMesh&) = delete;
+  ~InMesh() { put(from_, along_); }
+
+ private:
+  void put(const Floats3& from, const Floats3& along) {
+    store(from.x, rays_.org_x);
+    store(from.y, rays_.org_y);
+    store(from.z, rays_.org_z);
+    store(along.x, rays_.dir_x);
+    store(along.y, rays_.dir_y);
+    store(along.z, rays_.dir_z);
+  }
+  RayPacket& rays_;
+  Floats3 from_, along_;
+};
+
+}  // namespace
 
 void EmbreeScene::intersect(Ints active, RayHitPacket& rays) const {
   RTCIntersectContext context = coherent();
   const auto* valid = reinterpret_cast<const int*>(&active);
   kIntersect(valid, still_.get(), &context, &rays);
-  if (!may_meet_moving(active, rays.ray)) return;
-  kIntersect(valid, moving_.get(), &context, &rays);
-  const Ints instance = load(rays.hit.instID[0]);
-  store(instance != -1 ? instance : load(rays.hit.geomID), rays.hit.geomID);
+  for_each_met(active, rays.ray, [&](const Moving& moving) {
+    const Ints before = load(rays.hit.geomID);
+    store(~Ints{}, rays.hit.geomID);
+    {
+      const InMesh in_mesh(moving.R_WM, moving.p_WM, rays.ray);
+      kIntersect(valid, moving.mesh, &context, &rays);
+    }
+    const Ints hit = load(rays.hit.geomID) != -1;
+    store(hit ? static_cast<std::int32_t>(moving.item) + Ints{} : before, rays.hit.geomID);
+    store(hit ? Ints{} : load(rays.hit.instID[0]), rays.hit.instID[0]);
+  });
 }
 
 void EmbreeScene::occlude(Ints active, RayPacket& rays) const {
@@ -253,18 +294,28 @@ void EmbreeScene::occlude(Ints active, RayPacket& rays) const {
   rtcInitIntersectContext(&context);
   const auto* valid = reinterpret_cast<const int*>(&active);
   kOcclude(valid, still_.get(), &context, &rays);
-  if (may_meet_moving(active & (load(rays.tfar) >= 0.0F), rays))
-    kOcclude(valid, moving_.get(), &context, &rays);
+  active &= load(rays.tfar) >= 0.0F;
+  for_each_met(active, rays, [&](const Moving& moving) {
+    const InMesh in_mesh(moving.R_WM, moving.p_WM, rays);
+    kOcclude(valid, moving.mesh, &context, &rays);
+    active &= load(rays.tfar) >= 0.0F;
+  });
 }
 
 bool EmbreeScene::occluded(RTCRay ray) const {
-  for (const RTCScene tree : {still_.get(), moving_.get()}) {
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    rtcOccluded1(tree, &context, &ray);
-    if (ray.tfar < 0) return true;
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  rtcOccluded1(still_.get(), &context, &ray);
+  const Eigen::Vector3f from(ray.org_x, ray.org_y, ray.org_z), along(ray.dir_x, ray.dir_y, ray.dir_z);
+  for (std::size_t i = 0; i < moving_.size() && ray.tfar >= 0; ++i) {
+    const Moving& moving = moving_[i];
+    const Eigen::Vector3f from_M = moving.R_WM.transpose() * (from - moving.p_WM),
+                          along_M = moving.R_WM.transpose() * along;
+    Eigen::Map<Eigen::Vector3f>(&ray.org_x) = from_M;
+    Eigen::Map<Eigen::Vector3f>(&ray.dir_x) = along_M;
+    rtcOccluded1(moving.mesh, &context, &ray);
   }
-  return false;
+  return ray.tfar < 0;
 }
 
 }  // namespace doppel::embree

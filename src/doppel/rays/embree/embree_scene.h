@@ -1,6 +1,7 @@
 #pragma once
-// A RenderScene in Embree: what stands still as triangles in the world, what moves as instances of its meshes, so that
-// a new pose rebuilds only a tree over the moving items. Both trees are searched one after the other.
+// A RenderScene in Embree: what stands still as one tree of triangles in the world, what moves as a tree for each mesh,
+// in its own axes. A new pose rebuilds nothing: a packet's rays are compared with a sphere around each moving item, and
+// are cast into the mesh, in its axes, where they may meet.
 
 #include <memory>
 #include <span>
@@ -31,7 +32,8 @@ class EmbreeScene {
   }
   [[nodiscard]] const Eigen::Matrix3f& rotation(std::size_t item) const { return rotations_[item]; }
 
-  // The nearest surface of each lane of `active`: geomID is the item, also where an instance is hit.
+  // The nearest surface of each lane of `active`: geomID is the item. Ng is in the axes of the world where instID is
+  // RTC_INVALID_GEOMETRY_ID, and of the mesh, because the item moves, where it is 0.
   void intersect(Ints active, RayHitPacket& rays) const;
   // tfar becomes -infinity where something is in the way.
   void occlude(Ints active, RayPacket& rays) const;
@@ -40,35 +42,39 @@ class EmbreeScene {
   [[nodiscard]] bool may_be_near(const Eigen::Vector3d& p_W, double radius, int except_body) const;
 
  private:
-  void add_still(std::size_t item);
-  void add_moving(std::size_t item);
-  void place(std::size_t item, const Pose& X_WB);
-  void place_sphere(std::size_t item, const Pose& X_WM);
-  // Whether one of the rays may meet an item that moves: by spheres around these, and a cone around the rays.
-  [[nodiscard]] bool may_meet_moving(Ints active, const RayPacket& rays) const;
-  RTCScene mesh_scene(int mesh);
-
-  std::shared_ptr<const RenderScene> scene_;
-  DevicePtr device_;
-  std::vector<ScenePtr> meshes_;  // of a mesh that moves somewhere; null: of none
-  ScenePtr still_, moving_;
-  std::vector<Pose> poses_;  // of bodies, as they are now
-  std::vector<bool> body_moves_;
-  std::vector<RTCGeometry> instances_;  // of items that move; owned by moving_
-  std::vector<Eigen::Matrix3f> rotations_;
-  bool placed_ = false;
-  std::size_t moving_items_ = 0;
-  struct Sphere {
-    Eigen::Vector3d centre_M = Eigen::Vector3d::Zero();
-    double radius = 0;
-    std::size_t place = 0;  // in spheres_: packet and lane
+  struct Cone;  // that holds the rays of a packet
+  struct Moving {
+    std::size_t item;
+    RTCScene mesh;             // owned by meshes_
+    Eigen::Vector3d centre_M;  // of the sphere
+    double radius;             // m
+    Eigen::Matrix3f R_WM;
+    Eigen::Vector3f p_WM;
   };
   struct Spheres {
     Floats3 centre;  // world
     Floats radius;   // -infinity: none
   };
-  std::vector<Sphere> bounds_;    // [items], of those that move
-  std::vector<Spheres> spheres_;  // of all moving items, by packets
+
+  void add_still(std::size_t item);
+  void add_moving(std::size_t item);
+  void place(std::size_t item, const Pose& X_WB);
+  // Calls `cast` for each moving item that one of the rays may meet, in the order of moving_.
+  template <class Cast>
+  void for_each_met(Ints active, const RayPacket& rays, Cast cast) const;
+  RTCScene mesh_scene(int mesh);
+
+  std::shared_ptr<const RenderScene> scene_;
+  DevicePtr device_;
+  std::vector<ScenePtr> meshes_;  // of a mesh that moves somewhere; null: of none
+  ScenePtr still_;
+  std::vector<Pose> poses_;  // of bodies, as they are now
+  std::vector<bool> body_moves_;
+  std::vector<Eigen::Matrix3f> rotations_;  // [items]
+  std::vector<int> place_of_;               // [items], in moving_; -1: stands still
+  std::vector<Moving> moving_;
+  std::vector<Spheres> spheres_;  // of moving_, by packets
+  bool placed_ = false;
 };
 
 }  // namespace doppel::embree

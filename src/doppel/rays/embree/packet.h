@@ -5,9 +5,14 @@
 #include <embree3/rtcore.h>
 
 #include <Eigen/Core>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+
+#ifdef __AVX2__
+#include <immintrin.h>
+#endif
 
 namespace doppel::embree {
 
@@ -51,21 +56,31 @@ inline Floats3 broadcast(const Eigen::Vector3f& v) {
   return {broadcast(v.x()), broadcast(v.y()), broadcast(v.z())};
 }
 
+// One bit for each lane of a mask.
+inline unsigned bits_of(Ints mask) {
+#if defined(__AVX512F__)
+  __m512i lanes;
+  std::memcpy(&lanes, &mask, sizeof lanes);
+  return _mm512_movepi32_mask(lanes);
+#elif defined(__AVX2__)
+  __m256 lanes;
+  std::memcpy(&lanes, &mask, sizeof lanes);
+  return static_cast<unsigned>(_mm256_movemask_ps(lanes));
+#else
+  unsigned bits = 0;
+  for (int i = 0; i < kLanes; ++i) bits |= mask[i] != 0 ? 1U << i : 0U;
+  return bits;
+#endif
+}
 inline bool any(Ints mask) {
-  std::int32_t bits = 0;
-  for (int i = 0; i < kLanes; ++i) bits |= mask[i];
-  return bits != 0;
+  return bits_of(mask) != 0;
 }
 // The first lane of a mask with any.
 inline int first_of(Ints mask) {
-  int lane = 0;
-  while (mask[lane] == 0) ++lane;
-  return lane;
+  return std::countr_zero(bits_of(mask));
 }
 inline unsigned count(Ints mask) {
-  std::int32_t sum = 0;
-  for (int i = 0; i < kLanes; ++i) sum -= mask[i];
-  return static_cast<unsigned>(sum);
+  return static_cast<unsigned>(std::popcount(bits_of(mask)));
 }
 
 inline Floats larger(Floats a, Floats b) {
@@ -97,6 +112,15 @@ inline Floats3 operator-(const Floats3& a, const Floats3& b) {
 }
 inline Floats3 operator*(const Floats3& a, Floats b) {
   return {a.x * b, a.y * b, a.z * b};
+}
+// R^T v, and R v.
+inline Floats3 turned_back(const Eigen::Matrix3f& R, const Floats3& v) {
+  return {R(0, 0) * v.x + R(1, 0) * v.y + R(2, 0) * v.z, R(0, 1) * v.x + R(1, 1) * v.y + R(2, 1) * v.z,
+          R(0, 2) * v.x + R(1, 2) * v.y + R(2, 2) * v.z};
+}
+inline Floats3 turned(const Eigen::Matrix3f& R, const Floats3& v) {
+  return {R(0, 0) * v.x + R(0, 1) * v.y + R(0, 2) * v.z, R(1, 0) * v.x + R(1, 1) * v.y + R(1, 2) * v.z,
+          R(2, 0) * v.x + R(2, 1) * v.y + R(2, 2) * v.z};
 }
 inline Floats dot(const Floats3& a, const Floats3& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;

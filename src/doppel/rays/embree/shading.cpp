@@ -88,44 +88,49 @@ const Shading::Material& Shading::material_at(unsigned item, unsigned triangle) 
   return materials_[static_cast<std::size_t>(of_part >= 0 ? of_part : it.material)];
 }
 
-float Shading::brightness(unsigned item, unsigned triangle) const {
-  const Eigen::Vector4f& c = material_at(item, triangle).rgba;
-  return 0.2126F * c[0] + 0.7152F * c[1] + 0.0722F * c[2];
+Floats Shading::brightness(Ints hit, const RayHitPacket& rays) const {
+  const auto of_lane = [this, &rays](int lane) {
+    const Eigen::Vector4f& c = material_at(rays.hit.geomID[lane], rays.hit.primID[lane]).rgba;
+    return 0.2126F * c[0] + 0.7152F * c[1] + 0.0722F * c[2];
+  };
+  const Sameness same = sameness(hit, rays);
+  if (same.material) return hit ? broadcast(of_lane(same.lane)) : Floats{};
+  Floats out{};
+  for (int i = 0; i < kLanes; ++i)
+    if (hit[i] != 0) out[i] = of_lane(i);
+  return out;
 }
 
-Shading::Sameness Shading::sameness(Ints hit, const RayHitPacket& rays) {
+Shading::Sameness Shading::sameness(Ints hit, const RayHitPacket& rays) const {
   const int lane = first_of(hit);
   const Ints item = load(rays.hit.geomID), triangle = load(rays.hit.primID);
-  Sameness same{lane, !any(hit & (item != item[lane])), false};
+  Sameness same{lane, !any(hit & (item != item[lane])), false, false};
   same.triangle = same.item && !any(hit & (triangle != triangle[lane]));
+  const auto mesh = static_cast<std::size_t>(scene_.scene().items[static_cast<std::size_t>(item[lane])].mesh);
+  same.material = same.triangle || (same.item && meshes_[mesh].materials.empty());
   return same;
 }
 
 // From the axes of each lane's mesh to those of the world.
-Floats3 Shading::turned(Ints hit, const RayHitPacket& rays, const Floats3& v_M) const {
-  const auto turn = [&v_M](const auto& R) {
-    return Floats3{R(0) * v_M.x + R(3) * v_M.y + R(6) * v_M.z, R(1) * v_M.x + R(4) * v_M.y + R(7) * v_M.z,
-                   R(2) * v_M.x + R(5) * v_M.y + R(8) * v_M.z};
-  };
+Floats3 Shading::in_world(Ints hit, const RayHitPacket& rays, const Floats3& v_M) const {
   const Sameness same = sameness(hit, rays);
-  if (same.item) {
-    const float* R = scene_.rotation(rays.hit.geomID[same.lane]).data();
-    return turn([R](int k) { return R[k]; });
-  }
+  if (same.item) return turned(scene_.rotation(rays.hit.geomID[same.lane]), v_M);
   alignas(64) float R[9][kLanes] = {};
   for (int i = 0; i < kLanes; ++i) {
     if (hit[i] == 0) continue;
     const float* of_item = scene_.rotation(rays.hit.geomID[i]).data();
     for (int k = 0; k < 9; ++k) R[k][i] = of_item[k];
   }
-  return turn([&R](int k) { return load(R[k]); });
+  return {load(R[0]) * v_M.x + load(R[3]) * v_M.y + load(R[6]) * v_M.z,
+          load(R[1]) * v_M.x + load(R[4]) * v_M.y + load(R[7]) * v_M.z,
+          load(R[2]) * v_M.x + load(R[5]) * v_M.y + load(R[8]) * v_M.z};
 }
 
 Floats3 Shading::triangle_normals(Ints hit, const RayHitPacket& rays) const {
   const Floats3 ng{load(rays.hit.Ng_x), load(rays.hit.Ng_y), load(rays.hit.Ng_z)};
   // What stands still is in the world's axes already.
   const Ints moving = hit & (load(rays.hit.instID[0]) != -1);
-  return any(moving) ? select(moving, turned(moving, rays, ng), ng) : ng;
+  return any(moving) ? select(moving, in_world(moving, rays, ng), ng) : ng;
 }
 
 // Those of the corners, mixed at each hit; axes of the mesh.
@@ -155,8 +160,7 @@ Floats3 Shading::corner_normals(Ints hit, const RayHitPacket& rays) const {
 
 void Shading::materials(Ints hit, const RayHitPacket& rays, SurfacePacket& out) const {
   const Sameness same = sameness(hit, rays);
-  const std::size_t mesh = static_cast<std::size_t>(scene_.scene().items[rays.hit.geomID[same.lane]].mesh);
-  if (same.triangle || (same.item && meshes_[mesh].materials.empty())) {
+  if (same.material) {
     const Material& m = material_at(rays.hit.geomID[same.lane], rays.hit.primID[same.lane]);
     out.colour = broadcast(Vector3f(m.rgba.head<3>()));
     out.opacity = broadcast(m.rgba[3]);
@@ -210,7 +214,7 @@ void Shading::textures(Ints hit, const RayHitPacket& rays, float pixel_angle, Su
 void Shading::surfaces(Ints hit, const RayHitPacket& rays, float pixel_angle, SurfacePacket& out) const {
   const Floats3 d = direction(rays);
   out.p = origin(rays) + d * load(rays.ray.tfar);
-  Floats3 ng = triangle_normals(hit, rays), n = turned(hit, rays, corner_normals(hit, rays));
+  Floats3 ng = triangle_normals(hit, rays), n = in_world(hit, rays, corner_normals(hit, rays));
   ng = ng * (1.0F / norm(ng));
   const Floats length = norm(n);
   n = select(length > 1e-6F, n * (1.0F / length), ng);

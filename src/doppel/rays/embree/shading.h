@@ -29,8 +29,8 @@ class Shading {
   [[nodiscard]] Floats3 backdrop(const Floats3& direction_W) const;
   // World axes, not unit, towards the outside of the triangles that are hit.
   [[nodiscard]] Floats3 triangle_normals(Ints hit, const RayHitPacket& rays) const;
-  // Of the material, without its texture, 0..1.
-  [[nodiscard]] float brightness(unsigned item, unsigned triangle) const;
+  // Of the materials of the lanes that hit, one at least, without their textures, 0..1.
+  [[nodiscard]] Floats brightness(Ints hit, const RayHitPacket& rays) const;
 
  private:
   struct Material {
@@ -54,11 +54,11 @@ class Shading {
   // Neighbouring rays mostly hit the same item, and on large triangles the same of them.
   struct Sameness {
     int lane;  // one that hits
-    bool item, triangle;
+    bool item, triangle, material;
   };
-  [[nodiscard]] static Sameness sameness(Ints hit, const RayHitPacket& rays);
+  [[nodiscard]] Sameness sameness(Ints hit, const RayHitPacket& rays) const;
   [[nodiscard]] const Material& material_at(unsigned item, unsigned triangle) const;
-  [[nodiscard]] Floats3 turned(Ints hit, const RayHitPacket& rays, const Floats3& v_M) const;
+  [[nodiscard]] Floats3 in_world(Ints hit, const RayHitPacket& rays, const Floats3& v_M) const;
   [[nodiscard]] Floats3 corner_normals(Ints hit, const RayHitPacket& rays) const;
   void materials(Ints hit, const RayHitPacket& rays, SurfacePacket& out) const;
   void textures(Ints hit, const RayHitPacket& rays, float pixel_angle, SurfacePacket& out) const;
