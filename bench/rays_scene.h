@@ -95,6 +95,7 @@ struct RayBench {
     scene = std::make_shared<const RenderScene>(std::move(made));
     caster = make_ray_caster(scene);
     poses.assign(kBodies + 1, Pose::Identity());
+    move(0);
   }
 
   // Poses of the bodies in this frame.
