@@ -74,16 +74,36 @@ class ControllerSensors : public TwinFixture {
   }
   void bring_up_sensed(std::string robot = kRobot, std::uint64_t seed = 1) {
     // Tests run beside each other, each in a process of its own.
-    const auto folder = std::filesystem::path(::testing::TempDir()) / fmt::format("controlled_{}", getpid());
+    const auto folder = this->folder();
     std::filesystem::create_directories(folder);
-    if (const auto at = robot.find("NOISY"); at != std::string::npos) robot.erase(at, 5);
-    std::ofstream(folder / "controlled.urdf") << robot;
+    save(std::move(robot));
     std::ofstream(folder / "controlled.yaml") << kControllers;
     Scenario scenario;
     scenario.robots = {{.target = (folder / "controlled.urdf").string()}};
     scenario.robots[0].controllers = folder / "controlled.yaml";
     scenario.sensors.seed = seed;
     bring_up(scenario);
+  }
+  [[nodiscard]] static std::filesystem::path folder() {
+    return std::filesystem::path(::testing::TempDir()) / fmt::format("controlled_{}", getpid());
+  }
+  static void save(std::string robot) {
+    if (const auto at = robot.find("NOISY"); at != std::string::npos) robot.erase(at, 5);
+    std::ofstream(folder() / "controlled.urdf") << robot;
+  }
+  Twin::Reload reload(std::string robot) {
+    save(std::move(robot));
+    Diagnostics said;
+    return twin_->replace(twin_->prepare(twin_->running(), said));
+  }
+  // kRobot with another text in the place of one that it has.
+  static std::string edited(const std::string& from, const std::string& to, std::string robot = kRobot) {
+    const std::size_t at = robot.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return robot.replace(at, from.size(), to);
+  }
+  [[nodiscard]] double state(const std::string& name) {
+    return twin_->robot().controller_manager().state(name);
   }
   template <class M>
   M last(const std::string& topic) {
@@ -190,6 +210,26 @@ TEST_F(ControllerSensors, UnboundSensorReadsNaNAndIsErrorOnce) {
   EXPECT_EQ(errors_.find("reads NaN"), errors_.rfind("reads NaN"));
   run(0.01);
   EXPECT_TRUE(std::isnan(twin_->robot().controller_manager().state("lost/orientation.w")));
+}
+
+TEST_F(ControllerSensors, ValueUnboundByEditReadsWhatFirstStartOfEditedFileReads) {
+  const std::string written =
+      edited("NOISY", R"(<sensor name="height"><state_interface name="vertical_reference">
+        <param name="initial_value">7.5</param></state_interface><state_interface name="vertical_velocity"/></sensor>)");
+  const std::string sensed =
+      edited("<sensor name=\"field\"", "<sensor name=\"height\" type=\"altimeter\"/><sensor name=\"field\"", written);
+  bring_up_sensed(sensed);
+  run(0.01);
+  EXPECT_NEAR(state("height/vertical_reference"), 1, 1e-9);
+  EXPECT_EQ(reload(written), Twin::Reload::controllers_kept);
+  run(0.01);
+  const double reference = state("height/vertical_reference"), velocity = state("height/vertical_velocity");
+  bring_up_sensed(written);
+  run(0.01);
+  EXPECT_EQ(state("height/vertical_reference"), 7.5);
+  EXPECT_TRUE(std::isnan(state("height/vertical_velocity")));
+  EXPECT_EQ(reference, 7.5);
+  EXPECT_TRUE(std::isnan(velocity));
 }
 
 TEST_F(ControllerSensors, NoiseOfReadSensorsEntersHashOfState) {

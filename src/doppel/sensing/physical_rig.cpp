@@ -93,8 +93,9 @@ void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engin
     entry.sensor = make_physical_sensor(*node, sensor, settings, rig.log);
     if (!entry.sensor) continue;
     const auto old = std::find_if(rig.entries.begin(), rig.entries.end(), [&](const Impl::Entry& one) {
-      return sensor_key(one.sensor->sensor()) == key &&
-             one.sensor->sensor().description.rate == sensor.description.rate;
+      const SensorDescription& former = one.sensor->sensor().description;
+      return sensor_key(one.sensor->sensor()) == key && former.type == sensor.description.type &&
+             former.rate == sensor.description.rate;
     });
     if (old != rig.entries.end()) {
       entry.schedule = old->schedule;
@@ -117,7 +118,17 @@ void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engin
 }
 
 void PhysicalRig::instances_changed(const Engine& engine) {
-  impl_->bind(engine);
+  Impl& rig = *impl_;
+  std::vector<Impl::Entry*> absent;
+  for (Impl::Entry& entry : rig.entries)
+    if (entry.sensor->instance() < 0) absent.push_back(&entry);
+  rig.bind(engine);
+  // One that comes back begins anew, so that it has no samples to make up.
+  for (Impl::Entry* const entry : absent) {
+    if (entry->sensor->instance() < 0) continue;
+    entry->schedule.restart(engine.time());
+    entry->sensor->restart(engine);
+  }
 }
 
 void PhysicalRig::between_steps(Time now) {
@@ -197,6 +208,7 @@ Time PhysicalRig::publish(const Engine& engine) {
     if (entry.sensor->instance() < 0) continue;
     if (entry.schedule.due(now)) {
       const std::uint64_t sample = entry.schedule.take(now);
+      entry.sensor->advance(sample);
       if (stepped && entry.noted) {
         entry.sensor->publish(state, sample);
         ++entry.samples;

@@ -2,16 +2,6 @@
 
 namespace doppel {
 
-Eigen::Vector3d noisy_vector(VectorNoise& noise, const Eigen::Vector3d& value, std::uint64_t sample) {
-  Eigen::Vector3d out;
-  for (int i = 0; i < 3; ++i) {
-    ChannelNoise& channel = noise[static_cast<std::size_t>(i)];
-    channel.advance(sample);
-    out[i] = channel.apply(value[i], sample);
-  }
-  return out;
-}
-
 std::unique_ptr<SensorMeter> make_meter(const RigSensor& sensor, const MeterSettings& settings) {
   const auto& what = sensor.description.what;
   if (std::holds_alternative<ImuDescription>(what)) return make_imu_meter(sensor, settings);

@@ -3,8 +3,8 @@
 // (physical_rig.h), computed from the engine's states whenever they are read. Without a step before, as after a reset or
 // after the state was written, accelerations are zero; in the step in which instances come or go, values stay.
 //
-// The noise of reading n, counted from the start or the last reset, depends on the seed, the sensor and n alone, and is not
-// that of the topic.
+// The noise of the reading in period n since the start or the last reset depends on the seed, the sensor and n alone, and is
+// not that of the topic.
 
 #include <memory>
 #include <span>
@@ -35,13 +35,15 @@ class DOPPEL_API SensorReadings {
   // -- between steps
   // Looks up the instances of the sensors. The first time, the present state is that of the start.
   void bind(const Engine& engine);
-  // The present state is that of the start, and readings count from 0.
+  // The present state is that of the start: orientations refer to it, and the noise begins anew.
   void restart(const Engine& engine);
-  // Continues in place of others: sensors of the same name keep their start, and readings are counted on.
+  // The state of instances was written: it is not that of a step. Starts and noise stay.
+  void state_written();
+  // Continues in place of others: sensors of the same name and type keep their start and their noise.
   void resume(const SensorReadings& before);
 
   // -- in the loop: no allocation, no throw
-  // Notes the state from which a step begins, at whose end the values are read.
+  // Notes the state from which a step begins, at whose end the values may be read.
   void before_step(const Engine& engine);
   // Computes the values of the present state, once for each instant.
   void read(const Engine& engine);

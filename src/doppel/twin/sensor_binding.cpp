@@ -131,11 +131,17 @@ class Binder {
     sensor.description.source = part.source;
     sensor.link = at->link;
     sensor.frame = sensor.description.link;
-    if (kind->type == "force_torque" && sensor.link == 0) {
+    if (kind->type == "force_torque" && sensor.link <= base_link()) {
       report_unbound(part, kind->type, at, unfit);
       return std::nullopt;
     }
     return make_rig_sensor(robot_, sensor);
+  }
+
+  // No joint of the description carries it; a floating base is beyond the joint that compile_model() adds.
+  [[nodiscard]] int base_link() const {
+    const Model& model = robot_.model();
+    return !model.joints.empty() && model.joints.front().type == JointType::floating ? 1 : 0;
   }
 
   static bool is_constant(const HardwareJointDescription& part) {

@@ -36,7 +36,7 @@ std::string interfaces(const std::vector<std::string>& names) {
 class SensorBindingTest : public ::testing::Test {
  protected:
   // `sensors`: of the <ros2_control>, which is on line 9.
-  SensorBindings bind(const std::string& sensors) {
+  SensorBindings bind(const std::string& sensors, std::optional<BaseKind> base = std::nullopt) {
     const auto file = std::filesystem::path(::testing::TempDir()) / fmt::format("bound_{}.urdf", getpid());
     std::ofstream(file) << kSensedLinks
                         << "<ros2_control name=\"cell\" type=\"system\"><hardware><plugin>mock_components/"
@@ -44,6 +44,7 @@ class SensorBindingTest : public ::testing::Test {
                         << sensors << "</ros2_control></robot>";
     Scenario scenario;
     scenario.robots = {{.target = file.string()}};
+    scenario.robots[0].base = base;
     Diagnostics diagnostics;
     machine_ = std::make_unique<CompiledScenario>(scenario, diagnostics);
     const CompiledRobot& robot = *machine_->robots.at(0);
@@ -113,6 +114,19 @@ TEST_F(SensorBindingTest, NamesOfParametersAndTypesAreReported) {
   EXPECT_THAT(
       said(bind("<sensor name=\"imu\">" + interfaces({"orientation.w", "orientation.roll"}) + "</sensor>")),
       HasSubstr("'imu/orientation.roll' reads NaN"));
+}
+
+TEST_F(SensorBindingTest, WrenchOfBaseLinkIsErrorWithPlaceAndFixWhetherBaseFloatsOrNot) {
+  for (const BaseKind base : {BaseKind::fixed, BaseKind::floating}) {
+    for (const char* key : {"frame_id", "link"}) {
+      const SensorBindings bound = bind(fmt::format("<sensor name=\"ft\"><param name=\"{}\">base_link</param>", key) +
+                                            interfaces({"force.x"}) + "</sensor>",
+                                        base);
+      EXPECT_TRUE(bound.sensors.empty());
+      EXPECT_THAT(said(bound), testing::AllOf(HasSubstr(".urdf:9:"), HasSubstr("error"), HasSubstr("no joint carries"),
+                                              HasSubstr("<param name=\"joint\">JOINT</param>")));
+    }
+  }
 }
 
 TEST_F(SensorBindingTest, WrittenInitialValuesAreConstants) {
