@@ -232,6 +232,80 @@ TEST_F(ControllerSensors, ValueUnboundByEditReadsWhatFirstStartOfEditedFileReads
   EXPECT_TRUE(std::isnan(velocity));
 }
 
+TEST_F(ControllerSensors, UnboundSensorIsLoggedAgainOnlyWhenEditChangesWhy) {
+  const auto lost = [](const std::string& name, const std::string& interface) {
+    return "<sensor name=\"" + name + "\"><state_interface name=\"" + interface + "\"/></sensor>";
+  };
+  const std::string one = edited("NOISY", lost("lost", "orientation.w"));
+  bring_up_sensed(one);
+  EXPECT_FALSE(errors_.empty());
+  errors_.clear();
+  reload(one);
+  // On another line, by an edit with which the controllers continue.
+  EXPECT_EQ(reload(edited("<link name=\"base_link\"/>", "\n\n<link name=\"base_link\"/>", one)),
+            Twin::Reload::controllers_kept);
+  EXPECT_EQ(errors_, "");
+  EXPECT_EQ(reload(edited("NOISY", lost("lost", "orientation.w") + "<sensor name=\"gone\">"
+                                       "<state_interface name=\"force.x\"/></sensor>")),
+            Twin::Reload::controllers_recreated);
+  EXPECT_EQ(errors_.find("'lost'"), std::string::npos) << errors_;
+  EXPECT_NE(errors_.find("'gone'"), std::string::npos) << errors_;
+  errors_.clear();
+  reload(kRobot);
+  EXPECT_EQ(errors_, "");
+  reload(one);
+  EXPECT_NE(errors_.find("'lost'"), std::string::npos) << errors_;
+}
+
+// What the controllers and the topic of one IMU say: angles from the start about z, and their noise.
+TEST_F(ControllerSensors, WrittenStateKeepsReferenceAndNoiseOfTopicAndControllersAndResetRenewsBoth) {
+  const std::string noisy =
+      edited("<update_rate>100</update_rate>",
+             "<update_rate>100</update_rate><imu><angular_velocity><z><noise type='gaussian'><stddev>0.1</stddev>"
+             "</noise></z></angular_velocity></imu>");
+  struct Seen {
+    double angle = 0, read_angle = 0, noise = 0, read_noise = 0;
+  };
+  const auto angle_of = [](const sensor_msgs::msg::Imu& imu) {
+    return 2 * std::atan2(imu.orientation.z, imu.orientation.w);
+  };
+  const auto see = [&] {
+    Seen out;
+    listen("/imu/data");
+    run(0.02);
+    const auto topic = last<sensor_msgs::msg::Imu>("/imu/data");
+    out.angle = angle_of(topic);
+    out.noise = topic.angular_velocity.z - joint("turn").v;
+    out.read_angle = 2 * std::atan2(state("imu/orientation.z"), state("imu/orientation.w"));
+    out.read_noise = state("imu/angular_velocity.z") - joint("turn").v;
+    return out;
+  };
+  const auto after = [&](const std::vector<std::string>& calls) {
+    bring_up_sensed(noisy);
+    run(0.1);
+    for (const std::string& yaml : calls)
+      call("/gazebo/set_state", "doppel_msgs/srv/SetState", yaml);
+    return see();
+  };
+  const std::string turned = "{names: [turn], positions: [0.5]}";
+  const Seen still = after({}), once = after({turned}), often = after({"{}", turned, turned, turned});
+  EXPECT_NEAR(once.angle, 0.5, 1e-3);
+  EXPECT_NEAR(once.read_angle, 0.5, 1e-3);
+  EXPECT_NE(still.noise, 0);
+  EXPECT_NE(still.read_noise, 0);
+  for (const Seen& one : {once, often}) {
+    EXPECT_NEAR(one.noise, still.noise, 1e-6);
+    EXPECT_NEAR(one.read_noise, still.read_noise, 1e-6);
+  }
+  twin_->reset();
+  run(0.1);
+  const Seen reset = see();
+  EXPECT_NEAR(reset.angle, 0, 1e-3);
+  EXPECT_NEAR(reset.read_angle, 0, 1e-3);
+  EXPECT_NEAR(reset.noise, still.noise, 1e-6);
+  EXPECT_NEAR(reset.read_noise, still.read_noise, 1e-6);
+}
+
 TEST_F(ControllerSensors, NoiseOfReadSensorsEntersHashOfState) {
   std::string noisy = kRobot;
   noisy.replace(

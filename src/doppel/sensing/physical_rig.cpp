@@ -1,6 +1,9 @@
 #include "doppel/sensing/physical_rig.h"
 
 #include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
 
 #include "doppel/sensing/detail/physical_sensor.h"
 #include "doppel/sensors/sample_schedule.h"
@@ -24,7 +27,11 @@ struct PhysicalRig::Impl {
   };
 
   Impl(Bus& the_bus, const Log& the_log, const RigOptions& the_options)
-      : bus(the_bus), log(the_log), options(the_options) {
+      : bus(the_bus), options(the_options) {
+    log.add_sink([this, &the_log](const LogLine& line) {
+      if (present.insert(line.text).second && !reported.contains(line.text))
+        the_log.line(line.severity, line.origin, line.text, line.where);
+    });
     before.reserve(kUsualContacts);
     contacts.reserve(kUsualContacts);
   }
@@ -35,7 +42,8 @@ struct PhysicalRig::Impl {
   bool differentiate(const Engine& engine);
 
   Bus& bus;
-  const Log& log;
+  Log log;                                  // leaves out what an edit has not changed
+  std::set<std::string> reported, present;  // of the former sensors, of the present ones
   const RigOptions options;
   EarthFrame earth;
   std::unique_ptr<Node> node;
@@ -82,6 +90,7 @@ void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engin
   Impl& rig = *impl_;
   // Beside the former node, so that topics that stay never vanish.
   auto node = std::make_unique<Node>(rig.bus, "/doppel_sensors");
+  rig.reported = std::exchange(rig.present, {});
   std::vector<Impl::Entry> fresh;
   std::vector<std::pair<PhysicalSensor*, const PhysicalSensor*>> made;  // with the one in whose place it is
   for (RigSensor& sensor : wanted) {
@@ -100,7 +109,8 @@ void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engin
     if (old != rig.entries.end()) {
       entry.schedule = old->schedule;
       entry.samples = old->samples;
-    } else if (entry.schedule.limited()) {
+    }
+    if (entry.schedule.limited()) {
       rig.log.warning("sensors", key + " asks for " + std::to_string(sensor.description.rate) +
                                      " Hz, more than one sample a step; it takes one every step");
     }

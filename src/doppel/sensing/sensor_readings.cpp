@@ -14,10 +14,6 @@ constexpr std::size_t kUsualTouches = 512;  // beyond which the loop allocates
 
 }  // namespace
 
-std::vector<std::string> reading_names(const SensorDescription& sensor) {
-  return meter_interfaces(sensor);
-}
-
 struct SensorReadings::Impl {
   void note(const Engine& engine, bool at_rest);
 

@@ -16,12 +16,9 @@
 #include "doppel/math/geodesy.h"
 #include "doppel/physics/engine.h"
 #include "doppel/sensing/rig_sensor.h"
+#include "doppel/sensors/reading_names.h"
 
 namespace doppel {
-
-// The names of a sensor's values, without its own: "linear_acceleration.x" (units of its message). Empty: it has none for
-// controllers.
-DOPPEL_API std::vector<std::string> reading_names(const SensorDescription& sensor);
 
 class DOPPEL_API SensorReadings {
  public:

@@ -151,12 +151,12 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
   of_manager.enforce_limits = options.enforce_limits;
   manager_ = std::make_unique<ControllerManager>(bus, *model_, options.controllers, &controllers_, of_manager,
                                                  log, diagnostics);
-  add_hardware(machine, instance, options, log, diagnostics);
+  add_hardware(machine, instance, options, diagnostics);
   diagnostics.throw_if_errors();
 }
 
 void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
-                                const Log& log, Diagnostics& diagnostics) {
+                                Diagnostics& diagnostics) {
   HardwareRegistry registry = options.hardware;
   register_simulated_hardware(registry, instance);
   Unique unique(diagnostics);
@@ -170,7 +170,7 @@ void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance,
     if (auto* simulated = dynamic_cast<SimulatedHardware*>(component.get())) {
       description.is_async = false;  // the simulation has one clock
       simulated_.push_back({simulated, description});
-      use_sensors(*simulated, description, machine, log);
+      use_sensors(*simulated, description, machine);
     }
     real_ = real_ || type->kind == HardwareKind::real;
     manager_->add_hardware(std::move(component), description, diagnostics);
@@ -178,13 +178,14 @@ void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance,
 }
 
 void ControlStack::use_sensors(SimulatedHardware& hardware, const HardwareDescription& description,
-                               const CompiledRobot& machine, const Log& log) {
-  const SensorBindings bindings = bind_sensors(description, machine);
-  for (const Diagnostic& finding : bindings.unbound.all()) log_diagnostic(log, description.name, finding);
+                               const CompiledRobot& machine) {
+  const SensorBindings bindings = bind_sensors(description, machine.model(), machine.sensors());
+  for (const Diagnostic& finding : bindings.unbound.all()) unbound_.push_back({description.name, finding});
+  std::vector<RigSensor> sensors;
+  for (const RobotSensor& sensor : bindings.sensors) sensors.push_back(make_rig_sensor(machine, sensor));
   std::unique_ptr<SensorReadings> readings;
-  if (!bindings.sensors.empty())
-    readings =
-        std::make_unique<SensorReadings>(bindings.sensors, sensor_options_, *earth_, manager_->period());
+  if (!sensors.empty())
+    readings = std::make_unique<SensorReadings>(sensors, sensor_options_, *earth_, manager_->period());
   hardware.use_sensors(bindings, std::move(readings));
 }
 
@@ -361,11 +362,12 @@ ControllerSelection ControlStack::present_selection() const {
   return selection;
 }
 
-void ControlStack::take_over(const CompiledRobot& machine, Instance now, const Log& log) {
+void ControlStack::take_over(const CompiledRobot& machine, Instance now) {
   manager_->model_changed(machine.model());
   model_ = machine.shared_model();  // the former one is freed with its last user
   rebind(now);
-  for (const Simulated& one : simulated_) use_sensors(*one.hardware, one.description, machine, log);
+  unbound_.clear();
+  for (const Simulated& one : simulated_) use_sensors(*one.hardware, one.description, machine);
 }
 
 void ControlStack::carry_references(const Instance& before, Instance now) const {
@@ -383,6 +385,10 @@ void ControlStack::rebind(Instance instance) {
 
 void ControlStack::restart_sensors() {
   for (const Simulated& one : simulated_) one.hardware->restart_sensors();
+}
+
+void ControlStack::state_written() {
+  for (const Simulated& one : simulated_) one.hardware->state_written();
 }
 
 void ControlStack::before_step() {

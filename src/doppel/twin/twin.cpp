@@ -90,8 +90,10 @@ std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const Compiled
 void Twin::Impl::add_world_ticks() {
   SimulatorServices::Callbacks simulator;
   simulator.reset = [this] { reset(); };
-  simulator.state_written = [this] {
-    for (const auto& robot : robots) robot->restart(machine->engine->time());
+  simulator.state_written = [this](const std::vector<int>& written) {
+    for (const auto& robot : robots)
+      if (std::ranges::find(written, robot->instance().index()) != written.end())
+        robot->state_written(machine->engine->time());
     publish_state();
   };
   auto services = std::make_unique<SimulatorServices>(bus, scene, time_control, std::move(simulator));

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,7 @@ class DOPPEL_API TwinRobot {
     RestCheck rest;
     std::vector<OscillationReport> oscillations;
     std::uint64_t hash = 0;
+    std::set<std::string> unbound = {};  // findings of ControlStack::unbound() that were logged
   };
   // Neither loads controllers nor publishes anything yet. Throws InputError.
   TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledRobot> machine, Instance instance,
@@ -91,9 +93,10 @@ class DOPPEL_API TwinRobot {
     }
   }
   void between_steps(Time now);
-  void reset(Time now);     // controllers hold the robot's present pose
-  void restart(Time now) {  // the same without a reset of time
-    control_->restart_sensors();
+  void reset(Time now);  // controllers hold the robot's present pose, and sensors start again
+  // The robot's state was written: controllers hold its pose; sensors keep their start and their noise.
+  void state_written(Time now) {
+    control_->state_written();
     control_->manager().restart(control_time(now));
   }
   void show(Time now);  // publishes its present state
@@ -147,6 +150,7 @@ class DOPPEL_API TwinRobot {
  private:
   [[nodiscard]] const Log& log() const { return name_space().empty() ? around_.log : own_log_; }
   void report_rest();
+  void report_unbound();
   void report_oscillation(const std::string& joint, std::string message);
 
   Surroundings around_;

@@ -1,6 +1,5 @@
 #pragma once
-// What one physical sensor measures, as numbers: the same for its topic and for controllers. The interface names and their
-// order are those of ros2_control's semantic components (controller_interface/semantic_components of Jazzy).
+// What one physical sensor measures, as numbers: the same for its topic and for controllers.
 
 #include <algorithm>
 #include <memory>
@@ -45,7 +44,7 @@ class SensorMeter {
 
   [[nodiscard]] const std::string& frame() const { return frame_; }  // of the values' axes; after bind()
   [[nodiscard]] int instance() const { return instance_; }
-  // Of the last sample, in the order of meter_interfaces().
+  // Of the last sample, in the order of reading_names().
   [[nodiscard]] std::span<const double> values() const { return values_; }
 
   // -- what a sample needs
@@ -114,8 +113,5 @@ std::unique_ptr<SensorMeter> make_imu_meter(const RigSensor& sensor, const Meter
 std::unique_ptr<SensorMeter> make_wrench_meter(const RigSensor& sensor, const MeterSettings& settings);
 // nullptr: a logical camera.
 std::unique_ptr<SensorMeter> make_environment_meter(const RigSensor& sensor, const MeterSettings& settings);
-
-// The names of a meter's values: "orientation.x". Empty: make_meter() makes none.
-std::vector<std::string> meter_interfaces(const SensorDescription& sensor);
 
 }  // namespace doppel

@@ -97,6 +97,12 @@ TEST(ContactOutput, UnknownCollisionIsReportedWithNearestName) {
   ASSERT_EQ(twin.lines.size(), 1U);
   EXPECT_NE(twin.lines[0].find("plate_colision"), std::string::npos) << twin.lines[0];
   EXPECT_NE(twin.lines[0].find("did you mean 'plate_collision'"), std::string::npos) << twin.lines[0];
+  twin.start();  // as after an edit of something else
+  EXPECT_EQ(twin.lines.size(), 1U);
+  twin.rig.set_sensors({contact_named("plate")}, *twin.world.engine);
+  EXPECT_EQ(twin.lines.size(), 2U);
+  twin.start();
+  EXPECT_EQ(twin.lines.size(), 3U);
 }
 
 TEST(ContactOutput, BumperPublishesStatesWithTotalForceInNamedFrame) {

@@ -220,11 +220,11 @@ std::vector<double> noise_of(std::uint64_t seed, bool reads_from_start) {
   return out;
 }
 
-// The bias alone of an IMU whose noise begins with `first` and that an edit after 5 s gives `second`; read at the end.
-double bias_after_edit(const NoiseDescription& first, const NoiseDescription& second, bool reads_from_start) {
+// The noise of an IMU's last sample after 5.01 s: its noise is `first`, and from 5 s on, by an edit, `second`.
+double noise_after_edit(const NoiseDescription& first, const NoiseDescription& second, bool reads_from_start) {
   RigSensor sensor = imu_on("table", "disc", 1);
   described(sensor).linear_acceleration[0] = first;
-  Sensed twin(turntable(), test::empty_space(), {sensor});
+  Sensed twin(turntable(), test::empty_space(), {sensor}, BaseKind::fixed, 3);
   twin.start();
   std::vector<Imu> readings;
   if (reads_from_start) twin.read("/imu", readings);
@@ -237,23 +237,16 @@ double bias_after_edit(const NoiseDescription& first, const NoiseDescription& se
 }
 
 TEST(PhysicalRig, WalkOfBiasContinuesThroughEditAndBeginsWhereEditAddsIt) {
-  const NoiseDescription walk{0, 0, 0, 0.05, 0, 0.02, 1e6};
-  RigSensor sensor = imu_on("table", "disc", 1);
-  described(sensor).linear_acceleration[0] = walk;
-  Sensed twin(turntable(), test::empty_space(), {sensor});
-  twin.start();
-  std::vector<Imu> readings;
-  twin.read("/imu", readings);
-  twin.run(5.01);
-  const double unedited = readings.back().linear_acceleration.x;
-  EXPECT_GT(std::abs(unedited), 0.01);
-  EXPECT_EQ(bias_after_edit(walk, walk, true), unedited);
-  EXPECT_EQ(bias_after_edit(walk, walk, false), unedited);
-  // One step of the walk: 0.02 sqrt(0.01) = 0.002, of the 501 that the sensor has made by then.
-  const double begun = bias_after_edit({}, {0, 0, 0, 0, 0, 0.02, 1e6}, true);
+  constexpr double kOneStep = 0.002;  // 0.02 sqrt(0.01 s)
+  const NoiseDescription walk{0, 0, 0, 0, 0, 0.02, 1e6}, same_walk{0, 1e-12, 0, 0, 0, 0.02, 1e6};
+  const double walked = noise_after_edit(walk, walk, true);
+  EXPECT_GT(std::abs(walked), 6 * kOneStep);
+  EXPECT_EQ(noise_after_edit(walk, walk, false), walked);
+  EXPECT_NEAR(noise_after_edit(walk, same_walk, true), walked, 1e-10);
+  const double begun = noise_after_edit({}, walk, true);
   EXPECT_NE(begun, 0);
-  EXPECT_LT(std::abs(begun), 6 * 0.002);
-  EXPECT_EQ(begun, bias_after_edit({}, {0, 0, 0, 0, 0, 0.02, 1e6}, false));
+  EXPECT_LT(std::abs(begun), 6 * kOneStep);
+  EXPECT_EQ(begun, noise_after_edit({}, walk, false));
 }
 
 std::uint64_t hash_of(std::uint64_t seed) {

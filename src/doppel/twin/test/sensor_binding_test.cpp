@@ -1,5 +1,5 @@
 // Which simulated sensor a <sensor> of <ros2_control> reads, and what is reported where it reads none.
-#include "doppel/twin/sensor_binding.h"
+#include "doppel/sensors/sensor_binding.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/sensing/sensor_readings.h"
+#include "doppel/sensors/reading_names.h"
 #include "doppel/twin/compiled_scenario.h"
 
 namespace doppel {
@@ -48,7 +48,7 @@ class SensorBindingTest : public ::testing::Test {
     Diagnostics diagnostics;
     machine_ = std::make_unique<CompiledScenario>(scenario, diagnostics);
     const CompiledRobot& robot = *machine_->robots.at(0);
-    return bind_sensors(robot.hardware().at(0), robot);
+    return bind_sensors(robot.hardware().at(0), robot.model(), robot.sensors());
   }
   [[nodiscard]] static std::string said(const SensorBindings& bindings) {
     std::string out;
@@ -82,7 +82,7 @@ TEST_F(SensorBindingTest, ParametersPlaceSensorOnLinkJointOrFrame) {
   EXPECT_TRUE(std::holds_alternative<ImuDescription>(bound.sensors[0].description.what));
   EXPECT_TRUE(std::holds_alternative<ForceTorqueDescription>(bound.sensors[1].description.what));
   EXPECT_EQ(bound.sensors[1].description.joint, "wrist");
-  for (const RigSensor& sensor : bound.sensors) EXPECT_EQ(sensor.description.link, "hand");
+  for (const RobotSensor& sensor : bound.sensors) EXPECT_EQ(sensor.description.link, "hand");
   EXPECT_EQ(std::get<EnvironmentDescription>(bound.sensors[2].description.what).kind, EnvironmentKind::pose);
   EXPECT_EQ(std::get<EnvironmentDescription>(bound.sensors[3].description.what).kind,
             EnvironmentKind::navsat);

@@ -1,4 +1,4 @@
-#include "doppel/twin/sensor_binding.h"
+#include "doppel/sensors/sensor_binding.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,7 +7,7 @@
 #include <array>
 
 #include "doppel/core/names.h"
-#include "doppel/sensing/sensor_readings.h"
+#include "doppel/sensors/reading_names.h"
 
 namespace doppel {
 namespace {
@@ -60,8 +60,8 @@ struct Place {
 
 class Binder {
  public:
-  Binder(const HardwareDescription& hardware, const CompiledRobot& robot)
-      : hardware_(hardware), robot_(robot) {}
+  Binder(const HardwareDescription& hardware, const Model& model, const RobotSensors& sensors)
+      : hardware_(hardware), model_(model), sensors_(sensors) {}
 
   SensorBindings bind() {
     for (const HardwareJointDescription& part : hardware_.sensors) bind(part);
@@ -73,7 +73,7 @@ class Binder {
     Names wanted;
     for (const HardwareInterfaceDescription& state : part.state_interfaces) wanted.push_back(state.name);
     auto& values = out_.values.emplace_back(wanted.size());
-    const std::optional<RigSensor> sensor = find(part, wanted);
+    const std::optional<RobotSensor> sensor = find(part, wanted);
     if (!sensor) return;
     const Names offered = reading_names(sensor->description);
     for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -91,11 +91,11 @@ class Binder {
     out_.sensors.push_back(*sensor);
   }
 
-  std::optional<RigSensor> find(const HardwareJointDescription& part, const Names& wanted) {
+  std::optional<RobotSensor> find(const HardwareJointDescription& part, const Names& wanted) {
     const RobotSensor* named = nullptr;
     std::size_t most = 0;
     const RobotSensor* unfit = nullptr;
-    for (const RobotSensor& sensor : robot_.sensors().sensors) {
+    for (const RobotSensor& sensor : sensors_.sensors) {
       if (sensor.description.name != part.name) continue;
       const std::size_t fits = common(wanted, reading_names(sensor.description));
       if (fits > most) {
@@ -105,12 +105,12 @@ class Binder {
         unfit = &sensor;
       }
     }
-    if (named != nullptr) return make_rig_sensor(robot_, *named);
+    if (named != nullptr) return *named;
     return place(part, wanted, unfit);
   }
 
   // A sensor of its own at the place that a <param> names.
-  std::optional<RigSensor> place(const HardwareJointDescription& part, const Names& wanted,
+  std::optional<RobotSensor> place(const HardwareJointDescription& part, const Names& wanted,
                                  const RobotSensor* unfit) {
     const auto kinds = ideal_sensors();
     const auto* const kind = std::ranges::max_element(
@@ -126,7 +126,7 @@ class Binder {
     sensor.description = *kind;
     sensor.description.name = part.name;
     sensor.description.joint = at->joint;
-    sensor.description.link = robot_.model().links[static_cast<std::size_t>(at->link)].name;
+    sensor.description.link = model_.links[static_cast<std::size_t>(at->link)].name;
     sensor.description.X_LS = sensor.X_LF = at->X_LS;
     sensor.description.source = part.source;
     sensor.link = at->link;
@@ -135,13 +135,12 @@ class Binder {
       report_unbound(part, kind->type, at, unfit);
       return std::nullopt;
     }
-    return make_rig_sensor(robot_, sensor);
+    return sensor;
   }
 
   // No joint of the description carries it; a floating base is beyond the joint that compile_model() adds.
   [[nodiscard]] int base_link() const {
-    const Model& model = robot_.model();
-    return !model.joints.empty() && model.joints.front().type == JointType::floating ? 1 : 0;
+    return !model_.joints.empty() && model_.joints.front().type == JointType::floating ? 1 : 0;
   }
 
   static bool is_constant(const HardwareJointDescription& part) {
@@ -150,25 +149,24 @@ class Binder {
   }
 
   [[nodiscard]] std::optional<Place> place_of(const HardwareJointDescription& part) const {
-    const Model& model = robot_.model();
     for (const char* key : {"joint", "link", "frame_id"}) {
       for (const auto& [name, value] : part.params) {
         if (name != key) continue;
         Place out;
         out.written = fmt::format("<param name=\"{}\">{}</param>", name, value);
         if (name == "joint") {
-          for (const ModelJoint& joint : model.joints) out.known.push_back(joint.name);
-          const int joint = model.find_joint(value);
-          if (joint >= 0) out.link = model.joints[static_cast<std::size_t>(joint)].child_link;
+          for (const ModelJoint& joint : model_.joints) out.known.push_back(joint.name);
+          const int joint = model_.find_joint(value);
+          if (joint >= 0) out.link = model_.joints[static_cast<std::size_t>(joint)].child_link;
           out.joint = value;
           return out;
         }
-        for (const ModelLink& link : model.links) out.known.push_back(link.name);
-        out.link = model.find_link(value);
-        for (const FixedFrame& frame : robot_.sensors().frames) {
+        for (const ModelLink& link : model_.links) out.known.push_back(link.name);
+        out.link = model_.find_link(value);
+        for (const FixedFrame& frame : sensors_.frames) {
           out.known.push_back(frame.name);
           if (out.link >= 0 || frame.name != value) continue;
-          out.link = model.find_link(frame.parent);
+          out.link = model_.find_link(frame.parent);
           out.X_LS = frame.X_PF;
         }
         return out;
@@ -180,7 +178,7 @@ class Binder {
   void report_unbound(const HardwareJointDescription& part, const std::string& type,
                       const std::optional<Place>& at, const RobotSensor* unfit) {
     Names names;
-    for (const RobotSensor& sensor : robot_.sensors().sensors)
+    for (const RobotSensor& sensor : sensors_.sensors)
       if (!reading_names(sensor.description).empty()) names.push_back(sensor.description.name);
     std::string why = unfit != nullptr
                           ? fmt::format("the sensor '{}' of the description has the type '{}'", part.name,
@@ -217,21 +215,16 @@ class Binder {
   }
 
   const HardwareDescription& hardware_;
-  const CompiledRobot& robot_;
+  const Model& model_;
+  const RobotSensors& sensors_;
   SensorBindings out_;
 };
 
 }  // namespace
 
-RigSensor make_rig_sensor(const CompiledRobot& robot, const RobotSensor& sensor) {
-  const bool prefixed = !robot.name_space().empty() && robot.asked().tf != TfTopics::separate;
-  const std::string prefix = prefixed ? robot.name_space() + "/" : "";
-  return {sensor.description,    robot.name(), sensor.link, robot.name_space(),
-          prefix + sensor.frame, sensor.X_LF,  prefix};
-}
-
-SensorBindings bind_sensors(const HardwareDescription& hardware, const CompiledRobot& robot) {
-  return Binder(hardware, robot).bind();
+SensorBindings bind_sensors(const HardwareDescription& hardware, const Model& model,
+                            const RobotSensors& sensors) {
+  return Binder(hardware, model, sensors).bind();
 }
 
 }  // namespace doppel
