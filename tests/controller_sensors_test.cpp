@@ -82,6 +82,7 @@ class ControllerSensors : public TwinFixture {
     scenario.robots = {{.target = (folder / "controlled.urdf").string()}};
     scenario.robots[0].controllers = folder / "controlled.yaml";
     scenario.sensors.seed = seed;
+    scenario.sensors.lockstep = lockstep_;
     bring_up(scenario);
   }
   [[nodiscard]] static std::filesystem::path folder() {
@@ -115,6 +116,7 @@ class ControllerSensors : public TwinFixture {
     publish("/spin/commands", "std_msgs/msg/Float64MultiArray", "{data: [" + std::to_string(speed) + "]}");
   }
   std::string errors_;
+  bool lockstep_ = false;
 };
 
 TEST_F(ControllerSensors, ImuThroughBroadcasterAtRestAndOnTurntable) {
@@ -320,6 +322,48 @@ TEST_F(ControllerSensors, NoiseOfReadSensorsEntersHashOfState) {
   EXPECT_EQ(hash_of(kRobot, 1), hash_of(kRobot, 2));
   EXPECT_EQ(hash_of(noisy, 1), hash_of(noisy, 1));
   EXPECT_NE(hash_of(noisy, 1), hash_of(noisy, 2));
+}
+
+// A sonar that faces a wall in 2 m.
+constexpr const char* kSonar = R"(<link name="wall"><visual><geometry><box size="0.1 4 4"/></geometry></visual></link>
+  <joint name="stands" type="fixed"><parent link="base_link"/><child link="wall"/><origin xyz="2.35 0 1"/></joint>
+  <gazebo reference="hand"><sensor name="front" type="ray"><update_rate>10</update_rate>
+    <ray><scan><horizontal><samples>1</samples><min_angle>0</min_angle><max_angle>0</max_angle></horizontal></scan>
+      <range><min>0.02</min><max>4</max></range>
+      <noise><type>gaussian</type><stddev>0.01</stddev></noise></ray>
+    <plugin name="front_plugin" filename="libgazebo_ros_ray_sensor.so"><output_type>sensor_msgs/Range</output_type>
+      <ros><remapping>~/out:=front</remapping></ros></plugin></sensor></gazebo>
+  <ros2_control name="cell")";
+
+TEST_F(ControllerSensors, RangeIsThatOfLastSampleAndMeasuredForControllersAlone) {
+  const std::string robot = edited("<ros2_control name=\"cell\"", kSonar,
+                                   edited("NOISY", R"(<sensor name="front"><state_interface name="range"/></sensor>)"));
+  lockstep_ = true;
+  const auto hash_of = [&](std::uint64_t seed) {
+    bring_up_sensed(robot, seed);
+    EXPECT_EQ(errors_, "");
+    run(0.098);
+    EXPECT_TRUE(std::isnan(state("front/range")));
+    run(0.102);
+    EXPECT_NEAR(state("front/range"), 2, 0.05);
+    EXPECT_NE(state("front/range"), 2);
+    return twin_->state_hash();
+  };
+  EXPECT_EQ(hash_of(1), hash_of(1));
+  EXPECT_NE(hash_of(1), hash_of(2));
+  listen("/front");
+  run(0.12);
+  EXPECT_EQ(static_cast<float>(state("front/range")), last<sensor_msgs::msg::Range>("/front").range);
+  twin_->reset();
+  run(0.05);
+  EXPECT_TRUE(std::isnan(state("front/range")));
+  lockstep_ = false;  // when a sample is finished depends on the machine
+  const auto free_hash = [&](std::uint64_t seed) {
+    bring_up_sensed(robot, seed);
+    run(0.2);
+    return twin_->state_hash();
+  };
+  EXPECT_EQ(free_hash(1), free_hash(2));
 }
 
 TEST_F(ControllerSensors, LoopWithBroadcastersDoesNotAllocate) {

@@ -29,21 +29,23 @@ struct SensorReadings::Impl {
   Duration period{};
   std::vector<std::string> instances, keys, types;   // of each sensor
   std::vector<Time> starts;                          // of the noise
-  std::vector<std::unique_ptr<SensorMeter>> meters;  // nullptr: it has no values
+  std::vector<std::unique_ptr<SensorMeter>> meters;  // nullptr: it has no values, or a range
+  std::vector<std::unique_ptr<RangeReader>> ranges;  // nullptr: no range sensor
   std::vector<std::vector<double>> values;
   std::shared_ptr<const CompiledWorld> world;          // of which the motions are
   std::vector<std::optional<InstanceMotion>> motions;  // [instances]
   std::vector<Contact> before, none;
-  bool needs_contacts = false, needs_all = false, started = false, fresh = true;
+  bool lockstep = false, needs_contacts = false, needs_all = false, started = false, fresh = true;
   Time noted_end = Time::min();  // of the step that begins with the noted state
   Time read_at = Time::min();
 };
 
 SensorReadings::SensorReadings(const std::vector<RigSensor>& sensors, const RigOptions& options,
-                               const EarthFrame& earth, Duration period)
+                               const EarthFrame& earth, Duration period, RangeValues* ranges)
     : impl_(std::make_unique<Impl>()) {
   impl_->period = period;
   impl_->starts.resize(sensors.size());
+  impl_->lockstep = options.lockstep;
   for (const RigSensor& sensor : sensors) {
     const CounterRandom random(options.seed, sensor_key(sensor) + "/state_interfaces");
     impl_->instances.push_back(sensor.instance);
@@ -52,6 +54,9 @@ SensorReadings::SensorReadings(const std::vector<RigSensor>& sensors, const RigO
     impl_->meters.push_back(make_meter(sensor, MeterSettings{random, to_seconds(period), earth}));
     impl_->values.emplace_back(reading_names(sensor.description).size(),
                                std::numeric_limits<double>::quiet_NaN());
+    const bool is_range = std::holds_alternative<RangeDescription>(sensor.description.what);
+    impl_->ranges.push_back(is_range && ranges != nullptr ? std::make_unique<RangeReader>(ranges->of(sensor))
+                                                          : nullptr);
     if (!impl_->meters.back()) continue;
     impl_->needs_contacts = impl_->needs_contacts || impl_->meters.back()->needs_contacts_before();
     impl_->needs_all = impl_->needs_all || impl_->meters.back()->needs_all_motions();
@@ -128,6 +133,8 @@ void SensorReadings::before_step(const Engine& engine) {
 void SensorReadings::read(const Engine& engine) {
   Impl& of = *impl_;
   const Time now = engine.time();
+  for (std::size_t i = 0; i < of.ranges.size(); ++i)
+    if (of.ranges[i]) of.values[i][0] = of.ranges[i]->range();
   if (of.meters.empty() || engine.compiled() != of.world || of.read_at == now) return;
   // Instances came or went in this step, whose beginning is not known: the last values stay.
   if (of.noted_end != now && !of.fresh) return;
@@ -147,6 +154,10 @@ void SensorReadings::read(const Engine& engine) {
     of.meters[i]->measure(state, of.number(i, now));
     std::ranges::copy(of.meters[i]->values(), of.values[i].begin());
   }
+}
+
+bool SensorReadings::repeatable(std::size_t sensor) const {
+  return impl_->lockstep || !impl_->ranges[sensor];
 }
 
 std::span<const double> SensorReadings::values(std::size_t sensor) const {

@@ -15,6 +15,7 @@
 #include "doppel/export.h"
 #include "doppel/math/geodesy.h"
 #include "doppel/physics/engine.h"
+#include "doppel/sensing/range_values.h"
 #include "doppel/sensing/rig_sensor.h"
 #include "doppel/sensors/reading_names.h"
 
@@ -22,9 +23,10 @@ namespace doppel {
 
 class DOPPEL_API SensorReadings {
  public:
-  // period: of the readings. A sensor of which reading_names() is empty has no values.
+  // period: of the readings. A sensor of which reading_names() is empty has no values. ranges: of the rig that measures range
+  // sensors, which are measured while these readings exist; nullptr: they read NaN.
   SensorReadings(const std::vector<RigSensor>& sensors, const RigOptions& options, const EarthFrame& earth,
-                 Duration period);
+                 Duration period, RangeValues* ranges = nullptr);
   ~SensorReadings();
   SensorReadings(const SensorReadings&) = delete;
   SensorReadings& operator=(const SensorReadings&) = delete;
@@ -46,6 +48,9 @@ class DOPPEL_API SensorReadings {
   void read(const Engine& engine);
   // Of the last read(), in the order of reading_names(); NaN: the sensor's instance is not in the engine.
   [[nodiscard]] std::span<const double> values(std::size_t sensor) const;
+  // Whether the values are a function of the states and the seed. Not those of a range, which depend on when its sample is
+  // finished, without lockstep.
+  [[nodiscard]] bool repeatable(std::size_t sensor) const;
 
  private:
   struct Impl;

@@ -9,6 +9,7 @@ std::vector<std::string> reading_names(const SensorDescription& sensor) {
             "linear_acceleration.y", "linear_acceleration.z"};
   if (std::holds_alternative<ForceTorqueDescription>(sensor.what))
     return {"force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z"};
+  if (std::holds_alternative<RangeDescription>(sensor.what)) return {"range"};
   const auto* const environment = std::get_if<EnvironmentDescription>(&sensor.what);
   if (environment == nullptr) return {};
   switch (environment->kind) {

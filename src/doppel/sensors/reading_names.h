@@ -1,5 +1,5 @@
 #pragma once
-// The state interfaces of physical sensors. The names and their order are those of ros2_control's semantic components
+// The state interfaces of sensors. The names and their order are those of ros2_control's semantic components
 // (controller_interface/semantic_components of Jazzy).
 
 #include <string>

@@ -13,6 +13,7 @@ namespace doppel {
 namespace {
 
 constexpr const char* kUnbound = "ros2_control.sensor_unbound";
+constexpr const char* kRange = "range";
 using Names = std::vector<std::string>;
 
 bool is_in(const Names& names, const std::string& name) {
@@ -52,6 +53,7 @@ std::array<SensorDescription, 7> ideal_sensors() {
 // Where a <param> puts a sensor.
 struct Place {
   std::string written;  // <param name="link">hand</param>
+  std::string name;     // hand
   int link = -1;        // -1: there is no such link or joint
   std::string joint;
   Pose X_LS = Pose::Identity();
@@ -118,8 +120,10 @@ class Binder {
     const bool known = common(wanted, reading_names(*kind)) > 0;
     if (!known && is_constant(part)) return std::nullopt;
     const std::optional<Place> at = place_of(part);
+    if (!known && at && is_in(wanted, kRange))
+      if (const RobotSensor* const range = find_range(*at)) return *range;
     if (!known || !at || at->link < 0) {
-      report_unbound(part, known ? kind->type : "", at, unfit);
+      report_unbound(part, known ? kind->type : is_in(wanted, kRange) ? "sonar" : "", at, unfit);
       return std::nullopt;
     }
     RobotSensor sensor;
@@ -138,6 +142,17 @@ class Binder {
     return sensor;
   }
 
+  // Ranges are measured by a sensor of the description only: the one with this frame, or on this link. nullptr: none.
+  [[nodiscard]] const RobotSensor* find_range(const Place& at) const {
+    const RobotSensor* on_link = nullptr;
+    for (const RobotSensor& sensor : sensors_.sensors) {
+      if (!std::holds_alternative<RangeDescription>(sensor.description.what)) continue;
+      if (sensor.frame == at.name) return &sensor;
+      if (sensor.link == at.link && on_link == nullptr) on_link = &sensor;
+    }
+    return on_link;
+  }
+
   // No joint of the description carries it; a floating base is beyond the joint that compile_model() adds.
   [[nodiscard]] int base_link() const {
     return !model_.joints.empty() && model_.joints.front().type == JointType::floating ? 1 : 0;
@@ -154,6 +169,7 @@ class Binder {
         if (name != key) continue;
         Place out;
         out.written = fmt::format("<param name=\"{}\">{}</param>", name, value);
+        out.name = value;
         if (name == "joint") {
           for (const ModelJoint& joint : model_.joints) out.known.push_back(joint.name);
           const int joint = model_.find_joint(value);
@@ -185,18 +201,15 @@ class Binder {
                                         unfit->description.type)
                           : "the description has no sensor of this name" + did_you_mean(part.name, names);
     if (at && at->link < 0) {
-      const std::size_t begin = at->written.find('>') + 1;
-      const std::string value = at->written.substr(begin, at->written.rfind('<') - begin);
-      why +=
-          fmt::format(", and {} names nothing of the robot{}", at->written, did_you_mean(value, at->known));
+      why += fmt::format(", and {} names nothing of the robot{}", at->written,
+                         did_you_mean(at->name, at->known));
+    } else if (at && type == "sonar") {
+      why += fmt::format(", and no range sensor is at what {} names", at->written);
     } else if (at) {
       why += fmt::format(", and no joint carries what {} names", at->written);
     }
     const char* const param = type == "force_torque" ? "<param name=\"joint\">JOINT</param>"
                                                      : "<param name=\"frame_id\">LINK</param>";
-    if (std::ranges::find(part.state_interfaces, "range", &HardwareInterfaceDescription::name) !=
-        part.state_interfaces.end())
-      why += "; ranges are made beside the loop, and published on their topics only";
     std::string fix = type.empty()
                           ? "write <param name=\"initial_value\"> in each <state_interface> for constants"
                           : fmt::format(

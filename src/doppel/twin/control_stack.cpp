@@ -141,7 +141,8 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
       free_joints_(machine.setup().free_joints),
       spare_base_(machine.setup().spare_base),
       sensor_options_(options.sensors),
-      earth_(options.earth) {
+      earth_(options.earth),
+      ranges_(options.ranges) {
   ControllerManagerOptions of_manager;
   if (!machine.name_space().empty()) of_manager.name_space = "/" + machine.name_space();
   of_manager.choose_period = [step = instance.engine().world().settings().step](
@@ -185,7 +186,8 @@ void ControlStack::use_sensors(SimulatedHardware& hardware, const HardwareDescri
   for (const RobotSensor& sensor : bindings.sensors) sensors.push_back(make_rig_sensor(machine, sensor));
   std::unique_ptr<SensorReadings> readings;
   if (!sensors.empty())
-    readings = std::make_unique<SensorReadings>(sensors, sensor_options_, *earth_, manager_->period());
+    readings = std::make_unique<SensorReadings>(sensors, sensor_options_, *earth_, manager_->period(),
+                                                ranges_.get());
   hardware.use_sensors(bindings, std::move(readings));
 }
 
@@ -398,7 +400,7 @@ void ControlStack::before_step() {
 std::uint64_t ControlStack::with_sensors(std::uint64_t hash) const {
   for (const Simulated& one : simulated_)
     for (std::size_t i = 0; i < one.hardware->sensor_count(); ++i)
-      hash = mixed(hash, one.hardware->readings()->values(i));
+      if (one.hardware->readings()->repeatable(i)) hash = mixed(hash, one.hardware->readings()->values(i));
   return hash;
 }
 

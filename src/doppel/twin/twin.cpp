@@ -81,7 +81,7 @@ std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const Compiled
   }
   const Instance instance = instance_of(*machine->engine, *robot);
   auto made = std::make_unique<TwinRobot>(
-      TwinRobot::Surroundings{bus, controllers, hardware, scenario, log, gate, statics, earth},
+      TwinRobot::Surroundings{bus, controllers, hardware, scenario, log, gate, statics, earth, ranges},
       std::move(robot), instance, std::move(past), diagnostics);
   made->control_at_once(count);
   return made;
@@ -138,6 +138,7 @@ void Twin::Impl::add_world_ticks() {
   sources.models = [this] { return machine->model_sensors; };
   sources.statics = statics;
   sources.earth = earth;
+  sources.ranges = ranges;
   auto sensors = std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, std::move(sources));
   sensor_ticks = sensors.get();
   ticks.add(std::move(sensors));

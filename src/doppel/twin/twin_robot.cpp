@@ -118,6 +118,7 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
   ControlStack::Options options{around.controllers, around.hardware, around.scenario.enforce_limits};
   options.sensors = around.scenario.sensors;
   options.earth = around.earth;
+  options.ranges = around.ranges;
   control_ = std::make_unique<ControlStack>(around.bus, *machine_, instance_, options, log(), diagnostics);
   steps_per_tick_ = static_cast<std::uint64_t>(control_->manager().period() / step());
   report_unbound();

@@ -51,6 +51,7 @@ class DOPPEL_API TwinRobot {
     LoopGate& gate;  // protects everything that loops of real hardware use
     std::shared_ptr<StaticTransforms> statics;
     std::shared_ptr<const EarthFrame> earth;  // of the present world
+    std::shared_ptr<RangeValues> ranges;      // of the twin's range sensors
   };
   // State that is kept when the machine is replaced: the reports so far, and the hash.
   struct History {

@@ -28,6 +28,7 @@ class SensorTicks : public Tickable {
     Models models;
     std::shared_ptr<StaticTransforms> statics;  // of the bus
     std::shared_ptr<const EarthFrame> earth;    // of the present world
+    std::shared_ptr<RangeValues> ranges;        // that controllers read
   };
   // The log and the scene outlive this.
   SensorTicks(Bus& bus, const Scene& scene, const Log& log, const RigOptions& options, Sources sources)
@@ -37,6 +38,7 @@ class SensorTicks : public Tickable {
         sources_(std::move(sources)),
         light_(bus, log, options),
         physical_(bus, log, options) {
+    light_.set_ranges(sources_.ranges);
     look_up();
   }
 

@@ -23,7 +23,7 @@ constexpr const char* kSensedLinks = R"(<robot name="bound">
   <joint name="wrist" type="fixed"><parent link="base_link"/><child link="hand"/><origin xyz="0 0 1"/></joint>
   <gazebo reference="hand">
     <sensor name="imu" type="imu"><pose>0 0 0.1 0 0 0</pose></sensor>
-    <sensor name="eye" type="camera"/>
+    <sensor name="eye" type="camera"/><sensor name="echoes" type="sonar"><pose>0 0 0.2 0 0 0</pose></sensor>
   </gazebo>
 )";
 
@@ -89,6 +89,17 @@ TEST_F(SensorBindingTest, ParametersPlaceSensorOnLinkJointOrFrame) {
   EXPECT_EQ(bound.sensors[3].X_LF.translation().z(), 0.1);
 }
 
+TEST_F(SensorBindingTest, RangeIsThatOfSensorOfNameFrameOrLink) {
+  for (const char* named : {"<sensor name=\"echoes\">", "<sensor name=\"a\"><param name=\"frame_id\">echoes_frame</param>",
+                            "<sensor name=\"b\"><param name=\"link\">hand</param>"}) {
+    const SensorBindings bound = bind(named + interfaces({"range"}) + "</sensor>");
+    EXPECT_EQ(said(bound), "");
+    ASSERT_EQ(bound.sensors.size(), 1U) << named;
+    EXPECT_EQ(bound.sensors[0].description.name, "echoes");
+    EXPECT_TRUE(bound.values.at(0).at(0).has_value());
+  }
+}
+
 TEST_F(SensorBindingTest, SensorWithoutCounterpartIsErrorWithPlaceAndFix) {
   const SensorBindings bound = bind("<sensor name=\"imi\">" + interfaces({"orientation.w"}) + "</sensor>");
   EXPECT_TRUE(bound.sensors.empty());
@@ -109,8 +120,11 @@ TEST_F(SensorBindingTest, NamesOfParametersAndTypesAreReported) {
               HasSubstr("no joint carries"));
   EXPECT_THAT(said(bind("<sensor name=\"eye\">" + interfaces({"force.x"}) + "</sensor>")),
               HasSubstr("'eye' of the description has the type 'camera'"));
-  EXPECT_THAT(said(bind("<sensor name=\"sonar\">" + interfaces({"range"}) + "</sensor>")),
-              HasSubstr("published on their topics only"));
+  EXPECT_THAT(said(bind("<sensor name=\"echo\">" + interfaces({"range"}) + "</sensor>")),
+              testing::AllOf(HasSubstr("error"), HasSubstr("did you mean 'echoes'?"), HasSubstr("type=\"sonar\"")));
+  EXPECT_THAT(said(bind("<sensor name=\"front\"><param name=\"frame_id\">base_link</param>" +
+                        interfaces({"range"}) + "</sensor>")),
+              HasSubstr("no range sensor is at"));
   EXPECT_THAT(
       said(bind("<sensor name=\"imu\">" + interfaces({"orientation.w", "orientation.roll"}) + "</sensor>")),
       HasSubstr("'imu/orientation.roll' reads NaN"));
