@@ -74,16 +74,37 @@ class ControllerSensors : public TwinFixture {
   }
   void bring_up_sensed(std::string robot = kRobot, std::uint64_t seed = 1) {
     // Tests run beside each other, each in a process of its own.
-    const auto folder = std::filesystem::path(::testing::TempDir()) / fmt::format("controlled_{}", getpid());
+    const auto folder = this->folder();
     std::filesystem::create_directories(folder);
-    if (const auto at = robot.find("NOISY"); at != std::string::npos) robot.erase(at, 5);
-    std::ofstream(folder / "controlled.urdf") << robot;
+    save(std::move(robot));
     std::ofstream(folder / "controlled.yaml") << kControllers;
     Scenario scenario;
     scenario.robots = {{.target = (folder / "controlled.urdf").string()}};
     scenario.robots[0].controllers = folder / "controlled.yaml";
     scenario.sensors.seed = seed;
+    scenario.sensors.lockstep = lockstep_;
     bring_up(scenario);
+  }
+  [[nodiscard]] static std::filesystem::path folder() {
+    return std::filesystem::path(::testing::TempDir()) / fmt::format("controlled_{}", getpid());
+  }
+  static void save(std::string robot) {
+    if (const auto at = robot.find("NOISY"); at != std::string::npos) robot.erase(at, 5);
+    std::ofstream(folder() / "controlled.urdf") << robot;
+  }
+  Twin::Reload reload(std::string robot) {
+    save(std::move(robot));
+    Diagnostics said;
+    return twin_->replace(twin_->prepare(twin_->running(), said));
+  }
+  // kRobot with another text in the place of one that it has.
+  static std::string edited(const std::string& from, const std::string& to, std::string robot = kRobot) {
+    const std::size_t at = robot.find(from);
+    EXPECT_NE(at, std::string::npos) << from;
+    return robot.replace(at, from.size(), to);
+  }
+  [[nodiscard]] double state(const std::string& name) {
+    return twin_->robot().controller_manager().state(name);
   }
   template <class M>
   M last(const std::string& topic) {
@@ -95,6 +116,7 @@ class ControllerSensors : public TwinFixture {
     publish("/spin/commands", "std_msgs/msg/Float64MultiArray", "{data: [" + std::to_string(speed) + "]}");
   }
   std::string errors_;
+  bool lockstep_ = false;
 };
 
 TEST_F(ControllerSensors, ImuThroughBroadcasterAtRestAndOnTurntable) {
@@ -192,6 +214,100 @@ TEST_F(ControllerSensors, UnboundSensorReadsNaNAndIsErrorOnce) {
   EXPECT_TRUE(std::isnan(twin_->robot().controller_manager().state("lost/orientation.w")));
 }
 
+TEST_F(ControllerSensors, ValueUnboundByEditReadsWhatFirstStartOfEditedFileReads) {
+  const std::string written =
+      edited("NOISY", R"(<sensor name="height"><state_interface name="vertical_reference">
+        <param name="initial_value">7.5</param></state_interface><state_interface name="vertical_velocity"/></sensor>)");
+  const std::string sensed =
+      edited("<sensor name=\"field\"", "<sensor name=\"height\" type=\"altimeter\"/><sensor name=\"field\"", written);
+  bring_up_sensed(sensed);
+  run(0.01);
+  EXPECT_NEAR(state("height/vertical_reference"), 1, 1e-9);
+  EXPECT_EQ(reload(written), Twin::Reload::controllers_kept);
+  run(0.01);
+  const double reference = state("height/vertical_reference"), velocity = state("height/vertical_velocity");
+  bring_up_sensed(written);
+  run(0.01);
+  EXPECT_EQ(state("height/vertical_reference"), 7.5);
+  EXPECT_TRUE(std::isnan(state("height/vertical_velocity")));
+  EXPECT_EQ(reference, 7.5);
+  EXPECT_TRUE(std::isnan(velocity));
+}
+
+TEST_F(ControllerSensors, UnboundSensorIsLoggedAgainOnlyWhenEditChangesWhy) {
+  const auto lost = [](const std::string& name, const std::string& interface) {
+    return "<sensor name=\"" + name + "\"><state_interface name=\"" + interface + "\"/></sensor>";
+  };
+  const std::string one = edited("NOISY", lost("lost", "orientation.w"));
+  bring_up_sensed(one);
+  EXPECT_FALSE(errors_.empty());
+  errors_.clear();
+  reload(one);
+  // On another line, by an edit with which the controllers continue.
+  EXPECT_EQ(reload(edited("<link name=\"base_link\"/>", "\n\n<link name=\"base_link\"/>", one)),
+            Twin::Reload::controllers_kept);
+  EXPECT_EQ(errors_, "");
+  EXPECT_EQ(reload(edited("NOISY", lost("lost", "orientation.w") + "<sensor name=\"gone\">"
+                                       "<state_interface name=\"force.x\"/></sensor>")),
+            Twin::Reload::controllers_recreated);
+  EXPECT_EQ(errors_.find("'lost'"), std::string::npos) << errors_;
+  EXPECT_NE(errors_.find("'gone'"), std::string::npos) << errors_;
+  errors_.clear();
+  reload(kRobot);
+  EXPECT_EQ(errors_, "");
+  reload(one);
+  EXPECT_NE(errors_.find("'lost'"), std::string::npos) << errors_;
+}
+
+// What the controllers and the topic of one IMU say: angles from the start about z, and their noise.
+TEST_F(ControllerSensors, WrittenStateKeepsReferenceAndNoiseOfTopicAndControllersAndResetRenewsBoth) {
+  const std::string noisy =
+      edited("<update_rate>100</update_rate>",
+             "<update_rate>100</update_rate><imu><angular_velocity><z><noise type='gaussian'><stddev>0.1</stddev>"
+             "</noise></z></angular_velocity></imu>");
+  struct Seen {
+    double angle = 0, read_angle = 0, noise = 0, read_noise = 0;
+  };
+  const auto angle_of = [](const sensor_msgs::msg::Imu& imu) {
+    return 2 * std::atan2(imu.orientation.z, imu.orientation.w);
+  };
+  const auto see = [&] {
+    Seen out;
+    listen("/imu/data");
+    run(0.02);
+    const auto topic = last<sensor_msgs::msg::Imu>("/imu/data");
+    out.angle = angle_of(topic);
+    out.noise = topic.angular_velocity.z - joint("turn").v;
+    out.read_angle = 2 * std::atan2(state("imu/orientation.z"), state("imu/orientation.w"));
+    out.read_noise = state("imu/angular_velocity.z") - joint("turn").v;
+    return out;
+  };
+  const auto after = [&](const std::vector<std::string>& calls) {
+    bring_up_sensed(noisy);
+    run(0.1);
+    for (const std::string& yaml : calls)
+      call("/gazebo/set_state", "doppel_msgs/srv/SetState", yaml);
+    return see();
+  };
+  const std::string turned = "{names: [turn], positions: [0.5]}";
+  const Seen still = after({}), once = after({turned}), often = after({"{}", turned, turned, turned});
+  EXPECT_NEAR(once.angle, 0.5, 1e-3);
+  EXPECT_NEAR(once.read_angle, 0.5, 1e-3);
+  EXPECT_NE(still.noise, 0);
+  EXPECT_NE(still.read_noise, 0);
+  for (const Seen& one : {once, often}) {
+    EXPECT_NEAR(one.noise, still.noise, 1e-6);
+    EXPECT_NEAR(one.read_noise, still.read_noise, 1e-6);
+  }
+  twin_->reset();
+  run(0.1);
+  const Seen reset = see();
+  EXPECT_NEAR(reset.angle, 0, 1e-3);
+  EXPECT_NEAR(reset.read_angle, 0, 1e-3);
+  EXPECT_NEAR(reset.noise, still.noise, 1e-6);
+  EXPECT_NEAR(reset.read_noise, still.read_noise, 1e-6);
+}
+
 TEST_F(ControllerSensors, NoiseOfReadSensorsEntersHashOfState) {
   std::string noisy = kRobot;
   noisy.replace(
@@ -206,6 +322,48 @@ TEST_F(ControllerSensors, NoiseOfReadSensorsEntersHashOfState) {
   EXPECT_EQ(hash_of(kRobot, 1), hash_of(kRobot, 2));
   EXPECT_EQ(hash_of(noisy, 1), hash_of(noisy, 1));
   EXPECT_NE(hash_of(noisy, 1), hash_of(noisy, 2));
+}
+
+// A sonar that faces a wall in 2 m.
+constexpr const char* kSonar = R"(<link name="wall"><visual><geometry><box size="0.1 4 4"/></geometry></visual></link>
+  <joint name="stands" type="fixed"><parent link="base_link"/><child link="wall"/><origin xyz="2.35 0 1"/></joint>
+  <gazebo reference="hand"><sensor name="front" type="ray"><update_rate>10</update_rate>
+    <ray><scan><horizontal><samples>1</samples><min_angle>0</min_angle><max_angle>0</max_angle></horizontal></scan>
+      <range><min>0.02</min><max>4</max></range>
+      <noise><type>gaussian</type><stddev>0.01</stddev></noise></ray>
+    <plugin name="front_plugin" filename="libgazebo_ros_ray_sensor.so"><output_type>sensor_msgs/Range</output_type>
+      <ros><remapping>~/out:=front</remapping></ros></plugin></sensor></gazebo>
+  <ros2_control name="cell")";
+
+TEST_F(ControllerSensors, RangeIsThatOfLastSampleAndMeasuredForControllersAlone) {
+  const std::string robot = edited("<ros2_control name=\"cell\"", kSonar,
+                                   edited("NOISY", R"(<sensor name="front"><state_interface name="range"/></sensor>)"));
+  lockstep_ = true;
+  const auto hash_of = [&](std::uint64_t seed) {
+    bring_up_sensed(robot, seed);
+    EXPECT_EQ(errors_, "");
+    run(0.098);
+    EXPECT_TRUE(std::isnan(state("front/range")));
+    run(0.102);
+    EXPECT_NEAR(state("front/range"), 2, 0.05);
+    EXPECT_NE(state("front/range"), 2);
+    return twin_->state_hash();
+  };
+  EXPECT_EQ(hash_of(1), hash_of(1));
+  EXPECT_NE(hash_of(1), hash_of(2));
+  listen("/front");
+  run(0.12);
+  EXPECT_EQ(static_cast<float>(state("front/range")), last<sensor_msgs::msg::Range>("/front").range);
+  twin_->reset();
+  run(0.05);
+  EXPECT_TRUE(std::isnan(state("front/range")));
+  lockstep_ = false;  // when a sample is finished depends on the machine
+  const auto free_hash = [&](std::uint64_t seed) {
+    bring_up_sensed(robot, seed);
+    run(0.2);
+    return twin_->state_hash();
+  };
+  EXPECT_EQ(free_hash(1), free_hash(2));
 }
 
 TEST_F(ControllerSensors, LoopWithBroadcastersDoesNotAllocate) {

@@ -162,15 +162,29 @@ TEST_F(WorldSensors, DiagnosticsWarnOfSamplesThatAreLeftOut) {
 
 TEST_F(WorldSensors, TopicOfTwoSensorsIsReported) {
   const auto file = std::filesystem::path(::testing::TempDir()) / "two_cameras.urdf";
-  std::ofstream(file) << R"(<robot name="two"><link name="base_link"/><gazebo reference="base_link">
-    <sensor name="left" type="camera"><topic>left</topic></sensor>
-    <sensor name="right" type="camera"><topic>right</topic></sensor></gazebo></robot>)";
+  const auto write = [&](const std::string& more) {
+    std::ofstream(file) << R"(<robot name="two"><link name="base_link"/><gazebo reference="base_link">
+      <sensor name="left" type="camera"><topic>left</topic></sensor>
+      <sensor name="right" type="camera"><topic>right</topic></sensor>)"
+                        << more << "</gazebo></robot>";
+  };
+  write("");
   std::string said;
   log_.add_sink([&](const LogLine& line) { said += line.text + "\n"; });
   bring_up(file.string());
   EXPECT_NE(said.find("two/base_link/left, two/base_link/right publish on the same topic /camera_info"),
             std::string::npos)
       << said;
+  const auto reload = [&](const std::string& more) {
+    said.clear();
+    write(more);
+    Diagnostics found;
+    twin_->replace(twin_->prepare(twin_->running(), found));
+    twin_->between_steps();
+    return said.find("publish on the same topic /camera_info") != std::string::npos;
+  };
+  EXPECT_FALSE(reload("<sensor name=\"imu\" type=\"imu\"/>")) << said;
+  EXPECT_TRUE(reload("<sensor name=\"third\" type=\"camera\"><topic>third</topic></sensor>")) << said;
 }
 
 // S15.

@@ -6,7 +6,9 @@
 
 #include "doppel/audit/detail/description_facts.h"
 #include "doppel/audit/detail/rules.h"
+#include "doppel/control/hardware_registry.h"
 #include "doppel/overlay/overlay.h"
+#include "doppel/sensors/sensor_binding.h"
 #include "doppel/sensors/sensor_reader.h"
 
 namespace doppel {
@@ -100,6 +102,18 @@ std::optional<Model> compile(const RobotDescription& robot, const XmlNode& root,
   }
 }
 
+// By the functions of a running twin, so that both report the same.
+void check_sensors(const RobotDescription& robot, const Model& model, Diagnostics& out) {
+  const RobotSensors sensors = find_sensors(robot, model, out);
+  const HardwareRegistry hardware_types = HardwareRegistry::with_builtin();
+  for (const HardwareDescription& hardware : robot.hardware) {
+    const HardwareRegistry::Type* const type = hardware_types.find(hardware.plugin);
+    if (type != nullptr && type->kind == HardwareKind::real) continue;  // it reads its own sensors
+    const SensorBindings bindings = bind_sensors(hardware, model, sensors);
+    for (const Diagnostic& one : bindings.unbound.all()) out.add(one);
+  }
+}
+
 void apply_rules(const AuditInput& in, Findings& out) {
   using namespace audit_rules;
   // Meshes and shapes come before the inertias that are compared with them, so that a fault is reported once.
@@ -167,11 +181,16 @@ AuditReport audit(const std::filesystem::path& file, const XacroArguments& argum
                      "give a URDF file, or a xacro file that expands to one");
   }
   const RobotDescription robot = read_description(expanded, resolver, diagnostics);
-  if (!diagnostics.has_errors()) read_sensors(robot, diagnostics);
   Findings found;
   take_over(diagnostics, expanded.root, found);
   std::optional<Model> model;
   if (!diagnostics.has_errors()) model = compile(robot, expanded.root, found);
+  Diagnostics of_sensors;
+  if (model)
+    check_sensors(robot, *model, of_sensors);
+  else if (!diagnostics.has_errors())
+    read_sensors(robot, of_sensors);
+  take_over(of_sensors, expanded.root, found);
   apply_rules({expanded, robot, model ? &*model : nullptr, resolver, options}, found);
 
   AuditReport report;

@@ -1,6 +1,5 @@
-// The components of <ros2_control> themselves: their type, their plugin, their sensors.
+// The components of <ros2_control> themselves: their type and their plugin.
 #include <algorithm>
-#include <set>
 
 #include "doppel/audit/detail/ros_rules.h"
 #include "doppel/core/names.h"
@@ -60,43 +59,6 @@ void check_plugin(const HardwareDescription& hardware, Findings& out) {
   }
 }
 
-// Names of the <sensor> elements in <gazebo>.
-void sensor_names(const XmlNode& node, std::set<std::string>& out) {
-  for (const XmlNode& child : node.children) {
-    const XmlAttribute* name = child.is("sensor") ? child.find("name") : nullptr;
-    if (name != nullptr) out.insert(name->value);
-    sensor_names(child, out);
-  }
-}
-
-void check_sensors(const AuditInput& in, const HardwareDescription& hardware, Findings& out) {
-  if (hardware.sensors.empty()) return;
-  const Names links = link_names(in.robot), joints = joint_names(in.robot);
-  const SimulatorPlugin* plugin = find_simulator_plugin(hardware.plugin);
-  std::set<std::string> simulated;
-  for (const XmlNode& child : in.expanded.root.children) {
-    if (child.is("gazebo")) sensor_names(child, simulated);
-  }
-  for (const HardwareJointDescription& sensor : hardware.sensors) {
-    const std::string subject = fmt::format("sensor '{}' of <ros2_control>", sensor.name);
-    for (const auto& [name, value] : sensor.params) {
-      if (name != "frame_id" || value.empty() || contains(links, value)) continue;
-      out.add(
-          "ros2_control.sensor_frame", subject, sensor.source,
-          fmt::format("its frame_id '{}' is not a link of the robot{}", value, did_you_mean(value, links)),
-          "use the link that carries the sensor");
-    }
-    const bool in_gazebo = plugin != nullptr && plugin->needs_gazebo;
-    if (!in_gazebo || simulated.contains(sensor.name) || contains(joints, sensor.name)) continue;
-    const Names there(simulated.begin(), simulated.end());
-    out.add(
-        "ros2_control.sensor_unknown", subject, sensor.source,
-        fmt::format("no <sensor> of a <gazebo> element has this name, so the simulator has nothing to read{}",
-                    did_you_mean(sensor.name, there)),
-        "give the <gazebo><sensor> and this entry the same name");
-  }
-}
-
 // Descriptions that are prepared for ros2_control (with an empty include, as exporters write it) and lack it.
 void check_presence(const AuditInput& in, Findings& out) {
   if (!in.robot.hardware.empty()) return;
@@ -118,7 +80,6 @@ void check_hardware(const AuditInput& in, Findings& out) {
   for (const HardwareDescription& hardware : in.robot.hardware) {
     check_type(hardware, out);
     check_plugin(hardware, out);
-    check_sensors(in, hardware, out);
   }
   check_presence(in, out);
 }

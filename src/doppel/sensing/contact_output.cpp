@@ -5,16 +5,19 @@
 #include "doppel/core/names.h"
 #include "doppel/messages/gazebo_msgs.h"
 #include "doppel/messages/ros_gz_interfaces.h"
+#include "doppel/sensing/detail/delay_line.h"
 #include "doppel/sensing/detail/physical_sensor.h"
 
 namespace doppel {
 namespace {
 
 using BumperState = gazebo_msgs::msg::ContactState;
+using gazebo_msgs::msg::ContactsState;
 using ContactEntry = ros_gz_interfaces::msg::Contact;
+using ros_gz_interfaces::msg::Contacts;
 using ros_gz_interfaces::msg::JointWrench;
 
-// Of one sensor; more of them allocate in the loop.
+// Of one sensor; more of them allocate in the loop, and so do delayed messages until the first ones are sent.
 constexpr std::size_t kUsualPairs = 16, kUsualPoints = 16, kUsualName = 128;
 // What Gazebo's conversion of a URDF inserts where a link is merged into the one that carries it.
 constexpr std::string_view kMerged = "_fixed_joint_lump__";
@@ -58,15 +61,6 @@ std::string scoped_collision(const ModelInstance& instance, int link) {
   return instance.name + "::" + name + "::" + (names.empty() ? name + "_collision" : names.front());
 }
 
-// From the spare ones, which keep their memory.
-template <class T>
-T taken(std::vector<T>& spare) {
-  if (spare.empty()) return {};
-  T out = std::move(spare.back());
-  spare.pop_back();
-  return out;
-}
-
 // A contact as the sensor's collision feels it, in the axes of the data.
 struct OwnContact {
   BodyId own, other;
@@ -76,16 +70,20 @@ struct OwnContact {
 
 class ContactOutput : public PhysicalSensor {
  public:
-  ContactOutput(Node& node, const RigSensor& sensor, const Log& log)
-      : PhysicalSensor(sensor), described_(std::get<ContactDescription>(sensor.description.what)), log_(log) {
+  ContactOutput(Node& node, const RigSensor& sensor, double period, const Log& log)
+      : PhysicalSensor(sensor),
+        described_(std::get<ContactDescription>(sensor.description.what)),
+        log_(log),
+        in_world_(sensor.description.frame.empty() || sensor.description.frame == "world"),
+        message_(blank<Contacts>(in_world_ ? "world" : sensor.frame)),
+        states_(blank<ContactsState>(message_.header.frame_id)),
+        delayed_(described_.bumper ? 0 : sensor.description.latency, period, message_),
+        delayed_states_(described_.bumper ? sensor.description.latency : 0, period, states_) {
     if (described_.bumper)
-      bumper_ = advertise<gazebo_msgs::msg::ContactsState>(node, "bumper");
+      bumper_ = advertise<ContactsState>(node, "bumper");
     else
-      contacts_ = advertise<ros_gz_interfaces::msg::Contacts>(node, "contact");
-    const std::string& frame = sensor.description.frame;
-    in_world_ = frame.empty() || frame == "world";
-    frame_ = in_world_ ? "world" : sensor.frame;
-    message_.header.frame_id = states_.header.frame_id = frame_;
+      contacts_ = advertise<Contacts>(node, "contact");
+    frame_ = message_.header.frame_id;
     reserve();
   }
 
@@ -95,9 +93,34 @@ class ContactOutput : public PhysicalSensor {
   [[nodiscard]] bool needs_contacts() const override { return true; }
 
   void bind(const Engine& engine, int instance) override;
+  void restart(const Engine& /*engine*/) override {
+    delayed_.clear();
+    delayed_states_.clear();
+  }
   void publish(const PhysicalState& state, std::uint64_t sample) override;
+  void release(Time now) override {
+    delayed_.release(now, [&](const Contacts& message) { contacts_.publish(message, now); });
+    delayed_states_.release(now, [&](const ContactsState& states) { bumper_.publish(states, now); });
+  }
+  [[nodiscard]] Time next_release() const override {
+    return std::min(delayed_.next_release(), delayed_states_.next_release());
+  }
 
  private:
+  template <class M>
+  static M blank(const std::string& frame) {
+    M out;
+    out.header.frame_id = frame;
+    return out;
+  }
+  // The message gets the memory of one that was sent.
+  template <class M>
+  static void finish(Publisher<M>& publisher, M& message, DelayLine<M>& delayed, Time now) {
+    if (delayed.delays())
+      std::swap(delayed.add(now), message);
+    else
+      publisher.publish(message, now);
+  }
   void reserve();
   void find_links(const ModelInstance& instance);
   [[nodiscard]] bool has(BodyId body) const {
@@ -119,18 +142,20 @@ class ContactOutput : public PhysicalSensor {
   const ContactDescription described_;
   const Log& log_;
   std::set<std::string> reported_;  // names of collisions that are not there
-  bool in_world_ = true;
+  const bool in_world_;
   int world_link_ = -1;                          // of TF's frame "world"; -1: that of the simulation
   std::vector<char> links_;                      // [links] of the sensor's instance
   std::vector<std::vector<std::string>> names_;  // [instances][links]
   const std::string ground_ = "ground::link::collision";
-  ros_gz_interfaces::msg::Contacts message_;
+  Contacts message_;
   std::vector<ContactEntry> spare_;
   std::vector<JointWrench> spare_wrenches_;
-  gazebo_msgs::msg::ContactsState states_;
+  ContactsState states_;
   std::vector<BumperState> spare_states_;
-  Publisher<ros_gz_interfaces::msg::Contacts> contacts_;
-  Publisher<gazebo_msgs::msg::ContactsState> bumper_;
+  DelayLine<Contacts> delayed_;
+  DelayLine<ContactsState> delayed_states_;
+  Publisher<Contacts> contacts_;
+  Publisher<ContactsState> bumper_;
 };
 
 void ContactOutput::reserve() {
@@ -254,6 +279,7 @@ void ContactOutput::add(const OwnContact& contact, const std_msgs::msg::Header& 
   entry.depths.push_back(contact.depth);
   JointWrench& wrench = entry.wrenches.emplace_back(taken(spare_wrenches_));
   wrench.header.stamp = header.stamp;
+  wrench.header.frame_id = header.frame_id;
   wrench.body_1_name.data = entry.collision1.name;
   wrench.body_2_name.data = entry.collision2.name;
   wrench.body_1_wrench.force = to_vector_msg(contact.force);
@@ -296,15 +322,16 @@ void ContactOutput::publish(const PhysicalState& state, std::uint64_t /*sample*/
     }
   }
   if (described_.bumper)
-    bumper_.publish(states_, state.now);
+    finish(bumper_, states_, delayed_states_, state.now);
   else
-    contacts_.publish(message_, state.now);
+    finish(contacts_, message_, delayed_, state.now);
 }
 
 }  // namespace
 
-std::unique_ptr<PhysicalSensor> make_contact_output(Node& node, const RigSensor& sensor, const Log& log) {
-  return std::make_unique<ContactOutput>(node, sensor, log);
+std::unique_ptr<PhysicalSensor> make_contact_output(Node& node, const RigSensor& sensor, double period,
+                                                    const Log& log) {
+  return std::make_unique<ContactOutput>(node, sensor, period, log);
 }
 
 }  // namespace doppel

@@ -15,19 +15,10 @@ class EnvironmentMeter : public SensorMeter {
         described_(std::get<EnvironmentDescription>(sensor.description.what)),
         settings_(settings) {}
 
-  void restart(const Engine& /*engine*/) override { noise_ = at_start_; }
-
  protected:
   // The element of SDF that applies to each of the values with noise.
   void set_noise(std::initializer_list<std::size_t> elements) {
-    for (std::size_t i = 0; i < elements.size(); ++i)
-      noise_[i] = ChannelNoise(described_.noise[*(elements.begin() + i)], settings_.random,
-                               static_cast<std::uint32_t>(i), settings_.period);
-    at_start_ = noise_;
-  }
-  double noisy(std::size_t channel, double value, std::uint64_t sample) {
-    noise_[channel].advance(sample);
-    return noise_[channel].apply(value, sample);
+    for (const std::size_t element : elements) add_noise(described_.noise[element], settings_);
   }
   [[nodiscard]] Eigen::Vector3d position(const Engine& engine) const {
     return engine.instance(instance_).link_pose(sensor_.link) * sensor_.description.X_LS.translation();
@@ -38,7 +29,6 @@ class EnvironmentMeter : public SensorMeter {
 
   const EnvironmentDescription described_;
   const MeterSettings settings_;
-  VectorNoise noise_, at_start_;
 };
 
 class SatelliteMeter : public EnvironmentMeter {
@@ -52,7 +42,7 @@ class SatelliteMeter : public EnvironmentMeter {
 
   // SDF's noise is in m, so that it moves the point before its coordinates are computed.
   void measure(const PhysicalState& state, std::uint64_t sample) override {
-    const Eigen::Vector3d p_W = noisy_vector(noise_, position(state.engine), sample);
+    const Eigen::Vector3d p_W = noisy_vector(0, position(state.engine), sample);
     const GeographicPoint at = geographic_point(settings_.earth, p_W);
     values_[2] = at.latitude;
     values_[3] = at.longitude;
@@ -68,7 +58,7 @@ class FieldMeter : public EnvironmentMeter {
 
   void measure(const PhysicalState& state, std::uint64_t sample) override {
     const Eigen::Matrix3d R_FW = X_WF(state.engine).linear().transpose();
-    write(0, noisy_vector(noise_, R_FW * settings_.earth.magnetic_field, sample));
+    write(0, noisy_vector(0, R_FW * settings_.earth.magnetic_field, sample));
   }
 };
 
@@ -80,10 +70,11 @@ class HeightMeter : public EnvironmentMeter {
   }
 
   void restart(const Engine& engine) override {
-    EnvironmentMeter::restart(engine);
+    SensorMeter::restart(engine);
     if (instance_ >= 0) reference_ = position(engine).z();
   }
   void resume(const SensorMeter& before) override {
+    SensorMeter::resume(before);
     if (const auto* height = dynamic_cast<const HeightMeter*>(&before)) reference_ = height->reference_;
   }
 

@@ -5,6 +5,7 @@ namespace doppel {
 namespace {
 
 constexpr std::size_t kOrientation = 0, kVelocity = 4, kAcceleration = 7, kCount = 10;
+constexpr std::size_t kAccelerationNoise = 0, kVelocityNoise = 3, kOrientationNoise = 6;  // channels
 
 // Axes of the frames to which orientations refer, in the world's (x east, y north, z up; REP 103).
 Eigen::Matrix3d north_east_down() {
@@ -22,20 +23,18 @@ class ImuMeter : public SensorMeter {
  public:
   ImuMeter(const RigSensor& sensor, const MeterSettings& settings)
       : SensorMeter(sensor, kCount), imu_(std::get<ImuDescription>(sensor.description.what)) {
-    for (std::uint32_t i = 0; i < 3; ++i) {
-      noise_.acceleration[i] = ChannelNoise(imu_.linear_acceleration[i], settings.random, i, settings.period);
-      noise_.velocity[i] = ChannelNoise(imu_.angular_velocity[i], settings.random, 3 + i, settings.period);
-      noise_.orientation[i] = ChannelNoise(imu_.orientation, settings.random, 6 + i, settings.period);
-    }
-    at_start_ = noise_;
+    for (const NoiseDescription& one : imu_.linear_acceleration) add_noise(one, settings);
+    for (const NoiseDescription& one : imu_.angular_velocity) add_noise(one, settings);
+    for (int i = 0; i < 3; ++i) add_noise(imu_.orientation, settings);
     write_rotation(kOrientation, Eigen::Matrix3d::Identity());
   }
 
   void restart(const Engine& engine) override {
+    SensorMeter::restart(engine);
     if (instance_ >= 0) R_WStart_ = R_WF(engine);
-    noise_ = at_start_;
   }
   void resume(const SensorMeter& before) override {
+    SensorMeter::resume(before);
     if (const auto* imu = dynamic_cast<const ImuMeter*>(&before)) R_WStart_ = imu->R_WStart_;
   }
 
@@ -50,16 +49,12 @@ class ImuMeter : public SensorMeter {
     // The classical acceleration of the sensor's point from the spatial one of the link (Featherstone 2008, eq. 2.48).
     const Eigen::Vector3d a_L = A.tail<3>() + A.head<3>().cross(p_LS) + w.cross(V.tail<3>() + w.cross(p_LS));
     const Eigen::Matrix3d R_FL = sensor_.X_LF.linear().transpose();
-    write(kAcceleration, noisy_vector(noise_.acceleration, R_FL * a_L, sample));
-    write(kVelocity, noisy_vector(noise_.velocity, R_FL * w, sample));
+    write(kAcceleration, noisy_vector(kAccelerationNoise, R_FL * a_L, sample));
+    write(kVelocity, noisy_vector(kVelocityNoise, R_FL * w, sample));
     if (imu_.orientation_enabled) measure_orientation(state.engine, sample);
   }
 
  private:
-  struct Noise {
-    VectorNoise acceleration, velocity, orientation;
-  };
-
   [[nodiscard]] Eigen::Matrix3d R_WF(const Engine& engine) const {
     return (engine.instance(instance_).link_pose(sensor_.link) * sensor_.X_LF).linear();
   }
@@ -86,12 +81,11 @@ class ImuMeter : public SensorMeter {
   void measure_orientation(const Engine& engine, std::uint64_t sample) {
     Eigen::Matrix3d R = R_WReference().transpose() * R_WF(engine);
     if (imu_.orientation.any())
-      R = rotation_from_rpy(noisy_vector(noise_.orientation, rpy_from_rotation(R), sample));
+      R = rotation_from_rpy(noisy_vector(kOrientationNoise, rpy_from_rotation(R), sample));
     write_rotation(kOrientation, R);
   }
 
   const ImuDescription imu_;
-  Noise noise_, at_start_;
   Eigen::Matrix3d R_WStart_ = Eigen::Matrix3d::Identity();
 };
 

@@ -51,7 +51,9 @@ class LidarOutput : public LightSensor {
       : LightSensor(sensor, options),
         lidar_(std::get<LidarDescription>(sensor.description.what)),
         pattern_(scan_pattern(lidar_)),
-        noise_(lidar_.noise, random_, 0, sensor.description.rate > 0 ? 1 / sensor.description.rate : 0) {
+        noise_at_start_(lidar_.noise, random_, 0,
+                        sensor.description.rate > 0 ? 1 / sensor.description.rate : 0),
+        noise_(noise_at_start_) {
     const std::string base =
         sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic;
     if (!sensor.description.points_only)
@@ -62,6 +64,10 @@ class LidarOutput : public LightSensor {
 
   void make(const RayCaster& caster, const LightSample& sample, Time stamp,
             std::vector<LightMessage>& out) override;
+  void restart() override { noise_ = noise_at_start_; }
+  void resume(const LightSensor& before) override {
+    if (const auto* lidar = dynamic_cast<const LidarOutput*>(&before)) noise_.resume(lidar->noise_);
+  }
 
  private:
   void measure(const RayCaster& caster, const LightSample& sample);
@@ -73,7 +79,7 @@ class LidarOutput : public LightSensor {
 
   const LidarDescription lidar_;
   const ScanPattern pattern_;
-  ChannelNoise noise_;
+  ChannelNoise noise_at_start_, noise_;
   int scan_ = -1, points_ = -1;
   RayBatch rays_;
   HitBatch hits_, near_;
@@ -185,9 +191,11 @@ class RangeOutput : public LightSensor {
  public:
   RangeOutput(Node& node, const RigSensor& sensor, const RigOptions& options)
       : LightSensor(sensor, options),
-        range_(std::get<RangeDescription>(sensor.description.what)),
-        pattern_(has_rays(sensor.description) ? scan_pattern(range_.rays) : cone_pattern(range_)),
-        noise_(range_.rays.noise, random_, 0, sensor.description.rate > 0 ? 1 / sensor.description.rate : 0) {
+        described_(std::get<RangeDescription>(sensor.description.what)),
+        pattern_(has_rays(sensor.description) ? scan_pattern(described_.rays) : cone_pattern(described_)),
+        noise_at_start_(described_.rays.noise, random_, 0,
+                        sensor.description.rate > 0 ? 1 / sensor.description.rate : 0),
+        noise_(noise_at_start_) {
     add_outlet<msg::Range>(
         node, "range", sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic);
   }
@@ -195,30 +203,38 @@ class RangeOutput : public LightSensor {
   void make(const RayCaster& caster, const LightSample& sample, Time stamp,
             std::vector<LightMessage>& out) override {
     place_rays(pattern_, sample.X_WL * sensor_.description.X_LS, nullptr, rays_);
-    rays_.near = static_cast<float>(range_.near);
-    rays_.far = static_cast<float>(range_.far);
+    rays_.near = static_cast<float>(described_.near);
+    rays_.far = static_cast<float>(described_.far);
     caster.cast(rays_, hits_);
     std::vector<float> distances = hits_.distance;
-    mark_near(caster, rays_, range_.near, sample.body, near_, distances);
+    mark_near(caster, rays_, described_.near, sample.body, near_, distances);
     msg::Range message;
     message.header.stamp = to_time_msg(stamp);
     message.header.frame_id = frame();
-    message.radiation_type = range_.ultrasound ? msg::Range::ULTRASOUND : msg::Range::INFRARED;
-    message.field_of_view = static_cast<float>(range_.field_of_view);
-    message.min_range = static_cast<float>(range_.near);
-    message.max_range = static_cast<float>(range_.far);
+    message.radiation_type = described_.ultrasound ? msg::Range::ULTRASOUND : msg::Range::INFRARED;
+    message.field_of_view = static_cast<float>(described_.field_of_view);
+    message.min_range = static_cast<float>(described_.near);
+    message.max_range = static_cast<float>(described_.far);
     noise_.advance(sample.number);
     message.range = *std::min_element(distances.begin(), distances.end());
     if (std::isfinite(message.range))
       message.range = static_cast<float>(noise_.apply(message.range, sample.number));
     message.variance = static_cast<float>(noise_.stddev() * noise_.stddev());
-    out.push_back({0, std::make_shared<const Bytes>(to_cdr(message))});
+    if (range_) range_->range = message.range;
+    if ((sample.wanted & 1U) != 0) out.push_back({0, std::make_shared<const Bytes>(to_cdr(message))});
+  }
+  void restart() override {
+    LightSensor::restart();
+    noise_ = noise_at_start_;
+  }
+  void resume(const LightSensor& before) override {
+    if (const auto* other = dynamic_cast<const RangeOutput*>(&before)) noise_.resume(other->noise_);
   }
 
  private:
-  const RangeDescription range_;
+  const RangeDescription described_;
   const ScanPattern pattern_;
-  ChannelNoise noise_;
+  ChannelNoise noise_at_start_, noise_;
   RayBatch rays_;
   HitBatch hits_, near_;
 };

@@ -45,6 +45,7 @@ struct LightRig::Impl {
   Bus& bus;
   const Log& log;
   const RigOptions options;
+  std::shared_ptr<RangeValues> ranges;  // nullptr: no controller reads them
   std::unique_ptr<Node> node;
   Time window_start{};
   std::vector<std::shared_ptr<LightSensor>> sensors;  // of entries, by index: what the worker reads
@@ -86,6 +87,10 @@ doppel_msgs::msg::Sensor LightRig::Impl::status_of(const Entry& entry) const {
           entry.samples,      entry.left_out,          entry.cost};
 }
 
+void LightRig::set_ranges(std::shared_ptr<RangeValues> ranges) {
+  impl_->ranges = std::move(ranges);
+}
+
 void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) {
   Impl& rig = *impl_;
   if (rig.worker) {
@@ -101,16 +106,20 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
     Impl::Entry entry;
     entry.sensor = make_light_sensor(*node, sensor, rig.options);
     if (!entry.sensor) continue;
+    if (rig.ranges && std::holds_alternative<RangeDescription>(sensor.description.what))
+      entry.sensor->report_to(rig.ranges->of(sensor));
     const auto old = std::find_if(rig.entries.begin(), rig.entries.end(), [&](const Impl::Entry& one) {
       return sensor_key(one.sensor->sensor()) == key && one.sensor->sensor().description.rate == rate;
     });
     if (old != rig.entries.end()) {
       auto made = std::move(entry.sensor);
+      if (old->sensor->sensor().description.type == sensor.description.type) made->resume(*old->sensor);
       entry = *old;
       entry.sensor = std::move(made);
     } else {
       entry.schedule = SampleSchedule(rate, engine.world().settings().step);
       entry.schedule.restart(engine.time());
+      entry.sensor->restart();
       if (entry.schedule.limited())
         rig.log.warning("sensors", key + " asks for " + std::to_string(rate) +
                                        " Hz, more than one sample a step; it takes one every step");
@@ -242,6 +251,7 @@ void LightRig::reset(Time now) {
     entry.schedule.restart(now);
     entry.has_before = false;
     entry.window_samples = 0;
+    entry.sensor->restart();
   }
 }
 

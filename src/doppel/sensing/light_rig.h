@@ -16,6 +16,7 @@
 #include "doppel/core/log.h"
 #include "doppel/export.h"
 #include "doppel/physics/engine.h"
+#include "doppel/sensing/range_values.h"
 #include "doppel/sensing/rig_sensor.h"
 
 namespace doppel {
@@ -29,6 +30,8 @@ class DOPPEL_API LightRig {
   LightRig& operator=(const LightRig&) = delete;
 
   // -- between steps
+  // Where controllers read ranges of the sensors that set_sensors() makes afterwards.
+  void set_ranges(std::shared_ptr<RangeValues> ranges);
   // Replaces all sensors; those that stay keep their count of samples. Sensors of other kinds are left out.
   void set_sensors(std::vector<RigSensor> sensors, const Engine& engine);
   // The engine has other instances: looks up those of the sensors again.

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "doppel/messages/ros_gz_interfaces.h"
+#include "doppel/sensing/detail/delay_line.h"
 #include "doppel/sensing/detail/physical_sensor.h"
 
 namespace doppel {
@@ -17,15 +18,19 @@ geometry_msgs::msg::Pose to_pose_msg(const Pose& X) {
 
 class LogicalCameraOutput : public PhysicalSensor {
  public:
-  LogicalCameraOutput(Node& node, const RigSensor& sensor)
-      : PhysicalSensor(sensor), described_(std::get<EnvironmentDescription>(sensor.description.what)) {
+  LogicalCameraOutput(Node& node, const RigSensor& sensor, double period)
+      : PhysicalSensor(sensor),
+        described_(std::get<EnvironmentDescription>(sensor.description.what)),
+        message_(blank(sensor)),
+        delayed_(sensor.description.latency, period, message_) {
     publisher_ = advertise<LogicalCameraImage>(node, "logical_camera");
-    frame_ = message_.header.frame_id = sensor.frame;
+    frame_ = sensor.frame;
     across_ = std::tan(described_.hfov / 2);
   }
 
   [[nodiscard]] bool wanted() const override { return publisher_.has_listeners(); }
 
+  void restart(const Engine& /*engine*/) override { delayed_.clear(); }
   void bind(const Engine& engine, int instance) override {
     PhysicalSensor::bind(engine, instance);
     const auto& instances = engine.world().instances();
@@ -49,18 +54,29 @@ class LogicalCameraOutput : public PhysicalSensor {
       if (i == instance_) continue;
       const Pose X_WM = state.engine.instance(i).base_pose() * instances[static_cast<std::size_t>(i)].X_BO;
       if (!sees(X_WS.inverse() * X_WM.translation())) continue;
-      LogicalCameraImageModel& seen = message_.model.emplace_back(std::move(spare_.back()));
-      spare_.pop_back();
+      LogicalCameraImageModel& seen = message_.model.emplace_back(taken(spare_));
       seen.name = instances[static_cast<std::size_t>(i)].name;
       seen.pose = to_pose_msg(X_FW * X_WM);
       hash_value(i);
       hash_vector({seen.pose.position.x, seen.pose.position.y, seen.pose.position.z});
     }
     message_.header.stamp = to_time_msg(state.stamp);
-    publisher_.publish(message_, state.now);
+    if (delayed_.delays())
+      std::swap(delayed_.add(state.now), message_);
+    else
+      publisher_.publish(message_, state.now);
   }
+  void release(Time now) override {
+    delayed_.release(now, [&](const LogicalCameraImage& message) { publisher_.publish(message, now); });
+  }
+  [[nodiscard]] Time next_release() const override { return delayed_.next_release(); }
 
  private:
+  static LogicalCameraImage blank(const RigSensor& sensor) {
+    LogicalCameraImage out;
+    out.header.frame_id = sensor.frame;
+    return out;
+  }
   // x forward, y to the left; the aspect is width over height.
   [[nodiscard]] bool sees(const Eigen::Vector3d& p_S) const {
     return p_S.x() >= described_.near && p_S.x() <= described_.far &&
@@ -71,14 +87,15 @@ class LogicalCameraOutput : public PhysicalSensor {
   const EnvironmentDescription described_;
   double across_ = 1;  // tangent of half the horizontal angle
   LogicalCameraImage message_;
+  DelayLine<LogicalCameraImage> delayed_;
   std::vector<LogicalCameraImageModel> spare_;
   Publisher<LogicalCameraImage> publisher_;
 };
 
 }  // namespace
 
-std::unique_ptr<PhysicalSensor> make_logical_camera_output(Node& node, const RigSensor& sensor) {
-  return std::make_unique<LogicalCameraOutput>(node, sensor);
+std::unique_ptr<PhysicalSensor> make_logical_camera_output(Node& node, const RigSensor& sensor, double period) {
+  return std::make_unique<LogicalCameraOutput>(node, sensor, period);
 }
 
 }  // namespace doppel

@@ -1,8 +1,9 @@
 // Messages from the values of meters.
-#include <cmath>
+#include <algorithm>
 
 #include "doppel/messages/ros_gz_interfaces.h"
 #include "doppel/messages/sensor_msgs.h"
+#include "doppel/sensing/detail/delay_line.h"
 #include "doppel/sensing/detail/physical_sensor.h"
 
 namespace doppel {
@@ -78,13 +79,12 @@ class MeterOutput : public PhysicalSensor {
  public:
   MeterOutput(Node& node, const RigSensor& sensor, std::unique_ptr<SensorMeter> meter, double period,
               const char* output, M blank = {})
-      : PhysicalSensor(sensor), meter_(std::move(meter)), message_(std::move(blank)) {
+      : PhysicalSensor(sensor),
+        meter_(std::move(meter)),
+        message_(std::move(blank)),
+        delayed_(sensor.description.latency, period, {{}, std::vector(meter_->values().size(), 0.0)}) {
     publisher_ = advertise<M>(node, output);
     set_frame();
-    latency_ = from_seconds(sensor.description.latency);
-    if (latency_ > Duration{})
-      delayed_.resize(static_cast<std::size_t>(std::ceil(sensor.description.latency / period)) + 3);
-    for (Sample& sample : delayed_) sample.values.assign(meter_->values().size(), 0.0);
   }
 
   [[nodiscard]] bool wanted() const override { return publisher_.has_listeners(); }
@@ -98,33 +98,29 @@ class MeterOutput : public PhysicalSensor {
   }
   void restart(const Engine& engine) override {
     meter_->restart(engine);
-    first_ = count_ = 0;
+    delayed_.clear();
   }
   void resume(const PhysicalSensor& before) override {
     if (const auto* former = dynamic_cast<const MeterOutput*>(&before)) meter_->resume(*former->meter_);
   }
 
+  void advance(std::uint64_t sample) override { meter_->advance(sample); }
   void publish(const PhysicalState& state, std::uint64_t sample) override {
     meter_->measure(state, sample);
     for (const double value : meter_->values()) hash_value(value);
-    if (delayed_.empty()) return send(meter_->values(), to_time_msg(state.stamp), state.now);
-    Sample& next = delayed_[(first_ + count_++) % delayed_.size()];
+    if (!delayed_.delays()) return send(meter_->values(), to_time_msg(state.stamp), state.now);
+    Sample& next = delayed_.add(state.now);
     std::ranges::copy(meter_->values(), next.values.begin());
     next.stamp = to_time_msg(state.stamp);
-    next.due = state.now + latency_;
   }
 
   void release(Time now) override {
-    for (; count_ > 0 && now >= delayed_[first_].due; --count_) {
-      send(delayed_[first_].values, delayed_[first_].stamp, now);
-      first_ = (first_ + 1) % delayed_.size();
-    }
+    delayed_.release(now, [&](const Sample& sample) { send(sample.values, sample.stamp, now); });
   }
-  [[nodiscard]] Time next_release() const override { return count_ > 0 ? delayed_[first_].due : Time::max(); }
+  [[nodiscard]] Time next_release() const override { return delayed_.next_release(); }
 
  private:
   struct Sample {
-    Time due{};
     builtin_interfaces::msg::Time stamp;
     std::vector<double> values;
   };
@@ -142,9 +138,7 @@ class MeterOutput : public PhysicalSensor {
   const std::unique_ptr<SensorMeter> meter_;
   M message_;
   Publisher<M> publisher_;
-  Duration latency_{};
-  std::vector<Sample> delayed_;  // a ring; empty: there is no latency
-  std::size_t first_ = 0, count_ = 0;
+  DelayLine<Sample> delayed_;
 };
 
 }  // namespace

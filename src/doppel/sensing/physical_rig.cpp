@@ -1,6 +1,9 @@
 #include "doppel/sensing/physical_rig.h"
 
 #include <algorithm>
+#include <set>
+#include <string>
+#include <utility>
 
 #include "doppel/sensing/detail/physical_sensor.h"
 #include "doppel/sensors/sample_schedule.h"
@@ -24,7 +27,11 @@ struct PhysicalRig::Impl {
   };
 
   Impl(Bus& the_bus, const Log& the_log, const RigOptions& the_options)
-      : bus(the_bus), log(the_log), options(the_options) {
+      : bus(the_bus), options(the_options) {
+    log.add_sink([this, &the_log](const LogLine& line) {
+      if (present.insert(line.text).second && !reported.contains(line.text))
+        the_log.line(line.severity, line.origin, line.text, line.where);
+    });
     before.reserve(kUsualContacts);
     contacts.reserve(kUsualContacts);
   }
@@ -35,7 +42,8 @@ struct PhysicalRig::Impl {
   bool differentiate(const Engine& engine);
 
   Bus& bus;
-  const Log& log;
+  Log log;                                  // leaves out what an edit has not changed
+  std::set<std::string> reported, present;  // of the former sensors, of the present ones
   const RigOptions options;
   EarthFrame earth;
   std::unique_ptr<Node> node;
@@ -82,6 +90,7 @@ void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engin
   Impl& rig = *impl_;
   // Beside the former node, so that topics that stay never vanish.
   auto node = std::make_unique<Node>(rig.bus, "/doppel_sensors");
+  rig.reported = std::exchange(rig.present, {});
   std::vector<Impl::Entry> fresh;
   std::vector<std::pair<PhysicalSensor*, const PhysicalSensor*>> made;  // with the one in whose place it is
   for (RigSensor& sensor : wanted) {
@@ -93,13 +102,15 @@ void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engin
     entry.sensor = make_physical_sensor(*node, sensor, settings, rig.log);
     if (!entry.sensor) continue;
     const auto old = std::find_if(rig.entries.begin(), rig.entries.end(), [&](const Impl::Entry& one) {
-      return sensor_key(one.sensor->sensor()) == key &&
-             one.sensor->sensor().description.rate == sensor.description.rate;
+      const SensorDescription& former = one.sensor->sensor().description;
+      return sensor_key(one.sensor->sensor()) == key && former.type == sensor.description.type &&
+             former.rate == sensor.description.rate;
     });
     if (old != rig.entries.end()) {
       entry.schedule = old->schedule;
       entry.samples = old->samples;
-    } else if (entry.schedule.limited()) {
+    }
+    if (entry.schedule.limited()) {
       rig.log.warning("sensors", key + " asks for " + std::to_string(sensor.description.rate) +
                                      " Hz, more than one sample a step; it takes one every step");
     }
@@ -117,7 +128,17 @@ void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engin
 }
 
 void PhysicalRig::instances_changed(const Engine& engine) {
-  impl_->bind(engine);
+  Impl& rig = *impl_;
+  std::vector<Impl::Entry*> absent;
+  for (Impl::Entry& entry : rig.entries)
+    if (entry.sensor->instance() < 0) absent.push_back(&entry);
+  rig.bind(engine);
+  // One that comes back begins anew, so that it has no samples to make up.
+  for (Impl::Entry* const entry : absent) {
+    if (entry->sensor->instance() < 0) continue;
+    entry->schedule.restart(engine.time());
+    entry->sensor->restart(engine);
+  }
 }
 
 void PhysicalRig::between_steps(Time now) {
@@ -197,6 +218,7 @@ Time PhysicalRig::publish(const Engine& engine) {
     if (entry.sensor->instance() < 0) continue;
     if (entry.schedule.due(now)) {
       const std::uint64_t sample = entry.schedule.take(now);
+      entry.sensor->advance(sample);
       if (stepped && entry.noted) {
         entry.sensor->publish(state, sample);
         ++entry.samples;

@@ -2,56 +2,12 @@
 
 namespace doppel {
 
-Eigen::Vector3d noisy_vector(VectorNoise& noise, const Eigen::Vector3d& value, std::uint64_t sample) {
-  Eigen::Vector3d out;
-  for (int i = 0; i < 3; ++i) {
-    ChannelNoise& channel = noise[static_cast<std::size_t>(i)];
-    channel.advance(sample);
-    out[i] = channel.apply(value[i], sample);
-  }
-  return out;
-}
-
 std::unique_ptr<SensorMeter> make_meter(const RigSensor& sensor, const MeterSettings& settings) {
   const auto& what = sensor.description.what;
   if (std::holds_alternative<ImuDescription>(what)) return make_imu_meter(sensor, settings);
   if (std::holds_alternative<ForceTorqueDescription>(what)) return make_wrench_meter(sensor, settings);
   if (std::holds_alternative<EnvironmentDescription>(what)) return make_environment_meter(sensor, settings);
   return nullptr;
-}
-
-std::vector<std::string> meter_interfaces(const SensorDescription& sensor) {
-  if (std::holds_alternative<ImuDescription>(sensor.what))
-    return {"orientation.x",         "orientation.y",        "orientation.z",      "orientation.w",
-            "angular_velocity.x",    "angular_velocity.y",   "angular_velocity.z", "linear_acceleration.x",
-            "linear_acceleration.y", "linear_acceleration.z"};
-  if (std::holds_alternative<ForceTorqueDescription>(sensor.what))
-    return {"force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z"};
-  const auto* const environment = std::get_if<EnvironmentDescription>(&sensor.what);
-  if (environment == nullptr) return {};
-  switch (environment->kind) {
-    case EnvironmentKind::navsat:
-      return {"status",
-              "service",
-              "latitude",
-              "longitude",
-              "altitude",
-              "latitude_covariance",
-              "longitude_covariance",
-              "altitude_covariance"};
-    case EnvironmentKind::magnetometer:
-      return {"magnetic_field.x", "magnetic_field.y", "magnetic_field.z"};
-    case EnvironmentKind::altimeter:
-      return {"vertical_position", "vertical_velocity", "vertical_reference"};
-    case EnvironmentKind::air_pressure:
-      return {"fluid_pressure", "variance"};
-    case EnvironmentKind::pose:
-      return {"position.x",    "position.y",    "position.z",   "orientation.x",
-              "orientation.y", "orientation.z", "orientation.w"};
-    case EnvironmentKind::logical_camera:
-      break;
-  }
-  return {};
 }
 
 }  // namespace doppel

@@ -1,5 +1,7 @@
 #include "doppel/sensing/detail/sensor_names.h"
 
+#include "doppel/sensing/range_values.h"
+
 namespace doppel {
 
 std::string sensor_key(const RigSensor& sensor) {
@@ -18,6 +20,12 @@ std::string sensor_topic(const RigSensor& sensor, const std::string& output, con
   while (inner.starts_with("/")) inner.erase(0, 1);
   if (!inner.empty()) prefix += inner + "/";
   return prefix + topic;
+}
+
+std::shared_ptr<RangeValues::Value> RangeValues::of(const RigSensor& sensor) {
+  std::shared_ptr<Value>& value = values_[sensor_key(sensor)];
+  if (!value) value = std::make_shared<Value>();
+  return value;
 }
 
 }  // namespace doppel

@@ -14,35 +14,49 @@ constexpr std::size_t kUsualTouches = 512;  // beyond which the loop allocates
 
 }  // namespace
 
-std::vector<std::string> reading_names(const SensorDescription& sensor) {
-  return meter_interfaces(sensor);
-}
-
 struct SensorReadings::Impl {
   void note(const Engine& engine, bool at_rest);
 
-  std::vector<std::string> instances, keys;          // of each sensor
-  std::vector<std::unique_ptr<SensorMeter>> meters;  // nullptr: it has no values
+  // Of the period of this instant.
+  [[nodiscard]] std::uint64_t number(std::size_t sensor, Time now) const {
+    return static_cast<std::uint64_t>(std::max(now - starts[sensor], Duration{}) / period);
+  }
+  void advance(Time now) {
+    for (std::size_t i = 0; i < meters.size(); ++i)
+      if (meters[i]) meters[i]->advance(number(i, now));
+  }
+
+  Duration period{};
+  std::vector<std::string> instances, keys, types;   // of each sensor
+  std::vector<Time> starts;                          // of the noise
+  std::vector<std::unique_ptr<SensorMeter>> meters;  // nullptr: it has no values, or a range
+  std::vector<std::unique_ptr<RangeReader>> ranges;  // nullptr: no range sensor
   std::vector<std::vector<double>> values;
   std::shared_ptr<const CompiledWorld> world;          // of which the motions are
   std::vector<std::optional<InstanceMotion>> motions;  // [instances]
   std::vector<Contact> before, none;
-  bool needs_contacts = false, needs_all = false, started = false, fresh = true;
+  bool lockstep = false, needs_contacts = false, needs_all = false, started = false, fresh = true;
   Time noted_end = Time::min();  // of the step that begins with the noted state
   Time read_at = Time::min();
-  std::uint64_t next = 0;
 };
 
 SensorReadings::SensorReadings(const std::vector<RigSensor>& sensors, const RigOptions& options,
-                               const EarthFrame& earth, Duration period)
+                               const EarthFrame& earth, Duration period, RangeValues* ranges)
     : impl_(std::make_unique<Impl>()) {
+  impl_->period = period;
+  impl_->starts.resize(sensors.size());
+  impl_->lockstep = options.lockstep;
   for (const RigSensor& sensor : sensors) {
     const CounterRandom random(options.seed, sensor_key(sensor) + "/state_interfaces");
     impl_->instances.push_back(sensor.instance);
     impl_->keys.push_back(sensor_key(sensor));
+    impl_->types.push_back(sensor.description.type);
     impl_->meters.push_back(make_meter(sensor, MeterSettings{random, to_seconds(period), earth}));
     impl_->values.emplace_back(reading_names(sensor.description).size(),
                                std::numeric_limits<double>::quiet_NaN());
+    const bool is_range = std::holds_alternative<RangeDescription>(sensor.description.what);
+    impl_->ranges.push_back(is_range && ranges != nullptr ? std::make_unique<RangeReader>(ranges->of(sensor))
+                                                          : nullptr);
     if (!impl_->meters.back()) continue;
     impl_->needs_contacts = impl_->needs_contacts || impl_->meters.back()->needs_contacts_before();
     impl_->needs_all = impl_->needs_all || impl_->meters.back()->needs_all_motions();
@@ -74,18 +88,26 @@ void SensorReadings::bind(const Engine& engine) {
 void SensorReadings::restart(const Engine& engine) {
   for (const auto& meter : impl_->meters)
     if (meter) meter->restart(engine);
+  std::ranges::fill(impl_->starts, engine.time());
+  state_written();
+}
+
+void SensorReadings::state_written() {
   impl_->noted_end = impl_->read_at = Time::min();
   impl_->fresh = true;
-  impl_->next = 0;
 }
 
 void SensorReadings::resume(const SensorReadings& before) {
   const Impl& former = *before.impl_;
-  for (std::size_t i = 0; i < impl_->meters.size(); ++i)
-    for (std::size_t j = 0; j < former.meters.size(); ++j)
-      if (impl_->meters[i] && former.meters[j] && impl_->keys[i] == former.keys[j])
-        impl_->meters[i]->resume(*former.meters[j]);
-  impl_->next = former.next;
+  for (std::size_t i = 0; i < impl_->meters.size(); ++i) {
+    for (std::size_t j = 0; j < former.meters.size(); ++j) {
+      if (!impl_->meters[i] || !former.meters[j] || impl_->keys[i] != former.keys[j] ||
+          impl_->types[i] != former.types[j] || impl_->period != former.period)
+        continue;
+      impl_->meters[i]->resume(*former.meters[j]);
+      impl_->starts[i] = former.starts[j];
+    }
+  }
 }
 
 void SensorReadings::Impl::note(const Engine& engine, bool at_rest) {
@@ -105,11 +127,14 @@ void SensorReadings::before_step(const Engine& engine) {
   if (of.meters.empty() || engine.compiled() != of.world) return;
   of.note(engine, false);
   of.noted_end = engine.time() + of.world->settings().step;
+  of.advance(of.noted_end);  // also when hardware that is not active reads nothing
 }
 
 void SensorReadings::read(const Engine& engine) {
   Impl& of = *impl_;
   const Time now = engine.time();
+  for (std::size_t i = 0; i < of.ranges.size(); ++i)
+    if (of.ranges[i]) of.values[i][0] = of.ranges[i]->range();
   if (of.meters.empty() || engine.compiled() != of.world || of.read_at == now) return;
   // Instances came or went in this step, whose beginning is not known: the last values stay.
   if (of.noted_end != now && !of.fresh) return;
@@ -122,13 +147,17 @@ void SensorReadings::read(const Engine& engine) {
   } else {
     of.note(engine, true);
   }
+  of.advance(now);
   const PhysicalState state{engine, now, now, of.motions, of.before, of.none};
   for (std::size_t i = 0; i < of.meters.size(); ++i) {
     if (!of.meters[i] || of.meters[i]->instance() < 0) continue;
-    of.meters[i]->measure(state, of.next);
+    of.meters[i]->measure(state, of.number(i, now));
     std::ranges::copy(of.meters[i]->values(), of.values[i].begin());
   }
-  ++of.next;
+}
+
+bool SensorReadings::repeatable(std::size_t sensor) const {
+  return impl_->lockstep || !impl_->ranges[sensor];
 }
 
 std::span<const double> SensorReadings::values(std::size_t sensor) const {

@@ -3,8 +3,8 @@
 // (physical_rig.h), computed from the engine's states whenever they are read. Without a step before, as after a reset or
 // after the state was written, accelerations are zero; in the step in which instances come or go, values stay.
 //
-// The noise of reading n, counted from the start or the last reset, depends on the seed, the sensor and n alone, and is not
-// that of the topic.
+// The noise of the reading in period n since the start or the last reset depends on the seed, the sensor and n alone, and is
+// not that of the topic.
 
 #include <memory>
 #include <span>
@@ -15,19 +15,18 @@
 #include "doppel/export.h"
 #include "doppel/math/geodesy.h"
 #include "doppel/physics/engine.h"
+#include "doppel/sensing/range_values.h"
 #include "doppel/sensing/rig_sensor.h"
+#include "doppel/sensors/reading_names.h"
 
 namespace doppel {
 
-// The names of a sensor's values, without its own: "linear_acceleration.x" (units of its message). Empty: it has none for
-// controllers.
-DOPPEL_API std::vector<std::string> reading_names(const SensorDescription& sensor);
-
 class DOPPEL_API SensorReadings {
  public:
-  // period: of the readings. A sensor of which reading_names() is empty has no values.
+  // period: of the readings. A sensor of which reading_names() is empty has no values. ranges: of the rig that measures range
+  // sensors, which are measured while these readings exist; nullptr: they read NaN.
   SensorReadings(const std::vector<RigSensor>& sensors, const RigOptions& options, const EarthFrame& earth,
-                 Duration period);
+                 Duration period, RangeValues* ranges = nullptr);
   ~SensorReadings();
   SensorReadings(const SensorReadings&) = delete;
   SensorReadings& operator=(const SensorReadings&) = delete;
@@ -35,18 +34,23 @@ class DOPPEL_API SensorReadings {
   // -- between steps
   // Looks up the instances of the sensors. The first time, the present state is that of the start.
   void bind(const Engine& engine);
-  // The present state is that of the start, and readings count from 0.
+  // The present state is that of the start: orientations refer to it, and the noise begins anew.
   void restart(const Engine& engine);
-  // Continues in place of others: sensors of the same name keep their start, and readings are counted on.
+  // The state of instances was written: it is not that of a step. Starts and noise stay.
+  void state_written();
+  // Continues in place of others: sensors of the same name and type keep their start and their noise.
   void resume(const SensorReadings& before);
 
   // -- in the loop: no allocation, no throw
-  // Notes the state from which a step begins, at whose end the values are read.
+  // Notes the state from which a step begins, at whose end the values may be read.
   void before_step(const Engine& engine);
   // Computes the values of the present state, once for each instant.
   void read(const Engine& engine);
   // Of the last read(), in the order of reading_names(); NaN: the sensor's instance is not in the engine.
   [[nodiscard]] std::span<const double> values(std::size_t sensor) const;
+  // Whether the values are a function of the states and the seed. Not those of a range, which depend on when its sample is
+  // finished, without lockstep.
+  [[nodiscard]] bool repeatable(std::size_t sensor) const;
 
  private:
   struct Impl;

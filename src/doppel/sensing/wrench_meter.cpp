@@ -22,21 +22,12 @@ class WrenchMeter : public SensorMeter {
  public:
   WrenchMeter(const RigSensor& sensor, const MeterSettings& settings)
       : SensorMeter(sensor, 6), described_(std::get<ForceTorqueDescription>(sensor.description.what)) {
-    for (std::uint32_t i = 0; i < 3; ++i) {
-      force_noise_[i] = ChannelNoise(described_.force[i], settings.random, i, settings.period);
-      torque_noise_[i] = ChannelNoise(described_.torque[i], settings.random, 3 + i, settings.period);
-    }
-    force_noise_at_start_ = force_noise_;
-    torque_noise_at_start_ = torque_noise_;
+    for (const NoiseDescription& one : described_.force) add_noise(one, settings);
+    for (const NoiseDescription& one : described_.torque) add_noise(one, settings);
   }
 
   [[nodiscard]] bool needs_contacts_before() const override { return true; }
   [[nodiscard]] bool needs_all_motions() const override { return true; }
-
-  void restart(const Engine&) override {
-    force_noise_ = force_noise_at_start_;
-    torque_noise_ = torque_noise_at_start_;
-  }
 
   void bind(const Engine& engine, int instance) override {
     SensorMeter::bind(engine, instance);
@@ -78,7 +69,6 @@ class WrenchMeter : public SensorMeter {
   [[nodiscard]] Eigen::Matrix3d axes(const InstanceMotion& motion) const;
 
   const ForceTorqueDescription described_;
-  VectorNoise force_noise_, torque_noise_, force_noise_at_start_, torque_noise_at_start_;
   std::vector<char> beyond_;   // [links] of the sensor's instance
   std::vector<char> carried_;  // [instances]
 };
@@ -139,8 +129,8 @@ void WrenchMeter::measure(const PhysicalState& state, std::uint64_t sample) {
   const Eigen::Matrix3d R_AW = axes(*state.motions[static_cast<std::size_t>(instance_)]).transpose();
   // Parent to child: what the parent exerts on the child (gz-sensors 8, ForceTorqueSensor.cc).
   const double sign = described_.parent_to_child ? 1 : -1;
-  write(0, noisy_vector(force_noise_, sign * (R_AW * sum.force), sample));
-  write(3, noisy_vector(torque_noise_, sign * (R_AW * sum.torque), sample));
+  write(0, noisy_vector(0, sign * (R_AW * sum.force), sample));
+  write(3, noisy_vector(3, sign * (R_AW * sum.torque), sample));
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #include "doppel/sensors/noise.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace doppel {
@@ -15,6 +16,7 @@ ChannelNoise::ChannelNoise(const NoiseDescription& noise, const CounterRandom& r
     : noise_(noise), random_(random), channel_(channel) {
   bias_ = noise.bias_mean + noise.bias_stddev * random.normal(0, kBias + channel);
   if (random.uniform(0, kSign + channel) < 0.5) bias_ = -bias_;
+  first_bias_ = bias_;
   if (noise.walk_stddev > 0 && noise.walk_time > 0 && period > 0) {
     decay_ = std::exp(-period / noise.walk_time);
     walk_ =
@@ -23,8 +25,14 @@ ChannelNoise::ChannelNoise(const NoiseDescription& noise, const CounterRandom& r
 }
 
 void ChannelNoise::advance(std::uint64_t sample) {
-  if (walk_ <= 0) return;
+  if (walk_ <= 0) next_ = std::max(next_, sample + 1);
   for (; next_ <= sample; ++next_) bias_ = decay_ * bias_ + walk_ * random_.normal(next_, kWalk + channel_);
+}
+
+void ChannelNoise::resume(const ChannelNoise& before) {
+  next_ = before.next_;
+  if (first_bias_ == before.first_bias_ && decay_ == before.decay_ && walk_ == before.walk_)
+    bias_ = before.bias_;
 }
 
 double ChannelNoise::apply(double value, std::uint64_t sample) const {

@@ -19,9 +19,11 @@ class DOPPEL_API ChannelNoise {
   ChannelNoise(const NoiseDescription& noise, const CounterRandom& random, std::uint32_t channel,
                double period);
 
-  // The bias walks once a sample, also for samples that nobody has read: up to this one. Samples count from 0 and do
-  // not decrease.
+  // The bias walks once a sample, also for samples that nobody has read: up to this one. Samples count from 0; an earlier
+  // one changes nothing. The time is in proportion to the samples since the last call.
   void advance(std::uint64_t sample);
+  // Continues in place of a former channel: the walk goes on from its last sample, with its bias if that is described the same.
+  void resume(const ChannelNoise& before);
   // The value with the noise of this sample.
   [[nodiscard]] double apply(double value, std::uint64_t sample) const;
   // The same for all finite values of the channel at once, such as the ranges of a scan, by CounterRandom::normals().
@@ -35,7 +37,7 @@ class DOPPEL_API ChannelNoise {
   NoiseDescription noise_;
   CounterRandom random_;
   std::uint32_t channel_ = 0;
-  double bias_ = 0, decay_ = 1, walk_ = 0;
+  double first_bias_ = 0, bias_ = 0, decay_ = 1, walk_ = 0;
   std::uint64_t next_ = 0;  // the sample for which the bias walks next
 };
 

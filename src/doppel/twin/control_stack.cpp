@@ -141,7 +141,8 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
       free_joints_(machine.setup().free_joints),
       spare_base_(machine.setup().spare_base),
       sensor_options_(options.sensors),
-      earth_(options.earth) {
+      earth_(options.earth),
+      ranges_(options.ranges) {
   ControllerManagerOptions of_manager;
   if (!machine.name_space().empty()) of_manager.name_space = "/" + machine.name_space();
   of_manager.choose_period = [step = instance.engine().world().settings().step](
@@ -151,12 +152,12 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
   of_manager.enforce_limits = options.enforce_limits;
   manager_ = std::make_unique<ControllerManager>(bus, *model_, options.controllers, &controllers_, of_manager,
                                                  log, diagnostics);
-  add_hardware(machine, instance, options, log, diagnostics);
+  add_hardware(machine, instance, options, diagnostics);
   diagnostics.throw_if_errors();
 }
 
 void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
-                                const Log& log, Diagnostics& diagnostics) {
+                                Diagnostics& diagnostics) {
   HardwareRegistry registry = options.hardware;
   register_simulated_hardware(registry, instance);
   Unique unique(diagnostics);
@@ -170,7 +171,7 @@ void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance,
     if (auto* simulated = dynamic_cast<SimulatedHardware*>(component.get())) {
       description.is_async = false;  // the simulation has one clock
       simulated_.push_back({simulated, description});
-      use_sensors(*simulated, description, machine, log);
+      use_sensors(*simulated, description, machine);
     }
     real_ = real_ || type->kind == HardwareKind::real;
     manager_->add_hardware(std::move(component), description, diagnostics);
@@ -178,13 +179,15 @@ void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance,
 }
 
 void ControlStack::use_sensors(SimulatedHardware& hardware, const HardwareDescription& description,
-                               const CompiledRobot& machine, const Log& log) {
-  const SensorBindings bindings = bind_sensors(description, machine);
-  for (const Diagnostic& finding : bindings.unbound.all()) log_diagnostic(log, description.name, finding);
+                               const CompiledRobot& machine) {
+  const SensorBindings bindings = bind_sensors(description, machine.model(), machine.sensors());
+  for (const Diagnostic& finding : bindings.unbound.all()) unbound_.push_back({description.name, finding});
+  std::vector<RigSensor> sensors;
+  for (const RobotSensor& sensor : bindings.sensors) sensors.push_back(make_rig_sensor(machine, sensor));
   std::unique_ptr<SensorReadings> readings;
-  if (!bindings.sensors.empty())
-    readings =
-        std::make_unique<SensorReadings>(bindings.sensors, sensor_options_, *earth_, manager_->period());
+  if (!sensors.empty())
+    readings = std::make_unique<SensorReadings>(sensors, sensor_options_, *earth_, manager_->period(),
+                                                ranges_.get());
   hardware.use_sensors(bindings, std::move(readings));
 }
 
@@ -361,11 +364,12 @@ ControllerSelection ControlStack::present_selection() const {
   return selection;
 }
 
-void ControlStack::take_over(const CompiledRobot& machine, Instance now, const Log& log) {
+void ControlStack::take_over(const CompiledRobot& machine, Instance now) {
   manager_->model_changed(machine.model());
   model_ = machine.shared_model();  // the former one is freed with its last user
   rebind(now);
-  for (const Simulated& one : simulated_) use_sensors(*one.hardware, one.description, machine, log);
+  unbound_.clear();
+  for (const Simulated& one : simulated_) use_sensors(*one.hardware, one.description, machine);
 }
 
 void ControlStack::carry_references(const Instance& before, Instance now) const {
@@ -385,6 +389,10 @@ void ControlStack::restart_sensors() {
   for (const Simulated& one : simulated_) one.hardware->restart_sensors();
 }
 
+void ControlStack::state_written() {
+  for (const Simulated& one : simulated_) one.hardware->state_written();
+}
+
 void ControlStack::before_step() {
   for (const Simulated& one : simulated_) one.hardware->before_step();
 }
@@ -392,7 +400,7 @@ void ControlStack::before_step() {
 std::uint64_t ControlStack::with_sensors(std::uint64_t hash) const {
   for (const Simulated& one : simulated_)
     for (std::size_t i = 0; i < one.hardware->sensor_count(); ++i)
-      hash = mixed(hash, one.hardware->readings()->values(i));
+      if (one.hardware->readings()->repeatable(i)) hash = mixed(hash, one.hardware->readings()->values(i));
   return hash;
 }
 

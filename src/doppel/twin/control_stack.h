@@ -50,6 +50,7 @@ class DOPPEL_API ControlStack {
     bool rehearsal = false;  // real hardware is simulated, because the running machine has its ports open
     RigOptions sensors = {};
     std::shared_ptr<const EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
+    std::shared_ptr<RangeValues> ranges = nullptr;  // of the twin's range sensors; nullptr: they are not measured
   };
   // Throws InputError for errors in the YAML or the interfaces. Each component of the description is made by
   // the type that is registered for its plugin name, or simulated, with a note, if there is none.
@@ -70,13 +71,15 @@ class DOPPEL_API ControlStack {
   [[nodiscard]] bool has_generated() const { return !generated_.empty(); }
 
   // Replaces the machine by one with the same structure; drives and claims continue in its instance.
-  void take_over(const CompiledRobot& machine, Instance now, const Log& log);
+  void take_over(const CompiledRobot& machine, Instance now);
   // Carries over the references of position drives on their way to their targets.
   void carry_references(const Instance& before, Instance now) const;
   // The same instance under another handle.
   void rebind(Instance instance);
-  // Between steps: the state was written or reset.
+  // Between steps: the state was reset: it is that of the start for the sensors.
   void restart_sensors();
+  // Between steps: the state was written; the sensors keep their start and their noise.
+  void state_written();
 
   // -- in the loop
   void before_step();
@@ -86,12 +89,18 @@ class DOPPEL_API ControlStack {
   [[nodiscard]] ControllerManager& manager() { return *manager_; }
   [[nodiscard]] const ControllerManager& manager() const { return *manager_; }
   [[nodiscard]] const Model& model() const { return *model_; }
+  // Why state interfaces of sensors read none (bind_sensors()), with the name of the component.
+  struct Unbound {
+    std::string component;
+    Diagnostic finding;
+  };
+  [[nodiscard]] const std::vector<Unbound>& unbound() const { return unbound_; }
 
  private:
-  void add_hardware(const CompiledRobot& machine, Instance instance, const Options& options, const Log& log,
+  void add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
                     Diagnostics& diagnostics);
   void use_sensors(SimulatedHardware& hardware, const HardwareDescription& description,
-                   const CompiledRobot& machine, const Log& log);
+                   const CompiledRobot& machine);
   void hold_unclaimed_joints(const ControllerSelection& selection, const Log& log);
   void start_spare_base(const ControllerSelection& selection, const Log& log);
   void hold(GeneratedController wanted, const Log& log);
@@ -115,8 +124,10 @@ class DOPPEL_API ControlStack {
     HardwareDescription description;
   };
   std::vector<Simulated> simulated_;
+  std::vector<Unbound> unbound_;
   RigOptions sensor_options_;
   std::shared_ptr<const EarthFrame> earth_;
+  std::shared_ptr<RangeValues> ranges_;
   bool real_ = false;
 };
 

@@ -1,43 +1,19 @@
 #pragma once
-// The sensors of a robot as its description has them, with the frames that their messages name.
+// The sensors of robots and models of a twin, from their descriptions to the engine's instances.
 
-#include <string>
-#include <vector>
-
-#include "doppel/core/diagnostic.h"
-#include "doppel/export.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/sensors/sensor_description.h"
+#include "doppel/sensing/rig_sensor.h"
+#include "doppel/sensors/sensor_frames.h"
 #include "doppel/worlds/sdf_world.h"
 
 namespace doppel {
 
-// A frame of TF that the description has no link for.
-struct FixedFrame {
-  std::string name, parent;  // parent: a link
-  Pose X_PF = Pose::Identity();
-};
+class CompiledRobot;
 
-struct RobotSensor {
-  SensorDescription description;
-  int link = 0;                  // in the model
-  std::string frame;             // of its messages, without a prefix
-  Pose X_LF = Pose::Identity();  // that frame in the link
-};
-
-struct RobotSensors {
-  std::vector<RobotSensor> sensors;
-  std::vector<FixedFrame> frames;
-};
-
-// Data are in the axes of the frame that is named. A sensor with a pose of its own has its own frame, `<sensor>_frame`;
-// pictures have an optical one, `<link>_optical_frame`, unless the description has one. A frame that the user names is
-// kept. Warnings: those of read_sensors(), and "sensor.frame": pictures in a frame that is not optical, or a frame that is
-// not in TF.
-DOPPEL_API RobotSensors find_sensors(const RobotDescription& robot, const Model& model,
-                                     Diagnostics& diagnostics);
-
-// Of a model of SDF: those in its links and joints, and plugins beside them that are sensors.
+// Of a model of SDF: those in its links and joints, and plugins beside them that are sensors. Warnings: as find_sensors() of
+// a robot.
 DOPPEL_API RobotSensors find_sensors(const SdfModel& sdf, const Model& model, Diagnostics& diagnostics);
+
+// A sensor of the robot in the engine, with the namespace and the frames of its topics.
+DOPPEL_API RigSensor make_rig_sensor(const CompiledRobot& robot, const RobotSensor& sensor);
 
 }  // namespace doppel

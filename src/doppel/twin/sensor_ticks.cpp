@@ -8,7 +8,7 @@
 #include <span>
 
 #include "doppel/twin/pose_messages.h"
-#include "doppel/twin/sensor_binding.h"
+#include "doppel/twin/robot_sensors.h"
 
 namespace doppel {
 namespace {
@@ -139,17 +139,22 @@ void SensorTicks::write_diagnostics() {
   }
 }
 
-void SensorTicks::report_shared_topics() const {
+// Of a reload or a spawn only what it has changed.
+void SensorTicks::report_shared_topics() {
   std::map<std::string, std::vector<std::string>> of_topic;
   for (const auto& sensor : list_.sensors)
     for (const std::string& topic : sensor.topics) of_topic[topic].push_back(sensor.name);
-  for (const auto& [topic, names] : of_topic)
-    if (names.size() > 1)
-      log_.warning(
-          "sensors",
-          fmt::format("{} publish on the same topic {}, so that their readers get both; give "
-                      "each a topic of its own, as in <topic>{}/image</topic>",
-                      fmt::join(names, ", "), topic, names.front().substr(names.front().rfind('/') + 1)));
+  std::set<std::string> present;
+  for (const auto& [topic, names] : of_topic) {
+    if (names.size() < 2) continue;
+    std::string text =
+        fmt::format("{} publish on the same topic {}, so that their readers get both; give "
+                    "each a topic of its own, as in <topic>{}/image</topic>",
+                    fmt::join(names, ", "), topic, names.front().substr(names.front().rfind('/') + 1));
+    if (!shared_.contains(text)) log_.warning("sensors", text);
+    present.insert(std::move(text));
+  }
+  shared_ = std::move(present);
 }
 
 void SensorTicks::look_up() {

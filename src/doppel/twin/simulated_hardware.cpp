@@ -120,7 +120,7 @@ void SimulatedHardware::bind_states() {
   for (std::size_t part = 0; part < std::min(first_states_.size(), bound_.size()); ++part) {
     for (std::size_t i = 0; i < bound_[part].size(); ++i) {
       Interface& state = states_[first_states_[part] + i];
-      // What was bound before an edit and no longer is reads NaN.
+      // What was bound before an edit and no longer is reads its initial value again.
       if (!bound_[part][i] && state.quantity != Quantity::sensor) continue;
       state.quantity = Quantity::sensor;
       state.sensed = bound_[part][i].value_or(SensorValue{kNoSensor, 0});
@@ -248,7 +248,7 @@ HardwareReturn SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::s
     switch (s.quantity) {
       case Quantity::sensor:
         states[i] = s.sensed.sensor < sensors_ ? readings_->values(s.sensed.sensor)[s.sensed.value]
-                                               : std::numeric_limits<double>::quiet_NaN();
+                                               : s.description.initial;
         break;
       case Quantity::position:
         states[i] = q[static_cast<std::size_t>(robot_.model().joints[j].q)];

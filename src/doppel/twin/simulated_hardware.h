@@ -15,7 +15,7 @@
 #include "doppel/export.h"
 #include "doppel/physics/engine.h"
 #include "doppel/sensing/sensor_readings.h"
-#include "doppel/twin/sensor_binding.h"
+#include "doppel/sensors/sensor_binding.h"
 
 namespace doppel {
 
@@ -28,9 +28,13 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
   void use_sensors(const SensorBindings& bindings, std::unique_ptr<SensorReadings> readings);
   // Continues with another instance of a model with the same joints: the drives are set there, too.
   void rebind(Instance robot);
-  // The state was written or reset: it is that of the start for its sensors.
+  // The state was reset: it is that of the start for its sensors.
   void restart_sensors() {
     if (readings_) readings_->restart(robot_.engine());
+  }
+  // The state was written; its sensors keep their start and their noise.
+  void state_written() {
+    if (readings_) readings_->state_written();
   }
   // In the loop, before the step at whose end it is read.
   void before_step() {

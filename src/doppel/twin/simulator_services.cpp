@@ -311,13 +311,15 @@ Status SimulatorServices::write_state(const std::vector<std::string>& names,
   if (names.empty()) {
     for (const int robot : scene_.robots()) static_cast<void>(state_of(robot));
   }
+  std::vector<int> written;
   for (auto& [robot, state] : robots) {
+    written.push_back(robot);
     Instance instance = scene_.instance(robot);
     instance.model().apply_mimics(state.q);
     instance.set_state({state.q.data(), static_cast<std::size_t>(state.q.size())},
                        {state.v.data(), static_cast<std::size_t>(state.v.size())});
   }
-  callbacks_.state_written();
+  callbacks_.state_written(written);
   return {};
 }
 

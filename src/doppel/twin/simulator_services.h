@@ -28,7 +28,8 @@ class DOPPEL_API SimulatorServices : public Tickable {
  public:
   struct Callbacks {
     std::function<void()> reset;          // back to the start
-    std::function<void()> state_written;  // a service has set a pose: controllers hold there
+    // A service has set the poses of these robots, by their instances: controllers hold there.
+    std::function<void(const std::vector<int>& robots)> state_written;
   };
   // Scene and time control outlive the services.
   SimulatorServices(Bus& bus, const Scene& scene, TimeControl& time_control, Callbacks callbacks);

@@ -81,7 +81,7 @@ std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const Compiled
   }
   const Instance instance = instance_of(*machine->engine, *robot);
   auto made = std::make_unique<TwinRobot>(
-      TwinRobot::Surroundings{bus, controllers, hardware, scenario, log, gate, statics, earth},
+      TwinRobot::Surroundings{bus, controllers, hardware, scenario, log, gate, statics, earth, ranges},
       std::move(robot), instance, std::move(past), diagnostics);
   made->control_at_once(count);
   return made;
@@ -90,8 +90,10 @@ std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const Compiled
 void Twin::Impl::add_world_ticks() {
   SimulatorServices::Callbacks simulator;
   simulator.reset = [this] { reset(); };
-  simulator.state_written = [this] {
-    for (const auto& robot : robots) robot->restart(machine->engine->time());
+  simulator.state_written = [this](const std::vector<int>& written) {
+    for (const auto& robot : robots)
+      if (std::ranges::find(written, robot->instance().index()) != written.end())
+        robot->state_written(machine->engine->time());
     publish_state();
   };
   auto services = std::make_unique<SimulatorServices>(bus, scene, time_control, std::move(simulator));
@@ -136,6 +138,7 @@ void Twin::Impl::add_world_ticks() {
   sources.models = [this] { return machine->model_sensors; };
   sources.statics = statics;
   sources.earth = earth;
+  sources.ranges = ranges;
   auto sensors = std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, std::move(sources));
   sensor_ticks = sensors.get();
   ticks.add(std::move(sensors));

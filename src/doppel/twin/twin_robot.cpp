@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "doppel/control/joint_list.h"
 #include "doppel/twin/detail/ground_truth.h"
 #include "doppel/twin/detail/load_publisher.h"
 #include "doppel/twin/detail/oscillation_watch.h"
@@ -117,8 +118,10 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
   ControlStack::Options options{around.controllers, around.hardware, around.scenario.enforce_limits};
   options.sensors = around.scenario.sensors;
   options.earth = around.earth;
+  options.ranges = around.ranges;
   control_ = std::make_unique<ControlStack>(around.bus, *machine_, instance_, options, log(), diagnostics);
   steps_per_tick_ = static_cast<std::uint64_t>(control_->manager().period() / step());
+  report_unbound();
 }
 
 TickList TwinRobot::make_publishers() {
@@ -157,7 +160,8 @@ void TwinRobot::start_loop() {
 }
 
 void TwinRobot::take_over(std::shared_ptr<const CompiledRobot> machine, Instance now) {
-  control_->take_over(*machine, now, log());
+  control_->take_over(*machine, now);
+  report_unbound();
   machine_ = std::move(machine);
   instance_ = now;
 }
@@ -178,7 +182,8 @@ void TwinRobot::between_steps(Time now) {
 }
 
 void TwinRobot::reset(Time now) {
-  restart(now);
+  control_->restart_sensors();
+  control_->manager().restart(control_time(now));
   ticks_.reset(now);
   next_housekeeping_ = now;
 }
@@ -242,6 +247,17 @@ std::vector<SagReport> TwinRobot::gravity_sag() const {
                    sag.most, sag.margin});
   }
   return out;
+}
+
+// What an edit leaves as it was is not repeated, wherever it is now in the file.
+void TwinRobot::report_unbound() {
+  std::set<std::string> present;
+  for (const auto& [component, finding] : control_->unbound()) {
+    const std::string text = component + ": " + finding.message;
+    if (present.insert(text).second && !history_.unbound.contains(text))
+      log_diagnostic(log(), component, finding);
+  }
+  history_.unbound = std::move(present);
 }
 
 void TwinRobot::report_rest() {

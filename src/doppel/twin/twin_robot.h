@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -50,12 +51,14 @@ class DOPPEL_API TwinRobot {
     LoopGate& gate;  // protects everything that loops of real hardware use
     std::shared_ptr<StaticTransforms> statics;
     std::shared_ptr<const EarthFrame> earth;  // of the present world
+    std::shared_ptr<RangeValues> ranges;      // of the twin's range sensors
   };
   // State that is kept when the machine is replaced: the reports so far, and the hash.
   struct History {
     RestCheck rest;
     std::vector<OscillationReport> oscillations;
     std::uint64_t hash = 0;
+    std::set<std::string> unbound = {};  // findings of ControlStack::unbound() that were logged
   };
   // Neither loads controllers nor publishes anything yet. Throws InputError.
   TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledRobot> machine, Instance instance,
@@ -91,9 +94,10 @@ class DOPPEL_API TwinRobot {
     }
   }
   void between_steps(Time now);
-  void reset(Time now);     // controllers hold the robot's present pose
-  void restart(Time now) {  // the same without a reset of time
-    control_->restart_sensors();
+  void reset(Time now);  // controllers hold the robot's present pose, and sensors start again
+  // The robot's state was written: controllers hold its pose; sensors keep their start and their noise.
+  void state_written(Time now) {
+    control_->state_written();
     control_->manager().restart(control_time(now));
   }
   void show(Time now);  // publishes its present state
@@ -147,6 +151,7 @@ class DOPPEL_API TwinRobot {
  private:
   [[nodiscard]] const Log& log() const { return name_space().empty() ? around_.log : own_log_; }
   void report_rest();
+  void report_unbound();
   void report_oscillation(const std::string& joint, std::string message);
 
   Surroundings around_;

@@ -134,19 +134,44 @@ TEST_F(Ros2ControlRulesTest, UnknownTypeIsReported) {
   EXPECT_THAT(of("ros2_control.type", typed("actuator")), IsEmpty());
 }
 
-TEST_F(Ros2ControlRulesTest, UnknownSensorIsReported) {
-  const auto sensor = [](const std::string& frame) {
-    return hardware(driven("elbow") +
-                    "<sensor name=\"fts\"><state_interface name=\"force.x\"/><param name=\"frame_id\">" +
-                    frame + "</param></sensor>");
+TEST_F(Ros2ControlRulesTest, UnboundSensorIsReportedAtItsPlaceWithFix) {
+  const auto sensor = [](const std::string& inner) {
+    return hardware(driven("elbow") + "  <sensor name=\"fts\"><state_interface name=\"force.x\"/>" + inner + "</sensor>");
   };
-  EXPECT_THAT(of("ros2_control.sensor_frame", sensor("lowr")), SizeIs(1));
-  EXPECT_THAT(of("ros2_control.sensor_frame", sensor("lower")), IsEmpty());
-  EXPECT_THAT(of("ros2_control.sensor_unknown", sensor("lower")), SizeIs(1));
-  EXPECT_THAT(of("ros2_control.sensor_unknown",
-                 sensor("lower") +
-                     "<gazebo reference=\"lower\"><sensor name=\"fts\" type=\"force_torque\"/></gazebo>"),
+  const auto frame = [&](const std::string& name) {
+    return sensor("<param name=\"frame_id\">" + name + "</param>");
+  };
+  const auto alone = of("ros2_control.sensor_unbound", sensor(""));
+  ASSERT_THAT(alone, SizeIs(1));
+  EXPECT_EQ(alone[0].severity, Severity::error);
+  EXPECT_GT(alone[0].where.line, 1);
+  EXPECT_EQ(alone[0].where.column, 3);
+  EXPECT_THAT(alone[0].fix, HasSubstr("<param name=\"joint\">JOINT</param>"));
+  const auto misspelt = of("ros2_control.sensor_unbound", frame("lowr"));
+  ASSERT_THAT(misspelt, SizeIs(1));
+  EXPECT_THAT(misspelt[0].message, HasSubstr("did you mean 'lower'?"));
+  EXPECT_THAT(of("ros2_control.sensor_unbound", frame("lower")), IsEmpty());
+  EXPECT_THAT(of("ros2_control.sensor_unbound", sensor("<param name=\"joint\">elbow</param>")), IsEmpty());
+  EXPECT_THAT(of("ros2_control.sensor_unbound",
+                 sensor("") + "<gazebo reference=\"elbow\"><sensor name=\"fts\" type=\"force_torque\"/></gazebo>"),
               IsEmpty());
+  EXPECT_THAT(of("ros2_control.sensor_unbound",
+                 sensor("<state_interface name=\"force.roll\"/><param name=\"joint\">elbow</param>")),
+              SizeIs(1));
+}
+
+TEST_F(Ros2ControlRulesTest, FrameOfSensorThatIsNotInTfIsReported) {
+  const auto camera = [](const std::string& frame) {
+    return "<gazebo reference=\"lower\"><sensor name=\"eye\" type=\"camera\"><frame_id>" + frame +
+           "</frame_id></sensor></gazebo>";
+  };
+  const auto missing = of("sensor.frame", camera("lowr"));
+  ASSERT_THAT(missing, SizeIs(1));
+  EXPECT_THAT(missing[0].message, testing::AllOf(HasSubstr("not in TF"), HasSubstr("did you mean 'lower'?")));
+  EXPECT_GT(missing[0].where.line, 1);
+  const auto turned = of("sensor.frame", camera("lower"));
+  ASSERT_THAT(turned, SizeIs(1));
+  EXPECT_THAT(turned[0].message, HasSubstr("axes are not optical"));
 }
 
 TEST_F(Ros2ControlRulesTest, UndrivenJointIsReported) {

@@ -2,6 +2,7 @@
 // One camera, lidar or range sensor of a rig: its topics, and how a sample becomes their messages.
 
 #include <array>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -10,6 +11,7 @@
 #include "doppel/bus/bus.h"
 #include "doppel/rays/ray_caster.h"
 #include "doppel/sensing/detail/sensor_names.h"
+#include "doppel/sensing/range_values.h"
 #include "doppel/sensors/counter_random.h"
 #include "doppel/sensors/sample_schedule.h"
 
@@ -40,7 +42,7 @@ class TopicOutlet : public Outlet {
 struct LightSample {
   std::size_t sensor = 0;  // in the rig
   std::uint64_t number = 0;
-  std::uint32_t wanted = 0;                                      // bits of outlets
+  std::uint32_t wanted = 0;                                      // bits of outlets, and of the range
   Pose X_WL = Pose::Identity(), X_WL_before = Pose::Identity();  // of the link: now, and at the sample before
   int body = -1;                                                 // of the link, in the scene
   std::span<const Pose> bodies = {};                             // X_WB of all bodies, by the worker
@@ -70,11 +72,24 @@ class LightSensor {
     std::uint32_t bits = 0;
     for (std::size_t i = 0; i < outlets_.size(); ++i)
       if (outlets_[i]->wanted()) bits |= 1U << i;
+    if (range_ && range_->readers > 0) bits |= kRangeRead;
     return bits;
   }
   [[nodiscard]] const Outlet& outlet(std::size_t index) const { return *outlets_[index]; }
 
+  // -- between steps, while there are no jobs
+  // The range that controllers read, of a range sensor.
+  void report_to(std::shared_ptr<RangeValues::Value> range) { range_ = std::move(range); }
+  // The first sample follows.
+  virtual void restart() {
+    if (range_) range_->range = std::numeric_limits<double>::quiet_NaN();
+  }
+  // Continues in place of a former sensor of the same name and type.
+  virtual void resume(const LightSensor& /*before*/) {}
+
  protected:
+  static constexpr std::uint32_t kRangeRead = 1U << 31;  // in LightSample::wanted, above the outlets
+
   // The topic of an output; `own`: that of its kind. Returns the outlet's index.
   template <Message M>
   std::size_t add_outlet(Node& node, const std::string& output, const std::string& own);
@@ -84,6 +99,7 @@ class LightSensor {
   CounterRandom random_;
   std::vector<std::unique_ptr<Outlet>> outlets_;
   std::vector<std::string> topics_;
+  std::shared_ptr<RangeValues::Value> range_;  // nullptr: of no range sensor
 };
 
 template <Message M>

@@ -45,6 +45,8 @@ class PhysicalSensor {
   virtual void resume(const PhysicalSensor& /*before*/) {}
 
   // -- in the loop: no allocation
+  // Before publish(), and at samples that nobody reads.
+  virtual void advance(std::uint64_t /*sample*/) {}
   virtual void publish(const PhysicalState& state, std::uint64_t sample) = 0;
   // Publishes the samples whose latency is over.
   virtual void release(Time /*now*/) {}
@@ -77,8 +79,19 @@ std::unique_ptr<PhysicalSensor> make_physical_sensor(Node& node, const RigSensor
                                                      const MeterSettings& settings, const Log& log);
 std::unique_ptr<PhysicalSensor> make_meter_output(Node& node, const RigSensor& sensor,
                                                   const MeterSettings& settings);
-std::unique_ptr<PhysicalSensor> make_contact_output(Node& node, const RigSensor& sensor, const Log& log);
-std::unique_ptr<PhysicalSensor> make_logical_camera_output(Node& node, const RigSensor& sensor);
+std::unique_ptr<PhysicalSensor> make_contact_output(Node& node, const RigSensor& sensor, double period,
+                                                    const Log& log);
+std::unique_ptr<PhysicalSensor> make_logical_camera_output(Node& node, const RigSensor& sensor,
+                                                           double period);
+
+// From the spare ones, which keep their memory.
+template <class T>
+T taken(std::vector<T>& spare) {
+  if (spare.empty()) return {};
+  T out = std::move(spare.back());
+  spare.pop_back();
+  return out;
+}
 
 inline geometry_msgs::msg::Vector3 to_vector_msg(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};

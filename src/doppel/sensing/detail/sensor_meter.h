@@ -1,7 +1,7 @@
 #pragma once
-// What one physical sensor measures, as numbers: the same for its topic and for controllers. The interface names and their
-// order are those of ros2_control's semantic components (controller_interface/semantic_components of Jazzy).
+// What one physical sensor measures, as numbers: the same for its topic and for controllers.
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <span>
@@ -44,7 +44,7 @@ class SensorMeter {
 
   [[nodiscard]] const std::string& frame() const { return frame_; }  // of the values' axes; after bind()
   [[nodiscard]] int instance() const { return instance_; }
-  // Of the last sample, in the order of meter_interfaces().
+  // Of the last sample, in the order of reading_names().
   [[nodiscard]] std::span<const double> values() const { return values_; }
 
   // -- what a sample needs
@@ -53,10 +53,19 @@ class SensorMeter {
 
   // -- between steps
   virtual void bind(const Engine& /*engine*/, int instance) { instance_ = instance; }
-  virtual void restart(const Engine& /*engine*/) {}
-  virtual void resume(const SensorMeter& /*before*/) {}
+  virtual void restart(const Engine& /*engine*/) { noise_ = noise_at_start_; }
+  // `before` is of the same type of sensor.
+  virtual void resume(const SensorMeter& before) {
+    for (std::size_t i = 0; i < std::min(noise_.size(), before.noise_.size()); ++i)
+      noise_[i].resume(before.noise_[i]);
+  }
 
   // -- in the loop: no allocation
+  // The noise up to this sample: at every sample, so that the walk of a bias is never made up for many at once.
+  void advance(std::uint64_t sample) {
+    for (ChannelNoise& channel : noise_) channel.advance(sample);
+  }
+  // After advance().
   virtual void measure(const PhysicalState& state, std::uint64_t sample) = 0;
 
  protected:
@@ -69,15 +78,31 @@ class SensorMeter {
     for (std::size_t i = 0; i < 4; ++i) values_[first + i] = parts[i];
   }
 
+  // Of the next channel.
+  void add_noise(const NoiseDescription& noise, const MeterSettings& settings) {
+    const auto channel = static_cast<std::uint32_t>(noise_.size());
+    noise_at_start_.emplace_back(noise, settings.random, channel, settings.period);
+    noise_.push_back(noise_at_start_.back());
+  }
+  // With the noise of this sample of a channel, or of three channels from `first` on.
+  [[nodiscard]] double noisy(std::size_t channel, double value, std::uint64_t sample) const {
+    return noise_[channel].apply(value, sample);
+  }
+  [[nodiscard]] Eigen::Vector3d noisy_vector(std::size_t first, const Eigen::Vector3d& value,
+                                             std::uint64_t sample) const {
+    return {noisy(first, value.x(), sample), noisy(first + 1, value.y(), sample),
+            noisy(first + 2, value.z(), sample)};
+  }
+
   const RigSensor sensor_;
   std::string frame_;
   int instance_ = -1;
   std::vector<double> values_;
+
+ private:
+  std::vector<ChannelNoise> noise_, noise_at_start_;  // [channels]
 };
 
-using VectorNoise = std::array<ChannelNoise, 3>;
-// A vector with the noise of this sample on each of its components.
-Eigen::Vector3d noisy_vector(VectorNoise& noise, const Eigen::Vector3d& value, std::uint64_t sample);
 inline double variance_of(const NoiseDescription& noise) {
   return noise.stddev * noise.stddev;
 }
@@ -88,8 +113,5 @@ std::unique_ptr<SensorMeter> make_imu_meter(const RigSensor& sensor, const Meter
 std::unique_ptr<SensorMeter> make_wrench_meter(const RigSensor& sensor, const MeterSettings& settings);
 // nullptr: a logical camera.
 std::unique_ptr<SensorMeter> make_environment_meter(const RigSensor& sensor, const MeterSettings& settings);
-
-// The names of a meter's values: "orientation.x". Empty: make_meter() makes none.
-std::vector<std::string> meter_interfaces(const SensorDescription& sensor);
 
 }  // namespace doppel

@@ -1,4 +1,6 @@
 // Contact sensors on a plate on which a cube falls and from which it is taken.
+#include <algorithm>
+
 #include "doppel/core/test/heap_touches.h"
 #include "doppel/messages/gazebo_msgs.h"
 #include "doppel/messages/geometry_msgs.h"
@@ -95,6 +97,12 @@ TEST(ContactOutput, UnknownCollisionIsReportedWithNearestName) {
   ASSERT_EQ(twin.lines.size(), 1U);
   EXPECT_NE(twin.lines[0].find("plate_colision"), std::string::npos) << twin.lines[0];
   EXPECT_NE(twin.lines[0].find("did you mean 'plate_collision'"), std::string::npos) << twin.lines[0];
+  twin.start();  // as after an edit of something else
+  EXPECT_EQ(twin.lines.size(), 1U);
+  twin.rig.set_sensors({contact_named("plate")}, *twin.world.engine);
+  EXPECT_EQ(twin.lines.size(), 2U);
+  twin.start();
+  EXPECT_EQ(twin.lines.size(), 3U);
 }
 
 TEST(ContactOutput, BumperPublishesStatesWithTotalForceInNamedFrame) {
@@ -114,6 +122,33 @@ TEST(ContactOutput, BumperPublishesStatesWithTotalForceInNamedFrame) {
   EXPECT_NEAR(state.contact_positions[0].z, 0.05, 1e-3);
 }
 
+TEST(ContactOutput, LatencyDelaysMessagesAndKeepsStampsAndContents) {
+  for (const bool bumper : {false, true}) {
+    const auto run = [bumper](double latency) {
+      RigSensor sensor = contact_named("", bumper);
+      sensor.description.latency = latency;
+      auto twin = std::make_unique<Sensed>(table_with_plate(), cube_above_plate(0.002), std::vector{sensor});
+      twin->start();
+      std::vector<Contacts> contacts;
+      std::vector<ContactsState> states;
+      if (bumper)
+        twin->read("/touch", states);
+      else
+        twin->read("/touch", contacts);
+      twin->run(0.2 + latency);
+      return std::pair(contacts, states);
+    };
+    const auto direct = run(0), delayed = run(0.105);
+    EXPECT_EQ(direct.first.size() + direct.second.size(), 20U);
+    EXPECT_EQ(delayed.first.size(), direct.first.size());
+    EXPECT_EQ(delayed.second.size(), direct.second.size());
+    const auto same = [](const auto& a, const auto& b) { return to_cdr(a) == to_cdr(b); };
+    EXPECT_TRUE(std::ranges::equal(direct.first, delayed.first, same));
+    EXPECT_TRUE(std::ranges::equal(direct.second, delayed.second, same));
+    EXPECT_TRUE(bumper ? !direct.second.back().states.empty() : !direct.first.back().contacts.empty());
+  }
+}
+
 // Only the sensors' own work: physics, and readers of the fixture, are outside.
 TEST(PhysicalRig, SamplesDoNotAllocate) {
   RigSensor imu = test::make_rig_sensor("bench", "plate", 1, "imu", 0);
@@ -122,21 +157,25 @@ TEST(PhysicalRig, SamplesDoNotAllocate) {
   wrench.description.what = ForceTorqueDescription{};
   RigSensor touch = contact_named("");
   touch.description.rate = 0;
-  Sensed twin(table_with_plate(), cube_above_plate(0), {imu, wrench, touch});
+  RigSensor late = touch;
+  late.description.name = "late";
+  late.description.latency = 0.01;
+  Sensed twin(table_with_plate(), cube_above_plate(0), {imu, wrench, touch, late});
   twin.start();
   std::size_t messages = 0;
   const auto count = [&messages](const auto&) { ++messages; };
   twin.reader.subscribe<sensor_msgs::msg::Imu>("/imu", count);
   twin.reader.subscribe<geometry_msgs::msg::WrenchStamped>("/wrench", count);
   twin.reader.subscribe<Contacts>("/touch", count);
+  twin.reader.subscribe<Contacts>("/late", count);
   twin.bus.spin();
-  twin.step();  // the engine's own scratch
+  twin.run(0.1);  // the engine's own scratch, and until the delayed messages circulate
   messages = 0;
   const std::size_t touches = test::heap_touches_of([&] {
     for (int i = 0; i < 100; ++i) twin.step();
   });
   EXPECT_EQ(touches, 0U);
-  EXPECT_EQ(messages, 300U);
+  EXPECT_EQ(messages, 400U);
 }
 
 }  // namespace

@@ -206,6 +206,34 @@ TEST(Environment, LatencyDelaysMessageAndKeepsStamp) {
   EXPECT_NEAR(to_seconds(test::time_of_header(readings.back().header)), 0.17, 1e-9);
 }
 
+TEST(Environment, LogicalCameraWithLatencySeesWhatWasThereAtItsStamp) {
+  World world = test::empty_space();
+  WorldObject ball;
+  ball.name = "ball";
+  ball.shape = Sphere{0.01};
+  ball.X_WO.translation() = Eigen::Vector3d(3, 0, 2);
+  world.objects.push_back(ball);
+  RigSensor sensor = sensor_on("mast", "top", 1, EnvironmentKind::logical_camera);
+  environment_of(sensor).far = 100;
+  environment_of(sensor).hfov = 1;
+  sensor.description.latency = 0.025;
+  Sensed twin(mast(), world, {sensor});
+  twin.start();
+  std::vector<LogicalCameraImage> pictures;
+  twin.read("/sensor", pictures);
+  twin.run(0.015);
+  twin.world.object("ball").place(make_pose({-3, 0, 2}, {0, 0, 0}));
+  twin.run(0.019);
+  EXPECT_TRUE(pictures.empty());
+  twin.run(0.011);
+  ASSERT_EQ(pictures.size(), 2U);
+  EXPECT_NEAR(to_seconds(test::time_of_header(pictures[0].header)), 0.01, 1e-9);
+  EXPECT_EQ(pictures[0].header.frame_id, "top");
+  EXPECT_EQ(pictures[0].model.size(), 1U);
+  EXPECT_EQ(pictures[1].header.frame_id, "top");
+  EXPECT_TRUE(pictures[1].model.empty());
+}
+
 TEST(Environment, SensorsDoNotAllocateWhilePublishing) {
   std::vector<RigSensor> sensors;
   for (const EnvironmentKind kind :
@@ -213,7 +241,8 @@ TEST(Environment, SensorsDoNotAllocateWhilePublishing) {
         EnvironmentKind::air_pressure, EnvironmentKind::logical_camera}) {
     RigSensor& sensor = sensors.emplace_back(sensor_on("mast", "top", 1, kind, 0));
     sensor.description.name = "sensor_" + std::to_string(sensors.size());
-    sensor.description.latency = sensors.size() == 1 ? 0.02 : 0;
+    const bool delayed = kind == EnvironmentKind::navsat || kind == EnvironmentKind::logical_camera;
+    sensor.description.latency = delayed ? 0.02 : 0;
     environment_of(sensor).noise[0].stddev = 1e-6;
     environment_of(sensor).far = 100;
     environment_of(sensor).hfov = 1;

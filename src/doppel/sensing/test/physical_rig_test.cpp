@@ -220,6 +220,35 @@ std::vector<double> noise_of(std::uint64_t seed, bool reads_from_start) {
   return out;
 }
 
+// The noise of an IMU's last sample after 5.01 s: its noise is `first`, and from 5 s on, by an edit, `second`.
+double noise_after_edit(const NoiseDescription& first, const NoiseDescription& second, bool reads_from_start) {
+  RigSensor sensor = imu_on("table", "disc", 1);
+  described(sensor).linear_acceleration[0] = first;
+  Sensed twin(turntable(), test::empty_space(), {sensor}, BaseKind::fixed, 3);
+  twin.start();
+  std::vector<Imu> readings;
+  if (reads_from_start) twin.read("/imu", readings);
+  twin.run(5);
+  described(sensor).linear_acceleration[0] = second;
+  twin.rig.set_sensors({sensor}, *twin.world.engine);
+  if (!reads_from_start) twin.read("/imu", readings);
+  twin.run(0.01);
+  return readings.empty() ? std::nan("") : readings.back().linear_acceleration.x;
+}
+
+TEST(PhysicalRig, WalkOfBiasContinuesThroughEditAndBeginsWhereEditAddsIt) {
+  constexpr double kOneStep = 0.002;  // 0.02 sqrt(0.01 s)
+  const NoiseDescription walk{0, 0, 0, 0, 0, 0.02, 1e6}, same_walk{0, 1e-12, 0, 0, 0, 0.02, 1e6};
+  const double walked = noise_after_edit(walk, walk, true);
+  EXPECT_GT(std::abs(walked), 6 * kOneStep);
+  EXPECT_EQ(noise_after_edit(walk, walk, false), walked);
+  EXPECT_NEAR(noise_after_edit(walk, same_walk, true), walked, 1e-10);
+  const double begun = noise_after_edit({}, walk, true);
+  EXPECT_NE(begun, 0);
+  EXPECT_LT(std::abs(begun), 6 * kOneStep);
+  EXPECT_EQ(begun, noise_after_edit({}, walk, false));
+}
+
 std::uint64_t hash_of(std::uint64_t seed) {
   RigSensor sensor = imu_on("table", "disc", 1);
   described(sensor).angular_velocity[1].stddev = 0.1;

@@ -89,11 +89,32 @@ TEST(SensorReadings, StateThatIsWrittenIsNoAcceleration) {
   Read twin({imu_on_disc()});
   twin.step_and_read();
   twin.world.set_state({1}, {5});
-  twin.readings.restart(*twin.world.engine);
+  twin.readings.state_written();
   twin.readings.read(*twin.world.engine);
   const Eigen::Vector3d expected(-25 * 0.3, kUpAtRest * std::sin(0.2), kUpAtRest * std::cos(0.2));
   EXPECT_LT((twin.vector(0, 7) - expected).norm(), 1e-9);
-  EXPECT_NEAR(twin.readings.values(0)[3], 1, 1e-12);  // the orientation is that of the start
+  EXPECT_NEAR(2 * std::acos(twin.readings.values(0)[3]), 1, 1e-9);  // still relative to the start
+}
+
+TEST(SensorReadings, NoiseIsThatOfInstantWhateverWasReadOrWrittenBefore) {
+  RigSensor sensor = imu_on_disc();
+  std::get<ImuDescription>(sensor.description.what).angular_velocity[2] = {0, 0.1, 0, 0, 0, 0.02, 10};
+  const auto last = [&](bool disturbed) {
+    Read twin({sensor});
+    for (int i = 0; i < 20; ++i) {
+      twin.readings.before_step(*twin.world.engine);
+      twin.step();
+      if (!disturbed || i == 19) twin.readings.read(*twin.world.engine);
+      if (!disturbed || i % 3 != 0) continue;
+      twin.world.set_state({0}, {0});
+      for (int again = 0; again < i; ++again) {
+        twin.readings.state_written();
+        twin.readings.read(*twin.world.engine);
+      }
+    }
+    return twin.readings.values(0)[6];
+  };
+  EXPECT_EQ(last(true), last(false));
 }
 
 TEST(SensorReadings, NoiseDependsOnSeedAndNumberAndStartsAgain) {

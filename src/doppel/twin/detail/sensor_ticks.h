@@ -5,6 +5,8 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
+#include <string>
 #include <vector>
 
 #include "doppel/messages/diagnostic_msgs.h"
@@ -26,6 +28,7 @@ class SensorTicks : public Tickable {
     Models models;
     std::shared_ptr<StaticTransforms> statics;  // of the bus
     std::shared_ptr<const EarthFrame> earth;    // of the present world
+    std::shared_ptr<RangeValues> ranges;        // that controllers read
   };
   // The log and the scene outlive this.
   SensorTicks(Bus& bus, const Scene& scene, const Log& log, const RigOptions& options, Sources sources)
@@ -35,6 +38,7 @@ class SensorTicks : public Tickable {
         sources_(std::move(sources)),
         light_(bus, log, options),
         physical_(bus, log, options) {
+    light_.set_ranges(sources_.ranges);
     look_up();
   }
 
@@ -54,7 +58,7 @@ class SensorTicks : public Tickable {
  private:
   void look_up();
   void list_sensors();
-  void report_shared_topics() const;
+  void report_shared_topics();
   void write_diagnostics();  // what is listed; no allocation
   // A frame of a sensor of a model that moves and is no robot.
   struct MovingFrame {
@@ -86,6 +90,7 @@ class SensorTicks : public Tickable {
   Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_topic_;
   diagnostic_msgs::msg::DiagnosticArray diagnostics_;  // of those of light
   std::vector<std::uint64_t> left_out_before_;         // a second ago
+  std::set<std::string> shared_;                       // reports of topics that sensors share
   std::size_t lights_ = 0;                             // number of the former
   Time list_due_ = Time::min();
   bool changed_ = false;

@@ -72,6 +72,7 @@ struct Twin::Impl {
   HardwareRegistry hardware;
   std::shared_ptr<StaticTransforms> statics = std::make_shared<StaticTransforms>();
   const std::shared_ptr<EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
+  const std::shared_ptr<RangeValues> ranges = std::make_shared<RangeValues>();
   TimeControl time_control;
   std::unique_ptr<CompiledScenario> machine;
   LoopGate gate;

@@ -1,5 +1,5 @@
 // Which simulated sensor a <sensor> of <ros2_control> reads, and what is reported where it reads none.
-#include "doppel/twin/sensor_binding.h"
+#include "doppel/sensors/sensor_binding.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/sensing/sensor_readings.h"
+#include "doppel/sensors/reading_names.h"
 #include "doppel/twin/compiled_scenario.h"
 
 namespace doppel {
@@ -23,7 +23,7 @@ constexpr const char* kSensedLinks = R"(<robot name="bound">
   <joint name="wrist" type="fixed"><parent link="base_link"/><child link="hand"/><origin xyz="0 0 1"/></joint>
   <gazebo reference="hand">
     <sensor name="imu" type="imu"><pose>0 0 0.1 0 0 0</pose></sensor>
-    <sensor name="eye" type="camera"/>
+    <sensor name="eye" type="camera"/><sensor name="echoes" type="sonar"><pose>0 0 0.2 0 0 0</pose></sensor>
   </gazebo>
 )";
 
@@ -36,7 +36,7 @@ std::string interfaces(const std::vector<std::string>& names) {
 class SensorBindingTest : public ::testing::Test {
  protected:
   // `sensors`: of the <ros2_control>, which is on line 9.
-  SensorBindings bind(const std::string& sensors) {
+  SensorBindings bind(const std::string& sensors, std::optional<BaseKind> base = std::nullopt) {
     const auto file = std::filesystem::path(::testing::TempDir()) / fmt::format("bound_{}.urdf", getpid());
     std::ofstream(file) << kSensedLinks
                         << "<ros2_control name=\"cell\" type=\"system\"><hardware><plugin>mock_components/"
@@ -44,10 +44,11 @@ class SensorBindingTest : public ::testing::Test {
                         << sensors << "</ros2_control></robot>";
     Scenario scenario;
     scenario.robots = {{.target = file.string()}};
+    scenario.robots[0].base = base;
     Diagnostics diagnostics;
     machine_ = std::make_unique<CompiledScenario>(scenario, diagnostics);
     const CompiledRobot& robot = *machine_->robots.at(0);
-    return bind_sensors(robot.hardware().at(0), robot);
+    return bind_sensors(robot.hardware().at(0), robot.model(), robot.sensors());
   }
   [[nodiscard]] static std::string said(const SensorBindings& bindings) {
     std::string out;
@@ -81,11 +82,22 @@ TEST_F(SensorBindingTest, ParametersPlaceSensorOnLinkJointOrFrame) {
   EXPECT_TRUE(std::holds_alternative<ImuDescription>(bound.sensors[0].description.what));
   EXPECT_TRUE(std::holds_alternative<ForceTorqueDescription>(bound.sensors[1].description.what));
   EXPECT_EQ(bound.sensors[1].description.joint, "wrist");
-  for (const RigSensor& sensor : bound.sensors) EXPECT_EQ(sensor.description.link, "hand");
+  for (const RobotSensor& sensor : bound.sensors) EXPECT_EQ(sensor.description.link, "hand");
   EXPECT_EQ(std::get<EnvironmentDescription>(bound.sensors[2].description.what).kind, EnvironmentKind::pose);
   EXPECT_EQ(std::get<EnvironmentDescription>(bound.sensors[3].description.what).kind,
             EnvironmentKind::navsat);
   EXPECT_EQ(bound.sensors[3].X_LF.translation().z(), 0.1);
+}
+
+TEST_F(SensorBindingTest, RangeIsThatOfSensorOfNameFrameOrLink) {
+  for (const char* named : {"<sensor name=\"echoes\">", "<sensor name=\"a\"><param name=\"frame_id\">echoes_frame</param>",
+                            "<sensor name=\"b\"><param name=\"link\">hand</param>"}) {
+    const SensorBindings bound = bind(named + interfaces({"range"}) + "</sensor>");
+    EXPECT_EQ(said(bound), "");
+    ASSERT_EQ(bound.sensors.size(), 1U) << named;
+    EXPECT_EQ(bound.sensors[0].description.name, "echoes");
+    EXPECT_TRUE(bound.values.at(0).at(0).has_value());
+  }
 }
 
 TEST_F(SensorBindingTest, SensorWithoutCounterpartIsErrorWithPlaceAndFix) {
@@ -108,11 +120,27 @@ TEST_F(SensorBindingTest, NamesOfParametersAndTypesAreReported) {
               HasSubstr("no joint carries"));
   EXPECT_THAT(said(bind("<sensor name=\"eye\">" + interfaces({"force.x"}) + "</sensor>")),
               HasSubstr("'eye' of the description has the type 'camera'"));
-  EXPECT_THAT(said(bind("<sensor name=\"sonar\">" + interfaces({"range"}) + "</sensor>")),
-              HasSubstr("published on their topics only"));
+  EXPECT_THAT(said(bind("<sensor name=\"echo\">" + interfaces({"range"}) + "</sensor>")),
+              testing::AllOf(HasSubstr("error"), HasSubstr("did you mean 'echoes'?"), HasSubstr("type=\"sonar\"")));
+  EXPECT_THAT(said(bind("<sensor name=\"front\"><param name=\"frame_id\">base_link</param>" +
+                        interfaces({"range"}) + "</sensor>")),
+              HasSubstr("no range sensor is at"));
   EXPECT_THAT(
       said(bind("<sensor name=\"imu\">" + interfaces({"orientation.w", "orientation.roll"}) + "</sensor>")),
       HasSubstr("'imu/orientation.roll' reads NaN"));
+}
+
+TEST_F(SensorBindingTest, WrenchOfBaseLinkIsErrorWithPlaceAndFixWhetherBaseFloatsOrNot) {
+  for (const BaseKind base : {BaseKind::fixed, BaseKind::floating}) {
+    for (const char* key : {"frame_id", "link"}) {
+      const SensorBindings bound = bind(fmt::format("<sensor name=\"ft\"><param name=\"{}\">base_link</param>", key) +
+                                            interfaces({"force.x"}) + "</sensor>",
+                                        base);
+      EXPECT_TRUE(bound.sensors.empty());
+      EXPECT_THAT(said(bound), testing::AllOf(HasSubstr(".urdf:9:"), HasSubstr("error"), HasSubstr("no joint carries"),
+                                              HasSubstr("<param name=\"joint\">JOINT</param>")));
+    }
+  }
 }
 
 TEST_F(SensorBindingTest, WrittenInitialValuesAreConstants) {

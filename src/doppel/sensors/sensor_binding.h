@@ -9,8 +9,8 @@
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/sensing/rig_sensor.h"
-#include "doppel/twin/compiled_robot.h"
+#include "doppel/kinematics/model.h"
+#include "doppel/sensors/sensor_frames.h"
 
 namespace doppel {
 
@@ -20,7 +20,7 @@ struct SensorValue {
 };
 
 struct DOPPEL_API SensorBindings {
-  std::vector<RigSensor> sensors;
+  std::vector<RobotSensor> sensors;
   // [sensors of the component][its state interfaces]; nullopt: bound to nothing.
   std::vector<std::vector<std::optional<SensorValue>>> values;
   // "ros2_control.sensor_unbound": errors, the interfaces that read NaN, with what to write; warnings, those that keep their
@@ -28,9 +28,8 @@ struct DOPPEL_API SensorBindings {
   Diagnostics unbound;
 };
 
-DOPPEL_API SensorBindings bind_sensors(const HardwareDescription& hardware, const CompiledRobot& robot);
-
-// A sensor of the robot in the engine, with the namespace and the frames of its topics.
-DOPPEL_API RigSensor make_rig_sensor(const CompiledRobot& robot, const RobotSensor& sensor);
+// `sensors`: of the description, on the links of `model`.
+DOPPEL_API SensorBindings bind_sensors(const HardwareDescription& hardware, const Model& model,
+                                       const RobotSensors& sensors);
 
 }  // namespace doppel

@@ -1,4 +1,4 @@
-#include "doppel/twin/sensor_binding.h"
+#include "doppel/sensors/sensor_binding.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,12 +7,13 @@
 #include <array>
 
 #include "doppel/core/names.h"
-#include "doppel/sensing/sensor_readings.h"
+#include "doppel/sensors/reading_names.h"
 
 namespace doppel {
 namespace {
 
 constexpr const char* kUnbound = "ros2_control.sensor_unbound";
+constexpr const char* kRange = "range";
 using Names = std::vector<std::string>;
 
 bool is_in(const Names& names, const std::string& name) {
@@ -52,6 +53,7 @@ std::array<SensorDescription, 7> ideal_sensors() {
 // Where a <param> puts a sensor.
 struct Place {
   std::string written;  // <param name="link">hand</param>
+  std::string name;     // hand
   int link = -1;        // -1: there is no such link or joint
   std::string joint;
   Pose X_LS = Pose::Identity();
@@ -60,8 +62,8 @@ struct Place {
 
 class Binder {
  public:
-  Binder(const HardwareDescription& hardware, const CompiledRobot& robot)
-      : hardware_(hardware), robot_(robot) {}
+  Binder(const HardwareDescription& hardware, const Model& model, const RobotSensors& sensors)
+      : hardware_(hardware), model_(model), sensors_(sensors) {}
 
   SensorBindings bind() {
     for (const HardwareJointDescription& part : hardware_.sensors) bind(part);
@@ -73,7 +75,7 @@ class Binder {
     Names wanted;
     for (const HardwareInterfaceDescription& state : part.state_interfaces) wanted.push_back(state.name);
     auto& values = out_.values.emplace_back(wanted.size());
-    const std::optional<RigSensor> sensor = find(part, wanted);
+    const std::optional<RobotSensor> sensor = find(part, wanted);
     if (!sensor) return;
     const Names offered = reading_names(sensor->description);
     for (std::size_t i = 0; i < wanted.size(); ++i) {
@@ -91,11 +93,11 @@ class Binder {
     out_.sensors.push_back(*sensor);
   }
 
-  std::optional<RigSensor> find(const HardwareJointDescription& part, const Names& wanted) {
+  std::optional<RobotSensor> find(const HardwareJointDescription& part, const Names& wanted) {
     const RobotSensor* named = nullptr;
     std::size_t most = 0;
     const RobotSensor* unfit = nullptr;
-    for (const RobotSensor& sensor : robot_.sensors().sensors) {
+    for (const RobotSensor& sensor : sensors_.sensors) {
       if (sensor.description.name != part.name) continue;
       const std::size_t fits = common(wanted, reading_names(sensor.description));
       if (fits > most) {
@@ -105,12 +107,12 @@ class Binder {
         unfit = &sensor;
       }
     }
-    if (named != nullptr) return make_rig_sensor(robot_, *named);
+    if (named != nullptr) return *named;
     return place(part, wanted, unfit);
   }
 
   // A sensor of its own at the place that a <param> names.
-  std::optional<RigSensor> place(const HardwareJointDescription& part, const Names& wanted,
+  std::optional<RobotSensor> place(const HardwareJointDescription& part, const Names& wanted,
                                  const RobotSensor* unfit) {
     const auto kinds = ideal_sensors();
     const auto* const kind = std::ranges::max_element(
@@ -118,24 +120,42 @@ class Binder {
     const bool known = common(wanted, reading_names(*kind)) > 0;
     if (!known && is_constant(part)) return std::nullopt;
     const std::optional<Place> at = place_of(part);
+    if (!known && at && is_in(wanted, kRange))
+      if (const RobotSensor* const range = find_range(*at)) return *range;
     if (!known || !at || at->link < 0) {
-      report_unbound(part, known ? kind->type : "", at, unfit);
+      report_unbound(part, known ? kind->type : is_in(wanted, kRange) ? "sonar" : "", at, unfit);
       return std::nullopt;
     }
     RobotSensor sensor;
     sensor.description = *kind;
     sensor.description.name = part.name;
     sensor.description.joint = at->joint;
-    sensor.description.link = robot_.model().links[static_cast<std::size_t>(at->link)].name;
+    sensor.description.link = model_.links[static_cast<std::size_t>(at->link)].name;
     sensor.description.X_LS = sensor.X_LF = at->X_LS;
     sensor.description.source = part.source;
     sensor.link = at->link;
     sensor.frame = sensor.description.link;
-    if (kind->type == "force_torque" && sensor.link == 0) {
+    if (kind->type == "force_torque" && sensor.link <= base_link()) {
       report_unbound(part, kind->type, at, unfit);
       return std::nullopt;
     }
-    return make_rig_sensor(robot_, sensor);
+    return sensor;
+  }
+
+  // Ranges are measured by a sensor of the description only: the one with this frame, or on this link. nullptr: none.
+  [[nodiscard]] const RobotSensor* find_range(const Place& at) const {
+    const RobotSensor* on_link = nullptr;
+    for (const RobotSensor& sensor : sensors_.sensors) {
+      if (!std::holds_alternative<RangeDescription>(sensor.description.what)) continue;
+      if (sensor.frame == at.name) return &sensor;
+      if (sensor.link == at.link && on_link == nullptr) on_link = &sensor;
+    }
+    return on_link;
+  }
+
+  // No joint of the description carries it; a floating base is beyond the joint that compile_model() adds.
+  [[nodiscard]] int base_link() const {
+    return !model_.joints.empty() && model_.joints.front().type == JointType::floating ? 1 : 0;
   }
 
   static bool is_constant(const HardwareJointDescription& part) {
@@ -144,25 +164,25 @@ class Binder {
   }
 
   [[nodiscard]] std::optional<Place> place_of(const HardwareJointDescription& part) const {
-    const Model& model = robot_.model();
     for (const char* key : {"joint", "link", "frame_id"}) {
       for (const auto& [name, value] : part.params) {
         if (name != key) continue;
         Place out;
         out.written = fmt::format("<param name=\"{}\">{}</param>", name, value);
+        out.name = value;
         if (name == "joint") {
-          for (const ModelJoint& joint : model.joints) out.known.push_back(joint.name);
-          const int joint = model.find_joint(value);
-          if (joint >= 0) out.link = model.joints[static_cast<std::size_t>(joint)].child_link;
+          for (const ModelJoint& joint : model_.joints) out.known.push_back(joint.name);
+          const int joint = model_.find_joint(value);
+          if (joint >= 0) out.link = model_.joints[static_cast<std::size_t>(joint)].child_link;
           out.joint = value;
           return out;
         }
-        for (const ModelLink& link : model.links) out.known.push_back(link.name);
-        out.link = model.find_link(value);
-        for (const FixedFrame& frame : robot_.sensors().frames) {
+        for (const ModelLink& link : model_.links) out.known.push_back(link.name);
+        out.link = model_.find_link(value);
+        for (const FixedFrame& frame : sensors_.frames) {
           out.known.push_back(frame.name);
           if (out.link >= 0 || frame.name != value) continue;
-          out.link = model.find_link(frame.parent);
+          out.link = model_.find_link(frame.parent);
           out.X_LS = frame.X_PF;
         }
         return out;
@@ -174,25 +194,22 @@ class Binder {
   void report_unbound(const HardwareJointDescription& part, const std::string& type,
                       const std::optional<Place>& at, const RobotSensor* unfit) {
     Names names;
-    for (const RobotSensor& sensor : robot_.sensors().sensors)
+    for (const RobotSensor& sensor : sensors_.sensors)
       if (!reading_names(sensor.description).empty()) names.push_back(sensor.description.name);
     std::string why = unfit != nullptr
                           ? fmt::format("the sensor '{}' of the description has the type '{}'", part.name,
                                         unfit->description.type)
                           : "the description has no sensor of this name" + did_you_mean(part.name, names);
     if (at && at->link < 0) {
-      const std::size_t begin = at->written.find('>') + 1;
-      const std::string value = at->written.substr(begin, at->written.rfind('<') - begin);
-      why +=
-          fmt::format(", and {} names nothing of the robot{}", at->written, did_you_mean(value, at->known));
+      why += fmt::format(", and {} names nothing of the robot{}", at->written,
+                         did_you_mean(at->name, at->known));
+    } else if (at && type == "sonar") {
+      why += fmt::format(", and no range sensor is at what {} names", at->written);
     } else if (at) {
       why += fmt::format(", and no joint carries what {} names", at->written);
     }
     const char* const param = type == "force_torque" ? "<param name=\"joint\">JOINT</param>"
                                                      : "<param name=\"frame_id\">LINK</param>";
-    if (std::ranges::find(part.state_interfaces, "range", &HardwareInterfaceDescription::name) !=
-        part.state_interfaces.end())
-      why += "; ranges are made beside the loop, and published on their topics only";
     std::string fix = type.empty()
                           ? "write <param name=\"initial_value\"> in each <state_interface> for constants"
                           : fmt::format(
@@ -211,21 +228,16 @@ class Binder {
   }
 
   const HardwareDescription& hardware_;
-  const CompiledRobot& robot_;
+  const Model& model_;
+  const RobotSensors& sensors_;
   SensorBindings out_;
 };
 
 }  // namespace
 
-RigSensor make_rig_sensor(const CompiledRobot& robot, const RobotSensor& sensor) {
-  const bool prefixed = !robot.name_space().empty() && robot.asked().tf != TfTopics::separate;
-  const std::string prefix = prefixed ? robot.name_space() + "/" : "";
-  return {sensor.description,    robot.name(), sensor.link, robot.name_space(),
-          prefix + sensor.frame, sensor.X_LF,  prefix};
-}
-
-SensorBindings bind_sensors(const HardwareDescription& hardware, const CompiledRobot& robot) {
-  return Binder(hardware, robot).bind();
+SensorBindings bind_sensors(const HardwareDescription& hardware, const Model& model,
+                            const RobotSensors& sensors) {
+  return Binder(hardware, model, sensors).bind();
 }
 
 }  // namespace doppel
