@@ -149,8 +149,9 @@ int save_topic(Shell& shell, const std::string& topic, const std::string& named)
     file = topic.substr(1) + usual_ending(type.name);
     std::replace(file.begin(), file.end(), '/', '_');
   }
-  std::string ending = std::filesystem::path(file).extension().string();
+  std::string ending = ending_of(file);
   if (file == "-" || ending.empty()) ending = usual_ending(type.name);
+  check_ending(type.name, ending);
   twin.subscribe(topic);
   Client::Received message;
   if (!twin.next(message, Clock::now() + kAnswerTime))

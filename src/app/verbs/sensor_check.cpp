@@ -48,9 +48,10 @@ std::string image_content(const sensor::Image& image) {
 std::string cloud_content(const sensor::PointCloud2& cloud) {
   std::vector<float> distances;
   const std::size_t points = std::size_t{cloud.width} * cloud.height;
-  for (std::size_t i = 0; i < points && i * cloud.point_step + 12 <= cloud.data.size(); ++i) {
-    float p[3];
-    std::memcpy(p, &cloud.data[i * cloud.point_step], sizeof p);
+  float p[3];
+  if (cloud.point_step < sizeof p) return fmt::format("points of {} bytes", cloud.point_step);
+  for (std::size_t at = 0; at + sizeof p <= cloud.data.size(); at += cloud.point_step) {
+    std::memcpy(p, &cloud.data[at], sizeof p);
     const float distance = std::hypot(p[0], p[1], p[2]);
     if (std::isfinite(distance)) distances.push_back(distance);
   }

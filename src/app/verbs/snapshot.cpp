@@ -10,6 +10,7 @@
 #include "app/print_stderr.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
+#include "app/verbs/saved_message.h"
 #include "app/verbs/verbs.h"
 #include "doppel/core/names.h"
 #include "doppel/sensing/picture.h"
@@ -80,7 +81,19 @@ Found view_of_all(const SnapshotVerb& options, const Engine& engine, Diagnostics
   return out;
 }
 
+// A file without an ending is a PNG, as stdout is.
+std::string picture_ending(const std::string& file) {
+  if (file.empty()) throw InputError("cli.output", {}, "-o names no file", "name one, or - for stdout");
+  const std::string ending = file == "-" ? "" : ending_of(file);
+  if (ending.empty()) return ".png";
+  if (!is_picture(ending))
+    throw InputError("cli.output", {}, fmt::format("a picture cannot be saved as '{}'", ending),
+                     "name a file that ends in .png or .jpg");
+  return ending;
+}
+
 int run_snapshot(const SnapshotVerb& options, bool sized) {
+  const std::string ending = picture_ending(options.file);
   Scenario scenario = described_scenario(options.robot);
   if (!options.world.empty()) scenario.world = options.world;
   Diagnostics diagnostics;
@@ -98,8 +111,7 @@ int run_snapshot(const SnapshotVerb& options, bool sized) {
   view.camera.samples = options.samples;
   const Bitmap picture = take_picture(twin.engine(), view.camera, view.X_WS, diagnostics);
   print_diagnostics(diagnostics);
-  const bool jpeg = options.file.ends_with(".jpg") || options.file.ends_with(".jpeg");
-  deliver(jpeg ? encode_jpeg(picture, 92) : encode_png(picture), options.file);
+  deliver(encoded_picture(picture, ending), options.file);
   if (options.file != "-") print_stderr("{}: {} x {}\n", options.file, picture.width, picture.height);
   return 0;
 }

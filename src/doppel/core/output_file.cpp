@@ -25,18 +25,24 @@ namespace fs = std::filesystem;
                    fmt::format("cannot write the file: {}", std::strerror(reason)), fix);
 }
 
-// A temporary file, removed by the destructor unless it was kept.
+// The new content beside the file. It has no name until it is complete where the file system permits that, so that nothing
+// stays of a process that is killed while it writes; else it is removed by the destructor.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const fs::path& file) : file_(file), name_((file.string() + ".XXXXXX")) {
+    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    if (access("/proc/self/fd", X_OK) == 0)  // by which it gets its name
+      descriptor_ = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
+    if (descriptor_ >= 0) return;
     descriptor_ = mkstemp(name_.data());
     if (descriptor_ < 0) refuse(file_, errno);
+    named_ = true;
   }
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
   ~TemporaryFile() {
     if (descriptor_ >= 0) close(descriptor_);
-    if (!done_) unlink(name_.c_str());
+    if (named_) unlink(name_.c_str());
   }
 
   void write(std::string_view content) {
@@ -54,17 +60,30 @@ class TemporaryFile {
     struct stat old {};
     const mode_t mode = stat(file_.c_str(), &old) == 0 ? old.st_mode & 07777 : 0666 & ~mask;
     if (fchmod(descriptor_, mode) != 0 || fsync(descriptor_) != 0) refuse(file_, errno);
+    if (!named_) give_name();
     const int descriptor = descriptor_;
     descriptor_ = -1;
     if (close(descriptor) != 0 || rename(name_.c_str(), file_.c_str()) != 0) refuse(file_, errno);
-    done_ = true;
+    named_ = false;
   }
 
  private:
+  void give_name() {
+    const std::string opened = fmt::format("/proc/self/fd/{}", descriptor_);
+    for (unsigned i = 0; i < kMostNames; ++i) {
+      name_ = fmt::format("{}.{}_{}", file_.string(), getpid(), i);
+      named_ = linkat(AT_FDCWD, opened.c_str(), AT_FDCWD, name_.c_str(), AT_SYMLINK_FOLLOW) == 0;
+      if (named_) return;
+      if (errno != EEXIST) refuse(file_, errno);
+    }
+    refuse(file_, EEXIST);
+  }
+
+  static constexpr unsigned kMostNames = 1000;  // of other threads that write the same file at the moment
   fs::path file_;
   std::string name_;
   int descriptor_ = -1;
-  bool done_ = false;
+  bool named_ = false;
 };
 
 }  // namespace

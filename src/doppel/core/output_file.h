@@ -9,8 +9,8 @@
 namespace doppel {
 
 // Writes a temporary file next to `file` and renames it once it is complete on the disk, so that an existing
-// file stays if anything fails; the new file has the permissions of the existing one. Throws InputError
-// "output.unwritable" with the system's reason.
+// file stays if anything fails, and nothing else stays of a process that is killed; the new file has the permissions of
+// the existing one. Throws InputError "output.unwritable" with the system's reason.
 DOPPEL_API void write_whole(const std::filesystem::path& file, std::string_view content);
 
 }  // namespace doppel

@@ -3,11 +3,17 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "doppel/sensors/detail/sensor_kinds.h"
+#include "doppel/sensors/lens.h"
 
 namespace doppel {
 namespace {
+
+constexpr double kMostPixels = 1 << 26;  // of a picture, and of their samples: 800 MB of directions
+constexpr double kMostPinhole = 3.0;     // rad
+constexpr double kMostRays = 1e7;        // of a scan
 
 CameraKind kind_of(const std::string& type) {
   if (type == "depth" || type == "depth_camera") return CameraKind::depth;
@@ -54,6 +60,24 @@ bool reads_full_boxes(const SensorValues& values) {
   return false;
 }
 
+void limit_size(const SensorValues& values, CameraDescription& camera) {
+  const double pixels = static_cast<double>(camera.width) * camera.height;
+  if (pixels > kMostPixels) {
+    const CameraDescription otherwise;
+    values.refuse("image",
+                  fmt::format("{} x {} pixels are more than {:.0f} in all; {} x {} are used", camera.width,
+                              camera.height, kMostPixels, otherwise.width, otherwise.height));
+    camera.width = otherwise.width;
+    camera.height = otherwise.height;
+  } else if (pixels * camera.samples > kMostPixels) {
+    camera.samples = static_cast<int>(kMostPixels / pixels);
+    values.refuse("image/anti_aliasing",
+                  fmt::format("so many samples of {} x {} pixels need too much memory; "
+                              "{} are used",
+                              camera.width, camera.height, camera.samples));
+  }
+}
+
 CameraDescription camera_in(const SensorValues& values, const std::string& type) {
   CameraDescription camera;
   camera.kind = kind_of(type);
@@ -62,18 +86,20 @@ CameraDescription camera_in(const SensorValues& values, const std::string& type)
   camera.height = values.count("image/height", 240);
   camera.format = values.text("image/format", "R8G8B8");
   camera.samples = std::clamp(values.count("image/anti_aliasing", 1), 1, 64);
+  limit_size(values, camera);
   camera.hfov = std::clamp(values.number("horizontal_fov", 1.047), 0.01, 2 * M_PI);
   camera.near = std::clamp(values.number("clip/near", 0.1), 1e-4, 1e6);
-  camera.far = std::max(2 * camera.near, values.number("clip/far", 100));
+  camera.far = std::max(2 * camera.near, values.distance_or_all("clip/far", 100));
   if (values.has("depth_camera/clip/near"))
     camera.depth_near = values.number("depth_camera/clip/near", camera.near);
   if (values.has("depth_camera/clip/far"))
-    camera.depth_far = values.number("depth_camera/clip/far", camera.far);
+    camera.depth_far = values.distance_or_all("depth_camera/clip/far", camera.far);
   camera.lens = read_lens(values);
   camera.noise = values.noise("noise");
   camera.full_boxes = reads_full_boxes(values);
   // A lens of more than a half space is no pinhole.
-  if (camera.lens.kind == LensKind::pinhole && camera.hfov > 3.0) camera.lens.kind = LensKind::equidistant;
+  if (camera.lens.kind == LensKind::pinhole && camera.hfov > kMostPinhole)
+    camera.lens.kind = LensKind::equidistant;
   return camera;
 }
 
@@ -82,14 +108,14 @@ void read_extensions(const SensorValues& values, CameraDescription& camera) {
   Eigen::Vector3d& noise = camera.depth_noise;
   noise = {values.number("doppel:depth_noise/a", noise[0]), values.number("doppel:depth_noise/b", noise[1]),
            values.number("doppel:depth_noise/c", noise[2])};
-  camera.dropout = values.number("doppel:dropout", camera.dropout);
-  camera.edge_mixing = values.number("doppel:edge_mixing", camera.edge_mixing);
+  camera.dropout = values.within("doppel:dropout", camera.dropout, 0, 1);
+  camera.edge_mixing = values.within("doppel:edge_mixing", camera.edge_mixing, 0, 1);
   camera.rolling_shutter = values.number("doppel:rolling_shutter", camera.rolling_shutter);
   if (camera.rolling_shutter < 0) {
     values.refuse("doppel:rolling_shutter", "is negative; all rows are taken at once");
     camera.rolling_shutter = 0;
   }
-  camera.exposure = values.number("doppel:exposure", camera.exposure);
+  camera.exposure = values.not_negative("doppel:exposure", camera.exposure);
 }
 
 // The distance of the right cameras of a stereo pair from the left one, the first, if their axes are parallel.
@@ -106,7 +132,7 @@ void set_stereo_baselines(std::vector<CameraDescription>& cameras) {
 ScanRange read_scan(const SensorValues& values, const std::string& path, const ScanRange& otherwise) {
   ScanRange out;
   out.samples = values.count(path + "/samples", otherwise.samples);
-  out.resolution = std::max(1e-3, values.number(path + "/resolution", 1));
+  out.resolution = values.within(path + "/resolution", 1, 1e-3, 1e3);
   out.min = values.number(path + "/min_angle", otherwise.min);
   out.max = values.number(path + "/max_angle", otherwise.max);
   return out;
@@ -138,16 +164,40 @@ void read_camera(const SensorValues& values, SensorDescription& out) {
   out.what = std::move(cameras);
 }
 
+void check_lenses(const SensorValues& values, SensorDescription& sensor) {
+  auto* const cameras = std::get_if<std::vector<CameraDescription>>(&sensor.what);
+  if (cameras == nullptr) return;
+  for (CameraDescription& camera : *cameras) {
+    const CameraIntrinsics k = intrinsics_of(camera);
+    const bool finite = std::isfinite(k.cx + k.cy + k.skew + std::accumulate(k.d.begin(), k.d.end(), 0.0));
+    if (finite && k.fx > 0 && k.fy > 0 && std::isfinite(k.fx + k.fy)) continue;
+    values.refuse("camera/lens",
+                  fmt::format("fx = {}, fy = {} and the distortion give no picture; the lens of "
+                              "<horizontal_fov> alone is used",
+                              k.fx, k.fy));
+    camera.lens = {};
+    if (camera.hfov > kMostPinhole) camera.lens.kind = LensKind::equidistant;
+  }
+}
+
 void read_lidar(const SensorValues& values, SensorDescription& out) {
   LidarDescription lidar;
   const std::string root = values.element().first("lidar") != nullptr ? "lidar" : "ray";
   lidar.horizontal = read_scan(values, root + "/scan/horizontal", lidar.horizontal);
   lidar.vertical = read_scan(values, root + "/scan/vertical", lidar.vertical);
+  const double rays = lidar.horizontal.samples * lidar.horizontal.resolution * lidar.vertical.samples *
+                      lidar.vertical.resolution;
+  if (rays > kMostRays) {
+    values.refuse(root + "/scan", fmt::format("{:.0f} rays are more than {:.0f}; one ring of {} is used",
+                                              rays, kMostRays, LidarDescription().horizontal.samples));
+    lidar.horizontal = LidarDescription().horizontal;
+    lidar.vertical = LidarDescription().vertical;
+  }
   lidar.near = std::max(0.0, values.number(root + "/range/min", lidar.near));
-  lidar.far = values.number(root + "/range/max", lidar.far);
+  lidar.far = values.distance_or_all(root + "/range/max", lidar.far);
   lidar.resolution = std::max(0.0, values.number(root + "/range/resolution", 0));
   lidar.noise = values.noise(root + "/noise");
-  lidar.dropout = values.number("doppel:dropout", 0);
+  lidar.dropout = values.within("doppel:dropout", 0, 0, 1);
   lidar.moving = values.flag("doppel:moving_scan", false);
   out.what = lidar;
 }
@@ -155,7 +205,7 @@ void read_lidar(const SensorValues& values, SensorDescription& out) {
 void read_sonar(const SensorValues& values, SensorDescription& out) {
   RangeDescription range;
   range.near = values.number("sonar/min", range.near);
-  range.far = values.number("sonar/max", range.far);
+  range.far = values.distance_or_all("sonar/max", range.far);
   // SDF's cone has the radius at its far end.
   range.field_of_view = 2 * std::atan2(values.number("sonar/radius", 0.5), std::max(1e-6, range.far));
   out.what = range;

@@ -70,7 +70,7 @@ void read_environment(const SensorValues& values, SensorDescription& out) {
   } else if (out.type == "logical_camera") {
     environment.kind = EnvironmentKind::logical_camera;
     environment.near = values.number("logical_camera/near", 0);
-    environment.far = values.number("logical_camera/far", 1);
+    environment.far = values.distance_or_all("logical_camera/far", 1);
     environment.aspect = values.number("logical_camera/aspect_ratio", 1);
     environment.hfov = values.number("logical_camera/horizontal_fov", 1);
   } else {

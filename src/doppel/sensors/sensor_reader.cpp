@@ -180,6 +180,7 @@ std::optional<SensorDescription> read_sensor(const XmlNode& sensor, const std::s
   kind->read(values, out);
   for (const XmlNode& child : sensor.children)
     if (child.is("plugin")) read_inner_plugin(child, out, diagnostics);
+  check_lenses(values, out);
   return out;
 }
 

@@ -49,11 +49,30 @@ void SensorValues::refuse(const std::string& path, const std::string& why) const
 double SensorValues::number(const std::string& path, double otherwise) const {
   const XmlNode* at = find(path);
   if (at == nullptr) return otherwise;
-  const std::string text = at->content();
-  if (text == "inf" || text == "+inf" || text == "infinity") return HUGE_VAL;
-  const std::optional<double> value = parse_number(text);
-  if (value && !std::isnan(*value)) return *value;
-  warn(*at, "is not a number", fmt::format("{}", otherwise));
+  const std::optional<double> value = parse_number(at->content());
+  if (value) return *value;
+  warn(*at, "is not a finite number", fmt::format("{}", otherwise));
+  return otherwise;
+}
+
+double SensorValues::distance_or_all(const std::string& path, double otherwise) const {
+  const XmlNode* at = find(path);
+  const std::string text = at == nullptr ? "" : at->content();
+  return text == "inf" || text == "+inf" || text == "infinity" ? HUGE_VAL : number(path, otherwise);
+}
+
+double SensorValues::within(const std::string& path, double otherwise, double least, double most) const {
+  const double value = number(path, otherwise);
+  if (value >= least && value <= most) return value;
+  if (const XmlNode* at = find(path))
+    warn(*at, fmt::format("is not from {} to {}", least, most), fmt::format("{}", otherwise));
+  return otherwise;
+}
+
+double SensorValues::not_negative(const std::string& path, double otherwise) const {
+  const double value = number(path, otherwise);
+  if (value >= 0) return value;
+  if (const XmlNode* at = find(path)) warn(*at, "is negative", fmt::format("{}", otherwise));
   return otherwise;
 }
 
@@ -86,7 +105,7 @@ Eigen::Vector3d SensorValues::vector(const std::string& path) const {
   std::vector<double> n;
   std::istringstream words(at->content());
   for (std::string word; words >> word;) n.push_back(parse_number(word).value_or(NAN));
-  if (n.size() != 3 || std::isnan(std::accumulate(n.begin(), n.end(), 0.0))) {
+  if (n.size() != 3 || !std::isfinite(std::accumulate(n.begin(), n.end(), 0.0))) {
     warn(*at, "is not three numbers", "zero");
     return Eigen::Vector3d::Zero();
   }
@@ -118,12 +137,12 @@ NoiseDescription SensorValues::noise(const std::string& path) const {
   if (const XmlAttribute* attribute = at->find("type")) type = attribute->value;
   if (type == "none") return out;
   out.mean = inner.number("mean", 0);
-  out.stddev = inner.number("stddev", 0);
+  out.stddev = inner.not_negative("stddev", 0);
   out.bias_mean = inner.number("bias_mean", 0);
-  out.bias_stddev = inner.number("bias_stddev", 0);
-  out.walk_stddev = inner.number("dynamic_bias_stddev", 0);
-  out.walk_time = inner.number("dynamic_bias_correlation_time", 0);
-  if (type == "gaussian_quantized") out.precision = inner.number("precision", 0);
+  out.bias_stddev = inner.not_negative("bias_stddev", 0);
+  out.walk_stddev = inner.not_negative("dynamic_bias_stddev", 0);
+  out.walk_time = inner.not_negative("dynamic_bias_correlation_time", 0);
+  if (type == "gaussian_quantized") out.precision = inner.not_negative("precision", 0);
   return out;
 }
 

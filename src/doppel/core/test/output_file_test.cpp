@@ -1,6 +1,9 @@
 #include "doppel/core/output_file.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -41,6 +44,31 @@ TEST(OutputFileTest, FailedWriteLeavesOldFile) {
   EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
   std::ifstream(folder / "a") >> text;
   EXPECT_EQ(text, "three");
+}
+
+// The limit on the size of a file ends the child in the middle of its writing, by a signal.
+TEST(OutputFileTest, ProcessKilledWhileWritingLeavesOldFileAndNoOther) {
+  const auto folder =
+      std::filesystem::path(testing::TempDir()) / ("doppel_killed_writer_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  write_whole(folder / "a", "old");
+  const pid_t child = fork();
+  if (child == 0) {
+    const rlimit none{0, 0}, most{1000, 1000};
+    setrlimit(RLIMIT_CORE, &none);
+    setrlimit(RLIMIT_FSIZE, &most);
+    write_whole(folder / "a", std::string(100'000, 'x'));
+    _exit(0);
+  }
+  int status = 0;
+  ASSERT_EQ(waitpid(child, &status, 0), child);
+  ASSERT_TRUE(WIFSIGNALED(status));
+  EXPECT_EQ(WTERMSIG(status), SIGXFSZ);
+  std::string text;
+  std::ifstream(folder / "a") >> text;
+  EXPECT_EQ(text, "old");
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder), {}), 1);
+  std::filesystem::remove_all(folder);
 }
 
 }  // namespace

@@ -7,6 +7,8 @@
 namespace doppel {
 
 void read_camera(const SensorValues& values, SensorDescription& out);
+// After the plugins, which have distortions, too: a lens without a finite focal length above 0 is replaced.
+void check_lenses(const SensorValues& values, SensorDescription& sensor);
 void read_lidar(const SensorValues& values, SensorDescription& out);
 void read_sonar(const SensorValues& values, SensorDescription& out);
 void read_imu(const SensorValues& values, SensorDescription& out);

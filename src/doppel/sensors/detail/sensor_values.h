@@ -25,7 +25,10 @@ class SensorValues {
   // Names with "gz_", "ignition_", "gz:" or "ignition:" before them are the same.
   [[nodiscard]] const XmlNode* find(const std::string& path) const;
   [[nodiscard]] bool has(const std::string& path) const { return find(path) != nullptr; }
-  [[nodiscard]] double number(const std::string& path, double otherwise) const;
+  [[nodiscard]] double number(const std::string& path, double otherwise) const;           // finite
+  [[nodiscard]] double distance_or_all(const std::string& path, double otherwise) const;  // "inf" is read
+  [[nodiscard]] double within(const std::string& path, double otherwise, double least, double most) const;
+  [[nodiscard]] double not_negative(const std::string& path, double otherwise) const;
   [[nodiscard]] int count(const std::string& path, int otherwise) const;  // at least 1
   [[nodiscard]] bool flag(const std::string& path, bool otherwise) const;
   [[nodiscard]] std::string text(const std::string& path, const std::string& otherwise = {}) const;

@@ -4,7 +4,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "doppel/description/load.h"
+#include "doppel/sensors/lens.h"
 
 namespace doppel {
 namespace {
@@ -389,6 +392,65 @@ TEST(SensorPresets, UnknownOrUnfitPresetIsReported) {
               ElementsAre(HasSubstr("did you mean 'bno055'?")));
   EXPECT_THAT(Read::of("camera", "<doppel:preset>bno055</doppel:preset>").messages(),
               ElementsAre(HasSubstr("is for <imu>")));
+}
+
+// Each would take all memory, or give pictures and scans of numbers that are none.
+TEST(SensorReader, SizeBeyondMemoryIsRefusedAtItsElement) {
+  const Read picture =
+      Read::of("camera", "<camera><image><width>100000</width>\n<height>100000</height></image></camera>");
+  EXPECT_EQ(picture.camera().width, 320);
+  EXPECT_EQ(picture.camera().height, 240);
+  EXPECT_THAT(picture.messages(), ElementsAre(HasSubstr("100000 x 100000 pixels")));
+
+  const Read samples = Read::of("camera",
+                                "<camera><image><width>4096</width><height>4096</height>"
+                                "<anti_aliasing>64</anti_aliasing></image></camera>");
+  EXPECT_EQ(samples.camera().width, 4096);
+  EXPECT_EQ(samples.camera().samples, 4);
+  EXPECT_THAT(samples.messages(), ElementsAre(HasSubstr("4 are used")));
+
+  const Read scan = Read::of("gpu_lidar",
+                             "<lidar><scan><horizontal><samples>50000</samples></horizontal>"
+                             "<vertical><samples>50000</samples></vertical></scan></lidar>");
+  EXPECT_EQ(scan.what<LidarDescription>().horizontal.samples, 640);
+  EXPECT_EQ(scan.what<LidarDescription>().vertical.samples, 1);
+  EXPECT_THAT(scan.messages(), ElementsAre(HasSubstr("2500000000 rays")));
+}
+
+TEST(SensorReader, ValueOutsideItsRangeIsReportedAndReplaced) {
+  const auto lidar = [](const std::string& inner, const std::string& beside = "") {
+    return Read::of("gpu_lidar", "<lidar>" + inner + "</lidar>" + beside);
+  };
+  const Read resolution = lidar("<scan><horizontal><resolution>inf</resolution></horizontal></scan>");
+  EXPECT_EQ(resolution.what<LidarDescription>().horizontal.resolution, 1);
+  EXPECT_THAT(resolution.messages(), ElementsAre(HasSubstr("not a finite number")));
+  const Read angle = lidar("<scan><horizontal><min_angle>inf</min_angle></horizontal></scan>");
+  EXPECT_TRUE(std::isfinite(angle.what<LidarDescription>().horizontal.min));
+  EXPECT_EQ(angle.messages().size(), 1U);
+  const Read noise = lidar("<noise type='gaussian'><stddev>-1</stddev></noise>");
+  EXPECT_EQ(noise.what<LidarDescription>().noise.stddev, 0);
+  EXPECT_THAT(noise.messages(), ElementsAre(HasSubstr("is negative")));
+  const Read dropout = lidar("", "<doppel:dropout>1.5</doppel:dropout>");
+  EXPECT_EQ(dropout.what<LidarDescription>().dropout, 0);
+  EXPECT_THAT(dropout.messages(), ElementsAre(HasSubstr("is not from 0 to 1")));
+  const Read far = lidar("<range><max>inf</max></range>");
+  EXPECT_EQ(far.what<LidarDescription>().far, HUGE_VAL);
+  EXPECT_THAT(far.messages(), ElementsAre());
+}
+
+TEST(SensorReader, LensWithoutPictureIsReportedAndReplaced) {
+  for (const char* lens :
+       {"<intrinsics><fx>0</fx></intrinsics>", "<intrinsics><fx>50</fx><fy>-50</fy></intrinsics>",
+        "<type>custom</type><custom_function><c2>0</c2></custom_function>",
+        "<type>equidistant</type><cutoff_angle>0</cutoff_angle>",
+        "<type>custom</type><scale_to_hfov>false</scale_to_hfov><custom_function><f>0</f></"
+        "custom_function>"}) {
+    const Read read = Read::of("camera", std::string("<camera><lens>") + lens + "</lens></camera>");
+    const CameraIntrinsics k = intrinsics_of(read.camera());
+    EXPECT_NEAR(k.fx, 160 / std::tan(1.047 / 2), 1e-9) << lens;
+    EXPECT_EQ(k.fy, k.fx) << lens;
+    EXPECT_THAT(read.messages(), ElementsAre(HasSubstr("give no picture"))) << lens;
+  }
 }
 
 }  // namespace
