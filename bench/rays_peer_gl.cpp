@@ -5,8 +5,8 @@
 #include <GL/glcorearb.h>
 
 #include <Eigen/Geometry>
+#include <limits>
 #include <map>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -18,7 +18,6 @@ namespace {
 using Eigen::Matrix4f;
 
 constexpr int kShadowSize = 2048;
-constexpr float kNear = 0.05F, kFar = 50;
 
 constexpr const char* kDepthVertex = R"(#version 330 core
 layout(location = 0) in vec3 p;
@@ -110,16 +109,19 @@ Mesh upload(const SurfaceMesh& mesh) {
   return out;
 }
 
-// World to clip space of a camera at X_WC, optical axes.
-Matrix4f camera_matrix(const PeerView& view) {
-  const CameraIntrinsics lens = intrinsics_of(camera_of(view.width, view.height));
+// World to clip space. The picture is drawn upside down, because rows are read from the bottom.
+Matrix4f camera_matrix(const CameraView& view) {
+  const PinholeLens lens(view);
+  const auto near = static_cast<float>(view.near), far = static_cast<float>(view.far);
   Matrix4f clip = Matrix4f::Zero();
-  clip(0, 0) = static_cast<float>(2 * lens.fx / view.width);
-  clip(1, 1) = static_cast<float>(-2 * lens.fy / view.height);
-  clip(2, 2) = (kFar + kNear) / (kFar - kNear);
-  clip(2, 3) = -2 * kFar * kNear / (kFar - kNear);
+  clip(0, 0) = static_cast<float>(2 * lens.focal / lens.width);
+  clip(0, 2) = static_cast<float>((2 * lens.cx + 1) / lens.width - 1);
+  clip(1, 1) = static_cast<float>(2 * lens.focal / lens.height);
+  clip(1, 2) = static_cast<float>((2 * lens.cy + 1) / lens.height - 1);
+  clip(2, 2) = (far + near) / (far - near);
+  clip(2, 3) = -2 * far * near / (far - near);
   clip(3, 2) = 1;
-  return clip * from_corner().inverse().matrix().cast<float>();
+  return clip * view.X_WC.inverse().matrix().cast<float>();
 }
 
 // World to clip space of a sun whose map covers the room.
@@ -134,13 +136,13 @@ Matrix4f light_matrix(const Eigen::Vector3f& direction) {
   return out;
 }
 
-class Gl : public RayPeer {
+class Gl : public CameraRenderer {
  public:
-  explicit Gl(const RenderScene& scene)
-      : scene_(scene),
+  explicit Gl(std::shared_ptr<const RenderScene> scene)
+      : scene_(std::move(scene)),
         depth_program_(program(kDepthVertex, kDepthFragment)),
         colour_program_(program(kColourVertex, kColourFragment)) {
-    for (const auto& mesh : scene.meshes) meshes_.push_back(upload(*mesh));
+    for (const auto& mesh : scene_->meshes) meshes_.push_back(upload(*mesh));
     shadow_map_ =
         texture(GL_DEPTH_COMPONENT24, GL_DEPTH_COMPONENT, GL_UNSIGNED_INT, kShadowSize, kShadowSize);
     glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_COMPARE_MODE, GL_COMPARE_REF_TO_TEXTURE);
@@ -150,23 +152,28 @@ class Gl : public RayPeer {
     glDrawBuffer(GL_NONE);
     glReadBuffer(GL_NONE);
     glEnable(GL_DEPTH_TEST);
+    glFrontFace(GL_CW);  // in pictures that are upside down
   }
 
-  void picture(const PeerView& view, const std::vector<Pose>& bodies) override {
+  void set_poses(std::span<const Pose> bodies) override { poses_.assign(bodies.begin(), bodies.end()); }
+
+  void render(const CameraView& view, CameraPicture& out) const override {
     gl_.use();
-    const GLuint frame = frame_of(view.width, view.height);
-    const Eigen::Vector3f sun = scene_.lights.front().direction_W.cast<float>();
+    const PixelRays& lens = view.samples.front();
+    const GLuint frame = frame_of(lens.width, lens.height);
+    const Eigen::Vector3f sun = scene_->lights.front().direction_W.cast<float>();
     const Matrix4f to_clip = camera_matrix(view), to_light = light_matrix(sun);
-    if (view.colour) {
+    const bool shaded = view.colour || view.labels;
+    if (shaded) {
       glBindFramebuffer(GL_FRAMEBUFFER, shadow_frame_);
       glViewport(0, 0, kShadowSize, kShadowSize);
       glClear(GL_DEPTH_BUFFER_BIT);
-      draw(depth_program_, to_light, bodies, true);
+      draw(depth_program_, to_light, true);
     }
     glBindFramebuffer(GL_FRAMEBUFFER, frame);
-    glViewport(0, 0, view.width, view.height);
+    glViewport(0, 0, lens.width, lens.height);
     glClear(GL_DEPTH_BUFFER_BIT);
-    if (view.colour) {
+    if (shaded) {
       constexpr GLfloat kBlack[4] = {0, 0, 0, 1};
       constexpr GLuint kNothing[4] = {0, 0, 0, 0};
       glClearBufferfv(GL_COLOR, 0, kBlack);
@@ -177,29 +184,25 @@ class Gl : public RayPeer {
       glUniform3fv(at(colour_program_, "towards_light"), 1, towards.data());
       glBindTexture(GL_TEXTURE_2D, shadow_map_);
     }
-    draw(view.colour ? colour_program_ : depth_program_, to_clip, bodies, false);
-    read(view);
-  }
-
-  [[nodiscard]] double mean_depth() const override {
-    return std::accumulate(depth_.begin(), depth_.end(), 0.0) / static_cast<double>(depth_.size());
+    draw(shaded ? colour_program_ : depth_program_, to_clip, false);
+    read(view, out);
   }
 
  private:
   static GLint at(GLuint of_program, const char* name) { return glGetUniformLocation(of_program, name); }
 
   // shadows: without the room, into which the sun shines through its roof as in doppel's scene, whose walls are behind.
-  void draw(GLuint with, const Matrix4f& to_clip, const std::vector<Pose>& bodies, bool shadows) {
+  void draw(GLuint with, const Matrix4f& to_clip, bool shadows) const {
     glUseProgram(with);
     glUniformMatrix4fv(at(with, "to_clip"), 1, GL_FALSE, to_clip.data());
     const GLint to_world = at(with, "to_world"), colour = at(with, "colour"), label = at(with, "label");
-    for (const SceneItem& item : scene_.items) {
+    for (const SceneItem& item : scene_->items) {
       if (shadows && item.mesh == 0) continue;
-      const Pose X = bodies[static_cast<std::size_t>(item.body)] * item.X_BM;
+      const Pose X = poses_[static_cast<std::size_t>(item.body)] * item.X_BM;
       const Matrix4f matrix = X.matrix().cast<float>();
       glUniformMatrix4fv(to_world, 1, GL_FALSE, matrix.data());
       if (colour >= 0)
-        glUniform3fv(colour, 1, scene_.materials[static_cast<std::size_t>(item.material)].rgba.data());
+        glUniform3fv(colour, 1, scene_->materials[static_cast<std::size_t>(item.material)].rgba.data());
       if (label >= 0) glUniform1ui(label, item.label);
       const Mesh& mesh = meshes_[static_cast<std::size_t>(item.mesh)];
       glBindVertexArray(mesh.array);
@@ -207,8 +210,8 @@ class Gl : public RayPeer {
     }
   }
 
-  GLuint frame_of(int width, int height) {
-    GLuint& frame = frames_[width];
+  GLuint frame_of(int width, int height) const {
+    GLuint& frame = frames_[{width, height}];
     if (frame != 0) return frame;
     glGenFramebuffers(1, &frame);
     const GLuint colour = texture(GL_RGBA8, GL_RGBA, GL_UNSIGNED_BYTE, width, height),
@@ -225,29 +228,35 @@ class Gl : public RayPeer {
     return frame;
   }
 
-  void read(const PeerView& view) {
-    const auto pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
-    depth_.resize(pixels);
+  static void read(const CameraView& view, CameraPicture& out) {
+    const int width = view.samples.front().width, height = view.samples.front().height;
+    const auto pixels = static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+    out.rgb.resize(view.colour ? 3 * pixels : 0);
+    out.depth.resize(view.depth ? pixels : 0);
+    out.labels.resize(view.labels ? pixels : 0);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);
-    glReadPixels(0, 0, view.width, view.height, GL_DEPTH_COMPONENT, GL_FLOAT, depth_.data());
-    for (float& z : depth_) z = kNear * kFar / (kFar - z * (kFar - kNear));
-    if (!view.colour) return;
-    rgb_.resize(3 * pixels);
-    labels_.resize(pixels);
-    glReadBuffer(GL_COLOR_ATTACHMENT0);
-    glReadPixels(0, 0, view.width, view.height, GL_RGB, GL_UNSIGNED_BYTE, rgb_.data());
-    glReadBuffer(GL_COLOR_ATTACHMENT1);
-    glReadPixels(0, 0, view.width, view.height, GL_RED_INTEGER, GL_UNSIGNED_INT, labels_.data());
+    if (view.depth) {
+      glReadPixels(0, 0, width, height, GL_DEPTH_COMPONENT, GL_FLOAT, out.depth.data());
+      const auto near = static_cast<float>(view.near), far = static_cast<float>(view.far);
+      for (float& z : out.depth)
+        z = z < 1 ? near * far / (far - z * (far - near)) : std::numeric_limits<float>::infinity();
+    }
+    if (view.colour) {
+      glReadBuffer(GL_COLOR_ATTACHMENT0);
+      glReadPixels(0, 0, width, height, GL_RGB, GL_UNSIGNED_BYTE, out.rgb.data());
+    }
+    if (view.labels) {
+      glReadBuffer(GL_COLOR_ATTACHMENT1);
+      glReadPixels(0, 0, width, height, GL_RED_INTEGER, GL_UNSIGNED_INT, out.labels.data());
+    }
   }
 
   GlContext gl_;
-  const RenderScene& scene_;
+  std::shared_ptr<const RenderScene> scene_;
+  std::vector<Pose> poses_;
   GLuint depth_program_, colour_program_, shadow_map_ = 0, shadow_frame_ = 0;
   std::vector<Mesh> meshes_;
-  std::map<int, GLuint> frames_;  // by width
-  std::vector<float> depth_;
-  std::vector<std::uint8_t> rgb_;
-  std::vector<std::uint32_t> labels_;
+  mutable std::map<std::pair<int, int>, GLuint> frames_;  // by width and height
 };
 
 }  // namespace
@@ -268,8 +277,8 @@ void GlContext::use() const {
     throw std::runtime_error("EGL cannot use a context without a surface");
 }
 
-std::unique_ptr<RayPeer> make_gl_peer(const RenderScene& scene) {
-  return std::make_unique<Gl>(scene);
+std::unique_ptr<CameraRenderer> make_gl_peer(std::shared_ptr<const RenderScene> scene) {
+  return std::make_unique<Gl>(std::move(scene));
 }
 
 }  // namespace doppel

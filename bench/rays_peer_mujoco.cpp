@@ -2,8 +2,9 @@
 #include <fmt/format.h>
 #include <mujoco/mujoco.h>
 
+#include <algorithm>
 #include <cstring>
-#include <numeric>
+#include <limits>
 #include <stdexcept>
 
 #include "rays_peers.h"
@@ -71,6 +72,15 @@ mjModel* load(const RenderScene& scene) {
   return model;
 }
 
+// OpenGL's rows are from the bottom.
+template <class Value>
+void turn_rows(std::vector<Value>& values, int height) {
+  const auto row = static_cast<std::ptrdiff_t>(values.size()) / height;
+  for (std::ptrdiff_t top = 0, bottom = height - 1; top < bottom; ++top, --bottom)
+    std::swap_ranges(values.begin() + top * row, values.begin() + (top + 1) * row,
+                     values.begin() + bottom * row);
+}
+
 class Mujoco : public MujocoPeer {
  public:
   explicit Mujoco(const RenderScene& scene) : model_(load(scene)), data_(mj_makeData(model_)) {
@@ -92,34 +102,47 @@ class Mujoco : public MujocoPeer {
   Mujoco(const Mujoco&) = delete;
   Mujoco& operator=(const Mujoco&) = delete;
 
-  void picture(const PeerView& view, const std::vector<Pose>& bodies) override {
+  void set_poses(std::span<const Pose> bodies) override {
+    for (int i = 0; i < model_->nmocap; ++i) {
+      const Eigen::Vector3d p = bodies[static_cast<std::size_t>(i) + 1].translation();
+      std::copy(p.data(), p.data() + 3, data_->mocap_pos + 3 * i);
+    }
+    mj_kinematics(model_, data_);
+    mj_camlight(model_, data_);
+  }
+
+  void render(const CameraView& view, CameraPicture& out) const override {
     gl_.use();
-    place(bodies);
     mjv_updateScene(model_, data_, &option_, nullptr, &camera_, mjCAT_ALL, &scene_);
     look(view);
-    const auto pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
-    rgb_.resize(3 * pixels);
-    depth_.resize(pixels);
-    const mjrRect all{0, 0, view.width, view.height};
+    const PixelRays& lens = view.samples.front();
+    const auto pixels = static_cast<std::size_t>(lens.width) * static_cast<std::size_t>(lens.height);
+    out.rgb.resize(view.colour ? 3 * pixels : 0);
+    out.depth.resize(view.depth ? pixels : 0);
+    out.labels.resize(view.labels ? pixels : 0);
+    const mjrRect all{0, 0, lens.width, lens.height};
     for (int i = 0; i < mjNRNDFLAG; ++i) scene_.flags[i] = 0;
     scene_.flags[mjRND_SHADOW] = view.colour ? 1 : 0;
     mjr_render(all, &scene_, &context_);
-    mjr_readPixels(view.colour ? rgb_.data() : nullptr, depth_.data(), all, &context_);
-    for (float& z : depth_) z = kNear * kFar / (kFar - z * (kFar - kNear));
-    if (!view.colour) return;
+    mjr_readPixels(view.colour ? out.rgb.data() : nullptr, view.depth ? out.depth.data() : nullptr, all,
+                   &context_);
+    const auto near = static_cast<float>(view.near), far = static_cast<float>(view.far);
+    for (float& z : out.depth)
+      z = z < 1 ? near * far / (far - z * (far - near)) : std::numeric_limits<float>::infinity();
+    turn_rows(out.rgb, lens.height);
+    turn_rows(out.depth, lens.height);
+    if (!view.labels) return;
     scene_.flags[mjRND_SHADOW] = 0;
     scene_.flags[mjRND_SEGMENT] = scene_.flags[mjRND_IDCOLOR] = 1;
     mjr_render(all, &scene_, &context_);
-    mjr_readPixels(rgb_.data(), nullptr, all, &context_);
+    segments_.resize(3 * pixels);
+    mjr_readPixels(segments_.data(), nullptr, all, &context_);
+    for (std::size_t i = 0; i < pixels; ++i)  // the place of a shape among all that are drawn, from 1
+      out.labels[i] = segments_[3 * i] + 256U * segments_[3 * i + 1] + 65536U * segments_[3 * i + 2];
+    turn_rows(out.labels, lens.height);
   }
 
-  [[nodiscard]] double mean_depth() const override {
-    return std::accumulate(depth_.begin(), depth_.end(), 0.0) / static_cast<double>(depth_.size());
-  }
-
-  void scan(const ScanPattern& pattern, const Pose& X_WS, const std::vector<Pose>& bodies,
-            std::vector<double>& distances) override {
-    place(bodies);
+  void scan(const ScanPattern& pattern, const Pose& X_WS, std::vector<double>& distances) const override {
     distances.clear();
     const Eigen::Vector3d p = X_WS.translation();
     for (const Eigen::Vector3f& d : pattern.directions) {
@@ -130,19 +153,10 @@ class Mujoco : public MujocoPeer {
   }
 
  private:
-  static constexpr float kNear = 0.05F, kFar = 50;
-
-  void place(const std::vector<Pose>& bodies) {
-    for (int i = 0; i < model_->nmocap; ++i) {
-      const Eigen::Vector3d p = bodies[static_cast<std::size_t>(i) + 1].translation();
-      std::copy(p.data(), p.data() + 3, data_->mocap_pos + 3 * i);
-    }
-    mj_kinematics(model_, data_);
-    mj_camlight(model_, data_);
-  }
-  void look(const PeerView& view) {
-    const Pose X = from_corner();
-    const CameraIntrinsics lens = intrinsics_of(camera_of(view.width, view.height));
+  void look(const CameraView& view) const {
+    const PinholeLens lens(view);
+    const Pose& X = view.X_WC;
+    const auto near = static_cast<float>(view.near);
     for (mjvGLCamera& eye : scene_.camera) {
       for (int i = 0; i < 3; ++i) {
         eye.pos[i] = static_cast<float>(X.translation()[i]);
@@ -150,10 +164,10 @@ class Mujoco : public MujocoPeer {
         eye.up[i] = static_cast<float>(-X.linear()(i, 1));
       }
       eye.frustum_center = 0;
-      eye.frustum_top = kNear * static_cast<float>(view.height / 2.0 / lens.fy);
-      eye.frustum_bottom = -eye.frustum_top;
-      eye.frustum_near = kNear;
-      eye.frustum_far = kFar;
+      eye.frustum_top = near * static_cast<float>((lens.cy + 0.5) / lens.focal);
+      eye.frustum_bottom = near * static_cast<float>((lens.cy + 0.5 - lens.height) / lens.focal);
+      eye.frustum_near = near;
+      eye.frustum_far = static_cast<float>(view.far);
     }
   }
 
@@ -161,11 +175,10 @@ class Mujoco : public MujocoPeer {
   mjModel* model_;
   mjData* data_;
   mjvOption option_{};
-  mjvCamera camera_{};
-  mjvScene scene_{};
+  mutable mjvCamera camera_{};
+  mutable mjvScene scene_{};
   mjrContext context_{};
-  std::vector<unsigned char> rgb_;
-  std::vector<float> depth_;
+  mutable std::vector<unsigned char> segments_;
 };
 
 }  // namespace

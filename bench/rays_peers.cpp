@@ -13,6 +13,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "reference_renderer.h"
+
 namespace doppel {
 namespace {
 
@@ -22,29 +24,42 @@ void print(const std::string& what, double own, double goal, double mujoco, doub
   fmt::print("\n");
 }
 
-void compare_pictures(RayBench& bench, int frames, MujocoPeer& mujoco, RayPeer& gl, const PeerView& view,
-                      double goal) {
-  const PixelRays pixels = pinhole(view.width, view.height);
-  CameraPicture out;
-  const double own = median(frames, [&](int i) {
-    bench.move(i);
-    bench.caster->render({{&pixels, 1}, from_corner(), 0.05, 50, view.colour, true, view.colour}, out);
-  });
-  const double of_mujoco = median(frames, [&](int i) {
-    bench.place(i);
-    mujoco.picture(view, bench.poses);
-  });
-  const double of_gl = median(frames, [&](int i) {
-    bench.place(i);
-    gl.picture(view, bench.poses);
-  });
-  print(
-      fmt::format("{} {}x{}", view.colour ? "colour, shadow, depth, ids" : "depth", view.width, view.height),
-      own, goal, of_mujoco, of_gl);
-  const double depth =
-      std::accumulate(out.depth.begin(), out.depth.end(), 0.0) / static_cast<double>(out.depth.size());
-  fmt::print("    mean depth, m: {:.3f}, MuJoCo {:.3f}, GL {:.3f}\n", depth, mujoco.mean_depth(),
-             gl.mean_depth());
+double mean_depth(const CameraPicture& picture) {
+  return std::accumulate(picture.depth.begin(), picture.depth.end(), 0.0) /
+         static_cast<double>(picture.depth.size());
+}
+
+// Of the pixels, the part whose labels are those of another picture.
+double same_labels(const CameraPicture& a, const CameraPicture& b) {
+  std::size_t same = 0;
+  for (std::size_t i = 0; i < a.labels.size(); ++i) same += a.labels[i] == b.labels[i] ? 1 : 0;
+  return static_cast<double>(same) / static_cast<double>(a.labels.size());
+}
+
+void compare_pictures(RayBench& bench, int frames, MujocoPeer& mujoco, CameraRenderer& gl, int width,
+                      int height, bool colour, double goal) {
+  const PixelRays pixels = pinhole(width, height);
+  const CameraView view{{&pixels, 1}, from_corner(), 0.05, 50, colour, true, colour};
+  CameraRenderer* const renderers[] = {bench.caster.get(), &mujoco, &gl};
+  double ms[3];
+  CameraPicture pictures[3];
+  for (int r = 0; r < 3; ++r)
+    ms[r] = median(frames, [&](int i) {
+      bench.place(i);
+      renderers[r]->set_poses(bench.poses);
+      renderers[r]->render(view, pictures[r]);
+    });
+  print(fmt::format("{} {}x{}", colour ? "colour, shadow, depth, ids" : "depth", width, height), ms[0], goal,
+        ms[1], ms[2]);
+  fmt::print("    mean depth, m: {:.3f}, MuJoCo {:.3f}, GL {:.3f}\n", mean_depth(pictures[0]),
+             mean_depth(pictures[1]), mean_depth(pictures[2]));
+  if (!colour) return;
+  ReferenceRenderer reference(bench.scene);
+  CameraPicture expected;
+  reference.set_poses(bench.poses);
+  reference.render({view.samples, view.X_WC, view.near, view.far, false, false, true}, expected);
+  fmt::print("    same ids as in double precision: {:.2f} % of the pixels, GL {:.2f} %\n",
+             100 * same_labels(pictures[0], expected), 100 * same_labels(pictures[2], expected));
 }
 
 void compare_scans(RayBench& bench, int frames, MujocoPeer& mujoco, int rings, int columns, double goal) {
@@ -52,8 +67,10 @@ void compare_scans(RayBench& bench, int frames, MujocoPeer& mujoco, int rings, i
   std::vector<double> distances;
   bench.move(0);
   const double own = median(frames, [&](int i) { scan.scan(i); });
-  const double peer = median(rings > 1 ? 1 : frames,
-                             [&](int) { mujoco.scan(scan.pattern(), scan.X_WS(), bench.poses, distances); });
+  const double peer = median(rings > 1 ? 1 : frames, [&](int) {
+    mujoco.set_poses(bench.poses);
+    mujoco.scan(scan.pattern(), scan.X_WS(), distances);
+  });
   print(fmt::format("lidar {}x{}", rings, columns), own, goal, peer, 0);
 }
 
@@ -61,19 +78,37 @@ void run(int frames) {
   RayBench bench(100'000);
   bench.move(0);
   const auto mujoco = make_mujoco_peer(*bench.scene);
-  const auto gl = make_gl_peer(*bench.scene);
+  const auto gl = make_gl_peer(bench.scene);
   fmt::print("{} triangles, {} moving bodies, CPU ms\n", bench.triangles, kBodies);
   fmt::print("{:<34} {:>9} {:>7} {:>10} {:>8} {:>9} {:>8}\n", "", "doppel", "goal", "MuJoCo", "ratio",
              "GL 3.3", "ratio");
-  compare_pictures(bench, frames, *mujoco, *gl, {320, 240, false}, 6);
-  compare_pictures(bench, frames, *mujoco, *gl, {640, 480, false}, 18);
-  compare_pictures(bench, frames, *mujoco, *gl, {320, 240, true}, 12);
-  compare_pictures(bench, frames, *mujoco, *gl, {640, 480, true}, 45);
+  compare_pictures(bench, frames, *mujoco, *gl, 320, 240, false, 6);
+  compare_pictures(bench, frames, *mujoco, *gl, 640, 480, false, 18);
+  compare_pictures(bench, frames, *mujoco, *gl, 320, 240, true, 12);
+  compare_pictures(bench, frames, *mujoco, *gl, 640, 480, true, 45);
   compare_scans(bench, frames, *mujoco, 1, 720, 0.15);
   compare_scans(bench, frames, *mujoco, 64, 1024, 4);
 }
 
 }  // namespace
+
+PinholeLens::PinholeLens(const CameraView& view) {
+  const PixelRays& rays = view.samples.front();
+  width = rays.width;
+  height = rays.height;
+  const auto last = rays.x.size() - 1;
+  focal = (width - 1) / static_cast<double>(rays.x[last] - rays.x[0]);
+  cx = -focal * static_cast<double>(rays.x[0]);
+  cy = -focal * static_cast<double>(rays.y[0]);
+  for (std::size_t i = 0; i <= last; ++i) {
+    const auto u = static_cast<double>(i % static_cast<std::size_t>(width)),
+               v = static_cast<double>(i / static_cast<std::size_t>(width));
+    if (rays.z[i] != 1 || std::abs(focal * static_cast<double>(rays.x[i]) + cx - u) > 0.01 ||
+        std::abs(focal * static_cast<double>(rays.y[i]) + cy - v) > 0.01)
+      throw std::runtime_error("a rasterizer can draw only pinhole cameras with square pixels");
+  }
+}
+
 }  // namespace doppel
 
 int main(int argc, char** argv) {

@@ -1,26 +1,19 @@
 #pragma once
 // Other renderers of the benchmark's scene, on Mesa's llvmpipe: a context without a window by EGL.
 #include <memory>
-#include <string>
 #include <vector>
 
 #include "rays_scene.h"
 
 namespace doppel {
 
-// What a peer shall make of one frame.
-struct PeerView {
-  int width = 0, height = 0;
-  bool colour = false;  // with shadows, depths and ids; else depths only
-};
+// The lens of a table of rays. Throws std::runtime_error: it is not that of a pinhole camera with square pixels, which is
+// all that these peers can draw.
+struct PinholeLens {
+  int width, height;
+  double focal, cx, cy;  // pixels; integers are the centres of pixels
 
-class RayPeer {
- public:
-  virtual ~RayPeer() = default;
-  // Throws std::runtime_error.
-  virtual void picture(const PeerView& view, const std::vector<Pose>& bodies) = 0;
-  // The mean depth of the last picture, m, to show that the peer has drawn the same.
-  [[nodiscard]] virtual double mean_depth() const = 0;
+  explicit PinholeLens(const CameraView& view);
 };
 
 // A context of desktop OpenGL, so that no peer depends on the state that another leaves. Throws std::runtime_error.
@@ -33,13 +26,15 @@ class GlContext {
   void *display_, *context_;
 };
 
-std::unique_ptr<RayPeer> make_gl_peer(const RenderScene& scene);
+// Without textures, highlights and transparency, and with the sun's shadows only; one thread. Surfaces nearer than near
+// are left out.
+std::unique_ptr<CameraRenderer> make_gl_peer(std::shared_ptr<const RenderScene> scene);
 
-class MujocoPeer : public RayPeer {
+// Only of the benchmark's scene; its light and the numbers of its labels are MuJoCo's own.
+class MujocoPeer : public CameraRenderer {
  public:
   // Distances of a scan; negative: nothing.
-  virtual void scan(const ScanPattern& pattern, const Pose& X_WS, const std::vector<Pose>& bodies,
-                    std::vector<double>& distances) = 0;
+  virtual void scan(const ScanPattern& pattern, const Pose& X_WS, std::vector<double>& distances) const = 0;
 };
 std::unique_ptr<MujocoPeer> make_mujoco_peer(const RenderScene& scene);
 

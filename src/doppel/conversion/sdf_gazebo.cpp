@@ -80,9 +80,11 @@ void add_to_link(const GazeboExtension& extension, XmlNode&& what, XmlNode& link
   } else if (one_of(name, kLinkElements)) {
     link.children.push_back(std::move(what));
   } else if (name == "visual" || name == "collision") {
-    // Its children go into every visual or collision of the link.
+    // Its children go into every visual or collision of the link, or into those of its name.
+    const XmlAttribute* const one = what.find("name");
     for (XmlNode& shape : link.children) {
-      if (shape.is(name))
+      const XmlAttribute* const own = shape.find("name");
+      if (shape.is(name) && (one == nullptr || (own != nullptr && own->value == one->value)))
         shape.children.insert(shape.children.end(), what.children.begin(), what.children.end());
     }
   } else if (!one_of(name, kSettled)) {

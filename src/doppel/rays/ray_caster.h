@@ -56,19 +56,29 @@ struct CameraPicture {
   std::vector<std::uint32_t> labels;  // SceneItem::label; 0: nothing
 };
 
-// What makes pictures of a scene. The caster below is one; one on a graphics processor may be another.
+// What makes pictures of a scene: the caster below; in tests and benchmarks also a plain one in double
+// precision and one on OpenGL. What a picture shows does not depend on how it is made:
+//  - Depth and label are those of the nearest surface between near and far on the ray of the first table.
+//  - Light is linear; each sample is limited to 0..1 before they are averaged. A surface sends back its emissive
+//    colour + its colour * ambient * (0.775 + 0.225 n_z) + of each lamp that no surface hides and that both the
+//    normal n and the triangle face: lamp * (colour * cos + specular * cos_half^shininess) (Lambert, Blinn-Phong).
+//  - Transparent surfaces (opacity below 0.995) add to what is behind them, up to six; they cast whole shadows.
+//  - Behind them is Environment::background; with a sky, a gradient from sRGB (0.80, 0.87, 0.94) at the horizon
+//    and below to (0.32, 0.52, 0.82) at the zenith, by the sine of the elevation to the power of 0.6.
 class DOPPEL_API CameraRenderer {
  public:
   virtual ~CameraRenderer() = default;
-  // Allocates only where `out` grows. Several threads may render at once, but not while poses are set.
+  // Poses of all bodies, X_WB. Nothing is seen before the first call.
+  virtual void set_poses(std::span<const Pose> bodies) = 0;
+  // Not while poses are set. Throws std::runtime_error: this renderer has no such lens.
   virtual void render(const CameraView& view, CameraPicture& out) const = 0;
 };
 
+// Its lens may be any table. set_poses() costs nothing for bodies that have not moved since the first call.
+// render() allocates only where the picture grows; several threads may be in it and in cast() at once.
 class DOPPEL_API RayCaster : public CameraRenderer {
  public:
-  // Poses of all bodies, X_WB. A body that has not moved since the first call costs nothing in the later ones.
-  virtual void set_poses(std::span<const Pose> bodies) = 0;
-  // The nearest surface of each ray. A surface is hit from both sides. As render(), on any thread.
+  // The nearest surface of each ray. A surface is hit from both sides.
   virtual void cast(const RayBatch& rays, HitBatch& out) const = 0;
   // Whether no surface is on the segment from a to b (m, world): the line of sight.
   [[nodiscard]] virtual bool sees(const Eigen::Vector3d& a_W, const Eigen::Vector3d& b_W) const = 0;
@@ -80,7 +90,7 @@ class DOPPEL_API RayCaster : public CameraRenderer {
   [[nodiscard]] virtual std::uint64_t rays_cast() const = 0;
 };
 
-// Nothing is seen before set_poses(). Throws std::runtime_error: Embree cannot be loaded.
+// Throws std::runtime_error: Embree cannot be loaded.
 DOPPEL_API std::unique_ptr<RayCaster> make_ray_caster(std::shared_ptr<const RenderScene> scene);
 
 }  // namespace doppel

@@ -43,6 +43,7 @@ struct SceneItem {
   int mesh = 0, body = 0, material = 0;
   Pose X_BM = Pose::Identity();  // the mesh in its body
   std::uint32_t label = 0;  // in label images: its place among the items, from 1; 0 is where nothing is seen
+  std::optional<std::uint16_t> class_label = {};  // of Gazebo's Label plugin: its class
 };
 
 struct SceneBody {
@@ -53,7 +54,6 @@ struct SceneBody {
 // A robot or an object as a whole.
 struct SceneModel {
   std::string name;
-  std::optional<std::uint16_t> label;  // of Gazebo's Label plugin: its class in pictures of labels and boxes
 };
 
 struct RenderScene {

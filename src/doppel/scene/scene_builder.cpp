@@ -37,8 +37,8 @@ SceneBuilder::SceneBuilder() {
   scene_.materials.emplace_back();  // of a visual without a material
 }
 
-void SceneBuilder::begin_model(const std::string& name, std::optional<std::uint16_t> label) {
-  scene_.models.push_back({name, label});
+void SceneBuilder::begin_model(const std::string& name) {
+  scene_.models.push_back({name});
 }
 
 int SceneBuilder::add_body(const std::string& name) {
@@ -46,26 +46,30 @@ int SceneBuilder::add_body(const std::string& name) {
   return static_cast<int>(scene_.bodies.size()) - 1;
 }
 
-void SceneBuilder::add_item(int body, int mesh, const Pose& X_BM, int material) {
+void SceneBuilder::add_item(int body, int mesh, const Pose& X_BM, int material,
+                            std::optional<std::uint16_t> class_label) {
   const auto label = static_cast<std::uint32_t>(scene_.items.size()) + 1;
-  scene_.items.push_back({mesh, body, material, X_BM, label});
+  scene_.items.push_back({mesh, body, material, X_BM, label, class_label});
 }
 
 void SceneBuilder::add_shape(int body, const Geometry& shape, const Pose& X_BS,
-                             const SurfaceMaterial& material) {
+                             const SurfaceMaterial& material, std::optional<std::uint16_t> class_label) {
   scene_.meshes.push_back(std::make_shared<SurfaceMesh>(surface_of(shape)));
   scene_.materials.push_back(material);
   add_item(body, static_cast<int>(scene_.meshes.size()) - 1, X_BS,
-           static_cast<int>(scene_.materials.size()) - 1);
+           static_cast<int>(scene_.materials.size()) - 1, class_label);
 }
 
-int SceneBuilder::add(const Link& link, const std::string& name, Diagnostics& diagnostics) {
+int SceneBuilder::add(const Link& link, const std::string& name, Diagnostics& diagnostics,
+                      std::span<const std::optional<std::uint16_t>> class_labels) {
   const int body = add_body(name);
-  for (const Visual& visual : link.visuals) add_visual(body, visual, diagnostics);
+  for (std::size_t i = 0; i < link.visuals.size(); ++i)
+    add_visual(body, link.visuals[i], i < class_labels.size() ? class_labels[i] : std::nullopt, diagnostics);
   return body;
 }
 
-void SceneBuilder::add_visual(int body, const Visual& visual, Diagnostics& diagnostics) {
+void SceneBuilder::add_visual(int body, const Visual& visual, std::optional<std::uint16_t> class_label,
+                              Diagnostics& diagnostics) {
   const int material = material_of(visual, diagnostics);
   if (scene_.materials[static_cast<std::size_t>(material)].rgba[3] <= 0) return;
   std::optional<int> mesh;
@@ -75,7 +79,7 @@ void SceneBuilder::add_visual(int body, const Visual& visual, Diagnostics& diagn
     scene_.meshes.push_back(std::make_shared<SurfaceMesh>(surface_of(visual.geometry)));
     mesh = static_cast<int>(scene_.meshes.size()) - 1;
   }
-  if (mesh) add_item(body, *mesh, visual.origin.pose(), material);
+  if (mesh) add_item(body, *mesh, visual.origin.pose(), material, class_label);
 }
 
 std::optional<int> SceneBuilder::load(const MeshGeometry& geometry, const Visual& visual,

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "doppel/core/diagnostic.h"
@@ -41,24 +42,27 @@ class DOPPEL_API SceneBuilder {
  public:
   SceneBuilder();
   // Bodies that follow are parts of this model.
-  void begin_model(const std::string& name, std::optional<std::uint16_t> label);
+  void begin_model(const std::string& name);
   // A body with the visuals of a link; returns its index. What cannot be read is left out with a warning at its place
-  // ("scene.mesh", "scene.texture").
-  int add(const Link& link, const std::string& name, Diagnostics& diagnostics);
+  // ("scene.mesh", "scene.texture"). `class_labels`: of the visuals, or empty.
+  int add(const Link& link, const std::string& name, Diagnostics& diagnostics,
+          std::span<const std::optional<std::uint16_t>> class_labels = {});
   // A body without surfaces.
   int add_body(const std::string& name);
-  void add_shape(int body, const Geometry& shape, const Pose& X_BS, const SurfaceMaterial& material);
+  void add_shape(int body, const Geometry& shape, const Pose& X_BS, const SurfaceMaterial& material,
+                 std::optional<std::uint16_t> class_label = {});
   void add_light(const Light& light) { scene_.lights.push_back(light); }
   Environment& environment() { return scene_.environment; }
   // Without a light, the sun of a world without a file. The builder is empty afterwards.
   std::shared_ptr<const RenderScene> finish();
 
  private:
-  void add_visual(int body, const Visual& visual, Diagnostics& diagnostics);
+  void add_visual(int body, const Visual& visual, std::optional<std::uint16_t> class_label,
+                  Diagnostics& diagnostics);
   std::optional<int> load(const MeshGeometry& geometry, const Visual& visual, Diagnostics& diagnostics);
   int material_of(const Visual& visual, Diagnostics& diagnostics);
   int texture_of(const std::string& path, const Visual& visual, Diagnostics& diagnostics);
-  void add_item(int body, int mesh, const Pose& X_BM, int material);
+  void add_item(int body, int mesh, const Pose& X_BM, int material, std::optional<std::uint16_t> class_label);
 
   RenderScene scene_;
   std::map<std::string, std::optional<int>> meshes_;  // by file, scale and part; nullopt: it cannot be read

@@ -85,8 +85,8 @@ class CameraOutput : public LightSensor {
                  std::vector<LightMessage>& out) const;
   void add_points(const Camera& camera, const std_msgs::msg::Header& header,
                   std::vector<LightMessage>& out) const;
-  void add_labels(const RenderScene& scene, const Camera& camera, const LightSample& sample,
-                  const std_msgs::msg::Header& header, std::vector<LightMessage>& out) const;
+  void add_labels(const Camera& camera, const LightSample& sample, const std_msgs::msg::Header& header,
+                  std::vector<LightMessage>& out) const;
 
   static bool asks(const LightSample& sample, int outlet) {
     return outlet != kNone && (sample.wanted >> outlet & 1U) != 0;
@@ -212,11 +212,11 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
     add_image(camera, sample, header, out);
     if (asks(sample, camera.depth)) add_depth(camera, header, out);
     if (cloud) add_points(camera, header, out);
-    if (view.labels) add_labels(caster.scene(), camera, sample, header, out);
+    if (view.labels) add_labels(camera, sample, header, out);
     if (asks(sample, camera.boxes)) {
       vision_msgs::msg::Detection2DArray boxes;
       boxes.header = header;
-      boxes.detections = boxes_of(caster.scene(), camera.picture.labels, camera.intrinsics,
+      boxes.detections = boxes_of(*sample.objects, camera.picture.labels, camera.intrinsics,
                                   camera.description.full_boxes, sample.bodies, view.X_WC);
       for (auto& box : boxes.detections) box.header = header;
       put(camera.boxes, boxes, out);
@@ -306,11 +306,11 @@ void CameraOutput::add_points(const Camera& camera, const std_msgs::msg::Header&
   put(camera.points, cloud, out);
 }
 
-void CameraOutput::add_labels(const RenderScene& scene, const Camera& camera, const LightSample& sample,
+void CameraOutput::add_labels(const Camera& camera, const LightSample& sample,
                               const std_msgs::msg::Header& header, std::vector<LightMessage>& out) const {
-  const ObjectLabels objects(scene);
   std::vector<std::uint32_t> classes(camera.picture.labels.size());
-  for (std::size_t i = 0; i < classes.size(); ++i) classes[i] = objects.class_of(camera.picture.labels[i]);
+  for (std::size_t i = 0; i < classes.size(); ++i)
+    classes[i] = sample.objects->class_of(camera.picture.labels[i]);
   msg::Image image;
   image.header = header;
   image.width = static_cast<std::uint32_t>(camera.description.width);

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <utility>
 
 namespace doppel {
 namespace {
@@ -40,8 +42,8 @@ void add_surface(const SurfaceMesh& mesh, const Pose& X_CM, const CameraIntrinsi
 }
 
 std::vector<PixelBox> visible_boxes(const ObjectLabels& objects, std::span<const std::uint32_t> labels,
-                                    int width, std::size_t models) {
-  std::vector<PixelBox> boxes(models);
+                                    int width) {
+  std::vector<PixelBox> boxes(objects.objects());
   for (std::size_t i = 0; i < labels.size(); ++i) {
     const int object = objects.object_of(labels[i]);
     if (object < 0) continue;
@@ -63,41 +65,59 @@ Detection2D detection(const PixelBox& box, std::string class_id, const std::stri
   return out;
 }
 
+bool has_labels(const RenderScene& scene) {
+  return std::any_of(scene.items.begin(), scene.items.end(),
+                     [](const SceneItem& item) { return item.class_label.has_value(); });
+}
+
 }  // namespace
 
-ObjectLabels::ObjectLabels(const RenderScene& scene) : scene_(scene) {
-  labelled_ = std::any_of(scene.models.begin(), scene.models.end(),
-                          [](const SceneModel& model) { return model.label.has_value(); });
-  classes_.assign(scene.items.size() + 1, 0);
-  objects_.assign(scene.items.size() + 1, -1);
-  for (const SceneItem& item : scene.items) {
-    const int model = scene.bodies[static_cast<std::size_t>(item.body)].model;
-    if (!labelled_) {
+bool lacks_classes(const RenderScene& scene) {
+  return scene.items.size() > ObjectLabels::kMostClasses && !has_labels(scene);
+}
+
+ObjectLabels::ObjectLabels(std::shared_ptr<const RenderScene> scene) : scene_(std::move(scene)) {
+  const bool labelled = has_labels(*scene_);
+  classes_.assign(scene_->items.size() + 1, 0);
+  object_of_.assign(scene_->items.size() + 1, -1);
+  std::map<std::pair<int, std::optional<std::uint16_t>>, int> found;
+  for (const SceneItem& item : scene_->items) {
+    const int model = scene_->bodies[static_cast<std::size_t>(item.body)].model;
+    if (labelled && !item.class_label) continue;
+    if (labelled)
+      classes_[item.label] = *item.class_label;
+    else if (item.label <= kMostClasses)
       classes_[item.label] = static_cast<std::uint16_t>(item.label);
-      objects_[item.label] = model;
-    } else if (model >= 0 && scene.models[static_cast<std::size_t>(model)].label) {
-      classes_[item.label] = *scene.models[static_cast<std::size_t>(model)].label;
-      objects_[item.label] = model;
-    }
+    if (model < 0) continue;
+    const auto [at, fresh] = found.try_emplace({model, item.class_label}, static_cast<int>(objects_.size()));
+    if (fresh) objects_.push_back({model, item.class_label});
+    object_of_[item.label] = at->second;
   }
 }
 
-std::string ObjectLabels::class_id(int object) const {
-  const SceneModel& model = scene_.models[static_cast<std::size_t>(object)];
-  return model.label ? fmt::format("{}", *model.label) : model.name;
+std::string ObjectLabels::class_id(std::size_t object) const {
+  const Object& of = objects_[object];
+  return of.label ? fmt::format("{}", *of.label) : scene_->models[static_cast<std::size_t>(of.model)].name;
 }
 
-std::vector<Detection2D> boxes_of(const RenderScene& scene, std::span<const std::uint32_t> labels,
+std::string ObjectLabels::name(std::size_t object) const {
+  const Object& of = objects_[object];
+  const std::string& name = scene_->models[static_cast<std::size_t>(of.model)].name;
+  const auto parts = std::count_if(objects_.begin(), objects_.end(),
+                                   [&of](const Object& other) { return other.model == of.model; });
+  return parts > 1 ? fmt::format("{}/{}", name, *of.label) : name;
+}
+
+std::vector<Detection2D> boxes_of(const ObjectLabels& objects, std::span<const std::uint32_t> labels,
                                   const CameraIntrinsics& camera, bool full, std::span<const Pose> bodies,
                                   const Pose& X_WC) {
-  const ObjectLabels objects(scene);
-  std::vector<PixelBox> boxes = visible_boxes(objects, labels, camera.width, scene.models.size());
+  std::vector<PixelBox> boxes = visible_boxes(objects, labels, camera.width);
   if (full) {
     const Pose X_CW = X_WC.inverse();
-    for (const SceneItem& item : scene.items) {
+    for (const SceneItem& item : objects.scene().items) {
       const int object = objects.object_of(item.label);
       if (object < 0 || boxes[static_cast<std::size_t>(object)].empty()) continue;
-      add_surface(*scene.meshes[static_cast<std::size_t>(item.mesh)],
+      add_surface(*objects.scene().meshes[static_cast<std::size_t>(item.mesh)],
                   X_CW * bodies[static_cast<std::size_t>(item.body)] * item.X_BM, camera,
                   boxes[static_cast<std::size_t>(object)]);
     }
@@ -105,8 +125,7 @@ std::vector<Detection2D> boxes_of(const RenderScene& scene, std::span<const std:
   std::vector<Detection2D> out;
   for (std::size_t i = 0; i < boxes.size(); ++i)
     if (!boxes[i].empty())
-      out.push_back(
-          detection(clipped(boxes[i], camera), objects.class_id(static_cast<int>(i)), scene.models[i].name));
+      out.push_back(detection(clipped(boxes[i], camera), objects.class_id(i), objects.name(i)));
   return out;
 }
 

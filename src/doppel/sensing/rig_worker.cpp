@@ -91,7 +91,9 @@ void RigWorker::run() {
 
 void RigWorker::renew_scene(RigJob& job) {
   if (scene_of_ == job.world) return;
-  caster_ = make_ray_caster(make_world_scene(*job.world, job.reports));
+  const auto scene = make_world_scene(*job.world, job.reports);
+  caster_ = make_ray_caster(scene);
+  objects_ = std::make_unique<const ObjectLabels>(scene);
   scene_of_ = job.world;
 }
 
@@ -99,6 +101,7 @@ void RigWorker::make_sample(RigJob& job, std::size_t index) {
   const double before = cpu_seconds();
   auto& messages = job.messages[index];
   job.samples[index].bodies = job.poses;
+  job.samples[index].objects = objects_.get();
   sensors_[job.samples[index].sensor]->make(*caster_, job.samples[index], job.stamp, messages);
   for (LightMessage& message : messages) message.hash = hash_of(*message.cdr);
   job.costs[index] = cpu_seconds() - before;

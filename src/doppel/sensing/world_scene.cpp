@@ -1,6 +1,9 @@
 #include "doppel/sensing/detail/world_scene.h"
 
+#include <fmt/format.h>
+
 #include "doppel/scene/scene_builder.h"
+#include "doppel/sensing/detail/object_labels.h"
 #include "doppel/sensors/label_plugin.h"
 
 namespace doppel {
@@ -22,12 +25,13 @@ std::shared_ptr<const RenderScene> make_world_scene(const CompiledWorld& world, 
     builder.add_shape(ground, Plane{Eigen::Vector3d::UnitZ(), {kGroundSize, kGroundSize}}, below, grey);
   }
   for (const ModelInstance& instance : world.instances()) {
-    builder.begin_model(instance.name, label_of(*instance.description, diagnostics));
+    builder.begin_model(instance.name);
+    const VisualLabels labels(*instance.description, diagnostics);
     for (const ModelLink& link : instance.model->links) {
       const Link* described = instance.description->find_link(link.name);
       const std::string name = instance.name + "::" + link.name;
       if (described != nullptr)
-        builder.add(*described, name, diagnostics);
+        builder.add(*described, name, diagnostics, labels.of(*described));
       else
         builder.add_body(name);  // the "world" above a floating base
     }
@@ -40,7 +44,15 @@ std::shared_ptr<const RenderScene> make_world_scene(const CompiledWorld& world, 
     builder.environment().ambient = {0.62, 0.63, 0.66, 1};
     builder.environment().sky = Sky{};
   }
-  return builder.finish();
+  auto scene = builder.finish();
+  if (lacks_classes(*scene))
+    diagnostics.warning(
+        "sensor.labels", {},
+        fmt::format("the world has {} visuals and no labels; in pictures of labels, those after "
+                    "the first {} are 0, as the background",
+                    scene->items.size(), ObjectLabels::kMostClasses),
+        "label models or visuals by Gazebo's Label plugin");
+  return scene;
 }
 
 void read_poses(const Engine& engine, std::vector<Pose>& out) {

@@ -1,8 +1,11 @@
 #pragma once
-// Gazebo's Label plugin: the class of a model in pictures of labels and boxes. Source: gz-sim 8, systems/label.
+// Gazebo's Label plugin: the classes of a model's visuals in pictures of labels and boxes. Source: gz-sim 8,
+// systems/label, which is a plugin of models and visuals; here it may be in links, too.
 
 #include <cstdint>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
@@ -10,8 +13,24 @@
 
 namespace doppel {
 
-// The <label> of a plugin of the whole model, from 1 to 255; nullopt: it has none, or 0, which is the background. What
-// cannot be read is a warning ("sensor.value").
-DOPPEL_API std::optional<std::uint16_t> label_of(const RobotDescription& robot, Diagnostics& diagnostics);
+// The labels of a link's visuals, from 1 to 255. The plugin of the visual counts, else that of its link, else that of
+// the model. A URDF has them in <gazebo>, in <gazebo reference="link">, and in <visual> of the latter, where they are
+// of all visuals of the link, or with the attribute `name` of the visuals of that name.
+class DOPPEL_API VisualLabels {
+ public:
+  // What cannot be read is a warning ("sensor.value") and counts as not written.
+  VisualLabels(const RobotDescription& robot, Diagnostics& diagnostics);
+  // [visuals]; nullopt: it has none, or 0, which is the background.
+  [[nodiscard]] std::vector<std::optional<std::uint16_t>> of(const Link& link) const;
+
+ private:
+  enum class Place { model, link, visuals, visual };  // visuals: all of a link
+  struct Written {
+    Place place;
+    std::string link, visual;
+    std::uint16_t value;
+  };
+  std::vector<Written> labels_;  // in the order of the file; of several in the same place, the first counts
+};
 
 }  // namespace doppel

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "doppel/description/simulator_plugins.h"
+#include "doppel/worlds/detail/sdf_labels.h"
 #include "doppel/xml/element.h"
 
 namespace doppel::sdf {
@@ -454,6 +455,7 @@ void Trees::add_link(Tree& tree, int index) {
     weightless.source = node.first("gravity")->where;
     tree.robot->gazebo.push_back(std::move(weightless));
   }
+  if (auto labels = labels_of(node, link.name, elements_)) tree.robot->gazebo.push_back(std::move(*labels));
   tree.robot->links.push_back(std::move(link));
   for (const XmlNode& child : node.children) {
     if (child.is("sensor")) add_sensor(tree, child, index, "");

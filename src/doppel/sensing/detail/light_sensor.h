@@ -38,6 +38,8 @@ class TopicOutlet : public Outlet {
   Publisher<M> publisher_;
 };
 
+class ObjectLabels;
+
 // What the loop notes of a sample.
 struct LightSample {
   std::size_t sensor = 0;  // in the rig
@@ -45,7 +47,9 @@ struct LightSample {
   std::uint32_t wanted = 0;                                      // bits of outlets, and of the range
   Pose X_WL = Pose::Identity(), X_WL_before = Pose::Identity();  // of the link: now, and at the sample before
   int body = -1;                                                 // of the link, in the scene
-  std::span<const Pose> bodies = {};                             // X_WB of all bodies, by the worker
+  // By the worker: X_WB of all bodies, and what its scene's surfaces belong to.
+  std::span<const Pose> bodies = {};
+  const ObjectLabels* objects = nullptr;
 };
 
 struct LightMessage {

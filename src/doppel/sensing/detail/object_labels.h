@@ -2,6 +2,8 @@
 // What the pixels of a picture of labels belong to: classes of Gazebo's Label plugin, and boxes around objects.
 
 #include <cstdint>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -13,30 +15,45 @@
 
 namespace doppel {
 
-// Where a model of the scene has a label, the class of a pixel is the label of its model, and 0 where it has none. In a
-// scene without labels, each visual is a class of its own, and each model but the ground an object.
+// Where a visual of the scene has a label, the class of a pixel is the label of its visual, and 0 where it has none; the
+// visuals of a model with the same label are an object. In a scene without labels, each visual is a class of its own, up
+// to kMostClasses, and each model but the ground an object.
 class ObjectLabels {
  public:
-  explicit ObjectLabels(const RenderScene& scene);
+  static constexpr std::uint32_t kMostClasses = 65535;  // of an image with 16 bits
+
+  explicit ObjectLabels(std::shared_ptr<const RenderScene> scene);
 
   // -- of CameraPicture::labels
   [[nodiscard]] std::uint16_t class_of(std::uint32_t label) const { return classes_[label]; }
-  // Into RenderScene::models; -1: nothing, or no object.
-  [[nodiscard]] int object_of(std::uint32_t label) const { return objects_[label]; }
+  // Below objects(); -1: nothing, or no object.
+  [[nodiscard]] int object_of(std::uint32_t label) const { return object_of_[label]; }
 
+  [[nodiscard]] std::size_t objects() const { return objects_.size(); }
   // The label, or in a scene without labels the name.
-  [[nodiscard]] std::string class_id(int object) const;
+  [[nodiscard]] std::string class_id(std::size_t object) const;
+  // Of its model; with the label, if the model has others.
+  [[nodiscard]] std::string name(std::size_t object) const;
+  [[nodiscard]] const RenderScene& scene() const { return *scene_; }
 
  private:
-  const RenderScene& scene_;
-  bool labelled_ = false;
-  std::vector<std::uint16_t> classes_;
-  std::vector<int> objects_;
+  struct Object {
+    int model;
+    std::optional<std::uint16_t> label;
+  };
+
+  std::shared_ptr<const RenderScene> scene_;
+  std::vector<Object> objects_;
+  std::vector<std::uint16_t> classes_;  // [labels]
+  std::vector<int> object_of_;
 };
+
+// Whether classes of the scene's visuals do not suffice: it has no labels, and more of them than kMostClasses.
+bool lacks_classes(const RenderScene& scene);
 
 // Around the visible pixels of each object. With `full`, around all of a visible object as far as it is in the picture,
 // also where something is before it. `bodies`: X_WB of all bodies of the scene.
-std::vector<vision_msgs::msg::Detection2D> boxes_of(const RenderScene& scene,
+std::vector<vision_msgs::msg::Detection2D> boxes_of(const ObjectLabels& objects,
                                                     std::span<const std::uint32_t> labels,
                                                     const CameraIntrinsics& camera, bool full,
                                                     std::span<const Pose> bodies, const Pose& X_WC);

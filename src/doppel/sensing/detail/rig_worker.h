@@ -16,6 +16,7 @@
 #include "doppel/core/diagnostic.h"
 #include "doppel/rays/ray_caster.h"
 #include "doppel/sensing/detail/light_sensor.h"
+#include "doppel/sensing/detail/object_labels.h"
 
 namespace doppel {
 
@@ -76,6 +77,7 @@ class RigWorker {
   // The worker's.
   std::shared_ptr<const CompiledWorld> scene_of_;
   std::unique_ptr<RayCaster> caster_;
+  std::unique_ptr<const ObjectLabels> objects_;
   bool failed_ = false;
   RigJob* job_ = nullptr;  // whose samples are divided
   std::atomic<std::size_t> next_sample_{0}, busy_{0};

@@ -20,8 +20,8 @@ struct Seen {
     SceneBuilder builder;
     const auto add = [&](const char* name, const Box& box, const Eigen::Vector3d& at,
                          std::optional<std::uint16_t> label) {
-      builder.begin_model(name, label);
-      builder.add_shape(builder.add_body(name), box, Pose::Identity(), {});
+      builder.begin_model(name);
+      builder.add_shape(builder.add_body(name), box, Pose::Identity(), {}, label);
       bodies.push_back(Pose::Identity());
       bodies.back().translation() = at;
     };
@@ -42,7 +42,7 @@ struct Seen {
     caster->render(view, picture);
   }
   [[nodiscard]] auto boxes(bool full) const {
-    return boxes_of(*scene, picture.labels, lens, full, bodies, Pose::Identity());
+    return boxes_of(ObjectLabels(scene), picture.labels, lens, full, bodies, Pose::Identity());
   }
 };
 
@@ -79,7 +79,7 @@ TEST(ObjectLabels, ModelsAreObjectsInSceneWithoutLabels) {
 
 TEST(ObjectLabels, ClassIsLabelOfModelAndZeroWithoutOne) {
   const Seen seen(40);
-  const ObjectLabels labels(*seen.scene);
+  const ObjectLabels labels(seen.scene);
   const std::uint32_t centre_left = seen.picture.labels[50 * 200 + 85], corner = seen.picture.labels[0];
   EXPECT_EQ(labels.class_of(centre_left), 40);
   EXPECT_NE(corner, 0U) << "the wall is seen";
@@ -99,9 +99,54 @@ TEST(ObjectLabels, BoxIsClippedToPicture) {
   view.colour = false;
   view.labels = true;
   caster->render(view, seen.picture);
-  const auto boxes = boxes_of(*seen.scene, seen.picture.labels, seen.lens, true, seen.bodies, X_WC);
+  const auto boxes =
+      boxes_of(ObjectLabels(seen.scene), seen.picture.labels, seen.lens, true, seen.bodies, X_WC);
   ASSERT_EQ(boxes.size(), 1U);
   EXPECT_NEAR(boxes[0].bbox.center.position.x - (boxes[0].bbox.size_x - 1) / 2, 0, 1e-9);
+}
+
+// A model of three visuals side by side, and another of one.
+std::shared_ptr<const RenderScene> labelled_visuals() {
+  SceneBuilder builder;
+  builder.begin_model("table");
+  const int table = builder.add_body("table");
+  for (const std::optional<std::uint16_t> label : {std::optional<std::uint16_t>(3), {4}, {3}, {}})
+    builder.add_shape(table, Box{{1, 1, 1}}, Pose::Identity(), {}, label);
+  builder.begin_model("chair");
+  builder.add_shape(builder.add_body("chair"), Box{{1, 1, 1}}, Pose::Identity(), {}, 3);
+  return builder.finish();
+}
+
+TEST(ObjectLabels, VisualsOfModelWithSameLabelAreOneObject) {
+  const ObjectLabels labels(labelled_visuals());
+  EXPECT_EQ(labels.class_of(1), 3);
+  EXPECT_EQ(labels.class_of(2), 4);
+  EXPECT_EQ(labels.class_of(3), 3);
+  EXPECT_EQ(labels.class_of(4), 0);
+  EXPECT_EQ(labels.class_of(5), 3);
+  EXPECT_EQ(labels.object_of(1), labels.object_of(3));
+  EXPECT_NE(labels.object_of(1), labels.object_of(2));
+  EXPECT_EQ(labels.object_of(4), -1);
+  ASSERT_EQ(labels.objects(), 3U);
+  EXPECT_EQ(labels.name(0), "table/3");
+  EXPECT_EQ(labels.name(1), "table/4");
+  EXPECT_EQ(labels.name(2), "chair") << "it has one label only";
+  EXPECT_EQ(labels.class_id(2), "3");
+}
+
+TEST(ObjectLabels, VisualsBeyondClassesOfImageAreBackground) {
+  RenderScene many;
+  many.bodies.push_back({"body", 0});
+  many.models.push_back({"model"});
+  for (std::uint32_t i = 1; i <= 65537; ++i) many.items.push_back({0, 0, 0, Pose::Identity(), i});
+  EXPECT_TRUE(lacks_classes(many));
+  const ObjectLabels labels(std::make_shared<const RenderScene>(many));
+  EXPECT_EQ(labels.class_of(65535), 65535);
+  EXPECT_EQ(labels.class_of(65536), 0);
+  EXPECT_EQ(labels.class_of(65537), 0) << "it is not the first visual";
+  EXPECT_EQ(labels.object_of(65537), 0) << "its model has a box";
+  many.items.back().class_label = 7;
+  EXPECT_FALSE(lacks_classes(many));
 }
 
 }  // namespace
