@@ -1,8 +1,8 @@
 // The cost of a bias that walks: of one channel at one sample, and of an hour at 1 kHz that is made up at once.
+#include "doppel/sensors/noise.h"
+
 #include <chrono>
 #include <cstdio>
-
-#include "doppel/sensors/noise.h"
 
 namespace {
 
@@ -26,8 +26,9 @@ int main() {
     for (std::uint64_t sample = 0; sample < kHour; ++sample) each.advance(sample);
   });
   const double made_up = seconds_of([&] { at_once.advance(kHour - 1); });
-  std::printf("a sample of one channel: %.1f ns; an hour of %d channels at 1 kHz, made up at once: %.0f ms%s\n",
-              1e9 * sampled / static_cast<double>(kHour), kChannels, 1e3 * kChannels * made_up,
-              each.bias() == at_once.bias() ? "" : " (with another bias)");
+  std::printf(
+      "a sample of one channel: %.1f ns; an hour of %d channels at 1 kHz, made up at once: %.0f ms%s\n",
+      1e9 * sampled / static_cast<double>(kHour), kChannels, 1e3 * kChannels * made_up,
+      each.bias() == at_once.bias() ? "" : " (with another bias)");
   return each.bias() == at_once.bias() ? 0 : 1;
 }

@@ -219,7 +219,8 @@ TEST_F(ControllerSensors, ValueUnboundByEditReadsWhatFirstStartOfEditedFileReads
       edited("NOISY", R"(<sensor name="height"><state_interface name="vertical_reference">
         <param name="initial_value">7.5</param></state_interface><state_interface name="vertical_velocity"/></sensor>)");
   const std::string sensed =
-      edited("<sensor name=\"field\"", "<sensor name=\"height\" type=\"altimeter\"/><sensor name=\"field\"", written);
+      edited("<sensor name=\"field\"", "<sensor name=\"height\" type=\"altimeter\"/><sensor name=\"field\"",
+             written);
   bring_up_sensed(sensed);
   run(0.01);
   EXPECT_NEAR(state("height/vertical_reference"), 1, 1e-9);
@@ -247,9 +248,10 @@ TEST_F(ControllerSensors, UnboundSensorIsLoggedAgainOnlyWhenEditChangesWhy) {
   EXPECT_EQ(reload(edited("<link name=\"base_link\"/>", "\n\n<link name=\"base_link\"/>", one)),
             Twin::Reload::controllers_kept);
   EXPECT_EQ(errors_, "");
-  EXPECT_EQ(reload(edited("NOISY", lost("lost", "orientation.w") + "<sensor name=\"gone\">"
-                                       "<state_interface name=\"force.x\"/></sensor>")),
-            Twin::Reload::controllers_recreated);
+  EXPECT_EQ(
+      reload(edited("NOISY", lost("lost", "orientation.w") + "<sensor name=\"gone\">"
+                                                             "<state_interface name=\"force.x\"/></sensor>")),
+      Twin::Reload::controllers_recreated);
   EXPECT_EQ(errors_.find("'lost'"), std::string::npos) << errors_;
   EXPECT_NE(errors_.find("'gone'"), std::string::npos) << errors_;
   errors_.clear();
@@ -260,11 +262,11 @@ TEST_F(ControllerSensors, UnboundSensorIsLoggedAgainOnlyWhenEditChangesWhy) {
 }
 
 // What the controllers and the topic of one IMU say: angles from the start about z, and their noise.
-TEST_F(ControllerSensors, WrittenStateKeepsReferenceAndNoiseOfTopicAndControllersAndResetRenewsBoth) {
-  const std::string noisy =
-      edited("<update_rate>100</update_rate>",
-             "<update_rate>100</update_rate><imu><angular_velocity><z><noise type='gaussian'><stddev>0.1</stddev>"
-             "</noise></z></angular_velocity></imu>");
+TEST_F(ControllerSensors, WrittenStateKeepsReferenceAndNoiseAndResetRenewsThem) {
+  const std::string noisy = edited(
+      "<update_rate>100</update_rate>",
+      "<update_rate>100</update_rate><imu><angular_velocity><z><noise type='gaussian'><stddev>0.1</stddev>"
+      "</noise></z></angular_velocity></imu>");
   struct Seen {
     double angle = 0, read_angle = 0, noise = 0, read_noise = 0;
   };
@@ -285,8 +287,7 @@ TEST_F(ControllerSensors, WrittenStateKeepsReferenceAndNoiseOfTopicAndController
   const auto after = [&](const std::vector<std::string>& calls) {
     bring_up_sensed(noisy);
     run(0.1);
-    for (const std::string& yaml : calls)
-      call("/gazebo/set_state", "doppel_msgs/srv/SetState", yaml);
+    for (const std::string& yaml : calls) call("/gazebo/set_state", "doppel_msgs/srv/SetState", yaml);
     return see();
   };
   const std::string turned = "{names: [turn], positions: [0.5]}";
@@ -325,7 +326,8 @@ TEST_F(ControllerSensors, NoiseOfReadSensorsEntersHashOfState) {
 }
 
 // A sonar that faces a wall in 2 m.
-constexpr const char* kSonar = R"(<link name="wall"><visual><geometry><box size="0.1 4 4"/></geometry></visual></link>
+constexpr const char* kSonar =
+    R"(<link name="wall"><visual><geometry><box size="0.1 4 4"/></geometry></visual></link>
   <joint name="stands" type="fixed"><parent link="base_link"/><child link="wall"/><origin xyz="2.35 0 1"/></joint>
   <gazebo reference="hand"><sensor name="front" type="ray"><update_rate>10</update_rate>
     <ray><scan><horizontal><samples>1</samples><min_angle>0</min_angle><max_angle>0</max_angle></horizontal></scan>
@@ -336,8 +338,9 @@ constexpr const char* kSonar = R"(<link name="wall"><visual><geometry><box size=
   <ros2_control name="cell")";
 
 TEST_F(ControllerSensors, RangeIsThatOfLastSampleAndMeasuredForControllersAlone) {
-  const std::string robot = edited("<ros2_control name=\"cell\"", kSonar,
-                                   edited("NOISY", R"(<sensor name="front"><state_interface name="range"/></sensor>)"));
+  const std::string robot =
+      edited("<ros2_control name=\"cell\"", kSonar,
+             edited("NOISY", R"(<sensor name="front"><state_interface name="range"/></sensor>)"));
   lockstep_ = true;
   const auto hash_of = [&](std::uint64_t seed) {
     bring_up_sensed(robot, seed);

@@ -94,7 +94,8 @@ class LogicalCameraOutput : public PhysicalSensor {
 
 }  // namespace
 
-std::unique_ptr<PhysicalSensor> make_logical_camera_output(Node& node, const RigSensor& sensor, double period) {
+std::unique_ptr<PhysicalSensor> make_logical_camera_output(Node& node, const RigSensor& sensor,
+                                                           double period) {
   return std::make_unique<LogicalCameraOutput>(node, sensor, period);
 }
 

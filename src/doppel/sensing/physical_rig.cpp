@@ -26,8 +26,7 @@ struct PhysicalRig::Impl {
     bool noted = false;  // a sample is taken at the end of this step
   };
 
-  Impl(Bus& the_bus, const Log& the_log, const RigOptions& the_options)
-      : bus(the_bus), options(the_options) {
+  Impl(Bus& the_bus, const Log& the_log, const RigOptions& the_options) : bus(the_bus), options(the_options) {
     log.add_sink([this, &the_log](const LogLine& line) {
       if (present.insert(line.text).second && !reported.contains(line.text))
         the_log.line(line.severity, line.origin, line.text, line.where);

@@ -113,7 +113,7 @@ class Binder {
 
   // A sensor of its own at the place that a <param> names.
   std::optional<RobotSensor> place(const HardwareJointDescription& part, const Names& wanted,
-                                 const RobotSensor* unfit) {
+                                   const RobotSensor* unfit) {
     const auto kinds = ideal_sensors();
     const auto* const kind = std::ranges::max_element(
         kinds, {}, [&](const SensorDescription& one) { return common(wanted, reading_names(one)); });

@@ -50,7 +50,8 @@ class DOPPEL_API ControlStack {
     bool rehearsal = false;  // real hardware is simulated, because the running machine has its ports open
     RigOptions sensors = {};
     std::shared_ptr<const EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
-    std::shared_ptr<RangeValues> ranges = nullptr;  // of the twin's range sensors; nullptr: they are not measured
+    std::shared_ptr<RangeValues> ranges =
+        nullptr;  // of the twin's range sensors; nullptr: they are not measured
   };
   // Throws InputError for errors in the YAML or the interfaces. Each component of the description is made by
   // the type that is registered for its plugin name, or simulated, with a note, if there is none.

@@ -147,10 +147,10 @@ void SensorTicks::report_shared_topics() {
   std::set<std::string> present;
   for (const auto& [topic, names] : of_topic) {
     if (names.size() < 2) continue;
-    std::string text =
-        fmt::format("{} publish on the same topic {}, so that their readers get both; give "
-                    "each a topic of its own, as in <topic>{}/image</topic>",
-                    fmt::join(names, ", "), topic, names.front().substr(names.front().rfind('/') + 1));
+    std::string text = fmt::format(
+        "{} publish on the same topic {}, so that their readers get both; give "
+        "each a topic of its own, as in <topic>{}/image</topic>",
+        fmt::join(names, ", "), topic, names.front().substr(names.front().rfind('/') + 1));
     if (!shared_.contains(text)) log_.warning("sensors", text);
     present.insert(std::move(text));
   }

@@ -27,7 +27,7 @@ struct TimeControl {
 class DOPPEL_API SimulatorServices : public Tickable {
  public:
   struct Callbacks {
-    std::function<void()> reset;          // back to the start
+    std::function<void()> reset;  // back to the start
     // A service has set the poses of these robots, by their instances: controllers hold there.
     std::function<void(const std::vector<int>& robots)> state_written;
   };

@@ -136,7 +136,8 @@ TEST_F(Ros2ControlRulesTest, UnknownTypeIsReported) {
 
 TEST_F(Ros2ControlRulesTest, UnboundSensorIsReportedAtItsPlaceWithFix) {
   const auto sensor = [](const std::string& inner) {
-    return hardware(driven("elbow") + "  <sensor name=\"fts\"><state_interface name=\"force.x\"/>" + inner + "</sensor>");
+    return hardware(driven("elbow") + "  <sensor name=\"fts\"><state_interface name=\"force.x\"/>" + inner +
+                    "</sensor>");
   };
   const auto frame = [&](const std::string& name) {
     return sensor("<param name=\"frame_id\">" + name + "</param>");
@@ -152,9 +153,10 @@ TEST_F(Ros2ControlRulesTest, UnboundSensorIsReportedAtItsPlaceWithFix) {
   EXPECT_THAT(misspelt[0].message, HasSubstr("did you mean 'lower'?"));
   EXPECT_THAT(of("ros2_control.sensor_unbound", frame("lower")), IsEmpty());
   EXPECT_THAT(of("ros2_control.sensor_unbound", sensor("<param name=\"joint\">elbow</param>")), IsEmpty());
-  EXPECT_THAT(of("ros2_control.sensor_unbound",
-                 sensor("") + "<gazebo reference=\"elbow\"><sensor name=\"fts\" type=\"force_torque\"/></gazebo>"),
-              IsEmpty());
+  EXPECT_THAT(
+      of("ros2_control.sensor_unbound",
+         sensor("") + "<gazebo reference=\"elbow\"><sensor name=\"fts\" type=\"force_torque\"/></gazebo>"),
+      IsEmpty());
   EXPECT_THAT(of("ros2_control.sensor_unbound",
                  sensor("<state_interface name=\"force.roll\"/><param name=\"joint\">elbow</param>")),
               SizeIs(1));

@@ -221,7 +221,8 @@ std::vector<double> noise_of(std::uint64_t seed, bool reads_from_start) {
 }
 
 // The noise of an IMU's last sample after 5.01 s: its noise is `first`, and from 5 s on, by an edit, `second`.
-double noise_after_edit(const NoiseDescription& first, const NoiseDescription& second, bool reads_from_start) {
+double noise_after_edit(const NoiseDescription& first, const NoiseDescription& second,
+                        bool reads_from_start) {
   RigSensor sensor = imu_on("table", "disc", 1);
   described(sensor).linear_acceleration[0] = first;
   Sensed twin(turntable(), test::empty_space(), {sensor}, BaseKind::fixed, 3);

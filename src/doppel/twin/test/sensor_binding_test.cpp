@@ -90,8 +90,9 @@ TEST_F(SensorBindingTest, ParametersPlaceSensorOnLinkJointOrFrame) {
 }
 
 TEST_F(SensorBindingTest, RangeIsThatOfSensorOfNameFrameOrLink) {
-  for (const char* named : {"<sensor name=\"echoes\">", "<sensor name=\"a\"><param name=\"frame_id\">echoes_frame</param>",
-                            "<sensor name=\"b\"><param name=\"link\">hand</param>"}) {
+  for (const char* named :
+       {"<sensor name=\"echoes\">", "<sensor name=\"a\"><param name=\"frame_id\">echoes_frame</param>",
+        "<sensor name=\"b\"><param name=\"link\">hand</param>"}) {
     const SensorBindings bound = bind(named + interfaces({"range"}) + "</sensor>");
     EXPECT_EQ(said(bound), "");
     ASSERT_EQ(bound.sensors.size(), 1U) << named;
@@ -120,8 +121,9 @@ TEST_F(SensorBindingTest, NamesOfParametersAndTypesAreReported) {
               HasSubstr("no joint carries"));
   EXPECT_THAT(said(bind("<sensor name=\"eye\">" + interfaces({"force.x"}) + "</sensor>")),
               HasSubstr("'eye' of the description has the type 'camera'"));
-  EXPECT_THAT(said(bind("<sensor name=\"echo\">" + interfaces({"range"}) + "</sensor>")),
-              testing::AllOf(HasSubstr("error"), HasSubstr("did you mean 'echoes'?"), HasSubstr("type=\"sonar\"")));
+  EXPECT_THAT(
+      said(bind("<sensor name=\"echo\">" + interfaces({"range"}) + "</sensor>")),
+      testing::AllOf(HasSubstr("error"), HasSubstr("did you mean 'echoes'?"), HasSubstr("type=\"sonar\"")));
   EXPECT_THAT(said(bind("<sensor name=\"front\"><param name=\"frame_id\">base_link</param>" +
                         interfaces({"range"}) + "</sensor>")),
               HasSubstr("no range sensor is at"));
@@ -133,12 +135,14 @@ TEST_F(SensorBindingTest, NamesOfParametersAndTypesAreReported) {
 TEST_F(SensorBindingTest, WrenchOfBaseLinkIsErrorWithPlaceAndFixWhetherBaseFloatsOrNot) {
   for (const BaseKind base : {BaseKind::fixed, BaseKind::floating}) {
     for (const char* key : {"frame_id", "link"}) {
-      const SensorBindings bound = bind(fmt::format("<sensor name=\"ft\"><param name=\"{}\">base_link</param>", key) +
-                                            interfaces({"force.x"}) + "</sensor>",
-                                        base);
+      const SensorBindings bound =
+          bind(fmt::format("<sensor name=\"ft\"><param name=\"{}\">base_link</param>", key) +
+                   interfaces({"force.x"}) + "</sensor>",
+               base);
       EXPECT_TRUE(bound.sensors.empty());
-      EXPECT_THAT(said(bound), testing::AllOf(HasSubstr(".urdf:9:"), HasSubstr("error"), HasSubstr("no joint carries"),
-                                              HasSubstr("<param name=\"joint\">JOINT</param>")));
+      EXPECT_THAT(said(bound),
+                  testing::AllOf(HasSubstr(".urdf:9:"), HasSubstr("error"), HasSubstr("no joint carries"),
+                                 HasSubstr("<param name=\"joint\">JOINT</param>")));
     }
   }
 }
