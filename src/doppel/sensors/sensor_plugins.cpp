@@ -299,14 +299,14 @@ constexpr KnownPlugin kSensorPlugins[] = {
     {"hector_gazebo_ros_magnetic", Needs::environment, read_field_plugin, "magnetometer"},
 };
 
-std::string attribute_of(const XmlNode& node, const char* name) {
+std::string plugin_attribute(const XmlNode& node, const char* name) {
   const XmlAttribute* const found = node.find(name);
   return found == nullptr ? "" : found->value;
 }
 
 // "gazebo_ros_camera" for "libgazebo_ros_camera.so".
 std::string stem_of(const XmlNode& plugin) {
-  std::string name = attribute_of(plugin, "filename");
+  std::string name = plugin_attribute(plugin, "filename");
   if (const std::size_t slash = name.rfind('/'); slash != std::string::npos) name.erase(0, slash + 1);
   if (name.starts_with("lib")) name.erase(0, 3);
   if (name.ends_with(".so")) name.erase(name.size() - 3);
@@ -394,7 +394,7 @@ void read_inner_plugin(const XmlNode& plugin, SensorDescription& sensor, Diagnos
     diagnostics.note(
         kRule, plugin.where,
         fmt::format("the plugin '{}' of the sensor '{}' is not known; the sensor publishes as without it{}",
-                    attribute_of(plugin, "filename"), sensor.name,
+                    plugin_attribute(plugin, "filename"), sensor.name,
                     near ? fmt::format("; did you mean '{}'?", *near) : ""));
     return;
   }
@@ -418,7 +418,7 @@ std::optional<SensorDescription> read_outer_plugin(const XmlNode& plugin, const 
   const Joint* const joint = joint_name.empty() ? nullptr : robot.find_joint(joint_name);
   const std::string body = values.text({"bodyName", "body_name"}, reference);
   const std::string link = joint != nullptr ? joint->child : body;
-  const std::string name = attribute_of(plugin, "name");
+  const std::string name = plugin_attribute(plugin, "name");
   if (robot.find_link(link) == nullptr) {
     std::vector<std::string> names;
     for (const Link& one : robot.links) names.push_back(one.name);

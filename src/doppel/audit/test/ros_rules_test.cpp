@@ -144,7 +144,7 @@ TEST_F(Ros2ControlRulesTest, UnboundSensorIsReportedAtItsPlaceWithFix) {
   };
   const auto alone = of("ros2_control.sensor_unbound", sensor(""));
   ASSERT_THAT(alone, SizeIs(1));
-  EXPECT_EQ(alone[0].severity, Severity::error);
+  EXPECT_EQ(alone[0].severity, Severity::warning);
   EXPECT_GT(alone[0].where.line, 1);
   EXPECT_EQ(alone[0].where.column, 3);
   EXPECT_THAT(alone[0].fix, HasSubstr("<param name=\"joint\">JOINT</param>"));

@@ -90,13 +90,12 @@ inline Floats smaller(Floats a, Floats b) {
   return a < b ? a : b;
 }
 inline float smallest(Floats value) {
-  Ints lanes{};
-  for (int i = 0; i < kLanes; ++i) lanes[i] = i;
-  for (int width = kLanes / 2; width > 0; width /= 2) {
-    const Floats other = __builtin_shuffle(value, lanes + width);  // modulo kLanes
-    value = value < other ? value : other;
-  }
-  return value[0];
+  float of_half[kLanes];
+  store(value, of_half);
+  for (int width = kLanes / 2; width > 0; width /= 2)
+    for (int i = 0; i < width; ++i)
+      of_half[i] = of_half[i] < of_half[i + width] ? of_half[i] : of_half[i + width];
+  return of_half[0];
 }
 inline Floats root(Floats value) {
   float out[kLanes];
