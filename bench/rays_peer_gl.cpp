@@ -168,7 +168,7 @@ class Gl : public CameraRenderer {
       glBindFramebuffer(GL_FRAMEBUFFER, shadow_frame_);
       glViewport(0, 0, kShadowSize, kShadowSize);
       glClear(GL_DEPTH_BUFFER_BIT);
-      draw(depth_program_, to_light, true);
+      draw(depth_program_, to_light);
     }
     glBindFramebuffer(GL_FRAMEBUFFER, frame);
     glViewport(0, 0, lens.width, lens.height);
@@ -184,20 +184,18 @@ class Gl : public CameraRenderer {
       glUniform3fv(at(colour_program_, "towards_light"), 1, towards.data());
       glBindTexture(GL_TEXTURE_2D, shadow_map_);
     }
-    draw(shaded ? colour_program_ : depth_program_, to_clip, false);
+    draw(shaded ? colour_program_ : depth_program_, to_clip);
     read(view, out);
   }
 
  private:
   static GLint at(GLuint of_program, const char* name) { return glGetUniformLocation(of_program, name); }
 
-  // shadows: without the room, into which the sun shines through its roof as in doppel's scene, whose walls are behind.
-  void draw(GLuint with, const Matrix4f& to_clip, bool shadows) const {
+  void draw(GLuint with, const Matrix4f& to_clip) const {
     glUseProgram(with);
     glUniformMatrix4fv(at(with, "to_clip"), 1, GL_FALSE, to_clip.data());
     const GLint to_world = at(with, "to_world"), colour = at(with, "colour"), label = at(with, "label");
     for (const SceneItem& item : scene_->items) {
-      if (shadows && item.mesh == 0) continue;
       const Pose X = poses_[static_cast<std::size_t>(item.body)] * item.X_BM;
       const Matrix4f matrix = X.matrix().cast<float>();
       glUniformMatrix4fv(to_world, 1, GL_FALSE, matrix.data());

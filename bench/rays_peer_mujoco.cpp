@@ -27,6 +27,7 @@ std::string walls() {
   const Eigen::Vector3d half(5, 5, 2);
   for (int axis = 0; axis < 3; ++axis)
     for (const double side : {-1.0, 1.0}) {
+      if (axis == 2 && side > 0) continue;  // no roof
       Eigen::Vector3d p(0, 0, 2), size = half;
       p[axis] += side * (half[axis] + 0.05);
       size[axis] = 0.05;
@@ -145,7 +146,8 @@ class Mujoco : public MujocoPeer {
   void scan(const ScanPattern& pattern, const Pose& X_WS, std::vector<double>& distances) const override {
     distances.clear();
     const Eigen::Vector3d p = X_WS.translation();
-    for (const Eigen::Vector3f& d : pattern.directions) {
+    for (std::size_t i = 0; i < pattern.size(); ++i) {
+      const Eigen::Vector3f d = pattern.direction(i);
       const Eigen::Vector3d along = X_WS.linear() * d.cast<double>();
       int geom = -1;
       distances.push_back(mj_ray(model_, data_, p.data(), along.data(), nullptr, 1, -1, &geom));

@@ -1,6 +1,6 @@
 #pragma once
-// The scene of the benchmarks of rays: a room with furniture, 40 bodies that move in every frame, and a sun with
-// shadows; and what doppel's casts of it cost.
+// The scene of the benchmarks of rays: a room without a roof, with furniture, 40 bodies that move in every frame, and a
+// sun with shadows; and what doppel's casts of it cost.
 #include <algorithm>
 #include <cmath>
 #include <ctime>
@@ -59,6 +59,22 @@ inline MeshAppearance ball(int triangles) {
   return {with_normals(points, faces, 0.7), {}, {}, {}};
 }
 
+// A floor of 10 m x 10 m with walls of 4 m, into which the sun shines.
+inline SurfaceMesh room() {
+  std::vector<Eigen::Vector3f> points;
+  std::vector<std::array<std::uint32_t, 3>> faces;
+  for (const float z : {0.0F, 4.0F})
+    for (const auto& [x, y] : {std::pair{-5.0F, -5.0F}, {5.0F, -5.0F}, {5.0F, 5.0F}, {-5.0F, 5.0F}})
+      points.emplace_back(x, y, z);
+  faces = {{0, 1, 2}, {0, 2, 3}};
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    const std::uint32_t j = (i + 1) % 4;
+    faces.push_back({i, i + 4, j + 4});
+    faces.push_back({i, j + 4, j});
+  }
+  return with_normals(points, faces, 0.7);
+}
+
 struct RayBench {
   std::shared_ptr<const RenderScene> scene;
   std::unique_ptr<RayCaster> caster;
@@ -73,12 +89,10 @@ struct RayBench {
     for (std::size_t m = 0; m < 5; ++m)
       made.materials[m].rgba = Eigen::Vector4f(0.3F + 0.15F * static_cast<float>(m), 0.8F,
                                                0.9F - 0.15F * static_cast<float>(m), 1);
-    made.meshes.push_back(std::make_shared<SurfaceMesh>(surface_of(Box{{10, 10, 4}})));
+    made.meshes.push_back(std::make_shared<SurfaceMesh>(room()));
     made.meshes.push_back(std::make_shared<SurfaceMesh>(ball(wanted / (2 * kBodies)).mesh));
     made.bodies.resize(kBodies + 1);
-    Pose up = Pose::Identity();
-    up.translation().z() = 2;
-    made.items.push_back({0, 0, 0, up, 1});
+    made.items.push_back({0, 0, 0, Pose::Identity(), 1});
     for (int i = 0; i < kBodies; ++i) {
       Pose still = Pose::Identity();
       still.translation() = Eigen::Vector3d(3 * uniform(random), 3 * uniform(random), 0.3);

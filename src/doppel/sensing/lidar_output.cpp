@@ -154,7 +154,7 @@ msg::PointCloud2 LidarOutput::cloud(const std_msgs::msg::Header& header) const {
   for (std::size_t i = 0; i < ranges_.size(); ++i) {
     Eigen::Vector3f point = Eigen::Vector3f::Constant(std::numeric_limits<float>::quiet_NaN());
     if (std::isfinite(ranges_[i]))
-      point = R * (ranges_[i] * pattern_.directions[i]) + p;
+      point = R * (ranges_[i] * pattern_.direction(i)) + p;
     else
       out.is_dense = false;
     const float intensity = std::isfinite(ranges_[i]) ? 255 * hits_.brightness[i] * hits_.cosine[i] : 0;

@@ -1,5 +1,6 @@
 #include "doppel/sensors/counter_random.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -43,6 +44,27 @@ double normal_quantile(double p) {
   return x - u / (1 + x * u / 2);
 }
 
+// Philox's counters and, after mix(), their random words; several, so that the compiler works on them side by side.
+template <std::size_t kCount>
+struct Counters {
+  std::uint32_t words[4][kCount];
+
+  void mix(std::uint32_t k0, std::uint32_t k1) {
+    for (int round = 0; round < 10; ++round) {
+      for (std::size_t c = 0; c < kCount; ++c) {
+        const std::uint64_t a = std::uint64_t{0xD2511F53u} * words[0][c],
+                            b = std::uint64_t{0xCD9E8D57u} * words[2][c];
+        words[0][c] = static_cast<std::uint32_t>(b >> 32) ^ words[1][c] ^ k0;
+        words[1][c] = static_cast<std::uint32_t>(b);
+        words[2][c] = static_cast<std::uint32_t>(a >> 32) ^ words[3][c] ^ k1;
+        words[3][c] = static_cast<std::uint32_t>(a);
+      }
+      k0 += 0x9E3779B9u;
+      k1 += 0xBB67AE85u;
+    }
+  }
+};
+
 const std::vector<float>& quantiles() {
   static const std::vector<float> table = [] {
     std::vector<float> out(65536);
@@ -69,17 +91,10 @@ CounterRandom::CounterRandom(std::uint64_t seed, std::string_view sensor) {
 
 std::array<std::uint32_t, 4> CounterRandom::words(std::uint64_t sample, std::uint32_t channel,
                                                   std::uint32_t index) const {
-  std::array<std::uint32_t, 4> x{index, channel, static_cast<std::uint32_t>(sample),
-                                 static_cast<std::uint32_t>(sample >> 32)};
-  std::uint32_t k0 = key_[0], k1 = key_[1];
-  for (int round = 0; round < 10; ++round) {
-    const std::uint64_t a = std::uint64_t{0xD2511F53u} * x[0], b = std::uint64_t{0xCD9E8D57u} * x[2];
-    x = {static_cast<std::uint32_t>(b >> 32) ^ x[1] ^ k0, static_cast<std::uint32_t>(b),
-         static_cast<std::uint32_t>(a >> 32) ^ x[3] ^ k1, static_cast<std::uint32_t>(a)};
-    k0 += 0x9E3779B9u;
-    k1 += 0xBB67AE85u;
-  }
-  return x;
+  Counters<1> x{
+      {{index}, {channel}, {static_cast<std::uint32_t>(sample)}, {static_cast<std::uint32_t>(sample >> 32)}}};
+  x.mix(key_[0], key_[1]);
+  return {x.words[0][0], x.words[1][0], x.words[2][0], x.words[3][0]};
 }
 
 double CounterRandom::uniform(std::uint64_t sample, std::uint32_t channel, std::uint32_t index) const {
@@ -95,11 +110,22 @@ double CounterRandom::normal(std::uint64_t sample, std::uint32_t channel, std::u
 }
 
 void CounterRandom::normals(std::uint64_t sample, std::uint32_t channel, std::span<float> out) const {
-  const std::vector<float>& table = quantiles();
-  for (std::size_t at = 0; at < out.size(); at += 8) {
-    const auto w = words(sample, channel, static_cast<std::uint32_t>(at / 8));
-    for (std::size_t i = 0; i < 8 && at + i < out.size(); ++i)
-      out[at + i] = table[i % 2 == 0 ? w[i / 2] & 0xFFFF : w[i / 2] >> 16];
+  const float* const table = quantiles().data();
+  constexpr std::size_t kTogether = 16;
+  Counters<kTogether> x;
+  for (std::size_t at = 0; at < out.size(); at += 8 * kTogether) {
+    for (std::size_t c = 0; c < kTogether; ++c) {
+      x.words[0][c] = static_cast<std::uint32_t>(at / 8 + c);
+      x.words[1][c] = channel;
+      x.words[2][c] = static_cast<std::uint32_t>(sample);
+      x.words[3][c] = static_cast<std::uint32_t>(sample >> 32);
+    }
+    x.mix(key_[0], key_[1]);
+    const std::size_t count = std::min(out.size() - at, 8 * kTogether);
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::uint32_t word = x.words[i % 8 / 2][i / 8];
+      out[at + i] = table[i % 2 == 0 ? word & 0xFFFF : word >> 16];
+    }
   }
 }
 

@@ -1,5 +1,6 @@
 #include "doppel/sensors/noise.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 
@@ -44,10 +45,16 @@ double ChannelNoise::apply(double value, std::uint64_t sample) const {
 
 void ChannelNoise::apply(std::span<float> values, std::uint64_t sample, std::vector<float>& scratch) const {
   if (!noise_.any()) return;
-  scratch.assign(values.size(), 0);
-  if (noise_.stddev > 0) random_.normals(sample, channel_, scratch);
   const auto offset = static_cast<float>(noise_.mean + bias_), stddev = static_cast<float>(noise_.stddev);
-  for (std::size_t i = 0; i < values.size(); ++i) values[i] += offset + stddev * scratch[i];
+  const auto count = static_cast<Eigen::Index>(values.size());
+  Eigen::Map<Eigen::ArrayXf> all(values.data(), count);
+  if (noise_.stddev > 0) {
+    scratch.resize(values.size());
+    random_.normals(sample, channel_, scratch);
+    all += offset + stddev * Eigen::Map<const Eigen::ArrayXf>(scratch.data(), count);
+  } else {
+    all += offset;
+  }
   if (noise_.precision <= 0) return;
   for (float& value : values)
     if (std::isfinite(value))

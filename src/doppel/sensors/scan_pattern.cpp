@@ -15,7 +15,20 @@ double increment_of(const ScanRange& range, int count) {
   return count > 1 ? (range.max - range.min) / (count - 1) : 0;
 }
 
+Eigen::Map<Eigen::ArrayXf> row(std::vector<float>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+Eigen::Map<const Eigen::ArrayXf> row(const std::vector<float>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
 }  // namespace
+
+void ScanPattern::add(const Eigen::Vector3d& direction) {
+  x.push_back(static_cast<float>(direction.x()));
+  y.push_back(static_cast<float>(direction.y()));
+  z.push_back(static_cast<float>(direction.z()));
+}
 
 ScanPattern scan_pattern(const LidarDescription& lidar) {
   ScanPattern out;
@@ -30,8 +43,7 @@ ScanPattern scan_pattern(const LidarDescription& lidar) {
     out.elevations.push_back(e);
     for (int c = 0; c < out.columns; ++c) {
       const double a = out.angle_min + c * out.angle_increment;
-      out.directions.emplace_back(
-          Eigen::Vector3d(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)).cast<float>());
+      out.add({std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e)});
     }
   }
   return out;
@@ -39,7 +51,7 @@ ScanPattern scan_pattern(const LidarDescription& lidar) {
 
 void place_rays(const ScanPattern& pattern, const Pose& X_WS, const Pose* to, RayBatch& out) {
   const bool moves = to != nullptr && !to->isApprox(X_WS, 0);
-  out.resize(pattern.directions.size(), moves ? pattern.directions.size() : 1);
+  out.resize(pattern.size(), moves ? pattern.size() : 1);
   const Eigen::Quaterniond q0(X_WS.linear()), q1(moves ? to->linear() : X_WS.linear());
   Eigen::Matrix3f R = X_WS.linear().cast<float>();
   Eigen::Vector3f p = X_WS.translation().cast<float>();
@@ -50,12 +62,10 @@ void place_rays(const ScanPattern& pattern, const Pose& X_WS, const Pose* to, Ra
     out.origin_x[0] = p.x();
     out.origin_y[0] = p.y();
     out.origin_z[0] = p.z();
-    for (std::size_t i = 0; i < pattern.directions.size(); ++i) {
-      const Eigen::Vector3f d = R * pattern.directions[i];
-      out.direction_x[i] = d.x();
-      out.direction_y[i] = d.y();
-      out.direction_z[i] = d.z();
-    }
+    const auto x = row(pattern.x), y = row(pattern.y), z = row(pattern.z);
+    row(out.direction_x) = R(0, 0) * x + R(0, 1) * y + R(0, 2) * z;
+    row(out.direction_y) = R(1, 0) * x + R(1, 1) * y + R(1, 2) * z;
+    row(out.direction_z) = R(2, 0) * x + R(2, 1) * y + R(2, 2) * z;
     return;
   }
   for (std::size_t c = 0; c < columns; ++c) {
@@ -64,7 +74,7 @@ void place_rays(const ScanPattern& pattern, const Pose& X_WS, const Pose* to, Ra
     p = (X_WS.translation() + share * (to->translation() - X_WS.translation())).cast<float>();
     for (std::size_t r = 0; r < rings; ++r) {
       const std::size_t i = r * columns + c;
-      const Eigen::Vector3f d = R * pattern.directions[i];
+      const Eigen::Vector3f d = R * pattern.direction(i);
       out.direction_x[i] = d.x();
       out.direction_y[i] = d.y();
       out.direction_z[i] = d.z();
@@ -78,18 +88,16 @@ void place_rays(const ScanPattern& pattern, const Pose& X_WS, const Pose* to, Ra
 ScanPattern cone_pattern(const RangeDescription& range) {
   ScanPattern out;
   constexpr int kCircles = 10;
-  out.directions.push_back(Eigen::Vector3f::UnitX());
+  out.add(Eigen::Vector3d::UnitX());
   for (int circle = 1; circle <= kCircles; ++circle) {
     const double theta = range.field_of_view / 2 * circle / kCircles;
     const int points = 6 * circle;
     for (int i = 0; i < points; ++i) {
       const double a = 2 * M_PI * i / points;
-      out.directions.emplace_back(
-          Eigen::Vector3d(std::cos(theta), std::sin(theta) * std::cos(a), std::sin(theta) * std::sin(a))
-              .cast<float>());
+      out.add({std::cos(theta), std::sin(theta) * std::cos(a), std::sin(theta) * std::sin(a)});
     }
   }
-  out.columns = static_cast<int>(out.directions.size());
+  out.columns = static_cast<int>(out.size());
   return out;
 }
 

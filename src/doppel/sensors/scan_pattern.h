@@ -1,6 +1,7 @@
 #pragma once
 // The directions of a lidar's rays in its frame, x forward, z up: rings from the lowest, in each from min to max.
 
+#include <cstddef>
 #include <vector>
 
 #include "doppel/export.h"
@@ -14,7 +15,10 @@ struct DOPPEL_API ScanPattern {
   int rings = 1, columns = 1;
   double angle_min = 0, angle_max = 0, angle_increment = 0;  // rad, of a ring
   std::vector<double> elevations;                            // [rings] rad
-  std::vector<Eigen::Vector3f> directions;                   // [rings * columns], unit
+  std::vector<float> x, y, z;                                // [rings * columns], of unit vectors
+  void add(const Eigen::Vector3d& direction);
+  [[nodiscard]] std::size_t size() const { return x.size(); }
+  [[nodiscard]] Eigen::Vector3f direction(std::size_t i) const { return {x[i], y[i], z[i]}; }
   [[nodiscard]] int middle_ring() const { return rings / 2; }
 };
 DOPPEL_API ScanPattern scan_pattern(const LidarDescription& lidar);

@@ -15,7 +15,7 @@ constexpr float kOpaque = 0.995F;
 
 // Calls `each` for the tiles of a grid.
 template <std::uint32_t kWidth, class Each>
-void for_each_tile_of(std::uint32_t columns, std::uint32_t rows, Each each) {
+void for_each_tile(std::uint32_t columns, std::uint32_t rows, Each each) {
   constexpr std::uint32_t kHeight = kLanes / kWidth;
   Tile tile;
   tile.line = kWidth == kLanes;
@@ -31,15 +31,6 @@ void for_each_tile_of(std::uint32_t columns, std::uint32_t rows, Each each) {
       }
       each(tile);
     }
-}
-
-// A single row is cut into packets in line.
-template <class Each>
-void for_each_tile(std::uint32_t columns, std::uint32_t rows, Each each) {
-  if (rows == 1)
-    for_each_tile_of<kLanes>(columns, rows, each);
-  else
-    for_each_tile_of<kTileWidth>(columns, rows, each);
 }
 
 Floats gathered(const std::vector<float>& values, const Tile& tile) {
@@ -68,13 +59,24 @@ void scatter(const Lanes& lanes, const Tile& tile, std::vector<Value>& values) {
 }
 
 void clear_hits(RayHitPacket& rays) {
-  for (float* unset : {rays.hit.Ng_x, rays.hit.Ng_y, rays.hit.Ng_z, rays.hit.u, rays.hit.v})
-    store(Floats{}, unset);         // lanes without a hit are computed, too: not with slow denormal numbers
   store(~Ints{}, rays.hit.geomID);  // RTC_INVALID_GEOMETRY_ID
   store(~Ints{}, rays.hit.instID[0]);
 }
 
-void prepare(const Floats3& from, const Floats3& along, float near, float far, RayHitPacket& rays) {
+// With what stays for all tiles of a scan.
+struct Packet : RayHitPacket {
+  Packet() {
+    store(Floats{}, ray.time);
+    store(~Ints{}, ray.mask);
+    store(Ints{}, ray.id);
+    store(Ints{}, ray.flags);
+    for (float* unset : {hit.Ng_x, hit.Ng_y, hit.Ng_z, hit.u, hit.v})
+      store(Floats{}, unset);  // lanes without a hit are computed, too: not with slow denormal numbers
+    store(Ints{}, hit.primID);
+  }
+};
+
+void aim(const Floats3& from, const Floats3& along, float near, float far, RayHitPacket& rays) {
   store(from.x, rays.ray.org_x);
   store(from.y, rays.ray.org_y);
   store(from.z, rays.ray.org_z);
@@ -83,10 +85,6 @@ void prepare(const Floats3& from, const Floats3& along, float near, float far, R
   store(along.z, rays.ray.dir_z);
   store(broadcast(near), rays.ray.tnear);
   store(broadcast(far), rays.ray.tfar);
-  store(Floats{}, rays.ray.time);
-  store(~Ints{}, rays.ray.mask);
-  store(Ints{}, rays.ray.id);
-  store(Ints{}, rays.ray.flags);
   clear_hits(rays);
 }
 
@@ -116,7 +114,7 @@ struct EmbreeCaster::Target {
   // The rays of a tile and those of its lanes that see something.
   Ints rays(const PixelRays& pixels, const Tile& tile, float near, float far, RayHitPacket& to) const {
     const Floats x = gathered(pixels.x, tile), y = gathered(pixels.y, tile), z = gathered(pixels.z, tile);
-    prepare(p_WC, turned(R_WC, {x, y, z}), near, far, to);
+    aim(p_WC, turned(R_WC, {x, y, z}), near, far, to);
     return tile.inside & ((x != 0.0F) | (y != 0.0F) | (z != 0.0F));
   }
 };
@@ -138,8 +136,9 @@ void EmbreeCaster::render(const CameraView& view, CameraPicture& out) const {
   std::uint64_t count = 0;
   for (std::size_t sample = 0; sample < (view.colour ? view.samples.size() : 1); ++sample) {
     target.first = sample == 0;
-    for_each_tile(static_cast<std::uint32_t>(centres.width), static_cast<std::uint32_t>(centres.height),
-                  [&](const Tile& tile) { count += render_tile(target, view.samples[sample], tile); });
+    for_each_tile<kTileWidth>(
+        static_cast<std::uint32_t>(centres.width), static_cast<std::uint32_t>(centres.height),
+        [&](const Tile& tile) { count += render_tile(target, view.samples[sample], tile); });
   }
   if (several) {
     const float share = 1.0F / static_cast<float>(view.samples.size());
@@ -158,7 +157,7 @@ Ints EmbreeCaster::labels(Ints hit, const RayHitPacket& rays) const {
 }
 
 std::uint64_t EmbreeCaster::render_tile(const Target& to, const PixelRays& pixels, const Tile& tile) const {
-  alignas(64) RayHitPacket rays;
+  alignas(64) Packet rays;
   const Ints active =
       to.rays(pixels, tile, static_cast<float>(to.view.near), static_cast<float>(to.view.far), rays);
   scene_.intersect(active, rays);
@@ -174,7 +173,7 @@ std::uint64_t EmbreeCaster::render_tile(const Target& to, const PixelRays& pixel
 }
 
 std::uint64_t EmbreeCaster::mark_near(const Target& to, const PixelRays& pixels, const Tile& tile) const {
-  alignas(64) RayHitPacket rays;
+  alignas(64) Packet rays;
   scene_.intersect(to.rays(pixels, tile, 0, static_cast<float>(to.view.near), rays), rays);
   const Ints hit = hits(rays) & tile.inside;
   for (int i = 0; i < kLanes; ++i)
@@ -253,18 +252,23 @@ void EmbreeCaster::cast(const RayBatch& batch, HitBatch& out) const {
                        broadcast(batch.origin_z[0])};
   const bool grid = batch.columns > 0 && n % batch.columns == 0;
   const auto columns = static_cast<std::uint32_t>(grid ? batch.columns : n);
-  for_each_tile(columns, static_cast<std::uint32_t>(n) / columns, [&](const Tile& tile) {
-    alignas(64) RayHitPacket rays;
+  alignas(64) Packet rays;
+  const auto cast_tile = [&](const Tile& tile) {
     const Floats3 from = one_origin ? common
                                     : Floats3{gathered(batch.origin_x, tile), gathered(batch.origin_y, tile),
                                               gathered(batch.origin_z, tile)};
-    prepare(from,
-            {gathered(batch.direction_x, tile), gathered(batch.direction_y, tile),
-             gathered(batch.direction_z, tile)},
-            batch.near, batch.far, rays);
+    aim(from,
+        {gathered(batch.direction_x, tile), gathered(batch.direction_y, tile),
+         gathered(batch.direction_z, tile)},
+        batch.near, batch.far, rays);
     scene_.intersect(tile.inside, rays);
     put_hits(tile, rays, out);
-  });
+  };
+  // Rings of a scan are further from each other than columns, so that its tiles have two rows.
+  if (const auto rows = static_cast<std::uint32_t>(n) / columns; rows == 1)
+    for_each_tile<kLanes>(columns, rows, cast_tile);
+  else
+    for_each_tile<kLanes / 2>(columns, rows, cast_tile);
   rays_ += n;
 }
 

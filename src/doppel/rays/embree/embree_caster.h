@@ -15,7 +15,7 @@ struct Tile {
       [kLanes];  // index of the row's first place + column; of lanes outside of the grid, that of a lane inside
   Ints inside;
   bool whole;  // no lane is outside
-  bool line;   // all lanes in a row; else kTileWidth of them
+  bool line;   // all lanes in a row; else kTileWidth of them, or a multiple
 };
 
 class EmbreeCaster : public RayCaster {

@@ -226,20 +226,41 @@ struct EmbreeScene::Cone {
   // The lanes of the spheres that the cone may meet.
   [[nodiscard]] Ints meets(const Spheres& spheres) const {
     const Floats3 to = spheres.centre - tip;
-    const Floats ahead = dot(to, axis), radius = spheres.radius + spread;
-    const Ints within = (ahead >= -radius) & (norm(to) <= reach + radius);
-    if (!(cosine > 0.0F)) return (spheres.radius >= 0.0F) & (norm(to) <= reach + radius);
-    return within & (norm(to - axis * ahead) * cosine - ahead * sine <= radius);
+    const Floats squared = dot(to, to), ahead = dot(to, axis), radius = spheres.radius + spread,
+                 furthest = reach + radius;
+    const Ints within = (spheres.radius >= 0.0F) & (squared <= furthest * furthest);
+    if (!(cosine > 0.0F)) return within;
+    // Distance from the axis * cosine <= radius + ahead * sine; the margin is for rounding in the difference.
+    const Floats beside = radius + ahead * sine;
+    return within & (ahead >= -radius) &
+           ((squared * 0.999999F - ahead * ahead) * (cosine * cosine) <= beside * beside);
   }
 };
+
+// The lanes whose rays meet a sphere before their ends.
+Ints EmbreeScene::meeting(Ints active, const RayPacket& rays, const Spheres& spheres, std::size_t lane) {
+  const Floats3 from{load(rays.org_x), load(rays.org_y), load(rays.org_z)},
+      along{load(rays.dir_x), load(rays.dir_y), load(rays.dir_z)};
+  const float radius = spheres.radius[lane];
+  const Floats3 to = Floats3{broadcast(spheres.centre.x[lane]), broadcast(spheres.centre.y[lane]),
+                             broadcast(spheres.centre.z[lane])} -
+                     from;
+  // The point of the ray that is nearest to the centre; the margins are for rounding in single precision.
+  const Floats nearest = smaller(larger(dot(to, along) / dot(along, along), Floats{}), load(rays.tfar));
+  const Floats3 past = to - along * nearest;
+  return active & (dot(past, past) <= radius * radius + 1e-6F * dot(to, to));
+}
 
 template <class Cast>
 void EmbreeScene::for_each_met(Ints active, const RayPacket& rays, Cast cast) const {
   if (moving_.empty() || !any(active)) return;
   const Cone cone(active, rays);
   for (std::size_t packet = 0; packet < spheres_.size(); ++packet)
-    for (unsigned met = bits_of(cone.meets(spheres_[packet])); met != 0; met &= met - 1)
-      cast(moving_[packet * kLanes + static_cast<std::size_t>(std::countr_zero(met))]);
+    for (unsigned met = bits_of(cone.meets(spheres_[packet])); met != 0; met &= met - 1) {
+      const auto lane = static_cast<std::size_t>(std::countr_zero(met));
+      const Ints lanes = meeting(active, rays, spheres_[packet], lane);
+      if (any(lanes)) cast(lanes, moving_[packet * kLanes + lane]);
+    }
 }
 
 namespace {
@@ -274,14 +295,13 @@ class InMesh {
 
 void EmbreeScene::intersect(Ints active, RayHitPacket& rays) const {
   RTCIntersectContext context = coherent();
-  const auto* valid = reinterpret_cast<const int*>(&active);
-  kIntersect(valid, still_.get(), &context, &rays);
-  for_each_met(active, rays.ray, [&](const Moving& moving) {
+  kIntersect(reinterpret_cast<const int*>(&active), still_.get(), &context, &rays);
+  for_each_met(active, rays.ray, [&](Ints lanes, const Moving& moving) {
     const Ints before = load(rays.hit.geomID);
     store(~Ints{}, rays.hit.geomID);
     {
       const InMesh in_mesh(moving.R_WM, moving.p_WM, rays.ray);
-      kIntersect(valid, moving.mesh, &context, &rays);
+      kIntersect(reinterpret_cast<const int*>(&lanes), moving.mesh, &context, &rays);
     }
     const Ints hit = load(rays.hit.geomID) != -1;
     store(hit ? static_cast<std::int32_t>(moving.item) + Ints{} : before, rays.hit.geomID);
@@ -294,13 +314,11 @@ void EmbreeScene::occlude(Ints active, RayPacket& rays) const {
   // instances it costs the same.
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
-  const auto* valid = reinterpret_cast<const int*>(&active);
-  kOcclude(valid, still_.get(), &context, &rays);
+  kOcclude(reinterpret_cast<const int*>(&active), still_.get(), &context, &rays);
   active &= load(rays.tfar) >= 0.0F;
-  for_each_met(active, rays, [&](const Moving& moving) {
+  for_each_met(active, rays, [&](Ints lanes, const Moving& moving) {
     const InMesh in_mesh(moving.R_WM, moving.p_WM, rays);
-    kOcclude(valid, moving.mesh, &context, &rays);
-    active &= load(rays.tfar) >= 0.0F;
+    kOcclude(reinterpret_cast<const int*>(&lanes), moving.mesh, &context, &rays);
   });
 }
 

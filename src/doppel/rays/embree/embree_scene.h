@@ -59,7 +59,8 @@ class EmbreeScene {
   void add_still(std::size_t item);
   void add_moving(std::size_t item);
   void place(std::size_t item, const Pose& X_WB);
-  // Calls `cast` for each moving item that one of the rays may meet, in the order of moving_.
+  static Ints meeting(Ints active, const RayPacket& rays, const Spheres& spheres, std::size_t lane);
+  // Calls `cast(lanes, moving)` for each moving item that a ray may meet, in the order of moving_, with these rays.
   template <class Cast>
   void for_each_met(Ints active, const RayPacket& rays, Cast cast) const;
   RTCScene mesh_scene(int mesh);

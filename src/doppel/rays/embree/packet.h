@@ -5,6 +5,7 @@
 #include <embree3/rtcore.h>
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <bit>
 #include <cmath>
 #include <cstdint>
@@ -90,12 +91,15 @@ inline Floats smaller(Floats a, Floats b) {
   return a < b ? a : b;
 }
 inline float smallest(Floats value) {
-  float of_half[kLanes];
-  store(value, of_half);
-  for (int width = kLanes / 2; width > 0; width /= 2)
-    for (int i = 0; i < width; ++i)
-      of_half[i] = of_half[i] < of_half[i + width] ? of_half[i] : of_half[i + width];
-  return of_half[0];
+#ifdef __AVX512F__
+  value = smaller(
+      value, __builtin_shufflevector(value, value, 8, 9, 10, 11, 12, 13, 14, 15, 0, 1, 2, 3, 4, 5, 6, 7));
+  value =
+      smaller(value, __builtin_shufflevector(value, value, 4, 5, 6, 7, 0, 1, 2, 3, 4, 5, 6, 7, 0, 1, 2, 3));
+#else
+  value = smaller(value, __builtin_shufflevector(value, value, 4, 5, 6, 7, 0, 1, 2, 3));
+#endif
+  return std::min({value[0], value[1], value[2], value[3]});
 }
 inline Floats root(Floats value) {
   float out[kLanes];

@@ -112,8 +112,8 @@ Shading::Sameness Shading::sameness(Ints hit, const RayHitPacket& rays) const {
 }
 
 // From the axes of each lane's mesh to those of the world.
-Floats3 Shading::in_world(Ints hit, const RayHitPacket& rays, const Floats3& v_M) const {
-  const Sameness same = sameness(hit, rays);
+Floats3 Shading::in_world(Ints hit, const RayHitPacket& rays, const Sameness& same,
+                          const Floats3& v_M) const {
   if (same.item) return turned(scene_.rotation(rays.hit.geomID[same.lane]), v_M);
   alignas(64) float R[9][kLanes] = {};
   for (int i = 0; i < kLanes; ++i) {
@@ -130,18 +130,18 @@ Floats3 Shading::triangle_normals(Ints hit, const RayHitPacket& rays) const {
   const Floats3 ng{load(rays.hit.Ng_x), load(rays.hit.Ng_y), load(rays.hit.Ng_z)};
   // What stands still is in the world's axes already.
   const Ints moving = hit & (load(rays.hit.instID[0]) != -1);
-  return any(moving) ? select(moving, in_world(moving, rays, ng), ng) : ng;
+  return any(moving) ? select(moving, in_world(moving, rays, sameness(moving, rays), ng), ng) : ng;
 }
 
 // Those of the corners, mixed at each hit; axes of the mesh.
-Floats3 Shading::corner_normals(Ints hit, const RayHitPacket& rays) const {
+Floats3 Shading::corner_normals(Ints hit, const RayHitPacket& rays, const Sameness& same) const {
   const Floats u = load(rays.hit.u), v = load(rays.hit.v), w = 1.0F - u - v;
   const auto normal = [this, &rays](int lane, std::size_t corner) {
     const SceneItem& item = scene_.scene().items[rays.hit.geomID[lane]];
     const SurfaceMesh& mesh = *scene_.scene().meshes[static_cast<std::size_t>(item.mesh)];
     return mesh.normals[mesh.triangles[rays.hit.primID[lane]][corner]].data();
   };
-  if (const Sameness same = sameness(hit, rays); same.triangle) {
+  if (same.triangle) {
     const float *a = normal(same.lane, 0), *b = normal(same.lane, 1), *c = normal(same.lane, 2);
     const auto mixed = [&](int axis) { return w * a[axis] + u * b[axis] + v * c[axis]; };
     return {mixed(0), mixed(1), mixed(2)};
@@ -158,8 +158,7 @@ Floats3 Shading::corner_normals(Ints hit, const RayHitPacket& rays) const {
   return {mixed(0), mixed(1), mixed(2)};
 }
 
-void Shading::materials(Ints hit, const RayHitPacket& rays, SurfacePacket& out) const {
-  const Sameness same = sameness(hit, rays);
+void Shading::materials(Ints hit, const RayHitPacket& rays, const Sameness& same, SurfacePacket& out) const {
   if (same.material) {
     const Material& m = material_at(rays.hit.geomID[same.lane], rays.hit.primID[same.lane]);
     out.colour = broadcast(Vector3f(m.rgba.head<3>()));
@@ -214,7 +213,8 @@ void Shading::textures(Ints hit, const RayHitPacket& rays, float pixel_angle, Su
 void Shading::surfaces(Ints hit, const RayHitPacket& rays, float pixel_angle, SurfacePacket& out) const {
   const Floats3 d = direction(rays);
   out.p = origin(rays) + d * load(rays.ray.tfar);
-  Floats3 ng = triangle_normals(hit, rays), n = in_world(hit, rays, corner_normals(hit, rays));
+  const Sameness same = sameness(hit, rays);
+  Floats3 ng = triangle_normals(hit, rays), n = in_world(hit, rays, same, corner_normals(hit, rays, same));
   ng = ng * (1.0F / norm(ng));
   const Floats length = norm(n);
   n = select(length > 1e-6F, n * (1.0F / length), ng);
@@ -223,7 +223,7 @@ void Shading::surfaces(Ints hit, const RayHitPacket& rays, float pixel_angle, Su
   out.ng = ng * side;
   n = n * side;
   out.n = select(dot(n, d) > 0.0F, out.ng, n);  // smoothed over the edge of what is seen
-  materials(hit, rays, out);
+  materials(hit, rays, same, out);
   if (!textures_.empty()) textures(hit, rays, pixel_angle, out);
 }
 

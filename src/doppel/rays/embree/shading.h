@@ -58,9 +58,10 @@ class Shading {
   };
   [[nodiscard]] Sameness sameness(Ints hit, const RayHitPacket& rays) const;
   [[nodiscard]] const Material& material_at(unsigned item, unsigned triangle) const;
-  [[nodiscard]] Floats3 in_world(Ints hit, const RayHitPacket& rays, const Floats3& v_M) const;
-  [[nodiscard]] Floats3 corner_normals(Ints hit, const RayHitPacket& rays) const;
-  void materials(Ints hit, const RayHitPacket& rays, SurfacePacket& out) const;
+  [[nodiscard]] Floats3 in_world(Ints hit, const RayHitPacket& rays, const Sameness& same,
+                                 const Floats3& v_M) const;
+  [[nodiscard]] Floats3 corner_normals(Ints hit, const RayHitPacket& rays, const Sameness& same) const;
+  void materials(Ints hit, const RayHitPacket& rays, const Sameness& same, SurfacePacket& out) const;
   void textures(Ints hit, const RayHitPacket& rays, float pixel_angle, SurfacePacket& out) const;
   [[nodiscard]] static Incidence incidence(const Lamp& lamp, const SurfacePacket& surface);
   [[nodiscard]] Floats3 lamp_light(const Lamp& lamp, Ints hit, const RayHitPacket& rays,

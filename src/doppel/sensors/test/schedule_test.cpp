@@ -61,7 +61,7 @@ TEST(ScanPattern, IncrementSpansFromMinToMax) {
   EXPECT_EQ(pattern.rings, 16);
   EXPECT_NEAR(pattern.angle_increment, 6.0 / 719, 1e-12);
   EXPECT_EQ(pattern.middle_ring(), 8);
-  const Eigen::Vector3f last = pattern.directions.back();
+  const Eigen::Vector3f last = pattern.direction(pattern.size() - 1);
   EXPECT_NEAR(std::atan2(last.y(), last.x()), 3, 1e-6);
   EXPECT_NEAR(std::asin(last.z()), 0.25, 1e-6);
 }
