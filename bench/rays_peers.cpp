@@ -24,9 +24,9 @@ void print(const std::string& what, double own, double goal, double mujoco, doub
   fmt::print("\n");
 }
 
-double mean_depth(const CameraPicture& picture) {
-  return std::accumulate(picture.depth.begin(), picture.depth.end(), 0.0) /
-         static_cast<double>(picture.depth.size());
+template <class Value>
+double mean_of(const std::vector<Value>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
 }
 
 // Of the pixels, the part whose labels are those of another picture.
@@ -36,10 +36,17 @@ double same_labels(const CameraPicture& a, const CameraPicture& b) {
   return static_cast<double>(same) / static_cast<double>(a.labels.size());
 }
 
+struct What {
+  const char* name;
+  bool colour, depth, labels;
+};
+constexpr What kColour{"colour, shadow", true, false, false}, kDepth{"depth", false, true, false},
+    kAll{"colour, shadow, depth, ids", true, true, true};
+
 void compare_pictures(RayBench& bench, int frames, MujocoPeer& mujoco, CameraRenderer& gl, int width,
-                      int height, bool colour, double goal) {
+                      int height, const What& what, double goal) {
   const PixelRays pixels = pinhole(width, height);
-  const CameraView view{{&pixels, 1}, from_corner(), 0.05, 50, colour, true, colour};
+  const CameraView view{{&pixels, 1}, from_corner(), 0.05, 50, what.colour, what.depth, what.labels};
   CameraRenderer* const renderers[] = {bench.caster.get(), &mujoco, &gl};
   double ms[3];
   CameraPicture pictures[3];
@@ -49,11 +56,14 @@ void compare_pictures(RayBench& bench, int frames, MujocoPeer& mujoco, CameraRen
       renderers[r]->set_poses(bench.poses);
       renderers[r]->render(view, pictures[r]);
     });
-  print(fmt::format("{} {}x{}", colour ? "colour, shadow, depth, ids" : "depth", width, height), ms[0], goal,
-        ms[1], ms[2]);
-  fmt::print("    mean depth, m: {:.3f}, MuJoCo {:.3f}, GL {:.3f}\n", mean_depth(pictures[0]),
-             mean_depth(pictures[1]), mean_depth(pictures[2]));
-  if (!colour) return;
+  print(fmt::format("{} {}x{}", what.name, width, height), ms[0], goal, ms[1], ms[2]);
+  if (what.colour)
+    fmt::print("    mean of the colours, 0 to 255: {:.1f}, MuJoCo {:.1f}, GL {:.1f}\n",
+               mean_of(pictures[0].rgb), mean_of(pictures[1].rgb), mean_of(pictures[2].rgb));
+  if (!what.depth) return;
+  fmt::print("    mean depth, m: {:.3f}, MuJoCo {:.3f}, GL {:.3f}\n", mean_of(pictures[0].depth),
+             mean_of(pictures[1].depth), mean_of(pictures[2].depth));
+  if (!what.labels) return;
   ReferenceRenderer reference(bench.scene);
   CameraPicture expected;
   reference.set_poses(bench.poses);
@@ -74,18 +84,27 @@ void compare_scans(RayBench& bench, int frames, MujocoPeer& mujoco, int rings, i
   print(fmt::format("lidar {}x{}", rings, columns), own, goal, peer, 0);
 }
 
-void run(int frames) {
-  RayBench bench(100'000);
-  bench.move(0);
-  const auto mujoco = make_mujoco_peer(*bench.scene);
-  const auto gl = make_gl_peer(bench.scene);
+void heading(const RayBench& bench) {
   fmt::print("{} triangles, {} moving bodies, CPU ms\n", bench.triangles, kBodies);
   fmt::print("{:<34} {:>9} {:>7} {:>10} {:>8} {:>9} {:>8}\n", "", "doppel", "goal", "MuJoCo", "ratio",
              "GL 3.3", "ratio");
-  compare_pictures(bench, frames, *mujoco, *gl, 320, 240, false, 6);
-  compare_pictures(bench, frames, *mujoco, *gl, 640, 480, false, 18);
-  compare_pictures(bench, frames, *mujoco, *gl, 320, 240, true, 12);
-  compare_pictures(bench, frames, *mujoco, *gl, 640, 480, true, 45);
+}
+
+void run(int frames) {
+  for (const auto& [triangles, goal] : {std::pair{2'000, 4.0}, {1'000'000, 20.0}}) {
+    RayBench bench(triangles);
+    heading(bench);
+    compare_pictures(bench, frames, *make_mujoco_peer(*bench.scene), *make_gl_peer(bench.scene), 320, 240,
+                     kColour, goal);
+  }
+  RayBench bench(100'000);
+  const auto mujoco = make_mujoco_peer(*bench.scene);
+  const auto gl = make_gl_peer(bench.scene);
+  heading(bench);
+  compare_pictures(bench, frames, *mujoco, *gl, 320, 240, kDepth, 6);
+  compare_pictures(bench, frames, *mujoco, *gl, 640, 480, kDepth, 18);
+  compare_pictures(bench, frames, *mujoco, *gl, 320, 240, kAll, 12);
+  compare_pictures(bench, frames, *mujoco, *gl, 640, 480, kAll, 45);
   compare_scans(bench, frames, *mujoco, 1, 720, 0.15);
   compare_scans(bench, frames, *mujoco, 64, 1024, 4);
 }
