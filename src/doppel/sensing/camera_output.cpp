@@ -193,7 +193,7 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
   if (view.colour || view.depth || view.labels) {
     if (camera.rays.empty()) camera.rays = pixel_rays(camera.intrinsics, camera.description.samples);
     view.samples = camera.rays;
-    view.X_WC = sample.X_WL * camera.X_LO;
+    view.X_WC = sample.link.X_WF * camera.X_LO;
     view.near = camera.description.near;
     view.far = camera.description.far;
     if (view.depth && !view.colour) {
@@ -228,16 +228,14 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
 
 void CameraOutput::render(const RayCaster& caster, Camera& camera, const LightSample& sample,
                           const CameraView& view) const {
-  const double duration = camera.description.rolling_shutter, rate = sensor_.description.rate;
-  if (duration <= 0 || rate <= 0) {
+  const double duration = camera.description.rolling_shutter;
+  if (duration <= 0) {
     caster.render(view, camera.picture);
     return;
   }
   if (!camera.shutter) camera.shutter.emplace(camera.rays);
   // The last row is that of the stamp.
-  const Pose before = sample.X_WL_before * camera.X_LO;
-  camera.shutter->render(caster, view, pose_between(before, view.X_WC, 1 - duration * rate), view.X_WC,
-                         camera.picture);
+  camera.shutter->render(caster, view, sample.link, camera.X_LO, duration, camera.picture);
 }
 
 void CameraOutput::add_image(const Camera& camera, const LightSample& sample,

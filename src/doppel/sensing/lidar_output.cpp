@@ -87,13 +87,8 @@ class LidarOutput : public LightSensor {
 };
 
 void LidarOutput::measure(const RayCaster& caster, const LightSample& sample) {
-  const Pose X_WS = sample.X_WL * sensor_.description.X_LS,
-             before = sample.X_WL_before * sensor_.description.X_LS;
-  // The scan begins at its stamp in ROS; the sample is taken at its end, so the rays are those since the sample before.
-  if (lidar_.moving)
-    place_rays(pattern_, before, &X_WS, rays_);
-  else
-    place_rays(pattern_, X_WS, nullptr, rays_);
+  // The scan begins at its stamp in ROS; the sample is taken at its end, so the rays are those before it.
+  place_rays(pattern_, sample.link, sensor_.description.X_LS, lidar_.moving ? scan_time() : 0, rays_);
   rays_.near = static_cast<float>(lidar_.near);
   rays_.far = static_cast<float>(lidar_.far);
   caster.cast(rays_, hits_);
@@ -202,7 +197,7 @@ class RangeOutput : public LightSensor {
 
   void make(const RayCaster& caster, const LightSample& sample, Time stamp,
             std::vector<LightMessage>& out) override {
-    place_rays(pattern_, sample.X_WL * sensor_.description.X_LS, nullptr, rays_);
+    place_rays(pattern_, sample.link, sensor_.description.X_LS, 0, rays_);
     rays_.near = static_cast<float>(described_.near);
     rays_.far = static_cast<float>(described_.far);
     caster.cast(rays_, hits_);

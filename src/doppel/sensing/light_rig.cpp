@@ -19,8 +19,6 @@ struct LightRig::Impl {
     std::shared_ptr<LightSensor> sensor;
     SampleSchedule schedule;
     int instance = -1, link = 0, body = -1;
-    Pose X_WL_before = Pose::Identity();
-    bool has_before = false;
     std::uint64_t samples = 0, left_out = 0, hash = 0xCBF29CE484222325ull;
     double cost = 0;
     std::uint64_t window_samples = 0;
@@ -155,10 +153,6 @@ void LightRig::after_step(Time now, const Engine& engine) {
     Impl::Entry& entry = rig.entries[i];
     if (entry.instance < 0 || !entry.schedule.due(now)) continue;
     const std::uint64_t number = entry.schedule.take(now);
-    const Pose X_WL = engine.instance(entry.instance).link_pose(entry.link);
-    const Pose before = entry.has_before ? entry.X_WL_before : X_WL;
-    entry.X_WL_before = X_WL;
-    entry.has_before = true;
     const std::uint32_t wanted = entry.sensor->wanted();
     if (wanted == 0) continue;
     if (job == nullptr && !behind) {
@@ -174,7 +168,13 @@ void LightRig::after_step(Time now, const Engine& engine) {
       ++entry.left_out;
       continue;
     }
-    job->samples.push_back({i, number, wanted, X_WL, before, entry.body});
+    const Instance instance = engine.instance(entry.instance);
+    const FrameVelocity velocity = instance.link_velocity(entry.link);
+    job->samples.push_back({i,
+                            number,
+                            wanted,
+                            {instance.link_pose(entry.link), velocity.linear_W, velocity.angular_W},
+                            entry.body});
   }
   if (job == nullptr) return;
   job->now = now;
@@ -249,7 +249,6 @@ void LightRig::reset(Time now) {
   rig.window_start = now;
   for (Impl::Entry& entry : rig.entries) {
     entry.schedule.restart(now);
-    entry.has_before = false;
     entry.window_samples = 0;
     entry.sensor->restart();
   }

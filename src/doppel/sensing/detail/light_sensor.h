@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "doppel/bus/bus.h"
+#include "doppel/math/pose_motion.h"
 #include "doppel/rays/ray_caster.h"
 #include "doppel/sensing/detail/sensor_names.h"
 #include "doppel/sensing/range_values.h"
@@ -44,9 +45,9 @@ class ObjectLabels;
 struct LightSample {
   std::size_t sensor = 0;  // in the rig
   std::uint64_t number = 0;
-  std::uint32_t wanted = 0;                                      // bits of outlets, and of the range
-  Pose X_WL = Pose::Identity(), X_WL_before = Pose::Identity();  // of the link: now, and at the sample before
-  int body = -1;                                                 // of the link, in the scene
+  std::uint32_t wanted = 0;  // bits of outlets, and of the range
+  PoseMotion link = {};      // of the sensor
+  int body = -1;             // of the link, in the scene
   // By the worker: X_WB of all bodies, and what its scene's surfaces belong to.
   std::span<const Pose> bodies = {};
   const ObjectLabels* objects = nullptr;

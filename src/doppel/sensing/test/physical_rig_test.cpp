@@ -198,7 +198,7 @@ TEST(PhysicalRig, SamplesComeAtExactRateOnNearestSteps) {
     const double reached = rate == 0 || rate > 1000 ? 1000 : rate;
     ASSERT_EQ(readings.size(), static_cast<std::size_t>(2 * reached)) << rate;
     for (std::size_t i = 0; i < readings.size(); ++i)
-      EXPECT_NEAR(to_seconds(test::time_of_header(readings[i].header)), static_cast<double>(i + 1) / reached,
+      EXPECT_NEAR(to_seconds(test::time_of(readings[i].header)), static_cast<double>(i + 1) / reached,
                   0.5e-3 + 1e-9);
     EXPECT_EQ(twin.lines.size(), rate > 1000 ? 1U : 0U);
   }
