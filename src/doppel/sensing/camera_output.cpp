@@ -13,6 +13,7 @@
 #include "doppel/sensing/detail/rolling_shutter.h"
 #include "doppel/sensors/image_noise.h"
 #include "doppel/sensors/lens.h"
+#include "doppel/sensors/sensor_frames.h"
 
 namespace doppel {
 namespace {
@@ -21,13 +22,6 @@ namespace msg = sensor_msgs::msg;
 
 constexpr int kJpegQuality = 80;
 constexpr int kNone = -1;
-
-// x to the right, y down, z forward, in a frame with x forward and z up (REP 103).
-Pose optical_axes() {
-  Pose X = Pose::Identity();
-  X.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  return X;
-}
 
 // Depths of a picture that also has colours, whose limits are wider.
 void clip_depths(const CameraDescription& camera, std::vector<float>& depths) {

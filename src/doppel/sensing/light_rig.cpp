@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <deque>
 
+#include "doppel/core/fnv_hash.h"
 #include "doppel/sensing/detail/rig_worker.h"
 #include "doppel/sensing/detail/world_scene.h"
 #include "doppel/sensors/sample_schedule.h"
@@ -19,7 +20,7 @@ struct LightRig::Impl {
     std::shared_ptr<LightSensor> sensor;
     SampleSchedule schedule;
     int instance = -1, link = 0, body = -1;
-    std::uint64_t samples = 0, left_out = 0, hash = 0xCBF29CE484222325ull;
+    std::uint64_t samples = 0, left_out = 0, hash = kEmptyHash;
     double cost = 0;
     std::uint64_t window_samples = 0;
     double reached = 0;
@@ -208,7 +209,7 @@ void LightRig::Impl::collect() {
       const Duration latency = from_seconds(entry.sensor->sensor().description.latency);
       // The worker destroys them, so that the loop frees no memory.
       for (LightMessage& message : job->messages[s]) {
-        entry.hash = (entry.hash ^ message.hash) * 0x100000001B3ull;
+        entry.hash = fnv_mixed(entry.hash, message.hash);
         if (latency > Duration{})
           wait_until(job->now + latency, {index, std::move(message), job->now, job->now + latency});
         else

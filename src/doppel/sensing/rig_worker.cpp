@@ -4,6 +4,7 @@
 #include <ctime>
 #include <exception>
 
+#include "doppel/core/fnv_hash.h"
 #include "doppel/sensing/detail/world_scene.h"
 
 namespace doppel {
@@ -13,13 +14,6 @@ double cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-// FNV-1a.
-std::uint64_t hash_of(const Bytes& bytes) {
-  std::uint64_t hash = 0xCBF29CE484222325ull;
-  for (const std::byte byte : bytes) hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001B3ull;
-  return hash;
 }
 
 }  // namespace
@@ -103,7 +97,7 @@ void RigWorker::make_sample(RigJob& job, std::size_t index) {
   job.samples[index].bodies = job.poses;
   job.samples[index].objects = objects_.get();
   sensors_[job.samples[index].sensor]->make(*caster_, job.samples[index], job.stamp, messages);
-  for (LightMessage& message : messages) message.hash = hash_of(*message.cdr);
+  for (LightMessage& message : messages) message.hash = fnv_hash(*message.cdr);
   job.costs[index] = cpu_seconds() - before;
 }
 
