@@ -5,6 +5,7 @@
 #include <cstring>
 #include <map>
 
+#include "doppel/messages/vision_msgs.h"
 #include "light_fixture.h"
 
 namespace doppel {
@@ -218,6 +219,42 @@ TEST(LightRig, MessagesWaitForLatencyAndKeepTheirStamp) {
   ASSERT_GE(infos.size(), 7U);
   for (std::size_t i = 0; i < infos.size(); ++i)
     EXPECT_EQ(came[i], time_of(infos[i].header) + from_seconds(0.25));
+}
+
+TEST(LightRig, OrientedBoxesAreInFrameOfTheirHeader) {
+  RigSensor eye = camera("eye", CameraKind::boundingbox);
+  std::get<std::vector<CameraDescription>>(eye.description.what).front().boxes = BoxKind::oriented_3d;
+  eye.X_LF = make_pose({0, 0, 0.5}, {0, 0, 0});  // not optical, by the user's name
+  LightTwin twin({eye});
+  std::vector<vision_msgs::msg::Detection3DArray> boxes;
+  twin.read("/eye", boxes);
+  twin.run(0.04);
+  ASSERT_EQ(boxes.size(), 1U);
+  ASSERT_EQ(boxes[0].detections.size(), 1U);
+  EXPECT_EQ(boxes[0].detections[0].header.frame_id, "head");
+  EXPECT_EQ(boxes[0].detections[0].id, "wall");
+  EXPECT_NEAR(boxes[0].detections[0].bbox.center.position.x, kWall + 0.1, 1e-6);
+  EXPECT_NEAR(boxes[0].detections[0].bbox.center.position.z, -1.5, 1e-6);
+  EXPECT_NEAR(boxes[0].detections[0].bbox.size.x, 0.2, 1e-6);
+}
+
+TEST(LightRig, PanopticPictureHasClassesAndInstances) {
+  RigSensor eye = camera("eye", CameraKind::segmentation);
+  std::get<std::vector<CameraDescription>>(eye.description.what).front().panoptic = true;
+  LightTwin twin({eye});
+  std::vector<Image> labels, colours;
+  twin.read("/eye/labels_map", labels);
+  twin.read("/eye/colored_map", colours);
+  twin.run(0.04);
+  ASSERT_EQ(labels.size(), 1U);
+  ASSERT_EQ(colours.size(), 1U);
+  EXPECT_EQ(labels[0].encoding, "rgb8");
+  EXPECT_EQ(colours[0].encoding, "rgb8");
+  const std::size_t centre = std::size_t{3} * (24 * 64 + 32);
+  EXPECT_EQ(labels[0].data[centre], 1) << "the only model that is seen";
+  EXPECT_EQ(labels[0].data[centre + 1], 0);
+  EXPECT_EQ(labels[0].data[centre + 2], 1) << "without labels, all are of one class";
+  EXPECT_NE(colours[0].data[centre], 0);
 }
 
 TEST(LightRig, SensorsThatStayKeepTheirCountWhenOthersCome) {
