@@ -97,6 +97,12 @@ class ContactOutput : public PhysicalSensor {
     delayed_.clear();
     delayed_states_.clear();
   }
+  void resume(const PhysicalSensor& before) override {
+    const auto* former = dynamic_cast<const ContactOutput*>(&before);
+    if (former == nullptr) return;
+    delayed_.resume(former->delayed_);
+    delayed_states_.resume(former->delayed_states_);
+  }
   void publish(const PhysicalState& state, std::uint64_t sample) override;
   void release(Time now) override {
     delayed_.release(now, [&](const Contacts& message) { contacts_.publish(message, now); });

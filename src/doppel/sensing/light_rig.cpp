@@ -37,6 +37,8 @@ struct LightRig::Impl {
 
   void collect();
   void wait_until(Time due, Waiting message);
+  // Messages that wait are sent by the sensors in the place of theirs.
+  void keep_waiting(const std::vector<Entry>& fresh);
   void publish(std::size_t sensor, const LightMessage& message, Time stamp);
   void find_bodies(const Engine& engine);
   [[nodiscard]] doppel_msgs::msg::Sensor status_of(const Entry& entry) const;
@@ -125,7 +127,7 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
     }
     fresh.push_back(std::move(entry));
   }
-  rig.waiting.clear();
+  rig.keep_waiting(fresh);
   rig.entries = std::move(fresh);
   if (rig.entries.empty()) node.reset();
   rig.node = std::move(node);
@@ -195,6 +197,19 @@ void LightRig::Impl::wait_until(Time due, Waiting message) {
   const auto behind =
       std::find_if(waiting.begin(), waiting.end(), [&](const Waiting& other) { return other.due > due; });
   waiting.insert(behind, std::move(message));
+}
+
+void LightRig::Impl::keep_waiting(const std::vector<Entry>& fresh) {
+  std::erase_if(waiting, [&](Waiting& message) {
+    const LightSensor& former = *entries[message.sensor].sensor;
+    const std::string key = sensor_key(former.sensor());
+    const auto now = std::ranges::find_if(fresh, [&](const Entry& entry) {
+      return sensor_key(entry.sensor->sensor()) == key &&
+             entry.sensor->has_same_outlet(former, message.message.outlet);
+    });
+    message.sensor = static_cast<std::size_t>(now - fresh.begin());
+    return now == fresh.end();
+  });
 }
 
 void LightRig::Impl::collect() {

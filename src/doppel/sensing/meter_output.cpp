@@ -101,7 +101,10 @@ class MeterOutput : public PhysicalSensor {
     delayed_.clear();
   }
   void resume(const PhysicalSensor& before) override {
-    if (const auto* former = dynamic_cast<const MeterOutput*>(&before)) meter_->resume(*former->meter_);
+    const auto* former = dynamic_cast<const MeterOutput*>(&before);
+    if (former == nullptr) return;
+    meter_->resume(*former->meter_);
+    delayed_.resume(former->delayed_);
   }
 
   void advance(std::uint64_t sample) override { meter_->advance(sample); }

@@ -221,6 +221,41 @@ TEST(LightRig, MessagesWaitForLatencyAndKeepTheirStamp) {
     EXPECT_EQ(came[i], time_of(infos[i].header) + from_seconds(0.25));
 }
 
+TEST(LightRig, MessagesThatWaitAreSentAtTheirTimeThroughEdit) {
+  RigSensor eye = camera("eye", CameraKind::colour, 10), moved = eye, gone = lidar();
+  eye.description.latency = moved.description.latency = gone.description.latency = 0.25;
+  std::get<std::vector<CameraDescription>>(moved.description.what).front().hfov = 1.5;
+  LightTwin twin({gone, eye});
+  std::vector<std::pair<Time, Time>> came;
+  twin.reader.subscribe<CameraInfo>("/eye/camera_info", [&](const CameraInfo& info) {
+    came.emplace_back(time_of(info.header), twin.world.engine->time());
+  });
+  std::vector<LaserScan> scans;
+  twin.read("/scan", scans);
+  twin.run(0.22);  // two samples wait
+  twin.rig.set_sensors({moved}, *twin.world.engine);
+  twin.run(0.4);
+  EXPECT_TRUE(scans.empty()) << "its sensor is no longer there";
+  ASSERT_EQ(came.size(), 3U);
+  for (std::size_t i = 0; i < came.size(); ++i) {
+    EXPECT_EQ(came[i].first, Time{} + from_seconds(0.1 * static_cast<double>(i + 1)));
+    EXPECT_EQ(came[i].second, came[i].first + from_seconds(0.25));
+  }
+}
+
+TEST(LightRig, MessagesThatWaitAreDroppedWhenEditChangesTheirType) {
+  RigSensor eye = camera("eye", CameraKind::boundingbox, 10), other = eye;
+  eye.description.latency = 0.25;
+  std::get<std::vector<CameraDescription>>(other.description.what).front().boxes = BoxKind::oriented_3d;
+  LightTwin twin({eye});
+  std::vector<vision_msgs::msg::Detection2DArray> boxes;
+  twin.read("/eye", boxes);
+  twin.run(0.22);
+  twin.rig.set_sensors({other}, *twin.world.engine);
+  twin.run(0.4);
+  EXPECT_TRUE(boxes.empty());
+}
+
 TEST(LightRig, OrientedBoxesAreInFrameOfTheirHeader) {
   RigSensor eye = camera("eye", CameraKind::boundingbox);
   std::get<std::vector<CameraDescription>>(eye.description.what).front().boxes = BoxKind::oriented_3d;
