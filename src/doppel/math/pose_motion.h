@@ -1,11 +1,12 @@
 #pragma once
 // A frame that moves with constant velocities: where it is shortly before or after an instant.
 
+#include "doppel/export.h"
 #include "doppel/math/pose.h"
 
 namespace doppel {
 
-struct PoseMotion {
+struct DOPPEL_API PoseMotion {
   Pose X_WF = Pose::Identity();                         // at the instant
   Eigen::Vector3d linear_W = Eigen::Vector3d::Zero();   // m/s, of the frame's origin
   Eigen::Vector3d angular_W = Eigen::Vector3d::Zero();  // rad/s

@@ -331,9 +331,8 @@ void CameraOutput::add_boxes(const Camera& camera, const LightSample& sample,
                               (sample.link.X_WF * sensor_.X_LF).inverse()));
   else
     put_all(vision_msgs::msg::Detection2DArray(),
-            boxes_of(*sample.objects, labels, camera.intrinsics,
-                     camera.description.boxes == BoxKind::full_2d, sample.bodies,
-                     sample.link.X_WF * camera.X_LO));
+            boxes_of(*sample.objects, labels, camera.intrinsics, camera.description.boxes == BoxKind::full_2d,
+                     sample.bodies, sample.link.X_WF * camera.X_LO));
 }
 
 }  // namespace

@@ -97,7 +97,7 @@ class ContactOutput : public PhysicalSensor {
     delayed_.clear();
     delayed_states_.clear();
   }
-  void resume(const PhysicalSensor& before) override {
+  void resume(const PhysicalSensor& before, std::uint64_t /*next*/) override {
     const auto* former = dynamic_cast<const ContactOutput*>(&before);
     if (former == nullptr) return;
     delayed_.resume(former->delayed_);

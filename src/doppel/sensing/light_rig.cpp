@@ -114,7 +114,8 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
     });
     if (old != rig.entries.end()) {
       auto made = std::move(entry.sensor);
-      if (old->sensor->sensor().description.type == sensor.description.type) made->resume(*old->sensor);
+      if (old->sensor->sensor().description.type == sensor.description.type)
+        made->resume(*old->sensor, old->schedule.next());
       entry = *old;
       entry.sensor = std::move(made);
     } else {

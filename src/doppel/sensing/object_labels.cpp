@@ -161,8 +161,7 @@ std::vector<Detection2D> boxes_of(const ObjectLabels& objects, std::span<const s
   }
   std::vector<Detection2D> out;
   for (std::size_t i = 0; i < boxes.size(); ++i)
-    if (!boxes[i].empty())
-      out.push_back(detection(objects, i, clipped(boxes[i], camera)));
+    if (!boxes[i].empty()) out.push_back(detection(objects, i, clipped(boxes[i], camera)));
   return out;
 }
 
@@ -170,7 +169,8 @@ std::vector<Detection3D> oriented_boxes_of(const ObjectLabels& objects, std::spa
                                            std::span<const Pose> bodies, const Pose& X_FW) {
   std::vector<char> visible(objects.objects(), 0);
   for (const std::uint32_t label : labels)
-    if (const int object = objects.object_of(label); object >= 0) visible[static_cast<std::size_t>(object)] = 1;
+    if (const int object = objects.object_of(label); object >= 0)
+      visible[static_cast<std::size_t>(object)] = 1;
   std::vector<Eigen::AlignedBox3d> boxes(visible.size());
   const auto X_WA = [&](std::size_t object) {
     const ObjectLabels::Axes& axes = objects.axes(object);

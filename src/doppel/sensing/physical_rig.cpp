@@ -91,7 +91,7 @@ void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engin
   auto node = std::make_unique<Node>(rig.bus, "/doppel_sensors");
   rig.reported = std::exchange(rig.present, {});
   std::vector<Impl::Entry> fresh;
-  std::vector<std::pair<PhysicalSensor*, const PhysicalSensor*>> made;  // with the one in whose place it is
+  std::vector<const Impl::Entry*> before;  // in whose place each is; nullptr: none
   for (RigSensor& sensor : wanted) {
     const std::string key = sensor_key(sensor);
     Impl::Entry entry;
@@ -113,16 +113,17 @@ void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engin
       rig.log.warning("sensors", key + " asks for " + std::to_string(sensor.description.rate) +
                                      " Hz, more than one sample a step; it takes one every step");
     }
-    made.emplace_back(entry.sensor.get(), old != rig.entries.end() ? old->sensor.get() : nullptr);
+    before.push_back(old != rig.entries.end() ? &*old : nullptr);
     fresh.push_back(std::move(entry));
   }
   std::swap(rig.entries, fresh);
   if (rig.entries.empty()) node.reset();
   rig.node = std::move(node);
   rig.bind(engine);
-  for (const auto& [sensor, before] : made) {
-    sensor->restart(engine);
-    if (before != nullptr) sensor->resume(*before);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    PhysicalSensor& sensor = *rig.entries[i].sensor;
+    sensor.restart(engine);
+    if (before[i] != nullptr) sensor.resume(*before[i]->sensor, before[i]->schedule.next());
   }
 }
 
@@ -217,7 +218,6 @@ Time PhysicalRig::publish(const Engine& engine) {
     if (entry.sensor->instance() < 0) continue;
     if (entry.schedule.due(now)) {
       const std::uint64_t sample = entry.schedule.take(now);
-      entry.sensor->advance(sample);
       if (stepped && entry.noted) {
         entry.sensor->publish(state, sample);
         ++entry.samples;

@@ -23,8 +23,8 @@
 // that the end of a touch is seen. Contacts are those of whole links: where one collision of several is named, contacts
 // of the others count, too.
 //
-// The noise of sample n depends on the seed, the sensor and n alone, whoever reads; a bias that walks does so at every
-// sample, and through set_sensors(). What nobody reads is not measured.
+// The noise of sample n depends on the seed, the sensor and n alone, whoever reads; a bias that walks does so through
+// set_sensors(). What nobody reads is not measured.
 
 #include <memory>
 #include <span>

@@ -58,7 +58,8 @@ std::string lower_case(std::string text) {
 
 // Source: gz-sensors 8, BoundingBoxCameraSensor and SegmentationCameraSensor.
 void read_detections(const SensorValues& values, CameraDescription& camera) {
-  const std::string boxes = lower_case(values.text("box_type")), type = lower_case(values.text("segmentation_type"));
+  const std::string boxes = lower_case(values.text("box_type")),
+                    type = lower_case(values.text("segmentation_type"));
   if (boxes == "full_2d" || boxes == "full_box_2d")
     camera.boxes = BoxKind::full_2d;
   else if (boxes == "3d")

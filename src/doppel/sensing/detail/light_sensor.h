@@ -96,8 +96,8 @@ class LightSensor {
   virtual void restart() {
     if (range_) range_->range = std::numeric_limits<double>::quiet_NaN();
   }
-  // Continues in place of a former sensor of the same name and type.
-  virtual void resume(const LightSensor& /*before*/) {}
+  // Continues in place of a former sensor of the same name and type, from sample `next` on.
+  virtual void resume(const LightSensor& /*before*/, std::uint64_t /*next*/) {}
 
  protected:
   static constexpr std::uint32_t kRangeRead = 1U << 31;  // in LightSample::wanted, above the outlets

@@ -42,12 +42,10 @@ class PhysicalSensor {
   virtual void bind(const Engine& /*engine*/, int instance) { instance_ = instance; }
   // The first sample follows; also after bind() of a new sensor.
   virtual void restart(const Engine& /*engine*/) {}
-  // Continues in place of a former sensor of the same name.
-  virtual void resume(const PhysicalSensor& /*before*/) {}
+  // Continues in place of a former sensor of the same name, from sample `next` on.
+  virtual void resume(const PhysicalSensor& /*before*/, std::uint64_t /*next*/) {}
 
   // -- in the loop: no allocation
-  // Before publish(), and at samples that nobody reads.
-  virtual void advance(std::uint64_t /*sample*/) {}
   virtual void publish(const PhysicalState& state, std::uint64_t sample) = 0;
   // Publishes the samples whose latency is over.
   virtual void release(Time /*now*/) {}

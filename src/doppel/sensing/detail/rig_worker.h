@@ -29,7 +29,7 @@ struct RigJob {
   std::vector<std::vector<LightMessage>> messages;
   std::vector<double> costs;
   std::vector<std::string> failures;  // empty: it did not
-  Diagnostics reports;  // for the log, which belongs to the loop
+  Diagnostics reports;                // for the log, which belongs to the loop
 };
 
 class RigWorker {

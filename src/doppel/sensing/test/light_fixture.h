@@ -77,8 +77,8 @@ struct LightTwin {
   Node reader{bus, "/reader"};
 
   explicit LightTwin(const std::vector<RigSensor>& sensors,
-               const RigOptions& options = {.seed = 1, .lockstep = true},
-               const RobotDescription& robot = pole(), const World& in = room())
+                     const RigOptions& options = {.seed = 1, .lockstep = true},
+                     const RobotDescription& robot = pole(), const World& in = room())
       : world(robot, in), rig(bus, log, options) {
     log.add_sink([this](const LogLine& line) { lines.push_back(line.text); });
     rig.set_sensors(sensors, *world.engine);

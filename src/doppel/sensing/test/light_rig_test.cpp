@@ -11,17 +11,17 @@
 namespace doppel {
 namespace {
 
+using sensor_msgs::msg::CameraInfo;
+using sensor_msgs::msg::Image;
+using sensor_msgs::msg::LaserScan;
+using sensor_msgs::msg::PointCloud2;
+using sensor_msgs::msg::Range;
 using test::camera;
 using test::kWall;
 using test::lidar;
 using test::LightTwin;
 using test::sensor_named;
 using test::time_of;
-using sensor_msgs::msg::CameraInfo;
-using sensor_msgs::msg::Image;
-using sensor_msgs::msg::LaserScan;
-using sensor_msgs::msg::PointCloud2;
-using sensor_msgs::msg::Range;
 
 TEST(LightRig, CastsNoRayWithoutListener) {
   LightTwin twin({camera("eye", CameraKind::rgbd), lidar()});
@@ -185,7 +185,7 @@ TEST(LightRig, SampleHasSameBytesWithAnyNumberOfThreads) {
 TEST(LightRig, EndsWhileSamplesAreMadeByManyThreads) {
   for (int i = 0; i < 30; ++i) {
     LightTwin twin({camera("eye", CameraKind::colour, 0), lidar()},
-                 {.seed = 1, .lockstep = false, .threads = 3});
+                   {.seed = 1, .lockstep = false, .threads = 3});
     std::vector<Image> pictures;
     std::vector<LaserScan> scans;
     twin.read("/eye/image_raw", pictures);
