@@ -111,8 +111,7 @@ TEST(TypeSources, SourcesMatchPackage) {
       {"vision_msgs/msg/Detection3D",
        "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
        "vision_msgs/BoundingBox3D bbox\nstring id\n"},
-      {"vision_msgs/msg/Detection3DArray",
-       "std_msgs/Header header\nvision_msgs/Detection3D[] detections\n"}};
+      {"vision_msgs/msg/Detection3DArray", "std_msgs/Header header\nvision_msgs/Detection3D[] detections\n"}};
   for (const auto& [name, fields] : cases)
     EXPECT_EQ(type_sources(*find_type(name)->description()).at(0).raw_file_contents, fields) << name;
 }
