@@ -4,6 +4,7 @@
 #include <deque>
 
 #include "doppel/core/fnv_hash.h"
+#include "doppel/sensing/detail/rig_node.h"
 #include "doppel/sensing/detail/rig_worker.h"
 #include "doppel/sensing/detail/world_scene.h"
 #include "doppel/sensors/sample_schedule.h"
@@ -37,6 +38,9 @@ struct LightRig::Impl {
 
   void collect();
   void wait_until(Time due, Waiting message);
+  // The sensors with their topics in the node `in`. leaves_out: those whose topics have another type elsewhere.
+  [[nodiscard]] std::vector<Entry> make_entries(const std::vector<RigSensor>& wanted, const Engine& engine,
+                                                Node& in, bool leaves_out) const;
   // Messages that wait are sent by the sensors in the place of theirs.
   void keep_waiting(const std::vector<Entry>& fresh);
   void publish(std::size_t sensor, const LightMessage& message, Time stamp);
@@ -92,27 +96,23 @@ void LightRig::set_ranges(std::shared_ptr<RangeValues> ranges) {
   impl_->ranges = std::move(ranges);
 }
 
-void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) {
-  Impl& rig = *impl_;
-  if (rig.worker) {
-    rig.worker->wait_idle();
-    rig.collect();
-  }
-  // Beside the former node, so that topics that stay never vanish.
-  auto node = std::make_unique<Node>(rig.bus, "/doppel_sensors");
-  std::vector<Impl::Entry> fresh;
-  for (RigSensor& sensor : wanted) {
+std::vector<LightRig::Impl::Entry> LightRig::Impl::make_entries(const std::vector<RigSensor>& wanted,
+                                                                const Engine& engine, Node& in,
+                                                                bool leaves_out) const {
+  std::vector<Entry> fresh;
+  for (const RigSensor& sensor : wanted) {
     const double rate = sensor.description.rate;
     const std::string key = sensor_key(sensor);
-    Impl::Entry entry;
-    entry.sensor = make_light_sensor(*node, sensor, rig.options);
+    Entry entry;
+    entry.sensor =
+        made_or_left_out(sensor, leaves_out, log, [&] { return make_light_sensor(in, sensor, options); });
     if (!entry.sensor) continue;
-    if (rig.ranges && std::holds_alternative<RangeDescription>(sensor.description.what))
-      entry.sensor->report_to(rig.ranges->of(sensor));
-    const auto old = std::find_if(rig.entries.begin(), rig.entries.end(), [&](const Impl::Entry& one) {
+    if (ranges && std::holds_alternative<RangeDescription>(sensor.description.what))
+      entry.sensor->report_to(ranges->of(sensor));
+    const auto old = std::find_if(entries.begin(), entries.end(), [&](const Entry& one) {
       return sensor_key(one.sensor->sensor()) == key && one.sensor->sensor().description.rate == rate;
     });
-    if (old != rig.entries.end()) {
+    if (old != entries.end()) {
       auto made = std::move(entry.sensor);
       if (old->sensor->sensor().description.type == sensor.description.type)
         made->resume(*old->sensor, old->schedule.next());
@@ -123,11 +123,24 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
       entry.schedule.restart(engine.time());
       entry.sensor->restart();
       if (entry.schedule.limited())
-        rig.log.warning("sensors", key + " asks for " + std::to_string(rate) +
-                                       " Hz, more than one sample a step; it takes one every step");
+        log.warning("sensors", key + " asks for " + std::to_string(rate) +
+                                   " Hz, more than one sample a step; it takes one every step");
     }
     fresh.push_back(std::move(entry));
   }
+  return fresh;
+}
+
+void LightRig::set_sensors(const std::vector<RigSensor>& wanted, const Engine& engine) {
+  Impl& rig = *impl_;
+  if (rig.worker) {
+    rig.worker->wait_idle();
+    rig.collect();
+  }
+  std::vector<Impl::Entry> fresh;
+  auto node = renewed_node(rig.bus, rig.node, [&](Node& in, bool leaves_out) {
+    fresh = rig.make_entries(wanted, engine, in, leaves_out);
+  });
   rig.keep_waiting(fresh);
   rig.entries = std::move(fresh);
   if (rig.entries.empty()) node.reset();

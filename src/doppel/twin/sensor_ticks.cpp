@@ -172,7 +172,7 @@ void SensorTicks::look_up() {
   for (const ModelSensors& model : *models) add_sensors(model, sensors);
   physical_.set_earth(*sources_.earth);
   physical_.set_sensors(sensors, scene_.engine());
-  light_.set_sensors(std::move(sensors), scene_.engine());
+  light_.set_sensors(sensors, scene_.engine());
   find_frames(*models);
   known_ = std::move(present);
   known_models_ = std::move(models);

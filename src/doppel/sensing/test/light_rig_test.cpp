@@ -246,14 +246,33 @@ TEST(LightRig, MessagesThatWaitAreSentAtTheirTimeThroughEdit) {
 TEST(LightRig, MessagesThatWaitAreDroppedWhenEditChangesTheirType) {
   RigSensor eye = camera("eye", CameraKind::boundingbox, 10), other = eye;
   eye.description.latency = 0.25;
+  other.description.latency = 1;
   std::get<std::vector<CameraDescription>>(other.description.what).front().boxes = BoxKind::oriented_3d;
   LightTwin twin({eye});
-  std::vector<vision_msgs::msg::Detection2DArray> boxes;
-  twin.read("/eye", boxes);
+  const auto edge = twin.bus.attach("edge");  // a node's reader would hold the former type
+  for (const TopicInfo& topic : twin.bus.topics())
+    if (topic.name == "/eye") edge->subscribe(topic.id);
+  twin.bus.spin();
   twin.run(0.22);
   twin.rig.set_sensors({other}, *twin.world.engine);
+  EXPECT_THAT(twin.lines, testing::IsEmpty()) << "the topic has the new type";
   twin.run(0.4);
-  EXPECT_TRUE(boxes.empty());
+  Edge::Incoming incoming;
+  EXPECT_FALSE(edge->next(incoming));
+  EXPECT_EQ(twin.rig.status().size(), 1U);
+  EXPECT_GT(twin.rig.rays_cast(), 0U) << "the former sensor was read";
+}
+
+TEST(LightRig, SensorWhoseTopicHasOtherTypeElsewhereIsLeftOutWithError) {
+  RigSensor eye = camera("eye", CameraKind::colour), scan = lidar();
+  eye.description.topic = scan.description.topic = "view";
+  scan.description.source = make_location("pole.urdf", 7, 3);
+  LightTwin twin({eye, lidar()});
+  twin.rig.set_sensors({eye, scan}, *twin.world.engine);
+  EXPECT_EQ(twin.rig.status().size(), 1U);
+  EXPECT_THAT(twin.lines, testing::ElementsAre(testing::AllOf(testing::HasSubstr("pole.urdf:7:3"),
+                                                              testing::HasSubstr("'pole/head/scan'"),
+                                                              testing::HasSubstr("/view"))));
 }
 
 TEST(LightRig, OrientedBoxesAreInFrameOfTheirHeader) {
