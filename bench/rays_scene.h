@@ -159,7 +159,7 @@ class ScanBench {
   [[nodiscard]] const ScanPattern& pattern() const { return pattern_; }
   [[nodiscard]] const Pose& X_WS() const { return X_WS_; }
   void scan(int frame) {
-    place_rays(pattern_, X_WS_, nullptr, rays_);
+    place_rays(pattern_, {X_WS_}, Pose::Identity(), 0, rays_);
     rays_.near = static_cast<float>(lidar_.near);
     rays_.far = static_cast<float>(lidar_.far);
     bench_.caster->cast(rays_, hits_);

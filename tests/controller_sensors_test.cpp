@@ -309,6 +309,30 @@ TEST_F(ControllerSensors, WrittenStateKeepsReferenceAndNoiseAndResetRenewsThem) 
   EXPECT_NEAR(reset.read_noise, still.read_noise, 1e-6);
 }
 
+TEST_F(ControllerSensors, EditThatRecreatesControllersKeepsReferenceAndNoise) {
+  const std::string noisy = edited(
+      "<update_rate>100</update_rate>",
+      "<update_rate>100</update_rate><imu><angular_velocity><z><noise type='gaussian'><stddev>0.1</stddev>"
+      "</noise></z></angular_velocity></imu>");
+  const auto noise_after = [&](const std::string& edit) {
+    bring_up_sensed(noisy);
+    run(0.1);
+    call("/gazebo/set_state", "doppel_msgs/srv/SetState", "{names: [turn], positions: [0.5]}");
+    run(0.02);
+    if (!edit.empty()) {
+      EXPECT_EQ(reload(edit), Twin::Reload::controllers_recreated);
+    }
+    run(0.02);
+    EXPECT_NEAR(2 * std::atan2(state("imu/orientation.z"), state("imu/orientation.w")), 0.5, 1e-3);
+    return state("imu/angular_velocity.z") - joint("turn").v;
+  };
+  const double undisturbed = noise_after("");
+  EXPECT_NE(undisturbed, 0);
+  EXPECT_NEAR(
+      noise_after(edited("NOISY", R"(<sensor name="gone"><state_interface name="x"/></sensor>)", noisy)),
+      undisturbed, 1e-6);
+}
+
 TEST_F(ControllerSensors, NoiseOfReadSensorsEntersHashOfState) {
   std::string noisy = kRobot;
   noisy.replace(

@@ -32,7 +32,8 @@ void register_diagnostic_msgs() {
 void register_vision_msgs() {
   namespace msg = vision_msgs::msg;
   register_messages<msg::Point2D, msg::Pose2D, msg::BoundingBox2D, msg::ObjectHypothesis,
-                    msg::ObjectHypothesisWithPose, msg::Detection2D, msg::Detection2DArray>();
+                    msg::ObjectHypothesisWithPose, msg::Detection2D, msg::Detection2DArray,
+                    msg::BoundingBox3D, msg::Detection3D, msg::Detection3DArray>();
 }
 
 void register_visualization_msgs() {

@@ -1,5 +1,5 @@
 #pragma once
-// vision_msgs 4 (Jazzy): what is detected in a picture. Pixels.
+// vision_msgs 4 (Jazzy): what is detected in a picture. Pixels, and m.
 
 #include "doppel/messages/geometry_msgs.h"
 #include "doppel/messages/std_msgs.h"
@@ -47,6 +47,26 @@ struct Detection2DArray {
   std_msgs::msg::Header header;
   std::vector<Detection2D> detections;
   DOPPEL_MESSAGE("vision_msgs/msg/Detection2DArray", header, detections)
+};
+
+struct BoundingBox3D {
+  geometry_msgs::msg::Pose center;
+  geometry_msgs::msg::Vector3 size;  // in the axes of the box
+  DOPPEL_MESSAGE("vision_msgs/msg/BoundingBox3D", center, size)
+};
+
+struct Detection3D {
+  std_msgs::msg::Header header;
+  std::vector<ObjectHypothesisWithPose> results;
+  BoundingBox3D bbox;
+  std::string id;  // the same for an object in all pictures
+  DOPPEL_MESSAGE("vision_msgs/msg/Detection3D", header, results, bbox, id)
+};
+
+struct Detection3DArray {
+  std_msgs::msg::Header header;
+  std::vector<Detection3D> detections;
+  DOPPEL_MESSAGE("vision_msgs/msg/Detection3DArray", header, detections)
 };
 
 }  // namespace doppel::vision_msgs::msg

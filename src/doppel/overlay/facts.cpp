@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "doppel/core/fnv_hash.h"
 #include "doppel/overlay/detail/overlay.h"
 
 namespace doppel::overlay_detail {
@@ -99,9 +100,7 @@ std::string content_of(const XmlNode& node) {
   flatten(node, text);
   constexpr std::size_t kReadable = 100;
   if (text.size() <= kReadable) return text;
-  std::uint64_t hash = 14695981039346656037ULL;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
-  return fmt::format("{} {:016x}", node.name, hash);
+  return fmt::format("{} {:016x}", node.name, fnv_hash(text));
 }
 
 std::string removed_content(const Remove& action, const XmlNode& target) {

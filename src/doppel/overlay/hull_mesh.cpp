@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "doppel/core/fnv_hash.h"
 #include "doppel/core/output_file.h"
 #include "doppel/geometry/convex_hull.h"
 #include "doppel/overlay/detail/overlay.h"
@@ -52,12 +53,6 @@ std::string binary_stl(const std::vector<Eigen::Vector3f>& points, const ConvexH
   return bytes;
 }
 
-std::uint64_t fnv1a(std::string_view bytes) {
-  std::uint64_t hash = 14695981039346656037ULL;
-  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
-  return hash;
-}
-
 }  // namespace
 
 std::optional<fs::path> write_hull(const std::vector<Eigen::Vector3d>& points, const std::string& name) {
@@ -67,7 +62,7 @@ std::optional<fs::path> write_hull(const std::vector<Eigen::Vector3d>& points, c
   const ConvexHull hull = convex_hull(corners);
   if (hull.triangles.empty()) return std::nullopt;
   const std::string bytes = binary_stl(corners, hull);
-  const fs::path folder = cache_folder() / fmt::format("hull_{:016x}", fnv1a(bytes));
+  const fs::path folder = cache_folder() / fmt::format("hull_{:016x}", fnv_hash(bytes));
   const fs::path file = folder / name;
   std::error_code none;
   if (fs::is_regular_file(file, none) && fs::file_size(file, none) == bytes.size()) return file;
@@ -78,7 +73,7 @@ std::optional<fs::path> write_hull(const std::vector<Eigen::Vector3d>& points, c
 
 std::vector<fs::path> write_parts(const std::string& key, const std::string& stem,
                                   const std::function<Parts()>& parts) {
-  const fs::path folder = cache_folder() / fmt::format("hull_parts_{:016x}", fnv1a(stem + '\n' + key));
+  const fs::path folder = cache_folder() / fmt::format("hull_parts_{:016x}", fnv_hash(stem + '\n' + key));
   const fs::path list = folder / "complete";  // written last
   std::error_code none;
   const auto file = [&](std::size_t i) { return folder / fmt::format("{}_{}.stl", stem, i + 1); };

@@ -64,6 +64,7 @@ struct Contact {
   Eigen::Vector3d p_W = Eigen::Vector3d::Zero();        // m
   Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();  // unit, from a to b
   Eigen::Vector3d force_W = Eigen::Vector3d::Zero();    // N, on b
+  Eigen::Vector3d torque_W = Eigen::Vector3d::Zero();   // N m, on b: of torsion (friction.h)
   double depth = 0;                                     // m, positive: penetrating
   double friction = 0;  // Coulomb, of the pair; the larger of the two where its friction has a direction
 };

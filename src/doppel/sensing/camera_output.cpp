@@ -13,6 +13,7 @@
 #include "doppel/sensing/detail/rolling_shutter.h"
 #include "doppel/sensors/image_noise.h"
 #include "doppel/sensors/lens.h"
+#include "doppel/sensors/sensor_frames.h"
 
 namespace doppel {
 namespace {
@@ -21,13 +22,6 @@ namespace msg = sensor_msgs::msg;
 
 constexpr int kJpegQuality = 80;
 constexpr int kNone = -1;
-
-// x to the right, y down, z forward, in a frame with x forward and z up (REP 103).
-Pose optical_axes() {
-  Pose X = Pose::Identity();
-  X.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
-  return X;
-}
 
 // Depths of a picture that also has colours, whose limits are wider.
 void clip_depths(const CameraDescription& camera, std::vector<float>& depths) {
@@ -88,6 +82,9 @@ class CameraOutput : public LightSensor {
   void add_labels(const Camera& camera, const LightSample& sample, const std_msgs::msg::Header& header,
                   std::vector<LightMessage>& out) const;
 
+  void add_boxes(const Camera& camera, const LightSample& sample, const std_msgs::msg::Header& header,
+                 std::vector<LightMessage>& out) const;
+
   static bool asks(const LightSample& sample, int outlet) {
     return outlet != kNone && (sample.wanted >> outlet & 1U) != 0;
   }
@@ -120,8 +117,10 @@ void CameraOutput::add_topics(Node& node, Camera& camera, const std::string& bas
   std::string picture = base;
   switch (camera.description.kind) {
     case CameraKind::boundingbox:
-      camera.boxes =
-          static_cast<int>(add_outlet<vision_msgs::msg::Detection2DArray>(node, prefix + "boxes", base));
+      camera.boxes = static_cast<int>(
+          camera.description.boxes == BoxKind::oriented_3d
+              ? add_outlet<vision_msgs::msg::Detection3DArray>(node, prefix + "boxes", base)
+              : add_outlet<vision_msgs::msg::Detection2DArray>(node, prefix + "boxes", base));
       picture = base + "_image";
       camera.image = image("image", picture);
       camera.compressed = static_cast<int>(
@@ -193,7 +192,7 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
   if (view.colour || view.depth || view.labels) {
     if (camera.rays.empty()) camera.rays = pixel_rays(camera.intrinsics, camera.description.samples);
     view.samples = camera.rays;
-    view.X_WC = sample.X_WL * camera.X_LO;
+    view.X_WC = sample.link.X_WF * camera.X_LO;
     view.near = camera.description.near;
     view.far = camera.description.far;
     if (view.depth && !view.colour) {
@@ -213,14 +212,7 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
     if (asks(sample, camera.depth)) add_depth(camera, header, out);
     if (cloud) add_points(camera, header, out);
     if (view.labels) add_labels(camera, sample, header, out);
-    if (asks(sample, camera.boxes)) {
-      vision_msgs::msg::Detection2DArray boxes;
-      boxes.header = header;
-      boxes.detections = boxes_of(*sample.objects, camera.picture.labels, camera.intrinsics,
-                                  camera.description.full_boxes, sample.bodies, view.X_WC);
-      for (auto& box : boxes.detections) box.header = header;
-      put(camera.boxes, boxes, out);
-    }
+    if (asks(sample, camera.boxes)) add_boxes(camera, sample, header, out);
   }
   for (const int outlet : {camera.info, camera.depth_info})
     if (asks(sample, outlet)) put(outlet, info_of(camera, header), out);
@@ -228,16 +220,14 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
 
 void CameraOutput::render(const RayCaster& caster, Camera& camera, const LightSample& sample,
                           const CameraView& view) const {
-  const double duration = camera.description.rolling_shutter, rate = sensor_.description.rate;
-  if (duration <= 0 || rate <= 0) {
+  const double duration = camera.description.rolling_shutter;
+  if (duration <= 0) {
     caster.render(view, camera.picture);
     return;
   }
   if (!camera.shutter) camera.shutter.emplace(camera.rays);
   // The last row is that of the stamp.
-  const Pose before = sample.X_WL_before * camera.X_LO;
-  camera.shutter->render(caster, view, pose_between(before, view.X_WC, 1 - duration * rate), view.X_WC,
-                         camera.picture);
+  camera.shutter->render(caster, view, sample.link, camera.X_LO, duration, camera.picture);
 }
 
 void CameraOutput::add_image(const Camera& camera, const LightSample& sample,
@@ -310,19 +300,39 @@ void CameraOutput::add_labels(const Camera& camera, const LightSample& sample,
                               const std_msgs::msg::Header& header, std::vector<LightMessage>& out) const {
   std::vector<std::uint32_t> classes(camera.picture.labels.size());
   for (std::size_t i = 0; i < classes.size(); ++i)
-    classes[i] = sample.objects->class_of(camera.picture.labels[i]);
+    classes[i] = camera.description.panoptic ? sample.objects->panoptic_of(camera.picture.labels[i])
+                                             : sample.objects->class_of(camera.picture.labels[i]);
   msg::Image image;
   image.header = header;
   image.width = static_cast<std::uint32_t>(camera.description.width);
   image.height = static_cast<std::uint32_t>(camera.description.height);
   if (asks(sample, camera.labels)) {
-    encode_labels(classes, image);
+    (camera.description.panoptic ? encode_panoptic : encode_labels)(classes, image);
     put(camera.labels, image, out);
   }
   if (asks(sample, camera.colours_of_labels)) {
     colour_labels(classes, image);
     put(camera.colours_of_labels, image, out);
   }
+}
+
+void CameraOutput::add_boxes(const Camera& camera, const LightSample& sample,
+                             const std_msgs::msg::Header& header, std::vector<LightMessage>& out) const {
+  const std::vector<std::uint32_t>& labels = camera.picture.labels;
+  const auto put_all = [&](auto message, auto detections) {
+    message.header = header;
+    message.detections = std::move(detections);
+    for (auto& box : message.detections) box.header = header;
+    put(camera.boxes, message, out);
+  };
+  if (camera.description.boxes == BoxKind::oriented_3d)
+    put_all(vision_msgs::msg::Detection3DArray(),
+            oriented_boxes_of(*sample.objects, labels, sample.bodies,
+                              (sample.link.X_WF * sensor_.X_LF).inverse()));
+  else
+    put_all(vision_msgs::msg::Detection2DArray(),
+            boxes_of(*sample.objects, labels, camera.intrinsics, camera.description.boxes == BoxKind::full_2d,
+                     sample.bodies, sample.link.X_WF * camera.X_LO));
 }
 
 }  // namespace

@@ -64,8 +64,8 @@ std::string scoped_collision(const ModelInstance& instance, int link) {
 // A contact as the sensor's collision feels it, in the axes of the data.
 struct OwnContact {
   BodyId own, other;
-  Eigen::Vector3d p, normal, force;  // m; unit, into the own collision; N, on it
-  double depth = 0;                  // m
+  Eigen::Vector3d p, normal, force, torque;  // m; unit, into the own collision; N and N m, on it
+  double depth = 0;                          // m
 };
 
 class ContactOutput : public PhysicalSensor {
@@ -96,6 +96,12 @@ class ContactOutput : public PhysicalSensor {
   void restart(const Engine& /*engine*/) override {
     delayed_.clear();
     delayed_states_.clear();
+  }
+  void resume(const PhysicalSensor& before, std::uint64_t /*next*/) override {
+    const auto* former = dynamic_cast<const ContactOutput*>(&before);
+    if (former == nullptr) return;
+    delayed_.resume(former->delayed_);
+    delayed_states_.resume(former->delayed_states_);
   }
   void publish(const PhysicalState& state, std::uint64_t sample) override;
   void release(Time now) override {
@@ -284,14 +290,19 @@ void ContactOutput::add(const OwnContact& contact, const std_msgs::msg::Header& 
   wrench.body_2_name.data = entry.collision2.name;
   wrench.body_1_wrench.force = to_vector_msg(contact.force);
   wrench.body_2_wrench.force = to_vector_msg(-contact.force);
+  wrench.body_1_wrench.torque = to_vector_msg(contact.torque);
+  wrench.body_2_wrench.torque = to_vector_msg(-contact.torque);
 }
 
 void ContactOutput::add_to_bumper(const OwnContact& contact) {
   BumperState& state = state_of(contact.own, contact.other);
-  state.wrenches.push_back({to_vector_msg(contact.force), {}});
+  state.wrenches.push_back({to_vector_msg(contact.force), to_vector_msg(contact.torque)});
   state.total_wrench.force.x += contact.force.x();
   state.total_wrench.force.y += contact.force.y();
   state.total_wrench.force.z += contact.force.z();
+  state.total_wrench.torque.x += contact.torque.x();
+  state.total_wrench.torque.y += contact.torque.y();
+  state.total_wrench.torque.z += contact.torque.z();
   state.contact_positions.push_back(to_vector_msg(contact.p));
   state.contact_normals.push_back(to_vector_msg(contact.normal));
   state.depths.push_back(contact.depth);
@@ -312,9 +323,11 @@ void ContactOutput::publish(const PhysicalState& state, std::uint64_t /*sample*/
                             X_DW * contact.p_W,
                             X_DW.linear() * (sign * contact.normal_W),
                             X_DW.linear() * (sign * contact.force_W),
+                            X_DW.linear() * (sign * contact.torque_W),
                             contact.depth};
       hash_vector(to_vector_msg(seen.p));
       hash_vector(to_vector_msg(seen.force));
+      hash_vector(to_vector_msg(seen.torque));
       if (described_.bumper)
         add_to_bumper(seen);
       else

@@ -73,8 +73,8 @@ class HeightMeter : public EnvironmentMeter {
     SensorMeter::restart(engine);
     if (instance_ >= 0) reference_ = position(engine).z();
   }
-  void resume(const SensorMeter& before) override {
-    SensorMeter::resume(before);
+  void resume(const SensorMeter& before, std::uint64_t next) override {
+    SensorMeter::resume(before, next);
     if (const auto* height = dynamic_cast<const HeightMeter*>(&before)) reference_ = height->reference_;
   }
 

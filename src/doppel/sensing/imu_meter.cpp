@@ -33,8 +33,8 @@ class ImuMeter : public SensorMeter {
     SensorMeter::restart(engine);
     if (instance_ >= 0) R_WStart_ = R_WF(engine);
   }
-  void resume(const SensorMeter& before) override {
-    SensorMeter::resume(before);
+  void resume(const SensorMeter& before, std::uint64_t next) override {
+    SensorMeter::resume(before, next);
     if (const auto* imu = dynamic_cast<const ImuMeter*>(&before)) R_WStart_ = imu->R_WStart_;
   }
 

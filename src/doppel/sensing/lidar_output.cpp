@@ -51,9 +51,7 @@ class LidarOutput : public LightSensor {
       : LightSensor(sensor, options),
         lidar_(std::get<LidarDescription>(sensor.description.what)),
         pattern_(scan_pattern(lidar_)),
-        noise_at_start_(lidar_.noise, random_, 0,
-                        sensor.description.rate > 0 ? 1 / sensor.description.rate : 0),
-        noise_(noise_at_start_) {
+        noise_(lidar_.noise, random_, 0, scan_time()) {
     const std::string base =
         sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic;
     if (!sensor.description.points_only)
@@ -64,9 +62,9 @@ class LidarOutput : public LightSensor {
 
   void make(const RayCaster& caster, const LightSample& sample, Time stamp,
             std::vector<LightMessage>& out) override;
-  void restart() override { noise_ = noise_at_start_; }
-  void resume(const LightSensor& before) override {
-    if (const auto* lidar = dynamic_cast<const LidarOutput*>(&before)) noise_.resume(lidar->noise_);
+  void restart() override { noise_.restart(); }
+  void resume(const LightSensor& before, std::uint64_t next) override {
+    if (const auto* lidar = dynamic_cast<const LidarOutput*>(&before)) noise_.resume(lidar->noise_, next);
   }
 
  private:
@@ -79,7 +77,7 @@ class LidarOutput : public LightSensor {
 
   const LidarDescription lidar_;
   const ScanPattern pattern_;
-  ChannelNoise noise_at_start_, noise_;
+  ChannelNoise noise_;
   int scan_ = -1, points_ = -1;
   RayBatch rays_;
   HitBatch hits_, near_;
@@ -87,19 +85,13 @@ class LidarOutput : public LightSensor {
 };
 
 void LidarOutput::measure(const RayCaster& caster, const LightSample& sample) {
-  const Pose X_WS = sample.X_WL * sensor_.description.X_LS,
-             before = sample.X_WL_before * sensor_.description.X_LS;
-  // The scan begins at its stamp in ROS; the sample is taken at its end, so the rays are those since the sample before.
-  if (lidar_.moving)
-    place_rays(pattern_, before, &X_WS, rays_);
-  else
-    place_rays(pattern_, X_WS, nullptr, rays_);
+  // The scan begins at its stamp in ROS; the sample is taken at its end, so the rays are those before it.
+  place_rays(pattern_, sample.link, sensor_.description.X_LS, lidar_.moving ? scan_time() : 0, rays_);
   rays_.near = static_cast<float>(lidar_.near);
   rays_.far = static_cast<float>(lidar_.far);
   caster.cast(rays_, hits_);
   ranges_ = hits_.distance;
   mark_near(caster, rays_, lidar_.near, sample.body, near_, ranges_);
-  noise_.advance(sample.number);
   noise_.apply(ranges_, sample.number, scratch_);
   for (float& range : ranges_) {
     if (!std::isfinite(range)) continue;
@@ -193,16 +185,15 @@ class RangeOutput : public LightSensor {
       : LightSensor(sensor, options),
         described_(std::get<RangeDescription>(sensor.description.what)),
         pattern_(has_rays(sensor.description) ? scan_pattern(described_.rays) : cone_pattern(described_)),
-        noise_at_start_(described_.rays.noise, random_, 0,
-                        sensor.description.rate > 0 ? 1 / sensor.description.rate : 0),
-        noise_(noise_at_start_) {
+        noise_(described_.rays.noise, random_, 0,
+               sensor.description.rate > 0 ? 1 / sensor.description.rate : 0) {
     add_outlet<msg::Range>(
         node, "range", sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic);
   }
 
   void make(const RayCaster& caster, const LightSample& sample, Time stamp,
             std::vector<LightMessage>& out) override {
-    place_rays(pattern_, sample.X_WL * sensor_.description.X_LS, nullptr, rays_);
+    place_rays(pattern_, sample.link, sensor_.description.X_LS, 0, rays_);
     rays_.near = static_cast<float>(described_.near);
     rays_.far = static_cast<float>(described_.far);
     caster.cast(rays_, hits_);
@@ -215,7 +206,6 @@ class RangeOutput : public LightSensor {
     message.field_of_view = static_cast<float>(described_.field_of_view);
     message.min_range = static_cast<float>(described_.near);
     message.max_range = static_cast<float>(described_.far);
-    noise_.advance(sample.number);
     message.range = *std::min_element(distances.begin(), distances.end());
     if (std::isfinite(message.range))
       message.range = static_cast<float>(noise_.apply(message.range, sample.number));
@@ -225,16 +215,16 @@ class RangeOutput : public LightSensor {
   }
   void restart() override {
     LightSensor::restart();
-    noise_ = noise_at_start_;
+    noise_.restart();
   }
-  void resume(const LightSensor& before) override {
-    if (const auto* other = dynamic_cast<const RangeOutput*>(&before)) noise_.resume(other->noise_);
+  void resume(const LightSensor& before, std::uint64_t next) override {
+    if (const auto* other = dynamic_cast<const RangeOutput*>(&before)) noise_.resume(other->noise_, next);
   }
 
  private:
   const RangeDescription described_;
   const ScanPattern pattern_;
-  ChannelNoise noise_at_start_, noise_;
+  ChannelNoise noise_;
   RayBatch rays_;
   HitBatch hits_, near_;
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <deque>
 
+#include "doppel/core/fnv_hash.h"
+#include "doppel/sensing/detail/rig_node.h"
 #include "doppel/sensing/detail/rig_worker.h"
 #include "doppel/sensing/detail/world_scene.h"
 #include "doppel/sensors/sample_schedule.h"
@@ -19,9 +21,7 @@ struct LightRig::Impl {
     std::shared_ptr<LightSensor> sensor;
     SampleSchedule schedule;
     int instance = -1, link = 0, body = -1;
-    Pose X_WL_before = Pose::Identity();
-    bool has_before = false;
-    std::uint64_t samples = 0, left_out = 0, hash = 0xCBF29CE484222325ull;
+    std::uint64_t samples = 0, left_out = 0, hash = kEmptyHash;
     double cost = 0;
     std::uint64_t window_samples = 0;
     double reached = 0;
@@ -38,6 +38,11 @@ struct LightRig::Impl {
 
   void collect();
   void wait_until(Time due, Waiting message);
+  // The sensors with their topics in the node `in`. leaves_out: those whose topics have another type elsewhere.
+  [[nodiscard]] std::vector<Entry> make_entries(const std::vector<RigSensor>& wanted, const Engine& engine,
+                                                Node& in, bool leaves_out) const;
+  // Messages that wait are sent by the sensors in the place of theirs.
+  void keep_waiting(const std::vector<Entry>& fresh);
   void publish(std::size_t sensor, const LightMessage& message, Time stamp);
   void find_bodies(const Engine& engine);
   [[nodiscard]] doppel_msgs::msg::Sensor status_of(const Entry& entry) const;
@@ -91,29 +96,26 @@ void LightRig::set_ranges(std::shared_ptr<RangeValues> ranges) {
   impl_->ranges = std::move(ranges);
 }
 
-void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) {
-  Impl& rig = *impl_;
-  if (rig.worker) {
-    rig.worker->wait_idle();
-    rig.collect();
-  }
-  // Beside the former node, so that topics that stay never vanish.
-  auto node = std::make_unique<Node>(rig.bus, "/doppel_sensors");
-  std::vector<Impl::Entry> fresh;
-  for (RigSensor& sensor : wanted) {
+std::vector<LightRig::Impl::Entry> LightRig::Impl::make_entries(const std::vector<RigSensor>& wanted,
+                                                                const Engine& engine, Node& in,
+                                                                bool leaves_out) const {
+  std::vector<Entry> fresh;
+  for (const RigSensor& sensor : wanted) {
     const double rate = sensor.description.rate;
     const std::string key = sensor_key(sensor);
-    Impl::Entry entry;
-    entry.sensor = make_light_sensor(*node, sensor, rig.options);
+    Entry entry;
+    entry.sensor = made_or_left_out(sensor, leaves_out, log,
+                                    [&] { return make_light_sensor(in, sensor, options); });
     if (!entry.sensor) continue;
-    if (rig.ranges && std::holds_alternative<RangeDescription>(sensor.description.what))
-      entry.sensor->report_to(rig.ranges->of(sensor));
-    const auto old = std::find_if(rig.entries.begin(), rig.entries.end(), [&](const Impl::Entry& one) {
+    if (ranges && std::holds_alternative<RangeDescription>(sensor.description.what))
+      entry.sensor->report_to(ranges->of(sensor));
+    const auto old = std::find_if(entries.begin(), entries.end(), [&](const Entry& one) {
       return sensor_key(one.sensor->sensor()) == key && one.sensor->sensor().description.rate == rate;
     });
-    if (old != rig.entries.end()) {
+    if (old != entries.end()) {
       auto made = std::move(entry.sensor);
-      if (old->sensor->sensor().description.type == sensor.description.type) made->resume(*old->sensor);
+      if (old->sensor->sensor().description.type == sensor.description.type)
+        made->resume(*old->sensor, old->schedule.next());
       entry = *old;
       entry.sensor = std::move(made);
     } else {
@@ -121,12 +123,25 @@ void LightRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) 
       entry.schedule.restart(engine.time());
       entry.sensor->restart();
       if (entry.schedule.limited())
-        rig.log.warning("sensors", key + " asks for " + std::to_string(rate) +
-                                       " Hz, more than one sample a step; it takes one every step");
+        log.warning("sensors", key + " asks for " + std::to_string(rate) +
+                                   " Hz, more than one sample a step; it takes one every step");
     }
     fresh.push_back(std::move(entry));
   }
-  rig.waiting.clear();
+  return fresh;
+}
+
+void LightRig::set_sensors(const std::vector<RigSensor>& wanted, const Engine& engine) {
+  Impl& rig = *impl_;
+  if (rig.worker) {
+    rig.worker->wait_idle();
+    rig.collect();
+  }
+  std::vector<Impl::Entry> fresh;
+  auto node = renewed_node(rig.bus, rig.node, [&](Node& in, bool leaves_out) {
+    fresh = rig.make_entries(wanted, engine, in, leaves_out);
+  });
+  rig.keep_waiting(fresh);
   rig.entries = std::move(fresh);
   if (rig.entries.empty()) node.reset();
   rig.node = std::move(node);
@@ -155,10 +170,6 @@ void LightRig::after_step(Time now, const Engine& engine) {
     Impl::Entry& entry = rig.entries[i];
     if (entry.instance < 0 || !entry.schedule.due(now)) continue;
     const std::uint64_t number = entry.schedule.take(now);
-    const Pose X_WL = engine.instance(entry.instance).link_pose(entry.link);
-    const Pose before = entry.has_before ? entry.X_WL_before : X_WL;
-    entry.X_WL_before = X_WL;
-    entry.has_before = true;
     const std::uint32_t wanted = entry.sensor->wanted();
     if (wanted == 0) continue;
     if (job == nullptr && !behind) {
@@ -174,7 +185,13 @@ void LightRig::after_step(Time now, const Engine& engine) {
       ++entry.left_out;
       continue;
     }
-    job->samples.push_back({i, number, wanted, X_WL, before, entry.body});
+    const Instance instance = engine.instance(entry.instance);
+    const FrameVelocity velocity = instance.link_velocity(entry.link);
+    job->samples.push_back({i,
+                            number,
+                            wanted,
+                            {instance.link_pose(entry.link), velocity.linear_W, velocity.angular_W},
+                            entry.body});
   }
   if (job == nullptr) return;
   job->now = now;
@@ -196,6 +213,19 @@ void LightRig::Impl::wait_until(Time due, Waiting message) {
   waiting.insert(behind, std::move(message));
 }
 
+void LightRig::Impl::keep_waiting(const std::vector<Entry>& fresh) {
+  std::erase_if(waiting, [&](Waiting& message) {
+    const LightSensor& former = *entries[message.sensor].sensor;
+    const std::string key = sensor_key(former.sensor());
+    const auto now = std::ranges::find_if(fresh, [&](const Entry& entry) {
+      return sensor_key(entry.sensor->sensor()) == key &&
+             entry.sensor->has_same_outlet(former, message.message.outlet);
+    });
+    message.sensor = static_cast<std::size_t>(now - fresh.begin());
+    return now == fresh.end();
+  });
+}
+
 void LightRig::Impl::collect() {
   if (!worker) return;
   for (RigJob* job = worker->done(); job != nullptr; job = worker->done()) {
@@ -208,7 +238,7 @@ void LightRig::Impl::collect() {
       const Duration latency = from_seconds(entry.sensor->sensor().description.latency);
       // The worker destroys them, so that the loop frees no memory.
       for (LightMessage& message : job->messages[s]) {
-        entry.hash = (entry.hash ^ message.hash) * 0x100000001B3ull;
+        entry.hash = fnv_mixed(entry.hash, message.hash);
         if (latency > Duration{})
           wait_until(job->now + latency, {index, std::move(message), job->now, job->now + latency});
         else
@@ -249,7 +279,6 @@ void LightRig::reset(Time now) {
   rig.window_start = now;
   for (Impl::Entry& entry : rig.entries) {
     entry.schedule.restart(now);
-    entry.has_before = false;
     entry.window_samples = 0;
     entry.sensor->restart();
   }

@@ -32,8 +32,9 @@ class DOPPEL_API LightRig {
   // -- between steps
   // Where controllers read ranges of the sensors that set_sensors() makes afterwards.
   void set_ranges(std::shared_ptr<RangeValues> ranges);
-  // Replaces all sensors; those that stay keep their count of samples. Sensors of other kinds are left out.
-  void set_sensors(std::vector<RigSensor> sensors, const Engine& engine);
+  // Replaces all sensors; those that stay keep their count of samples. Sensors of other kinds are left out, and with
+  // an error those whose topic has another type elsewhere.
+  void set_sensors(const std::vector<RigSensor>& sensors, const Engine& engine);
   // The engine has other instances: looks up those of the sensors again.
   void instances_changed(const Engine& engine);
   void between_steps(Time now);

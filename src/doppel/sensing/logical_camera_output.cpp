@@ -31,6 +31,10 @@ class LogicalCameraOutput : public PhysicalSensor {
   [[nodiscard]] bool wanted() const override { return publisher_.has_listeners(); }
 
   void restart(const Engine& /*engine*/) override { delayed_.clear(); }
+  void resume(const PhysicalSensor& before, std::uint64_t /*next*/) override {
+    if (const auto* former = dynamic_cast<const LogicalCameraOutput*>(&before))
+      delayed_.resume(former->delayed_);
+  }
   void bind(const Engine& engine, int instance) override {
     PhysicalSensor::bind(engine, instance);
     const auto& instances = engine.world().instances();

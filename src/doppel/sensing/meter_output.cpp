@@ -100,11 +100,13 @@ class MeterOutput : public PhysicalSensor {
     meter_->restart(engine);
     delayed_.clear();
   }
-  void resume(const PhysicalSensor& before) override {
-    if (const auto* former = dynamic_cast<const MeterOutput*>(&before)) meter_->resume(*former->meter_);
+  void resume(const PhysicalSensor& before, std::uint64_t next) override {
+    const auto* former = dynamic_cast<const MeterOutput*>(&before);
+    if (former == nullptr) return;
+    meter_->resume(*former->meter_, next);
+    delayed_.resume(former->delayed_);
   }
 
-  void advance(std::uint64_t sample) override { meter_->advance(sample); }
   void publish(const PhysicalState& state, std::uint64_t sample) override {
     meter_->measure(state, sample);
     for (const double value : meter_->values()) hash_value(value);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <map>
@@ -11,6 +12,9 @@ namespace doppel {
 namespace {
 
 using vision_msgs::msg::Detection2D;
+using vision_msgs::msg::Detection3D;
+
+constexpr std::uint32_t kMostInstances = 65535;  // of a class, of 16 bits
 
 // Pixels, at their centres.
 struct PixelBox {
@@ -54,14 +58,33 @@ std::vector<PixelBox> visible_boxes(const ObjectLabels& objects, std::span<const
   return boxes;
 }
 
-Detection2D detection(const PixelBox& box, std::string class_id, const std::string& name) {
-  Detection2D out;
+// Of an object that is certain; without its box.
+template <class Detection>
+Detection detection(const ObjectLabels& objects, std::size_t object) {
+  Detection out;
   out.results.resize(1);
-  out.results[0].hypothesis = {std::move(class_id), 1};
+  out.results[0].hypothesis = {objects.class_id(object), 1};
+  out.id = objects.name(object);
+  return out;
+}
+
+Detection2D detection(const ObjectLabels& objects, std::size_t object, const PixelBox& box) {
+  auto out = detection<Detection2D>(objects, object);
   out.bbox.center.position = {(box.left + box.right) / 2, (box.top + box.bottom) / 2};
   out.bbox.size_x = box.right - box.left + 1;
   out.bbox.size_y = box.bottom - box.top + 1;
-  out.id = name;
+  return out;
+}
+
+// X_FA: the axes of the box in the frame of the message.
+Detection3D detection(const ObjectLabels& objects, std::size_t object, const Eigen::AlignedBox3d& box_A,
+                      const Pose& X_FA) {
+  auto out = detection<Detection3D>(objects, object);
+  const Eigen::Vector3d centre = X_FA * box_A.center(), size = box_A.sizes();
+  const Eigen::Quaterniond q(X_FA.linear());
+  out.bbox.center.position = {centre.x(), centre.y(), centre.z()};
+  out.bbox.center.orientation = {q.x(), q.y(), q.z(), q.w()};
+  out.bbox.size = {size.x(), size.y(), size.z()};
   return out;
 }
 
@@ -90,9 +113,23 @@ ObjectLabels::ObjectLabels(std::shared_ptr<const RenderScene> scene) : scene_(st
       classes_[item.label] = static_cast<std::uint16_t>(item.label);
     if (model < 0) continue;
     const auto [at, fresh] = found.try_emplace({model, item.class_label}, static_cast<int>(objects_.size()));
-    if (fresh) objects_.push_back({model, item.class_label});
+    if (fresh)
+      objects_.push_back({model, item.class_label, 0, {item.body, item.X_BM}});
+    else
+      objects_[static_cast<std::size_t>(at->second)].axes.X_BA = Pose::Identity();
     object_of_[item.label] = at->second;
   }
+  std::map<std::uint16_t, std::uint32_t> instances;
+  for (Object& object : objects_) {
+    const std::uint16_t of_class = object.label.value_or(1);
+    const std::uint32_t number = ++instances[of_class];
+    if (number <= kMostInstances) object.panoptic = std::uint32_t{of_class} << 16 | number;
+  }
+}
+
+std::uint32_t ObjectLabels::panoptic_of(std::uint32_t label) const {
+  const int object = object_of_[label];
+  return object < 0 ? 0 : objects_[static_cast<std::size_t>(object)].panoptic;
 }
 
 std::string ObjectLabels::class_id(std::size_t object) const {
@@ -124,8 +161,32 @@ std::vector<Detection2D> boxes_of(const ObjectLabels& objects, std::span<const s
   }
   std::vector<Detection2D> out;
   for (std::size_t i = 0; i < boxes.size(); ++i)
-    if (!boxes[i].empty())
-      out.push_back(detection(clipped(boxes[i], camera), objects.class_id(i), objects.name(i)));
+    if (!boxes[i].empty()) out.push_back(detection(objects, i, clipped(boxes[i], camera)));
+  return out;
+}
+
+std::vector<Detection3D> oriented_boxes_of(const ObjectLabels& objects, std::span<const std::uint32_t> labels,
+                                           std::span<const Pose> bodies, const Pose& X_FW) {
+  std::vector<char> visible(objects.objects(), 0);
+  for (const std::uint32_t label : labels)
+    if (const int object = objects.object_of(label); object >= 0)
+      visible[static_cast<std::size_t>(object)] = 1;
+  std::vector<Eigen::AlignedBox3d> boxes(visible.size());
+  const auto X_WA = [&](std::size_t object) {
+    const ObjectLabels::Axes& axes = objects.axes(object);
+    return bodies[static_cast<std::size_t>(axes.body)] * axes.X_BA;
+  };
+  for (const SceneItem& item : objects.scene().items) {
+    const int object = objects.object_of(item.label);
+    if (object < 0 || visible[static_cast<std::size_t>(object)] == 0) continue;
+    const Pose X_AM = X_WA(static_cast<std::size_t>(object)).inverse() *
+                      bodies[static_cast<std::size_t>(item.body)] * item.X_BM;
+    for (const Eigen::Vector3f& p : objects.scene().meshes[static_cast<std::size_t>(item.mesh)]->positions)
+      boxes[static_cast<std::size_t>(object)].extend(X_AM * p.cast<double>());
+  }
+  std::vector<Detection3D> out;
+  for (std::size_t i = 0; i < boxes.size(); ++i)
+    if (!boxes[i].isEmpty()) out.push_back(detection(objects, i, boxes[i], X_FW * X_WA(i)));
   return out;
 }
 

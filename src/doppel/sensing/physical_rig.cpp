@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "doppel/sensing/detail/physical_sensor.h"
+#include "doppel/sensing/detail/rig_node.h"
 #include "doppel/sensors/sample_schedule.h"
 
 namespace doppel {
@@ -36,6 +37,11 @@ struct PhysicalRig::Impl {
   }
 
   void bind(const Engine& engine);
+  // The sensors with their topics in the node `in`. leaves_out: those whose topics have another type elsewhere.
+  [[nodiscard]] std::vector<Entry> make_entries(const std::vector<RigSensor>& wanted, const Engine& engine,
+                                                Node& in, bool leaves_out) const;
+  // The present sensor in whose place this one is; nullptr: none.
+  [[nodiscard]] const Entry* former_of(const Entry& entry) const;
   void note(const Engine& engine, int instance);
   // Returns whether one of the sensors needs the present contacts.
   bool differentiate(const Engine& engine);
@@ -85,44 +91,59 @@ void PhysicalRig::set_earth(const EarthFrame& earth) {
   impl_->earth = earth;
 }
 
-void PhysicalRig::set_sensors(std::vector<RigSensor> wanted, const Engine& engine) {
-  Impl& rig = *impl_;
-  // Beside the former node, so that topics that stay never vanish.
-  auto node = std::make_unique<Node>(rig.bus, "/doppel_sensors");
-  rig.reported = std::exchange(rig.present, {});
-  std::vector<Impl::Entry> fresh;
-  std::vector<std::pair<PhysicalSensor*, const PhysicalSensor*>> made;  // with the one in whose place it is
-  for (RigSensor& sensor : wanted) {
+std::vector<PhysicalRig::Impl::Entry> PhysicalRig::Impl::make_entries(const std::vector<RigSensor>& wanted,
+                                                                      const Engine& engine, Node& in,
+                                                                      bool leaves_out) const {
+  std::vector<Entry> fresh;
+  for (const RigSensor& sensor : wanted) {
     const std::string key = sensor_key(sensor);
-    Impl::Entry entry;
+    Entry entry;
     entry.schedule = SampleSchedule(sensor.description.rate, engine.world().settings().step);
     entry.schedule.restart(engine.time());
-    const MeterSettings settings{CounterRandom(rig.options.seed, key), entry.schedule.period(), rig.earth};
-    entry.sensor = make_physical_sensor(*node, sensor, settings, rig.log);
+    const MeterSettings settings{CounterRandom(options.seed, key), entry.schedule.period(), earth};
+    entry.sensor = made_or_left_out(sensor, leaves_out, log,
+                                    [&] { return make_physical_sensor(in, sensor, settings, log); });
     if (!entry.sensor) continue;
-    const auto old = std::find_if(rig.entries.begin(), rig.entries.end(), [&](const Impl::Entry& one) {
-      const SensorDescription& former = one.sensor->sensor().description;
-      return sensor_key(one.sensor->sensor()) == key && former.type == sensor.description.type &&
-             former.rate == sensor.description.rate;
-    });
-    if (old != rig.entries.end()) {
+    if (const Entry* const old = former_of(entry)) {
       entry.schedule = old->schedule;
       entry.samples = old->samples;
     }
     if (entry.schedule.limited()) {
-      rig.log.warning("sensors", key + " asks for " + std::to_string(sensor.description.rate) +
-                                     " Hz, more than one sample a step; it takes one every step");
+      log.warning("sensors", key + " asks for " + std::to_string(sensor.description.rate) +
+                                 " Hz, more than one sample a step; it takes one every step");
     }
-    made.emplace_back(entry.sensor.get(), old != rig.entries.end() ? old->sensor.get() : nullptr);
     fresh.push_back(std::move(entry));
   }
+  return fresh;
+}
+
+const PhysicalRig::Impl::Entry* PhysicalRig::Impl::former_of(const Entry& entry) const {
+  const RigSensor& sensor = entry.sensor->sensor();
+  const auto old = std::ranges::find_if(entries, [&](const Entry& one) {
+    const SensorDescription& former = one.sensor->sensor().description;
+    return sensor_key(one.sensor->sensor()) == sensor_key(sensor) &&
+           former.type == sensor.description.type && former.rate == sensor.description.rate;
+  });
+  return old == entries.end() ? nullptr : &*old;
+}
+
+void PhysicalRig::set_sensors(const std::vector<RigSensor>& wanted, const Engine& engine) {
+  Impl& rig = *impl_;
+  rig.reported = std::exchange(rig.present, {});
+  std::vector<Impl::Entry> fresh;
+  auto node = renewed_node(rig.bus, rig.node, [&](Node& in, bool leaves_out) {
+    fresh = rig.make_entries(wanted, engine, in, leaves_out);
+  });
+  std::vector<const Impl::Entry*> before;  // in whose place each is; nullptr: none
+  for (const Impl::Entry& entry : fresh) before.push_back(rig.former_of(entry));
   std::swap(rig.entries, fresh);
   if (rig.entries.empty()) node.reset();
   rig.node = std::move(node);
   rig.bind(engine);
-  for (const auto& [sensor, before] : made) {
-    sensor->restart(engine);
-    if (before != nullptr) sensor->resume(*before);
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    PhysicalSensor& sensor = *rig.entries[i].sensor;
+    sensor.restart(engine);
+    if (before[i] != nullptr) sensor.resume(*before[i]->sensor, before[i]->schedule.next());
   }
 }
 
@@ -217,7 +238,6 @@ Time PhysicalRig::publish(const Engine& engine) {
     if (entry.sensor->instance() < 0) continue;
     if (entry.schedule.due(now)) {
       const std::uint64_t sample = entry.schedule.take(now);
-      entry.sensor->advance(sample);
       if (stepped && entry.noted) {
         entry.sensor->publish(state, sample);
         ++entry.samples;

@@ -23,8 +23,8 @@
 // that the end of a touch is seen. Contacts are those of whole links: where one collision of several is named, contacts
 // of the others count, too.
 //
-// The noise of sample n depends on the seed, the sensor and n alone, whoever reads; a bias that walks does so at every
-// sample, and through set_sensors(). What nobody reads is not measured.
+// The noise of sample n depends on the seed, the sensor and n alone, whoever reads; a bias that walks does so through
+// set_sensors(). What nobody reads is not measured.
 
 #include <memory>
 #include <span>
@@ -51,9 +51,9 @@ class DOPPEL_API PhysicalRig {
   void between_steps(Time now);
   // Where the world is, for the sensors that set_sensors() makes afterwards.
   void set_earth(const EarthFrame& earth);
-  // Replaces all sensors; those that stay, with their name, type and rate, keep their count of samples and their start. Sensors of other kinds are left
-  // out.
-  void set_sensors(std::vector<RigSensor> sensors, const Engine& engine);
+  // Replaces all sensors; those that stay, with their name, type and rate, keep their count of samples and their start.
+  // Sensors of other kinds are left out, and with an error those whose topic has another type elsewhere.
+  void set_sensors(const std::vector<RigSensor>& sensors, const Engine& engine);
   // The engine has other instances: looks up those of the sensors again. A sensor whose instance comes back begins anew.
   void instances_changed(const Engine& engine);
   // Orientations relative to the start are relative to the present ones from now on.

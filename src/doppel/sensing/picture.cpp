@@ -1,9 +1,8 @@
 #include "doppel/sensing/picture.h"
 
-#include <Eigen/Geometry>
-
 #include "doppel/sensing/detail/world_scene.h"
 #include "doppel/sensors/lens.h"
+#include "doppel/sensors/sensor_frames.h"
 
 namespace doppel {
 
@@ -16,7 +15,7 @@ Bitmap take_picture(const Engine& engine, const CameraDescription& camera, const
   const std::vector<PixelRays> rays = pixel_rays(intrinsics_of(camera), camera.samples);
   CameraView view;
   view.samples = rays;
-  view.X_WC = X_WS * make_pose(Eigen::Vector3d::Zero(), {-M_PI / 2, 0, -M_PI / 2});
+  view.X_WC = X_WS * optical_axes();
   view.near = camera.near;
   view.far = camera.far;
   CameraPicture picture;

@@ -99,6 +99,13 @@ void encode_labels(const std::vector<std::uint32_t>& labels, sensor_msgs::msg::I
   }
 }
 
+void encode_panoptic(const std::vector<std::uint32_t>& labels, sensor_msgs::msg::Image& image) {
+  set_layout("rgb8", 3, image);
+  for (std::size_t i = 0; i < labels.size(); ++i)
+    for (std::size_t c = 0; c < 3; ++c)
+      image.data[3 * i + c] = static_cast<std::uint8_t>(labels[i] >> (8 * c));
+}
+
 void colour_labels(const std::vector<std::uint32_t>& labels, sensor_msgs::msg::Image& image) {
   set_layout("rgb8", 3, image);
   for (std::size_t i = 0; i < labels.size(); ++i) {

@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <ctime>
-#include <exception>
 
+#include "doppel/core/fnv_hash.h"
+#include "doppel/core/thrown.h"
 #include "doppel/sensing/detail/world_scene.h"
 
 namespace doppel {
@@ -13,13 +14,6 @@ double cpu_seconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
-
-// FNV-1a.
-std::uint64_t hash_of(const Bytes& bytes) {
-  std::uint64_t hash = 0xCBF29CE484222325ull;
-  for (const std::byte byte : bytes) hash = (hash ^ static_cast<std::uint64_t>(byte)) * 0x100000001B3ull;
-  return hash;
 }
 
 }  // namespace
@@ -74,18 +68,30 @@ void RigWorker::run() {
     RigJob& job = slots_[finished_ % kSlots];
     job.messages.resize(job.samples.size());
     job.costs.assign(job.samples.size(), 0);
+    job.failures.assign(job.samples.size(), {});
     for (auto& messages : job.messages) messages.clear();
     job.reports = {};
     try {
       make(job);
-    } catch (const std::exception& error) {
-      // Said once: a sensor without Embree or memory must not end the run.
-      if (!failed_)
-        job.reports.error("sensors.failed", {}, std::string("sensors of light do not work: ") + error.what());
-      failed_ = true;
+      report_failures(job);
+    } catch (...) {
+      report(job, {}, "cameras, lidars and ranges have no scene and publish nothing: " + thrown_text());
     }
     ++finished_;
     finished_.notify_all();
+  }
+}
+
+void RigWorker::report(RigJob& job, const SourceLocation& where, const std::string& text) {
+  if (reported_.insert(text).second) job.reports.error("sensors.failed", where, text);
+}
+
+void RigWorker::report_failures(RigJob& job) {
+  for (std::size_t i = 0; i < job.samples.size(); ++i) {
+    if (job.failures[i].empty()) continue;
+    const RigSensor& sensor = sensors_[job.samples[i].sensor]->sensor();
+    report(job, sensor.description.source,
+           "the sensor '" + sensor_key(sensor) + "' publishes nothing: " + job.failures[i]);
   }
 }
 
@@ -103,7 +109,7 @@ void RigWorker::make_sample(RigJob& job, std::size_t index) {
   job.samples[index].bodies = job.poses;
   job.samples[index].objects = objects_.get();
   sensors_[job.samples[index].sensor]->make(*caster_, job.samples[index], job.stamp, messages);
-  for (LightMessage& message : messages) message.hash = hash_of(*message.cdr);
+  for (LightMessage& message : messages) message.hash = fnv_hash(*message.cdr);
   job.costs[index] = cpu_seconds() - before;
 }
 
@@ -112,8 +118,8 @@ void RigWorker::share_samples() {
     try {
       make_sample(*job_, i);
     } catch (...) {
-      const std::lock_guard lock(error_mutex_);
-      if (!error_) error_ = std::current_exception();
+      job_->messages[i].clear();
+      job_->failures[i] = thrown_text();
     }
   }
 }
@@ -133,14 +139,12 @@ void RigWorker::make(RigJob& job) {
   caster_->set_poses(job.poses);
   job_ = &job;
   next_sample_ = 0;
-  error_ = nullptr;
   const std::size_t helpers = std::min(assistants_.size(), job.samples.size() - 1);
   busy_ = helpers;
   help_.release(static_cast<std::ptrdiff_t>(helpers));
   share_samples();
   for (std::size_t busy = busy_; busy != 0; busy = busy_) busy_.wait(busy);
   rays_ = caster_->rays_cast();
-  if (error_) std::rethrow_exception(error_);
 }
 
 }  // namespace doppel

@@ -2,14 +2,6 @@
 
 namespace doppel {
 
-Pose pose_between(const Pose& a, const Pose& b, double share) {
-  Pose out = Pose::Identity();
-  out.linear() =
-      Eigen::Quaterniond(a.linear()).slerp(share, Eigen::Quaterniond(b.linear())).toRotationMatrix();
-  out.translation() = a.translation() + share * (b.translation() - a.translation());
-  return out;
-}
-
 RollingShutter::RollingShutter(std::span<const PixelRays> samples) {
   const int width = samples.front().width;
   rows_.resize(static_cast<std::size_t>(samples.front().height));
@@ -28,15 +20,15 @@ RollingShutter::RollingShutter(std::span<const PixelRays> samples) {
     }
 }
 
-void RollingShutter::render(const CameraRenderer& renderer, CameraView view, const Pose& X_first,
-                            const Pose& X_last, CameraPicture& out) {
+void RollingShutter::render(const CameraRenderer& renderer, CameraView view, const PoseMotion& link,
+                            const Pose& X_LC, double duration, CameraPicture& out) {
   out.rgb.clear();
   out.depth.clear();
   out.labels.clear();
   const double last = std::max<double>(1, static_cast<double>(rows_.size()) - 1);
   for (std::size_t y = 0; y < rows_.size(); ++y) {
     view.samples = rows_[y];
-    view.X_WC = pose_between(X_first, X_last, static_cast<double>(y) / last);
+    view.X_WC = link.at(duration * (static_cast<double>(y) / last - 1)) * X_LC;
     renderer.render(view, row_);
     out.rgb.insert(out.rgb.end(), row_.rgb.begin(), row_.rgb.end());
     out.depth.insert(out.depth.end(), row_.depth.begin(), row_.depth.end());

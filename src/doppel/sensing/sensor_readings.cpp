@@ -21,10 +21,6 @@ struct SensorReadings::Impl {
   [[nodiscard]] std::uint64_t number(std::size_t sensor, Time now) const {
     return static_cast<std::uint64_t>(std::max(now - starts[sensor], Duration{}) / period);
   }
-  void advance(Time now) {
-    for (std::size_t i = 0; i < meters.size(); ++i)
-      if (meters[i]) meters[i]->advance(number(i, now));
-  }
 
   Duration period{};
   std::vector<std::string> instances, keys, types;   // of each sensor
@@ -97,15 +93,15 @@ void SensorReadings::state_written() {
   impl_->fresh = true;
 }
 
-void SensorReadings::resume(const SensorReadings& before) {
+void SensorReadings::resume(const SensorReadings& before, Time now) {
   const Impl& former = *before.impl_;
   for (std::size_t i = 0; i < impl_->meters.size(); ++i) {
     for (std::size_t j = 0; j < former.meters.size(); ++j) {
       if (!impl_->meters[i] || !former.meters[j] || impl_->keys[i] != former.keys[j] ||
           impl_->types[i] != former.types[j] || impl_->period != former.period)
         continue;
-      impl_->meters[i]->resume(*former.meters[j]);
       impl_->starts[i] = former.starts[j];
+      impl_->meters[i]->resume(*former.meters[j], impl_->number(i, now) + 1);
     }
   }
 }
@@ -127,7 +123,6 @@ void SensorReadings::before_step(const Engine& engine) {
   if (of.meters.empty() || engine.compiled() != of.world) return;
   of.note(engine, false);
   of.noted_end = engine.time() + of.world->settings().step;
-  of.advance(of.noted_end);  // also when hardware that is not active reads nothing
 }
 
 void SensorReadings::read(const Engine& engine) {
@@ -147,7 +142,6 @@ void SensorReadings::read(const Engine& engine) {
   } else {
     of.note(engine, true);
   }
-  of.advance(now);
   const PhysicalState state{engine, now, now, of.motions, of.before, of.none};
   for (std::size_t i = 0; i < of.meters.size(); ++i) {
     if (!of.meters[i] || of.meters[i]->instance() < 0) continue;

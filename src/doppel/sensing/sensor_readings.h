@@ -38,8 +38,8 @@ class DOPPEL_API SensorReadings {
   void restart(const Engine& engine);
   // The state of instances was written: it is not that of a step. Starts and noise stay.
   void state_written();
-  // Continues in place of others: sensors of the same name and type keep their start and their noise.
-  void resume(const SensorReadings& before);
+  // Continues in place of others: sensors of the same name and type keep their start and their noise. now: of the engine.
+  void resume(const SensorReadings& before, Time now);
 
   // -- in the loop: no allocation, no throw
   // Notes the state from which a step begins, at whose end the values may be read.

@@ -109,8 +109,8 @@ WrenchSum WrenchMeter::transmitted(const PhysicalState& state) {
     sum.add(X_WR.translation(), X_WR.linear() * of_all.tail<3>(), X_WR.linear() * of_all.head<3>());
   }
   for (const Contact& contact : state.before) {
-    if (has(contact.b)) sum.add(contact.p_W, -contact.force_W);
-    if (has(contact.a)) sum.add(contact.p_W, contact.force_W);
+    if (has(contact.b)) sum.add(contact.p_W, -contact.force_W, -contact.torque_W);
+    if (has(contact.a)) sum.add(contact.p_W, contact.force_W, contact.torque_W);
   }
   return sum;
 }

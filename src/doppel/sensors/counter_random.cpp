@@ -5,16 +5,16 @@
 #include <numbers>
 #include <vector>
 
+#include "doppel/core/fnv_hash.h"
+
 namespace doppel {
 namespace {
 
-// FNV-1a over the bytes of the seed and the name.
+// Over the bytes of the seed and the name.
 std::uint64_t key_of(std::uint64_t seed, std::string_view sensor) {
-  std::uint64_t hash = 0xCBF29CE484222325ull;
-  const auto add = [&hash](unsigned char byte) { hash = (hash ^ byte) * 0x100000001B3ull; };
-  for (int i = 0; i < 8; ++i) add(static_cast<unsigned char>(seed >> (8 * i)));
-  for (const char c : sensor) add(static_cast<unsigned char>(c));
-  return hash;
+  std::uint64_t hash = kEmptyHash;
+  for (int i = 0; i < 8; ++i) hash = fnv_mixed(hash, seed >> (8 * i) & 0xFF);
+  return fnv_hash(sensor, hash);
 }
 
 // The quantile of the normal distribution at p. Source: P. Acklam's rational approximation, refined by one step of

@@ -1,7 +1,6 @@
 #include "doppel/sensors/noise.h"
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cmath>
 
 namespace doppel {
@@ -15,37 +14,30 @@ constexpr std::uint32_t kBias = 0x40000000u, kSign = 0x40010000u, kWalk = 0x4002
 ChannelNoise::ChannelNoise(const NoiseDescription& noise, const CounterRandom& random, std::uint32_t channel,
                            double period)
     : noise_(noise), random_(random), channel_(channel) {
-  bias_ = noise.bias_mean + noise.bias_stddev * random.normal(0, kBias + channel);
-  if (random.uniform(0, kSign + channel) < 0.5) bias_ = -bias_;
-  first_bias_ = bias_;
-  if (noise.walk_stddev > 0 && noise.walk_time > 0 && period > 0) {
-    decay_ = std::exp(-period / noise.walk_time);
-    walk_ =
-        noise.walk_stddev * std::sqrt(noise.walk_time / 2 * (1 - std::exp(-2 * period / noise.walk_time)));
-  }
+  double first = noise.bias_mean + noise.bias_stddev * random.normal(0, kBias + channel);
+  if (random.uniform(0, kSign + channel) < 0.5) first = -first;
+  walk_ = BiasWalk(first, noise.walk_stddev, noise.walk_time, period, random, kWalk + channel);
 }
 
-void ChannelNoise::advance(std::uint64_t sample) {
-  if (walk_ <= 0) next_ = std::max(next_, sample + 1);
-  for (; next_ <= sample; ++next_) bias_ = decay_ * bias_ + walk_ * random_.normal(next_, kWalk + channel_);
+double ChannelNoise::bias(std::uint64_t sample) {
+  return walk_.at(sample < begin_ ? 0 : sample + 1 - begin_);
 }
 
-void ChannelNoise::resume(const ChannelNoise& before) {
-  next_ = before.next_;
-  if (first_bias_ == before.first_bias_ && decay_ == before.decay_ && walk_ == before.walk_)
-    bias_ = before.bias_;
+void ChannelNoise::resume(const ChannelNoise& before, std::uint64_t next) {
+  begin_ = walk_.same_as(before.walk_) ? before.begin_ : next;
 }
 
-double ChannelNoise::apply(double value, std::uint64_t sample) const {
-  double out = value + noise_.mean + bias_;
+double ChannelNoise::apply(double value, std::uint64_t sample) {
+  double out = value + noise_.mean + bias(sample);
   if (noise_.stddev > 0) out += noise_.stddev * random_.normal(sample, channel_);
   return noise_.precision > 0 && std::isfinite(out) ? std::round(out / noise_.precision) * noise_.precision
                                                     : out;
 }
 
-void ChannelNoise::apply(std::span<float> values, std::uint64_t sample, std::vector<float>& scratch) const {
+void ChannelNoise::apply(std::span<float> values, std::uint64_t sample, std::vector<float>& scratch) {
   if (!noise_.any()) return;
-  const auto offset = static_cast<float>(noise_.mean + bias_), stddev = static_cast<float>(noise_.stddev);
+  const auto offset = static_cast<float>(noise_.mean + bias(sample)),
+             stddev = static_cast<float>(noise_.stddev);
   const auto count = static_cast<Eigen::Index>(values.size());
   Eigen::Map<Eigen::ArrayXf> all(values.data(), count);
   if (noise_.stddev > 0) {

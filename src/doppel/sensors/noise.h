@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "doppel/export.h"
+#include "doppel/sensors/bias_walk.h"
 #include "doppel/sensors/counter_random.h"
 #include "doppel/sensors/sensor_description.h"
 
@@ -19,17 +20,18 @@ class DOPPEL_API ChannelNoise {
   ChannelNoise(const NoiseDescription& noise, const CounterRandom& random, std::uint32_t channel,
                double period);
 
-  // The bias walks once a sample, also for samples that nobody has read: up to this one. Samples count from 0; an earlier
-  // one changes nothing. The time is in proportion to the samples since the last call.
-  void advance(std::uint64_t sample);
-  // Continues in place of a former channel: the walk goes on from its last sample, with its bias if that is described the same.
-  void resume(const ChannelNoise& before);
-  // The value with the noise of this sample.
-  [[nodiscard]] double apply(double value, std::uint64_t sample) const;
+  // Continues in place of a former channel from sample `next` on: a walk that is described the same goes on, another one
+  // begins there.
+  void resume(const ChannelNoise& before, std::uint64_t next);
+  // Samples count from 0 again: the walk begins there.
+  void restart() { begin_ = 0; }
+  // The value with the noise of this sample, which is a function of its number alone. Samples count from 0.
+  [[nodiscard]] double apply(double value, std::uint64_t sample);
   // The same for all finite values of the channel at once, such as the ranges of a scan, by CounterRandom::normals().
   // `scratch` is kept by the caller, so that it is allocated once.
-  void apply(std::span<float> values, std::uint64_t sample, std::vector<float>& scratch) const;
-  [[nodiscard]] double bias() const { return bias_; }
+  void apply(std::span<float> values, std::uint64_t sample, std::vector<float>& scratch);
+  // Walks once a sample, whether or not it is read (bias_walk.h).
+  [[nodiscard]] double bias(std::uint64_t sample);
   [[nodiscard]] bool any() const { return noise_.any(); }
   [[nodiscard]] double stddev() const { return noise_.stddev; }
 
@@ -37,8 +39,8 @@ class DOPPEL_API ChannelNoise {
   NoiseDescription noise_;
   CounterRandom random_;
   std::uint32_t channel_ = 0;
-  double first_bias_ = 0, bias_ = 0, decay_ = 1, walk_ = 0;
-  std::uint64_t next_ = 0;  // the sample for which the bias walks next
+  BiasWalk walk_;
+  std::uint64_t begin_ = 0;  // the sample with the first step of the walk
 };
 
 }  // namespace doppel

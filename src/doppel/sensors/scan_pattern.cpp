@@ -49,10 +49,11 @@ ScanPattern scan_pattern(const LidarDescription& lidar) {
   return out;
 }
 
-void place_rays(const ScanPattern& pattern, const Pose& X_WS, const Pose* to, RayBatch& out) {
-  const bool moves = to != nullptr && !to->isApprox(X_WS, 0);
+void place_rays(const ScanPattern& pattern, const PoseMotion& link, const Pose& X_LS, double scan_time,
+                RayBatch& out) {
+  const bool moves = scan_time > 0 && link.moves();
   out.resize(pattern.size(), moves ? pattern.size() : 1);
-  const Eigen::Quaterniond q0(X_WS.linear()), q1(moves ? to->linear() : X_WS.linear());
+  Pose X_WS = link.X_WF * X_LS;
   Eigen::Matrix3f R = X_WS.linear().cast<float>();
   Eigen::Vector3f p = X_WS.translation().cast<float>();
   const auto columns = static_cast<std::size_t>(pattern.columns),
@@ -69,9 +70,9 @@ void place_rays(const ScanPattern& pattern, const Pose& X_WS, const Pose* to, Ra
     return;
   }
   for (std::size_t c = 0; c < columns; ++c) {
-    const double share = columns > 1 ? static_cast<double>(c) / static_cast<double>(columns) : 0;
-    R = q0.slerp(share, q1).toRotationMatrix().cast<float>();
-    p = (X_WS.translation() + share * (to->translation() - X_WS.translation())).cast<float>();
+    X_WS = link.at(scan_time * (static_cast<double>(c) / static_cast<double>(columns) - 1)) * X_LS;
+    R = X_WS.linear().cast<float>();
+    p = X_WS.translation().cast<float>();
     for (std::size_t r = 0; r < rings; ++r) {
       const std::size_t i = r * columns + c;
       const Eigen::Vector3f d = R * pattern.direction(i);

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/math/pose.h"
+#include "doppel/math/pose_motion.h"
 #include "doppel/rays/ray_caster.h"
 #include "doppel/sensors/sensor_description.h"
 
@@ -23,8 +23,10 @@ struct DOPPEL_API ScanPattern {
 };
 DOPPEL_API ScanPattern scan_pattern(const LidarDescription& lidar);
 
-// Rays of all directions from X_WS. With `to`, the pose at the end of the scan: each column at its own time in between.
-DOPPEL_API void place_rays(const ScanPattern& pattern, const Pose& X_WS, const Pose* to, RayBatch& out);
+// Rays of all directions from a sensor that is at X_LS in `link`: each column at its own time of the scan, which ends at
+// the instant of `link` and takes scan_time s; 0: all at once.
+DOPPEL_API void place_rays(const ScanPattern& pattern, const PoseMotion& link, const Pose& X_LS,
+                           double scan_time, RayBatch& out);
 
 // Rays over a cone of a range sensor, whole angle `field_of_view`, dense enough for 1 % of it between neighbours.
 DOPPEL_API ScanPattern cone_pattern(const RangeDescription& range);

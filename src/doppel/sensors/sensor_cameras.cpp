@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numeric>
 
@@ -50,14 +51,29 @@ LensDescription read_lens(const SensorValues& values) {
   return lens;
 }
 
-// Source: gz-sensors 8, BoundingBoxCameraSensor.
-bool reads_full_boxes(const SensorValues& values) {
-  const std::string type = values.text("box_type", "visible_2d");
-  if (type == "full_2d" || type == "full_box_2d") return true;
-  if (type != "2d" && type != "visible_2d" && type != "visible_box_2d")
+std::string lower_case(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+// Source: gz-sensors 8, BoundingBoxCameraSensor and SegmentationCameraSensor.
+void read_detections(const SensorValues& values, CameraDescription& camera) {
+  const std::string boxes = lower_case(values.text("box_type")),
+                    type = lower_case(values.text("segmentation_type"));
+  if (boxes == "full_2d" || boxes == "full_box_2d")
+    camera.boxes = BoxKind::full_2d;
+  else if (boxes == "3d")
+    camera.boxes = BoxKind::oriented_3d;
+  else if (boxes == "2d" || boxes == "visible_2d" || boxes == "visible_box_2d")
+    camera.boxes = BoxKind::visible_2d;
+  else if (!boxes.empty())
     values.refuse("box_type",
-                  fmt::format("'{}' is not 2d, visible_2d or full_2d; boxes are visible_2d", type));
-  return false;
+                  fmt::format("'{}' is not 2d, visible_2d, full_2d or 3d; boxes are visible_2d", boxes));
+  if (type == "semantic" || type == "instance" || type == "panoptic")
+    camera.panoptic = type != "semantic";
+  else if (!type.empty())
+    values.refuse("segmentation_type",
+                  fmt::format("'{}' is not semantic, instance or panoptic; pictures are semantic", type));
 }
 
 void limit_size(const SensorValues& values, CameraDescription& camera) {
@@ -96,7 +112,6 @@ CameraDescription camera_in(const SensorValues& values, const std::string& type)
     camera.depth_far = values.distance_or_all("depth_camera/clip/far", camera.far);
   camera.lens = read_lens(values);
   camera.noise = values.noise("noise");
-  camera.full_boxes = reads_full_boxes(values);
   // A lens of more than a half space is no pinhole.
   if (camera.lens.kind == LensKind::pinhole && camera.hfov > kMostPinhole)
     camera.lens.kind = LensKind::equidistant;
@@ -150,8 +165,10 @@ void read_camera(const SensorValues& values, SensorDescription& out) {
   const auto add = [&](const XmlNode& element) {
     const SensorValues inner = values.below(element);
     CameraDescription& camera = cameras.emplace_back(camera_in(inner, out.type));
-    read_extensions(values, camera);
-    read_extensions(inner, camera);
+    for (const SensorValues& of : {values, inner}) {
+      read_extensions(of, camera);
+      read_detections(of, camera);
+    }
     const XmlAttribute* name = element.find("name");
     camera.name =
         name == nullptr || name->value.empty() ? "camera" + std::to_string(cameras.size()) : name->value;

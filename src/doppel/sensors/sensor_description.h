@@ -56,6 +56,8 @@ struct LensDescription {
 
 // What the pictures contain: each kind publishes what its kind of Gazebo's sensors does.
 enum class CameraKind { colour, depth, rgbd, segmentation, boundingbox };
+// <box_type>: around the visible pixels, around the whole object in the picture, or oriented in space.
+enum class BoxKind { visible_2d, full_2d, oriented_3d };
 
 struct CameraDescription {
   CameraKind kind = CameraKind::colour;
@@ -76,7 +78,8 @@ struct CameraDescription {
   double edge_mixing = 0;      // probability that a depth beside an edge is between both sides
   double rolling_shutter = 0;  // s from the first row to the last
   double exposure = 1;         // factor of the light
-  bool full_boxes = false;     // <box_type>full_2d
+  BoxKind boxes = BoxKind::visible_2d;
+  bool panoptic = false;  // <segmentation_type>: instances of classes, too
 };
 
 // A range of equally spaced directions: (max - min) / (n - 1).

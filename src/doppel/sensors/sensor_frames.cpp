@@ -13,10 +13,6 @@ namespace {
 
 constexpr double kSame = 1e-4;  // m, rad
 
-Pose optical_axes() {
-  return make_pose(Eigen::Vector3d::Zero(), {-M_PI / 2, 0, -M_PI / 2});
-}
-
 bool same(const Pose& a, const Pose& b) {
   return (a.matrix() - b.matrix()).cwiseAbs().maxCoeff() < kSame;
 }
@@ -120,6 +116,12 @@ class FrameFinder {
 };
 
 }  // namespace
+
+Pose optical_axes() {
+  Pose X = Pose::Identity();
+  X.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  return X;
+}
 
 RobotSensors place_sensors(std::vector<SensorDescription> described, const Model& model,
                            Diagnostics& diagnostics) {

@@ -30,6 +30,9 @@ struct RobotSensors {
   std::vector<FixedFrame> frames;
 };
 
+// x to the right, y down, z forward, in a frame with x forward and z up (REP 103).
+DOPPEL_API Pose optical_axes();
+
 // Data are in the axes of the frame that is named. A sensor with a pose of its own has its own frame, `<sensor>_frame`;
 // pictures have an optical one, `<link>_optical_frame`, unless the description has one. A frame that the user names is
 // kept. Warnings: those of read_sensors(), and "sensor.frame": pictures in a frame that is not optical, or a frame that is

@@ -154,6 +154,7 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
                                                  log, diagnostics);
   add_hardware(machine, instance, options, diagnostics);
   diagnostics.throw_if_errors();
+  if (options.former != nullptr) resume_sensors(*options.former);
 }
 
 void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
@@ -189,6 +190,12 @@ void ControlStack::use_sensors(SimulatedHardware& hardware, const HardwareDescri
     readings = std::make_unique<SensorReadings>(sensors, sensor_options_, *earth_, manager_->period(),
                                                 ranges_.get());
   hardware.use_sensors(bindings, std::move(readings));
+}
+
+// Also of those that an edit has given to another component.
+void ControlStack::resume_sensors(const ControlStack& former) {
+  for (const Simulated& one : simulated_)
+    for (const Simulated& before : former.simulated_) one.hardware->resume_sensors(*before.hardware);
 }
 
 void ControlStack::start(const ControllerSelection& selection, const Log& log) {

@@ -51,7 +51,8 @@ class DOPPEL_API ControlStack {
     RigOptions sensors = {};
     std::shared_ptr<const EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
     std::shared_ptr<RangeValues> ranges =
-        nullptr;  // of the twin's range sensors; nullptr: they are not measured
+        nullptr;                           // of the twin's range sensors; nullptr: they are not measured
+    const ControlStack* former = nullptr;  // whose sensors' start and noise continue
   };
   // Throws InputError for errors in the YAML or the interfaces. Each component of the description is made by
   // the type that is registered for its plugin name, or simulated, with a note, if there is none.
@@ -100,6 +101,7 @@ class DOPPEL_API ControlStack {
  private:
   void add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
                     Diagnostics& diagnostics);
+  void resume_sensors(const ControlStack& former);
   void use_sensors(SimulatedHardware& hardware, const HardwareDescription& description,
                    const CompiledRobot& machine);
   void hold_unclaimed_joints(const ControllerSelection& selection, const Log& log);

@@ -128,8 +128,8 @@ void SensorTicks::write_diagnostics() {
     status.level = left_out > 0 ? DiagnosticStatus::WARN : DiagnosticStatus::OK;
     status.message.clear();
     if (left_out > 0)
-      fmt::format_to(std::back_inserter(status.message), "{} samples left out in the last second: too slow",
-                     left_out);
+      fmt::format_to(std::back_inserter(status.message),
+                     "{} samples left out since the last message: too slow", left_out);
     else
       status.message = sensor.reached > 0 ? "publishes" : "is not read";
     write(status.values[0].value, sensor.rate);
@@ -172,7 +172,7 @@ void SensorTicks::look_up() {
   for (const ModelSensors& model : *models) add_sensors(model, sensors);
   physical_.set_earth(*sources_.earth);
   physical_.set_sensors(sensors, scene_.engine());
-  light_.set_sensors(std::move(sensors), scene_.engine());
+  light_.set_sensors(sensors, scene_.engine());
   find_frames(*models);
   known_ = std::move(present);
   known_models_ = std::move(models);
@@ -193,9 +193,8 @@ void SensorTicks::between_steps(Time now) {
   light_.refresh(all.first(lights_));
   physical_.refresh(all.subspan(lights_));
   list_topic_.publish(list_, now);
-  if (lights_ == 0) return;
+  if (lights_ == 0 || !diagnostics_topic_.has_listeners()) return;
   write_diagnostics();
-  if (!diagnostics_topic_.has_listeners()) return;
   diagnostics_.header.stamp = to_time_msg(bus_.stamp(now));
   diagnostics_topic_.publish(diagnostics_, now);
 }

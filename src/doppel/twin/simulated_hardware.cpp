@@ -107,7 +107,7 @@ void SimulatedHardware::use_sensors(const SensorBindings& bindings,
                                     std::unique_ptr<SensorReadings> readings) {
   if (readings) {
     readings->bind(robot_.engine());
-    if (readings_) readings->resume(*readings_);
+    if (readings_) readings->resume(*readings_, robot_.engine().time());
   }
   bound_ = bindings.values;
   sensors_ = bindings.sensors.size();

@@ -26,6 +26,10 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
   // Between ticks: what the <sensor>s of the description read, in place of what they read before; sensors that stay keep
   // their start. A state interface without a sensor keeps its initial value, or NaN.
   void use_sensors(const SensorBindings& bindings, std::unique_ptr<SensorReadings> readings);
+  // Between ticks: the sensors that `before` has, too, keep its start and noise.
+  void resume_sensors(const SimulatedHardware& before) {
+    if (readings_ && before.readings_) readings_->resume(*before.readings_, robot_.engine().time());
+  }
   // Continues with another instance of a model with the same joints: the drives are set there, too.
   void rebind(Instance robot);
   // The state was reset: it is that of the start for its sensors.

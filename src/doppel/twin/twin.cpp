@@ -51,7 +51,7 @@ Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diag
   controllers = builtin_controllers();
   hardware = HardwareRegistry::with_builtin();
   for (const std::string& plugin : scenario.plugins) load_plugin_library(plugin, controllers, hardware);
-  for (const auto& robot : machine->robots) robots.push_back(make_robot(robot, std::nullopt, diagnostics));
+  for (const auto& robot : machine->robots) robots.push_back(make_robot(robot, nullptr, diagnostics));
   renew_handles();
   add_world_ticks();
   for (const auto& robot : robots) {
@@ -68,8 +68,7 @@ Twin::Impl::~Impl() {
 }
 
 std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const CompiledRobot> robot,
-                                                  std::optional<TwinRobot::History> past,
-                                                  Diagnostics& diagnostics) {
+                                                  const TwinRobot* former, Diagnostics& diagnostics) {
   const std::string manager = bus.names().node(in_namespace(robot->name_space(), "controller_manager"));
   for (const auto& other : robots) {
     if (other->name_space() == robot->name_space()) continue;  // the one that it replaces
@@ -82,7 +81,7 @@ std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const Compiled
   const Instance instance = instance_of(*machine->engine, *robot);
   auto made = std::make_unique<TwinRobot>(
       TwinRobot::Surroundings{bus, controllers, hardware, scenario, log, gate, statics, earth, ranges},
-      std::move(robot), instance, std::move(past), diagnostics);
+      std::move(robot), instance, former, diagnostics);
   made->control_at_once(count);
   return made;
 }

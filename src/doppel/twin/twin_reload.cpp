@@ -189,10 +189,9 @@ class Twin::Impl::RobotReplacement {
 
   void make(std::size_t before, const std::shared_ptr<const CompiledRobot>& compiled,
             const std::map<std::string, ControllerSelection>& selections) {
-    std::optional<TwinRobot::History> past;
-    if (before < former_.size()) past = former_[before]->past();
+    const TwinRobot* const former = before < former_.size() ? former_[before].get() : nullptr;
     Diagnostics reported_before;
-    twin_.robots.push_back(twin_.make_robot(compiled, std::move(past), reported_before));
+    twin_.robots.push_back(twin_.make_robot(compiled, former, reported_before));
     TwinRobot& made = *twin_.robots.back();
     const auto selection = selections.find(made.name_space());
     if (selection != selections.end()) {

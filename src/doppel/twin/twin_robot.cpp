@@ -107,11 +107,11 @@ class RestMonitor : public Tickable {
 }  // namespace
 
 TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledRobot> machine,
-                     Instance instance, std::optional<History> past, Diagnostics& diagnostics)
+                     Instance instance, const TwinRobot* former, Diagnostics& diagnostics)
     : around_(around),
       machine_(std::move(machine)),
       instance_(instance),
-      history_(past ? std::move(*past) : History{RestCheck(instance), {}, kEmptyHash}) {
+      history_(former != nullptr ? former->history_ : History{RestCheck(instance), {}, kEmptyHash}) {
   own_log_.add_sink([&log = around_.log, name_space = name_space()](const LogLine& line) {
     log.line(line.severity, name_space + "/" + line.origin, line.text);
   });
@@ -119,6 +119,7 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
   options.sensors = around.scenario.sensors;
   options.earth = around.earth;
   options.ranges = around.ranges;
+  if (former != nullptr) options.former = former->control_.get();
   control_ = std::make_unique<ControlStack>(around.bus, *machine_, instance_, options, log(), diagnostics);
   steps_per_tick_ = static_cast<std::uint64_t>(control_->manager().period() / step());
   report_unbound();

@@ -53,16 +53,17 @@ class DOPPEL_API TwinRobot {
     std::shared_ptr<const EarthFrame> earth;  // of the present world
     std::shared_ptr<RangeValues> ranges;      // of the twin's range sensors
   };
-  // State that is kept when the machine is replaced: the reports so far, and the hash.
+  // State that is kept when the robot is made anew: the reports so far, and the hash.
   struct History {
     RestCheck rest;
     std::vector<OscillationReport> oscillations;
     std::uint64_t hash = 0;
     std::set<std::string> unbound = {};  // findings of ControlStack::unbound() that were logged
   };
-  // Neither loads controllers nor publishes anything yet. Throws InputError.
+  // former: in whose place it is made, with its history and the start of its sensors; nullptr: none. Neither loads
+  // controllers nor publishes anything yet. Throws InputError.
   TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledRobot> machine, Instance instance,
-            std::optional<History> past, Diagnostics& diagnostics);
+            const TwinRobot* former, Diagnostics& diagnostics);
   ~TwinRobot() { loop_.reset(); }  // ends the loop's thread before the members that it uses are destroyed
   TwinRobot(const TwinRobot&) = delete;
   TwinRobot& operator=(const TwinRobot&) = delete;
@@ -146,7 +147,6 @@ class DOPPEL_API TwinRobot {
   [[nodiscard]] std::vector<SagReport> gravity_sag() const;  // at the present pose
   // A hash over the bits of every q, v and drive effort of every step so far, and of the sensors that controllers read.
   [[nodiscard]] std::uint64_t state_hash() const { return history_.hash; }
-  [[nodiscard]] const History& past() const { return history_; }
 
  private:
   [[nodiscard]] const Log& log() const { return name_space().empty() ? around_.log : own_log_; }

@@ -111,7 +111,7 @@ void Twin::Impl::add_robot(JoiningRobot& joining) {
     Diagnostics overlaps, reported_before;
     report_overlaps(fresh, engine, overlaps);
     for (const Diagnostic& one : overlaps.all()) log.warning(kSpawnLogOrigin, one.str());
-    robots.push_back(make_robot(joining.machine, std::nullopt, reported_before));
+    robots.push_back(make_robot(joining.machine, nullptr, reported_before));
     machine->robots.push_back(joining.machine);
     renew_handles();
     robots.back()->make_publishers();

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "doppel/math/mass_properties.h"
-#include "doppel/math/pose.h"
+#include "doppel/math/pose_motion.h"
 
 namespace doppel {
 namespace {
@@ -15,6 +15,15 @@ TEST(Pose, RpyIsFixedAxesXyz) {
   EXPECT_TRUE((R * Eigen::Vector3d::UnitX()).isApprox(Eigen::Vector3d::UnitY()));
   const Eigen::Matrix3d both = rotation_from_rpy({std::numbers::pi / 2, 0.0, std::numbers::pi / 2});
   EXPECT_TRUE((both * Eigen::Vector3d::UnitY()).isApprox(Eigen::Vector3d::UnitZ()));
+}
+
+TEST(PoseMotion, TurnsAndMovesByVelocitiesBeforeAndAfterInstant) {
+  const PoseMotion frame{make_pose({1, 2, 3}, {0, 0, 0.5}), {2, 0, -1}, {0, 0, 0.4}};
+  for (const double time : {-1.0, 0.0, 0.25, 3.0}) {
+    const Pose X = frame.at(time);
+    EXPECT_TRUE(X.linear().isApprox(rotation_from_rpy({0, 0, 0.5 + 0.4 * time}), 1e-12)) << time;
+    EXPECT_TRUE(X.translation().isApprox(Eigen::Vector3d(1 + 2 * time, 2, 3 - time), 1e-12)) << time;
+  }
 }
 
 TEST(Pose, RpyRoundTripsAtSingularity) {

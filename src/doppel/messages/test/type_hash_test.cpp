@@ -106,7 +106,12 @@ TEST(TypeSources, SourcesMatchPackage) {
       {"vision_msgs/msg/ObjectHypothesis", "string class_id\nfloat64 score\n"},
       {"vision_msgs/msg/Detection2D",
        "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
-       "vision_msgs/BoundingBox2D bbox\nstring id\n"}};
+       "vision_msgs/BoundingBox2D bbox\nstring id\n"},
+      {"vision_msgs/msg/BoundingBox3D", "geometry_msgs/Pose center\ngeometry_msgs/Vector3 size\n"},
+      {"vision_msgs/msg/Detection3D",
+       "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
+       "vision_msgs/BoundingBox3D bbox\nstring id\n"},
+      {"vision_msgs/msg/Detection3DArray", "std_msgs/Header header\nvision_msgs/Detection3D[] detections\n"}};
   for (const auto& [name, fields] : cases)
     EXPECT_EQ(type_sources(*find_type(name)->description()).at(0).raw_file_contents, fields) << name;
 }

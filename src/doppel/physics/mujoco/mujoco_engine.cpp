@@ -473,7 +473,9 @@ void MujocoEngine::contacts(std::vector<Contact>& out) const {
     Contact contact = compiled_world().describe(c->contact[i]);
     double force[6];
     mj_contactForce(m(), c, i, force);
-    contact.force_W = rotation_at(c->contact[i].frame).transpose() * vector_at(force);
+    const Eigen::Matrix3d R_WC = rotation_at(c->contact[i].frame).transpose();
+    contact.force_W = R_WC * vector_at(force);
+    contact.torque_W = R_WC * vector_at(force + 3);
     out.push_back(contact);
   }
 }

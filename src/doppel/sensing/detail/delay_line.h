@@ -2,6 +2,7 @@
 // Samples that wait for the end of their sensor's latency: a ring whose samples keep their memory.
 
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "doppel/core/time.h"
@@ -17,8 +18,18 @@ class DelayLine {
       waiting_.assign(static_cast<std::size_t>(std::ceil(latency / period)) + 3, {Time{}, blank});
   }
 
-  [[nodiscard]] bool delays() const { return !waiting_.empty(); }
+  [[nodiscard]] bool delays() const { return latency_ > Duration{}; }
   void clear() { first_ = count_ = 0; }
+  // Takes over the samples that wait in a former line; their latency stays.
+  void resume(const DelayLine& before) {
+    std::vector<Waiting> all;
+    for (std::size_t i = 0; i < before.count_; ++i)
+      all.push_back(before.waiting_[(before.first_ + i) % before.waiting_.size()]);
+    first_ = 0;
+    count_ = all.size();
+    all.insert(all.end(), waiting_.begin(), waiting_.end());
+    waiting_ = std::move(all);
+  }
 
   // -- in the loop
   // The place for the sample of this instant; a former one is in it.
@@ -43,7 +54,7 @@ class DelayLine {
     Sample sample;
   };
   Duration latency_{};
-  std::vector<Waiting> waiting_;  // a ring; empty: there is no latency
+  std::vector<Waiting> waiting_;  // a ring
   std::size_t first_ = 0, count_ = 0;
 };
 

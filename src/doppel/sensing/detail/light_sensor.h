@@ -6,9 +6,11 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <typeinfo>
 #include <vector>
 
 #include "doppel/bus/bus.h"
+#include "doppel/math/pose_motion.h"
 #include "doppel/rays/ray_caster.h"
 #include "doppel/sensing/detail/sensor_names.h"
 #include "doppel/sensing/range_values.h"
@@ -44,9 +46,9 @@ class ObjectLabels;
 struct LightSample {
   std::size_t sensor = 0;  // in the rig
   std::uint64_t number = 0;
-  std::uint32_t wanted = 0;                                      // bits of outlets, and of the range
-  Pose X_WL = Pose::Identity(), X_WL_before = Pose::Identity();  // of the link: now, and at the sample before
-  int body = -1;                                                 // of the link, in the scene
+  std::uint32_t wanted = 0;  // bits of outlets, and of the range
+  PoseMotion link = {};      // of the sensor
+  int body = -1;             // of the link, in the scene
   // By the worker: X_WB of all bodies, and what its scene's surfaces belong to.
   std::span<const Pose> bodies = {};
   const ObjectLabels* objects = nullptr;
@@ -80,6 +82,12 @@ class LightSensor {
     return bits;
   }
   [[nodiscard]] const Outlet& outlet(std::size_t index) const { return *outlets_[index]; }
+  // Whether a message of another sensor's outlet can be sent by this one's: the same topic with the same type.
+  [[nodiscard]] bool has_same_outlet(const LightSensor& other, std::size_t index) const {
+    if (index >= outlets_.size() || topics_[index] != other.topics_[index]) return false;
+    const Outlet &own = *outlets_[index], &others = *other.outlets_[index];
+    return typeid(own) == typeid(others);
+  }
 
   // -- between steps, while there are no jobs
   // The range that controllers read, of a range sensor.
@@ -88,8 +96,8 @@ class LightSensor {
   virtual void restart() {
     if (range_) range_->range = std::numeric_limits<double>::quiet_NaN();
   }
-  // Continues in place of a former sensor of the same name and type.
-  virtual void resume(const LightSensor& /*before*/) {}
+  // Continues in place of a former sensor of the same name and type, from sample `next` on.
+  virtual void resume(const LightSensor& /*before*/, std::uint64_t /*next*/) {}
 
  protected:
   static constexpr std::uint32_t kRangeRead = 1U << 31;  // in LightSample::wanted, above the outlets

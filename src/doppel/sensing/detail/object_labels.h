@@ -1,5 +1,6 @@
 #pragma once
-// What the pixels of a picture of labels belong to: classes of Gazebo's Label plugin, and boxes around objects.
+// What the pixels of a picture of labels belong to: classes of Gazebo's Label plugin, their instances, and boxes around
+// objects.
 
 #include <cstdint>
 #include <memory>
@@ -28,6 +29,9 @@ class ObjectLabels {
   [[nodiscard]] std::uint16_t class_of(std::uint32_t label) const { return classes_[label]; }
   // Below objects(); -1: nothing, or no object.
   [[nodiscard]] int object_of(std::uint32_t label) const { return object_of_[label]; }
+  // The class of its object times 65,536, plus the number of the object among those of its class, from 1; 0: no object. In
+  // a scene without labels the class of all objects is 1. Source: gz-rendering 8, Ogre2SegmentationMaterialSwitcher.cc.
+  [[nodiscard]] std::uint32_t panoptic_of(std::uint32_t label) const;
 
   [[nodiscard]] std::size_t objects() const { return objects_.size(); }
   // The label, or in a scene without labels the name.
@@ -36,10 +40,19 @@ class ObjectLabels {
   [[nodiscard]] std::string name(std::size_t object) const;
   [[nodiscard]] const RenderScene& scene() const { return *scene_; }
 
+  // The axes of its box: of its visual, if it has one, else of the link of the first one.
+  struct Axes {
+    int body = 0;
+    Pose X_BA = Pose::Identity();
+  };
+  [[nodiscard]] const Axes& axes(std::size_t object) const { return objects_[object].axes; }
+
  private:
   struct Object {
     int model;
     std::optional<std::uint16_t> label;
+    std::uint32_t panoptic = 0;
+    Axes axes = {};
   };
 
   std::shared_ptr<const RenderScene> scene_;
@@ -57,5 +70,10 @@ std::vector<vision_msgs::msg::Detection2D> boxes_of(const ObjectLabels& objects,
                                                     std::span<const std::uint32_t> labels,
                                                     const CameraIntrinsics& camera, bool full,
                                                     std::span<const Pose> bodies, const Pose& X_WC);
+
+// Around all vertices of each visible object, in its axes. X_FW: of the frame F in which the boxes are.
+std::vector<vision_msgs::msg::Detection3D> oriented_boxes_of(const ObjectLabels& objects,
+                                                             std::span<const std::uint32_t> labels,
+                                                             std::span<const Pose> bodies, const Pose& X_FW);
 
 }  // namespace doppel

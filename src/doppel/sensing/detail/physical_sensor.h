@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "doppel/bus/bus.h"
+#include "doppel/core/fnv_hash.h"
 #include "doppel/core/log.h"
 #include "doppel/messages/geometry_msgs.h"
 #include "doppel/sensing/detail/sensor_meter.h"
@@ -41,12 +42,10 @@ class PhysicalSensor {
   virtual void bind(const Engine& /*engine*/, int instance) { instance_ = instance; }
   // The first sample follows; also after bind() of a new sensor.
   virtual void restart(const Engine& /*engine*/) {}
-  // Continues in place of a former sensor of the same name.
-  virtual void resume(const PhysicalSensor& /*before*/) {}
+  // Continues in place of a former sensor of the same name, from sample `next` on.
+  virtual void resume(const PhysicalSensor& /*before*/, std::uint64_t /*next*/) {}
 
   // -- in the loop: no allocation
-  // Before publish(), and at samples that nobody reads.
-  virtual void advance(std::uint64_t /*sample*/) {}
   virtual void publish(const PhysicalState& state, std::uint64_t sample) = 0;
   // Publishes the samples whose latency is over.
   virtual void release(Time /*now*/) {}
@@ -63,13 +62,13 @@ class PhysicalSensor {
     return node.advertise<M>(topic_, qos);
   }
 
-  void hash_value(double x) { hash_ = (hash_ ^ std::bit_cast<std::uint64_t>(x)) * 0x100000001B3ull; }
+  void hash_value(double x) { hash_ = fnv_mixed(hash_, std::bit_cast<std::uint64_t>(x)); }
   void hash_vector(const geometry_msgs::msg::Vector3& v) {
     for (const double x : {v.x, v.y, v.z}) hash_value(x);
   }
 
   RigSensor sensor_;
-  std::uint64_t hash_ = 0xCBF29CE484222325ull;
+  std::uint64_t hash_ = kEmptyHash;
   std::string topic_, frame_;
   int instance_ = -1;
 };

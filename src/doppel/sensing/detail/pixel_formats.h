@@ -18,6 +18,8 @@ void encode_pixels(const std::string& format, int width, const std::vector<std::
 void encode_depths(const std::string& format, const std::vector<float>& depths,
                    sensor_msgs::msg::Image& image);
 void encode_labels(const std::vector<std::uint32_t>& labels, sensor_msgs::msg::Image& image);  // mono16
+// rgb8, as gz-sensors: of ObjectLabels::panoptic_of() the class in blue, the number's high byte in green, its low in red.
+void encode_panoptic(const std::vector<std::uint32_t>& labels, sensor_msgs::msg::Image& image);
 // rgb8: a colour for each label; black is nothing.
 void colour_labels(const std::vector<std::uint32_t>& labels, sensor_msgs::msg::Image& image);
 

@@ -5,11 +5,10 @@
 
 #include <array>
 #include <atomic>
-#include <exception>
-#include <functional>
 #include <memory>
-#include <mutex>
 #include <semaphore>
+#include <set>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -26,10 +25,11 @@ struct RigJob {
   std::shared_ptr<const CompiledWorld> world;  // of which the poses are
   std::vector<Pose> poses;
   std::vector<LightSample> samples;
-  // By the worker: the messages of each sample, and its cost in s.
+  // By the worker: the messages of each sample, its cost in s, and why it failed.
   std::vector<std::vector<LightMessage>> messages;
   std::vector<double> costs;
-  Diagnostics reports;  // for the log, which belongs to the loop
+  std::vector<std::string> failures;  // empty: it did not
+  Diagnostics reports;                // for the log, which belongs to the loop
 };
 
 class RigWorker {
@@ -60,7 +60,10 @@ class RigWorker {
   void run();
   void make(RigJob& job);
   void make_sample(RigJob& job, std::size_t index);
-  // Makes samples of the present job until none is left; keeps the first exception.
+  // A sensor without memory or Embree must not end the run: its failure is reported, once until it fails for another reason.
+  void report_failures(RigJob& job);
+  void report(RigJob& job, const SourceLocation& where, const std::string& text);
+  // Makes samples of the present job until none is left.
   void share_samples();
   void assist();
   void renew_scene(RigJob& job);
@@ -78,11 +81,9 @@ class RigWorker {
   std::shared_ptr<const CompiledWorld> scene_of_;
   std::unique_ptr<RayCaster> caster_;
   std::unique_ptr<const ObjectLabels> objects_;
-  bool failed_ = false;
+  std::set<std::string> reported_;
   RigJob* job_ = nullptr;  // whose samples are divided
   std::atomic<std::size_t> next_sample_{0}, busy_{0};
-  std::mutex error_mutex_;
-  std::exception_ptr error_;
   std::counting_semaphore<> help_{0};
   std::atomic<bool> assistants_end_{false};
   std::vector<std::thread> assistants_;

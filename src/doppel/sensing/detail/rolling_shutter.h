@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "doppel/math/pose_motion.h"
 #include "doppel/rays/ray_caster.h"
 
 namespace doppel {
@@ -13,17 +14,14 @@ class RollingShutter {
   // The tables of a picture's pixels; see CameraView::samples.
   explicit RollingShutter(std::span<const PixelRays> samples);
 
-  // Renders `view` with the camera at X_first in the first row, at X_last in the last one, and between them as it moves
-  // with constant velocities. view.samples and view.X_WC are not read. All else stands still.
-  void render(const CameraRenderer& renderer, CameraView view, const Pose& X_first, const Pose& X_last,
-              CameraPicture& out);
+  // Renders `view` with the camera, which is at X_LC in `link`, at the instant in the last row, and `duration` s before it
+  // in the first one. view.samples and view.X_WC are not read. All else stands still.
+  void render(const CameraRenderer& renderer, CameraView view, const PoseMotion& link, const Pose& X_LC,
+              double duration, CameraPicture& out);
 
  private:
   std::vector<std::vector<PixelRays>> rows_;  // [rows][samples]
   CameraPicture row_;
 };
-
-// The pose that is reached after `share` of the way from a to b; also before and beyond.
-[[nodiscard]] Pose pose_between(const Pose& a, const Pose& b, double share);
 
 }  // namespace doppel

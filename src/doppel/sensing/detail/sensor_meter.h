@@ -53,19 +53,16 @@ class SensorMeter {
 
   // -- between steps
   virtual void bind(const Engine& /*engine*/, int instance) { instance_ = instance; }
-  virtual void restart(const Engine& /*engine*/) { noise_ = noise_at_start_; }
-  // `before` is of the same type of sensor.
-  virtual void resume(const SensorMeter& before) {
+  virtual void restart(const Engine& /*engine*/) {
+    for (ChannelNoise& channel : noise_) channel.restart();
+  }
+  // Continues in place of one of the same type of sensor, from sample `next` on.
+  virtual void resume(const SensorMeter& before, std::uint64_t next) {
     for (std::size_t i = 0; i < std::min(noise_.size(), before.noise_.size()); ++i)
-      noise_[i].resume(before.noise_[i]);
+      noise_[i].resume(before.noise_[i], next);
   }
 
   // -- in the loop: no allocation
-  // The noise up to this sample: at every sample, so that the walk of a bias is never made up for many at once.
-  void advance(std::uint64_t sample) {
-    for (ChannelNoise& channel : noise_) channel.advance(sample);
-  }
-  // After advance().
   virtual void measure(const PhysicalState& state, std::uint64_t sample) = 0;
 
  protected:
@@ -81,15 +78,14 @@ class SensorMeter {
   // Of the next channel.
   void add_noise(const NoiseDescription& noise, const MeterSettings& settings) {
     const auto channel = static_cast<std::uint32_t>(noise_.size());
-    noise_at_start_.emplace_back(noise, settings.random, channel, settings.period);
-    noise_.push_back(noise_at_start_.back());
+    noise_.emplace_back(noise, settings.random, channel, settings.period);
   }
   // With the noise of this sample of a channel, or of three channels from `first` on.
-  [[nodiscard]] double noisy(std::size_t channel, double value, std::uint64_t sample) const {
+  [[nodiscard]] double noisy(std::size_t channel, double value, std::uint64_t sample) {
     return noise_[channel].apply(value, sample);
   }
   [[nodiscard]] Eigen::Vector3d noisy_vector(std::size_t first, const Eigen::Vector3d& value,
-                                             std::uint64_t sample) const {
+                                             std::uint64_t sample) {
     return {noisy(first, value.x(), sample), noisy(first + 1, value.y(), sample),
             noisy(first + 2, value.z(), sample)};
   }
@@ -100,7 +96,7 @@ class SensorMeter {
   std::vector<double> values_;
 
  private:
-  std::vector<ChannelNoise> noise_, noise_at_start_;  // [channels]
+  std::vector<ChannelNoise> noise_;  // [channels]
 };
 
 inline double variance_of(const NoiseDescription& noise) {

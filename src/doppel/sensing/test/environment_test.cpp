@@ -200,10 +200,10 @@ TEST(Environment, LatencyDelaysMessageAndKeepsStamp) {
   EXPECT_TRUE(readings.empty());
   twin.run(0.001);
   ASSERT_EQ(readings.size(), 1U);
-  EXPECT_NEAR(to_seconds(test::time_of_header(readings[0].header)), 0.01, 1e-9);
+  EXPECT_NEAR(to_seconds(test::time_of(readings[0].header)), 0.01, 1e-9);
   twin.run(0.165);
   EXPECT_EQ(readings.size(), 17U);
-  EXPECT_NEAR(to_seconds(test::time_of_header(readings.back().header)), 0.17, 1e-9);
+  EXPECT_NEAR(to_seconds(test::time_of(readings.back().header)), 0.17, 1e-9);
 }
 
 TEST(Environment, LogicalCameraWithLatencySeesWhatWasThereAtItsStamp) {
@@ -227,7 +227,7 @@ TEST(Environment, LogicalCameraWithLatencySeesWhatWasThereAtItsStamp) {
   EXPECT_TRUE(pictures.empty());
   twin.run(0.011);
   ASSERT_EQ(pictures.size(), 2U);
-  EXPECT_NEAR(to_seconds(test::time_of_header(pictures[0].header)), 0.01, 1e-9);
+  EXPECT_NEAR(to_seconds(test::time_of(pictures[0].header)), 0.01, 1e-9);
   EXPECT_EQ(pictures[0].header.frame_id, "top");
   EXPECT_EQ(pictures[0].model.size(), 1U);
   EXPECT_EQ(pictures[1].header.frame_id, "top");

@@ -1,15 +1,12 @@
 // Sensors of light on a robot among boxes, against closed forms and against themselves.
-#include "doppel/sensing/light_rig.h"
-
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <cmath>
 #include <cstring>
 #include <map>
 
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/messages/vision_msgs.h"
+#include "light_fixture.h"
 
 namespace doppel {
 namespace {
@@ -19,96 +16,15 @@ using sensor_msgs::msg::Image;
 using sensor_msgs::msg::LaserScan;
 using sensor_msgs::msg::PointCloud2;
 using sensor_msgs::msg::Range;
-
-constexpr double kWall = 3;  // m from the robot to the face of the box before it
-
-Time time_of(const std_msgs::msg::Header& header) {
-  return Time{std::int64_t{header.stamp.sec} * 1'000'000'000 + header.stamp.nanosec};
-}
-
-RobotDescription pole() {
-  RobotDescription robot;
-  robot.name = "pole";
-  robot.links.push_back(test::make_link("base", 1, {0, 0, 0}, {1e-3, 1e-3, 1e-3}));
-  robot.links.push_back(test::make_link("head", 1, {0, 0, 0}, {1e-3, 1e-3, 1e-3}));
-  robot.joints.push_back(test::make_joint("neck", JointType::revolute, "base", "head", {0, 0, 1}, {0, 0, 1}));
-  test::limit(robot.joints.back(), -3, 3, 10, 10);
-  return robot;
-}
-
-World room() {
-  World world = test::empty_space();
-  world.gravity.setZero();
-  WorldObject wall;
-  wall.name = "wall";
-  wall.shape = Box{{0.2, 20, 20}};
-  wall.X_WO.translation() = Eigen::Vector3d(kWall + 0.1, 0, 0);
-  world.objects.push_back(wall);
-  return world;
-}
-
-RigSensor sensor_named(const std::string& name, double rate) {
-  RigSensor sensor;
-  sensor.instance = "pole";
-  sensor.link = 1;
-  sensor.frame = "head";
-  sensor.description.name = name;
-  sensor.description.link = "head";
-  sensor.description.rate = rate;
-  return sensor;
-}
-
-RigSensor camera(const std::string& name, CameraKind kind, double rate = 30) {
-  RigSensor sensor = sensor_named(name, rate);
-  CameraDescription description;
-  description.kind = kind;
-  description.width = 64;
-  description.height = 48;
-  sensor.description.what = std::vector<CameraDescription>{description};
-  return sensor;
-}
-
-RigSensor lidar(double rate = 10) {
-  RigSensor sensor = sensor_named("scan", rate);
-  LidarDescription description;
-  description.horizontal = {181, 1, -1, 1};
-  sensor.description.what = description;
-  return sensor;
-}
-
-// A rig with its engine, and what comes on its topics.
-struct Running {
-  test::Rig world{pole(), room()};
-  Bus bus;
-  Log log;
-  std::vector<std::string> lines;
-  LightRig rig;
-  Node reader{bus, "/reader"};
-
-  explicit Running(std::vector<RigSensor> sensors, const RigOptions& options = {.seed = 1, .lockstep = true})
-      : rig(bus, log, options) {
-    log.add_sink([this](const LogLine& line) { lines.push_back(line.text); });
-    rig.set_sensors(std::move(sensors), *world.engine);
-  }
-  template <Message M>
-  void read(const std::string& topic, std::vector<M>& into) {
-    reader.subscribe<M>(topic, [&into](const M& message) { into.push_back(message); });
-    bus.spin();
-  }
-  void run(double seconds) {
-    const auto steps = static_cast<int>(std::lround(seconds * 1000));
-    for (int i = 0; i < steps; ++i) {
-      world.engine->step();
-      const Time now = world.engine->time();
-      bus.set_now(now);
-      rig.after_step(now, *world.engine);
-      rig.between_steps(now);
-    }
-  }
-};
+using test::camera;
+using test::kWall;
+using test::lidar;
+using test::LightTwin;
+using test::sensor_named;
+using test::time_of;
 
 TEST(LightRig, CastsNoRayWithoutListener) {
-  Running twin({camera("eye", CameraKind::rgbd), lidar()});
+  LightTwin twin({camera("eye", CameraKind::rgbd), lidar()});
   twin.run(0.5);
   EXPECT_EQ(twin.rig.rays_cast(), 0U);
   std::vector<CameraInfo> infos;
@@ -119,7 +35,7 @@ TEST(LightRig, CastsNoRayWithoutListener) {
 }
 
 TEST(LightRig, OutputsOfOneSampleHaveOneStamp) {
-  Running twin({camera("eye", CameraKind::rgbd)});
+  LightTwin twin({camera("eye", CameraKind::rgbd)});
   std::vector<Image> pictures, depths;
   std::vector<PointCloud2> clouds;
   std::vector<CameraInfo> infos;
@@ -153,7 +69,7 @@ TEST(LightRig, PointsLieOnSurfacesInAxesOfTheirFrame) {
     RigSensor eye = camera("eye", CameraKind::depth);
     eye.X_LF = X_LF;
     eye.description.X_LS = make_pose({0.1, 0.2, 0.3}, {0, 0, 0.1});
-    Running twin({eye});
+    LightTwin twin({eye});
     std::vector<PointCloud2> clouds;
     twin.read("/eye/points", clouds);
     twin.run(0.1);
@@ -172,7 +88,7 @@ TEST(LightRig, PointsLieOnSurfacesInAxesOfTheirFrame) {
 }
 
 TEST(LightRig, RangesAreThoseOfClosedForm) {
-  Running twin({lidar()});
+  LightTwin twin({lidar()});
   std::vector<LaserScan> scans;
   twin.read("/scan", scans);
   twin.run(0.3);
@@ -190,7 +106,7 @@ TEST(LightRig, RangesBeyondAndBelowLimitsAreInfinite) {
   std::get<LidarDescription>(near.description.what).near = 3.5;
   far.description.name = "far";
   std::get<LidarDescription>(far.description.what).far = 2;
-  Running twin({near, far});
+  LightTwin twin({near, far});
   std::vector<LaserScan> of_near, of_far;
   twin.read("/near", of_near);
   twin.read("/far", of_far);
@@ -204,7 +120,7 @@ TEST(LightRig, RangesBeyondAndBelowLimitsAreInfinite) {
 TEST(LightRig, NearestOfConeIsRange) {
   RigSensor sonar = sensor_named("sonar", 20);
   sonar.description.what = RangeDescription{};
-  Running twin({sonar});
+  LightTwin twin({sonar});
   std::vector<Range> ranges;
   twin.read("/sonar", ranges);
   twin.run(0.1);
@@ -220,7 +136,7 @@ TEST(LightRig, RangeOfRaySensorIsNearestOfItsOwnRays) {
   range.field_of_view = 1;  // of a cone, which would meet the wall nearer
   range.rays.horizontal = {1, 1, 0, 0};
   beam.description.what = range;
-  Running twin({beam});
+  LightTwin twin({beam});
   std::vector<Range> ranges;
   twin.read("/beam", ranges);
   twin.run(0.1);
@@ -234,7 +150,7 @@ std::map<std::string, std::uint64_t> hashes(std::uint64_t seed, bool reads_early
   description.noise.stddev = 0.02;
   description.depth_noise = {0.001, 0, 0.002};
   std::get<LidarDescription>(scan.description.what).noise = {0, 0.01, 0, 0, 0, 0.1, 1.0};
-  Running twin({eye, scan}, {.seed = seed, .lockstep = true, .threads = threads});
+  LightTwin twin({eye, scan}, {.seed = seed, .lockstep = true, .threads = threads});
   std::vector<Image> pictures;
   std::vector<LaserScan> scans;
   twin.run(0.25);
@@ -268,8 +184,8 @@ TEST(LightRig, SampleHasSameBytesWithAnyNumberOfThreads) {
 
 TEST(LightRig, EndsWhileSamplesAreMadeByManyThreads) {
   for (int i = 0; i < 30; ++i) {
-    Running twin({camera("eye", CameraKind::colour, 0), lidar()},
-                 {.seed = 1, .lockstep = false, .threads = 3});
+    LightTwin twin({camera("eye", CameraKind::colour, 0), lidar()},
+                   {.seed = 1, .lockstep = false, .threads = 3});
     std::vector<Image> pictures;
     std::vector<LaserScan> scans;
     twin.read("/eye/image_raw", pictures);
@@ -279,7 +195,7 @@ TEST(LightRig, EndsWhileSamplesAreMadeByManyThreads) {
 }
 
 TEST(LightRig, SamplesAreLeftOutAndCountedWhenLoopDoesNotWait) {
-  Running twin({camera("eye", CameraKind::colour, 0)}, {.seed = 1, .lockstep = false});
+  LightTwin twin({camera("eye", CameraKind::colour, 0)}, {.seed = 1, .lockstep = false});
   std::vector<Image> pictures;
   twin.read("/eye/image_raw", pictures);
   twin.run(1);
@@ -292,7 +208,7 @@ TEST(LightRig, SamplesAreLeftOutAndCountedWhenLoopDoesNotWait) {
 TEST(LightRig, MessagesWaitForLatencyAndKeepTheirStamp) {
   RigSensor eye = camera("eye", CameraKind::colour, 10);
   eye.description.latency = 0.25;
-  Running twin({eye});
+  LightTwin twin({eye});
   std::vector<CameraInfo> infos;
   std::vector<Time> came;
   twin.reader.subscribe<CameraInfo>("/eye/camera_info", [&](const CameraInfo& info) {
@@ -305,8 +221,98 @@ TEST(LightRig, MessagesWaitForLatencyAndKeepTheirStamp) {
     EXPECT_EQ(came[i], time_of(infos[i].header) + from_seconds(0.25));
 }
 
+TEST(LightRig, MessagesThatWaitAreSentAtTheirTimeThroughEdit) {
+  RigSensor eye = camera("eye", CameraKind::colour, 10), moved = eye, gone = lidar();
+  eye.description.latency = moved.description.latency = gone.description.latency = 0.25;
+  std::get<std::vector<CameraDescription>>(moved.description.what).front().hfov = 1.5;
+  LightTwin twin({gone, eye});
+  std::vector<std::pair<Time, Time>> came;
+  twin.reader.subscribe<CameraInfo>("/eye/camera_info", [&](const CameraInfo& info) {
+    came.emplace_back(time_of(info.header), twin.world.engine->time());
+  });
+  std::vector<LaserScan> scans;
+  twin.read("/scan", scans);
+  twin.run(0.22);  // two samples wait
+  twin.rig.set_sensors({moved}, *twin.world.engine);
+  twin.run(0.4);
+  EXPECT_TRUE(scans.empty()) << "its sensor is no longer there";
+  ASSERT_EQ(came.size(), 3U);
+  for (std::size_t i = 0; i < came.size(); ++i) {
+    EXPECT_EQ(came[i].first, Time{} + from_seconds(0.1 * static_cast<double>(i + 1)));
+    EXPECT_EQ(came[i].second, came[i].first + from_seconds(0.25));
+  }
+}
+
+TEST(LightRig, MessagesThatWaitAreDroppedWhenEditChangesTheirType) {
+  RigSensor eye = camera("eye", CameraKind::boundingbox, 10), other = eye;
+  eye.description.latency = 0.25;
+  other.description.latency = 1;
+  std::get<std::vector<CameraDescription>>(other.description.what).front().boxes = BoxKind::oriented_3d;
+  LightTwin twin({eye});
+  const auto edge = twin.bus.attach("edge");  // a node's reader would hold the former type
+  for (const TopicInfo& topic : twin.bus.topics())
+    if (topic.name == "/eye") edge->subscribe(topic.id);
+  twin.bus.spin();
+  twin.run(0.22);
+  twin.rig.set_sensors({other}, *twin.world.engine);
+  EXPECT_THAT(twin.lines, testing::IsEmpty()) << "the topic has the new type";
+  twin.run(0.4);
+  Edge::Incoming incoming;
+  EXPECT_FALSE(edge->next(incoming));
+  EXPECT_EQ(twin.rig.status().size(), 1U);
+  EXPECT_GT(twin.rig.rays_cast(), 0U) << "the former sensor was read";
+}
+
+TEST(LightRig, SensorWhoseTopicHasOtherTypeElsewhereIsLeftOutWithError) {
+  RigSensor eye = camera("eye", CameraKind::colour), scan = lidar();
+  eye.description.topic = scan.description.topic = "view";
+  scan.description.source = make_location("pole.urdf", 7, 3);
+  LightTwin twin({eye, lidar()});
+  twin.rig.set_sensors({eye, scan}, *twin.world.engine);
+  EXPECT_EQ(twin.rig.status().size(), 1U);
+  EXPECT_THAT(twin.lines, testing::ElementsAre(testing::AllOf(testing::HasSubstr("pole.urdf:7:3"),
+                                                              testing::HasSubstr("'pole/head/scan'"),
+                                                              testing::HasSubstr("/view"))));
+}
+
+TEST(LightRig, OrientedBoxesAreInFrameOfTheirHeader) {
+  RigSensor eye = camera("eye", CameraKind::boundingbox);
+  std::get<std::vector<CameraDescription>>(eye.description.what).front().boxes = BoxKind::oriented_3d;
+  eye.X_LF = make_pose({0, 0, 0.5}, {0, 0, 0});  // not optical, by the user's name
+  LightTwin twin({eye});
+  std::vector<vision_msgs::msg::Detection3DArray> boxes;
+  twin.read("/eye", boxes);
+  twin.run(0.04);
+  ASSERT_EQ(boxes.size(), 1U);
+  ASSERT_EQ(boxes[0].detections.size(), 1U);
+  EXPECT_EQ(boxes[0].detections[0].header.frame_id, "head");
+  EXPECT_EQ(boxes[0].detections[0].id, "wall");
+  EXPECT_NEAR(boxes[0].detections[0].bbox.center.position.x, kWall + 0.1, 1e-6);
+  EXPECT_NEAR(boxes[0].detections[0].bbox.center.position.z, -1.5, 1e-6);
+  EXPECT_NEAR(boxes[0].detections[0].bbox.size.x, 0.2, 1e-6);
+}
+
+TEST(LightRig, PanopticPictureHasClassesAndInstances) {
+  RigSensor eye = camera("eye", CameraKind::segmentation);
+  std::get<std::vector<CameraDescription>>(eye.description.what).front().panoptic = true;
+  LightTwin twin({eye});
+  std::vector<Image> labels, colours;
+  twin.read("/eye/labels_map", labels);
+  twin.read("/eye/colored_map", colours);
+  twin.run(0.04);
+  ASSERT_EQ(labels.size(), 1U);
+  ASSERT_EQ(colours.size(), 1U);
+  EXPECT_EQ(labels[0].encoding, "rgb8");
+  EXPECT_EQ(colours[0].encoding, "rgb8");
+  const std::size_t centre = std::size_t{3} * (24 * 64 + 32);
+  EXPECT_EQ(labels[0].data[centre], 1) << "the only model that is seen";
+  EXPECT_EQ(labels[0].data[centre + 1], 0);
+  EXPECT_EQ(labels[0].data[centre + 2], 1) << "without labels, all are of one class";
+  EXPECT_NE(colours[0].data[centre], 0);
+}
+
 TEST(LightRig, SensorsThatStayKeepTheirCountWhenOthersCome) {
-  Running twin({camera("eye", CameraKind::colour, 10), lidar()});
+  LightTwin twin({camera("eye", CameraKind::colour, 10), lidar()});
   std::vector<CameraInfo> infos;
   twin.read("/eye/camera_info", infos);
   twin.run(1);
@@ -327,7 +333,7 @@ TEST(LightRig, SensorsOfNamespaceHaveTopicsThere) {
   RigSensor absolute = lidar();
   absolute.description.name = "second";
   absolute.description.topic = "/scan_of_all";
-  Running twin({scan, absolute});
+  LightTwin twin({scan, absolute});
   const auto status = twin.rig.status();
   EXPECT_THAT(status[0].sensor.topics, testing::ElementsAre("/left/scan", "/left/scan/points"));
   EXPECT_THAT(status[1].sensor.topics, testing::ElementsAre("/scan_of_all", "/scan_of_all/points"));

@@ -2,8 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <tuple>
+
 #include "doppel/rays/ray_caster.h"
 #include "doppel/scene/scene_builder.h"
+#include "doppel/sensing/detail/pixel_formats.h"
 
 namespace doppel {
 namespace {
@@ -132,6 +136,81 @@ TEST(ObjectLabels, VisualsOfModelWithSameLabelAreOneObject) {
   EXPECT_EQ(labels.name(1), "table/4");
   EXPECT_EQ(labels.name(2), "chair") << "it has one label only";
   EXPECT_EQ(labels.class_id(2), "3");
+}
+
+// A box turned by 30 degrees about the vertical before a camera at the height 1, which looks along x; with `second`,
+// another visual on another link of the same model.
+struct Turned {
+  std::shared_ptr<const RenderScene> scene;
+  std::vector<Pose> bodies{make_pose({4, 0.5, 1.2}, {0, 0, M_PI / 6})};
+  Pose X_CW = make_pose({0, 0, 1}, {-M_PI / 2, 0, -M_PI / 2}).inverse();
+
+  explicit Turned(bool second) {
+    SceneBuilder builder;
+    builder.begin_model("crate");
+    const Pose X_BV = make_pose({0.1, 0, 0}, {0, 0, 0});
+    builder.add_shape(builder.add_body("crate"), Box{{1, 0.5, 0.25}}, X_BV, {}, 9);
+    if (second) {
+      bodies.push_back(bodies[0] * make_pose({0, 0, 1}, {0, 0, 0}));
+      builder.add_shape(builder.add_body("lid"), Box{{0.5, 1, 0.25}}, Pose::Identity(), {}, 9);
+    }
+    scene = builder.finish();
+  }
+};
+
+TEST(OrientedBoxes, TurnedBoxHasItsCentreOrientationAndSize) {
+  const Turned seen(false);
+  const std::uint32_t labels[] = {0, 1, 1};
+  const auto boxes = oriented_boxes_of(ObjectLabels(seen.scene), labels, seen.bodies, seen.X_CW);
+  ASSERT_EQ(boxes.size(), 1U);
+  EXPECT_EQ(boxes[0].results.at(0).hypothesis.class_id, "9");
+  EXPECT_EQ(boxes[0].id, "crate");
+  const auto& [centre, size] = std::tie(boxes[0].bbox.center, boxes[0].bbox.size);
+  // Ahead is x, to the left y, upwards z: z, -x, -y of the optical frame.
+  EXPECT_NEAR(centre.position.z, 4 + 0.1 * std::cos(M_PI / 6), 1e-6);
+  EXPECT_NEAR(centre.position.x, -(0.5 + 0.1 * std::sin(M_PI / 6)), 1e-6);
+  EXPECT_NEAR(centre.position.y, -0.2, 1e-6);
+  const Eigen::Quaterniond q(centre.orientation.w, centre.orientation.x, centre.orientation.y,
+                             centre.orientation.z);
+  const Eigen::Vector3d along = q * Eigen::Vector3d::UnitX(), up = q * Eigen::Vector3d::UnitZ();
+  EXPECT_TRUE(along.isApprox(Eigen::Vector3d(-std::sin(M_PI / 6), 0, std::cos(M_PI / 6)), 1e-6));
+  EXPECT_TRUE(up.isApprox(Eigen::Vector3d(0, -1, 0), 1e-6));
+  EXPECT_NEAR(size.x, 1, 1e-6);
+  EXPECT_NEAR(size.y, 0.5, 1e-6);
+  EXPECT_NEAR(size.z, 0.25, 1e-6);
+}
+
+TEST(OrientedBoxes, SeveralVisualsHaveOneBoxInAxesOfFirstLink) {
+  const Turned seen(true);
+  const std::uint32_t labels[] = {2};
+  const auto boxes = oriented_boxes_of(ObjectLabels(seen.scene), labels, seen.bodies, seen.X_CW);
+  ASSERT_EQ(boxes.size(), 1U);
+  EXPECT_NEAR(boxes[0].bbox.size.x, 1, 1e-6);  // from -0.4 to 0.6
+  EXPECT_NEAR(boxes[0].bbox.size.y, 1, 1e-6);
+  EXPECT_NEAR(boxes[0].bbox.size.z, 1.25, 1e-6);
+  EXPECT_NEAR(boxes[0].bbox.center.position.y, -0.2 - 0.5, 1e-6);
+}
+
+TEST(OrientedBoxes, ObjectOutOfViewHasNone) {
+  const Turned seen(false);
+  const std::uint32_t labels[] = {0, 0};
+  EXPECT_TRUE(oriented_boxes_of(ObjectLabels(seen.scene), labels, seen.bodies, seen.X_CW).empty());
+}
+
+TEST(ObjectLabels, PanopticLabelHasClassAndNumberOfInstance) {
+  const ObjectLabels labels(labelled_visuals());
+  EXPECT_EQ(labels.panoptic_of(0), 0U);
+  EXPECT_EQ(labels.panoptic_of(1), 3U << 16 | 1);
+  EXPECT_EQ(labels.panoptic_of(2), 4U << 16 | 1);
+  EXPECT_EQ(labels.panoptic_of(3), labels.panoptic_of(1)) << "the same model";
+  EXPECT_EQ(labels.panoptic_of(4), 0U);
+  EXPECT_EQ(labels.panoptic_of(5), 3U << 16 | 2);
+  sensor_msgs::msg::Image image;
+  image.width = 2;
+  image.height = 1;
+  encode_panoptic({3U << 16 | 2, 4U << 16 | 0x1FE}, image);
+  EXPECT_EQ(image.encoding, "rgb8");
+  EXPECT_EQ(image.data, (std::vector<std::uint8_t>{2, 0, 3, 0xFE, 1, 4}));
 }
 
 TEST(ObjectLabels, VisualsBeyondClassesOfImageAreBackground) {

@@ -9,6 +9,7 @@
 
 #include "doppel/physics/test/engine_fixture.h"
 #include "doppel/sensing/physical_rig.h"
+#include "header_time.h"
 
 namespace doppel::test {
 
@@ -61,10 +62,6 @@ struct Sensed {
  private:
   std::vector<RigSensor> sensors_;
 };
-
-inline Time time_of_header(const std_msgs::msg::Header& header) {
-  return Time{std::int64_t{header.stamp.sec} * 1'000'000'000 + header.stamp.nanosec};
-}
 
 inline Eigen::Vector3d vector_of(const geometry_msgs::msg::Vector3& v) {
   return {v.x, v.y, v.z};

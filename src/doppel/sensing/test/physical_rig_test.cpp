@@ -2,6 +2,7 @@
 #include "doppel/sensing/physical_rig.h"
 
 #include <cmath>
+#include <map>
 
 #include "doppel/messages/sensor_msgs.h"
 #include "physical_fixture.h"
@@ -198,7 +199,7 @@ TEST(PhysicalRig, SamplesComeAtExactRateOnNearestSteps) {
     const double reached = rate == 0 || rate > 1000 ? 1000 : rate;
     ASSERT_EQ(readings.size(), static_cast<std::size_t>(2 * reached)) << rate;
     for (std::size_t i = 0; i < readings.size(); ++i)
-      EXPECT_NEAR(to_seconds(test::time_of_header(readings[i].header)), static_cast<double>(i + 1) / reached,
+      EXPECT_NEAR(to_seconds(test::time_of(readings[i].header)), static_cast<double>(i + 1) / reached,
                   0.5e-3 + 1e-9);
     EXPECT_EQ(twin.lines.size(), rate > 1000 ? 1U : 0U);
   }
@@ -248,6 +249,32 @@ TEST(PhysicalRig, WalkOfBiasContinuesThroughEditAndBeginsWhereEditAddsIt) {
   EXPECT_NE(begun, 0);
   EXPECT_LT(std::abs(begun), 6 * kOneStep);
   EXPECT_EQ(begun, noise_after_edit({}, walk, false));
+}
+
+TEST(PhysicalRig, MessagesThatWaitAreSentAtTheirTimeThroughEdit) {
+  RigSensor sensor = imu_on("table", "disc", 1);
+  sensor.description.latency = 0.025;
+  for (const double latency : {0.025, 0.0, 0.1}) {
+    Sensed twin(turntable(), test::empty_space(), {sensor});
+    twin.start();
+    std::vector<std::pair<Time, Time>> came;
+    twin.reader.subscribe<Imu>("/imu", [&](const Imu& imu) {
+      came.emplace_back(test::time_of(imu.header), twin.world.engine->time());
+    });
+    twin.bus.spin();
+    twin.run(0.042);  // the samples of 20, 30 and 40 ms wait
+    RigSensor edited = sensor;
+    edited.description.latency = latency;
+    twin.rig.set_sensors({edited}, *twin.world.engine);
+    twin.run(0.1);
+    std::map<Time, Time> of_stamp(came.begin(), came.end());
+    EXPECT_EQ(of_stamp.size(), came.size());
+    for (int i = 1; i <= 4; ++i) {
+      const Time stamp{10'000'000 * i};
+      ASSERT_TRUE(of_stamp.contains(stamp)) << latency << " s, sample " << i;
+      EXPECT_EQ(of_stamp[stamp], stamp + from_seconds(0.025));
+    }
+  }
 }
 
 std::uint64_t hash_of(std::uint64_t seed) {

@@ -1,9 +1,10 @@
 #include "doppel/sensing/detail/rolling_shutter.h"
 
-#include <gtest/gtest.h>
+#include <cstring>
 
 #include "doppel/scene/scene_builder.h"
 #include "doppel/sensors/lens.h"
+#include "light_fixture.h"
 
 namespace doppel {
 namespace {
@@ -49,10 +50,11 @@ class RollingShutterTest : public ::testing::Test {
 
 TEST_F(RollingShutterTest, PoleThatIsPassedIsSlantedByItsWayDuringPicture) {
   RollingShutter shutter(tables_);
-  Pose last = Pose::Identity();
-  last.translation().x() = 0.6;
+  PoseMotion camera;
+  camera.X_WF.translation().x() = 0.6;
+  camera.linear_W.x() = 3;
   CameraPicture picture;
-  shutter.render(*caster_, view_, Pose::Identity(), last, picture);
+  shutter.render(*caster_, view_, camera, Pose::Identity(), 0.2, picture);
   ASSERT_EQ(picture.labels.size(), 160U * 90U);
   const std::vector<double> seen = columns(picture);
   const CameraIntrinsics lens = intrinsics_of(camera_);
@@ -67,20 +69,54 @@ TEST_F(RollingShutterTest, PictureOfCameraAtRestEqualsGlobalShutter) {
   view_.colour = view_.depth = true;
   CameraPicture global, rolling;
   caster_->render(view_, global);
-  RollingShutter(tables_).render(*caster_, view_, view_.X_WC, view_.X_WC, rolling);
+  RollingShutter(tables_).render(*caster_, view_, {view_.X_WC}, Pose::Identity(), 0.1, rolling);
   EXPECT_EQ(rolling.rgb, global.rgb);
   EXPECT_EQ(rolling.depth, global.depth);
   EXPECT_EQ(rolling.labels, global.labels);
 }
 
-TEST(PoseBetween, TurnsByShareOfAngleAlsoBeforeStart) {
-  Pose b = Pose::Identity();
-  b.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  b.translation().x() = 1;
-  for (const double share : {-1.0, 0.0, 0.25, 1.0}) {
-    const Pose X = pose_between(Pose::Identity(), b, share);
-    EXPECT_NEAR(std::atan2(X.linear()(1, 0), X.linear()(0, 0)), 0.4 * share, 1e-12) << share;
-    EXPECT_NEAR(X.translation().x(), share, 1e-12);
+// The mean column of a label in each row of a picture of labels; -1: not seen.
+std::vector<double> columns_of(const sensor_msgs::msg::Image& labels, std::uint16_t label) {
+  std::vector<double> out;
+  for (std::uint32_t y = 0; y < labels.height; ++y) {
+    double sum = 0, count = 0;
+    for (std::uint32_t x = 0; x < labels.width; ++x) {
+      std::uint16_t value = 0;
+      std::memcpy(&value, &labels.data[std::size_t{y} * labels.step + 2 * std::size_t{x}], 2);
+      if (value != label) continue;
+      sum += x;
+      ++count;
+    }
+    out.push_back(count > 0 ? sum / count : -1);
+  }
+  return out;
+}
+
+// Of a sensor without a rate, such as a triggered one, and of one whose period is longer than its picture, or shorter.
+TEST(RollingShutter, FirstPictureOfTurningCameraHasShearOfAnyRate) {
+  constexpr double kDuration = 0.08, kTurn = 2;  // s, rad/s
+  World in = test::room();
+  in.objects.push_back(test::make_object("bar", Box{{0.06, 0.06, 10}}, {2, 0, 0}, 0));
+  for (const double rate : {0.0, 10.0, 50.0}) {
+    RigSensor eye = test::camera("eye", CameraKind::segmentation, rate);
+    auto& camera = std::get<std::vector<CameraDescription>>(eye.description.what).front();
+    camera.width = 160;
+    camera.height = 90;
+    camera.rolling_shutter = kDuration;
+    test::LightTwin twin({eye}, {.seed = 1, .lockstep = true}, test::pole(), in);
+    twin.world.set_state({0.05}, {kTurn});
+    std::vector<sensor_msgs::msg::Image> pictures;
+    twin.read("/eye/labels_map", pictures);
+    twin.run(rate > 0 ? 1 / rate : 0.001);
+    ASSERT_EQ(pictures.size(), 1U) << rate;
+    const std::vector<double> seen = columns_of(pictures.front(), 2);
+    const CameraIntrinsics lens = intrinsics_of(camera);
+    const double turned = twin.world.q("neck"), speed = twin.world.v("neck");
+    EXPECT_NEAR(speed, kTurn, 0.1);
+    for (std::size_t y = 0; y < seen.size(); ++y) {
+      const double angle = turned - speed * kDuration * (1 - static_cast<double>(y) / 89);
+      EXPECT_NEAR(seen[y], lens.cx + lens.fx * std::tan(angle), 0.8) << rate << " Hz, row " << y;
+    }
   }
 }
 

@@ -155,7 +155,7 @@ TEST(SensorReadings, ContinueInPlaceOfOthersWithTheirStart) {
   twin.world.set_state({0.8}, {0});
   SensorReadings fresh({imu_on_disc()}, RigOptions{1, false}, EarthFrame{}, Duration{1'000'000});
   fresh.bind(*twin.world.engine);
-  fresh.resume(twin.readings);
+  fresh.resume(twin.readings, twin.world.engine->time());
   fresh.read(*twin.world.engine);
   EXPECT_NEAR(2 * std::acos(fresh.values(0)[3]), 0.3, 1e-9);
 }

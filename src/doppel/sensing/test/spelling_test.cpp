@@ -1,14 +1,11 @@
 // The same camera in every spelling of Gazebo classic and gz-sim makes the same picture, byte for byte.
 #include <gmock/gmock.h>
-#include <gtest/gtest.h>
 
 #include <algorithm>
 
 #include "doppel/description/load.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/physics/test/engine_fixture.h"
-#include "doppel/sensing/light_rig.h"
 #include "doppel/sensors/sensor_reader.h"
+#include "light_fixture.h"
 
 namespace doppel {
 namespace {
@@ -80,23 +77,12 @@ std::vector<std::uint8_t> picture_of(const Spelling& spelling) {
   const RobotDescription robot = parse_urdf(urdf_of(spelling), "pole.urdf", resolver, diagnostics);
   const std::vector<SensorDescription> sensors = read_sensors(robot, diagnostics);
   if (sensors.size() != 1) return {};
-  test::Rig world{robot, room_with_ball()};
-  Bus bus;
-  Log log;
-  LightRig rig(bus, log, {.seed = 3, .lockstep = true});
-  rig.set_sensors({RigSensor{sensors.front(), "pole", 0, "", "head", Pose::Identity(), ""}}, *world.engine);
-  Node reader(bus, "/reader");
-  std::vector<std::uint8_t> out;
-  reader.subscribe<sensor_msgs::msg::Image>(spelling.topic,
-                                            [&](const sensor_msgs::msg::Image& image) { out = image.data; });
-  bus.spin();
-  for (int i = 0; i < 110; ++i) {
-    world.engine->step();
-    bus.set_now(world.engine->time());
-    rig.after_step(world.engine->time(), *world.engine);
-    rig.between_steps(world.engine->time());
-  }
-  return out;
+  test::LightTwin twin({RigSensor{sensors.front(), "pole", 0, "", "head", Pose::Identity(), ""}},
+                       {.seed = 3, .lockstep = true}, robot, room_with_ball());
+  std::vector<sensor_msgs::msg::Image> pictures;
+  twin.read(spelling.topic, pictures);
+  twin.run(0.11);
+  return pictures.empty() ? std::vector<std::uint8_t>{} : pictures.back().data;
 }
 
 TEST(LightRig, SameCameraInEverySpellingMakesSameBytes) {

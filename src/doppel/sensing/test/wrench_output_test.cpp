@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "doppel/messages/geometry_msgs.h"
+#include "doppel/messages/ros_gz_interfaces.h"
 #include "physical_fixture.h"
 
 namespace doppel {
@@ -142,6 +143,34 @@ TEST(WrenchOutput, ContactsOfWhatIsBeyondAreCarried) {
   ASSERT_EQ(readings.size(), 100U);
   expect_vector(readings.back().wrench.force, {0, 0, -(0.5 + kCube) * kWeight}, 1e-2);
   expect_vector(readings.back().wrench.torque, {0, 0.1 * kCube * kWeight, 0}, 1e-2);
+}
+
+// A ball that a torque about the vertical does not turn, because the torsion of its only contact holds it.
+TEST(WrenchOutput, TorsionOfContactIsTransmittedInEquilibrium) {
+  constexpr double kBall = 2, kTorque = 0.3;
+  RobotDescription robot = scale();
+  robot.links[1].collisions[0].surface.torsional_mu = 1;
+  robot.links[1].collisions[0].surface.patch_radius = 0.05;
+  World world = test::empty_space();
+  world.objects = {test::make_object("ball", Sphere{0.1}, {0, 0, 2.15}, kBall)};
+  RigSensor touch = test::make_rig_sensor("scale", "plate", 1, "touch", 100);
+  touch.description.what = ContactDescription{};
+  Sensed twin(robot, world, {wrench_on("scale", "plate", 1, "load"), touch});
+  twin.start();
+  std::vector<WrenchStamped> readings;
+  std::vector<ros_gz_interfaces::msg::Contacts> touches;
+  twin.read("/load", readings);
+  twin.read("/touch", touches);
+  Instance ball = twin.world.object("ball");
+  ball.apply_wrench(ball.made_of().base_link(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero(),
+                    {0, 0, kTorque});
+  twin.run(1);
+  ASSERT_EQ(readings.size(), 100U);
+  expect_vector(readings.back().wrench.force, {0, 0, -(0.5 + kBall) * kWeight}, 1e-2);
+  expect_vector(readings.back().wrench.torque, {0, 0, kTorque}, 1e-3);
+  ASSERT_EQ(touches.back().contacts.size(), 1U);
+  expect_vector(touches.back().contacts[0].wrenches.at(0).body_1_wrench.torque, {0, 0, kTorque}, 1e-3);
+  expect_vector(touches.back().contacts[0].wrenches.at(0).body_2_wrench.torque, {0, 0, -kTorque}, 1e-3);
 }
 
 TEST(WrenchOutput, AttachedObjectCountsAsPartOfHand) {

@@ -71,17 +71,19 @@ TEST(ScanPattern, MovingScanCastsEachColumnFromItsOwnTime) {
   lidar.horizontal = {4, 1, 0, 2.4};
   lidar.vertical = {1, 1, 0, 0};
   const ScanPattern pattern = scan_pattern(lidar);
-  Pose from = Pose::Identity(), to = Pose::Identity();
-  to.translation() = Eigen::Vector3d(4, 0, 0);
-  to.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  PoseMotion link;  // at the end of a scan of 0.1 s
+  link.X_WF.translation() = Eigen::Vector3d(4, 0, 0);
+  link.X_WF.linear() = Eigen::AngleAxisd(0.4, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  link.linear_W.x() = 40;
+  link.angular_W.z() = 4;
   RayBatch rays;
-  place_rays(pattern, from, &to, rays);
+  place_rays(pattern, link, Pose::Identity(), 0.1, rays);
   ASSERT_EQ(rays.origin_x.size(), 4U);
   for (std::size_t i = 0; i < 4; ++i) {
     EXPECT_NEAR(rays.origin_x[i], static_cast<double>(i), 1e-6);
     EXPECT_NEAR(std::atan2(rays.direction_y[i], rays.direction_x[i]), 0.9 * static_cast<double>(i), 1e-5);
   }
-  place_rays(pattern, from, &from, rays);
+  place_rays(pattern, {link.X_WF}, Pose::Identity(), 0.1, rays);
   EXPECT_EQ(rays.origin_x.size(), 1U);
 }
 

@@ -77,6 +77,28 @@ TEST(SensorReader, UnknownTypeIsReportedAtItsLineWithNearestOne) {
               ElementsAre(::testing::AllOf(HasSubstr("r.urdf:4:"), HasSubstr("did you mean 'gpu_lidar'?"))));
 }
 
+TEST(SensorReader, TypesOfBoxesAndSegmentationAreReadInCameraAndBesideIt) {
+  const auto boxes = [](const std::string& type) {
+    return Read::of("boundingbox_camera", "<camera><box_type>" + type + "</box_type></camera>")
+        .camera()
+        .boxes;
+  };
+  EXPECT_EQ(boxes("2d"), BoxKind::visible_2d);
+  EXPECT_EQ(boxes("full_2d"), BoxKind::full_2d);
+  EXPECT_EQ(boxes("3D"), BoxKind::oriented_3d);
+  const Read beside = Read::of("segmentation", "<segmentation_type>instance</segmentation_type><camera/>"),
+             within =
+                 Read::of("segmentation", "<camera><segmentation_type>Panoptic</segmentation_type></camera>"),
+             none = Read::of("segmentation", "<camera/>");
+  EXPECT_TRUE(beside.camera().panoptic);
+  EXPECT_TRUE(within.camera().panoptic);
+  EXPECT_FALSE(none.camera().panoptic);
+  const Read wrong =
+      Read::of("segmentation", "<camera>\n<segmentation_type>all</segmentation_type></camera>");
+  EXPECT_THAT(wrong.messages(),
+              ElementsAre(::testing::AllOf(HasSubstr("r.urdf:5:"), HasSubstr("'all' is not semantic"))));
+}
+
 TEST(SensorReader, KnownTypeThatIsNotSimulatedIsReportedAsThat) {
   EXPECT_THAT(Read::of("thermal", "").messages(), ElementsAre(HasSubstr("are not simulated")));
 }

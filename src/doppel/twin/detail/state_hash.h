@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <span>
 
-namespace doppel {
+#include "doppel/core/fnv_hash.h"
 
-inline constexpr std::uint64_t kEmptyHash = 0xCBF29CE484222325ull;
+namespace doppel {
 
 inline std::uint64_t mixed(std::uint64_t hash, std::uint64_t bits) {
   hash = (hash ^ bits) * 0x9E3779B97F4A7C15ull;

@@ -47,8 +47,7 @@ struct Twin::Impl {
   }
   // Throws InputError if its nodes would have the names of those of a robot with another namespace.
   [[nodiscard]] std::unique_ptr<TwinRobot> make_robot(std::shared_ptr<const CompiledRobot> robot,
-                                                      std::optional<TwinRobot::History> past,
-                                                      Diagnostics& diagnostics);
+                                                      const TwinRobot* former, Diagnostics& diagnostics);
   [[nodiscard]] TwinRobot* find(std::string_view name_space) const;
 
   // -- twin_reload.cpp
