@@ -7,7 +7,7 @@
 #include <map>
 #include <span>
 
-#include "doppel/twin/pose_messages.h"
+#include "doppel/sensing/pose_messages.h"
 #include "doppel/twin/robot_sensors.h"
 
 namespace doppel {
