@@ -119,9 +119,12 @@ TEST_F(WorldSensors, EveryFrameOfTheirMessagesIsInTf) {
   run(0.05);
   for (const auto& message : received<tf2_msgs::msg::TFMessage>("/tf"))
     for (const auto& transform : message.transforms) frames.insert(transform.child_frame_id);
-  for (const RigStatus& status : twin_->sensors())
+  for (const RigStatus& status : twin_->sensors()) {
     EXPECT_TRUE(status.sensor.frame == "world" || frames.contains(status.sensor.frame))
         << status.sensor.name << ": " << status.sensor.frame;
+    EXPECT_TRUE(frames.contains(status.sensor.origin_frame))
+        << status.sensor.name << ": " << status.sensor.origin_frame;
+  }
 }
 
 TEST_F(WorldSensors, LoopWithFramesOfMovingModelsDoesNotAllocate) {

@@ -81,10 +81,13 @@ void LightRig::Impl::find_bodies(const Engine& engine) {
 }
 
 doppel_msgs::msg::Sensor LightRig::Impl::status_of(const Entry& entry) const {
-  const RigSensor& sensor = entry.sensor->sensor();
-  return {sensor_key(sensor), sensor.description.type, entry.sensor->topics(),
-          sensor.frame,       sensor.description.rate, entry.reached,
-          entry.samples,      entry.left_out,          entry.cost};
+  doppel_msgs::msg::Sensor out = listed(entry.sensor->sensor());
+  out.topics = entry.sensor->topics();
+  out.reached = entry.reached;
+  out.samples = entry.samples;
+  out.left_out = entry.left_out;
+  out.cost = entry.cost;
+  return out;
 }
 
 void LightRig::set_ranges(std::shared_ptr<RangeValues> ranges) {

@@ -25,8 +25,21 @@ void add_sensors(const CompiledRobot& robot, std::vector<RigSensor>& out) {
 void add_sensors(const ModelSensors& model, std::vector<RigSensor>& out) {
   const std::string prefix = model.model + "/";
   for (const RobotSensor& sensor : model.sensors.sensors)
-    out.push_back(
-        {sensor.description, model.model, sensor.link, "", prefix + sensor.frame, sensor.X_LF, prefix});
+    out.push_back({.description = sensor.description,
+                   .instance = model.model,
+                   .link = sensor.link,
+                   .name_space = "",
+                   .frame = prefix + sensor.frame,
+                   .X_LF = sensor.X_LF,
+                   .frame_prefix = prefix,
+                   .origin_frame = prefix + sensor.frame,  // of its links, TF has those of sensors only
+                   .origin = sensor.X_LF.inverse() * sensor.description.X_LS.translation()});
+}
+
+bool same_values(const RigSensor& a, const RigSensor& b) {
+  return a.description == b.description && a.instance == b.instance && a.link == b.link &&
+         a.name_space == b.name_space && a.frame == b.frame && a.X_LF == b.X_LF &&
+         a.frame_prefix == b.frame_prefix && a.origin_frame == b.origin_frame && a.origin == b.origin;
 }
 
 }  // namespace
@@ -157,6 +170,16 @@ void SensorTicks::report_shared_topics() {
   shared_ = std::move(present);
 }
 
+void SensorTicks::number_revisions(std::vector<RigSensor>& sensors) {
+  ++revision_;
+  for (RigSensor& sensor : sensors) {
+    const auto same = std::find_if(numbered_.begin(), numbered_.end(),
+                                   [&](const RigSensor& before) { return same_values(before, sensor); });
+    sensor.revision = same != numbered_.end() ? same->revision : revision_;
+  }
+  numbered_ = sensors;
+}
+
 void SensorTicks::look_up() {
   changed_ = false;
   std::vector<std::shared_ptr<const CompiledRobot>> present = sources_.robots();
@@ -170,6 +193,7 @@ void SensorTicks::look_up() {
   std::vector<RigSensor> sensors;
   for (const auto& robot : present) add_sensors(*robot, sensors);
   for (const ModelSensors& model : *models) add_sensors(model, sensors);
+  number_revisions(sensors);
   physical_.set_earth(*sources_.earth);
   physical_.set_sensors(sensors, scene_.engine());
   light_.set_sensors(std::move(sensors), scene_.engine());
