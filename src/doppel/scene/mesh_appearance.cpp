@@ -79,8 +79,7 @@ void add_file_part(const appearance::FilePart& part, int material, const Eigen::
   if (part.normals_written) {
     own.positions = std::move(points);
     own.triangles = std::move(triangles);
-    for (const Eigen::Vector3f& n : part.normals)
-      own.normals.emplace_back(n.cwiseQuotient(factor).normalized());
+    for (const Eigen::Vector3f& n : part.normals) own.normals.emplace_back(n.cwiseQuotient(factor));
     own.uvs = part.uvs;
   } else {
     own = with_normals(points, triangles, kCrease);
@@ -92,10 +91,10 @@ void add_file_part(const appearance::FilePart& part, int material, const Eigen::
   const auto first = static_cast<std::uint32_t>(out.triangles.size());
   for (std::size_t i = 0; i < own.positions.size(); ++i) {
     out.positions.push_back(own.positions[i]);
-    out.normals.push_back(own.normals[i].allFinite() ? own.normals[i]
-                                                     : Eigen::Vector3f(Eigen::Vector3f::UnitZ()));
-    out.uvs.emplace_back(own.uvs.empty() ? Eigen::Vector2f(Eigen::Vector2f::Zero())
-                                         : Eigen::Vector2f(own.uvs[i].x(), 1 - own.uvs[i].y()));
+    out.normals.push_back(unit_or_up(own.normals[i]));
+    const bool placed = !own.uvs.empty() && own.uvs[i].allFinite();
+    out.uvs.emplace_back(placed ? Eigen::Vector2f(own.uvs[i].x(), 1 - own.uvs[i].y())
+                                : Eigen::Vector2f(Eigen::Vector2f::Zero()));
   }
   for (const auto& t : own.triangles) out.triangles.push_back({base + t[0], base + t[1], base + t[2]});
   out.parts.push_back({first, static_cast<std::uint32_t>(out.triangles.size()), material});
@@ -114,12 +113,18 @@ bool is_stl(const std::string& path) {
   return ending == ".stl";
 }
 
+// The least for what is not a number.
+float within(float value, float least, float most) {
+  return value > least ? std::min(value, most) : least;
+}
+
 SurfaceMaterial material_in(const appearance::FileMaterial& from) {
+  const auto share = [](float value) { return within(value, 0, 1); };
   SurfaceMaterial out;
-  out.rgba = from.rgba.cwiseMax(0).cwiseMin(1);
-  out.emissive = from.emissive.cwiseMax(0).cwiseMin(1);
-  out.specular = std::clamp(0.3F * from.specular, 0.0F, 1.0F);
-  out.shininess = std::clamp(from.shininess, 4.0F, 256.0F);
+  out.rgba = from.rgba.unaryExpr(share);
+  out.emissive = from.emissive.unaryExpr(share);
+  out.specular = share(0.3F * from.specular);
+  out.shininess = within(from.shininess, 4, 256);
   out.texture = from.texture;
   return out;
 }
@@ -133,7 +138,11 @@ MeshAppearance load_appearance(const MeshGeometry& mesh) {
     out.mesh = with_normals(triangles.vertices, triangles.triangles, kCrease);
     return out;
   }
-  const appearance::FileScene file = import_scene(mesh.path);
+  return appearance::appearance_of(import_scene(mesh.path), mesh);
+}
+
+MeshAppearance appearance::appearance_of(const FileScene& file, const MeshGeometry& mesh) {
+  MeshAppearance out;
   for (const appearance::FilePart& part : file.parts) {
     if (!is_wanted(part, mesh.submesh)) continue;
     const auto index = static_cast<std::size_t>(part.material);
@@ -143,6 +152,10 @@ MeshAppearance load_appearance(const MeshGeometry& mesh) {
   if (out.mesh.triangles.empty())
     throw InputError("mesh.empty", make_location(mesh.path), "the mesh has no triangles");
   if (mesh.center_submesh) centre(out.mesh);
+  if (!std::all_of(out.mesh.positions.begin(), out.mesh.positions.end(),
+                   [](const Eigen::Vector3f& p) { return p.allFinite(); }))
+    throw InputError("mesh.unreadable", make_location(mesh.path),
+                     "the mesh cannot be read: a corner is not a finite number", "export it again");
   for (const appearance::FileMaterial& material : file.materials)
     out.materials.push_back(material_in(material));
   for (const appearance::FileTexture& texture : file.textures) add_texture(texture, mesh, out);

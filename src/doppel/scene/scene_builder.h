@@ -37,6 +37,8 @@ DOPPEL_API SurfaceMesh surface_of(const Geometry& shape);
 DOPPEL_API SurfaceMesh with_normals(const std::vector<Eigen::Vector3f>& points,
                                     const std::vector<std::array<std::uint32_t, 3>>& triangles,
                                     double crease);
+// Its direction; z where it has none.
+DOPPEL_API Eigen::Vector3f unit_or_up(const Eigen::Vector3f& normal);
 
 class DOPPEL_API SceneBuilder {
  public:

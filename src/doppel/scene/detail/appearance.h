@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "doppel/scene/scene_builder.h"
+
 namespace doppel::appearance {
 
 struct FileMaterial {
@@ -37,5 +39,9 @@ struct FileScene {
   std::vector<FilePart> parts;
   std::vector<FileTexture> textures;
 };
+
+// The mesh as scenes have it: at its scale, of the part that it names, with its textures read. Throws InputError
+// "mesh.empty" without triangles, "mesh.unreadable" where a corner is not finite.
+MeshAppearance appearance_of(const FileScene& file, const MeshGeometry& mesh);
 
 }  // namespace doppel::appearance

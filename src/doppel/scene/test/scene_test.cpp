@@ -105,6 +105,23 @@ TEST_F(MeshFileTest, ObjKeepsColourAndTextureOfEachPart) {
   EXPECT_EQ(largest, 2);
 }
 
+TEST_F(MeshFileTest, CornerThatIsNoNumberIsRefusedAndColourHasDefault) {
+  write("nan.mtl", "newmtl m\nKd nan 0.5 2\nNs nan\n");
+  const auto file = [&](const char* x) {
+    return write("nan.obj", std::string("mtllib nan.mtl\nv ") + x +
+                                " 0 0\nv 1 0 0\nv 0 1 0\nvn nan 0 0\nusemtl m\nf 1//1 2//1 3//1\n");
+  };
+  const auto load = [&](const char* x) {
+    return load_appearance({"nan.obj", Vector3d::Ones(), file(x), "", false});
+  };
+  EXPECT_THROW((void)load("nan"), InputError);
+  const MeshAppearance loaded = load("0");
+  for (const Vector3f& normal : loaded.mesh.normals) EXPECT_EQ(normal, Vector3f::UnitZ());
+  const auto own = static_cast<std::size_t>(loaded.mesh.parts.at(0).material);
+  EXPECT_EQ(loaded.materials.at(own).rgba, Eigen::Vector4f(0, 0.5F, 1, 1));
+  EXPECT_TRUE(std::isfinite(loaded.materials.at(own).shininess));
+}
+
 TEST_F(MeshFileTest, MissingMeshIsWarningAndRestIsSeen) {
   Link link;
   Visual lost, seen;
