@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "doppel/core/plugin_module.h"
 #include "doppel/description/mesh.h"
 #include "doppel/scene/detail/appearance.h"
 #include "doppel/scene/scene_builder.h"
-#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {
@@ -15,21 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kCrease = 0.7;  // rad: edges of CAD parts that are meant are sharper
-constexpr std::size_t kMaxTextureBytes = std::size_t{256} << 20;
-
-appearance::FileScene import_scene(const std::string& path) {
-  using Import = bool (*)(const std::string&, appearance::FileScene&, std::string&);
-  static const auto import =
-      reinterpret_cast<Import>(plugin_symbol("doppel_scene_assimp", "doppel_import_appearance"));
-  appearance::FileScene scene;
-  std::string problem;
-  std::error_code failed;
-  if (!fs::is_regular_file(path, failed)) problem = "it is not a regular file";
-  if (!problem.empty() || !import(path, scene, problem))
-    throw InputError("mesh.unreadable", make_location(path), "the mesh cannot be read: " + problem,
-                     "STL, OBJ, COLLADA (.dae) and glTF are read; export it again as one of them");
-  return scene;
-}
 
 // Exporters write where a texture was on their machine: it is also searched beside the mesh, and where models of
 // Gazebo have it.
@@ -41,32 +24,24 @@ std::string find_texture(const std::string& written, const fs::path& mesh) {
   std::error_code failed;
   for (const fs::path& candidate : {folder / name, folder / file, folder / "textures" / file,
                                     folder / "../textures" / file, folder / "../materials/textures" / file})
-    if (fs::is_regular_file(candidate, failed)) return candidate.string();
+    if (fs::is_regular_file(candidate, failed)) return candidate.lexically_normal().string();
   return {};
 }
 
-void add_texture(const appearance::FileTexture& from, const MeshGeometry& mesh, MeshAppearance& out) {
-  Bitmap image;
-  try {
-    if (!from.bytes.empty()) {
-      image = decode_image(from.bytes, mesh.path);
-    } else if (const std::string file = find_texture(from.path, mesh.path); !file.empty()) {
-      image = decode_image(read_file(file, kMaxTextureBytes), file);
-    } else {
-      out.remarks.push_back(fmt::format("its texture '{}' is not found", from.path));
-    }
-  } catch (const InputError& error) {
-    out.remarks.push_back(error.diagnostics().front().message);
-  }
-  out.textures.push_back(std::move(image));
+MeshTexture texture_in(const ImportedMesh::Texture& from, const MeshGeometry& mesh,
+                       std::vector<std::string>& remarks) {
+  if (!from.bytes.empty()) return {"", from.bytes};
+  std::string file = find_texture(from.path, mesh.path);
+  if (file.empty()) remarks.push_back(fmt::format("its texture '{}' is not found", from.path));
+  return {std::move(file), ""};
 }
 
 // The part of the file that is named; all of it without a name.
-bool is_wanted(const appearance::FilePart& part, const std::string& submesh) {
+bool is_wanted(const ImportedMesh::Part& part, const std::string& submesh) {
   return submesh.empty() || std::find(part.names.begin(), part.names.end(), submesh) != part.names.end();
 }
 
-void add_file_part(const appearance::FilePart& part, int material, const Eigen::Vector3d& scale,
+void add_file_part(const ImportedMesh::Part& part, int material, const Eigen::Vector3d& scale,
                    SurfaceMesh& out) {
   const Eigen::Vector3f factor = scale.cast<float>();
   const bool flipped = scale.prod() < 0;
@@ -118,7 +93,7 @@ float within(float value, float least, float most) {
   return value > least ? std::min(value, most) : least;
 }
 
-SurfaceMaterial material_in(const appearance::FileMaterial& from) {
+SurfaceMaterial material_in(const ImportedMesh::Material& from) {
   const auto share = [](float value) { return within(value, 0, 1); };
   SurfaceMaterial out;
   out.rgba = from.rgba.unaryExpr(share);
@@ -138,12 +113,12 @@ MeshAppearance load_appearance(const MeshGeometry& mesh) {
     out.mesh = with_normals(triangles.vertices, triangles.triangles, kCrease);
     return out;
   }
-  return appearance::appearance_of(import_scene(mesh.path), mesh);
+  return appearance_of(import_mesh(mesh.path), mesh);
 }
 
-MeshAppearance appearance::appearance_of(const FileScene& file, const MeshGeometry& mesh) {
+MeshAppearance appearance_of(const ImportedMesh& file, const MeshGeometry& mesh) {
   MeshAppearance out;
-  for (const appearance::FilePart& part : file.parts) {
+  for (const ImportedMesh::Part& part : file.parts) {
     if (!is_wanted(part, mesh.submesh)) continue;
     const auto index = static_cast<std::size_t>(part.material);
     const bool given = index < file.materials.size() && file.materials[index].given;
@@ -156,9 +131,10 @@ MeshAppearance appearance::appearance_of(const FileScene& file, const MeshGeomet
                    [](const Eigen::Vector3f& p) { return p.allFinite(); }))
     throw InputError("mesh.unreadable", make_location(mesh.path),
                      "the mesh cannot be read: a corner is not a finite number", "export it again");
-  for (const appearance::FileMaterial& material : file.materials)
+  for (const ImportedMesh::Material& material : file.materials)
     out.materials.push_back(material_in(material));
-  for (const appearance::FileTexture& texture : file.textures) add_texture(texture, mesh, out);
+  for (const ImportedMesh::Texture& texture : file.textures)
+    out.textures.push_back(texture_in(texture, mesh, out.remarks));
   return out;
 }
 

@@ -45,8 +45,8 @@ class Input {
   std::size_t size_, at_ = 0;
 };
 
-appearance::FilePart part_in(Input& input) {
-  appearance::FilePart part;
+ImportedMesh::Part part_in(Input& input) {
+  ImportedMesh::Part part;
   const std::size_t corners = 3 + input.byte() % 30, triangles = input.byte() % 40;
   const std::uint8_t has = input.byte();
   part.material = static_cast<std::int8_t>(input.byte());
@@ -61,13 +61,13 @@ appearance::FilePart part_in(Input& input) {
   return part;
 }
 
-appearance::FileScene file_in(Input& input) {
-  appearance::FileScene file;
+ImportedMesh file_in(Input& input) {
+  ImportedMesh file;
   if ((input.byte() & 1) != 0) file.textures.push_back({"gone.png", ""});
   file.textures.push_back({"", input.bytes(input.byte())});
   const int materials = input.byte() % 3, parts = 1 + input.byte() % 3;
   for (int i = 0; i < materials; ++i) {
-    appearance::FileMaterial material;
+    ImportedMesh::Material material;
     material.given = (input.byte() & 1) != 0;
     material.texture = input.byte() % (static_cast<int>(file.textures.size()) + 1) - 1;
     material.rgba = input.vector<Eigen::Vector4f>();
@@ -154,7 +154,7 @@ void build_scene(Input& input) {
 void convert_file(Input& input) {
   const MeshGeometry geometry{"a.dae", Eigen::Vector3d(1, 2, -1), "/nowhere/a.dae", "",
                               (input.byte() & 1) != 0};
-  const MeshAppearance made = appearance::appearance_of(file_in(input), geometry);
+  const MeshAppearance made = appearance_of(file_in(input), geometry);
   check_mesh(made.mesh, made.materials.size());
   for (const SurfaceMaterial& material : made.materials) check_material(material, made.textures.size());
 }
