@@ -47,21 +47,31 @@ bool same_values(const RigSensor& a, const RigSensor& b) {
 void SensorTicks::find_frames(const std::vector<ModelSensors>& models) {
   constexpr const char* kModels = "/models";  // no namespace of a robot
   std::vector<geometry_msgs::msg::TransformStamped> still;
+  std::vector<std::pair<std::string, std::string>> wrench_frames;  // by sensor: also those of links
+  for (const RigStatus& one : physical_.status())
+    wrench_frames.emplace_back(one.sensor.name, one.sensor.frame);
   moving_.clear();
   moving_message_.transforms.clear();
   for (const ModelSensors& model : models) {
     const int instance = scene_.engine().compiled()->find(model.model);
     if (instance < 0) continue;
-    for (const RobotSensor& sensor : model.sensors.sensors) {
-      const MovingFrame frame{model.model, instance, sensor.link, sensor.X_LF};
+    const std::string prefix = model.model + "/";
+    const auto add = [&](const std::string& name, int link, const Pose& X_LF) {
+      const MovingFrame frame{model.model, instance, link, X_LF};
       auto& transforms = model.is_static ? still : moving_message_.transforms;
-      const std::string name = model.model + "/" + sensor.frame;
       const auto has_name = [&](const auto& other) { return other.child_frame_id == name; };
-      if (std::any_of(transforms.begin(), transforms.end(), has_name)) continue;
+      if (std::any_of(transforms.begin(), transforms.end(), has_name)) return;
       transforms.push_back(transform_of("world", name, pose_of(frame)));
       transforms.back().header.stamp = to_time_msg(bus_.stamp(bus_.now()));
       if (!model.is_static) moving_.push_back(frame);
-    }
+    };
+    for (const RobotSensor& sensor : model.sensors.sensors)
+      add(prefix + sensor.frame, sensor.link, sensor.X_LF);
+    const Model& made_of = *scene_.engine().instance(instance).made_of().model;
+    for (const auto& [name, frame] : wrench_frames)
+      if (name.starts_with(prefix) && frame.starts_with(prefix))
+        if (const int link = made_of.find_link(frame.substr(prefix.size())); link >= 0)
+          add(frame, link, Pose::Identity());
   }
   frames_due_ = Time::min();
   sources_.statics->erase(kModels);
