@@ -109,6 +109,48 @@ TEST_F(RobotSensorsInTwin, ListNamesSensorsByLinkOrJoint) {
                                              "sensed/wrist/wrist_ft"}));
 }
 
+TEST_F(RobotSensorsInTwin, ListHasOriginsOfSensorsInFramesOfTf) {
+  Scenario scenario;
+  scenario.robots = {{.target = file_.string()}};
+  scenario.robots[0].name_space = "left";
+  bring_up(scenario);
+  const std::vector<RigStatus> list = twin_->sensors();
+  ASSERT_EQ(list.size(), 3U);
+  for (const RigStatus& status : list) {
+    const doppel_msgs::msg::Sensor& sensor = status.sensor;
+    EXPECT_EQ(sensor.origin_frame, "left/hand") << sensor.name;
+    EXPECT_EQ(sensor.origin.x, 0) << sensor.name;
+    EXPECT_EQ(sensor.origin.z, sensor.type == "imu" ? 0.05 : 0) << sensor.name;
+  }
+}
+
+TEST_F(RobotSensorsInTwin, RevisionChangesWithValuesOfItsSensorOnly) {
+  bring_up(file_.string());
+  const auto revisions = [&] {
+    std::vector<std::uint64_t> out;
+    for (const RigStatus& status : twin_->sensors()) out.push_back(status.sensor.revision);
+    return out;
+  };
+  const auto edit = [&](const std::string& from, const std::string& to) {
+    std::string text = kRobot;
+    text.replace(text.find(from), from.size(), to);
+    std::ofstream(file_) << text;
+    twin_->replace(twin_->prepare(twin_->running(), diagnostics_));
+    twin_->between_steps();
+    return revisions();
+  };
+  const auto first = revisions();
+  ASSERT_EQ(first.size(), 3U);
+  EXPECT_EQ(edit("<link name=\"hand\">", "<!-- lower\n -->\n<link name=\"hand\">"), first) << "only moved";
+  const auto second = edit("<pose>0 0 0.05", "<pose>0 0 0.06");
+  EXPECT_NE(second[0], first[0]);
+  EXPECT_EQ(second[1], first[1]);
+  EXPECT_EQ(second[2], first[2]);
+  const auto third = edit("<pose>0 0 0.05", "<pose>0 0 0.05");
+  EXPECT_NE(third[0], second[0]);
+  EXPECT_NE(third[0], first[0]) << "a reader may not have seen the second";
+}
+
 TEST_F(RobotSensorsInTwin, LoopWithListenersDoesNotAllocate) {
   bring_up(file_.string());
   for (const TopicInfo& topic : twin_->bus().topics()) edge_->subscribe(topic.id);

@@ -1,4 +1,6 @@
 // Sensors in whole twins: those of a world's models, and those that a reload changes.
+#include <unistd.h>
+
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -119,9 +121,47 @@ TEST_F(WorldSensors, EveryFrameOfTheirMessagesIsInTf) {
   run(0.05);
   for (const auto& message : received<tf2_msgs::msg::TFMessage>("/tf"))
     for (const auto& transform : message.transforms) frames.insert(transform.child_frame_id);
-  for (const RigStatus& status : twin_->sensors())
+  for (const RigStatus& status : twin_->sensors()) {
     EXPECT_TRUE(status.sensor.frame == "world" || frames.contains(status.sensor.frame))
         << status.sensor.name << ": " << status.sensor.frame;
+    EXPECT_TRUE(frames.contains(status.sensor.origin_frame))
+        << status.sensor.name << ": " << status.sensor.origin_frame;
+  }
+}
+
+TEST_F(WorldSensors, FramesOfWrenchesInAxesOfLinksAreInTf) {
+  const auto file =
+      std::filesystem::path(::testing::TempDir()) / ("wrenches_" + std::to_string(getpid()) + ".sdf");
+  const auto sensor = [](const std::string& name, const std::string& frame) {
+    return "<sensor name='" + name +
+           "' type='force_torque'><pose>0.1 0 0 0 0 0.3</pose><force_torque><frame>" + frame +
+           "</frame></force_torque></sensor>";
+  };
+  const std::string inertial =
+      "<inertial><mass>1</mass><inertia><ixx>0.01</ixx><iyy>0.01</iyy><izz>0.01</izz></inertia></inertial>";
+  std::ofstream(file)
+      << "<sdf version='1.9'><world name='w'><model name='swing'><pose>0 0 2 0 0 0</pose><link name='post'>"
+      << inertial << "</link><link name='bob'><pose>0 0 -0.5 0 0 0</pose>" << inertial
+      << "</link><joint name='hold' type='fixed'><parent>world</parent><child>post</child></joint>"
+         "<joint name='hinge' type='revolute'><parent>post</parent><child>bob</child><axis><xyz>0 1 "
+         "0</xyz></axis>"
+      << sensor("in_parent", "parent") << sensor("in_child", "child") << sensor("in_own", "sensor")
+      << "</joint></model></world></sdf>";
+  Scenario scenario;
+  scenario.world = file;
+  bring_up(scenario);
+  listen("/tf");
+  run(0.05);
+  std::set<std::string> frames;
+  for (const auto& message : received<tf2_msgs::msg::TFMessage>("/tf"))
+    for (const auto& transform : message.transforms) frames.insert(transform.child_frame_id);
+  std::set<std::string> named;
+  for (const RigStatus& status : twin_->sensors()) {
+    named.insert(status.sensor.frame);
+    EXPECT_TRUE(frames.contains(status.sensor.frame)) << status.sensor.name << ": " << status.sensor.frame;
+    EXPECT_TRUE(frames.contains(status.sensor.origin_frame)) << status.sensor.name;
+  }
+  EXPECT_EQ(named, (std::set<std::string>{"swing/post", "swing/bob", "swing/in_own_frame"}));
 }
 
 TEST_F(WorldSensors, LoopWithFramesOfMovingModelsDoesNotAllocate) {

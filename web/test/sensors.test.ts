@@ -194,8 +194,8 @@ test('of pictures that show the same the smallest topic is taken, with a name th
 });
 
 test('the list of sensors has their rates and the samples left out', () => {
-  const [sensor] = readSensors({ sensors: [{ name: 'r/l/s', type: 'camera', topics: ['/a'], frame: 'f', rate: 30, reached: 29.5, samples: 90n, left_out: 3n, cost: 0.001 }] });
-  assert.deepEqual(sensor, { name: 'r/l/s', type: 'camera', topics: ['/a'], frame: 'f', rate: 30, reached: 29.5, leftOut: 3 });
+  const [sensor] = readSensors({ sensors: [{ name: 'r/l/s', type: 'camera', topics: ['/a'], frame: 'f', rate: 30, reached: 29.5, samples: 90n, left_out: 3n, cost: 0.001, revision: 7n, origin_frame: 'l', origin: { x: 1, y: 2, z: 3 } }] });
+  assert.deepEqual(sensor, { name: 'r/l/s', type: 'camera', topics: ['/a'], frame: 'f', rate: 30, reached: 29.5, leftOut: 3, revision: '7', originFrame: 'l', origin: [1, 2, 3] });
 });
 
 test('contacts of either message have the forces on the own collision', () => {

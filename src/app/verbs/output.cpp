@@ -27,6 +27,10 @@ void deliver(std::string_view text, const std::string& file) {
   }
 }
 
+void check_output(const std::string& file) {
+  if (!file.empty() && file != "-") check_writable(file);
+}
+
 void refuse_own_source(const std::string& file, std::span<const std::filesystem::path> sources,
                        const std::string& fix) {
   if (file.empty() || file == "-") return;

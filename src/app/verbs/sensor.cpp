@@ -141,13 +141,16 @@ Sensors sensors_of(Client& twin) {
   return decode<Sensors>(message.cdr);
 }
 
-int save_topic(Shell& shell, const std::string& topic, const std::string& named) {
+int save_topic(Shell& shell, const TopicFinder& find_topic, const std::string& named) {
+  check_output(named);
   Client& twin = shell.twin();
+  const std::string topic = find_topic(twin);
   const TypeSupport& type = twin.message_type(topic);
   std::string file = named;
   if (file.empty()) {
     file = topic.substr(1) + usual_ending(type.name);
     std::replace(file.begin(), file.end(), '/', '_');
+    check_output(file);
   }
   std::string ending = ending_of(file);
   if (file == "-" || ending.empty()) ending = usual_ending(type.name);
@@ -198,7 +201,8 @@ void add_sensor(CLI::App& app, int& exit_code) {
         verb.add_option("file", options.file, "File: .png .jpg .ply .csv .yaml (default: by the topic)");
       },
       [](Shell& shell, const SensorOptions& options) {
-        return save_topic(shell, sensor_named(shell.twin(), options.name).topics.front(), options.file);
+        const auto topic = [&](Client& twin) { return sensor_named(twin, options.name).topics.front(); };
+        return save_topic(shell, topic, options.file);
       });
 }
 

@@ -6,6 +6,7 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -79,8 +80,10 @@ std::string find_node_name(Client& twin, const std::string& name);
 std::vector<std::string> node_names(Client& twin, bool hidden);
 Bytes to_request(const TypeSupport& type, std::string_view yaml);  // throws InputError
 
-// Saves the next message of a topic; `file` empty: named by the topic. Returns the exit code.
-int save_topic(Shell& shell, const std::string& topic, const std::string& file);
+// Saves the next message of a topic; `file` empty: named by the topic. A file that cannot be written is refused before the
+// twin is asked for the topic. Returns the exit code.
+using TopicFinder = std::function<std::string(Client&)>;
+int save_topic(Shell& shell, const TopicFinder& find_topic, const std::string& file);
 
 // -- calls
 Bytes call_raw(Client& twin, const std::string& service, std::span<const std::byte> request,

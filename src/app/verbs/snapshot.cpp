@@ -94,6 +94,7 @@ std::string picture_ending(const std::string& file) {
 
 int run_snapshot(const SnapshotVerb& options, bool sized) {
   const std::string ending = picture_ending(options.file);
+  check_output(options.file);
   Scenario scenario = described_scenario(options.robot);
   if (!options.world.empty()) scenario.world = options.world;
   Diagnostics diagnostics;

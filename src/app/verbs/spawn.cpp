@@ -3,8 +3,8 @@
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
 #include "doppel/messages/gazebo_msgs.h"
+#include "doppel/sensing/pose_messages.h"
 #include "doppel/target/target.h"
-#include "doppel/twin/pose_messages.h"
 #include "doppel/twin/robot_text.h"
 
 namespace doppel::app {

@@ -431,7 +431,8 @@ void add_topic(CLI::App& app, int& exit_code) {
         verb.add_option("file", options.file, "File: .png .jpg .ply .csv .yaml (default: by the topic)");
       },
       [](Shell& shell, const SaveOptions& options) {
-        return save_topic(shell, absolute(options.topic), options.file);
+        return save_topic(
+            shell, [&](Client&) { return absolute(options.topic); }, options.file);
       });
   add_pub(group, exit_code);
 }

@@ -110,7 +110,9 @@ void check_sensors(const RobotDescription& robot, const Model& model, Diagnostic
     const HardwareRegistry::Type* const type = hardware_types.find(hardware.plugin);
     if (type != nullptr && type->kind == HardwareKind::real) continue;  // it reads its own sensors
     const SensorBindings bindings = bind_sensors(hardware, model, sensors);
-    for (const Diagnostic& one : bindings.unbound.all()) out.add(one);
+    for (const Diagnostic& one :
+         bindings.unbound.all())  // other hardware may have what simulated sensors do not
+      out.warning(one.rule, one.where, one.message, one.fix);
   }
 }
 

@@ -25,12 +25,16 @@ namespace fs = std::filesystem;
                    fmt::format("cannot write the file: {}", std::strerror(reason)), fix);
 }
 
+fs::path folder_of(const fs::path& file) {
+  return file.has_parent_path() ? file.parent_path() : fs::path(".");
+}
+
 // The new content beside the file. It has no name until it is complete where the file system permits that, so that nothing
 // stays of a process that is killed while it writes; else it is removed by the destructor.
 class TemporaryFile {
  public:
   explicit TemporaryFile(const fs::path& file) : file_(file), name_((file.string() + ".XXXXXX")) {
-    const fs::path folder = file.has_parent_path() ? file.parent_path() : fs::path(".");
+    const fs::path folder = folder_of(file);
     if (access("/proc/self/fd", X_OK) == 0)  // by which it gets its name
       descriptor_ = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
     if (descriptor_ >= 0) return;
@@ -86,13 +90,33 @@ class TemporaryFile {
   bool named_ = false;
 };
 
-}  // namespace
-
-void write_whole(const fs::path& file, std::string_view content) {
+// False: /dev/stdout, /dev/full, a pipe: there is no old content to keep.
+bool is_replaceable(const fs::path& file) {
   std::error_code none;
   if (file.filename().empty() || fs::is_directory(file, none)) refuse(file, EISDIR);
-  const bool replaceable = !fs::exists(file, none) || fs::is_regular_file(file, none);
-  if (!replaceable) {  // /dev/stdout, /dev/full, a pipe: there is no old content to keep
+  return !fs::exists(file, none) || fs::is_regular_file(file, none);
+}
+
+fs::path behind_link(const fs::path& file) {
+  std::error_code none;
+  return fs::is_symlink(file, none) ? fs::canonical(file) : file;
+}
+
+}  // namespace
+
+void check_writable(const fs::path& file) {
+  if (!is_replaceable(file)) {
+    if (access(file.c_str(), W_OK) != 0) refuse(file, errno);
+    return;
+  }
+  const fs::path folder = folder_of(behind_link(file));
+  std::error_code none;
+  if (fs::exists(folder, none) && !fs::is_directory(folder, none)) refuse(file, ENOTDIR);
+  if (access(folder.c_str(), W_OK | X_OK) != 0) refuse(file, errno);
+}
+
+void write_whole(const fs::path& file, std::string_view content) {
+  if (!is_replaceable(file)) {
     const int descriptor = open(file.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor < 0) refuse(file, errno);
     const ssize_t written = ::write(descriptor, content.data(), content.size());
@@ -101,7 +125,7 @@ void write_whole(const fs::path& file, std::string_view content) {
     if (written < 0 || static_cast<std::size_t>(written) != content.size()) refuse(file, reason);
     return;
   }
-  TemporaryFile temporary(fs::is_symlink(file, none) ? fs::canonical(file) : file);
+  TemporaryFile temporary(behind_link(file));
   temporary.write(content);
   temporary.put_in_place();
 }

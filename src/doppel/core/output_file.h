@@ -13,4 +13,8 @@ namespace doppel {
 // the existing one. Throws InputError "output.unwritable" with the system's reason.
 DOPPEL_API void write_whole(const std::filesystem::path& file, std::string_view content);
 
+// Throws what write_whole() throws where no file can be written, before the content is made: `file` is a folder, or its
+// folder does not exist or cannot be written to.
+DOPPEL_API void check_writable(const std::filesystem::path& file);
+
 }  // namespace doppel

@@ -8,8 +8,8 @@
 #include <unordered_map>
 
 #include "doppel/core/names.h"
-#include "doppel/core/plugin_module.h"
 #include "doppel/description/detail/mesh.h"
+#include "doppel/description/imported_mesh.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {
@@ -17,8 +17,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxMeshBytes = std::size_t{1} << 30;      // bytes
-constexpr std::size_t kMaxAssimpBytes = std::size_t{256} << 20;  // for assimp, which takes many times that
+constexpr std::size_t kMaxMeshBytes = std::size_t{1} << 30;  // bytes
 
 struct Bits {
   std::array<std::uint32_t, 3> words;
@@ -93,34 +92,10 @@ std::string lower(std::string text) {
   return text;
 }
 
-// A pointer file, which `git clone` writes instead of a file if Git LFS is not installed.
-bool is_lfs_pointer(std::string_view bytes) {
-  return bytes.size() < 1024 && bytes.starts_with("version https://git-lfs.github.com/spec/");
-}
-
-void refuse_pointer(std::string_view bytes, const std::string& path) {
-  if (!is_lfs_pointer(bytes)) return;
-  throw InputError("mesh.not_fetched", make_location(path),
-                   "the file has not been fetched: this is its Git LFS pointer",
-                   "install Git LFS and run: git lfs pull");
-}
-
-// Only regular files: assimp opens the path itself, and would wait for the writer of a pipe, or read a
-// device without end.
-void check_foreign(const std::string& path) {
-  std::error_code failed;
-  const fs::file_status status = fs::status(path, failed);
-  if (!fs::is_regular_file(status))
-    mesh::refuse(path, 0, fs::exists(status) ? "it is not a regular file" : "the file does not exist");
-  if (fs::file_size(path, failed) > kMaxAssimpBytes || failed)
-    mesh::refuse(path, 0, fmt::format("it is larger than {} MB", kMaxAssimpBytes >> 20));
-}
-
 // Files that the own reader rejects, but RViz and Gazebo show, because assimp reads them. If assimp fails,
 // too, the own reader's message is more precise.
 TriangleMesh read_leniently(const std::string& path, const Eigen::Vector3d& scale, const InputError& own) {
   try {
-    check_foreign(path);
     TriangleMesh out = finished(mesh::read_by_assimp(path), path, scale);
     if (!std::all_of(out.vertices.begin(), out.vertices.end(), [](const auto& v) { return v.allFinite(); }))
       throw own;
@@ -139,11 +114,15 @@ void mesh::refuse(const std::string& name, int line, std::string message) {
 }
 
 mesh::TriangleSoup mesh::read_by_assimp(const std::string& path) {
-  using Import = bool (*)(const std::string& path, TriangleSoup& soup, std::string& problem);
-  static const auto import = reinterpret_cast<Import>(plugin_symbol("doppel_assimp", "doppel_import_mesh"));
+  const ImportedMesh file = import_mesh(path);
   TriangleSoup soup;
-  std::string problem;
-  if (!import(path, soup, problem)) refuse(path, 0, fmt::format("the mesh cannot be read: {}", problem));
+  for (const ImportedMesh::Part& part : file.parts) {
+    const auto base = static_cast<std::uint32_t>(soup.points.size());
+    soup.points.insert(soup.points.end(), part.positions.begin(), part.positions.end());
+    for (const auto& t : part.triangles) soup.triangles.push_back({base + t[0], base + t[1], base + t[2]});
+    const auto material = static_cast<std::size_t>(part.material);
+    if (!soup.rgba && material < file.materials.size()) soup.rgba = file.materials[material].diffuse;
+  }
   return soup;
 }
 
@@ -213,15 +192,13 @@ TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale) {
   if (!format.empty()) format.erase(0, 1);
   if (format == "stl" || format == "obj" || format == "dae") {
     const std::string bytes = read_file(path, kMaxMeshBytes);
-    refuse_pointer(bytes, path);
+    mesh::refuse_pointer(bytes, path);
     try {
       return parse_mesh(bytes, format, path, scale);
     } catch (const InputError& own) {
       return read_leniently(path, scale, own);
     }
   }
-  check_foreign(path);
-  if (fs::file_size(path) < 1024) refuse_pointer(read_file(path, 1024), path);
   return finished(mesh::read_by_assimp(path), path, scale);
 }
 

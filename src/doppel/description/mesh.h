@@ -1,6 +1,6 @@
 #pragma once
 // Triangle meshes from STL, OBJ and COLLADA files by own, fuzzed readers, and from glTF and others by assimp,
-// which only this module uses. Files that the own readers reject are passed to assimp, too, because RViz and
+// which only this module uses (imported_mesh.h). Files that the own readers reject are passed to assimp, too, because RViz and
 // Gazebo show what it reads.
 
 #include <Eigen/Core>

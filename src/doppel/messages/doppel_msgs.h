@@ -44,18 +44,22 @@ struct JointLoads {
                  effort_limits, frictions, least_sags, most_sags)
 };
 
-// A sensor of light of a twin.
+// A sensor of a twin.
 struct Sensor {
-  std::string name;                 // "kate/camera_link/camera": robot, link, sensor
-  std::string type;                 // "gpu_lidar", as described
-  std::vector<std::string> topics;  // the first is that of its data
-  std::string frame;                // of its headers
-  double rate = 0;                  // Hz that are asked for; 0: every step
-  double reached = 0;               // Hz of simulated time over the last second; 0: not read
-  std::uint64_t samples = 0;        // made so far
-  std::uint64_t left_out = 0;       // because they took too long
-  double cost = 0;                  // s of processor time of the last sample
-  DOPPEL_MESSAGE("doppel_msgs/msg/Sensor", name, type, topics, frame, rate, reached, samples, left_out, cost)
+  std::string name;                  // "kate/camera_link/camera": robot, link, sensor
+  std::string type;                  // "gpu_lidar", as described
+  std::vector<std::string> topics;   // the first is that of its data
+  std::string frame;                 // of its headers
+  double rate = 0;                   // Hz that are asked for; 0: every step
+  double reached = 0;                // Hz of simulated time over the last second; 0: not read
+  std::uint64_t samples = 0;         // made so far
+  std::uint64_t left_out = 0;        // because they took too long
+  double cost = 0;                   // s of processor time of the last sample
+  std::uint64_t revision = 0;        // another one when an edit has changed a value of the sensor
+  std::string origin_frame;          // of TF, where the sensor is fixed
+  geometry_msgs::msg::Point origin;  // m, of the sensor in that frame: about it is the torque of a wrench
+  DOPPEL_MESSAGE("doppel_msgs/msg/Sensor", name, type, topics, frame, rate, reached, samples, left_out, cost,
+                 revision, origin_frame, origin)
 };
 
 struct Sensors {

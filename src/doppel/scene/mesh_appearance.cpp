@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "doppel/core/plugin_module.h"
 #include "doppel/description/mesh.h"
 #include "doppel/scene/detail/appearance.h"
 #include "doppel/scene/scene_builder.h"
-#include "doppel/xml/xml.h"
 
 namespace doppel {
 namespace {
@@ -15,21 +13,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr double kCrease = 0.7;  // rad: edges of CAD parts that are meant are sharper
-constexpr std::size_t kMaxTextureBytes = std::size_t{256} << 20;
-
-appearance::FileScene import_scene(const std::string& path) {
-  using Import = bool (*)(const std::string&, appearance::FileScene&, std::string&);
-  static const auto import =
-      reinterpret_cast<Import>(plugin_symbol("doppel_scene_assimp", "doppel_import_appearance"));
-  appearance::FileScene scene;
-  std::string problem;
-  std::error_code failed;
-  if (!fs::is_regular_file(path, failed)) problem = "it is not a regular file";
-  if (!problem.empty() || !import(path, scene, problem))
-    throw InputError("mesh.unreadable", make_location(path), "the mesh cannot be read: " + problem,
-                     "STL, OBJ, COLLADA (.dae) and glTF are read; export it again as one of them");
-  return scene;
-}
 
 // Exporters write where a texture was on their machine: it is also searched beside the mesh, and where models of
 // Gazebo have it.
@@ -41,32 +24,24 @@ std::string find_texture(const std::string& written, const fs::path& mesh) {
   std::error_code failed;
   for (const fs::path& candidate : {folder / name, folder / file, folder / "textures" / file,
                                     folder / "../textures" / file, folder / "../materials/textures" / file})
-    if (fs::is_regular_file(candidate, failed)) return candidate.string();
+    if (fs::is_regular_file(candidate, failed)) return candidate.lexically_normal().string();
   return {};
 }
 
-void add_texture(const appearance::FileTexture& from, const MeshGeometry& mesh, MeshAppearance& out) {
-  Bitmap image;
-  try {
-    if (!from.bytes.empty()) {
-      image = decode_image(from.bytes, mesh.path);
-    } else if (const std::string file = find_texture(from.path, mesh.path); !file.empty()) {
-      image = decode_image(read_file(file, kMaxTextureBytes), file);
-    } else {
-      out.remarks.push_back(fmt::format("its texture '{}' is not found", from.path));
-    }
-  } catch (const InputError& error) {
-    out.remarks.push_back(error.diagnostics().front().message);
-  }
-  out.textures.push_back(std::move(image));
+MeshTexture texture_in(const ImportedMesh::Texture& from, const MeshGeometry& mesh,
+                       std::vector<std::string>& remarks) {
+  if (!from.bytes.empty()) return {"", from.bytes};
+  std::string file = find_texture(from.path, mesh.path);
+  if (file.empty()) remarks.push_back(fmt::format("its texture '{}' is not found", from.path));
+  return {std::move(file), ""};
 }
 
 // The part of the file that is named; all of it without a name.
-bool is_wanted(const appearance::FilePart& part, const std::string& submesh) {
+bool is_wanted(const ImportedMesh::Part& part, const std::string& submesh) {
   return submesh.empty() || std::find(part.names.begin(), part.names.end(), submesh) != part.names.end();
 }
 
-void add_file_part(const appearance::FilePart& part, int material, const Eigen::Vector3d& scale,
+void add_file_part(const ImportedMesh::Part& part, int material, const Eigen::Vector3d& scale,
                    SurfaceMesh& out) {
   const Eigen::Vector3f factor = scale.cast<float>();
   const bool flipped = scale.prod() < 0;
@@ -79,8 +54,7 @@ void add_file_part(const appearance::FilePart& part, int material, const Eigen::
   if (part.normals_written) {
     own.positions = std::move(points);
     own.triangles = std::move(triangles);
-    for (const Eigen::Vector3f& n : part.normals)
-      own.normals.emplace_back(n.cwiseQuotient(factor).normalized());
+    for (const Eigen::Vector3f& n : part.normals) own.normals.emplace_back(n.cwiseQuotient(factor));
     own.uvs = part.uvs;
   } else {
     own = with_normals(points, triangles, kCrease);
@@ -92,10 +66,10 @@ void add_file_part(const appearance::FilePart& part, int material, const Eigen::
   const auto first = static_cast<std::uint32_t>(out.triangles.size());
   for (std::size_t i = 0; i < own.positions.size(); ++i) {
     out.positions.push_back(own.positions[i]);
-    out.normals.push_back(own.normals[i].allFinite() ? own.normals[i]
-                                                     : Eigen::Vector3f(Eigen::Vector3f::UnitZ()));
-    out.uvs.emplace_back(own.uvs.empty() ? Eigen::Vector2f(Eigen::Vector2f::Zero())
-                                         : Eigen::Vector2f(own.uvs[i].x(), 1 - own.uvs[i].y()));
+    out.normals.push_back(unit_or_up(own.normals[i]));
+    const bool placed = !own.uvs.empty() && own.uvs[i].allFinite();
+    out.uvs.emplace_back(placed ? Eigen::Vector2f(own.uvs[i].x(), 1 - own.uvs[i].y())
+                                : Eigen::Vector2f(Eigen::Vector2f::Zero()));
   }
   for (const auto& t : own.triangles) out.triangles.push_back({base + t[0], base + t[1], base + t[2]});
   out.parts.push_back({first, static_cast<std::uint32_t>(out.triangles.size()), material});
@@ -114,12 +88,18 @@ bool is_stl(const std::string& path) {
   return ending == ".stl";
 }
 
-SurfaceMaterial material_in(const appearance::FileMaterial& from) {
+// The least for what is not a number.
+float within(float value, float least, float most) {
+  return value > least ? std::min(value, most) : least;
+}
+
+SurfaceMaterial material_in(const ImportedMesh::Material& from) {
+  const auto share = [](float value) { return within(value, 0, 1); };
   SurfaceMaterial out;
-  out.rgba = from.rgba.cwiseMax(0).cwiseMin(1);
-  out.emissive = from.emissive.cwiseMax(0).cwiseMin(1);
-  out.specular = std::clamp(0.3F * from.specular, 0.0F, 1.0F);
-  out.shininess = std::clamp(from.shininess, 4.0F, 256.0F);
+  out.rgba = from.rgba.unaryExpr(share);
+  out.emissive = from.emissive.unaryExpr(share);
+  out.specular = share(0.3F * from.specular);
+  out.shininess = within(from.shininess, 4, 256);
   out.texture = from.texture;
   return out;
 }
@@ -133,8 +113,12 @@ MeshAppearance load_appearance(const MeshGeometry& mesh) {
     out.mesh = with_normals(triangles.vertices, triangles.triangles, kCrease);
     return out;
   }
-  const appearance::FileScene file = import_scene(mesh.path);
-  for (const appearance::FilePart& part : file.parts) {
+  return appearance_of(import_mesh(mesh.path), mesh);
+}
+
+MeshAppearance appearance_of(const ImportedMesh& file, const MeshGeometry& mesh) {
+  MeshAppearance out;
+  for (const ImportedMesh::Part& part : file.parts) {
     if (!is_wanted(part, mesh.submesh)) continue;
     const auto index = static_cast<std::size_t>(part.material);
     const bool given = index < file.materials.size() && file.materials[index].given;
@@ -143,9 +127,14 @@ MeshAppearance load_appearance(const MeshGeometry& mesh) {
   if (out.mesh.triangles.empty())
     throw InputError("mesh.empty", make_location(mesh.path), "the mesh has no triangles");
   if (mesh.center_submesh) centre(out.mesh);
-  for (const appearance::FileMaterial& material : file.materials)
+  if (!std::all_of(out.mesh.positions.begin(), out.mesh.positions.end(),
+                   [](const Eigen::Vector3f& p) { return p.allFinite(); }))
+    throw InputError("mesh.unreadable", make_location(mesh.path),
+                     "the mesh cannot be read: a corner is not a finite number", "export it again");
+  for (const ImportedMesh::Material& material : file.materials)
     out.materials.push_back(material_in(material));
-  for (const appearance::FileTexture& texture : file.textures) add_texture(texture, mesh, out);
+  for (const ImportedMesh::Texture& texture : file.textures)
+    out.textures.push_back(texture_in(texture, mesh, out.remarks));
   return out;
 }
 

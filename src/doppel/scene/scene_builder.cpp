@@ -93,20 +93,20 @@ std::optional<int> SceneBuilder::load(const MeshGeometry& geometry, const Visual
   try {
     MeshAppearance loaded = load_appearance(geometry);
     const auto first_material = static_cast<int>(scene_.materials.size());
-    const auto first_texture = static_cast<int>(scene_.textures.size());
-    for (Bitmap& texture : loaded.textures) scene_.textures.push_back(with_colour(std::move(texture)));
+    const auto warn = [&](const std::string& remark) {
+      diagnostics.warning("scene.texture", visual.source,
+                          fmt::format("{}: {}; it is seen without it", geometry.uri, remark));
+    };
+    std::vector<int> textures;
+    for (const MeshTexture& texture : loaded.textures)
+      textures.push_back(texture_in(texture, geometry.path, warn));
     for (SurfaceMaterial& material : loaded.materials) {
-      if (material.texture >= 0) {
-        material.texture += first_texture;
-        if (scene_.textures[static_cast<std::size_t>(material.texture)].empty()) material.texture = -1;
-      }
+      if (material.texture >= 0) material.texture = textures[static_cast<std::size_t>(material.texture)];
       scene_.materials.push_back(material);
     }
     for (SurfaceMesh::Part& part : loaded.mesh.parts)
       if (part.material >= 0) part.material += first_material;
-    for (const std::string& remark : loaded.remarks)
-      diagnostics.warning("scene.texture", visual.source,
-                          fmt::format("{}: {}; it is seen without it", geometry.uri, remark));
+    for (const std::string& remark : loaded.remarks) warn(remark);
     scene_.meshes.push_back(std::make_shared<SurfaceMesh>(std::move(loaded.mesh)));
     found->second = static_cast<int>(scene_.meshes.size()) - 1;
   } catch (const InputError& error) {
@@ -117,16 +117,31 @@ std::optional<int> SceneBuilder::load(const MeshGeometry& geometry, const Visual
   return found->second;
 }
 
-int SceneBuilder::texture_of(const std::string& path, const Visual& visual, Diagnostics& diagnostics) {
+int SceneBuilder::add_texture(std::string_view bytes, const std::string& name) {
+  scene_.textures.push_back(with_colour(decode_image(bytes, name)));
+  return static_cast<int>(scene_.textures.size()) - 1;
+}
+
+int SceneBuilder::texture_of(const std::string& path, const Warn& warn) {
   const auto [found, fresh] = textures_.try_emplace(path, -1);
   if (!fresh) return found->second;
   try {
-    scene_.textures.push_back(with_colour(decode_image(read_file(path, kMaxTextureFile), path)));
-    found->second = static_cast<int>(scene_.textures.size()) - 1;
+    found->second = add_texture(read_file(path, kMaxTextureFile), path);
   } catch (const InputError& error) {
-    diagnostics.warning("scene.texture", visual.source, error.diagnostics().front().message);
+    warn(error.diagnostics().front().message);
   }
   return found->second;
+}
+
+int SceneBuilder::texture_in(const MeshTexture& texture, const std::string& mesh, const Warn& warn) {
+  if (!texture.path.empty()) return texture_of(texture.path, warn);
+  if (texture.bytes.empty()) return -1;
+  try {
+    return add_texture(texture.bytes, mesh);
+  } catch (const InputError& error) {
+    warn(error.diagnostics().front().message);
+    return -1;
+  }
 }
 
 int SceneBuilder::material_of(const Visual& visual, Diagnostics& diagnostics) {
@@ -145,7 +160,10 @@ int SceneBuilder::material_of(const Visual& visual, Diagnostics& diagnostics) {
     material.shininess = 2 / (r * r * r * r) - 2 + 4;
     material.specular = 0.5F * (1 - r);
   }
-  if (textured) material.texture = texture_of(visual.material->texture_path, visual, diagnostics);
+  const auto warn = [&](const std::string& reason) {
+    diagnostics.warning("scene.texture", visual.source, reason);
+  };
+  if (textured) material.texture = texture_of(visual.material->texture_path, warn);
   scene_.materials.push_back(material);
   return static_cast<int>(scene_.materials.size()) - 1;
 }

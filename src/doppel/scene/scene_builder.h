@@ -1,11 +1,13 @@
 #pragma once
 // A RenderScene from descriptions. Meshes and textures are read once for all that use them. One thread.
 
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
@@ -14,12 +16,18 @@
 
 namespace doppel {
 
+// A picture that a mesh file names, or has in itself.
+struct MeshTexture {
+  std::string path;   // of the file that was found; empty: there is none
+  std::string bytes;  // of an embedded one
+};
+
 // A mesh file as it looks: its surface, and its own materials, to which SurfaceMesh::Part refers.
 struct MeshAppearance {
   SurfaceMesh mesh;
   std::vector<SurfaceMaterial> materials;
-  std::vector<Bitmap> textures;      // to which those materials refer
-  std::vector<std::string> remarks;  // what of it cannot be shown, for a warning
+  std::vector<MeshTexture> textures;  // to which those materials refer
+  std::vector<std::string> remarks;   // what of it cannot be shown, for a warning
 };
 
 // STL by the own reader, with normals smoothed below 40 degrees; all others by assimp, with their materials. Throws
@@ -37,6 +45,8 @@ DOPPEL_API SurfaceMesh surface_of(const Geometry& shape);
 DOPPEL_API SurfaceMesh with_normals(const std::vector<Eigen::Vector3f>& points,
                                     const std::vector<std::array<std::uint32_t, 3>>& triangles,
                                     double crease);
+// Its direction; z where it has none.
+DOPPEL_API Eigen::Vector3f unit_or_up(const Eigen::Vector3f& normal);
 
 class DOPPEL_API SceneBuilder {
  public:
@@ -61,7 +71,11 @@ class DOPPEL_API SceneBuilder {
                   Diagnostics& diagnostics);
   std::optional<int> load(const MeshGeometry& geometry, const Visual& visual, Diagnostics& diagnostics);
   int material_of(const Visual& visual, Diagnostics& diagnostics);
-  int texture_of(const std::string& path, const Visual& visual, Diagnostics& diagnostics);
+  // -1: it cannot be read; `warn` is called with the reason.
+  using Warn = std::function<void(const std::string& reason)>;
+  int add_texture(std::string_view bytes, const std::string& name);
+  int texture_of(const std::string& path, const Warn& warn);
+  int texture_in(const MeshTexture& texture, const std::string& mesh, const Warn& warn);
   void add_item(int body, int mesh, const Pose& X_BM, int material, std::optional<std::uint16_t> class_label);
 
   RenderScene scene_;

@@ -34,6 +34,13 @@ CornersAtPoints corners_at_points(std::size_t points,
 
 }  // namespace
 
+Eigen::Vector3f unit_or_up(const Eigen::Vector3f& normal) {
+  const Eigen::Vector3d wide = normal.cast<double>();  // whose square does not overflow
+  const double length = wide.norm();
+  if (!std::isfinite(length) || length == 0) return Eigen::Vector3f::UnitZ();
+  return (wide / length).cast<float>();
+}
+
 SurfaceMesh with_normals(const std::vector<Eigen::Vector3f>& points,
                          const std::vector<std::array<std::uint32_t, 3>>& triangles, double crease) {
   std::vector<Eigen::Vector3f> faces;
@@ -54,9 +61,8 @@ SurfaceMesh with_normals(const std::vector<Eigen::Vector3f>& points,
         const std::uint32_t corner = around.corners[c];
         if (faces[corner / 3].dot(faces[i]) >= limit) normal += angles[corner] * faces[corner / 3];
       }
-      const float length = normal.norm();
       out.positions.push_back(points[p]);
-      out.normals.push_back(length > 0 ? Eigen::Vector3f(normal / length) : faces[i]);
+      out.normals.push_back(unit_or_up(normal.squaredNorm() > 0 ? normal : faces[i]));
     }
     out.triangles.push_back({base, base + 1, base + 2});
   }

@@ -7,6 +7,7 @@
 #include "doppel/messages/ros_gz_interfaces.h"
 #include "doppel/sensing/detail/delay_line.h"
 #include "doppel/sensing/detail/physical_sensor.h"
+#include "doppel/sensing/pose_messages.h"
 
 namespace doppel {
 namespace {

@@ -86,10 +86,13 @@ void LightRig::Impl::find_bodies(const Engine& engine) {
 }
 
 doppel_msgs::msg::Sensor LightRig::Impl::status_of(const Entry& entry) const {
-  const RigSensor& sensor = entry.sensor->sensor();
-  return {sensor_key(sensor), sensor.description.type, entry.sensor->topics(),
-          sensor.frame,       sensor.description.rate, entry.reached,
-          entry.samples,      entry.left_out,          entry.cost};
+  doppel_msgs::msg::Sensor out = listed(entry.sensor->sensor());
+  out.topics = entry.sensor->topics();
+  out.reached = entry.reached;
+  out.samples = entry.samples;
+  out.left_out = entry.left_out;
+  out.cost = entry.cost;
+  return out;
 }
 
 void LightRig::set_ranges(std::shared_ptr<RangeValues> ranges) {
@@ -104,8 +107,8 @@ std::vector<LightRig::Impl::Entry> LightRig::Impl::make_entries(const std::vecto
     const double rate = sensor.description.rate;
     const std::string key = sensor_key(sensor);
     Entry entry;
-    entry.sensor = made_or_left_out(sensor, leaves_out, log,
-                                    [&] { return make_light_sensor(in, sensor, options); });
+    entry.sensor =
+        made_or_left_out(sensor, leaves_out, log, [&] { return make_light_sensor(in, sensor, options); });
     if (!entry.sensor) continue;
     if (ranges && std::holds_alternative<RangeDescription>(sensor.description.what))
       entry.sensor->report_to(ranges->of(sensor));

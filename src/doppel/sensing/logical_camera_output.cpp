@@ -4,17 +4,13 @@
 #include "doppel/messages/ros_gz_interfaces.h"
 #include "doppel/sensing/detail/delay_line.h"
 #include "doppel/sensing/detail/physical_sensor.h"
+#include "doppel/sensing/pose_messages.h"
 
 namespace doppel {
 namespace {
 
 using ros_gz_interfaces::msg::LogicalCameraImage;
 using ros_gz_interfaces::msg::LogicalCameraImageModel;
-
-geometry_msgs::msg::Pose to_pose_msg(const Pose& X) {
-  const Eigen::Quaterniond q(X.linear());
-  return {{X.translation().x(), X.translation().y(), X.translation().z()}, {q.x(), q.y(), q.z(), q.w()}};
-}
 
 class LogicalCameraOutput : public PhysicalSensor {
  public:

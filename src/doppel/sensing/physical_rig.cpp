@@ -121,8 +121,8 @@ const PhysicalRig::Impl::Entry* PhysicalRig::Impl::former_of(const Entry& entry)
   const RigSensor& sensor = entry.sensor->sensor();
   const auto old = std::ranges::find_if(entries, [&](const Entry& one) {
     const SensorDescription& former = one.sensor->sensor().description;
-    return sensor_key(one.sensor->sensor()) == sensor_key(sensor) &&
-           former.type == sensor.description.type && former.rate == sensor.description.rate;
+    return sensor_key(one.sensor->sensor()) == sensor_key(sensor) && former.type == sensor.description.type &&
+           former.rate == sensor.description.rate;
   });
   return old == entries.end() ? nullptr : &*old;
 }
@@ -260,14 +260,11 @@ void PhysicalRig::refresh(std::span<doppel_msgs::msg::Sensor> list) const {
 std::vector<RigStatus> PhysicalRig::status() const {
   std::vector<RigStatus> out;
   for (const Impl::Entry& entry : impl_->entries) {
-    const RigSensor& sensor = entry.sensor->sensor();
     RigStatus& status = out.emplace_back();
-    status.sensor.name = sensor_key(sensor);
-    status.sensor.type = sensor.description.type;
+    status.sensor = listed(entry.sensor->sensor());
     status.sensor.topics = {entry.sensor->topic()};
     status.sensor.frame = entry.sensor->frame();
     status.hash = entry.sensor->hash();
-    status.sensor.rate = sensor.description.rate;
     status.sensor.reached = entry.reached;
     status.sensor.samples = entry.samples;
   }

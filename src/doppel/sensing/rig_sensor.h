@@ -19,6 +19,9 @@ struct RigSensor {
   Pose X_LF =
       Pose::Identity();      // that frame in the link; for pictures the optical frame, or what the user named
   std::string frame_prefix;  // of the robot's links in header.frame_id: "left/"; empty: none
+  std::string origin_frame = {};                     // of TF, fixed to the link
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();  // of the sensor itself in that frame, m
+  std::uint64_t revision = 0;                        // another one when an edit has changed a value
 };
 
 struct RigOptions {

@@ -1,5 +1,6 @@
 #include "doppel/sensing/detail/sensor_names.h"
 
+#include "doppel/sensing/pose_messages.h"
 #include "doppel/sensing/range_values.h"
 
 namespace doppel {
@@ -20,6 +21,18 @@ std::string sensor_topic(const RigSensor& sensor, const std::string& output, con
   while (inner.starts_with("/")) inner.erase(0, 1);
   if (!inner.empty()) prefix += inner + "/";
   return prefix + topic;
+}
+
+doppel_msgs::msg::Sensor listed(const RigSensor& sensor) {
+  doppel_msgs::msg::Sensor out;
+  out.name = sensor_key(sensor);
+  out.type = sensor.description.type;
+  out.frame = sensor.frame;
+  out.rate = sensor.description.rate;
+  out.revision = sensor.revision;
+  out.origin_frame = sensor.origin_frame;
+  out.origin = to_point_msg(sensor.origin);
+  return out;
 }
 
 std::shared_ptr<RangeValues::Value> RangeValues::of(const RigSensor& sensor) {

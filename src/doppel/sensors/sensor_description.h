@@ -17,6 +17,11 @@
 
 namespace doppel {
 
+// Of the values below, which an edit changes or not.
+inline bool operator==(const Pose& a, const Pose& b) {
+  return a.matrix() == b.matrix();
+}
+
 // Noise of one channel, in its unit. Source: SDFormat, noise; gz-sensors, GaussianNoiseModel.
 struct DOPPEL_API NoiseDescription {
   double mean = 0, stddev = 0;            // of each sample
@@ -27,6 +32,7 @@ struct DOPPEL_API NoiseDescription {
     return mean != 0 || stddev != 0 || bias_mean != 0 || bias_stddev != 0 || precision != 0 ||
            walk_stddev != 0;
   }
+  bool operator==(const NoiseDescription&) const = default;
 };
 
 // How a lens maps an angle theta from its axis to a distance r = f g(theta) from the centre of the picture.
@@ -50,8 +56,10 @@ struct LensDescription {
   // As written in <lens><intrinsics>: pixels; s: skew.
   struct Intrinsics {
     double fx = 0, fy = 0, cx = 0, cy = 0, s = 0;
+    bool operator==(const Intrinsics&) const = default;
   };
   std::optional<Intrinsics> intrinsics;
+  bool operator==(const LensDescription&) const = default;
 };
 
 // What the pictures contain: each kind publishes what its kind of Gazebo's sensors does.
@@ -80,6 +88,7 @@ struct CameraDescription {
   double exposure = 1;         // factor of the light
   BoxKind boxes = BoxKind::visible_2d;
   bool panoptic = false;  // <segmentation_type>: instances of classes, too
+  bool operator==(const CameraDescription&) const = default;
 };
 
 // A range of equally spaced directions: (max - min) / (n - 1).
@@ -87,6 +96,7 @@ struct ScanRange {
   int samples = 1;
   double resolution = 1;    // results per sample; n = samples * resolution
   double min = 0, max = 0;  // rad
+  bool operator==(const ScanRange&) const = default;
 };
 struct LidarDescription {
   ScanRange horizontal{640, 1, -1.5707963267948966, 1.5707963267948966}, vertical{1, 1, 0, 0};
@@ -95,6 +105,7 @@ struct LidarDescription {
   double dropout = 0;                           // probability that a range is missing
   bool moving = false;                          // each ray at its own time: the sensor moves during its scan
   double intensity_minimum = 0;                 // min_intensity of the classic plugins
+  bool operator==(const LidarDescription&) const = default;
 };
 
 // The nearest distance within a cone or pyramid.
@@ -103,6 +114,7 @@ struct RangeDescription {
   double near = 0.02, far = 4;  // m
   bool ultrasound = true;       // radiation_type
   LidarDescription rays;        // with which it is measured
+  bool operator==(const RangeDescription&) const = default;
 };
 
 enum class OrientationReference { world_enu, start, grav_up, ned, nwu, custom };
@@ -112,6 +124,7 @@ struct ImuDescription {
   bool orientation_enabled = true;
   OrientationReference reference = OrientationReference::start;
   Eigen::Vector3d custom_rpy = Eigen::Vector3d::Zero();
+  bool operator==(const ImuDescription&) const = default;
 };
 
 enum class WrenchFrame { parent, child, sensor };
@@ -119,11 +132,13 @@ struct ForceTorqueDescription {
   WrenchFrame frame = WrenchFrame::child;
   bool parent_to_child = false;                   // <measure_direction>; else child_to_parent
   std::array<NoiseDescription, 3> force, torque;  // N, N m
+  bool operator==(const ForceTorqueDescription&) const = default;
 };
 
 struct ContactDescription {
   std::vector<std::string> collisions;  // as written, plain or lumped; empty: all of the link
   bool bumper = false;                  // ContactsState of classic's plugin in place of Contacts
+  bool operator==(const ContactDescription&) const = default;
 };
 
 // Sensors of the environment: position by satellites, field, height, pressure, and what is in sight.
@@ -133,9 +148,11 @@ struct EnvironmentDescription {
   std::array<NoiseDescription, 4> noise;           // in the order of SDF's elements
   double near = 0, far = 0, hfov = 0, aspect = 1;  // of a logical camera
   double reference = 0;                            // m, reference_altitude of air pressure
+  bool operator==(const EnvironmentDescription&) const = default;
 };
 
-struct DOPPEL_API SensorDescription {
+// All that is described, wherever it is written.
+struct DOPPEL_API SensorProperties {
   std::string name;
   std::string type;              // as written: "gpu_lidar"
   std::string link;              // to which it is fixed
@@ -156,6 +173,9 @@ struct DOPPEL_API SensorDescription {
   std::variant<std::vector<CameraDescription>, LidarDescription, RangeDescription, ImuDescription,
                ForceTorqueDescription, ContactDescription, EnvironmentDescription>
       what;  // several cameras: a multicamera
+  bool operator==(const SensorProperties&) const = default;
+};
+struct DOPPEL_API SensorDescription : SensorProperties {
   SourceLocation source;
 };
 

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "doppel/twin/pose_messages.h"
+#include "doppel/sensing/pose_messages.h"
 
 namespace doppel {
 

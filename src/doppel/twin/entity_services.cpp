@@ -5,10 +5,10 @@
 #include <algorithm>
 
 #include "doppel/messages/utf8.h"
+#include "doppel/sensing/pose_messages.h"
 #include "doppel/twin/compiled_scenario.h"
 #include "doppel/twin/detail/model_plugins.h"
 #include "doppel/twin/detail/service_answer.h"
-#include "doppel/twin/pose_messages.h"
 
 namespace doppel {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "doppel/twin/pose_messages.h"
+#include "doppel/sensing/pose_messages.h"
 #include "doppel/twin/robot_names.h"
 
 namespace doppel {

@@ -6,9 +6,9 @@
 
 #include "doppel/description/shape_mesh.h"
 #include "doppel/description/texture_coordinates.h"
+#include "doppel/sensing/pose_messages.h"
 #include "doppel/twin/detail/entity.h"
 #include "doppel/twin/detail/scene_message.h"
-#include "doppel/twin/pose_messages.h"
 
 namespace doppel {
 namespace {

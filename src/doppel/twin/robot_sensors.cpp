@@ -20,8 +20,15 @@ RobotSensors find_sensors(const SdfModel& sdf, const Model& model, Diagnostics& 
 RigSensor make_rig_sensor(const CompiledRobot& robot, const RobotSensor& sensor) {
   const bool prefixed = !robot.name_space().empty() && robot.asked().tf != TfTopics::separate;
   const std::string prefix = prefixed ? robot.name_space() + "/" : "";
-  return {sensor.description,    robot.name(), sensor.link, robot.name_space(),
-          prefix + sensor.frame, sensor.X_LF,  prefix};
+  return {.description = sensor.description,
+          .instance = robot.name(),
+          .link = sensor.link,
+          .name_space = robot.name_space(),
+          .frame = prefix + sensor.frame,
+          .X_LF = sensor.X_LF,
+          .frame_prefix = prefix,
+          .origin_frame = prefix + sensor.description.link,
+          .origin = sensor.description.X_LS.translation()};
 }
 
 }  // namespace doppel

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "doppel/description/heightmap.h"
+#include "doppel/sensing/pose_messages.h"
 #include "doppel/twin/object_publisher.h"
-#include "doppel/twin/pose_messages.h"
 
 namespace doppel {
 namespace {

@@ -7,7 +7,7 @@
 #include <map>
 #include <span>
 
-#include "doppel/twin/pose_messages.h"
+#include "doppel/sensing/pose_messages.h"
 #include "doppel/twin/robot_sensors.h"
 
 namespace doppel {
@@ -25,8 +25,21 @@ void add_sensors(const CompiledRobot& robot, std::vector<RigSensor>& out) {
 void add_sensors(const ModelSensors& model, std::vector<RigSensor>& out) {
   const std::string prefix = model.model + "/";
   for (const RobotSensor& sensor : model.sensors.sensors)
-    out.push_back(
-        {sensor.description, model.model, sensor.link, "", prefix + sensor.frame, sensor.X_LF, prefix});
+    out.push_back({.description = sensor.description,
+                   .instance = model.model,
+                   .link = sensor.link,
+                   .name_space = "",
+                   .frame = prefix + sensor.frame,
+                   .X_LF = sensor.X_LF,
+                   .frame_prefix = prefix,
+                   .origin_frame = prefix + sensor.frame,  // of its links, TF has those of sensors only
+                   .origin = sensor.X_LF.inverse() * sensor.description.X_LS.translation()});
+}
+
+bool same_values(const RigSensor& a, const RigSensor& b) {
+  return a.description == b.description && a.instance == b.instance && a.link == b.link &&
+         a.name_space == b.name_space && a.frame == b.frame && a.X_LF == b.X_LF &&
+         a.frame_prefix == b.frame_prefix && a.origin_frame == b.origin_frame && a.origin == b.origin;
 }
 
 }  // namespace
@@ -34,21 +47,31 @@ void add_sensors(const ModelSensors& model, std::vector<RigSensor>& out) {
 void SensorTicks::find_frames(const std::vector<ModelSensors>& models) {
   constexpr const char* kModels = "/models";  // no namespace of a robot
   std::vector<geometry_msgs::msg::TransformStamped> still;
+  std::vector<std::pair<std::string, std::string>> wrench_frames;  // by sensor: also those of links
+  for (const RigStatus& one : physical_.status())
+    wrench_frames.emplace_back(one.sensor.name, one.sensor.frame);
   moving_.clear();
   moving_message_.transforms.clear();
   for (const ModelSensors& model : models) {
     const int instance = scene_.engine().compiled()->find(model.model);
     if (instance < 0) continue;
-    for (const RobotSensor& sensor : model.sensors.sensors) {
-      const MovingFrame frame{model.model, instance, sensor.link, sensor.X_LF};
+    const std::string prefix = model.model + "/";
+    const auto add = [&](const std::string& name, int link, const Pose& X_LF) {
+      const MovingFrame frame{model.model, instance, link, X_LF};
       auto& transforms = model.is_static ? still : moving_message_.transforms;
-      const std::string name = model.model + "/" + sensor.frame;
       const auto has_name = [&](const auto& other) { return other.child_frame_id == name; };
-      if (std::any_of(transforms.begin(), transforms.end(), has_name)) continue;
+      if (std::any_of(transforms.begin(), transforms.end(), has_name)) return;
       transforms.push_back(transform_of("world", name, pose_of(frame)));
       transforms.back().header.stamp = to_time_msg(bus_.stamp(bus_.now()));
       if (!model.is_static) moving_.push_back(frame);
-    }
+    };
+    for (const RobotSensor& sensor : model.sensors.sensors)
+      add(prefix + sensor.frame, sensor.link, sensor.X_LF);
+    const Model& made_of = *scene_.engine().instance(instance).made_of().model;
+    for (const auto& [name, frame] : wrench_frames)
+      if (name.starts_with(prefix) && frame.starts_with(prefix))
+        if (const int link = made_of.find_link(frame.substr(prefix.size())); link >= 0)
+          add(frame, link, Pose::Identity());
   }
   frames_due_ = Time::min();
   sources_.statics->erase(kModels);
@@ -157,6 +180,16 @@ void SensorTicks::report_shared_topics() {
   shared_ = std::move(present);
 }
 
+void SensorTicks::number_revisions(std::vector<RigSensor>& sensors) {
+  ++revision_;
+  for (RigSensor& sensor : sensors) {
+    const auto same = std::find_if(numbered_.begin(), numbered_.end(),
+                                   [&](const RigSensor& before) { return same_values(before, sensor); });
+    sensor.revision = same != numbered_.end() ? same->revision : revision_;
+  }
+  numbered_ = sensors;
+}
+
 void SensorTicks::look_up() {
   changed_ = false;
   std::vector<std::shared_ptr<const CompiledRobot>> present = sources_.robots();
@@ -170,6 +203,7 @@ void SensorTicks::look_up() {
   std::vector<RigSensor> sensors;
   for (const auto& robot : present) add_sensors(*robot, sensors);
   for (const ModelSensors& model : *models) add_sensors(model, sensors);
+  number_revisions(sensors);
   physical_.set_earth(*sources_.earth);
   physical_.set_sensors(sensors, scene_.engine());
   light_.set_sensors(sensors, scene_.engine());

@@ -10,9 +10,9 @@
 #include "doppel/bus/standard_node.h"
 #include "doppel/core/names.h"
 #include "doppel/messages/std_srvs.h"
+#include "doppel/sensing/pose_messages.h"
 #include "doppel/twin/detail/entity.h"
 #include "doppel/twin/detail/service_answer.h"
-#include "doppel/twin/pose_messages.h"
 
 namespace doppel {
 namespace {

@@ -5,7 +5,7 @@
 #include "doppel/bus/standard_node.h"
 #include "doppel/kinematics/kinematics.h"
 #include "doppel/messages/sensor_msgs.h"
-#include "doppel/twin/pose_messages.h"
+#include "doppel/sensing/pose_messages.h"
 #include "doppel/twin/robot_names.h"
 
 namespace doppel {

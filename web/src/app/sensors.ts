@@ -13,9 +13,14 @@ export interface Sensor {
   rate: number; // Hz that are asked for; 0: every step
   reached: number; // Hz of simulated time; 0: not read
   leftOut: number; // samples
+  revision: string; // another one when an edit has changed a value of the sensor
+  originFrame: string; // where the sensor is fixed
+  origin: [number, number, number]; // m, x y z of the sensor in that frame
 }
 
 const LIST = '/doppel/sensors';
+
+const pointOf = (raw: Message): [number, number, number] => [Number(raw['x']), Number(raw['y']), Number(raw['z'])];
 
 export function readSensors(message: Message): Sensor[] {
   return (message['sensors'] as Message[]).map((raw) => ({
@@ -26,6 +31,9 @@ export function readSensors(message: Message): Sensor[] {
     rate: Number(raw['rate']),
     reached: Number(raw['reached']),
     leftOut: Number(raw['left_out']),
+    revision: String(raw['revision']),
+    originFrame: String(raw['origin_frame']),
+    origin: pointOf(raw['origin'] as Message),
   }));
 }
 
@@ -52,7 +60,7 @@ export function shortTopics(topics: string[]): string[] {
 
 export class Sensors {
   list: Sensor[] = [];
-  readonly changed = new Signal(); // other sensors, other topics, or another choice of what is shown
+  readonly changed = new Signal(); // other sensors, values or topics, or another choice of what is shown
   readonly reported = new Signal(); // rates
   private known = '';
 
@@ -88,7 +96,7 @@ export class Sensors {
   }
 
   private compare(): void {
-    const now = this.list.map((one) => [one.name, one.type, one.rate, one.frame, ...one.topics.map((topic) => topic + this.schema(topic))].join(' ')).join('\n');
+    const now = this.list.map((one) => [one.name, one.type, one.rate, one.frame, one.revision, ...one.topics.map((topic) => topic + this.schema(topic))].join(' ')).join('\n');
     if (now === this.known) return;
     this.known = now;
     this.changed.emit();

@@ -5,6 +5,7 @@ import type { Client, Handler } from '../protocol/client';
 export interface Wanted {
   topic: string;
   handler: Handler;
+  fresh?: boolean; // the last message, which other parts have read, is of no use
 }
 
 export class Subscriptions {
@@ -28,8 +29,8 @@ export class Subscriptions {
       this.live.delete(name);
       one.end();
     }
-    for (const [name, { topic, handler }] of wanted) {
-      if (!this.live.has(name)) this.live.set(name, { topic, end: this.client.subscribe(topic, handler) });
+    for (const [name, { topic, handler, fresh }] of wanted) {
+      if (!this.live.has(name)) this.live.set(name, { topic, end: this.client.subscribe(topic, handler, fresh) });
     }
   }
 }

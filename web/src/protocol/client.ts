@@ -328,15 +328,16 @@ export class Client {
     return found;
   }
 
-  // Returns the function that ends the subscription. A topic may appear later, or again after a restart.
-  subscribe(topic: string, handler: Handler): () => void {
+  // Returns the function that ends the subscription. A topic may appear later, or again after a restart. `fresh`: the last
+  // message, which others on this page have read, is not repeated.
+  subscribe(topic: string, handler: Handler, fresh = false): () => void {
     let subscription = this.subscriptions.get(topic);
     if (!subscription) {
       subscription = { id: -1, topic, channel: null, type: null, handlers: new Set(), last: null };
       this.subscriptions.set(topic, subscription);
       const channel = this.channel(topic);
       if (channel) this.subscribeNow(subscription, channel);
-    } else if (subscription.last) {
+    } else if (subscription.last && !fresh) {
       const { message, stamp } = subscription.last;
       const mine = subscription;
       queueMicrotask(() => mine.handlers.has(handler) && handler(message, stamp));

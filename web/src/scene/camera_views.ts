@@ -59,7 +59,7 @@ export function frustumLines(lens: Lens): number[] {
 }
 
 export class CameraViews {
-  readonly frusta = new Map<string, { lines: THREE.LineSegments; frame: string }>(); // by topic of the camera_info
+  readonly frusta = new Map<string, { lines: THREE.LineSegments; frame: string; revision: string }>(); // by topic of the camera_info
   private readonly material = new THREE.LineBasicMaterial({ color: COLOUR, transparent: true, opacity: 0.85 });
   private readonly subscriptions: Subscriptions;
 
@@ -67,14 +67,7 @@ export class CameraViews {
     this.subscriptions = new Subscriptions(app.twin.client);
     settingsChanged.on((key) => key === 'layers' && this.follow());
     sensors.changed.on(() => this.follow());
-    app.twin.robotChanged.on(() => this.renew());
     app.world.stage.frame.on(() => this.place());
-    this.follow();
-  }
-
-  // Lenses are asked for again: those of a description that was saved may have changed.
-  private renew(): void {
-    for (const topic of [...this.frusta.keys()]) this.drop(topic);
     this.follow();
   }
 
@@ -85,29 +78,31 @@ export class CameraViews {
     this.frusta.delete(topic);
   }
 
-  // A camera_info is read once: a standing subscription would count as a reader of the sensor.
+  // A camera_info is read once, until an edit changes the sensor: a standing subscription would count as a reader.
   private follow(): void {
-    const shown = new Set<string>();
+    const shown = new Map<string, string>(); // revisions by topic
     if (settings.layers['cameras'] ?? false) {
       for (const sensor of this.sensors.list) {
-        if (this.sensors.shown(sensor)) for (const topic of this.sensors.topicsOf(sensor, 'sensor_msgs/CameraInfo')) shown.add(topic);
+        if (this.sensors.shown(sensor)) for (const topic of this.sensors.topicsOf(sensor, 'sensor_msgs/CameraInfo')) shown.set(topic, sensor.revision);
       }
     }
-    for (const topic of [...this.frusta.keys()]) if (!shown.has(topic)) this.drop(topic);
+    for (const [topic, { revision }] of [...this.frusta]) if (shown.get(topic) !== revision) this.drop(topic);
     const wanted = new Map<string, Wanted>();
-    for (const topic of shown) if (!this.frusta.has(topic)) wanted.set(topic, { topic, handler: (m) => this.take(topic, m) });
+    for (const [topic, revision] of shown) {
+      if (!this.frusta.has(topic)) wanted.set(`${revision} ${topic}`, { topic, handler: (m) => this.take(topic, revision, m), fresh: true });
+    }
     this.subscriptions.want(wanted);
     this.app.world.stage.invalidate();
   }
 
-  private take(topic: string, info: Message): void {
+  private take(topic: string, revision: string, info: Message): void {
     if (!this.frusta.has(topic)) {
       const lens = lensOf(info);
       const geometry = new THREE.BufferGeometry().setAttribute('position', new THREE.Float32BufferAttribute(lens ? frustumLines(lens) : [], 3));
       const lines = new THREE.LineSegments(geometry, this.material);
       lines.frustumCulled = false;
       lines.visible = false;
-      this.frusta.set(topic, { lines, frame: (info['header'] as { frame_id: string }).frame_id });
+      this.frusta.set(topic, { lines, frame: (info['header'] as { frame_id: string }).frame_id, revision });
       this.app.world.stage.scene.add(lines);
     }
     queueMicrotask(() => this.follow());

@@ -1,5 +1,5 @@
-// What contact sensors and force-torque sensors measure, as arrows: of contacts where they touch, of wrenches at the
-// origin of their frame.
+// What contact sensors and force-torque sensors measure, as arrows: of contacts where they touch, of wrenches where
+// the sensor is, about which their torque is.
 import * as THREE from 'three';
 import type { App } from '../app/app';
 import { SteadyScale } from '../app/colour_map';
@@ -96,25 +96,37 @@ export class SensorForces {
     this.fresh = false;
     const { touch, force, torque } = this.kinds;
     const found = { touch: [] as Arrow[], force: [] as Arrow[], torque: [] as Arrow[] };
-    for (const { topic, message } of this.last.values()) {
+    for (const [name, { topic, message }] of this.last) {
       const pose = this.frames.pose((message['header'] as { frame_id: string }).frame_id, topic);
       if (!pose) continue;
       const turn = new THREE.Quaternion(pose[3], pose[4], pose[5], pose[6]);
       const origin = new THREE.Vector3(pose[0], pose[1], pose[2]);
-      const put = (into: Arrow[], at: THREE.Vector3, value: THREE.Vector3): number =>
-        into.push({ at: at.applyQuaternion(turn).add(origin), value: value.applyQuaternion(turn) });
+      const put = (into: Arrow[], at: THREE.Vector3, value: THREE.Vector3): number => into.push({ at, value: value.applyQuaternion(turn) });
       const wrench = message['wrench'] as Message | undefined;
       if (wrench) {
-        put(found.force, new THREE.Vector3(), vector(wrench['force']));
-        put(found.torque, new THREE.Vector3(), vector(wrench['torque']));
+        const at = this.originOf(name, topic);
+        if (!at) continue;
+        put(found.force, at, vector(wrench['force']));
+        put(found.torque, at.clone(), vector(wrench['torque']));
       } else {
-        for (const { points, forces } of readTouches(message)) points.forEach((at, i) => put(found.touch, vector(at), vector(forces[i])));
+        for (const { points, forces } of readTouches(message)) {
+          points.forEach((at, i) => put(found.touch, vector(at).applyQuaternion(turn).add(origin), vector(forces[i])));
+        }
       }
     }
     this.drawKind(touch, found.touch);
     this.drawKind(force, found.force);
     this.drawKind(torque, found.torque);
     this.app.world.stage.invalidate();
+  }
+
+  // Where the sensor is: the frame of its header may be that of another link.
+  private originOf(name: string, topic: string): THREE.Vector3 | null {
+    const sensor = this.sensors.list.find((one) => one.name === name);
+    const pose = sensor ? this.frames.pose(sensor.originFrame, topic) : null;
+    if (!sensor || !pose) return null;
+    const [x, y, z] = sensor.origin;
+    return new THREE.Vector3(x, y, z).applyQuaternion(new THREE.Quaternion(pose[3], pose[4], pose[5], pose[6])).add(new THREE.Vector3(pose[0], pose[1], pose[2]));
   }
 
   private drawKind(kind: Kind, arrows: Arrow[]): void {

@@ -24,7 +24,9 @@ writeFileSync(join(folder, 'probe.urdf'), `<robot name="probe"><link name="world
   <link name="plate">${solid(2, '0.4 0.4 0.02')}</link>${fixed('plate_joint', 'base_link', 'plate', '0 1 0.1')}
   ${sensor('mast', 'scan', 'gpu_lidar', 10, rays(''))}${sensor('mast', 'rings', 'gpu_lidar', 5, rays(tilted))}${sensor('eye', 'camera', 'camera', 10, camera)}
   ${sensor('eye', 'depth', 'depth_camera', 5, camera)}${sensor('eye', 'imu', 'imu', 50, '')}${sensor('eye', 'sonar', 'sonar', 10, '<sonar><min>0.1</min><max>5</max><radius>0.1</radius></sonar>')}
-  ${sensor('plate', 'touch', 'contact', 20, '<contact><collision>2_kg</collision></contact>')}${sensor('hook', 'hook_wrench', 'force_torque', 50, '')}</robot>`);
+  ${sensor('plate', 'touch', 'contact', 20, '<contact><collision>2_kg</collision></contact>')}${sensor('hook', 'hook_wrench', 'force_torque', 50, '')}
+  <link name="hand">${solid(0.5, '0.1 0.1 0.1')}</link>${fixed('grip', 'base_link', 'hand', '0.5 0.3 0.4', '0 0 1.5708')}
+  ${sensor('grip', 'grip_wrench', 'force_torque', 50, '<pose>0.1 0 0.05 0 0 0.3</pose><force_torque><frame>parent</frame></force_torque>')}</robot>`);
 const model = (name, still, pose, size, colour) => {
   const shape = `<geometry><box><size>${size}</size></box></geometry>`;
   return `<model name="${name}"><static>${still}</static><pose>${pose}</pose><link name="l"><inertial><mass>3</mass><inertia><ixx>0.02</ixx><iyy>0.02</iyy><izz>0.02</izz></inertia></inertial>
@@ -38,7 +40,7 @@ let page;
 before(async () => {
   await lab.start();
   page = await lab.page({ viewport: { width: 1280, height: 800 } });
-  await waitFor(page, () => doppel.sensors.list.length === 8);
+  await waitFor(page, () => doppel.sensors.list.length === 9);
 }, { timeout: 120000 });
 after(() => lab.stop());
 
@@ -202,9 +204,13 @@ test('forces are arrows where they act, with their scale in the legend', async (
     });
   }, kind);
   await waitFor(page, () => ['touch', 'force'].every((kind) => doppel.sensorPictures.forces.kinds[kind].scale.most > 0));
-  const [force] = await arrow('force');
-  assert.ok(Math.abs(force.along[2]) > 0.99, `the force is along ${force.along}`);
-  force.at.forEach((value, i) => assert.ok(Math.abs(value - [-0.5, 0, 0.6][i]) < 1e-3, `the force is at ${force.at}`));
+  // The grip's is in the axes of its parent, and where the sensor is.
+  await waitFor(page, () => doppel.sensorPictures.forces.kinds.force.arrows.used === 2);
+  const forces = await arrow('force');
+  for (const place of [[-0.5, 0, 0.6], [0.5, 0.4, 0.55]]) {
+    const here = forces.find(({ at }) => at.every((value, i) => Math.abs(value - place[i]) < 1e-3));
+    assert.ok(here && Math.abs(here.along[2]) > 0.99, `no force along z at ${place}: ${JSON.stringify(forces)}`);
+  }
   const touches = await arrow('touch');
   assert.ok(touches.length >= 3);
   for (const { at, along } of touches) {
@@ -229,7 +235,7 @@ test('a lost connection closes an enlarged picture, and the sensors come back wi
   await page.getByText('No connection.').first().waitFor();
   await waitFor(page, () => document.querySelector('dialog.large-picture') === null);
   await lab.startTwin();
-  await waitFor(page, () => doppel.sensors.list.length === 8);
+  await waitFor(page, () => doppel.sensors.list.length === 9);
   await into('camera');
   await reached('camera')(true);
   await waitFor(page, () => doppel.sensorPictures.cameras.frusta.size === 2);

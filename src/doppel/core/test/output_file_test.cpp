@@ -46,6 +46,31 @@ TEST(OutputFileTest, FailedWriteLeavesOldFile) {
   EXPECT_EQ(text, "three");
 }
 
+TEST(OutputFileTest, PlaceThatCannotBeWrittenIsRefusedBeforehand) {
+  const auto folder =
+      std::filesystem::path(testing::TempDir()) / ("doppel_unwritable_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  write_whole(folder / "a", "old");
+  const auto said = [](const std::filesystem::path& file) {
+    try {
+      check_writable(file);
+    } catch (const InputError& error) {
+      return error.diagnostics().front().message + ": " + error.diagnostics().front().fix;
+    }
+    return std::string();
+  };
+  EXPECT_EQ(said(folder / "a"), "");
+  EXPECT_EQ(said(folder / "new"), "");
+  EXPECT_EQ(said("/dev/null"), "");
+  EXPECT_NE(said(folder).find("give the path of a file"), std::string::npos) << said(folder);
+  EXPECT_NE(said(folder / "missing" / "b").find("create the folder"), std::string::npos);
+  EXPECT_NE(said(folder / "a" / "b").find("Not a directory"), std::string::npos) << said(folder / "a" / "b");
+  std::size_t files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder)) ++files;
+  EXPECT_EQ(files, 1U) << "nothing is made";
+  std::filesystem::remove_all(folder);
+}
+
 // The limit on the size of a file ends the child in the middle of its writing, by a signal.
 TEST(OutputFileTest, ProcessKilledWhileWritingLeavesOldFileAndNoOther) {
   const auto folder =

@@ -35,7 +35,7 @@ using Sidecar = std::function<std::string(const std::string& name)>;
 TriangleSoup read_stl(std::string_view bytes, const std::string& name);
 TriangleSoup read_obj(std::string_view bytes, const std::string& name, const Sidecar& sidecar);
 TriangleSoup read_collada(std::string_view bytes, const std::string& name);
-// glTF and other formats of assimp. Precondition: `path` is a regular file of at most kMaxAssimpBytes.
+// glTF and other formats of assimp; the colour is that of the first part that has one.
 TriangleSoup read_by_assimp(const std::string& path);
 
 // Triangulates a polygon by ear clipping, which is correct for concave polygons. Source: G. Meisters,
@@ -45,6 +45,8 @@ inline constexpr std::size_t kMaxPolygonCorners = 256;
 inline constexpr std::size_t kMaxEarTests = 50'000'000;  // a second; good files need a few thousand
 void add_polygon(TriangleSoup& soup, const std::vector<std::uint32_t>& corners);
 
+// Throws InputError "mesh.not_fetched" for a pointer of Git LFS.
+void refuse_pointer(std::string_view bytes, const std::string& path);
 [[noreturn]] void refuse(const std::string& name, int line, std::string message);
 
 }  // namespace doppel::mesh

@@ -98,11 +98,29 @@ TEST_F(MeshFileTest, ObjKeepsColourAndTextureOfEachPart) {
   EXPECT_EQ(material(0).rgba, Eigen::Vector4f(1, 0, 0, 1));
   EXPECT_EQ(material(0).texture, -1);
   ASSERT_GE(material(1).texture, 0);
-  EXPECT_EQ(loaded.textures[static_cast<std::size_t>(material(1).texture)].width, 2);
+  EXPECT_EQ(loaded.textures[static_cast<std::size_t>(material(1).texture)].path,
+            (folder_ / "wood.png").string());
   EXPECT_THAT(loaded.remarks, testing::ElementsAre(testing::HasSubstr("gone.png")));
   float largest = 0;
   for (const Vector3f& p : loaded.mesh.positions) largest = std::max(largest, p.maxCoeff());
   EXPECT_EQ(largest, 2);
+}
+
+TEST_F(MeshFileTest, CornerThatIsNoNumberIsRefusedAndColourHasDefault) {
+  write("nan.mtl", "newmtl m\nKd nan 0.5 2\nNs nan\n");
+  const auto file = [&](const char* x) {
+    return write("nan.obj", std::string("mtllib nan.mtl\nv ") + x +
+                                " 0 0\nv 1 0 0\nv 0 1 0\nvn nan 0 0\nusemtl m\nf 1//1 2//1 3//1\n");
+  };
+  const auto load = [&](const char* x) {
+    return load_appearance({"nan.obj", Vector3d::Ones(), file(x), "", false});
+  };
+  EXPECT_THROW((void)load("nan"), InputError);
+  const MeshAppearance loaded = load("0");
+  for (const Vector3f& normal : loaded.mesh.normals) EXPECT_EQ(normal, Vector3f::UnitZ());
+  const auto own = static_cast<std::size_t>(loaded.mesh.parts.at(0).material);
+  EXPECT_EQ(loaded.materials.at(own).rgba, Eigen::Vector4f(0, 0.5F, 1, 1));
+  EXPECT_TRUE(std::isfinite(loaded.materials.at(own).shininess));
 }
 
 TEST_F(MeshFileTest, MissingMeshIsWarningAndRestIsSeen) {
@@ -121,6 +139,32 @@ TEST_F(MeshFileTest, MissingMeshIsWarningAndRestIsSeen) {
   EXPECT_EQ(scene->lights.size(), 1U);
   ASSERT_EQ(diagnostics.all().size(), 1U);
   EXPECT_EQ(diagnostics.all()[0].rule, "scene.mesh");
+}
+
+TEST_F(MeshFileTest, TextureOfSeveralMeshesAndMaterialIsReadOnce) {
+  write("wood.png", encode_png({2, 2, 3, std::vector<std::uint8_t>(12, 200)}));
+  write("a.mtl", "newmtl wood\nmap_Kd wood.png\n");
+  const std::string file = write("a.obj",
+                                 "mtllib a.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n"
+                                 "usemtl wood\nf 1/1 2/2 3/3\n");
+  Link link;
+  Visual small, large, box;
+  small.geometry = MeshGeometry{"a.obj", Vector3d::Ones(), file, "", false};
+  large.geometry = MeshGeometry{"a.obj", Vector3d(2, 2, 2), file, "", false};
+  box.geometry = Box{{1, 1, 1}};
+  box.material = Material{"wood", std::nullopt, "", (folder_ / "wood.png").string(), {}};
+  link.visuals = {small, large, box};
+  SceneBuilder builder;
+  Diagnostics diagnostics;
+  builder.add(link, "r::base", diagnostics);
+  const auto scene = builder.finish();
+  EXPECT_EQ(scene->meshes.size(), 3U);
+  ASSERT_EQ(scene->textures.size(), 1U);
+  EXPECT_EQ(scene->textures[0].width, 2);
+  int textured = 0;
+  for (const SurfaceMaterial& material : scene->materials) textured += material.texture == 0 ? 1 : 0;
+  EXPECT_EQ(textured, 3);
+  EXPECT_TRUE(diagnostics.all().empty());
 }
 
 TEST_F(MeshFileTest, FileOfTwoVisualsIsReadOnce) {

@@ -92,8 +92,4 @@ T taken(std::vector<T>& spare) {
   return out;
 }
 
-inline geometry_msgs::msg::Vector3 to_vector_msg(const Eigen::Vector3d& v) {
-  return {v.x(), v.y(), v.z()};
-}
-
 }  // namespace doppel

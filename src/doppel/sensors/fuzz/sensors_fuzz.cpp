@@ -36,8 +36,9 @@ void check(const doppel::LidarDescription& lidar) {
   const double rays = across.samples * across.resolution * upwards.samples * upwards.resolution;
   require(rays <= 1e7);
   if (rays > kFew) return;
-  for (const Eigen::Vector3f& direction : doppel::scan_pattern(lidar).directions)
-    require(std::abs(direction.norm() - 1) < 1e-5F);
+  const doppel::ScanPattern pattern = doppel::scan_pattern(lidar);
+  for (std::size_t i = 0; i < pattern.size(); ++i)
+    require(std::abs(pattern.direction(i).norm() - 1) < 1e-5F);
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 // The sensors of all robots and models of a twin, in its loop. /doppel/sensors (doppel_msgs/msg/Sensors, latched) lists
 // them with the rates that they reach, once a second; /diagnostics warns of those that leave samples out.
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -57,6 +58,8 @@ class SensorTicks : public Tickable {
 
  private:
   void look_up();
+  // The page and other readers read anew what follows from a sensor's values, such as camera_info.
+  void number_revisions(std::vector<RigSensor>& sensors);
   void list_sensors();
   void report_shared_topics();
   void write_diagnostics();  // what is listed; no allocation
@@ -82,6 +85,8 @@ class SensorTicks : public Tickable {
   Time frames_due_ = Time::min();
   std::vector<std::shared_ptr<const CompiledRobot>> known_;  // of which the rigs' sensors are
   std::shared_ptr<const std::vector<ModelSensors>> known_models_;
+  std::vector<RigSensor> numbered_;  // the present ones with their revisions
+  std::uint64_t revision_ = 0;       // of the last edit
   LightRig light_;
   PhysicalRig physical_;
   std::optional<Node> list_node_;  // while there are sensors

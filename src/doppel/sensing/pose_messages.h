@@ -1,7 +1,9 @@
 #pragma once
 // Conversion of poses between Eigen and geometry_msgs; m, quaternions x y z w in messages.
 
+#include <cmath>
 #include <optional>
+#include <string>
 
 #include "doppel/math/pose.h"
 #include "doppel/messages/geometry_msgs.h"
@@ -11,14 +13,16 @@ namespace doppel {
 inline geometry_msgs::msg::Vector3 to_vector_msg(const Eigen::Vector3d& v) {
   return {v.x(), v.y(), v.z()};
 }
+inline geometry_msgs::msg::Point to_point_msg(const Eigen::Vector3d& p) {
+  return {p.x(), p.y(), p.z()};
+}
 inline Eigen::Vector3d from_msg(const geometry_msgs::msg::Vector3& v) {
   return {v.x, v.y, v.z};
 }
 
 inline geometry_msgs::msg::Pose to_pose_msg(const Pose& X) {
   const Eigen::Quaterniond rotation(X.linear());
-  return {{X.translation().x(), X.translation().y(), X.translation().z()},
-          {rotation.x(), rotation.y(), rotation.z(), rotation.w()}};
+  return {to_point_msg(X.translation()), {rotation.x(), rotation.y(), rotation.z(), rotation.w()}};
 }
 
 // nullopt if it is not a pose: a number that is not finite, or a zero quaternion.
