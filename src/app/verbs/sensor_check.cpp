@@ -4,6 +4,7 @@
 #include <cstring>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <span>
 
 #include "app/verbs/output.h"
 #include "app/verbs/sensor_verbs.h"
@@ -109,23 +110,27 @@ std::set<std::string> frames_of(Client& twin) {
   return out;
 }
 
-// One topic after the other, so that a slow machine renders one sensor at a time, and each has its own time.
-void read_topics(Client& twin, std::vector<TopicResult>& results, double wait) {
-  const auto time_of_each = std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(wait));
-  for (TopicResult& result : results) {
-    if (!twin.topics().contains(result.topic)) continue;
-    twin.subscribe(result.topic);
-    const auto until = Clock::now() + time_of_each;
-    Client::Received message;
-    while (!result.came && twin.next(message, until)) {
-      if (message.topic != result.topic) continue;
-      result.came = true;
-      result.type = message.type;
-      result.frame = frame_of(message);
-      result.content = content_of(message);
+void read_topics(Client& twin, std::span<TopicResult> results, double wait) {
+  std::size_t silent = 0;
+  for (const TopicResult& result : results)
+    if (twin.topics().contains(result.topic)) {
+      twin.subscribe(result.topic);
+      ++silent;
     }
-    twin.unsubscribe(result.topic);
+  const auto until =
+      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(wait));
+  Client::Received message;
+  while (silent > 0 && twin.next(message, until)) {
+    const auto result = std::ranges::find(results, message.topic, &TopicResult::topic);
+    if (result == results.end() || result->came) continue;
+    result->came = true;
+    result->type = message.type;
+    result->frame = frame_of(message);
+    result->content = content_of(message);
+    --silent;
   }
+  for (const TopicResult& result : results)
+    if (twin.topics().contains(result.topic)) twin.unsubscribe(result.topic);
 }
 
 std::string fault_of(const TopicResult& result, const std::set<std::string>& frames) {
@@ -156,11 +161,15 @@ void print_table(const std::vector<TopicResult>& results, const std::set<std::st
 
 int check_sensors(Shell& shell, const SensorCheckOptions& options) {
   Client& twin = shell.twin();
-  std::vector<TopicResult> results;
-  for (const auto& one : sensors_of(twin).sensors)
-    for (const std::string& topic : one.topics) results.push_back({one.name, topic, {}, {}, {}, false});
   const std::set<std::string> frames = frames_of(twin);
-  read_topics(twin, results, options.wait);
+  std::vector<TopicResult> results;
+  // One sensor after the other, so that a slow machine makes the data of one at a time.
+  for (const auto& one : sensors_of(twin).sensors) {
+    const auto first = static_cast<std::ptrdiff_t>(results.size());
+    for (const std::string& topic : one.topics) results.push_back({one.name, topic, {}, {}, {}, false});
+    const double period = one.rate > 0 ? 1 / one.rate : 0;
+    read_topics(twin, {results.begin() + first, results.end()}, options.wait + period);
+  }
   int wrong = 0;
   nlohmann::json list = nlohmann::json::array();
   for (const TopicResult& result : results) {
