@@ -177,7 +177,8 @@ void add_sensor(CLI::App& app, int& exit_code) {
       group, "check", "Read a message of every topic, and print what is in it", "doppel sensor check",
       exit_code,
       [](CLI::App& verb, SensorCheckOptions& options) {
-        verb.add_option("--wait", options.wait, "Seconds for the messages of each sensor, besides its period (default 5)")
+        verb.add_option("--wait", options.wait,
+                        "Seconds for the messages of each sensor, besides its period (default 5)")
             ->check(CLI::PositiveNumber);
         verb.add_flag("--json", options.json, "Print a JSON list to stdout");
       },

@@ -37,8 +37,7 @@ void check(const doppel::LidarDescription& lidar) {
   require(rays <= 1e7);
   if (rays > kFew) return;
   const doppel::ScanPattern pattern = doppel::scan_pattern(lidar);
-  for (std::size_t i = 0; i < pattern.size(); ++i)
-    require(std::abs(pattern.direction(i).norm() - 1) < 1e-5F);
+  for (std::size_t i = 0; i < pattern.size(); ++i) require(std::abs(pattern.direction(i).norm() - 1) < 1e-5F);
 }
 
 }  // namespace
