@@ -7,6 +7,7 @@
 #include "doppel/audit/detail/description_facts.h"
 #include "doppel/audit/detail/rules.h"
 #include "doppel/control/hardware_registry.h"
+#include "doppel/description/urdf_parser.h"
 #include "doppel/overlay/overlay.h"
 #include "doppel/sensors/sensor_binding.h"
 #include "doppel/sensors/sensor_reader.h"
@@ -180,7 +181,7 @@ AuditReport audit(const std::filesystem::path& file, const XacroArguments& argum
   if (expanded.root.name != "robot") {
     throw InputError("urdf.no_robot", expanded.root.where,
                      fmt::format("the root element is <{}>, not <robot>", expanded.root.name),
-                     "give a URDF file, or a xacro file that expands to one");
+                     fix_of_root(expanded.root));
   }
   const RobotDescription robot = read_description(expanded, resolver, diagnostics);
   Findings found;

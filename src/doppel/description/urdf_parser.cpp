@@ -338,8 +338,7 @@ RobotDescription Parser::robot(const XmlNode& root) {
   out.source = root.where;
   if (root.name != "robot") {
     diagnostics_.error("urdf.no_robot", root.where,
-                       fmt::format("the root element is <{}>, not <robot>", root.name),
-                       "give a URDF file, or a xacro file that expands to one");
+                       fmt::format("the root element is <{}>, not <robot>", root.name), fix_of_root(root));
     return out;
   }
   out.name = read_.required(root, "name");
@@ -368,6 +367,11 @@ RobotDescription Parser::robot(const XmlNode& root) {
 }
 
 }  // namespace
+
+std::string fix_of_root(const XmlNode& root) {
+  return root.name == "sdf" ? "bring up an SDF file, a world or a model, by --world FILE"
+                            : "give a URDF file, or a xacro file that expands to one";
+}
 
 RobotDescription read_urdf(const XmlNode& root, const std::filesystem::path& base,
                            const PackageResolver& resolver, Diagnostics& diagnostics) {

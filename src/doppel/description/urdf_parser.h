@@ -3,6 +3,7 @@
 // caller stops if there are any.
 
 #include <filesystem>
+#include <string>
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"
@@ -15,6 +16,9 @@ namespace doppel {
 // `base`: the folder to which mesh names are relative.
 DOPPEL_API RobotDescription read_urdf(const XmlNode& root, const std::filesystem::path& base,
                                       const PackageResolver& resolver, Diagnostics& diagnostics);
+
+// What to do about a root element that is not <robot>.
+DOPPEL_API std::string fix_of_root(const XmlNode& root);
 
 // Checks the tree of links and joints: one root, no loops, known names, mimics with an effect.
 DOPPEL_API void check_tree(const RobotDescription& robot, Diagnostics& diagnostics);

@@ -64,6 +64,17 @@ TEST(Urdf, FileContentIsKept) {
   EXPECT_EQ(j.source.place(), "r.urdf:2:175");
 }
 
+TEST(Urdf, SdfFileIsRefusedWithWhatToWrite) {
+  Diagnostics diagnostics;
+  PackageResolver resolver;
+  try {
+    parse_urdf("<sdf version=\"1.9\"><model name=\"m\"/></sdf>", "m.sdf", resolver, diagnostics);
+    FAIL() << "accepted";
+  } catch (const InputError& error) {
+    EXPECT_NE(std::string(error.what()).find("--world FILE"), std::string::npos) << error.what();
+  }
+}
+
 TEST(Urdf, NonTreeIsRefusedWithPlace) {
   EXPECT_NE(error_of(kPair).find("2 root links, 'a', 'b'"), std::string::npos);
   EXPECT_NE(error_of(kPair + joint("") +
