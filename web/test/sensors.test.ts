@@ -164,18 +164,19 @@ test('while a picture is decoded, later ones replace the one that waits, and a c
     height: 0, getContext: () => ({ drawImage: (bitmap: { id: number }) => drawn.push(bitmap.id) }), get width() { return widths === 0 ? 0 : 2; }, set width(_: number) { widths += 1; },
   };
   const painter = new ImagePainter(canvas as never);
-  const finish = async (): Promise<void> => {
+  const finish = async (holds: () => boolean): Promise<void> => {
     const { size, done } = decoding.at(-1)!;
     done({ id: size, width: 2, height: 1, close: () => {} });
+    for (let i = 0; i < 1000 && !holds(); ++i) await turn();
     await turn();
   };
   for (const size of [1, 2, 3]) painter.take({ format: 'jpeg', data: new Uint8Array(size) });
   assert.equal(decoding.length, 1);
-  await finish();
+  await finish(() => decoding.length > 1);
   assert.deepEqual(decoding.map(({ size }) => size), [1, 3]);
   painter.take({ format: 'jpeg', data: new Uint8Array(4) });
   painter.drop();
-  await finish();
+  await finish(() => drawn.length > 1);
   assert.deepEqual([drawn, decoding.length, painter.drawn, widths], [[1, 3], 2, 2, 1]);
 });
 

@@ -221,7 +221,7 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
 void CameraOutput::render(const RayCaster& caster, Camera& camera, const LightSample& sample,
                           const CameraView& view) const {
   const double duration = camera.description.rolling_shutter;
-  if (duration <= 0) {
+  if (!sample.link.moves_in(duration)) {
     caster.render(view, camera.picture);
     return;
   }

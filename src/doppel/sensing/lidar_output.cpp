@@ -51,7 +51,7 @@ class LidarOutput : public LightSensor {
       : LightSensor(sensor, options),
         lidar_(std::get<LidarDescription>(sensor.description.what)),
         pattern_(scan_pattern(lidar_)),
-        noise_(lidar_.noise, random_, 0, scan_time()) {
+        noise_(lidar_.noise, random_, 0, period_) {
     const std::string base =
         sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic;
     if (!sensor.description.points_only)
@@ -71,9 +71,6 @@ class LidarOutput : public LightSensor {
   void measure(const RayCaster& caster, const LightSample& sample);
   [[nodiscard]] msg::LaserScan scan(const std_msgs::msg::Header& header) const;
   [[nodiscard]] msg::PointCloud2 cloud(const std_msgs::msg::Header& header) const;
-  [[nodiscard]] double scan_time() const {
-    return sensor_.description.rate > 0 ? 1 / sensor_.description.rate : 0;
-  }
 
   const LidarDescription lidar_;
   const ScanPattern pattern_;
@@ -86,7 +83,7 @@ class LidarOutput : public LightSensor {
 
 void LidarOutput::measure(const RayCaster& caster, const LightSample& sample) {
   // The scan begins at its stamp in ROS; the sample is taken at its end, so the rays are those before it.
-  place_rays(pattern_, sample.link, sensor_.description.X_LS, lidar_.moving ? scan_time() : 0, rays_);
+  place_rays(pattern_, sample.link, sensor_.description.X_LS, lidar_.moving ? period_ : 0, rays_);
   rays_.near = static_cast<float>(lidar_.near);
   rays_.far = static_cast<float>(lidar_.far);
   caster.cast(rays_, hits_);
@@ -112,8 +109,8 @@ msg::LaserScan LidarOutput::scan(const std_msgs::msg::Header& header) const {
   out.angle_min = static_cast<float>(pattern_.angle_min);
   out.angle_max = static_cast<float>(pattern_.angle_max);
   out.angle_increment = static_cast<float>(pattern_.angle_increment);
-  out.scan_time = static_cast<float>(scan_time());
-  out.time_increment = lidar_.moving ? static_cast<float>(scan_time() / pattern_.columns) : 0;
+  out.scan_time = static_cast<float>(period_);
+  out.time_increment = lidar_.moving ? static_cast<float>(period_ / pattern_.columns) : 0;
   out.range_min = static_cast<float>(lidar_.near);
   out.range_max = static_cast<float>(lidar_.far);
   const auto columns = static_cast<std::size_t>(pattern_.columns);
@@ -155,7 +152,7 @@ msg::PointCloud2 LidarOutput::cloud(const std_msgs::msg::Header& header) const {
     std::memcpy(at, point.data(), 12);
     std::memcpy(at + 12, &intensity, 4);
     std::memcpy(at + 16, &ring, 2);
-    const auto t = static_cast<float>(scan_time() * static_cast<double>(i % out.width) / pattern_.columns);
+    const auto t = static_cast<float>(period_ * static_cast<double>(i % out.width) / pattern_.columns);
     if (lidar_.moving) std::memcpy(at + 20, &t, 4);
   }
   return out;
@@ -185,8 +182,7 @@ class RangeOutput : public LightSensor {
       : LightSensor(sensor, options),
         described_(std::get<RangeDescription>(sensor.description.what)),
         pattern_(has_rays(sensor.description) ? scan_pattern(described_.rays) : cone_pattern(described_)),
-        noise_(described_.rays.noise, random_, 0,
-               sensor.description.rate > 0 ? 1 / sensor.description.rate : 0) {
+        noise_(described_.rays.noise, random_, 0, period_) {
     add_outlet<msg::Range>(
         node, "range", sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic);
   }

@@ -49,7 +49,7 @@ struct LightRig::Impl {
 
   Bus& bus;
   const Log& log;
-  const RigOptions options;
+  RigOptions options;
   std::shared_ptr<RangeValues> ranges;  // nullptr: no controller reads them
   std::unique_ptr<Node> node;
   Time window_start{};
@@ -140,6 +140,7 @@ void LightRig::set_sensors(const std::vector<RigSensor>& wanted, const Engine& e
     rig.worker->wait_idle();
     rig.collect();
   }
+  rig.options.step = engine.world().settings().step;
   std::vector<Impl::Entry> fresh;
   auto node = renewed_node(rig.bus, rig.node, [&](Node& in, bool leaves_out) {
     fresh = rig.make_entries(wanted, engine, in, leaves_out);

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 
+#include "doppel/core/time.h"
 #include "doppel/messages/doppel_msgs.h"
 #include "doppel/sensors/sensor_description.h"
 
@@ -28,6 +29,7 @@ struct RigOptions {
   std::uint64_t seed = 0;
   bool lockstep = false;  // the loop waits for every sample
   int threads = 1;        // that make samples of light
+  Duration step{};        // of the engine; the rigs set it
 };
 
 struct RigStatus {

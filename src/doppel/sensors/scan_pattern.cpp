@@ -51,7 +51,7 @@ ScanPattern scan_pattern(const LidarDescription& lidar) {
 
 void place_rays(const ScanPattern& pattern, const PoseMotion& link, const Pose& X_LS, double scan_time,
                 RayBatch& out) {
-  const bool moves = scan_time > 0 && link.moves();
+  const bool moves = link.moves_in(scan_time);
   out.resize(pattern.size(), moves ? pattern.size() : 1);
   Pose X_WS = link.X_WF * X_LS;
   Eigen::Matrix3f R = X_WS.linear().cast<float>();

@@ -125,11 +125,7 @@ void read_extensions(const SensorValues& values, CameraDescription& camera) {
            values.number("doppel:depth_noise/c", noise[2])};
   camera.dropout = values.within("doppel:dropout", camera.dropout, 0, 1);
   camera.edge_mixing = values.within("doppel:edge_mixing", camera.edge_mixing, 0, 1);
-  camera.rolling_shutter = values.number("doppel:rolling_shutter", camera.rolling_shutter);
-  if (camera.rolling_shutter < 0) {
-    values.refuse("doppel:rolling_shutter", "is negative; all rows are taken at once");
-    camera.rolling_shutter = 0;
-  }
+  camera.rolling_shutter = values.within("doppel:rolling_shutter", camera.rolling_shutter, 0, 1);
   camera.exposure = values.not_negative("doppel:exposure", camera.exposure);
 }
 

@@ -168,7 +168,7 @@ std::optional<SensorDescription> read_sensor(const XmlNode& sensor, const std::s
   const SensorValues values(sensor, diagnostics, find_preset(sensor, kind->element, diagnostics));
   out.X_LS = values.pose("pose");
   out.rate = std::clamp(values.number("update_rate", 0), 0.0, kLargestRate);
-  out.latency = std::clamp(values.number("doppel:latency", 0), 0.0, kLargestLatency);
+  out.latency = values.within("doppel:latency", 0, 0, kLargestLatency);
   out.topic = values.text("topic");
   if (out.topic.starts_with("__default")) out.topic.clear();  // as sdformat writes it: none
   out.visualize = values.flag("visualize", false);

@@ -9,7 +9,6 @@
 namespace doppel::embree {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr int kLayers = 6;  // of transparent surfaces, one behind the other
 constexpr float kOpaque = 0.995F;
 

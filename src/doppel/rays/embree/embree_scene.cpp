@@ -34,6 +34,18 @@ ScenePtr new_scene(RTCDevice device) {
   return scene;
 }
 
+constexpr float kFurthest = 1e12F;  // m: Embree ends the process for rays that are not within about 1e18
+
+// The lanes with rays that Embree takes.
+Ints castable(const RayPacket& rays) {
+  Ints out = ~Ints{};
+  for (const float* values : {rays.org_x, rays.org_y, rays.org_z, rays.dir_x, rays.dir_y, rays.dir_z}) {
+    const Floats value = load(values);
+    out &= (value < kFurthest) & (value > -kFurthest);
+  }
+  return out;
+}
+
 bool same(const Pose& a, const Pose& b) {
   return a.matrix() == b.matrix();
 }
@@ -80,8 +92,7 @@ void EmbreeScene::add_moving(std::size_t item) {
   for (const Eigen::Vector3f& p : mesh.positions)
     squared = std::max(squared, (p.cast<double>() - centre).squaredNorm());
   place_of_[item] = static_cast<int>(moving_.size());
-  if (moving_.size() % kLanes == 0)
-    spheres_.push_back(Spheres{Floats3{}, broadcast(-std::numeric_limits<float>::infinity())});
+  if (moving_.size() % kLanes == 0) spheres_.push_back(Spheres{Floats3{}, broadcast(-kInfinity)});
   moving_.push_back({item, mesh_scene(scene_->items[item].mesh), centre, std::sqrt(squared),
                      Eigen::Matrix3f::Identity(), Eigen::Vector3f::Zero()});
 }
@@ -100,8 +111,11 @@ void EmbreeScene::place(std::size_t item, const Pose& X_WB) {
   into.centre.x[lane] = centre.x();
   into.centre.y[lane] = centre.y();
   into.centre.z[lane] = centre.z();
-  // The margin is for rounding in single precision.
-  into.radius[lane] = static_cast<float>(1.001 * moving.radius + 1e-4 + 1e-5 * X_WM.translation().norm());
+  // The margin is for rounding in single precision. What is nowhere is not seen.
+  const bool somewhere = X_WM.matrix().allFinite() && X_WM.translation().norm() < kFurthest;
+  into.radius[lane] =
+      !somewhere ? -kInfinity
+                 : static_cast<float>(1.001 * moving.radius + 1e-4 + 1e-5 * X_WM.translation().norm());
 }
 
 void EmbreeScene::set_poses(std::span<const Pose> bodies) {
@@ -192,6 +206,7 @@ bool search_tree(RTCScene tree, const Eigen::Vector3d& p, NearSearch& search) {
 }  // namespace
 
 bool EmbreeScene::may_be_near(const Eigen::Vector3d& p_W, double radius, int except_body) const {
+  if (!p_W.allFinite()) return false;
   // Rounding of single precision must not hide a surface that is exactly at the radius.
   NearSearch search{*this, -1, except_body, p_W, static_cast<float>(1.001 * radius + 1e-5), false};
   if (search_tree(still_.get(), p_W, search)) return true;
@@ -294,6 +309,7 @@ class InMesh {
 }  // namespace
 
 void EmbreeScene::intersect(Ints active, RayHitPacket& rays) const {
+  active &= castable(rays.ray);
   RTCIntersectContext context = coherent();
   kIntersect(reinterpret_cast<const int*>(&active), still_.get(), &context, &rays);
   for_each_met(active, rays.ray, [&](Ints lanes, const Moving& moving) {
@@ -312,6 +328,7 @@ void EmbreeScene::intersect(Ints active, RayHitPacket& rays) const {
 void EmbreeScene::occlude(Ints active, RayPacket& rays) const {
   // Not coherent: Embree 3.13 did not return from coherent packets of shadow rays through instances, and without
   // instances it costs the same.
+  active &= castable(rays);
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   kOcclude(reinterpret_cast<const int*>(&active), still_.get(), &context, &rays);
@@ -323,6 +340,8 @@ void EmbreeScene::occlude(Ints active, RayPacket& rays) const {
 }
 
 bool EmbreeScene::occluded(RTCRay ray) const {
+  for (const float value : {ray.org_x, ray.org_y, ray.org_z, ray.dir_x, ray.dir_y, ray.dir_z})
+    if (!(std::abs(value) < kFurthest)) return false;
   RTCIntersectContext context;
   rtcInitIntersectContext(&context);
   rtcOccluded1(still_.get(), &context, &ray);

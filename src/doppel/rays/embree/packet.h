@@ -10,6 +10,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 
 #ifdef __AVX2__
 #include <immintrin.h>
@@ -27,6 +28,8 @@ using RayPacket = RTCRay8;
 using RayHitPacket = RTCRayHit8;
 #endif
 inline constexpr int kTileWidth = 4, kLanes = kTileWidth * kTileHeight;
+
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 using Floats = float __attribute__((vector_size(kLanes * sizeof(float))));
 using Ints = std::int32_t __attribute__((vector_size(kLanes * sizeof(std::int32_t))));  // masks: -1 is true

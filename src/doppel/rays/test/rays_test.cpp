@@ -273,6 +273,42 @@ TEST(RayCaster, LineOfSightEndsAtFirstSurface) {
   EXPECT_EQ(caster->rays_cast(), 3U);
 }
 
+// Physics that diverges and velocities that are extrapolated give such poses; Embree ends the process for such rays.
+TEST(RayCaster, PosesBeyondAllBoundsAreNotSeenAndSeeNothing) {
+  const PixelRays pixels = pinhole(9, 5, 5);
+  for (const double place : {1e30, 1e300, kInfinity, std::numeric_limits<double>::quiet_NaN()}) {
+    SceneBuilder builder;
+    for (const char* name : {"still", "moving"})
+      builder.add_shape(builder.add_body(name), Box{{1, 1, 1}}, Pose::Identity(), {});
+    const auto caster = make_ray_caster(builder.finish());
+    std::vector<Pose> poses(2, Pose::Identity());
+    poses[0].translation().z() = 5;
+    caster->set_poses(poses);
+    poses[1].translation().z() = 2;
+    caster->set_poses(poses);
+    const auto depth_of_centre = [&](const Pose& X_WC) {
+      CameraPicture picture;
+      caster->render({{&pixels, 1}, X_WC, 0.01, 50, true, true, true}, picture);
+      return picture.depth[22];
+    };
+    Pose away = Pose::Identity();
+    EXPECT_NEAR(depth_of_centre(away), 1.5, 1e-5);
+    away.translation().x() = place;
+    EXPECT_EQ(depth_of_centre(away), kInfinity) << place;
+    EXPECT_TRUE(caster->sees(away.translation(), {0, 0, 0})) << place;
+    EXPECT_FALSE(caster->may_be_near(away.translation(), 1, -1)) << place;
+    HitBatch hits;
+    caster->cast(fan(away.translation(), {Vector3d::UnitX(), Vector3d::UnitZ()}, 10), hits);
+    EXPECT_EQ(hits.item, (std::vector<std::int32_t>{-1, -1})) << place;
+    poses[1].translation().z() = place;
+    caster->set_poses(poses);
+    EXPECT_NEAR(depth_of_centre(Pose::Identity()), 4.5, 1e-5) << place;
+    poses[0].translation().z() = place;
+    caster->set_poses(poses);
+    EXPECT_EQ(depth_of_centre(Pose::Identity()), kInfinity) << place;
+  }
+}
+
 TEST(RayCaster, EmptySceneShowsNothing) {
   SceneBuilder builder;
   const auto caster = make_ray_caster(builder.finish());

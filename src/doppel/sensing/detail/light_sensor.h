@@ -63,7 +63,9 @@ struct LightMessage {
 class LightSensor {
  public:
   LightSensor(const RigSensor& sensor, const RigOptions& options)
-      : sensor_(sensor), random_(options.seed, sensor_key(sensor)) {}
+      : sensor_(sensor),
+        random_(options.seed, sensor_key(sensor)),
+        period_(SampleSchedule(sensor.description.rate, options.step).period()) {}
   virtual ~LightSensor() = default;
   LightSensor(const LightSensor&) = delete;
   LightSensor& operator=(const LightSensor&) = delete;
@@ -109,6 +111,7 @@ class LightSensor {
 
   RigSensor sensor_;
   CounterRandom random_;
+  double period_;  // s, of the samples
   std::vector<std::unique_ptr<Outlet>> outlets_;
   std::vector<std::string> topics_;
   std::shared_ptr<RangeValues::Value> range_;  // nullptr: of no range sensor

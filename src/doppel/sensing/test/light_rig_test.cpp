@@ -339,5 +339,23 @@ TEST(LightRig, SensorsOfNamespaceHaveTopicsThere) {
   EXPECT_THAT(status[1].sensor.topics, testing::ElementsAre("/scan_of_all", "/scan_of_all/points"));
 }
 
+// Without a rate, and with one that is limited to the step.
+TEST(LightRig, SampleOfEveryStepHasStepAsPeriod) {
+  for (const double rate : {0.0, 5000.0}) {
+    RigSensor scanner = test::lidar(rate);
+    auto& lidar = std::get<LidarDescription>(scanner.description.what);
+    lidar.noise.walk_stddev = 0.5;
+    lidar.noise.walk_time = 1;
+    lidar.moving = true;
+    test::LightTwin twin({scanner});
+    std::vector<sensor_msgs::msg::LaserScan> scans;
+    twin.read("/scan", scans);
+    twin.run(0.02);
+    ASSERT_EQ(scans.size(), 20U) << rate;
+    EXPECT_FLOAT_EQ(scans.front().scan_time, 0.001F) << rate;
+    EXPECT_NE(scans.front().ranges[90], scans.back().ranges[90]) << rate;  // the bias walks
+  }
+}
+
 }  // namespace
 }  // namespace doppel

@@ -455,6 +455,11 @@ TEST(SensorReader, ValueOutsideItsRangeIsReportedAndReplaced) {
   const Read dropout = lidar("", "<doppel:dropout>1.5</doppel:dropout>");
   EXPECT_EQ(dropout.what<LidarDescription>().dropout, 0);
   EXPECT_THAT(dropout.messages(), ElementsAre(HasSubstr("is not from 0 to 1")));
+  for (const char* latency : {"100", "-1"}) {
+    const Read late = lidar("", "<doppel:latency>" + std::string(latency) + "</doppel:latency>");
+    EXPECT_EQ(late.sensors.front().latency, 0);
+    EXPECT_THAT(late.messages(), ElementsAre(HasSubstr("is not from 0 to 60")));
+  }
   const Read far = lidar("<range><max>inf</max></range>");
   EXPECT_EQ(far.what<LidarDescription>().far, HUGE_VAL);
   EXPECT_THAT(far.messages(), ElementsAre());
