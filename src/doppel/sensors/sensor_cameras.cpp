@@ -58,6 +58,7 @@ std::string lower_case(std::string text) {
 
 // Source: gz-sensors 8, BoundingBoxCameraSensor and SegmentationCameraSensor.
 void read_detections(const SensorValues& values, CameraDescription& camera) {
+  if (camera.kind != CameraKind::boundingbox && camera.kind != CameraKind::segmentation) return;
   const std::string boxes = lower_case(values.text("box_type")),
                     type = lower_case(values.text("segmentation_type"));
   if (boxes == "full_2d" || boxes == "full_box_2d")
@@ -67,13 +68,14 @@ void read_detections(const SensorValues& values, CameraDescription& camera) {
   else if (boxes == "2d" || boxes == "visible_2d" || boxes == "visible_box_2d")
     camera.boxes = BoxKind::visible_2d;
   else if (!boxes.empty())
-    values.refuse("box_type",
-                  fmt::format("'{}' is not 2d, visible_2d, full_2d or 3d; boxes are visible_2d", boxes));
+    values.refuse("box_type", fmt::format("'{}' is not 2d, visible_2d, full_2d or 3d; boxes are visible_2d",
+                                          values.text("box_type")));
   if (type == "semantic" || type == "instance" || type == "panoptic")
     camera.panoptic = type != "semantic";
   else if (!type.empty())
     values.refuse("segmentation_type",
-                  fmt::format("'{}' is not semantic, instance or panoptic; pictures are semantic", type));
+                  fmt::format("'{}' is not semantic, instance or panoptic; pictures are semantic",
+                              values.text("segmentation_type")));
 }
 
 void limit_size(const SensorValues& values, CameraDescription& camera) {

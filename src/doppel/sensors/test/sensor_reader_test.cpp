@@ -94,9 +94,10 @@ TEST(SensorReader, TypesOfBoxesAndSegmentationAreReadInCameraAndBesideIt) {
   EXPECT_TRUE(within.camera().panoptic);
   EXPECT_FALSE(none.camera().panoptic);
   const Read wrong =
-      Read::of("segmentation", "<camera>\n<segmentation_type>all</segmentation_type></camera>");
+      Read::of("segmentation", "<camera>\n<segmentation_type>All</segmentation_type></camera>");
   EXPECT_THAT(wrong.messages(),
-              ElementsAre(::testing::AllOf(HasSubstr("r.urdf:5:"), HasSubstr("'all' is not semantic"))));
+              ElementsAre(::testing::AllOf(HasSubstr("r.urdf:5:"), HasSubstr("'All' is not semantic"))));
+  EXPECT_THAT(Read::of("camera", "<camera><box_type>all</box_type></camera>").messages(), ElementsAre());
 }
 
 TEST(SensorReader, KnownTypeThatIsNotSimulatedIsReportedAsThat) {
