@@ -34,6 +34,13 @@ class EntityTest : public TwinFixture {
                 "{name: '" + name + "', xml: \"" + xml + "\", initial_pose: " + pose +
                     ", reference_frame: " + frame + "}");
   }
+  static std::string rubber_ball(const std::string& name) {
+    std::string out = ball(name, 0.5);
+    out.insert(out.find("</collision>"),
+               "<surface><friction><torsional><coefficient>1</coefficient><patch_radius>0.05</patch_radius>"
+               "</torsional></friction></surface>");
+    return out;
+  }
   static std::string at(double x, double y, double z) {
     return "{position: {x: " + std::to_string(x) + ", y: " + std::to_string(y) + ", z: " + std::to_string(z) +
            "}}";
@@ -333,6 +340,27 @@ TEST_F(EntityStateTest, WrenchPushesObject) {
               HasSubstr("fixed to the world"));
   EXPECT_THAT(push("{link_name: cann, wrench: {force: {y: 10}}, duration: {sec: -1}}"),
               HasSubstr("did you mean 'can'"));
+}
+
+TEST_F(EntityStateTest, ContactTorqueEqualsTorsionOnFirstBody) {
+  bring_up("lab_arm");
+  spawn("ball", rubber_ball("ball"), at(1, 0, 0.05));
+  run(0.5);
+  push("{link_name: ball, wrench: {torque: {z: 0.01}}, duration: {sec: -1}}");
+  run(0.5);
+  listen("/gazebo/contacts");
+  run(0.1);
+  const auto messages = received<gazebo_msgs::msg::ContactsState>("/gazebo/contacts");
+  ASSERT_FALSE(messages.empty());
+  bool found = false;
+  for (const auto& state : messages.back().states) {
+    const bool first = state.collision1_name == "ball::link::collision";
+    if (!first && state.collision2_name != "ball::link::collision") continue;
+    found = true;
+    EXPECT_NEAR(state.total_wrench.torque.z, first ? -0.01 : 0.01, 1e-4);
+    EXPECT_NEAR(state.wrenches.at(0).torque.z, state.total_wrench.torque.z, 1e-12);
+  }
+  EXPECT_TRUE(found);
 }
 
 TEST_F(EntityStateTest, WrenchEndsWithObject) {

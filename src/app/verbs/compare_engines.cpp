@@ -173,15 +173,22 @@ std::vector<std::string> chosen_engines(const std::vector<std::string>& asked) {
   return out;
 }
 
-void write_plots(const Comparison& result, const std::string& folder) {
+// Makes the folder. Throws InputError where no plot can be written into it.
+void prepare_plots(const std::string& folder) {
+  if (folder.empty()) return;
   std::error_code failed;
   std::filesystem::create_directories(folder, failed);
+  check_output((std::filesystem::path(folder) / "plot.svg").string());
+}
+
+void write_plots(const Comparison& result, const std::string& folder) {
   for (const MotionComparison& motion : result.motions)
     deliver(comparison_svg(result, motion),
             (std::filesystem::path(folder) / fmt::format("{}.svg", name_of(motion.kind))).string());
 }
 
 int run_compare(const CompareVerb& options) {
+  prepare_plots(options.plot);
   check_duration(options.duration);
   const Chosen chosen = chosen_scenarios(options.scenarios);
   const std::vector<std::string> names = chosen_engines(options.engines);

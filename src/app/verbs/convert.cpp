@@ -74,6 +74,7 @@ bool print_progress(double done) {
 
 int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot,
                     const DescriptionTarget& target, const Model& model) {
+  check_output(options.out);
   const auto groups =
       find_planning_groups(model, find_controllers(robot, target, options.controllers).controllers);
   SelfCollisionOptions sampling;

@@ -17,7 +17,6 @@ using Clock = std::chrono::steady_clock;
 using doppel_msgs::msg::Sensor;
 using doppel_msgs::msg::Sensors;
 
-constexpr const char* kList = "/doppel/sensors";
 constexpr auto kAnswerTime = std::chrono::seconds(5);
 
 // By its whole name, or the last part of it where that is unique.
@@ -132,12 +131,12 @@ int sensor_rate(Shell& shell, const SensorOptions& options) {
 }  // namespace
 
 Sensors sensors_of(Client& twin) {
-  if (!twin.topics().contains(kList)) return {};
-  twin.subscribe(kList);
+  if (!twin.topics().contains(kSensorList)) return {};
+  twin.subscribe(kSensorList);
   Client::Received message;
   if (!twin.next(message, Clock::now() + kAnswerTime))
     throw ClientError("the twin does not list its sensors");
-  twin.unsubscribe(kList);
+  twin.unsubscribe(kSensorList);
   return decode<Sensors>(message.cdr);
 }
 
@@ -178,7 +177,8 @@ void add_sensor(CLI::App& app, int& exit_code) {
       exit_code,
       [](CLI::App& verb, SensorCheckOptions& options) {
         verb.add_option("--wait", options.wait,
-                        "Seconds for the messages of each sensor, besides its period (default 5)")
+                        "Least seconds for each sensor; its period in simulated time is waited for, up to "
+                        "120 s (default 5)")
             ->check(CLI::PositiveNumber);
         verb.add_flag("--json", options.json, "Print a JSON list to stdout");
       },

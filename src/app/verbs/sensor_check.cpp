@@ -3,8 +3,10 @@
 #include <cmath>
 #include <cstring>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <span>
+#include <utility>
 
 #include "app/verbs/output.h"
 #include "app/verbs/sensor_verbs.h"
@@ -18,9 +20,11 @@ using Clock = std::chrono::steady_clock;
 namespace sensor = sensor_msgs::msg;
 
 constexpr auto kFrames = std::chrono::milliseconds(1500);  // for the frames of /tf and /tf_static
+constexpr double kMostWait = 120, kNoteAfter = 10;         // s of wall-clock time, of one sensor
+constexpr const char* kStatus = "/doppel/status";
 
 struct TopicResult {
-  std::string sensor, topic, type, frame, content;
+  std::string sensor, topic, type, frame, content, fault;
   bool came = false;
 };
 
@@ -110,36 +114,115 @@ std::set<std::string> frames_of(Client& twin) {
   return out;
 }
 
-void read_topics(Client& twin, std::span<TopicResult> results, double wait) {
-  std::size_t silent = 0;
-  for (const TopicResult& result : results)
-    if (twin.topics().contains(result.topic)) {
-      twin.subscribe(result.topic);
-      ++silent;
+// Whether a sensor has had the time for a message, by what the twin says of its time and its samples.
+class Progress {
+ public:
+  explicit Progress(const doppel_msgs::msg::Sensor& sensor)
+      : name_(sensor.name), period_(sensor.rate > 0 ? 1 / sensor.rate : 0), samples_(sensor.samples) {}
+
+  // Throws ClientError if the twin is paused.
+  void add(const Client::Received& message) {
+    if (message.topic == kSensorList) {
+      const auto list = decode<doppel_msgs::msg::Sensors>(message.cdr).sensors;
+      const auto own = std::ranges::find(list, name_, &doppel_msgs::msg::Sensor::name);
+      made_ = made_ || (own != list.end() && own->samples > samples_);
+      listed_ = listed_ || (start_ && now_ >= *start_ + period_);
     }
-  const auto until =
-      Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(wait));
-  Client::Received message;
-  while (silent > 0 && twin.next(message, until)) {
+    if (message.topic != kStatus) return;
+    const auto status = decode<doppel_msgs::msg::TwinStatus>(message.cdr);
+    if (status.paused)
+      throw ClientError(
+          "the twin is paused, so its sensors publish nothing; continue it, e.g. by `doppel service call "
+          "/gazebo/unpause_physics std_srvs/srv/Empty`, and check again");
+    now_ = status.sim_time;
+    start_ = std::min(start_.value_or(now_), now_);  // after a reset from its new time
+    factor_ = status.real_time_factor;
+  }
+
+  // The latency is over; the other topics may begin with the next sample.
+  void first_message_came() {
+    start_.reset();
+    came_ = true;
+    listed_ = false;
+  }
+  // The period is over, and no sample waits for its latency.
+  [[nodiscard]] bool is_over() const { return is_too_slow() || (listed_ && (came_ || !made_)); }
+  [[nodiscard]] bool is_too_slow() const { return factor_ > 0 && period_ > kMostWait * factor_; }
+
+  [[nodiscard]] std::string fault(double waited) const {
+    std::string out = fmt::format("no message came within {:.0f} s", waited);
+    if (is_too_slow())
+      out += fmt::format("; its period of {:.3g} s takes more than the {:.0f} s of this check", period_,
+                         kMostWait);
+    else if (made_ && !came_)
+      out += ", but samples are made; is its <doppel:latency> longer?";
+    return out;
+  }
+  [[nodiscard]] std::string note() const {
+    return fmt::format("waiting for {}: its period is {:.3g} s of simulated time, its latency may be longer",
+                       name_, period_);
+  }
+
+ private:
+  std::string name_;
+  double period_;                // s of simulated time
+  std::uint64_t samples_;        // before the topics were read
+  std::optional<double> start_;  // s of simulated time
+  double now_ = 0, factor_ = 0;
+  bool made_ = false;    // a sample
+  bool came_ = false;    // a message
+  bool listed_ = false;  // after the period
+};
+
+std::set<std::string> topics_to_read(Client& twin, std::span<const TopicResult> results) {
+  std::set<std::string> out{kStatus, kSensorList};
+  for (const TopicResult& result : results) out.insert(result.topic);
+  std::erase_if(out, [&](const std::string& topic) { return !twin.topics().contains(topic); });
+  return out;
+}
+
+void note_message(TopicResult& result, const Client::Received& message) {
+  result.came = true;
+  result.type = message.type;
+  result.frame = frame_of(message);
+  result.content = content_of(message);
+}
+
+// Waits `wait` s of wall-clock time, then until the sensor's period has passed in simulated time.
+void read_topics(Client& twin, const doppel_msgs::msg::Sensor& of, std::span<TopicResult> results,
+                 double wait) {
+  constexpr auto kLook = std::chrono::milliseconds(100);
+  const std::set<std::string> topics = topics_to_read(twin, results);
+  for (const std::string& topic : topics) twin.subscribe(topic);
+  Progress progress(of);
+  const auto start = Clock::now();
+  double waited = 0;
+  bool noted = false;
+  const auto is_silent = [](const TopicResult& result) { return !result.came; };
+  while (std::ranges::any_of(results, is_silent)) {
+    waited = std::chrono::duration<double>(Clock::now() - start).count();
+    if (waited >= std::max(wait, kMostWait) || (waited >= wait && progress.is_over())) break;
+    if (waited >= kNoteAfter && !std::exchange(noted, true)) print_note(progress.note());
+    Client::Received message;
+    if (!twin.next(message, Clock::now() + kLook)) continue;
+    progress.add(message);
     const auto result = std::ranges::find(results, message.topic, &TopicResult::topic);
     if (result == results.end() || result->came) continue;
-    result->came = true;
-    result->type = message.type;
-    result->frame = frame_of(message);
-    result->content = content_of(message);
-    --silent;
+    if (std::ranges::all_of(results, is_silent)) progress.first_message_came();
+    note_message(*result, message);
   }
-  for (const TopicResult& result : results)
-    if (twin.topics().contains(result.topic)) twin.unsubscribe(result.topic);
+  for (TopicResult& result : results)
+    if (!result.came) result.fault = progress.fault(waited);
+  for (const std::string& topic : topics) twin.unsubscribe(topic);
 }
 
-std::string fault_of(const TopicResult& result, const std::set<std::string>& frames) {
-  if (!result.came) return "no message came; is the simulation paused?";
-  if (!frames.contains(result.frame)) return fmt::format("its frame '{}' is not in TF", result.frame);
-  return "";
+void find_missing_frames(std::span<TopicResult> results, const std::set<std::string>& frames) {
+  for (TopicResult& result : results)
+    if (result.came && !frames.contains(result.frame))
+      result.fault = fmt::format("its frame '{}' is not in TF", result.frame);
 }
 
-void print_table(const std::vector<TopicResult>& results, const std::set<std::string>& frames) {
+void print_table(const std::vector<TopicResult>& results) {
   std::size_t sensor = 6, topic = 5, frame = 5;
   for (const TopicResult& result : results) {
     sensor = std::max(sensor, result.sensor.size());
@@ -149,10 +232,9 @@ void print_table(const std::vector<TopicResult>& results, const std::set<std::st
   print_line("{:<{}}  {:<{}}  {:<{}}  content\n", "sensor", sensor, "topic", topic, "frame", frame);
   const std::string* last = nullptr;
   for (const TopicResult& result : results) {
-    const std::string fault = fault_of(result, frames);
     const bool again = last != nullptr && *last == result.sensor;
     print_line("{:<{}}  {:<{}}  {:<{}}  {}\n", again ? "" : result.sensor, sensor, result.topic, topic,
-               result.frame, frame, fault.empty() ? result.content : "WRONG: " + fault);
+               result.frame, frame, result.fault.empty() ? result.content : "WRONG: " + result.fault);
     last = &result.sensor;
   }
 }
@@ -166,28 +248,29 @@ int check_sensors(Shell& shell, const SensorCheckOptions& options) {
   // One sensor after the other, so that a slow machine makes the data of one at a time.
   for (const auto& one : sensors_of(twin).sensors) {
     const auto first = static_cast<std::ptrdiff_t>(results.size());
-    for (const std::string& topic : one.topics) results.push_back({one.name, topic, {}, {}, {}, false});
-    const double period = one.rate > 0 ? 1 / one.rate : 0;
-    read_topics(twin, {results.begin() + first, results.end()}, options.wait + period);
+    // Cameras of one sensor may share a topic.
+    for (const std::string& topic : std::set(one.topics.begin(), one.topics.end()))
+      results.push_back({one.name, topic, {}, {}, {}, {}, false});
+    read_topics(twin, one, {results.begin() + first, results.end()}, options.wait);
   }
+  find_missing_frames(results, frames);
   int wrong = 0;
   nlohmann::json list = nlohmann::json::array();
   for (const TopicResult& result : results) {
-    const std::string fault = fault_of(result, frames);
-    wrong += fault.empty() ? 0 : 1;
+    wrong += result.fault.empty() ? 0 : 1;
     list.push_back({{"sensor", result.sensor},
                     {"topic", result.topic},
                     {"type", result.type},
                     {"frame", result.frame},
                     {"content", result.content},
-                    {"fault", fault}});
+                    {"fault", result.fault}});
   }
   if (options.json) {
     print_out(list.dump(2) + "\n");
   } else if (results.empty()) {
     print_note("this twin has no sensors; <sensor> in <gazebo reference=\"link\"> adds one");
   } else {
-    print_table(results, frames);
+    print_table(results);
     print_note(fmt::format("{} topics, {} wrong", results.size(), wrong));
   }
   return wrong == 0 ? 0 : 1;

@@ -76,6 +76,9 @@ int echo_topic(Shell& shell, const EchoOptions& options) {
     twin.subscribe(topic);
     Client::Received message;
     while (twin.next(message, Clock::now() + kForever)) {
+      if (message.type != type.name)
+        throw ClientError(
+            fmt::format("{} is {} now, not {}; start this again", topic, message.type, type.name));
       std::string text;
       const Status status = options.field.empty()
                                 ? type.cdr_to_yaml(message.cdr, text)

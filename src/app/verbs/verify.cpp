@@ -71,6 +71,7 @@ bool good(const Verification& of, const std::optional<double>& within) {
 
 int run_verify(const VerifyVerb& options) {
   check_numbers(options);
+  check_output(options.plot);
   Scenario scenario = described_scenario(options.robot);
   if (!options.world.empty()) scenario.world = options.world;
   if (options.base != "auto")

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <cerrno>
+#include <climits>
 #include <cstring>
 #include <string>
 
@@ -20,6 +21,8 @@ namespace fs = std::filesystem;
   std::string fix = "choose another location";
   if (reason == ENOENT) fix = fmt::format("create the folder '{}' first", file.parent_path().string());
   if (reason == ENOSPC || reason == EDQUOT) fix = "free disk space; the previous file is unchanged";
+  if (reason == ENAMETOOLONG) fix = "choose a shorter name";
+  if (reason == ELOOP) fix = "the links lead in a circle; give the path of a file";
   if (reason == EISDIR) fix = "give the path of a file";
   throw InputError("output.unwritable", make_location(file.string()),
                    fmt::format("cannot write the file: {}", std::strerror(reason)), fix);
@@ -29,11 +32,17 @@ fs::path folder_of(const fs::path& file) {
   return file.has_parent_path() ? file.parent_path() : fs::path(".");
 }
 
+// The start of a temporary file's name, short enough that an ending fits behind it.
+std::string beside(const fs::path& file) {
+  constexpr std::size_t kStart = NAME_MAX - 32;
+  return (folder_of(file) / file.filename().native().substr(0, kStart)).string();
+}
+
 // The new content beside the file. It has no name until it is complete where the file system permits that, so that nothing
 // stays of a process that is killed while it writes; else it is removed by the destructor.
 class TemporaryFile {
  public:
-  explicit TemporaryFile(const fs::path& file) : file_(file), name_((file.string() + ".XXXXXX")) {
+  explicit TemporaryFile(const fs::path& file) : file_(file), name_(beside(file) + ".XXXXXX") {
     const fs::path folder = folder_of(file);
     if (access("/proc/self/fd", X_OK) == 0)  // by which it gets its name
       descriptor_ = open(folder.c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0600);
@@ -75,7 +84,7 @@ class TemporaryFile {
   void give_name() {
     const std::string opened = fmt::format("/proc/self/fd/{}", descriptor_);
     for (unsigned i = 0; i < kMostNames; ++i) {
-      name_ = fmt::format("{}.{}_{}", file_.string(), getpid(), i);
+      name_ = fmt::format("{}.{}_{}", beside(file_), getpid(), i);
       named_ = linkat(AT_FDCWD, opened.c_str(), AT_FDCWD, name_.c_str(), AT_SYMLINK_FOLLOW) == 0;
       if (named_) return;
       if (errno != EEXIST) refuse(file_, errno);
@@ -97,9 +106,18 @@ bool is_replaceable(const fs::path& file) {
   return !fs::exists(file, none) || fs::is_regular_file(file, none);
 }
 
+// The file that a link leads to; it does not have to exist.
 fs::path behind_link(const fs::path& file) {
-  std::error_code none;
-  return fs::is_symlink(file, none) ? fs::canonical(file) : file;
+  constexpr int kMostLinks = 40;  // as Linux follows
+  fs::path at = file;
+  std::error_code error;
+  for (int links = 0; fs::is_symlink(at, error); ++links) {
+    if (links == kMostLinks) refuse(file, ELOOP);
+    const fs::path target = fs::read_symlink(at, error);
+    if (error) refuse(file, error.value());
+    at = folder_of(at) / target;
+  }
+  return at;
 }
 
 }  // namespace
@@ -109,10 +127,11 @@ void check_writable(const fs::path& file) {
     if (access(file.c_str(), W_OK) != 0) refuse(file, errno);
     return;
   }
-  const fs::path folder = folder_of(behind_link(file));
+  const fs::path target = behind_link(file), folder = folder_of(target);
+  if (target.filename().native().size() > NAME_MAX) refuse(target, ENAMETOOLONG);
   std::error_code none;
-  if (fs::exists(folder, none) && !fs::is_directory(folder, none)) refuse(file, ENOTDIR);
-  if (access(folder.c_str(), W_OK | X_OK) != 0) refuse(file, errno);
+  if (fs::exists(folder, none) && !fs::is_directory(folder, none)) refuse(target, ENOTDIR);
+  if (access(folder.c_str(), W_OK | X_OK) != 0) refuse(target, errno);
 }
 
 void write_whole(const fs::path& file, std::string_view content) {

@@ -8,6 +8,8 @@
 #include <map>
 #include <utility>
 
+#include "doppel/sensing/pose_messages.h"
+
 namespace doppel {
 namespace {
 
@@ -80,11 +82,8 @@ Detection2D detection(const ObjectLabels& objects, std::size_t object, const Pix
 Detection3D detection(const ObjectLabels& objects, std::size_t object, const Eigen::AlignedBox3d& box_A,
                       const Pose& X_FA) {
   auto out = detection<Detection3D>(objects, object);
-  const Eigen::Vector3d centre = X_FA * box_A.center(), size = box_A.sizes();
-  const Eigen::Quaterniond q(X_FA.linear());
-  out.bbox.center.position = {centre.x(), centre.y(), centre.z()};
-  out.bbox.center.orientation = {q.x(), q.y(), q.z(), q.w()};
-  out.bbox.size = {size.x(), size.y(), size.z()};
+  out.bbox.center = to_pose_msg(X_FA * Eigen::Translation3d(box_A.center()));
+  out.bbox.size = to_vector_msg(box_A.sizes());
   return out;
 }
 

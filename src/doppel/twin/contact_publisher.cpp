@@ -68,12 +68,16 @@ void ContactPublisher::publish_contacts(Time now) {
   message_.states.clear();
   for (const Contact& contact : contacts_) {
     gazebo_msgs::msg::ContactState& state = state_of(contact.a, contact.b);
-    // Gazebo's wrench acts on the first shape, the engine's force on the second.
+    // Gazebo's wrench acts on the first shape, the engine's on the second.
     const Eigen::Vector3d force = X_TW.linear() * -contact.force_W;
-    state.wrenches.push_back({to_vector_msg(force), {}});
+    const Eigen::Vector3d torque = X_TW.linear() * -contact.torque_W;
+    state.wrenches.push_back({to_vector_msg(force), to_vector_msg(torque)});
     state.total_wrench.force.x += force.x();
     state.total_wrench.force.y += force.y();
     state.total_wrench.force.z += force.z();
+    state.total_wrench.torque.x += torque.x();
+    state.total_wrench.torque.y += torque.y();
+    state.total_wrench.torque.z += torque.z();
     state.contact_positions.push_back(to_vector_msg(X_TW * contact.p_W));
     state.contact_normals.push_back(to_vector_msg(X_TW.linear() * -contact.normal_W));
     state.depths.push_back(contact.depth);

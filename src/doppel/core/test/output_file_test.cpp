@@ -71,6 +71,51 @@ TEST(OutputFileTest, PlaceThatCannotBeWrittenIsRefusedBeforehand) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(OutputFileTest, LinkToMissingFileIsWrittenAndCircleIsRefused) {
+  const auto folder =
+      std::filesystem::path(testing::TempDir()) / ("doppel_output_links_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  std::filesystem::create_symlink("new", folder / "dangling");
+  std::filesystem::create_symlink("circle", folder / "circle");
+  std::filesystem::create_symlink("missing/new", folder / "lost");
+  check_writable(folder / "dangling");
+  write_whole(folder / "dangling", "one");
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "dangling"));
+  std::string text;
+  std::ifstream(folder / "new") >> text;
+  EXPECT_EQ(text, "one");
+  const auto fix = [](auto write, const std::filesystem::path& file) {
+    try {
+      write(file);
+    } catch (const InputError& error) {
+      return error.diagnostics().front().fix;
+    }
+    return std::string();
+  };
+  const auto write = [](const std::filesystem::path& file) { write_whole(file, "x"); };
+  EXPECT_NE(fix(check_writable, folder / "circle").find("in a circle"), std::string::npos);
+  EXPECT_NE(fix(write, folder / "circle").find("in a circle"), std::string::npos);
+  EXPECT_NE(fix(check_writable, folder / "lost").find("missing' first"), std::string::npos);
+  EXPECT_NE(fix(write, folder / "lost").find("missing' first"), std::string::npos);
+  std::filesystem::remove_all(folder);
+}
+
+TEST(OutputFileTest, LongestNameIsWrittenAndLongerOneRefusedBeforehand) {
+  const auto folder =
+      std::filesystem::path(testing::TempDir()) / ("doppel_output_names_" + std::to_string(::getpid()));
+  std::filesystem::create_directories(folder);
+  check_writable(folder / std::string(255, 'a'));
+  write_whole(folder / std::string(255, 'a'), "x");
+  EXPECT_TRUE(std::filesystem::exists(folder / std::string(255, 'a')));
+  try {
+    check_writable(folder / std::string(256, 'a'));
+    ADD_FAILURE() << "a name of 256 bytes is accepted";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.diagnostics().front().fix, "choose a shorter name");
+  }
+  std::filesystem::remove_all(folder);
+}
+
 // The limit on the size of a file ends the child in the middle of its writing, by a signal.
 TEST(OutputFileTest, ProcessKilledWhileWritingLeavesOldFileAndNoOther) {
   const auto folder =
