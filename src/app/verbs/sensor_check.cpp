@@ -115,9 +115,9 @@ std::set<std::string> frames_of(Client& twin) {
 }
 
 // Whether a sensor has had the time for a message, by what the twin says of its time and its samples.
-class Progress {
+class SensorProgress {
  public:
-  explicit Progress(const doppel_msgs::msg::Sensor& sensor)
+  explicit SensorProgress(const doppel_msgs::msg::Sensor& sensor)
       : name_(sensor.name), period_(sensor.rate > 0 ? 1 / sensor.rate : 0), samples_(sensor.samples) {}
 
   // Throws ClientError if the twin is paused.
@@ -194,7 +194,7 @@ void read_topics(Client& twin, const doppel_msgs::msg::Sensor& of, std::span<Top
   constexpr auto kLook = std::chrono::milliseconds(100);
   const std::set<std::string> topics = topics_to_read(twin, results);
   for (const std::string& topic : topics) twin.subscribe(topic);
-  Progress progress(of);
+  SensorProgress progress(of);
   const auto start = Clock::now();
   double waited = 0;
   bool noted = false;

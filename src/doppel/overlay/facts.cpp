@@ -151,6 +151,51 @@ void add_if(std::vector<std::string>& keys, bool is_given, const char* key) {
   if (is_given) keys.emplace_back(key);
 }
 
+std::vector<std::string> given_keys(const SetOrigin& a) {
+  std::vector<std::string> keys;
+  add_if(keys, a.xyz.has_value(), "xyz");
+  add_if(keys, a.rpy.has_value(), "rpy");
+  return keys;
+}
+
+std::vector<std::string> given_keys(const SetLimit& a) {
+  std::vector<std::string> keys;
+  add_if(keys, a.lower.has_value(), "lower");
+  add_if(keys, a.upper.has_value(), "upper");
+  add_if(keys, a.effort.has_value(), "effort");
+  add_if(keys, a.velocity.has_value(), "velocity");
+  return keys;
+}
+
+std::vector<std::string> given_keys(const SetDynamics& a) {
+  std::vector<std::string> keys;
+  add_if(keys, a.damping.has_value(), "damping");
+  add_if(keys, a.friction.has_value(), "friction");
+  return keys;
+}
+
+std::vector<std::string> given_keys(const SetInertia& a) {
+  std::vector<std::string> keys;
+  add_if(keys, a.mass.has_value(), "mass");
+  add_if(keys, a.com.has_value(), "com");
+  for (const auto& [name, value] : a.components) keys.push_back(name);
+  return keys;
+}
+
+std::vector<std::string> keys_of_zero(const BakeZero& a, const XmlNode& root) {
+  const XmlNode* joint = find_named(root, "joint", a.joint);
+  if (joint != nullptr && attribute_of(*joint, "type") == "prismatic") return {"type", "axis", "rpy", "xyz"};
+  return {"type", "axis", "rpy"};
+}
+
+std::vector<std::string> links_with_mass(const XmlNode& root) {
+  std::vector<std::string> out;
+  for (const XmlNode& child : root.children)
+    if (child.is("link") && read_slot(child, *slot_of("mass")) != kNone)
+      out.push_back(attribute_of(child, "name"));
+  return out;
+}
+
 }  // namespace
 
 std::string shapes_text(const XmlNode& link, std::string_view element) {
@@ -171,51 +216,13 @@ std::vector<std::string> fact_keys(const OperationAction& action, const XmlNode&
                         [](const FlipAxis&) { return Keys{"axis"}; },
                         [](const SetAxis&) { return Keys{"axis"}; },
                         [](const RotateFrame&) { return Keys{"rpy"}; },
-                        [&](const BakeZero& a) {
-                          const XmlNode* joint = find_named(root, "joint", a.joint);
-                          const bool slides = joint != nullptr && attribute_of(*joint, "type") == "prismatic";
-                          return slides ? Keys{"type", "axis", "rpy", "xyz"} : Keys{"type", "axis", "rpy"};
-                        },
-                        [](const SetOrigin& a) {
-                          Keys keys;
-                          add_if(keys, a.xyz.has_value(), "xyz");
-                          add_if(keys, a.rpy.has_value(), "rpy");
-                          return keys;
-                        },
-                        [](const SetLimit& a) {
-                          Keys keys;
-                          add_if(keys, a.lower.has_value(), "lower");
-                          add_if(keys, a.upper.has_value(), "upper");
-                          add_if(keys, a.effort.has_value(), "effort");
-                          add_if(keys, a.velocity.has_value(), "velocity");
-                          return keys;
-                        },
-                        [](const SetDynamics& a) {
-                          Keys keys;
-                          add_if(keys, a.damping.has_value(), "damping");
-                          add_if(keys, a.friction.has_value(), "friction");
-                          return keys;
-                        },
+                        [&](const BakeZero& a) { return keys_of_zero(a, root); },
                         [](const SetJointType&) { return Keys{"type"}; },
-                        [](const SetInertia& a) {
-                          Keys keys;
-                          add_if(keys, a.mass.has_value(), "mass");
-                          add_if(keys, a.com.has_value(), "com");
-                          for (const auto& [name, value] : a.components) keys.push_back(name);
-                          return keys;
-                        },
                         [](const ComputeInertia&) {
                           return Keys{"mass", "com", "inertial_rpy", "ixx", "ixy",
                                       "ixz",  "iyy", "iyz",          "izz"};
                         },
-                        [&](const ScaleMasses&) {
-                          Keys keys;
-                          for (const XmlNode& child : root.children) {
-                            if (child.is("link") && read_slot(child, *slot_of("mass")) != kNone)
-                              keys.push_back(attribute_of(child, "name"));
-                          }
-                          return keys;
-                        },
+                        [&](const ScaleMasses&) { return links_with_mass(root); },
                         [](const AttachToWorld&) { return Keys{"parent"}; },
                         [](const AddMimic&) {
                           return Keys{"leader", "multiplier", "offset"};
@@ -223,6 +230,10 @@ std::vector<std::string> fact_keys(const OperationAction& action, const XmlNode&
                         [](const ReplaceCollision&) { return Keys{"collision"}; },
                         [](const SetMeshScale&) { return Keys{"scale"}; },
                         [](const AddRos2Control&) { return Keys{"plugin"}; },
+                        [](const SetOrigin& a) { return given_keys(a); },
+                        [](const SetLimit& a) { return given_keys(a); },
+                        [](const SetDynamics& a) { return given_keys(a); },
+                        [](const SetInertia& a) { return given_keys(a); },
                         [](const auto& a) { return keys_of_structure(a); },
                     },
                     action);
