@@ -108,8 +108,9 @@ std::vector<LightRig::Impl::Entry> LightRig::Impl::make_entries(const std::vecto
     const double rate = sensor.description.rate;
     const std::string key = sensor_key(sensor);
     Entry entry;
-    entry.sensor =
-        made_or_left_out(sensor, leaves_out, log, [&] { return make_light_sensor(in, sensor, options); });
+    entry.sensor = made_or_left_out(sensor, in, leaves_out, log, [&](Node& node_of) {
+      return make_light_sensor(node_of, sensor, options);
+    });
     if (!entry.sensor) continue;
     if (ranges && std::holds_alternative<RangeDescription>(sensor.description.what))
       entry.sensor->report_to(ranges->of(sensor));
@@ -159,6 +160,14 @@ void LightRig::set_sensors(const std::vector<RigSensor>& wanted, const Engine& e
     for (const ModelInstance& instance : rig.world->instances()) bodies += instance.model->links.size();
     rig.worker->reserve(rig.sensors.size(), bodies);
   }
+}
+
+void LightRig::release_topics() {
+  if (impl_->worker) {
+    impl_->worker->wait_idle();
+    impl_->collect();
+  }
+  impl_->node.reset();
 }
 
 void LightRig::instances_changed(const Engine& engine) {

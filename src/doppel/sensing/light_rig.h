@@ -36,6 +36,8 @@ class DOPPEL_API LightRig {
   // values stay, too. Sensors of other kinds are left out, and with
   // an error those whose topic has another type elsewhere.
   void set_sensors(const std::vector<RigSensor>& sensors, const Engine& engine);
+  // Lets other nodes use the topics with other types; set_sensors() follows.
+  void release_topics();
   // The engine has other instances: looks up those of the sensors again.
   void instances_changed(const Engine& engine);
   void between_steps(Time now);

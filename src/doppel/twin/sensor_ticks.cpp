@@ -207,7 +207,7 @@ void SensorTicks::look_up() {
   for (const ModelSensors& model : *models) add_sensors(model, sensors);
   number_revisions(sensors);
   physical_.set_earth(*sources_.earth);
-  physical_.set_sensors(sensors, scene_.engine());
+  physical_.set_sensors(sensors, scene_.engine(), [this] { light_.release_topics(); });
   light_.set_sensors(sensors, scene_.engine());
   find_frames(*models);
   known_ = std::move(present);

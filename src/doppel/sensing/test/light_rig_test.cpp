@@ -310,6 +310,19 @@ TEST(LightRig, SensorWhoseTopicHasOtherTypeElsewhereIsLeftOutWithError) {
                                                               testing::HasSubstr("/view"))));
 }
 
+TEST(LightRig, SensorThatIsLeftOutHasNoTopicAndErrorNamesItsElement) {
+  LightTwin twin({lidar()});
+  twin.reader.subscribe<LaserScan>("/eye/camera_info", [](const LaserScan&) {});
+  twin.rig.set_sensors({lidar(), camera("eye", CameraKind::rgbd)}, *twin.world.engine);
+  ASSERT_EQ(twin.lines.size(), 1U);
+  EXPECT_THAT(twin.lines[0], testing::AllOf(testing::HasSubstr("'pole/head/eye' publishes nothing"),
+                                            testing::HasSubstr("/eye/camera_info"),
+                                            testing::HasSubstr("<camera_info_topic>"),
+                                            testing::Not(testing::HasSubstr("error"))));
+  for (const TopicInfo& topic : twin.bus.topics())
+    EXPECT_TRUE(topic.publishers.empty() || !topic.name.starts_with("/eye")) << topic.name;
+}
+
 TEST(LightRig, OrientedBoxesAreInFrameOfTheirHeader) {
   RigSensor eye = camera("eye", CameraKind::boundingbox);
   std::get<std::vector<CameraDescription>>(eye.description.what).front().boxes = BoxKind::oriented_3d;
