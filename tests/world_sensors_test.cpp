@@ -232,6 +232,31 @@ TEST_F(WorldSensors, TopicOfTwoSensorsIsReported) {
   EXPECT_TRUE(reload("<sensor name=\"third\" type=\"camera\"><topic>third</topic></sensor>")) << said;
 }
 
+TEST_F(WorldSensors, EditTurnsSensorOfLightIntoPhysicalOneOnSameTopic) {
+  const auto file =
+      std::filesystem::path(::testing::TempDir()) / ("turned_" + std::to_string(getpid()) + ".urdf");
+  const auto write = [&](const std::string& type) {
+    std::ofstream(file) << R"(<robot name="turned"><link name="base_link"/><gazebo reference="base_link">
+      <sensor name="s" type=")"
+                        << type << R"("><topic>x</topic></sensor></gazebo></robot>)";
+  };
+  write("gpu_lidar");
+  std::string errors;
+  log_.add_sink([&](const LogLine& line) {
+    if (line.severity == Severity::error) errors += line.text + "\n";
+  });
+  bring_up(file.string());
+  for (const std::string type : {"imu", "gpu_lidar"}) {
+    write(type);
+    Diagnostics found;
+    twin_->replace(twin_->prepare(twin_->running(), found));
+    twin_->between_steps();
+    ASSERT_EQ(twin_->sensors().size(), 1U) << errors;
+    EXPECT_EQ(twin_->sensors()[0].sensor.type, type);
+    EXPECT_EQ(errors, "");
+  }
+}
+
 // S15.
 TEST_F(WorldSensors, ReloadWithOtherFieldOfViewIsInNextFrame) {
   const auto file = std::filesystem::path(::testing::TempDir()) / "reloaded_camera.urdf";

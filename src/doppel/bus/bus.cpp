@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "doppel/bus/detail/bus_impl.h"
+#include "doppel/bus/topic_conflict.h"
 #include "doppel/bus/twist_conversion.h"
 #include "doppel/core/thrown.h"
 
@@ -115,9 +116,9 @@ Topic& Bus::Impl::topic_for_node(const std::string& name, const bus_detail::Topi
     for (const auto* endpoints : {&topic->publishers, &topic->subscribers}) {
       const auto holder = std::ranges::find_if(*endpoints, &Endpoint::is_node);
       if (holder == endpoints->end()) continue;
-      throw std::logic_error(
-          fmt::format("topic {} has type {} in node {}; node {} cannot use it with type {}", name,
-                      topic->support->name, holder->info.node, node, support.name));
+      throw TopicConflict(fmt::format("topic {} has type {} in node {}; node {} cannot use it with type {}",
+                                      name, topic->support->name, holder->info.node, node, support.name),
+                          name, std::string(support.name), std::string(topic->support->name));
     }
     if (is_listed(*topic)) graph_changed();
     topic = nullptr;

@@ -100,7 +100,7 @@ class ContactOutput : public PhysicalSensor {
   }
   void resume(const PhysicalSensor& before, std::uint64_t /*next*/) override {
     const auto* former = dynamic_cast<const ContactOutput*>(&before);
-    if (former == nullptr) return;
+    if (former == nullptr || !same_values(sensor_, former->sensor_)) return;
     delayed_.resume(former->delayed_);
     delayed_states_.resume(former->delayed_states_);
   }

@@ -21,7 +21,7 @@ struct LightRig::Impl {
     std::shared_ptr<LightSensor> sensor;
     SampleSchedule schedule;
     int instance = -1, link = 0, body = -1;
-    std::uint64_t samples = 0, left_out = 0, hash = kEmptyHash;
+    std::uint64_t samples = 0, left_out = 0, failed = 0, hash = kEmptyHash;
     double cost = 0;
     std::uint64_t window_samples = 0;
     double reached = 0;
@@ -41,7 +41,8 @@ struct LightRig::Impl {
   // The sensors with their topics in the node `in`. leaves_out: those whose topics have another type elsewhere.
   [[nodiscard]] std::vector<Entry> make_entries(const std::vector<RigSensor>& wanted, const Engine& engine,
                                                 Node& in, bool leaves_out) const;
-  // Messages that wait are sent by the sensors in the place of theirs.
+  // Messages that wait are sent by the sensors in the place of theirs. Those of a sensor whose values change are dropped,
+  // so that what comes after the edit has its values, in the order of the stamps.
   void keep_waiting(const std::vector<Entry>& fresh);
   void publish(std::size_t sensor, const LightMessage& message, Time stamp);
   void find_bodies(const Engine& engine);
@@ -107,8 +108,9 @@ std::vector<LightRig::Impl::Entry> LightRig::Impl::make_entries(const std::vecto
     const double rate = sensor.description.rate;
     const std::string key = sensor_key(sensor);
     Entry entry;
-    entry.sensor =
-        made_or_left_out(sensor, leaves_out, log, [&] { return make_light_sensor(in, sensor, options); });
+    entry.sensor = made_or_left_out(sensor, in, leaves_out, log, [&](Node& node_of) {
+      return make_light_sensor(node_of, sensor, options);
+    });
     if (!entry.sensor) continue;
     if (ranges && std::holds_alternative<RangeDescription>(sensor.description.what))
       entry.sensor->report_to(ranges->of(sensor));
@@ -159,6 +161,14 @@ void LightRig::set_sensors(const std::vector<RigSensor>& wanted, const Engine& e
     for (const ModelInstance& instance : rig.world->instances()) bodies += instance.model->links.size();
     rig.worker->reserve(rig.sensors.size(), bodies);
   }
+}
+
+void LightRig::release_topics() {
+  if (impl_->worker) {
+    impl_->worker->wait_idle();
+    impl_->collect();
+  }
+  impl_->node.reset();
 }
 
 void LightRig::instances_changed(const Engine& engine) {
@@ -219,12 +229,9 @@ void LightRig::Impl::wait_until(Time due, Waiting message) {
 
 void LightRig::Impl::keep_waiting(const std::vector<Entry>& fresh) {
   std::erase_if(waiting, [&](Waiting& message) {
-    const LightSensor& former = *entries[message.sensor].sensor;
-    const std::string key = sensor_key(former.sensor());
-    const auto now = std::ranges::find_if(fresh, [&](const Entry& entry) {
-      return sensor_key(entry.sensor->sensor()) == key &&
-             entry.sensor->has_same_outlet(former, message.message.outlet);
-    });
+    const RigSensor& former = entries[message.sensor].sensor->sensor();
+    const auto now = std::ranges::find_if(
+        fresh, [&](const Entry& entry) { return same_values(entry.sensor->sensor(), former); });
     message.sensor = static_cast<std::size_t>(now - fresh.begin());
     return now == fresh.end();
   });
@@ -236,6 +243,10 @@ void LightRig::Impl::collect() {
     for (std::size_t s = 0; s < job->samples.size(); ++s) {
       const std::size_t index = job->samples[s].sensor;
       Entry& entry = entries[index];
+      if (!job->failures[s].empty()) {
+        ++entry.failed;
+        continue;
+      }
       ++entry.samples;
       ++entry.window_samples;
       entry.cost = job->costs[s];
@@ -286,6 +297,10 @@ void LightRig::reset(Time now) {
     entry.window_samples = 0;
     entry.sensor->restart();
   }
+}
+
+std::uint64_t LightRig::failed(std::size_t sensor) const {
+  return impl_->entries[sensor].failed;
 }
 
 void LightRig::refresh(std::span<doppel_msgs::msg::Sensor> list) const {

@@ -32,9 +32,12 @@ class DOPPEL_API LightRig {
   // -- between steps
   // Where controllers read ranges of the sensors that set_sensors() makes afterwards.
   void set_ranges(std::shared_ptr<RangeValues> ranges);
-  // Replaces all sensors; those that stay keep their count of samples. Sensors of other kinds are left out, and with
+  // Replaces all sensors; those that stay keep their count of samples, and the messages that wait for a latency if their
+  // values stay, too. Sensors of other kinds are left out, and with
   // an error those whose topic has another type elsewhere.
   void set_sensors(const std::vector<RigSensor>& sensors, const Engine& engine);
+  // Lets other nodes use the topics with other types; set_sensors() follows.
+  void release_topics();
   // The engine has other instances: looks up those of the sensors again.
   void instances_changed(const Engine& engine);
   void between_steps(Time now);
@@ -42,6 +45,8 @@ class DOPPEL_API LightRig {
   [[nodiscard]] std::vector<RigStatus> status() const;
   // Writes the present rates and counts into the list that status() gave; does not allocate.
   void refresh(std::span<doppel_msgs::msg::Sensor> list) const;
+  // How many samples of a sensor of that list have failed.
+  [[nodiscard]] std::uint64_t failed(std::size_t sensor) const;
   [[nodiscard]] bool empty() const;
   [[nodiscard]] std::uint64_t rays_cast() const;
 

@@ -28,8 +28,8 @@ class LogicalCameraOutput : public PhysicalSensor {
 
   void restart(const Engine& /*engine*/) override { delayed_.clear(); }
   void resume(const PhysicalSensor& before, std::uint64_t /*next*/) override {
-    if (const auto* former = dynamic_cast<const LogicalCameraOutput*>(&before))
-      delayed_.resume(former->delayed_);
+    const auto* former = dynamic_cast<const LogicalCameraOutput*>(&before);
+    if (former != nullptr && same_values(sensor_, former->sensor_)) delayed_.resume(former->delayed_);
   }
   void bind(const Engine& engine, int instance) override {
     PhysicalSensor::bind(engine, instance);

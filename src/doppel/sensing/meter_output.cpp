@@ -104,7 +104,7 @@ class MeterOutput : public PhysicalSensor {
     const auto* former = dynamic_cast<const MeterOutput*>(&before);
     if (former == nullptr) return;
     meter_->resume(*former->meter_, next);
-    delayed_.resume(former->delayed_);
+    if (same_values(sensor_, former->sensor_)) delayed_.resume(former->delayed_);
   }
 
   void publish(const PhysicalState& state, std::uint64_t sample) override {

@@ -101,8 +101,9 @@ std::vector<PhysicalRig::Impl::Entry> PhysicalRig::Impl::make_entries(const std:
     entry.schedule = SampleSchedule(sensor.description.rate, engine.world().settings().step);
     entry.schedule.restart(engine.time());
     const MeterSettings settings{CounterRandom(options.seed, key), entry.schedule.period(), earth};
-    entry.sensor = made_or_left_out(sensor, leaves_out, log,
-                                    [&] { return make_physical_sensor(in, sensor, settings, log); });
+    entry.sensor = made_or_left_out(sensor, in, leaves_out, log, [&](Node& node_of) {
+      return make_physical_sensor(node_of, sensor, settings, log);
+    });
     if (!entry.sensor) continue;
     if (const Entry* const old = former_of(entry)) {
       entry.schedule = old->schedule;
@@ -127,13 +128,15 @@ const PhysicalRig::Impl::Entry* PhysicalRig::Impl::former_of(const Entry& entry)
   return old == entries.end() ? nullptr : &*old;
 }
 
-void PhysicalRig::set_sensors(const std::vector<RigSensor>& wanted, const Engine& engine) {
+void PhysicalRig::set_sensors(const std::vector<RigSensor>& wanted, const Engine& engine,
+                              const std::function<void()>& release_others) {
   Impl& rig = *impl_;
   rig.reported = std::exchange(rig.present, {});
   std::vector<Impl::Entry> fresh;
-  auto node = renewed_node(rig.bus, rig.node, [&](Node& in, bool leaves_out) {
+  const auto make = [&](Node& in, bool leaves_out) {
     fresh = rig.make_entries(wanted, engine, in, leaves_out);
-  });
+  };
+  auto node = renewed_node(rig.bus, rig.node, make, release_others);
   std::vector<const Impl::Entry*> before;  // in whose place each is; nullptr: none
   for (const Impl::Entry& entry : fresh) before.push_back(rig.former_of(entry));
   std::swap(rig.entries, fresh);

@@ -26,6 +26,7 @@
 // The noise of sample n depends on the seed, the sensor and n alone, whoever reads; a bias that walks does so through
 // set_sensors(). What nobody reads is not measured.
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
@@ -51,9 +52,12 @@ class DOPPEL_API PhysicalRig {
   void between_steps(Time now);
   // Where the world is, for the sensors that set_sensors() makes afterwards.
   void set_earth(const EarthFrame& earth);
-  // Replaces all sensors; those that stay, with their name, type and rate, keep their count of samples and their start.
+  // Replaces all sensors; those that stay, with their name, type and rate, keep their count of samples and their start, and
+  // the messages that wait for a latency if all their values stay.
   // Sensors of other kinds are left out, and with an error those whose topic has another type elsewhere.
-  void set_sensors(const std::vector<RigSensor>& sensors, const Engine& engine);
+  // release_others: called once a topic has another type, to release those of sensors elsewhere that are renewed, too.
+  void set_sensors(const std::vector<RigSensor>& sensors, const Engine& engine,
+                   const std::function<void()>& release_others = {});
   // The engine has other instances: looks up those of the sensors again. A sensor whose instance comes back begins anew.
   void instances_changed(const Engine& engine);
   // Orientations relative to the start are relative to the present ones from now on.

@@ -25,6 +25,13 @@ struct RigSensor {
   std::uint64_t revision = 0;                        // another one when an edit has changed a value
 };
 
+// But for the revision.
+inline bool same_values(const RigSensor& a, const RigSensor& b) {
+  return a.description == b.description && a.instance == b.instance && a.link == b.link &&
+         a.name_space == b.name_space && a.frame == b.frame && a.X_LF == b.X_LF &&
+         a.frame_prefix == b.frame_prefix && a.origin_frame == b.origin_frame && a.origin == b.origin;
+}
+
 struct RigOptions {
   std::uint64_t seed = 0;
   bool lockstep = false;  // the loop waits for every sample

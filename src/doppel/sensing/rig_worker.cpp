@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <ctime>
+#include <stdexcept>
+#include <utility>
 
 #include "doppel/core/fnv_hash.h"
 #include "doppel/core/thrown.h"
-#include "doppel/sensing/detail/world_scene.h"
 
 namespace doppel {
 namespace {
@@ -18,8 +19,9 @@ double cpu_seconds() {
 
 }  // namespace
 
-RigWorker::RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors, int threads)
-    : sensors_(sensors) {
+RigWorker::RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors, int threads,
+                     MakeScene make_scene)
+    : sensors_(sensors), make_scene_(std::move(make_scene)) {
   for (int i = 1; i < threads; ++i) assistants_.emplace_back([this] { assist(); });
   thread_ = std::thread([this] { run(); });
 }
@@ -75,7 +77,9 @@ void RigWorker::run() {
       make(job);
       report_failures(job);
     } catch (...) {
-      report(job, {}, "cameras, lidars and ranges have no scene and publish nothing: " + thrown_text());
+      const std::string why = thrown_text();
+      job.failures.assign(job.samples.size(), why);
+      report(job, {}, "cameras, lidars and ranges have no scene and publish nothing: " + why);
     }
     ++finished_;
     finished_.notify_all();
@@ -96,11 +100,18 @@ void RigWorker::report_failures(RigJob& job) {
 }
 
 void RigWorker::renew_scene(RigJob& job) {
-  if (scene_of_ == job.world) return;
-  const auto scene = make_world_scene(*job.world, job.reports);
-  caster_ = make_ray_caster(scene);
-  objects_ = std::make_unique<const ObjectLabels>(scene);
-  scene_of_ = job.world;
+  if (scene_of_ != job.world) {
+    scene_of_ = job.world;
+    scene_failure_.clear();
+    try {
+      const auto scene = make_scene_(*job.world, job.reports);
+      caster_ = make_ray_caster(scene);
+      objects_ = std::make_unique<const ObjectLabels>(scene);
+    } catch (...) {
+      scene_failure_ = thrown_text();
+    }
+  }
+  if (!scene_failure_.empty()) throw std::runtime_error(scene_failure_);
 }
 
 void RigWorker::make_sample(RigJob& job, std::size_t index) {

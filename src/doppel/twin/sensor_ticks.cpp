@@ -36,12 +36,6 @@ void add_sensors(const ModelSensors& model, std::vector<RigSensor>& out) {
                    .origin = sensor.X_LF.inverse() * sensor.description.X_LS.translation()});
 }
 
-bool same_values(const RigSensor& a, const RigSensor& b) {
-  return a.description == b.description && a.instance == b.instance && a.link == b.link &&
-         a.name_space == b.name_space && a.frame == b.frame && a.X_LF == b.X_LF &&
-         a.frame_prefix == b.frame_prefix && a.origin_frame == b.origin_frame && a.origin == b.origin;
-}
-
 }  // namespace
 
 void SensorTicks::find_frames(const std::vector<ModelSensors>& models) {
@@ -125,6 +119,7 @@ void SensorTicks::list_sensors() {
   }
   diagnostics_.status.clear();
   left_out_before_.clear();
+  failed_before_.clear();
   for (const auto& sensor : std::span(list_.sensors).first(lights_)) {
     diagnostic_msgs::msg::DiagnosticStatus status;
     status.name = "doppel: sensor " + sensor.name;
@@ -134,6 +129,7 @@ void SensorTicks::list_sensors() {
       status.values.push_back({key, ""});
     diagnostics_.status.push_back(std::move(status));
     left_out_before_.push_back(sensor.left_out);
+    failed_before_.push_back(light_.failed(failed_before_.size()));
   }
 }
 
@@ -148,9 +144,15 @@ void SensorTicks::write_diagnostics() {
     DiagnosticStatus& status = diagnostics_.status[i];
     const std::uint64_t left_out = sensor.left_out - left_out_before_[i];
     left_out_before_[i] = sensor.left_out;
-    status.level = left_out > 0 ? DiagnosticStatus::WARN : DiagnosticStatus::OK;
+    const std::uint64_t failed = light_.failed(i) - failed_before_[i];
+    failed_before_[i] += failed;
+    status.level = failed > 0     ? DiagnosticStatus::ERROR
+                   : left_out > 0 ? DiagnosticStatus::WARN
+                                  : DiagnosticStatus::OK;
     status.message.clear();
-    if (left_out > 0)
+    if (failed > 0)
+      status.message = "fails; the log says why";
+    else if (left_out > 0)
       fmt::format_to(std::back_inserter(status.message),
                      "{} samples left out since the last message: too slow", left_out);
     else
@@ -205,7 +207,7 @@ void SensorTicks::look_up() {
   for (const ModelSensors& model : *models) add_sensors(model, sensors);
   number_revisions(sensors);
   physical_.set_earth(*sources_.earth);
-  physical_.set_sensors(sensors, scene_.engine());
+  physical_.set_sensors(sensors, scene_.engine(), [this] { light_.release_topics(); });
   light_.set_sensors(sensors, scene_.engine());
   find_frames(*models);
   known_ = std::move(present);

@@ -20,7 +20,7 @@ class DelayLine {
 
   [[nodiscard]] bool delays() const { return latency_ > Duration{}; }
   void clear() { first_ = count_ = 0; }
-  // Takes over the samples that wait in a former line; their latency stays.
+  // Takes over the samples that wait in the line of a former sensor with the same values.
   void resume(const DelayLine& before) {
     std::vector<Waiting> all;
     for (std::size_t i = 0; i < before.count_; ++i)

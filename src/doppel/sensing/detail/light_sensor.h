@@ -6,7 +6,6 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <typeinfo>
 #include <vector>
 
 #include "doppel/bus/bus.h"
@@ -84,12 +83,6 @@ class LightSensor {
     return bits;
   }
   [[nodiscard]] const Outlet& outlet(std::size_t index) const { return *outlets_[index]; }
-  // Whether a message of another sensor's outlet can be sent by this one's: the same topic with the same type.
-  [[nodiscard]] bool has_same_outlet(const LightSensor& other, std::size_t index) const {
-    if (index >= outlets_.size() || topics_[index] != other.topics_[index]) return false;
-    const Outlet &own = *outlets_[index], &others = *other.outlets_[index];
-    return typeid(own) == typeid(others);
-  }
 
   // -- between steps, while there are no jobs
   // The range that controllers read, of a range sensor.

@@ -1,26 +1,30 @@
 #pragma once
 // The node of a rig's topics, made anew with its sensors.
 
+#include <functional>
 #include <memory>
-#include <stdexcept>
 #include <string>
 
 #include "doppel/bus/bus.h"
+#include "doppel/bus/topic_conflict.h"
 #include "doppel/core/log.h"
 #include "doppel/sensing/detail/sensor_names.h"
 
 namespace doppel {
 
 // Calls make(node, leaves_out) with a node beside the former one, so that topics that stay never vanish. Where that throws
-// std::logic_error, because an edit has changed the type of a topic, the former node goes first; then `leaves_out` is true.
+// TopicConflict, because an edit has changed the type of a topic, the former node goes first, and what release_others()
+// releases; then `leaves_out` is true.
 template <class Make>
-std::unique_ptr<Node> renewed_node(Bus& bus, std::unique_ptr<Node>& former, const Make& make) {
+std::unique_ptr<Node> renewed_node(Bus& bus, std::unique_ptr<Node>& former, const Make& make,
+                                   const std::function<void()>& release_others = {}) {
   constexpr const char* kName = "/doppel_sensors";
   auto node = std::make_unique<Node>(bus, kName);
   try {
     make(*node, false);
-  } catch (const std::logic_error&) {
+  } catch (const TopicConflict&) {
     former.reset();
+    if (release_others) release_others();
     node.reset();
     node = std::make_unique<Node>(bus, kName);
     make(*node, true);
@@ -28,18 +32,23 @@ std::unique_ptr<Node> renewed_node(Bus& bus, std::unique_ptr<Node>& former, cons
   return node;
 }
 
-// make(), or nullptr and an error in the log where it throws std::logic_error: its topic has another type elsewhere.
+// make(in), or nullptr and an error in the log where it throws TopicConflict: then the sensor has none of its topics.
 template <class Make>
-auto made_or_left_out(const RigSensor& sensor, bool leaves_out, const Log& log, const Make& make)
-    -> decltype(make()) {
+auto made_or_left_out(const RigSensor& sensor, Node& in, bool leaves_out, const Log& log, const Make& make)
+    -> decltype(make(in)) {
+  if (!leaves_out) return make(in);
   try {
-    return make();
-  } catch (const std::logic_error& conflict) {
-    if (!leaves_out) throw;
-    const Diagnostic error{Severity::error, "sensors.topic",
-                           "the sensor '" + sensor_key(sensor) + "' publishes nothing: " + conflict.what(),
-                           sensor.description.source, "give it a <topic> of its own"};
-    log.line(error.severity, "sensors", error.str());
+    Node trial(in.bus(), in.given_name());  // takes back the topics before the one that fails
+    static_cast<void>(make(trial));
+    return make(in);
+  } catch (const TopicConflict& conflict) {
+    const SourceLocation& where = sensor.description.source;
+    const std::string element =
+        conflict.asked() == "sensor_msgs/msg/CameraInfo" ? "<camera_info_topic>" : "<topic>";
+    log.error("sensors", (where.known() ? where.str() + ": " : "") + "the sensor '" + sensor_key(sensor) +
+                             "' publishes nothing: its topic " + conflict.topic() + " of type " +
+                             conflict.asked() + " is in use with type " + conflict.used() + "; give it a " +
+                             element + " of its own");
     return nullptr;
   }
 }

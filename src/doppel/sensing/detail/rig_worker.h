@@ -5,6 +5,7 @@
 
 #include <array>
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <semaphore>
 #include <set>
@@ -16,6 +17,7 @@
 #include "doppel/rays/ray_caster.h"
 #include "doppel/sensing/detail/light_sensor.h"
 #include "doppel/sensing/detail/object_labels.h"
+#include "doppel/sensing/detail/world_scene.h"
 
 namespace doppel {
 
@@ -36,8 +38,11 @@ class RigWorker {
  public:
   static constexpr std::size_t kSlots = 3;
 
+  using MakeScene = std::function<std::shared_ptr<const RenderScene>(const CompiledWorld&, Diagnostics&)>;
+
   // `sensors` by the index of LightSample; unchanged while there are jobs.
-  RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors, int threads);
+  RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors, int threads,
+            MakeScene make_scene = make_world_scene);
   ~RigWorker();
   RigWorker(const RigWorker&) = delete;
   RigWorker& operator=(const RigWorker&) = delete;
@@ -66,9 +71,11 @@ class RigWorker {
   // Makes samples of the present job until none is left.
   void share_samples();
   void assist();
+  // Throws where the scene of the job's world fails; that is tried once for each world.
   void renew_scene(RigJob& job);
 
   const std::vector<std::shared_ptr<LightSensor>>& sensors_;
+  const MakeScene make_scene_;
   std::array<RigJob, kSlots> slots_;
   // Numbers of jobs so far; a job is in the slot of its number modulo kSlots.
   std::size_t submitted_ = 0, released_ = 0;  // the loop's
@@ -79,6 +86,7 @@ class RigWorker {
 
   // The worker's.
   std::shared_ptr<const CompiledWorld> scene_of_;
+  std::string scene_failure_;  // empty: it did not
   std::unique_ptr<RayCaster> caster_;
   std::unique_ptr<const ObjectLabels> objects_;
   std::set<std::string> reported_;

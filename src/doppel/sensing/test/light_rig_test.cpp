@@ -222,9 +222,8 @@ TEST(LightRig, MessagesWaitForLatencyAndKeepTheirStamp) {
 }
 
 TEST(LightRig, MessagesThatWaitAreSentAtTheirTimeThroughEdit) {
-  RigSensor eye = camera("eye", CameraKind::colour, 10), moved = eye, gone = lidar();
-  eye.description.latency = moved.description.latency = gone.description.latency = 0.25;
-  std::get<std::vector<CameraDescription>>(moved.description.what).front().hfov = 1.5;
+  RigSensor eye = camera("eye", CameraKind::colour, 10), gone = lidar();
+  eye.description.latency = gone.description.latency = 0.25;
   LightTwin twin({gone, eye});
   std::vector<std::pair<Time, Time>> came;
   twin.reader.subscribe<CameraInfo>("/eye/camera_info", [&](const CameraInfo& info) {
@@ -233,7 +232,7 @@ TEST(LightRig, MessagesThatWaitAreSentAtTheirTimeThroughEdit) {
   std::vector<LaserScan> scans;
   twin.read("/scan", scans);
   twin.run(0.22);  // two samples wait
-  twin.rig.set_sensors({moved}, *twin.world.engine);
+  twin.rig.set_sensors({eye}, *twin.world.engine);
   twin.run(0.4);
   EXPECT_TRUE(scans.empty()) << "its sensor is no longer there";
   ASSERT_EQ(came.size(), 3U);
@@ -241,6 +240,42 @@ TEST(LightRig, MessagesThatWaitAreSentAtTheirTimeThroughEdit) {
     EXPECT_EQ(came[i].first, Time{} + from_seconds(0.1 * static_cast<double>(i + 1)));
     EXPECT_EQ(came[i].second, came[i].first + from_seconds(0.25));
   }
+}
+
+TEST(LightRig, MessagesThatWaitAreDroppedWhenEditChangesTheirSensor) {
+  RigSensor eye = camera("eye", CameraKind::colour, 10);
+  eye.description.latency = 0.25;
+  RigSensor other_lens = eye, sooner = eye;
+  std::get<std::vector<CameraDescription>>(other_lens.description.what).front().hfov = 1.5;
+  sooner.description.latency = 0.05;
+  for (const RigSensor& edited : {other_lens, sooner}) {
+    LightTwin twin({eye});
+    std::vector<CameraInfo> infos;
+    twin.read("/eye/camera_info", infos);
+    twin.run(0.22);  // two samples wait
+    EXPECT_TRUE(infos.empty());
+    twin.rig.set_sensors({edited}, *twin.world.engine);
+    twin.run(0.55 - 0.22);
+    ASSERT_FALSE(infos.empty());
+    EXPECT_EQ(time_of(infos[0].header), Time{} + from_seconds(0.3)) << "the first after the edit";
+  }
+}
+
+TEST(LightRig, SamplesThatFailAreNotCountedAsPublished) {
+  RigSensor eye = camera("eye", CameraKind::rgbd, 10);
+  std::get<std::vector<CameraDescription>>(eye.description.what).front().height = -1;  // has no memory
+  LightTwin twin({eye, lidar()});
+  std::vector<Image> pictures;
+  std::vector<LaserScan> scans;
+  twin.read("/eye/image", pictures);
+  twin.read("/scan", scans);
+  twin.run(0.55);
+  EXPECT_TRUE(pictures.empty());
+  EXPECT_EQ(twin.lines.size(), 1U);
+  EXPECT_EQ(twin.rig.status().at(0).sensor.samples, 0U);
+  EXPECT_EQ(twin.rig.failed(0), 5U);
+  EXPECT_EQ(twin.rig.status().at(1).sensor.samples, 5U);
+  EXPECT_EQ(twin.rig.failed(1), 0U);
 }
 
 TEST(LightRig, MessagesThatWaitAreDroppedWhenEditChangesTheirType) {
@@ -273,6 +308,19 @@ TEST(LightRig, SensorWhoseTopicHasOtherTypeElsewhereIsLeftOutWithError) {
   EXPECT_THAT(twin.lines, testing::ElementsAre(testing::AllOf(testing::HasSubstr("pole.urdf:7:3"),
                                                               testing::HasSubstr("'pole/head/scan'"),
                                                               testing::HasSubstr("/view"))));
+}
+
+TEST(LightRig, SensorThatIsLeftOutHasNoTopicAndErrorNamesItsElement) {
+  LightTwin twin({lidar()});
+  twin.reader.subscribe<LaserScan>("/eye/camera_info", [](const LaserScan&) {});
+  twin.rig.set_sensors({lidar(), camera("eye", CameraKind::rgbd)}, *twin.world.engine);
+  ASSERT_EQ(twin.lines.size(), 1U);
+  EXPECT_THAT(twin.lines[0], testing::AllOf(testing::HasSubstr("'pole/head/eye' publishes nothing"),
+                                            testing::HasSubstr("/eye/camera_info"),
+                                            testing::HasSubstr("<camera_info_topic>"),
+                                            testing::Not(testing::HasSubstr("error"))));
+  for (const TopicInfo& topic : twin.bus.topics())
+    EXPECT_TRUE(topic.publishers.empty() || !topic.name.starts_with("/eye")) << topic.name;
 }
 
 TEST(LightRig, OrientedBoxesAreInFrameOfTheirHeader) {

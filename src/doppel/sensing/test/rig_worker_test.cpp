@@ -3,6 +3,7 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <stdexcept>
 
 #include "doppel/sensing/detail/world_scene.h"
@@ -28,14 +29,14 @@ class FailingSensor : public LightSensor {
 };
 
 struct Working {
-  explicit Working(int threads) {
+  explicit Working(int threads, RigWorker::MakeScene make_scene = make_world_scene) {
     for (const char* name : {"eye", "ear"}) {
       RigSensor sensor = test::sensor_named(name, 10);
       sensor.description.source = make_location("pole.urdf", 4 + static_cast<int>(sensors.size()), 2);
       failing.push_back(std::make_shared<FailingSensor>(sensor));
       sensors.push_back(failing.back());
     }
-    worker = std::make_unique<RigWorker>(sensors, threads);
+    worker = std::make_unique<RigWorker>(sensors, threads, std::move(make_scene));
     worker->reserve(2, 8);
   }
   // What a job with a sample of each reports; `made`: the number of its messages.
@@ -43,7 +44,7 @@ struct Working {
     RigJob* job = worker->free_slot();
     job->samples.clear();
     for (std::size_t i = 0; i < sensors.size(); ++i) job->samples.push_back({i, 0, 1, {}, 1});
-    job->world = world.engine->compiled();
+    job->world = world_of_jobs;
     read_poses(*world.engine, job->poses);
     worker->submit();
     worker->wait_idle();
@@ -53,11 +54,13 @@ struct Working {
     std::size_t messages = 0;
     for (const auto& of_sample : job->messages) messages += of_sample.size();
     EXPECT_EQ(messages, made);
+    EXPECT_EQ(std::ranges::count(job->failures, ""), static_cast<std::ptrdiff_t>(made));
     worker->release();
     return out;
   }
 
   test::Rig world{test::pole(), test::room()};
+  std::shared_ptr<const CompiledWorld> world_of_jobs = world.engine->compiled();
   std::vector<std::shared_ptr<FailingSensor>> failing;
   std::vector<std::shared_ptr<LightSensor>> sensors;
   std::unique_ptr<RigWorker> worker;
@@ -78,6 +81,21 @@ TEST(RigWorker, FailureIsReportedWithSensorAndPlaceOnceForEach) {
     rig.failing[0]->why = rig.failing[1]->why = "";
     EXPECT_THAT(rig.reports(2), IsEmpty());
   }
+}
+
+TEST(RigWorker, SceneThatFailsIsTriedOnceForItsWorld) {
+  int tried = 0;
+  Working rig(1, [&](const CompiledWorld& world, Diagnostics& diagnostics) {
+    if (++tried == 1) throw std::runtime_error("no device");
+    return make_world_scene(world, diagnostics);
+  });
+  EXPECT_THAT(rig.reports(0), ElementsAre(AllOf(HasSubstr("no scene"), HasSubstr("no device"))));
+  EXPECT_THAT(rig.reports(0), IsEmpty());
+  EXPECT_EQ(tried, 1);
+  const test::Rig other{test::pole(), test::room()};
+  rig.world_of_jobs = other.engine->compiled();
+  EXPECT_THAT(rig.reports(2), IsEmpty());
+  EXPECT_EQ(tried, 2);
 }
 
 }  // namespace

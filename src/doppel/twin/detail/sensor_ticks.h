@@ -93,10 +93,10 @@ class SensorTicks : public Tickable {
   Publisher<doppel_msgs::msg::Sensors> list_topic_;
   doppel_msgs::msg::Sensors list_;  // first those of light, then the physical ones
   Publisher<diagnostic_msgs::msg::DiagnosticArray> diagnostics_topic_;
-  diagnostic_msgs::msg::DiagnosticArray diagnostics_;  // of those of light
-  std::vector<std::uint64_t> left_out_before_;         // at the last message, or the last edit
-  std::set<std::string> shared_;                       // reports of topics that sensors share
-  std::size_t lights_ = 0;                             // number of the former
+  diagnostic_msgs::msg::DiagnosticArray diagnostics_;           // of those of light
+  std::vector<std::uint64_t> left_out_before_, failed_before_;  // at the last message, or the last edit
+  std::set<std::string> shared_;                                // reports of topics that sensors share
+  std::size_t lights_ = 0;                                      // number of the former
   Time list_due_ = Time::min();
   bool changed_ = false;
 };
