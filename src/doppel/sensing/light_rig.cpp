@@ -41,8 +41,8 @@ struct LightRig::Impl {
   // The sensors with their topics in the node `in`. leaves_out: those whose topics have another type elsewhere.
   [[nodiscard]] std::vector<Entry> make_entries(const std::vector<RigSensor>& wanted, const Engine& engine,
                                                 Node& in, bool leaves_out) const;
-  // Messages that wait are sent by the sensors in the place of theirs. Those of a sensor whose values change are dropped,
-  // so that what comes after the edit has its values, in the order of the stamps.
+  // Messages that wait are sent by the sensors in the place of theirs. Those of a sensor whose values change
+  // are dropped, so that what comes after the edit has its values, in the order of the stamps.
   void keep_waiting(const std::vector<Entry>& fresh);
   void publish(std::size_t sensor, const LightMessage& message, Time stamp);
   void find_bodies(const Engine& engine);

@@ -32,9 +32,9 @@ class DOPPEL_API LightRig {
   // -- between steps
   // Where controllers read ranges of the sensors that set_sensors() makes afterwards.
   void set_ranges(std::shared_ptr<RangeValues> ranges);
-  // Replaces all sensors; those that stay keep their count of samples, and the messages that wait for a latency if their
-  // values stay, too. Sensors of other kinds are left out, and with
-  // an error those whose topic has another type elsewhere.
+  // Replaces all sensors; those that stay keep their count of samples, and the messages that wait for a
+  // latency if their values stay, too. Sensors of other kinds are left out, and with an error those whose
+  // topic has another type elsewhere.
   void set_sensors(const std::vector<RigSensor>& sensors, const Engine& engine);
   // Lets other nodes use the topics with other types; set_sensors() follows.
   void release_topics();

@@ -52,10 +52,10 @@ class DOPPEL_API PhysicalRig {
   void between_steps(Time now);
   // Where the world is, for the sensors that set_sensors() makes afterwards.
   void set_earth(const EarthFrame& earth);
-  // Replaces all sensors; those that stay, with their name, type and rate, keep their count of samples and their start, and
-  // the messages that wait for a latency if all their values stay.
-  // Sensors of other kinds are left out, and with an error those whose topic has another type elsewhere.
-  // release_others: called once a topic has another type, to release those of sensors elsewhere that are renewed, too.
+  // Replaces all sensors; those that stay, with their name, type and rate, keep their count of samples and
+  // their start, and the messages that wait for a latency if all their values stay. Sensors of other kinds
+  // are left out, and with an error those whose topic has another type elsewhere. release_others: called once
+  // a topic has another type, to release those of sensors elsewhere that are renewed, too.
   void set_sensors(const std::vector<RigSensor>& sensors, const Engine& engine,
                    const std::function<void()>& release_others = {});
   // The engine has other instances: looks up those of the sensors again. A sensor whose instance comes back begins anew.

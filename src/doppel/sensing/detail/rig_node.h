@@ -12,9 +12,9 @@
 
 namespace doppel {
 
-// Calls make(node, leaves_out) with a node beside the former one, so that topics that stay never vanish. Where that throws
-// TopicConflict, because an edit has changed the type of a topic, the former node goes first, and what release_others()
-// releases; then `leaves_out` is true.
+// Calls make(node, leaves_out) with a node beside the former one, so that topics that stay never vanish.
+// Where that throws TopicConflict, because an edit has changed the type of a topic, the former node goes
+// first, and what release_others() releases; then `leaves_out` is true.
 template <class Make>
 std::unique_ptr<Node> renewed_node(Bus& bus, std::unique_ptr<Node>& former, const Make& make,
                                    const std::function<void()>& release_others = {}) {
@@ -32,7 +32,8 @@ std::unique_ptr<Node> renewed_node(Bus& bus, std::unique_ptr<Node>& former, cons
   return node;
 }
 
-// make(in), or nullptr and an error in the log where it throws TopicConflict: then the sensor has none of its topics.
+// make(in), or nullptr and an error in the log where it throws TopicConflict: then the sensor has none of its
+// topics.
 template <class Make>
 auto made_or_left_out(const RigSensor& sensor, Node& in, bool leaves_out, const Log& log, const Make& make)
     -> decltype(make(in)) {
