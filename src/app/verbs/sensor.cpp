@@ -134,8 +134,10 @@ Sensors sensors_of(Client& twin) {
   if (!twin.topics().contains(kSensorList)) return {};
   twin.subscribe(kSensorList);
   Client::Received message;
-  if (!twin.next(message, Clock::now() + kAnswerTime))
-    throw ClientError("the twin does not list its sensors");
+  const auto until = Clock::now() + kAnswerTime;
+  do {  // messages of topics that were read before may still come
+    if (!twin.next(message, until)) throw ClientError("the twin does not list its sensors");
+  } while (message.topic != kSensorList);
   twin.unsubscribe(kSensorList);
   return decode<Sensors>(message.cdr);
 }
