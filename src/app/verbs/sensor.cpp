@@ -37,6 +37,13 @@ Sensor sensor_named(Client& twin, const std::string& name) {
   throw_usage_error(fmt::format("'{}' is the name of several sensors:{}", name, which), "name one of them");
 }
 
+// The next message of a topic: those of topics that were read before may still come.
+bool next_of(Client& twin, const std::string& topic, Client::Received& message, Clock::time_point until) {
+  while (twin.next(message, until))
+    if (message.topic == topic) return true;
+  return false;
+}
+
 std::string rate_text(double rate) {
   return rate > 0 ? fmt::format("{:.4g} Hz", rate) : "every step";
 }
@@ -114,7 +121,7 @@ int sensor_rate(Shell& shell, const SensorOptions& options) {
   try {
     Client::Received message;
     while (times.size() <= static_cast<std::size_t>(options.messages) &&
-           twin.next(message, Clock::now() + kAnswerTime)) {
+           next_of(twin, topic, message, Clock::now() + kAnswerTime)) {
       const Time stamp = stamp_of(message);
       if (!first) first = stamp;
       times.push_back(to_seconds(stamp - *first));
@@ -134,10 +141,8 @@ Sensors sensors_of(Client& twin) {
   if (!twin.topics().contains(kSensorList)) return {};
   twin.subscribe(kSensorList);
   Client::Received message;
-  const auto until = Clock::now() + kAnswerTime;
-  do {  // messages of topics that were read before may still come
-    if (!twin.next(message, until)) throw ClientError("the twin does not list its sensors");
-  } while (message.topic != kSensorList);
+  if (!next_of(twin, kSensorList, message, Clock::now() + kAnswerTime))
+    throw ClientError("the twin does not list its sensors");
   twin.unsubscribe(kSensorList);
   return decode<Sensors>(message.cdr);
 }
@@ -158,7 +163,7 @@ int save_topic(Shell& shell, const TopicFinder& find_topic, const std::string& n
   check_ending(type.name, ending);
   twin.subscribe(topic);
   Client::Received message;
-  if (!twin.next(message, Clock::now() + kAnswerTime))
+  if (!next_of(twin, topic, message, Clock::now() + kAnswerTime))
     throw ClientError(fmt::format("nothing was published on {} within 5 s", topic));
   std::string note;
   deliver(saved_message(type, message.cdr, ending, note), file);
