@@ -23,8 +23,8 @@
 // that the end of a touch is seen. Contacts are those of whole links: where one collision of several is named, contacts
 // of the others count, too.
 //
-// The noise of sample n depends on the seed, the sensor and n alone, whoever reads; a bias that walks does so through
-// set_sensors(). What nobody reads is not measured.
+// The noise of sample n depends on the seed, the sensor and n only, not on subscribers; a bias random walk continues
+// across set_sensors(). A sensor without subscribers is not measured.
 
 #include <functional>
 #include <memory>

@@ -53,7 +53,7 @@ class DOPPEL_API TwinRobot {
     std::shared_ptr<const EarthFrame> earth;  // of the present world
     std::shared_ptr<RangeValues> ranges;      // of the twin's range sensors
   };
-  // State that is kept when the robot is made anew: the reports so far, and the hash.
+  // State that is kept when the robot is rebuilt: the reports so far, and the hash.
   struct History {
     RestCheck rest;
     std::vector<OscillationReport> oscillations;

@@ -1,5 +1,5 @@
 #pragma once
-// The node of a rig's topics, made anew with its sensors.
+// The node of a rig's topics, which is replaced together with its sensors.
 
 #include <functional>
 #include <memory>
