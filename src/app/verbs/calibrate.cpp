@@ -38,12 +38,11 @@ class Calibration {
       : options_(options), target_(open_target(options.words)) {
     Diagnostics diagnostics;
     expanded_ =
-        expand_corrected(target_.target.description, target_.arguments, target_.resolver, diagnostics);
+        expand_description(target_.target.description, target_.arguments, target_.resolver, diagnostics);
+    overlays_ = apply_overlays(expanded_, target_.resolver, diagnostics);
     robot_ = read_description(expanded_, target_.resolver, diagnostics);
     diagnostics.throw_if_errors();
     print_diagnostics(diagnostics);
-    const std::filesystem::path file = overlay_path(target_.target.description);
-    if (std::filesystem::exists(file)) overlay_ = read_overlay(file);
   }
 
   int run() {
@@ -117,29 +116,35 @@ class Calibration {
   // A measurement of the uncorrected model must not be applied again to the corrected one.
   void refuse_repetition() const {
     for (const Result& result : results_) {
-      const auto i = correction_made_of(overlay_.operations, result.joint->name, result.operations);
-      if (!i) continue;
-      const Operation& old = overlay_.operations[*i];
-      throw InputError(
-          "calibrate.twice", old.where,
-          fmt::format("'{}': the overlay already contains this correction ({}: {}); the measurements were "
-                      "taken with the uncorrected model and would be applied twice",
-                      result.joint->name, *i + 1, describe(old.action)),
-          fmt::format("measure again with the corrected model, or remove the correction first (doppel "
-                      "overlay remove {} {})",
-                      options_.words.front(), *i + 1));
+      for (const AppliedOverlay& one : overlays_) refuse_repetition(result, one);
     }
+  }
+
+  void refuse_repetition(const Result& result, const AppliedOverlay& applied) const {
+    const auto i = correction_made_of(applied.overlay.operations, result.joint->name, result.operations);
+    if (!i) return;
+    const Operation& old = applied.overlay.operations[*i];
+    throw InputError(
+        "calibrate.twice", old.where,
+        fmt::format("'{}': the overlay already contains this correction ({}: {}); the measurements were "
+                    "taken with the uncorrected model and would be applied twice",
+                    result.joint->name, *i + 1, describe(old.action)),
+        fmt::format("measure again with the corrected model, or remove the correction first (doppel "
+                    "overlay remove {} {})",
+                    applied.included ? applied.description.string() : options_.words.front(), *i + 1));
   }
 
   // A driver's offset is added to a zero correction that the model contains.
   [[nodiscard]] std::vector<std::string> baked_zeros() const {
     std::vector<std::string> out;
     for (const Result& result : results_) {
-      for (const std::size_t i : zeros_of(overlay_.operations, result.joint->name)) {
-        out.push_back(
-            fmt::format("'{}' is corrected in the overlay ({}: {}); these offsets are valid together with "
-                        "that correction and wrong without it",
-                        result.joint->name, i + 1, describe(overlay_.operations[i].action)));
+      for (const AppliedOverlay& one : overlays_) {
+        for (const std::size_t i : zeros_of(one.overlay.operations, result.joint->name)) {
+          out.push_back(
+              fmt::format("'{}' is corrected in the overlay ({}: {}); these offsets are valid together with "
+                          "that correction and wrong without it",
+                          result.joint->name, i + 1, describe(one.overlay.operations[i].action)));
+        }
       }
     }
     return out;
@@ -370,7 +375,7 @@ class Calibration {
   DescriptionTarget target_;
   ExpandedDescription expanded_;
   RobotDescription robot_;
-  Overlay overlay_;
+  std::vector<AppliedOverlay> overlays_;
   std::vector<std::pair<const Joint*, std::vector<Measurement>>> measured_;
   std::vector<Result> results_;
   bool asked_ = false;

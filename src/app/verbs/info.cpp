@@ -24,37 +24,46 @@ struct RobotInfoOptions {
   bool json = false;
 };
 
+// How many operations of one overlay are effective.
 struct OverlayState {
-  std::filesystem::path file;  // empty: there is none
+  std::filesystem::path file;
+  std::string prefix;
+  bool included = false;
   std::size_t operations = 0, applied = 0, already_there = 0;
 };
 
-OverlayState overlay_state(DescriptionTarget& target) {
-  OverlayState state;
-  const std::filesystem::path file = overlay_path(target.target.description);
-  if (!std::filesystem::exists(file)) return state;
-  state.file = file;
-  const Overlay overlay = read_overlay(file);
+std::vector<OverlayState> overlay_states(DescriptionTarget& target) {
   Diagnostics reported_on_loading;
   ExpandedDescription expanded =
       expand_description(target.target.description, target.arguments, target.resolver, reported_on_loading);
-  const auto outcomes = apply_overlay(overlay, expanded, target.resolver, reported_on_loading);
-  const auto count = [&outcomes](OperationState wanted) {
-    return static_cast<std::size_t>(std::count_if(
-        outcomes.begin(), outcomes.end(), [wanted](const OperationOutcome& o) { return o.state == wanted; }));
-  };
-  state.operations = overlay.operations.size();
-  state.applied = count(OperationState::applied);
-  state.already_there = count(OperationState::already_there);
-  return state;
+  std::vector<OverlayState> out;
+  for (const AppliedOverlay& one : apply_overlays(expanded, target.resolver, reported_on_loading)) {
+    const auto count = [&one](OperationState state) {
+      return static_cast<std::size_t>(std::ranges::count(one.outcomes, state, &OperationOutcome::state));
+    };
+    out.push_back({one.overlay.file, one.prefix, one.included, one.outcomes.size(),
+                   count(OperationState::applied), count(OperationState::already_there)});
+  }
+  return out;
 }
 
-std::string overlay_line(const OverlayState& state) {
-  if (state.file.empty()) return "none";
-  std::string out =
-      fmt::format("{}: {} of {} applied", shown_path(state.file), state.applied, state.operations);
-  if (state.already_there > 0) out += fmt::format(", {} already in the description", state.already_there);
-  return out;
+std::string overlay_lines(const std::vector<OverlayState>& states) {
+  std::string out;
+  for (const OverlayState& state : states) {
+    out += fmt::format("{}{}: {} of {} applied", out.empty() ? "" : "\n                 ",
+                       shown_path(state.file), state.applied, state.operations);
+    if (state.already_there > 0) out += fmt::format(", {} already in the description", state.already_there);
+    if (state.included) out += ", beside an included file";
+    if (!state.prefix.empty()) out += fmt::format(", for names that begin with '{}'", state.prefix);
+  }
+  return out.empty() ? "none" : out;
+}
+
+Json overlay_json(const OverlayState& state) {
+  return {{"file", shown_path(state.file)},
+          {"operations", state.operations},
+          {"applied", state.applied},
+          {"already_there", state.already_there}};
 }
 
 Json joints_json(const RobotDescription& robot) {
@@ -91,7 +100,8 @@ Json hardware_json(const RobotDescription& robot) {
 }
 
 std::string info_as_json(const LoadedDescription& loaded, const RobotSummary& summary,
-                         const OverlayState& overlay, const std::vector<JointGroup>& controllers) {
+                         const std::vector<OverlayState>& overlays,
+                         const std::vector<JointGroup>& controllers) {
   const RobotDescription& robot = loaded.robot;
   const auto vector_json = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
   Json out{{"version", 1}, {"robot", robot.name}, {"files", Json::array()}};
@@ -115,11 +125,15 @@ std::string info_as_json(const LoadedDescription& loaded, const RobotSummary& su
     out["controllers"].push_back(
         {{"name", controller.name}, {"type", controller.type}, {"joints", controller.joints}});
   out["overlay"] = Json();
-  if (!overlay.file.empty()) {
-    out["overlay"] = {{"file", shown_path(overlay.file)},
-                      {"operations", overlay.operations},
-                      {"applied", overlay.applied},
-                      {"already_there", overlay.already_there}};
+  out["included_overlays"] = Json::array();
+  for (const OverlayState& state : overlays) {
+    if (!state.included) {
+      out["overlay"] = overlay_json(state);
+      continue;
+    }
+    Json one = overlay_json(state);
+    one["prefix"] = state.prefix;
+    out["included_overlays"].push_back(std::move(one));
   }
   return out.dump(2) + "\n";
 }
@@ -137,11 +151,11 @@ int run_info(const RobotInfoOptions& options) {
   const Model model = compile_model(loaded.robot, BaseKind::fixed, diagnostics);
   print_diagnostics(diagnostics);
   const RobotSummary summary = summarise(loaded.robot, model);
-  const OverlayState overlay = overlay_state(target);
+  const std::vector<OverlayState> overlays = overlay_states(target);
   FoundControllers found = find_controllers(loaded.robot, target);
-  const Surroundings surroundings{shown_paths(loaded.files), overlay_line(overlay), shown_paths(found.files),
-                                  std::move(found.controllers)};
-  deliver(options.json ? info_as_json(loaded, summary, overlay, surroundings.controllers)
+  const Surroundings surroundings{shown_paths(loaded.files), overlay_lines(overlays),
+                                  shown_paths(found.files), std::move(found.controllers)};
+  deliver(options.json ? info_as_json(loaded, summary, overlays, surroundings.controllers)
                        : summary_text(loaded.robot, summary, surroundings));
   return 0;
 }

@@ -30,24 +30,23 @@ struct OverlayOptions {
   bool json = false, in_place = false, dry_run = false;
 };
 
-// A description without its corrections, the overlay beside it, and the result of applying it.
+// A description without its corrections, the overlays of included files and its own, and the result of applying
+// them.
 struct Corrected {
   explicit Corrected(const std::vector<std::string>& words) : target(open_target(words)) {
     plain = expand_description(target.target.description, target.arguments, target.resolver, diagnostics);
-    corrected = plain;
+    basis = plain;
+    included = apply_included_overlays(basis, target.resolver, diagnostics);
+    corrected = basis;
     const fs::path file = overlay_path(target.target.description);
     overlay.file = file;
     if (!fs::exists(file)) return;
     overlay = read_overlay(file);
     outcomes = apply_overlay(overlay, corrected, target.resolver, diagnostics);
   }
-  [[nodiscard]] std::size_t count(OperationState state) const {
-    return static_cast<std::size_t>(
-        std::ranges::count_if(outcomes, [&](const auto& outcome) { return outcome.state == state; }));
-  }
   // The description after the operations before the i-th.
   [[nodiscard]] ExpandedDescription before(std::size_t i) const {
-    ExpandedDescription out = plain;
+    ExpandedDescription out = basis;
     Overlay first = overlay;
     first.operations.resize(i);
     Diagnostics quiet;
@@ -57,22 +56,33 @@ struct Corrected {
 
   DescriptionTarget target;
   Diagnostics diagnostics;
-  ExpandedDescription plain, corrected;
+  ExpandedDescription plain, basis, corrected;  // basis: with the overlays of included files only
+  std::vector<AppliedOverlay> included;
   Overlay overlay;
   std::vector<OperationOutcome> outcomes;
 };
 
-constexpr std::array kStates{OperationState::applied, OperationState::already_there, OperationState::changed,
-                             OperationState::no_target, OperationState::no_fingerprint};
+constexpr std::array kStates{OperationState::applied,        OperationState::already_there,
+                             OperationState::changed,        OperationState::no_target,
+                             OperationState::no_fingerprint, OperationState::superseded};
 
 bool is_effective(OperationState state) {
-  return state == OperationState::applied || state == OperationState::already_there;
+  return state == OperationState::applied || state == OperationState::already_there ||
+         state == OperationState::superseded;
 }
 
-std::string counts(const Corrected& c) {
+bool all_effective(const std::vector<OperationOutcome>& outcomes) {
+  return std::ranges::all_of(outcomes, [](const auto& outcome) { return is_effective(outcome.state); });
+}
+
+std::size_t count_of(const std::vector<OperationOutcome>& outcomes, OperationState state) {
+  return static_cast<std::size_t>(std::ranges::count(outcomes, state, &OperationOutcome::state));
+}
+
+std::string counts(const std::vector<OperationOutcome>& outcomes) {
   std::string out;
   for (const OperationState state : kStates) {
-    if (const std::size_t n = c.count(state); n > 0)
+    if (const std::size_t n = count_of(outcomes, state); n > 0)
       out += fmt::format("{}{} {}", out.empty() ? "" : ", ", n, to_string(state));
   }
   return out;
@@ -85,16 +95,12 @@ std::string coloured(OperationState state, bool colour) {
   return fmt::format("\033[{}m{}\033[0m", code, text);
 }
 
-std::string show_text(const Corrected& c) {
-  if (c.overlay.operations.empty()) {
-    return fmt::format("{} has no corrections ({} {})\n", c.target.target.description.string(),
-                       c.overlay.file.string(), fs::exists(c.overlay.file) ? "is empty" : "does not exist");
-  }
+std::string operations_text(const Overlay& overlay, const std::vector<OperationOutcome>& outcomes) {
   const bool colour = isatty(STDOUT_FILENO) != 0 && std::getenv("NO_COLOR") == nullptr;
-  std::string out = fmt::format("{}: {}\n", c.overlay.file.string(), counts(c));
-  for (std::size_t i = 0; i < c.overlay.operations.size(); ++i) {
-    const Operation& operation = c.overlay.operations[i];
-    const OperationOutcome& outcome = c.outcomes[i];
+  std::string out;
+  for (std::size_t i = 0; i < overlay.operations.size(); ++i) {
+    const Operation& operation = overlay.operations[i];
+    const OperationOutcome& outcome = outcomes[i];
     out += fmt::format("{:>3}  {}{}\n", i + 1, coloured(outcome.state, colour), describe(operation.action));
     const auto line = [&](const char* name, const std::string& text) {
       if (!text.empty()) out += fmt::format("{:>21}{:<10}{}\n", "", name, text);
@@ -106,37 +112,71 @@ std::string show_text(const Corrected& c) {
   return out;
 }
 
-std::string show_json(const Corrected& c) {
-  nlohmann::ordered_json out;
-  out["version"] = 1;
-  out["description"] = c.target.target.description.string();
-  out["file"] = c.overlay.file.string();
-  out["operations"] = nlohmann::ordered_json::array();
-  for (std::size_t i = 0; i < c.overlay.operations.size(); ++i) {
-    const Operation& operation = c.overlay.operations[i];
+std::string show_text(const Corrected& c) {
+  std::string out;
+  for (const AppliedOverlay& one : c.included) {
+    out +=
+        fmt::format("{}, beside the included {}{}: {}\n", one.overlay.file.string(), one.description.string(),
+                    one.prefix.empty() ? "" : fmt::format(", for names that begin with '{}'", one.prefix),
+                    counts(one.outcomes));
+    out += operations_text(one.overlay, one.outcomes);
+  }
+  if (c.overlay.operations.empty()) {
+    return out + fmt::format("{} has no corrections{} ({} {})\n", c.target.target.description.string(),
+                             c.included.empty() ? "" : " of its own", c.overlay.file.string(),
+                             fs::exists(c.overlay.file) ? "is empty" : "does not exist");
+  }
+  out += fmt::format("{}: {}\n", c.overlay.file.string(), counts(c.outcomes));
+  return out + operations_text(c.overlay, c.outcomes);
+}
+
+nlohmann::ordered_json operations_json(const Overlay& overlay,
+                                       const std::vector<OperationOutcome>& outcomes) {
+  nlohmann::ordered_json out = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < overlay.operations.size(); ++i) {
+    const Operation& operation = overlay.operations[i];
     nlohmann::ordered_json one;
     one["number"] = i + 1;
     one["operation"] = operation_name(operation.action);
     one["target"] = target_name(operation.action);
     one["text"] = describe(operation.action);
-    one["state"] = to_string(c.outcomes[i].state);
-    one["message"] = c.outcomes[i].message;
+    one["state"] = to_string(outcomes[i].state);
+    one["message"] = outcomes[i].message;
     one["why"] = operation.why;
     one["evidence"] = operation.evidence;
     one["was"] = nlohmann::ordered_json::object();
     for (const auto& [key, value] : operation.was) one["was"][key] = value;
     one["line"] = operation.where.line;
-    out["operations"].push_back(std::move(one));
+    out.push_back(std::move(one));
   }
-  for (const OperationState state : kStates) out["counts"][std::string(to_string(state))] = c.count(state);
+  return out;
+}
+
+std::string show_json(const Corrected& c) {
+  nlohmann::ordered_json out;
+  out["version"] = 1;
+  out["description"] = c.target.target.description.string();
+  out["file"] = c.overlay.file.string();
+  out["operations"] = operations_json(c.overlay, c.outcomes);
+  for (const OperationState state : kStates)
+    out["counts"][std::string(to_string(state))] = count_of(c.outcomes, state);
+  out["included"] = nlohmann::ordered_json::array();
+  for (const AppliedOverlay& one : c.included) {
+    out["included"].push_back({{"description", one.description.string()},
+                               {"file", one.overlay.file.string()},
+                               {"prefix", one.prefix},
+                               {"operations", operations_json(one.overlay, one.outcomes)}});
+  }
   return out.dump(2) + "\n";
 }
 
 int show_overlay(const OverlayOptions& o) {
   const Corrected c(o.words);
   deliver(o.json ? show_json(c) : show_text(c));
-  return std::ranges::all_of(c.outcomes, [](const auto& outcome) { return is_effective(outcome.state); }) ? 0
-                                                                                                          : 1;
+  const bool good =
+      all_effective(c.outcomes) &&
+      std::ranges::all_of(c.included, [](const AppliedOverlay& one) { return all_effective(one.outcomes); });
+  return good ? 0 : 1;
 }
 
 // -- add, remove, stamp
@@ -342,9 +382,7 @@ void settle(Corrected& c, const fs::path& beside) {
 }
 
 void report_fully_baked(const Corrected& c) {
-  const bool all =
-      std::ranges::all_of(c.outcomes, [](const auto& outcome) { return is_effective(outcome.state); });
-  if (all && !c.outcomes.empty())
+  if (all_effective(c.outcomes) && !c.outcomes.empty())
     print_stderr("{}: every correction is now in the sources; this file can be deleted\n",
                  shown_path(c.overlay.file));
 }
@@ -352,7 +390,8 @@ void report_fully_baked(const Corrected& c) {
 int bake_sources(Corrected& c, const OverlayOptions& o) {
   std::vector<BakedFile> files = bake_in_place(c.plain, c.corrected);
   if (files.empty()) {
-    print_stderr("there is nothing to bake: {}\n", c.outcomes.empty() ? "no corrections" : counts(c));
+    print_stderr("there is nothing to bake: {}\n",
+                 c.outcomes.empty() ? "no corrections" : counts(c.outcomes));
     report_fully_baked(c);
     return 0;
   }
@@ -380,7 +419,7 @@ int bake(const OverlayOptions& o) {
   c.diagnostics.throw_if_errors();
   const fs::path file = o.in_place ? c.plain.file : fs::path(o.output);
   if (!o.in_place) {
-    std::vector<fs::path> sources = c.plain.files;
+    std::vector<fs::path> sources = c.basis.files;
     sources.push_back(c.overlay.file);
     refuse_own_source(o.output, sources, "write to another file, or patch the sources with --in-place");
   }

@@ -236,6 +236,7 @@ void report(const Operation& operation, const OperationOutcome& outcome, Diagnos
       fmt::format("'{}' is not applied: {}", describe(operation.action), outcome.message);
   switch (outcome.state) {
     case OperationState::applied:
+    case OperationState::superseded:
       return;
     case OperationState::already_there:
       diagnostics.note("overlay.already_there", operation.where, what,
@@ -271,6 +272,8 @@ std::string_view to_string(OperationState state) {
       return "no target";
     case OperationState::no_fingerprint:
       return "no fingerprint";
+    case OperationState::superseded:
+      return "superseded";
   }
   return "applied";
 }

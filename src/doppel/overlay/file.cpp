@@ -221,11 +221,7 @@ void stamp_overlay(const Overlay& overlay, std::size_t i, const Operation& stamp
 ExpandedDescription expand_corrected(const fs::path& file, const XacroArguments& arguments,
                                      PackageResolver& resolver, Diagnostics& diagnostics) {
   ExpandedDescription expanded = expand_description(file, arguments, resolver, diagnostics);
-  const fs::path beside = overlay_path(file);
-  std::error_code none;
-  if (!fs::exists(beside, none)) return expanded;
-  expanded.files.push_back(beside);
-  apply_overlay(read_overlay(beside), expanded, resolver, diagnostics);
+  apply_overlays(expanded, resolver, diagnostics);
   return expanded;
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 // The corrections of one description, in NAME.overlay.yaml next to it, applied on load by every command, so
-// that they remain effective after a new export. An operation whose target has changed since is reported and
+// that they remain effective after a new export, and also where another file includes the description. An operation whose target has changed since is reported and
 // not applied; one whose result is already in the description is not applied again.
 
 #include <filesystem>
@@ -37,6 +37,7 @@ enum class OperationState {
   changed,         // the target differs from the fingerprint: not applied
   no_target,       // the joint or link does not exist (any more)
   no_fingerprint,  // there is no fingerprint: not applied
+  superseded,  // of an included file: where the robot stands, or its name, which the including file decides
 };
 DOPPEL_API std::string_view to_string(OperationState state);  // "applied", "already there"...
 
@@ -54,6 +55,31 @@ DOPPEL_API std::vector<OperationOutcome> apply_overlay(const Overlay& overlay,
                                                        ExpandedDescription& description,
                                                        const PackageResolver& resolver,
                                                        Diagnostics& diagnostics);
+
+// An overlay as it was applied to a description.
+struct AppliedOverlay {
+  std::filesystem::path description;  // the file that it stands beside
+  std::string prefix;                 // of the names of an included file, from a macro's parameter: "left_"
+  bool included = false;
+  Overlay overlay;  // its operations with the names of this description
+  std::vector<OperationOutcome> outcomes;
+};
+
+// Applies the overlays beside the files that the description includes, so that an included file is the same as with
+// its corrections baked into it. An inner file precedes the file that includes it. Names are searched among the
+// elements that come from the file; if none has its plain name, under the prefixes that a macro's parameter, an
+// argument or a property gave them, once for each. What cannot be applied is one line ("overlay.no_target" or the
+// note "overlay.included"). The overlays are added to `files`. Throws InputError: an overlay cannot be read.
+DOPPEL_API std::vector<AppliedOverlay> apply_included_overlays(ExpandedDescription& description,
+                                                               const PackageResolver& resolver,
+                                                               Diagnostics& diagnostics);
+// These, then the description's own overlay, which is the last element if there is one.
+DOPPEL_API std::vector<AppliedOverlay> apply_overlays(ExpandedDescription& description,
+                                                      const PackageResolver& resolver,
+                                                      Diagnostics& diagnostics);
+
+// The places of the overlays of these sources; they may not exist.
+DOPPEL_API std::vector<std::filesystem::path> overlay_paths(const std::vector<std::filesystem::path>& files);
 
 // Sets the fingerprint (`was`) of a new operation from the present tree. Throws InputError with the nearest
 // name if the target does not exist.
@@ -73,8 +99,7 @@ DOPPEL_API void remove_from_overlay(const Overlay& overlay, std::size_t i);
 DOPPEL_API void stamp_overlay(const Overlay& overlay, std::size_t i, const Operation& stamped);
 
 // -- loading with the overlay, as in every command
-// expand_description and apply_overlay of the overlay next to the file, if there is one. The overlay's file
-// is among `files`. Throws InputError.
+// expand_description and apply_overlays. Throws InputError.
 DOPPEL_API ExpandedDescription expand_corrected(const std::filesystem::path& file,
                                                 const XacroArguments& arguments, PackageResolver& resolver,
                                                 Diagnostics& diagnostics);

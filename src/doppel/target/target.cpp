@@ -95,6 +95,7 @@ ExpandedDescription expand_for_simulation(const fs::path& description, const Xac
 std::vector<fs::path> files_of(const Target& target, const LoadedDescription& description) {
   std::vector<fs::path> out = description.files;
   out.push_back(overlay_path(target.description));
+  for (fs::path& beside : overlay_paths(description.files)) out.push_back(std::move(beside));
   const auto add = [&out](const Geometry& geometry) {
     const auto* mesh = std::get_if<MeshGeometry>(&geometry);
     if (mesh != nullptr && !mesh->path.empty()) out.emplace_back(mesh->path);

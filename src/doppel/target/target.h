@@ -41,7 +41,7 @@ DOPPEL_API ExpandedDescription expand_for_simulation(const std::filesystem::path
                                                      const XacroArguments& given, PackageResolver& resolver,
                                                      Diagnostics& diagnostics);
 
-// All files of a description: its sources, its overlay (which may not exist yet), its meshes.
+// All files of a description: its sources, their overlays (which may not exist yet), its meshes.
 DOPPEL_API std::vector<std::filesystem::path> files_of(const Target& target,
                                                        const LoadedDescription& description);
 
