@@ -5,13 +5,16 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
+#include <map>
 #include <memory>
 
 #include "app/command_tree.h"
 #include "app/verbs/output.h"
 #include "doppel/core/diagnostic.h"
+#include "doppel/core/installation.h"
 #include "doppel/core/names.h"
 #include "doppel/version.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel::app {
 namespace {
@@ -19,7 +22,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ManOptions {
-  std::string verb, folder;
+  std::string page, folder;
 };
 
 // Text for roff: no escapes, no requests at the start of a line, ASCII hyphens that can be copied.
@@ -143,34 +146,72 @@ int write_all(const CLI::App& app, const fs::path& folder) {
   return 0;
 }
 
+// The pages of the documentation, by their names: "worlds.md", "tutorials/kate.md".
+std::map<std::string, fs::path> documents() {
+  std::map<std::string, fs::path> out;
+  std::error_code none;
+  const fs::path root = data_folder() / "docs";
+  for (fs::recursive_directory_iterator it(root, none), end; !none && it != end; it.increment(none)) {
+    if (it->path().extension() == ".md")
+      out.emplace(it->path().lexically_relative(root).string(), it->path());
+  }
+  return out;
+}
+
+// "worlds", "worlds.md", "docs/worlds.md" and, of a tutorial, "kate" name a page. Empty: there is none.
+fs::path find_document(const std::map<std::string, fs::path>& pages, std::string name) {
+  if (name.starts_with("docs/")) name.erase(0, 5);
+  for (const std::string& candidate :
+       {name, name + ".md", "tutorials/" + name, "tutorials/" + name + ".md"}) {
+    if (const auto page = pages.find(candidate); page != pages.end()) return page->second;
+  }
+  return {};
+}
+
 int run_man(const CLI::App& app, const ManOptions& options) {
   if (!options.folder.empty()) return write_all(app, options.folder);
-  if (options.verb.empty()) {
+  if (options.page.empty()) {
     deliver(main_page(app));
     return 0;
   }
   std::vector<std::string> names;
   for (const CLI::App* verb : verbs_of(app)) {
     names.push_back(verb->get_name());
-    if (verb->get_name() != options.verb) continue;
+    if (verb->get_name() != options.page) continue;
     deliver(verb_page(*verb));
     return 0;
   }
-  throw InputError(
-      "cli.use", {},
-      fmt::format("'{}' is not a verb of doppel{}", options.verb, did_you_mean(options.verb, names)));
+  const std::map<std::string, fs::path> pages = documents();
+  if (const fs::path page = find_document(pages, options.page); !page.empty()) {
+    constexpr std::size_t kMaxPageBytes = 4 << 20;
+    deliver(read_file(page.string(), kMaxPageBytes));
+    return 0;
+  }
+  for (const auto& [name, file] : pages) {
+    names.push_back(name);
+    names.push_back(file.stem().string());
+  }
+  const auto near = nearest_name(options.page, names);
+  throw InputError("cli.use", {},
+                   fmt::format("'{}' is neither a verb of doppel nor a page of its documentation{}",
+                               options.page, near ? fmt::format("; did you mean '{}'?", *near) : ""),
+                   "'doppel man README.md' lists the pages");
 }
 
 }  // namespace
 
 void add_man(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<ManOptions>();
-  CLI::App* verb = app.add_subcommand("man", "The manual page of doppel, or of a verb");
-  CLI::Option* name = verb->add_option("VERB", options->verb, "Of this verb; default: of the program");
+  CLI::App* verb =
+      app.add_subcommand("man", "Print the manual page of a verb, or a page of the documentation");
+  CLI::Option* name = verb->add_option(
+      "PAGE", options->page,
+      "A verb, or a page of the documentation (worlds.md; README.md lists them); default: the program");
   verb->add_option("--into", options->folder, "Write all pages into this folder: doppel.1, doppel-up.1, ...")
       ->excludes(name);
   verb->footer(
-      "Examples:\n  doppel man | man -l -\n  doppel man up | man -l -\n  doppel man --into "
+      "Examples:\n  doppel man | man -l -\n  doppel man up | man -l -\n  doppel man worlds.md\n  doppel man "
+      "--into "
       "~/.local/share/man/man1");
   verb->callback([&app, options, &exit_code] { exit_code = run_man(app, *options); });
 }

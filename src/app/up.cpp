@@ -330,7 +330,8 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
       ->take_all();
   up->add_option(
       "--world", options->world,
-      "World: a YAML or SDF file (.sdf, .world), a model's folder, or a name on GZ_SIM_RESOURCE_PATH");
+      "World: a YAML or SDF file (.sdf, .world), a model's folder, a bundled world ('doppel worlds'), or a name on "
+      "GZ_SIM_RESOURCE_PATH");
   up->add_option("--engine", options->engine, "Physics engine; 'doppel engines' lists the available ones")
       ->capture_default_str();
   up->add_option("--base", options->base,

@@ -171,7 +171,7 @@ void add_check(CLI::App& app, int& exit_code) {
                    "Report only what concerns gazebo, moveit, mujoco or ros2_control; comma-separated")
       ->delimiter(',');
   verb->add_flag("--list-rules", o.list_rules, "List every rule with the failure it prevents");
-  verb->add_flag("--markdown", o.markdown, "With --list-rules: print Markdown, as in docs/rules.md");
+  verb->add_flag("--markdown", o.markdown, "With --list-rules: print Markdown, as in 'doppel man rules.md'");
   verb->add_option("--datasheet", o.datasheet,
                    "Compare limits with a datasheet: a YAML file or the name of a bundled one");
   verb->add_option("--controllers", o.controllers,

@@ -161,7 +161,7 @@ void add_convert(CLI::App& app, int& exit_code) {
       "Examples:\n  doppel convert my_arm.urdf.xacro use_sim:=true -o build/my_arm.urdf --copy-meshes\n  "
       "doppel convert omarm_one -o omarm.sdf\n  doppel convert omarm_one -o omarm.xml        # MJCF\n  "
       "doppel convert omarm_one --to srdf --samples 100000 -o omarm.srdf\nWhat is converted, and what is "
-      "not: docs/convert.md");
+      "not: doppel man convert.md");
   verb->callback([options, &exit_code] { exit_code = run_convert(*options); });
 }
 

@@ -27,7 +27,8 @@ void add_engines(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<EnginesVerb>();
   CLI::App* verb = app.add_subcommand("engines", "List physics engines and their capabilities");
   CLI::Option* json = verb->add_flag("--json", options->json, "Print a JSON object to stdout");
-  verb->add_flag("--markdown", options->markdown, "Print the tables of docs/engines.md")->excludes(json);
+  verb->add_flag("--markdown", options->markdown, "Print the tables of the page engines.md as Markdown")
+      ->excludes(json);
   verb->footer(
       "Examples:\n  doppel engines\n  doppel engines --json\n  doppel up omarm_one --engine bullet\n"
       "  doppel compare-engines omarm_one");

@@ -443,7 +443,7 @@ void add_overlay(CLI::App& app, int& exit_code) {
   OverlayOptions& o = *options;
   CLI::App* group = app.add_subcommand("overlay", "Manage corrections that survive the next export");
   group->require_subcommand(1);
-  group->footer("File format and all operations: docs/overlay.md");
+  group->footer("File format and all operations: doppel man overlay.md");
 
   CLI::App* verb =
       add_part(*group, "show", "List the corrections with their state; exit code 1 if one is not applied",

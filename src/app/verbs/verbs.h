@@ -48,6 +48,7 @@ void add_new(CLI::App& app, int& exit_code);
 void add_robots(CLI::App& app, int& exit_code);
 void add_doctor(CLI::App& app, int& exit_code);
 void add_world(CLI::App& app, int& exit_code);
+void add_worlds(CLI::App& app, int& exit_code);
 void add_base(CLI::App& app, int& exit_code);      // drives a twin of its own
 void add_snapshot(CLI::App& app, int& exit_code);  // of a twin of its own
 void add_sensor(CLI::App& app, int& exit_code);

@@ -247,7 +247,7 @@ using Run = int (*)(const WorldOptions&);
 CLI::App* add_one(CLI::App& world, const char* name, const char* about, Run run, int& exit_code,
                   const std::shared_ptr<WorldOptions>& options) {
   CLI::App* const verb = world.add_subcommand(name, about);
-  verb->add_option("FILE", options->file, "An SDF file, a model's folder, or a name on GZ_SIM_RESOURCE_PATH")
+  verb->add_option("FILE", options->file, "An SDF file, a model's folder, a bundled world, or a name on GZ_SIM_RESOURCE_PATH")
       ->required();
   verb->footer(fmt::format("Example:\n  doppel world {} my_world.sdf", name));
   verb->callback([options, run, &exit_code] { exit_code = run(*options); });
@@ -267,7 +267,7 @@ void add_world(CLI::App& app, int& exit_code) {
       *world, "check", "Read and compile a world as 'up' does, and print what is wrong or without effect",
       run_world_check, exit_code, options);
   check->add_flag("--json", options->json, "Print a JSON object to stdout");
-  check->add_flag("--quiet", options->quiet, "Leave out notes");
+  check->add_flag("--quiet", options->quiet, "Omit notes");
   add_one(*world, "tree", "Print the links and joints of every model", run_world_tree, exit_code, options);
   CLI::App* const convert = add_one(
       *world, "convert", "Write a world as one file without includes, with resolved poses: SDF, YAML or MJCF",

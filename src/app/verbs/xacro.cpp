@@ -110,7 +110,7 @@ void add_xacro(CLI::App& app, int& exit_code) {
   verb->footer(
       "Examples:\n  doppel xacro arm.urdf.xacro > arm.urdf\n  doppel xacro arm.urdf.xacro use_sim:=true "
       "prefix:=left_ -o build/left.urdf\n  doppel xacro arm.urdf.xacro --deps       # the files it includes "
-      "and loads, for make and CMake\nSupported language and differences from xacro: docs/xacro.md");
+      "and loads, for make and CMake\nSupported language and differences from xacro: doppel man xacro.md");
   const auto options = std::make_shared<XacroOptions>();
   verb->add_option("FILE", options->words, "File to expand, and name:=value for its <xacro:arg>s")
       ->required();

@@ -45,7 +45,7 @@ constexpr std::array kParserRules{
              "the sensor's topics, frame or values are not those that the plugin names",
              "correct the name, or remove what is not used"},
     RuleInfo{"sensor.preset", kWarning, "an unknown preset of a sensor, or one for another kind",
-             "the sensor has the defaults of SDF", "name a preset of docs/sensors.md"},
+             "the sensor has the defaults of SDF", "name a preset of 'doppel man sensors.md'"},
     RuleInfo{"sensor.reference", kWarning, "a sensor on a link or joint that does not exist",
              "the sensor publishes nothing, or is on the root link", "correct the reference"},
     RuleInfo{"sensor.type", kWarning, "a sensor of a type that is not simulated",

@@ -213,7 +213,8 @@ class Compiler {
       }
     }
     if (!problem.empty())
-      diagnostics_.warning("model.limit_stop", where, problem, "see docs/physics.md about limit stops");
+      diagnostics_.warning("model.limit_stop", where, problem,
+                           "'doppel man physics.md' describes limit stops");
   }
 
   void resolve_mimics() {

@@ -70,7 +70,7 @@ void BaseDrive::find_topics(const std::string& controller) {
         fmt::format("{} has no controller of a base: none reads a Twist and publishes odometry",
                     robot.name()),
         "name its controllers' file with --controllers FILE, or add a diff_drive_controller to it "
-        "(docs/bases.md)");
+        "(doppel man bases.md)");
   }
   const auto chosen = controller.empty()
                           ? found.begin()

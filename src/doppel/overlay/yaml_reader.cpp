@@ -220,7 +220,7 @@ void OperationReader::find_operation() {
   const YAML::Node first = node_.begin()->first;
   fail(first, "overlay.operation",
        fmt::format("'{}' is not an operation{}", first.Scalar(), did_you_mean(first.Scalar(), all)),
-       "docs/overlay.md lists them all");
+       "'doppel man overlay.md' lists them all");
 }
 
 void OperationReader::check_keys() const {

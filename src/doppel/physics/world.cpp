@@ -345,7 +345,7 @@ Integrator integrator_named(const std::string& name, const std::string& rule, co
   const auto found = std::find(known.begin(), known.end(), name);
   if (found != known.end()) return static_cast<Integrator>(found - known.begin());
   throw InputError(rule, where, fmt::format("unknown integrator '{}'{}", name, did_you_mean(name, known)),
-                   "choose one of euler, midpoint, rk4 and implicit (docs/physics.md)");
+                   "choose one of euler, midpoint, rk4 and implicit (doppel man physics.md)");
 }
 
 World load_world(const std::filesystem::path& file, PackageResolver& resolver) {

@@ -120,7 +120,7 @@ std::string to_string(const Oscillation& oscillation, const Instance& robot) {
   if (oscillation.frequency * to_seconds(step) > kNearStep) {
     cause = fmt::format(
         "this is the frequency of the {:g} ms step; check with a shorter step or another integrator in a "
-        "world file (docs/worlds.md)",
+        "world file (doppel man worlds.md)",
         to_seconds(step) * 1e3);
   } else if (touches) {
     cause = "its link, or one that it carries, is in contact";

@@ -8,7 +8,6 @@
 #include <set>
 #include <string_view>
 
-#include "doppel/core/names.h"
 #include "doppel/core/text.h"
 #include "doppel/description/load.h"
 #include "doppel/worlds/detail/model_search.h"
@@ -171,53 +170,6 @@ bool is_sdf(const fs::path& file) {
   if (fs::is_directory(file, none)) return !model_file(file).empty();
   if (extension == ".xacro") extension = lowered(file.stem().extension().string());
   return extension == ".sdf" || extension == ".world" || extension == ".model";
-}
-
-namespace {
-
-// The names of worlds and models in a folder; without their extension if `stems`.
-void add_world_names(const fs::path& folder, bool stems, std::vector<std::string>& out) {
-  std::error_code none;
-  for (fs::directory_iterator it(folder, none), end; !none && it != end; it.increment(none)) {
-    const fs::path& path = it->path();
-    const std::string extension = lowered(path.extension().string());
-    const bool yaml = extension == ".yaml" || extension == ".yml";
-    if (fs::exists(path / "model.config", none) || fs::exists(path / "model.sdf", none))
-      out.push_back(path.filename().string());
-    else if (yaml || extension == ".sdf" || extension == ".world")
-      out.push_back((stems ? path.stem() : path.filename()).string());
-  }
-}
-
-}  // namespace
-
-fs::path find_world(const std::string& name, PackageResolver& resolver) {
-  std::error_code none;
-  if (fs::exists(name, none)) return name;
-  const ModelSearch search(fs::current_path(none) / "none.sdf", resolver);
-  std::vector<std::string> tried{name};
-  for (const std::string& as : {name, name + ".sdf", name + ".world", "worlds/" + name,
-                                "worlds/" + name + ".sdf", "worlds/" + name + ".world"}) {
-    const FoundFile& found = search.find(as, fs::current_path(none));
-    if (!found.path.empty()) return found.path;
-    for (const std::string& place : found.tried) {
-      if (std::find(tried.begin(), tried.end(), place) == tried.end()) tried.push_back(place);
-    }
-  }
-  const fs::path given(name);
-  const fs::path beside = given.has_parent_path() ? given.parent_path() : fs::current_path(none);
-  std::vector<std::string> known;
-  add_world_names(beside, !given.has_extension(), known);
-  for (const fs::path& root : search.roots()) {
-    for (const fs::path& folder : {root, root / "worlds"})
-      add_world_names(folder, !given.has_extension(), known);
-  }
-  std::sort(known.begin(), known.end());
-  known.erase(std::unique(known.begin(), known.end()), known.end());
-  throw InputError("world.not_found", {},
-                   fmt::format("there is no world '{}'{}; searched: {}", name,
-                               did_you_mean(given.filename().string(), known), fmt::join(tried, ", ")),
-                   "give a YAML or SDF file, a model's folder, or a name on GZ_SIM_RESOURCE_PATH");
 }
 
 ModelInstance make_instance(const SdfModel& model, const std::string& name, CollisionMeshes& meshes,

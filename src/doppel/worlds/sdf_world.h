@@ -93,9 +93,18 @@ DOPPEL_API SdfWorld parse_sdf(const std::string& text, const std::string& name,
 // defaults of its arguments), or a folder with a model.config.
 DOPPEL_API bool is_sdf(const std::filesystem::path& file);
 
-// The file of a world's or model's name as the command line gives it: a file, a folder, or a name on the search path.
-// Throws InputError "world.not_found" with the places searched.
+// The file of a world's or model's name as the command line gives it: a file, a folder, a name on the search path, or
+// that of a bundled world, with or without "worlds/" and extension. Throws InputError "world.not_found" with the
+// nearest names.
 DOPPEL_API std::filesystem::path find_world(const std::string& name, PackageResolver& resolver);
+
+// A world that comes with doppel.
+struct BundledWorld {
+  std::filesystem::path file;
+  std::string about;  // the first sentence of its first comment
+};
+// Sorted by file name; empty without an installation's or a checkout's data.
+DOPPEL_API std::vector<BundledWorld> bundled_worlds();
 
 // The instance of a model in an engine, without drives. `name`: another name; empty: the model's.
 DOPPEL_API ModelInstance make_instance(const SdfModel& model, const std::string& name,
