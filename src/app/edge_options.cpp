@@ -32,6 +32,7 @@ SessionOptions session_options(const EdgeOptions& options, const RosArguments& r
   SessionOptions out;
   out.server = options.server;
   out.server.page_folder = page_folder();
+  check_address(out.server);
   out.network = ros_network(options.ros, ros, diagnostics);
   out.bundled = bundled_folders();
   print_diagnostics(diagnostics, true);

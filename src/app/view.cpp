@@ -36,6 +36,7 @@ void print_viewer_banner(const Viewer& viewer, const Session& session) {
   print_stderr("  joints       /joint_command (sensor_msgs/msg/JointState) sets them\n");
   print_stderr("{}", session.banner());
   print_stderr("  ready        {:.0f} ms after the start\n", milliseconds_since_process_start());
+  print_stderr("{}", session.page_line());
 }
 
 // Until `stop`; late frames are skipped.

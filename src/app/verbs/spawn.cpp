@@ -30,6 +30,7 @@ int call_and_print(Client& twin, const std::string& service, const typename S::R
 }
 
 int spawn(Shell& shell, const SpawnOptions& options) {
+  const geometry_msgs::msg::Pose place = to_pose_msg(parse_place(options.place, "--at"));
   DescriptionTarget target = open_target(options.words);
   Diagnostics chosen;
   target.arguments =
@@ -41,7 +42,7 @@ int spawn(Shell& shell, const SpawnOptions& options) {
   request.name = options.name_space.empty() ? loaded.robot.name : options.name_space;
   request.robot_namespace = request.name;
   request.xml = loaded.robot.xml;
-  request.initial_pose = to_pose_msg(parse_place(options.place, "--at"));
+  request.initial_pose = place;
   return call_and_print<SpawnEntity>(shell.twin(), "/spawn_entity", request);
 }
 

@@ -120,9 +120,10 @@ void check_sensors(const RobotDescription& robot, const Model& model, Diagnostic
 void apply_rules(const AuditInput& in, Findings& out) {
   using namespace audit_rules;
   // Meshes and shapes come before the inertias that are compared with them, so that a fault is reported once.
-  for (const auto check : {check_schema, check_joints, check_origins, check_mimics, check_meshes,
-                           check_shapes, check_inertia, check_names, check_collisions, check_ros2_control,
-                           check_controllers, check_package, check_world, check_datasheet}) {
+  for (const auto check :
+       {check_schema, check_joints, check_origins, check_mimics, check_meshes, check_shapes, check_inertia,
+        check_names, check_collisions, check_ros2_control, check_calibration, check_controllers,
+        check_package, check_world, check_datasheet}) {
     try {
       check(in, out);
     } catch (const InputError&) {
@@ -165,7 +166,7 @@ std::vector<Finding> misspellings(const ExpandedDescription& expanded) {
   const PackageResolver resolver{};
   const AuditOptions options{};
   Findings found;
-  audit_rules::check_schema({expanded, unread, nullptr, resolver, options}, found);
+  audit_rules::check_schema({expanded, unread, nullptr, resolver, options, nullptr}, found);
   std::vector<Finding> out = std::move(found.all());
   std::erase_if(out, [](const Finding& finding) {
     const bool name = finding.rule == "schema.attribute" || finding.rule == "schema.element";
@@ -177,7 +178,8 @@ std::vector<Finding> misspellings(const ExpandedDescription& expanded) {
 AuditReport audit(const std::filesystem::path& file, const XacroArguments& arguments,
                   PackageResolver& resolver, const AuditOptions& options) {
   Diagnostics diagnostics;
-  const ExpandedDescription expanded = expand_corrected(file, arguments, resolver, diagnostics);
+  ExpandedDescription expanded = expand_description(file, arguments, resolver, diagnostics);
+  const std::vector<AppliedOverlay> overlays = apply_overlays(expanded, resolver, diagnostics);
   if (expanded.root.name != "robot") {
     throw InputError("urdf.no_robot", expanded.root.where,
                      fmt::format("the root element is <{}>, not <robot>", expanded.root.name),
@@ -194,7 +196,7 @@ AuditReport audit(const std::filesystem::path& file, const XacroArguments& argum
   else if (!diagnostics.has_errors())
     read_sensors(robot, of_sensors);
   take_over(of_sensors, expanded.root, found);
-  apply_rules({expanded, robot, model ? &*model : nullptr, resolver, options}, found);
+  apply_rules({expanded, robot, model ? &*model : nullptr, resolver, options, &overlays}, found);
 
   AuditReport report;
   report.robot = robot.name;

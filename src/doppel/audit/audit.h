@@ -61,6 +61,8 @@ struct DOPPEL_API AuditReport {
   [[nodiscard]] std::size_t count(Severity severity) const;
 };
 
+struct AppliedOverlay;  // overlay/overlay.h
+
 // The input of the rules. `robot` contains what could be read of a faulty file; `model` is nullptr unless the
 // tree is valid.
 struct AuditInput {
@@ -69,6 +71,7 @@ struct AuditInput {
   const Model* model = nullptr;
   const PackageResolver& resolver;
   const AuditOptions& options;
+  const std::vector<AppliedOverlay>* overlays = nullptr;  // nullptr: unknown
 };
 
 // Reads the file (with its overlay) and applies every rule. Throws InputError if there is nothing to audit:

@@ -23,6 +23,10 @@ constexpr std::array kDescriptionRules{
              "loads, sag and motor torques come out wrong",
              "weigh the part, or set the material in CAD and export again", kPhysics},
     RuleInfo{
+        "inertia.estimated_tons", kError, "an estimated mass of more than a ton",
+        "the size of a shape is wrong, most likely in millimetres: every torque and load comes out wrong",
+        "correct the scale or the size of the shape, or write the link's <inertial>", kPhysics},
+    RuleInfo{
         "inertia.gyration", kWarning, "an inertia tensor that does not match the shape",
         "the link rotates like a far larger or smaller body: motors seem too weak, or the simulation jitters",
         "compute the tensor from the link's shape and mass", kPhysics},
@@ -63,6 +67,9 @@ constexpr std::array kDescriptionRules{
     // -- joints
     RuleInfo{"joint.axis_default", kNote, "a movable joint without <axis>",
              "it rotates about x, which is seldom intended", "write the axis"},
+    RuleInfo{"joint.continuous_limits", kWarning, "a continuous joint with position limits",
+             "every tool ignores lower and upper: the joint turns past them, and cables tear",
+             "make it revolute, or remove lower and upper"},
     RuleInfo{"joint.dynamics_negative", kError, "negative damping or friction",
              "the joint drives itself: the simulation gains energy and diverges", "write a positive value",
              kPhysics},
@@ -158,6 +165,9 @@ constexpr std::array kDescriptionRules{
         "mimic.limits", kWarning, "a mimicked joint that moves its follower beyond its limits",
         "planners reject states that the mechanism reaches; the follower stops first and blocks the leader",
         "make both ranges match through multiplier and offset"},
+    RuleInfo{"mimic.missing", kNote, "a mirrored pair of fingers or gears that move independently",
+             "one side of the gripper stays behind: objects slip, and the other half hangs under gravity",
+             "add a <mimic>, if one drive moves both"},
     RuleInfo{"mimic.multiplier_zero", kWarning, "a mimic with multiplier 0", "the follower does not move",
              "write the ratio of the two joints"},
     // -- names

@@ -237,6 +237,21 @@ void check_unweighed(const AuditInput& in, const std::vector<Body>& all, Finding
   }
 }
 
+// A link of a ton, by the shapes that its mass is estimated from: their unit is wrong. A mesh with a finding about
+// its unit is not reported a second time.
+void check_estimates(const AuditInput& in, Findings& out) {
+  constexpr double kTon = 1000;
+  if (in.model == nullptr) return;
+  for (const ModelLink& estimated : in.model->links) {
+    const Link* link = in.robot.find_link(estimated.name);
+    if (link == nullptr || !estimated.inertia || estimated.inertia->mass < kTon) continue;
+    if (link->inertial && link->inertial->mass > 0) continue;
+    if (out.has("mesh.unit", subject(*link))) continue;
+    out.add("inertia.estimated_tons", subject(*link), link->source,
+            fmt::format("its mass is estimated from its shapes as {:.3g} kg", estimated.inertia->mass));
+  }
+}
+
 }  // namespace
 
 bool readable(const AuditInput& in, const Link& link, const Findings& out) {
@@ -256,6 +271,7 @@ bool readable(const AuditInput& in, const Link& link, const Findings& out) {
 void check_inertia(const AuditInput& in, Findings& out) {
   const std::vector<Body> all = bodies(in.robot);
   check_unweighed(in, all, out);
+  check_estimates(in, out);
   RoundedLinks rounded_links;
   SuspectUnits suspects;
   for (const Body& body : all) {

@@ -232,6 +232,15 @@ void check_precision(const Joint& joint, const char* name, double value, Finding
           fmt::format("write {:.6f}, or leave a margin on purpose", outward));
 }
 
+// Limits of a full turn and more restrict nothing, and 0 .. 0 is what exporters write for none.
+void check_continuous(const Joint& joint, Findings& out) {
+  const JointLimits& l = *joint.limits;
+  if (joint.type != JointType::continuous || !l.has_position || l.upper - l.lower <= 0) return;
+  if (l.upper - l.lower > 2 * kPi - 0.01) return;
+  out.add("joint.continuous_limits", subject(joint), l.source,
+          fmt::format("it is continuous, so its limits {:g} .. {:g} rad have no effect", l.lower, l.upper));
+}
+
 void check_range(const Joint& joint, bool degrees, Findings& out) {
   const JointLimits& l = *joint.limits;
   if (!limited(joint) || l.lower > l.upper || check_degrees(joint, degrees, out)) return;
@@ -341,7 +350,10 @@ void check_joints(const AuditInput& in, Findings& out) {
     check_dynamics(joint, out);
     if (!joint.limits || joint.type == JointType::fixed) continue;
     check_rates(joint, out);
-    if (bounds_readable(in, joint)) check_range(joint, degrees, out);
+    if (bounds_readable(in, joint)) {
+      check_continuous(joint, out);
+      check_range(joint, degrees, out);
+    }
     check_safety(joint, out);
   }
 }

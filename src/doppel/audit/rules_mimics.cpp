@@ -1,9 +1,12 @@
 // Joints that follow others.
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "doppel/audit/detail/description_facts.h"
 #include "doppel/audit/detail/rules.h"
+#include "doppel/core/text.h"
+#include "doppel/math/pose.h"
 
 namespace doppel::audit_rules {
 namespace {
@@ -30,9 +33,64 @@ void check_follower_range(const Joint& joint, const Joint& leader, Findings& out
                   std::min(lower, joint.limits->lower), std::max(upper, joint.limits->upper), leader.name));
 }
 
+bool is_gripper_part(const std::string& name) {
+  static constexpr std::array<std::string_view, 6> kParts{"finger", "gear",    "jaw",
+                                                          "claw",   "knuckle", "gripper"};
+  const std::string low = lowered(name);
+  return std::ranges::any_of(kParts,
+                             [&](std::string_view part) { return low.find(part) != std::string::npos; });
+}
+
+// A joint with a command interface has a drive of its own.
+bool is_driven(const RobotDescription& robot, const std::string& name) {
+  return std::ranges::any_of(robot.hardware, [&](const HardwareDescription& hardware) {
+    return std::ranges::any_of(hardware.joints, [&](const HardwareJointDescription& joint) {
+      return joint.name == name && !joint.command_interfaces.empty();
+    });
+  });
+}
+
+bool same_ranges(const Joint& a, const Joint& b) {
+  if (!has_range(a) || !has_range(b)) return false;
+  const double range = a.limits->upper - a.limits->lower;
+  return std::abs(range - (b.limits->upper - b.limits->lower)) <= 1e-3 * range;
+}
+
+// Both joints are on one link, their links are called left and right, and their axes are parallel: the sign by
+// which one follows the other. 0: they are no such pair.
+double mirrored_sign(const Joint& a, const Joint& b) {
+  if (a.parent != b.parent || a.type != b.type || a.mimic || b.mimic || !same_ranges(a, b)) return 0;
+  if (!is_gripper_part(a.child) || mirrored_name(a.child) != lowered(b.child)) return 0;
+  const double parallel = (rotation_from_rpy(a.origin.rpy) * a.axis.normalized())
+                              .dot(rotation_from_rpy(b.origin.rpy) * b.axis.normalized());
+  if (std::abs(parallel) < 0.99) return 0;
+  return parallel < 0 ? 1 : -1;
+}
+
+void suggest_mimics(const AuditInput& in, Findings& out) {
+  for (const Joint& a : in.robot.joints) {
+    for (const Joint& b : in.robot.joints) {
+      const double sign = mirrored_sign(a, b);
+      if (sign == 0 || (is_driven(in.robot, a.name) && is_driven(in.robot, b.name))) continue;
+      const auto follows = [&](const Joint& other) {
+        return other.mimic && (other.mimic->joint == a.name || other.mimic->joint == b.name);
+      };
+      if (std::ranges::any_of(in.robot.joints, follows)) continue;
+      const auto& [leader, follower] = is_driven(in.robot, b.name) ? std::pair(&b, &a) : std::pair(&a, &b);
+      out.add("mimic.missing", subject(*follower), follower->source,
+              fmt::format("it and '{}' move mirrored parts of a gripper, and neither mimics the other",
+                          leader->name),
+              fmt::format("if one drive moves both: doppel overlay add TARGET add_mimic \"{}\" leader=\"{}\" "
+                          "multiplier={:g}",
+                          follower->name, leader->name, sign));
+    }
+  }
+}
+
 }  // namespace
 
 void check_mimics(const AuditInput& in, Findings& out) {
+  suggest_mimics(in, out);
   for (const Joint& joint : in.robot.joints) {
     if (!joint.mimic) continue;
     const SourceLocation& where = joint.mimic->source;

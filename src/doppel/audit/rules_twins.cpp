@@ -16,23 +16,6 @@ bool same(double a, double b, double slack) {
   return std::abs(a - b) <= slack * std::max(std::abs(a), std::abs(b));
 }
 
-// "gripper_left_1" -> "gripper_right_1"; "l_finger" -> "r_finger". Empty: neither left nor right.
-std::string mirrored_name(const std::string& name) {
-  std::string low = lowered(name);
-  if (const std::size_t at = low.find("left"); at != std::string::npos) return low.replace(at, 4, "right");
-  const auto boundary = [&](std::size_t i) {
-    return i >= low.size() || std::isalpha(static_cast<unsigned char>(low[i])) == 0;
-  };
-  for (std::size_t i = 0; i < low.size(); ++i) {
-    if (low[i] == 'l' && boundary(i + 1) && (i == 0 || boundary(i - 1))) {
-      std::string out = low;
-      out[i] = 'r';
-      return out;
-    }
-  }
-  return "";
-}
-
 const MeshGeometry* only_mesh(const Link& link) {
   if (link.visuals.size() != 1) return nullptr;
   const auto* mesh = std::get_if<MeshGeometry>(&link.visuals.front().geometry);
@@ -59,6 +42,22 @@ void compare(const Link& a, const Link& b, const char* why, Findings& out) {
 }
 
 }  // namespace
+
+std::string mirrored_name(const std::string& name) {
+  std::string low = lowered(name);
+  if (const std::size_t at = low.find("left"); at != std::string::npos) return low.replace(at, 4, "right");
+  const auto boundary = [&](std::size_t i) {
+    return i >= low.size() || std::isalpha(static_cast<unsigned char>(low[i])) == 0;
+  };
+  for (std::size_t i = 0; i < low.size(); ++i) {
+    if (low[i] == 'l' && boundary(i + 1) && (i == 0 || boundary(i - 1))) {
+      std::string out = low;
+      out[i] = 'r';
+      return out;
+    }
+  }
+  return "";
+}
 
 void check_twins(const AuditInput& in, Findings& out) {
   std::map<std::string, const Link*> by_name;

@@ -184,6 +184,11 @@ struct Server::Impl {
   std::thread thread;
 };
 
+void check_address(const ServerOptions& options) {
+  asio::io_context io;
+  net::listen(io, options);
+}
+
 Server::Server(Bus& bus, ServerOptions options, const Log& log) {
   const std::uint16_t wanted = options.port;
   impl_ = std::make_unique<Impl>(bus, std::move(options), log);

@@ -37,6 +37,9 @@ struct ServerOptions {
   std::chrono::milliseconds http_timeout{10'000};  // for a whole request, and between two requests
 };
 
+// Throws InputError, as the server's constructor does, if there is no such host or no such port is available.
+DOPPEL_API void check_address(const ServerOptions& options);
+
 class DOPPEL_API Server {
  public:
   // Listens when it returns. Throws InputError if no port is available. `bus` and `log` outlive the server.

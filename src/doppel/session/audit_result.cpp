@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 
@@ -43,9 +44,9 @@ void find_weak(const Instance& robot,
 
 std::vector<Finding> audit_run(const Scenario& scenario) {
   constexpr Duration kRun{1'000'000'000};
-  const Log unheard;
-  Diagnostics said_by_the_audit;
-  Twin twin(scenario, unheard, said_by_the_audit);
+  const Log null_log;
+  Diagnostics ignored;
+  Twin twin(scenario, null_log, ignored);
   while (!twin.diverged() && twin.now() < Time(kRun)) {
     twin.between_steps();
     twin.step();
@@ -93,19 +94,43 @@ AuditResult audit_result(const std::string& target, const std::function<AuditRep
   }
 }
 
-std::string health_json(const WorldRobot& robot, const BundledFolders& bundled) {
+void ErrorSummary::set(std::string line) {
+  const std::lock_guard lock(mutex_);
+  line_ = std::move(line);
+}
+
+std::optional<std::string> ErrorSummary::take() {
+  const std::lock_guard lock(mutex_);
+  if (line_ == taken_) return std::nullopt;
+  taken_ = line_;
+  return line_;
+}
+
+std::string error_summary(const AuditReport& report, const std::string& target) {
+  const std::size_t errors = report.count(Severity::error);
+  if (errors == 0) return "";
+  const auto first = std::ranges::find(report.findings, Severity::error, &Finding::severity);
+  return fmt::format("{}{}{}: {} [{}]; 'doppel check {}' {}",
+                     errors == 1 ? "1 error: " : fmt::format("{} errors, for example ", errors),
+                     first->subject, first->subject.empty() ? "the description" : "", first->message,
+                     first->rule, target, errors == 1 ? "prints its consequence and fix" : "lists all");
+}
+
+std::string health_json(const WorldRobot& robot, const BundledFolders& bundled, ErrorSummary* errors) {
   const auto look = [&] {
     OpenedTarget target = open_target(robot.target, robot.arguments, bundled.robots);
-    Diagnostics told_before;
+    Diagnostics reported_at_start;
     target.arguments = simulation_arguments(target.target.description, std::move(target.arguments),
-                                            target.resolver, told_before);
+                                            target.resolver, reported_at_start);
     AuditOptions options;
     options.controllers = robot.controllers;
     options.datasheet_folder = bundled.datasheets;
     return audit_target(target, options);
   };
   try {
-    return to_json(audit_result(robot.target, look).report);
+    const AuditReport report = audit_result(robot.target, look).report;
+    if (errors != nullptr) errors->set(error_summary(report, robot.target));
+    return to_json(report);
   } catch (const std::exception& error) {
     return to_json(refusal_report(
         InputError("health.failed", {}, std::string("the description could not be checked: ") + error.what()),

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <mutex>
 #include <optional>
 #include <string>
 
@@ -33,8 +34,23 @@ struct AuditResult {
 // `target`: as the user named it.
 DOPPEL_API AuditResult audit_result(const std::string& target, const std::function<AuditReport()>& look);
 
+// The errors of an audit in one line, from the audit's thread to the terminal's. Any thread.
+class DOPPEL_API ErrorSummary {
+ public:
+  void set(std::string line);
+  // The line, if it differs from the last one that was taken; "": the errors are gone.
+  std::optional<std::string> take();
+
+ private:
+  std::mutex mutex_;
+  std::string line_, taken_;
+};
+// "2 errors, for example link 'b': its mesh is ... [mesh.unit]; 'doppel check b.urdf' lists all"; "": none.
+DOPPEL_API std::string error_summary(const AuditReport& report, const std::string& target);
+
 // The output of `doppel check TARGET --json` for a robot's description with its arguments, including those
-// that select simulation. Does not throw: an error is a finding.
-DOPPEL_API std::string health_json(const WorldRobot& robot, const BundledFolders& bundled);
+// that select simulation; `errors` receives their summary. Does not throw: an error is a finding.
+DOPPEL_API std::string health_json(const WorldRobot& robot, const BundledFolders& bundled,
+                                   ErrorSummary* errors = nullptr);
 
 }  // namespace doppel

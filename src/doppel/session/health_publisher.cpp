@@ -71,12 +71,14 @@ std::string to_json(const SourcePlaces& places) {
 
 // The publishers of the loop's thread; tasks after the end find them destroyed.
 struct HealthPublisher::Publishers {
-  Publishers(Bus& bus, const std::string& name_space) : node(bus, in_namespace(name_space, "doppel")) {
+  Publishers(Bus& bus, const std::string& name_space, std::function<void()> published)
+      : node(bus, in_namespace(name_space, "doppel")), on_published(std::move(published)) {
     health = node.advertise<std_msgs::msg::String>("~/health", {.depth = 1, .latched = true});
     sources = node.advertise<std_msgs::msg::String>("~/sources", {.depth = 1, .latched = true});
   }
   Node node;
   Publisher<std_msgs::msg::String> health, sources;
+  std::function<void()> on_published;
 };
 
 // The state shared by the publisher and its thread.
@@ -112,7 +114,9 @@ struct HealthPublisher::SharedState {
     message.data = std::move(text);
     bus.post([weak = publishers, topic, message = std::move(message)] {
       const auto open = weak.lock();
-      if (open) ((*open).*topic).publish(message, open->node.bus().now());
+      if (!open) return;
+      ((*open).*topic).publish(message, open->node.bus().now());
+      if (topic == &Publishers::health && open->on_published) open->on_published();
     });
   }
 
@@ -131,8 +135,8 @@ struct HealthPublisher::SharedState {
 };
 
 HealthPublisher::HealthPublisher(Bus& bus, const std::string& name_space,
-                                 std::function<std::string()> make_report)
-    : publishers_(std::make_shared<Publishers>(bus, name_space)),
+                                 std::function<std::string()> make_report, std::function<void()> on_published)
+    : publishers_(std::make_shared<Publishers>(bus, name_space, std::move(on_published))),
       shared_(std::make_shared<SharedState>(bus, publishers_)) {
   // Without memory for a text there is none for a report about it: the topics keep their last messages.
   thread_ =

@@ -33,10 +33,17 @@ ServerEdge::ServerEdge(Bus& bus, const std::string& robot, const ServerEdgeOptio
 }
 
 std::string ServerEdge::banner() const {
-  return fmt::format(
-      "  page         {}{}\n  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n",
-      server_.page_url(), server_.token().empty() ? "" : "  (anyone with this URL can move the robot)",
-      server_.url());
+  return fmt::format("  server       {}  (Foxglove WebSocket; from another shell: doppel topic list)\n",
+                     server_.url());
+}
+
+std::string ServerEdge::page_line() const {
+  return fmt::format("\n  page         {}{}\n", server_.page_url(),
+                     server_.token().empty() ? "" : "  (anyone with this URL can move the robot)");
+}
+
+void check_address(const ServerEdgeOptions& options) {
+  check_address(server_options("", options, nullptr));
 }
 
 }  // namespace doppel

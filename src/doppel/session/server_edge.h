@@ -24,12 +24,17 @@ class DOPPEL_API ServerEdge {
              std::shared_ptr<AssetLibrary> assets, const Log& log);
 
   [[nodiscard]] const Server& server() const { return server_; }
-  // Lines with its addresses, for the terminal.
+  // A line with its address, for the terminal.
   [[nodiscard]] std::string banner() const;
+  // The page's address, set apart: the last line of a start.
+  [[nodiscard]] std::string page_line() const;
 
  private:
   Server server_;
   Announcement announcement_;
 };
+
+// Throws InputError if the server could not listen, before a robot is loaded.
+DOPPEL_API void check_address(const ServerEdgeOptions& options);
 
 }  // namespace doppel

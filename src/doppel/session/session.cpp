@@ -11,11 +11,11 @@ Session::Session(Bus& bus, const std::string& name, const SessionOptions& option
       bundled_(options.bundled) {}
 
 TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& log)
-    : Session(twin.bus(), twin.name(), options, log), twin_(twin) {
+    : Session(twin.bus(), twin.name(), options, log), twin_(twin), log_(log) {
   assets_->offer(files());
   twin.on_robots_changed([this] {
     assets_->offer(files());
-    let_go_of_gone();
+    remove_stale_publishers();
   });
   if (!options.reload) return;
   const auto before = [this](const Twin::Replacement& next) {
@@ -23,7 +23,7 @@ TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& l
   };
   const auto afterwards = [this] {
     assets_->offer(files());
-    look();
+    update_audits();
   };
   reloader_.emplace(reloadable(twin, before, afterwards), log);
 }
@@ -33,7 +33,7 @@ TwinSession::~TwinSession() {
 }
 
 void TwinSession::begin() {
-  look();
+  update_audits();
   ros_.open();
 }
 
@@ -42,21 +42,34 @@ RobotFiles TwinSession::files() const {
 }
 
 // A robot from text has no file to audit.
-void TwinSession::look() {
-  let_go_of_gone();
+void TwinSession::update_audits() {
+  remove_stale_publishers();
   for (const auto& robot : twin_.robots()) {
     const WorldRobot& asked = robot->machine().asked();
     if (asked.target.empty()) continue;
     auto& publisher = health_[asked.name_space];
-    if (publisher == nullptr) {
-      publisher = std::make_unique<HealthPublisher>(
-          twin_.bus(), asked.name_space, [asked, bundled = bundled_] { return health_json(asked, bundled); });
-    }
+    if (publisher == nullptr) publisher = make_publisher(asked);
     publisher->look_at(robot->description());
   }
 }
 
-void TwinSession::let_go_of_gone() {
+// The start does not wait for the audit, so its errors are reported when it is complete.
+std::unique_ptr<HealthPublisher> TwinSession::make_publisher(const WorldRobot& robot) {
+  const auto errors = std::make_shared<ErrorSummary>();
+  return std::make_unique<HealthPublisher>(
+      twin_.bus(), robot.name_space,
+      [robot, errors, bundled = bundled_] { return health_json(robot, bundled, errors.get()); },
+      [errors, &log = log_] {
+        const std::optional<std::string> line = errors->take();
+        if (!line) return;
+        if (line->empty())
+          log.note("check", "the errors of the description are fixed");
+        else
+          log.warning("check", *line);
+      });
+}
+
+void TwinSession::remove_stale_publishers() {
   std::erase_if(health_, [this](const auto& entry) { return twin_.find_robot(entry.first) == nullptr; });
 }
 
@@ -65,15 +78,15 @@ ViewSession::ViewSession(Viewer& viewer, const WorldRobot& robot, const SessionO
     : Session(viewer.bus(), viewer.model().name, options, log),
       viewer_(viewer),
       health_(viewer.bus(), "", [robot, bundled = bundled_] { return health_json(robot, bundled); }) {
-  look();
+  update_audit();
   if (!options.reload) return;
   const auto before = [this](const Viewer::Replacement& next) {
     assets_->offer(both(files_of(Viewer::description(next)), files_of(viewer_.description())));
   };
-  reloader_.emplace(reloadable(viewer, before, [this] { look(); }), log);
+  reloader_.emplace(reloadable(viewer, before, [this] { update_audit(); }), log);
 }
 
-void ViewSession::look() {
+void ViewSession::update_audit() {
   assets_->offer(files_of(viewer_.description()));
   health_.look_at(viewer_.description());
 }

@@ -36,8 +36,9 @@ class DOPPEL_API Session {
 
   [[nodiscard]] const ServerEdge& server() const { return server_; }
   [[nodiscard]] const RosEdge& ros() const { return ros_; }
-  // Lines with the addresses, for the terminal.
+  // Lines with the addresses, for the terminal; that of the page is the last one of a start.
   [[nodiscard]] std::string banner() const { return server_.banner() + ros_.banner(); }
+  [[nodiscard]] std::string page_line() const { return server_.page_line(); }
 
  protected:
   Session(Bus& bus, const std::string& name, const SessionOptions& options, const Log& log);
@@ -61,10 +62,12 @@ class DOPPEL_API TwinSession : public Session {
 
  private:
   [[nodiscard]] RobotFiles files() const;
-  void look();  // robots may have been added, removed or changed
-  void let_go_of_gone();
+  void update_audits();  // robots may have been added, removed or changed
+  void remove_stale_publishers();
+  std::unique_ptr<HealthPublisher> make_publisher(const WorldRobot& robot);
 
   Twin& twin_;
+  const Log& log_;
   std::map<std::string, std::unique_ptr<HealthPublisher>> health_;  // by namespace
   std::optional<Reloader> reloader_;
 };
@@ -77,7 +80,7 @@ class DOPPEL_API ViewSession : public Session {
   void begin() { ros_.open(); }
 
  private:
-  void look();
+  void update_audit();
 
   Viewer& viewer_;
   HealthPublisher health_;

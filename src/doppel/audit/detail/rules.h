@@ -50,6 +50,7 @@ void check_shapes(const AuditInput& in, Findings& out);        // rules_shapes.c
 void check_names(const AuditInput& in, Findings& out);         // rules_names.cpp
 void check_collisions(const AuditInput& in, Findings& out);    // rules_collisions.cpp
 void check_ros2_control(const AuditInput& in, Findings& out);  // rules_ros2_control.cpp
+void check_calibration(const AuditInput& in, Findings& out);   // rules_calibration.cpp
 void check_controllers(const AuditInput& in, Findings& out);   // rules_controllers.cpp
 void check_package(const AuditInput& in, Findings& out);       // rules_package.cpp
 void check_world(const AuditInput& in, Findings& out);         // rules_world.cpp

@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <thread>
 
 #include "doppel/messages/std_msgs.h"
 #include "doppel/session/abandoned_thread.h"
+#include "doppel/session/audit_result.h"
 
 namespace doppel {
 namespace {
@@ -64,6 +66,54 @@ TEST_F(HealthPublisherTest, AuditOutlastingPublisherIsAbandoned) {
   bus_.wait(milliseconds(200));
   bus_.spin();
   EXPECT_EQ(health_, "");
+}
+
+TEST_F(HealthPublisherTest, ReportIsAnnouncedOnTheLoopsThreadAfterItsPublication) {
+  int announced = 0;
+  const auto loop = std::this_thread::get_id();
+  HealthPublisher publisher(
+      bus_, "", [] { return std::string("report"); },
+      [&] {
+        EXPECT_EQ(std::this_thread::get_id(), loop);
+        ++announced;
+      });
+  publisher.look_at(robot_);
+  EXPECT_TRUE(becomes("report")) << health_;
+  EXPECT_EQ(announced, 1);
+}
+
+AuditReport report_with(const std::vector<Severity>& severities) {
+  AuditReport out;
+  for (const Severity severity : severities) {
+    Finding& finding = out.findings.emplace_back();
+    finding.rule = "mesh.unit";
+    finding.severity = severity;
+    finding.subject = "link 'b'";
+    finding.message = "its mesh is 300 m large";
+  }
+  return out;
+}
+
+TEST(ErrorSummary, ErrorsAreOneLineWithTheCommandThatListsThem) {
+  EXPECT_EQ(error_summary(report_with({Severity::error, Severity::warning}), "b.urdf"),
+            "1 error: link 'b': its mesh is 300 m large [mesh.unit]; 'doppel check b.urdf' prints its "
+            "consequence and "
+            "fix");
+  EXPECT_EQ(
+      error_summary(report_with({Severity::error, Severity::error}), "b.urdf"),
+      "2 errors, for example link 'b': its mesh is 300 m large [mesh.unit]; 'doppel check b.urdf' lists all");
+  EXPECT_EQ(error_summary(report_with({Severity::warning, Severity::note}), "b.urdf"), "");
+}
+
+TEST(ErrorSummary, UnchangedLineIsTakenOnce) {
+  ErrorSummary summary;
+  EXPECT_EQ(summary.take(), std::nullopt) << "a start without errors prints nothing";
+  summary.set("1 error");
+  EXPECT_EQ(summary.take(), "1 error");
+  summary.set("1 error");
+  EXPECT_EQ(summary.take(), std::nullopt);
+  summary.set("");
+  EXPECT_EQ(summary.take(), "");
 }
 
 }  // namespace
