@@ -110,6 +110,9 @@ int run(int argc, char** argv) {
       app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
     } catch (const CLI::ParseError& error) {
       return report_usage(app, error, words);
+    } catch (const doppel::InputError& error) {
+      doppel::app::print_stderr("{}\n{}", error.what(), doppel::app::help_line(error));
+      return kBadInput;
     }
     return exit_code;
   });

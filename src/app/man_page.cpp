@@ -158,6 +158,11 @@ std::map<std::string, fs::path> documents() {
   return out;
 }
 
+std::string read_page(const fs::path& page) {
+  constexpr std::size_t kMaxPageBytes = 4 << 20;
+  return read_file(page.string(), kMaxPageBytes);
+}
+
 // "worlds", "worlds.md", "docs/worlds.md" and, of a tutorial, "kate" name a page. Empty: there is none.
 fs::path find_document(const std::map<std::string, fs::path>& pages, std::string name) {
   if (name.starts_with("docs/")) name.erase(0, 5);
@@ -166,6 +171,20 @@ fs::path find_document(const std::map<std::string, fs::path>& pages, std::string
     if (const auto page = pages.find(candidate); page != pages.end()) return page->second;
   }
   return {};
+}
+
+// The section of troubleshooting.md whose heading names the rule in code. Empty: there is none.
+std::string help_on_rule(const std::map<std::string, fs::path>& pages, const std::string& rule) {
+  const auto page = pages.find("troubleshooting.md");
+  if (page == pages.end() || rule.find('.') == std::string::npos) return "";
+  const std::string text = read_page(page->second);
+  const std::size_t name = text.find("`" + rule + "`");
+  if (name == std::string::npos) return "";
+  const std::size_t begin = text.rfind('\n', name) + 1;
+  if (!text.substr(begin, name - begin).starts_with("### ")) return "";
+  std::string section = text.substr(begin + 4);  // without "### "
+  section.resize(std::min({section.find("\n## "), section.find("\n### "), section.size()}));
+  return section.substr(0, section.find_last_not_of('\n') + 1) + "\n";
 }
 
 int run_man(const CLI::App& app, const ManOptions& options) {
@@ -183,8 +202,11 @@ int run_man(const CLI::App& app, const ManOptions& options) {
   }
   const std::map<std::string, fs::path> pages = documents();
   if (const fs::path page = find_document(pages, options.page); !page.empty()) {
-    constexpr std::size_t kMaxPageBytes = 4 << 20;
-    deliver(read_file(page.string(), kMaxPageBytes));
+    deliver(read_page(page));
+    return 0;
+  }
+  if (const std::string section = help_on_rule(pages, options.page); !section.empty()) {
+    deliver(section);
     return 0;
   }
   for (const auto& [name, file] : pages) {
@@ -200,18 +222,31 @@ int run_man(const CLI::App& app, const ManOptions& options) {
 
 }  // namespace
 
+std::string help_line(const InputError& error) {
+  try {
+    const std::map<std::string, fs::path> pages = documents();
+    for (const Diagnostic& one : error.diagnostics()) {
+      if (!help_on_rule(pages, one.rule).empty()) return fmt::format("  help: doppel man {}\n", one.rule);
+    }
+  } catch (const InputError&) {
+    return "";  // the page is unreadable: the error itself is printed without it
+  }
+  return "";
+}
+
 void add_man(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<ManOptions>();
   CLI::App* verb =
       app.add_subcommand("man", "Print the manual page of a verb, or a page of the documentation");
-  CLI::Option* name = verb->add_option(
-      "PAGE", options->page,
-      "A verb, or a page of the documentation (worlds.md; README.md lists them); default: the program");
+  CLI::Option* name = verb->add_option("PAGE", options->page,
+                                       "A verb, a page of the documentation (worlds.md; README.md lists "
+                                       "them), or the name that an error prints in "
+                                       "brackets; default: the program");
   verb->add_option("--into", options->folder, "Write all pages into this folder: doppel.1, doppel-up.1, ...")
       ->excludes(name);
   verb->footer(
       "Examples:\n  doppel man | man -l -\n  doppel man up | man -l -\n  doppel man worlds.md\n  doppel man "
-      "--into "
+      "server.port_taken\n  doppel man --into "
       "~/.local/share/man/man1");
   verb->callback([&app, options, &exit_code] { exit_code = run_man(app, *options); });
 }

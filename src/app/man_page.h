@@ -1,5 +1,10 @@
 #pragma once
-// `doppel man`: manual pages, made from the same verbs, options and examples as --help.
+// `doppel man`: manual pages, made from the same verbs, options and examples as --help; the pages of the
+// documentation; and what an error means.
+
+#include <string>
+
+#include "doppel/core/diagnostic.h"
 
 namespace CLI {
 class App;
@@ -8,5 +13,8 @@ class App;
 namespace doppel::app {
 
 void add_man(CLI::App& app, int& exit_code);
+
+// "  help: doppel man server.port_taken" for the first of the errors that the page troubleshooting.md explains; "": none.
+std::string help_line(const InputError& error);
 
 }  // namespace doppel::app

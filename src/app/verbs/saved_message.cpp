@@ -119,7 +119,7 @@ Bitmap picture_in(const saved::Image& from, std::string& note) {
   }
   if (encoding != "mono8") {
     if (encoding != "8UC1" && !(encoding.starts_with("bayer_") && encoding.ends_with("8")))
-      throw_usage_error(fmt::format("a picture of the encoding '{}' cannot be saved as a picture", encoding),
+      throw_usage_error(fmt::format("image encoding '{}' cannot be written as PNG or JPEG", encoding),
                         kAnotherEnding);
     note = fmt::format("the values of {} as they are", encoding);
   }

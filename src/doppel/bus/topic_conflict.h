@@ -1,5 +1,5 @@
 #pragma once
-// What is thrown where a node asks for a topic that nodes use with another type.
+// Thrown if a node asks for a topic that other nodes use with another type.
 
 #include <stdexcept>
 #include <string>

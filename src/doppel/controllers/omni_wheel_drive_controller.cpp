@@ -18,13 +18,13 @@ namespace {
 
 constexpr const char *kOmniWheels = "wheel_names", *kOmniOffset = "wheel_offset",
                      *kOmniTimeout = "cmd_vel_timeout";
-constexpr std::size_t kFewestOmniWheels = 3;  // two of them cannot move a base in every direction
+constexpr std::size_t kMinOmniWheels = 3;  // two of them cannot move a base in every direction
 
 std::vector<std::string> declare_omni_wheels(ControllerContext& context) {
   auto joints = declare<std::vector<std::string>>(
       context.node->parameters(), context.overrides, kOmniWheels, {},
       {"joints of the wheels, anti-clockwise from the one at wheel_offset", true, {}});
-  if (joints.size() < kFewestOmniWheels) {
+  if (joints.size() < kMinOmniWheels) {
     refuse_base_parameter(
         context, kOmniWheels,
         fmt::format("has {} joints, but a base on omni wheels has three or more", joints.size()),

@@ -15,16 +15,16 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr double kSpeed = 0.4, kTurnSpeed = 0.8;  // m/s, rad/s; the controller's limits apply
 constexpr double kStraight = 5, kTurn = 10, kSide = 4;
-constexpr double kSettle = 1.0;     // s, until the base stands
-constexpr double kRunUp = 1.0;      // s, after which casters have swung round
-constexpr double kPatience = 3.0;   // s, in which a base that can move has moved
-constexpr double kMoved = 0.005;    // m or rad
-constexpr double kLongest = 300;    // s of a motion
-constexpr double kCheck = 0.1;      // s, between two looks
-constexpr double kArcRadius = 1.5;  // m, of a base that cannot turn on the spot
+constexpr double kSettle = 1.0;        // s, until the base stands
+constexpr double kRunUp = 1.0;         // s, after which casters have swung round
+constexpr double kStartTimeout = 3.0;  // s, in which a base that can move has moved
+constexpr double kMoved = 0.005;       // m or rad
+constexpr double kLongest = 300;       // s of a motion
+constexpr double kCheck = 0.1;         // s, between two looks
+constexpr double kArcRadius = 1.5;     // m, of a base that cannot turn on the spot
 constexpr int kFitPasses = 20;
 
-double way(const PlanarPose& pose) {
+double distance(const PlanarPose& pose) {
   return std::hypot(pose.x, pose.y);
 }
 
@@ -35,7 +35,7 @@ class Survey {
   BaseLeg straight() {
     run_up(kSpeed, 0);
     base_.begin_leg();
-    drive_until(kSpeed, 0, [this] { return way(base_.truth()) > kStraight; });
+    drive_until(kSpeed, 0, [this] { return distance(base_.truth()) > kStraight; });
     return finished(BaseLeg::Kind::straight, true);
   }
   BaseLeg turn(double direction) {
@@ -87,14 +87,15 @@ class Survey {
       const PlanarPose now = base_.truth();
       const double moved =
           std::hypot(now.x - start.x, now.y - start.y) + std::abs(now.heading - start.heading);
-      if ((t > kPatience && moved < kMoved) || t > kLongest) refuse(v, w, t);
+      if ((t > kStartTimeout && moved < kMoved) || t > kLongest) refuse(v, w, t);
     }
   }
   [[noreturn]] void refuse(double v, double w, double seconds) const {
-    throw InputError("base.does_not_move", {},
-                     fmt::format("the base does not get there with {} m/s and {} rad/s on {} ({:.0f} s)", v,
-                                 w, base_.topics().command, seconds),
-                     "`doppel up` shows whether it stands on its wheels, and what its controller reports");
+    throw InputError(
+        "base.does_not_move", {},
+        fmt::format("the base did not finish the leg: commanded {} m/s and {} rad/s on {} for {:.0f} s", v, w,
+                    base_.topics().command, seconds),
+        "`doppel up` shows whether it stands on its wheels, and what its controller reports");
   }
 
   BaseDrive& base_;
@@ -144,7 +145,7 @@ const BaseLeg& leg_of(const std::vector<BaseLeg>& legs, BaseLeg::Kind kind, bool
 
 void summarise(BaseReport& report) {
   const BaseLeg& straight = leg_of(report.legs, BaseLeg::Kind::straight, true);
-  report.slip = way(straight.truth) / way(straight.odometry) - 1;
+  report.slip = distance(straight.truth) / distance(straight.odometry) - 1;
   report.drift = straight.truth.y;
   report.drift_heading = straight.truth.heading;
   if (!report.present) return;
@@ -188,7 +189,7 @@ PlanarPose integrate_odometry(const std::vector<std::array<double, 2>>& rolled, 
 BaseMultipliers fit_multipliers(const std::vector<BaseLeg>& legs, double wheel_separation) {
   const BaseLeg& straight = leg_of(legs, BaseLeg::Kind::straight, true);
   const double half = straight.truth.heading / 2;
-  const double arc = way(straight.truth) * (std::abs(half) < 1e-9 ? 1 : half / std::sin(half));
+  const double arc = distance(straight.truth) * (std::abs(half) < 1e-9 ? 1 : half / std::sin(half));
   BaseMultipliers out;
   for (int pass = 0; pass < kFitPasses; ++pass) {
     const double track = wheel_separation * out.separation;

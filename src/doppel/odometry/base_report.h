@@ -1,5 +1,5 @@
 #pragma once
-// How far a base's odometry is from the truth, and the multipliers of its controller that make it true: the
+// How far a base's odometry is from the truth, and the multipliers of its controller that minimise the odometry error: the
 // twin drives 5 m, 10 rad on the spot to each side, and a square of 4 m in each direction (UMBmark, Borenstein
 // and Feng 1994), by the base's own controller and its topics.
 
@@ -29,7 +29,7 @@ struct DOPPEL_API BaseLeg {
   PlanarPose truth, odometry;    // at the end
   std::vector<PlanarPose> path;  // true, at 20 Hz
   std::vector<PlanarPose> path_odometry;
-  // Ways of the left and the right wheels, rad times the radius of the controller without multipliers: m, at
+  // Distances rolled by the left and the right wheels, rad times the radius of the controller without multipliers: m, at
   // 20 Hz. Of a differential base.
   std::vector<std::array<double, 2>> rolled;
   [[nodiscard]] double odometry_error() const;  // m, between the ends of odometry and truth
@@ -43,12 +43,12 @@ struct BaseMultipliers {
 struct BaseReport {
   std::string robot, controller, type;
   std::vector<BaseLeg> legs;  // straight, left turn, right turn, left square, right square
-  // Of the straight: way of the truth over way of the odometry, less one; m and rad off the line.
+  // Of the straight: true distance over the distance of the odometry, less one; m and rad off the line.
   double slip = 0, drift = 0, drift_heading = 0;
   bool turns_on_spot = true;  // else turns and corners are arcs
   // Of diff_drive_controller alone.
   double wheel_separation = 0;                         // m
-  std::optional<BaseMultipliers> present, fitted;      // as configured; that make odometry true
+  std::optional<BaseMultipliers> present, fitted;      // as configured; that minimise the odometry error
   std::array<double, 2> square_error_fitted = {0, 0};  // m, left and right square, with `fitted`
 };
 
@@ -67,10 +67,10 @@ DOPPEL_API std::string base_report_text(const BaseReport& report);
 DOPPEL_API std::string base_report_json(const BaseReport& report);
 DOPPEL_API std::string base_report_svg(const BaseReport& report);  // the squares, truth and odometry
 
-// The multipliers by which wheels that rolled the legs' ways give their true motion.
+// The multipliers by which the wheels' distances on these legs give their true motion.
 DOPPEL_API BaseMultipliers fit_multipliers(const std::vector<BaseLeg>& legs, double wheel_separation);
 
-// Odometry of a differential base from the ways of its wheels, by exact arcs.
+// Odometry of a differential base from the distances rolled by its wheels, by exact arcs.
 DOPPEL_API PlanarPose integrate_odometry(const std::vector<std::array<double, 2>>& rolled,
                                          double wheel_separation, const BaseMultipliers& with);
 

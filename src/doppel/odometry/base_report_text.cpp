@@ -15,7 +15,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kDegrees = 180 / std::numbers::pi;
-constexpr double kRight = 2e-3;                              // of multipliers, relative
+constexpr double kAccurate = 2e-3;                           // of multipliers, relative
 constexpr double kPicture = 720, kMargin = 60, kTitle = 70;  // px
 
 std::string name_of(const BaseLeg& leg, bool on_spot) {
@@ -37,12 +37,12 @@ std::string end_of(const PlanarPose& pose) {
 
 bool differ(const BaseMultipliers& a, const BaseMultipliers& b) {
   return std::max({std::abs(a.separation / b.separation - 1), std::abs(a.left_radius / b.left_radius - 1),
-                   std::abs(a.right_radius / b.right_radius - 1)}) > kRight;
+                   std::abs(a.right_radius / b.right_radius - 1)}) > kAccurate;
 }
 
 std::string multipliers_text(const BaseReport& report) {
   const BaseMultipliers &now = *report.present, &fitted = *report.fitted;
-  std::string out = fmt::format("\n{:<32}{:>10}{:>10}\n", "multipliers", "now", "true");
+  std::string out = fmt::format("\n{:<32}{:>10}{:>10}\n", "multipliers", "now", "fitted");
   const auto row = [&out](const char* name, double before, double after) {
     out += fmt::format("  {:<30}{:>10.4f}{:>10.4f}\n", name, before, after);
   };
@@ -50,10 +50,10 @@ std::string multipliers_text(const BaseReport& report) {
   row("left_wheel_radius_multiplier", now.left_radius, fitted.left_radius);
   row("right_wheel_radius_multiplier", now.right_radius, fitted.right_radius);
   out += fmt::format(
-      "With the true ones the encoders end {:.1f} mm (left) and {:.1f} mm (right) off after the squares.\n",
+      "With the fitted ones, the error after the squares is {:.1f} mm (left) and {:.1f} mm (right).\n",
       1e3 * report.square_error_fitted[0], 1e3 * report.square_error_fitted[1]);
   return out + (differ(now, fitted) ? "Write them into the controllers' file with --write.\n"
-                                    : "The present ones are right.\n");
+                                    : "The configured multipliers are accurate.\n");
 }
 
 Json pose_json(const PlanarPose& pose) {
@@ -100,7 +100,8 @@ std::string words(double x, double y, int size, const std::string& text, const c
 std::string base_report_text(const BaseReport& report) {
   std::string out =
       fmt::format("{}: {} ({}) on the ground of its world\n\n", report.robot, report.controller, report.type);
-  out += fmt::format("{:<14}{:<33}{:<33}{}\n", "", "    true end", "    end by odometry", "apart");
+  out += fmt::format("{:<14}{:<33}{:<33}{}\n", "", "    final pose (true)", "    final pose (odometry)",
+                     "error");
   for (const BaseLeg& leg : report.legs) {
     out += fmt::format("{:<14}{}   {}  {:7.1f} mm {:6.2f} deg\n", name_of(leg, report.turns_on_spot),
                        end_of(leg.truth), end_of(leg.odometry), 1e3 * leg.odometry_error(),

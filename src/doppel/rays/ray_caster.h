@@ -1,5 +1,6 @@
 #pragma once
-// The one core of all sensors of light: rays into a RenderScene, by Embree, which is loaded when the first caster is made.
+// Ray casting shared by cameras, lidars and range sensors: rays into a RenderScene, by Embree, which is loaded with the
+// first caster.
 // Frames: W world; C camera, optical: x to the right, y down, z forward (REP 103).
 
 #include <cstdint>

@@ -13,7 +13,7 @@ namespace doppel {
 namespace {
 
 constexpr double kMostPixels = 1 << 26;  // of a picture, and of their samples: 800 MB of directions
-constexpr double kMostPinhole = 3.0;     // rad
+constexpr double kMaxPinholeFov = 3.0;   // rad
 constexpr double kMostRays = 1e7;        // of a scan
 
 CameraKind kind_of(const std::string& type) {
@@ -115,7 +115,7 @@ CameraDescription camera_in(const SensorValues& values, const std::string& type)
   camera.lens = read_lens(values);
   camera.noise = values.noise("noise");
   // A lens of more than a half space is no pinhole.
-  if (camera.lens.kind == LensKind::pinhole && camera.hfov > kMostPinhole)
+  if (camera.lens.kind == LensKind::pinhole && camera.hfov > kMaxPinholeFov)
     camera.lens.kind = LensKind::equidistant;
   return camera;
 }
@@ -191,7 +191,7 @@ void check_lenses(const SensorValues& values, SensorDescription& sensor) {
                               "<horizontal_fov> alone is used",
                               k.fx, k.fy));
     camera.lens = {};
-    if (camera.hfov > kMostPinhole) camera.lens.kind = LensKind::equidistant;
+    if (camera.hfov > kMaxPinholeFov) camera.lens.kind = LensKind::equidistant;
   }
 }
 

@@ -20,7 +20,8 @@ constexpr double kStraightAxle = 0.98;     // cosine between the axle of a drive
 constexpr double kSameWheelRadius = 0.05;  // relative: smaller wheels support, and are not driven
 constexpr double kOnMiddleLine = 0.05;     // of the base's half width: wheels that belong to no side
 constexpr double kEvenly = 0.1;            // rad, and relative: spacing of omni wheels
-constexpr double kSteersAtMost = 4 * std::numbers::pi;  // rad, range; a joint that turns on may be a caster
+constexpr double kMaxSteeringRange =
+    4 * std::numbers::pi;             // rad, range; a joint that turns on may be a caster
 constexpr double kTrail = 0.1;        // of the radius, by which a wheel follows its swivel axis
 constexpr double kRollersGrip = 0.5;  // friction across over along, of a wheel with rollers
 
@@ -53,7 +54,7 @@ void find_carrier(const Model& model, const std::vector<Pose>& X_BL, const Model
     if (std::abs(up) < kUpright) continue;  // a suspension
     // Along the rolling direction: a wheel beside its steering axis does not follow it.
     const double trail = std::abs((wheel.centre_B - X_BC.translation()).cross(wheel.axle_B).z());
-    const bool turns_freely = joint.upper - joint.lower > kSteersAtMost;
+    const bool turns_freely = joint.upper - joint.lower > kMaxSteeringRange;
     if (joint.mimics() || (turns_freely && trail > kTrail * wheel.radius)) {
       wheel.swivels = true;
     } else {

@@ -1,6 +1,6 @@
 #pragma once
-// The convex parts by which the meshes of a world collide, so that a room can be entered and a table or a shelf has
-// space below it.
+// Convex decomposition of static meshes for collision: it keeps interiors hollow, such as a room or the space below a
+// table.
 
 #include <vector>
 

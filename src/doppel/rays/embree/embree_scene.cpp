@@ -111,7 +111,7 @@ void EmbreeScene::place(std::size_t item, const Pose& X_WB) {
   into.centre.x[lane] = centre.x();
   into.centre.y[lane] = centre.y();
   into.centre.z[lane] = centre.z();
-  // The margin is for rounding in single precision. What is nowhere is not seen.
+  // The margin is for rounding in single precision. Objects with a non-finite pose are skipped.
   const bool somewhere = X_WM.matrix().allFinite() && X_WM.translation().norm() < kFurthest;
   into.radius[lane] =
       !somewhere ? -kInfinity

@@ -26,7 +26,7 @@ struct PhysicalState {
   const std::vector<Contact>& contacts;  // of the present state
 };
 
-// What a meter is made with, besides its sensor.
+// Construction parameters of a SensorMeter, besides its sensor.
 struct MeterSettings {
   CounterRandom random;
   double period = 0;  // s between samples
