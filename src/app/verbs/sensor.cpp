@@ -75,8 +75,8 @@ int list_sensors(Shell& shell, const SensorListOptions& options) {
     name = std::max(name, sensor.name.size());
     type = std::max(type, sensor.type.size());
   }
-  print_line("{:<{}}  {:<{}}  {:>10}  {:>10}  {:>8}  topics\n", "name", name, "type", type, "rate", "reached",
-             "left out");
+  print_line("{:<{}}  {:<{}}  {:>10}  {:>10}  {:>8}  topics\n", "name", name, "type", type, "rate", "measured",
+             "dropped");
   for (const Sensor& sensor : all.sensors) {
     print_line("{:<{}}  {:<{}}  {:>10}  {:>10}  {:>8}  {}\n", sensor.name, name, sensor.type, type,
                rate_text(sensor.rate),
@@ -184,7 +184,7 @@ void add_sensor(CLI::App& app, int& exit_code) {
       exit_code,
       [](CLI::App& verb, SensorCheckOptions& options) {
         verb.add_option("--wait", options.wait,
-                        "Least seconds for each sensor; its period in simulated time is waited for, up to "
+                        "Minimum seconds for each sensor; its period in simulated time is waited for, up to "
                         "120 s (default 5)")
             ->check(CLI::PositiveNumber);
         verb.add_flag("--json", options.json, "Print a JSON list to stdout");

@@ -51,7 +51,7 @@ void declare_joystick(CLI::App& verb, TeleopOptions& options) {
 void add_teleop(CLI::App& app, const RosArguments& ros, int& exit_code) {
   CLI::App& group = add_group(app, "teleop", "Drive the robot's base by keys, a joystick, or on the page");
   add_verb<TeleopOptions>(
-      group, "keyboard", "Keys as those of teleop_twist_keyboard; 1 to 9 move joints of an arm",
+      group, "keyboard", "Use the keys of teleop_twist_keyboard; 1 to 9 move joints of an arm",
       "doppel teleop keyboard\n  doppel teleop keyboard /base_controller/cmd_vel --speed 0.3", exit_code,
       [&ros](CLI::App& verb, TeleopOptions& options) {
         declare_keyboard(verb, options);
