@@ -10,9 +10,12 @@
 #include <optional>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "doppel/core/text.h"
 #include "doppel/description/simulator_plugins.h"
+#include "doppel/physics/collision_shape.h"
 #include "doppel/twin/detail/root_link.h"
 
 namespace doppel {
@@ -28,6 +31,7 @@ constexpr std::string_view kNoFoot = "footprint";
 constexpr std::size_t kMaxNamesInReason = 3;
 constexpr double kSameRadius = 0.01;                  // relative
 constexpr double kAlongAxis = 0.99;                   // cosine between a wheel's axis and its joint's
+constexpr double kOffCentre = 0.02;                   // of the radius, of a wheel from its axis
 constexpr double kLying = 0.5;                        // largest vertical component of a wheel's axis
 constexpr double kFewTurns = 4.0 * std::numbers::pi;  // rad: a joint with a larger range is a wheel
 
@@ -86,22 +90,46 @@ std::string mobile_plugin(const RobotDescription& robot) {
   return "";
 }
 
-// The radius of a wheel: a round shape about the axis of the joint that carries it.
-std::optional<double> round_about(const Link& link, const Joint& joint) {
-  const double length = joint.axis.norm();
-  if (!(length > 0)) return std::nullopt;
-  const auto radius = [&](const Geometry& geometry, const Origin& origin) -> std::optional<double> {
-    if (const auto* ball = std::get_if<Sphere>(&geometry)) return ball->radius;
-    const auto* cylinder = std::get_if<Cylinder>(&geometry);
-    if (cylinder == nullptr || cylinder->length > 2.0 * cylinder->radius) return std::nullopt;
-    const Eigen::Vector3d axis = origin.pose().linear() * Eigen::Vector3d::UnitZ();
-    if (std::abs(axis.dot(joint.axis)) < kAlongAxis * length) return std::nullopt;
-    return cylinder->radius;
-  };
-  for (const Collision& collision : link.collisions) {
-    if (const auto found = radius(collision.geometry, collision.origin)) return found;
+// m, from the joint's axis to the origin of a shape of the link that it carries.
+double off_axis(const Eigen::Vector3d& axis, const Pose& X_JS) {
+  return axis.cross(X_JS.translation()).norm();
+}
+
+// The radius of a shape that is round about the joint's axis (unit, in the link's frame).
+std::optional<double> round_about(const Geometry& geometry, const Pose& X_JS, const Eigen::Vector3d& axis) {
+  std::optional<double> radius;
+  if (const auto* ball = std::get_if<Sphere>(&geometry)) radius = ball->radius;
+  const auto* cylinder = std::get_if<Cylinder>(&geometry);
+  if (cylinder != nullptr && cylinder->length <= 2.0 * cylinder->radius &&
+      std::abs(X_JS.linear().col(2).dot(axis)) >= kAlongAxis)
+    radius = cylinder->radius;
+  if (radius && off_axis(axis, X_JS) > kOffCentre * *radius) radius.reset();
+  return radius;
+}
+
+// The radius of a wheel: a round shape about the axis of the joint that carries it, from which no other shape of
+// the links that are fixed to it protrudes, as the foot does from a round knee.
+std::optional<double> wheel_radius(const RobotDescription& robot, const Joint& joint) {
+  if (!(joint.axis.norm() > 0)) return std::nullopt;
+  const Eigen::Vector3d axis = joint.axis.normalized();
+  std::optional<double> radius;
+  double furthest = 0;
+  std::vector<std::pair<const Link*, Pose>> rigid{{robot.find_link(joint.child), Pose::Identity()}};
+  for (std::size_t i = 0; i < rigid.size() && rigid.size() <= robot.links.size(); ++i) {
+    const auto [link, X_JL] = rigid[i];
+    if (link == nullptr) continue;
+    for (const Collision& collision : link->collisions) {
+      const Pose X_JS = X_JL * collision.origin.pose();
+      const auto found = round_about(collision.geometry, X_JS, axis);
+      if (found) radius = std::max(radius.value_or(0.0), *found);
+      furthest = std::max(furthest, off_axis(axis, X_JS));
+    }
+    for (const Joint& other : robot.joints) {
+      if (other.parent == link->name && other.type == JointType::fixed)
+        rigid.emplace_back(robot.find_link(other.child), X_JL * other.origin.pose());
+    }
   }
-  return std::nullopt;
+  return radius && furthest < *radius ? radius : std::nullopt;
 }
 
 std::vector<std::string> wheels_of(const RobotDescription& robot, const Parents& parents) {
@@ -111,12 +139,10 @@ std::vector<std::string> wheels_of(const RobotDescription& robot, const Parents&
     if (!turns_for_ever(joint)) continue;
     if (lowered(joint.name + ' ' + joint.child).find("wheel") != std::string::npos)
       by_name.push_back(joint.name);
-    const Link* link = robot.find_link(joint.child);
     const bool leaf = std::none_of(robot.joints.begin(), robot.joints.end(), [&](const Joint& other) {
       return other.parent == joint.child && moves(other);
     });
-    const auto radius =
-        link != nullptr && leaf && lies(parents, joint) ? round_about(*link, joint) : std::nullopt;
+    const auto radius = leaf && lies(parents, joint) ? wheel_radius(robot, joint) : std::nullopt;
     if (!radius) continue;
     if (!first_radius) first_radius = radius;
     if (std::abs(*radius - *first_radius) <= kSameRadius * *first_radius) by_shape.push_back(joint.name);
@@ -146,6 +172,21 @@ std::vector<std::string> legs_of(const RobotDescription& robot, const Parents& p
     if (moving >= 2) out.push_back(named ? joint.name : joint.child);
   }
   return out;
+}
+
+// Why none of the robot's shapes can touch the ground; "": some can.
+std::string missing_shapes(const RobotDescription& robot) {
+  bool written = false, meshes = false;
+  for (const Link& link : robot.links) {
+    for (const Collision& collision : link.collisions) {
+      written = true;
+      const auto* mesh = std::get_if<MeshGeometry>(&collision.geometry);
+      meshes = meshes || mesh != nullptr;
+      if (mesh == nullptr ? has_size(collision.geometry) : !mesh->path.empty()) return "";
+    }
+  }
+  if (!written) return "it has no <collision>";
+  return meshes ? "none of its collision meshes is found" : "none of its collision shapes has a size";
 }
 
 }  // namespace
@@ -193,20 +234,8 @@ BaseChoice choose_base(const RobotDescription& robot) {
   } else {
     return {BaseKind::fixed, "the description has no signs of wheels or legs"};
   }
-  const auto solid = [](const Collision& collision) {
-    const auto* mesh = std::get_if<MeshGeometry>(&collision.geometry);
-    return mesh == nullptr || !mesh->path.empty();
-  };
-  bool written = false, shapes = false;
-  for (const Link& link : robot.links) {
-    written = written || !link.collisions.empty();
-    shapes = shapes || std::any_of(link.collisions.begin(), link.collisions.end(), solid);
-  }
-  if (!shapes) {
-    return {BaseKind::fixed, written
-                                 ? "none of its collision meshes is found, so it cannot stand on the ground"
-                                 : "it has no <collision>, so it cannot stand on the ground"};
-  }
+  if (const std::string missing = missing_shapes(robot); !missing.empty())
+    return {BaseKind::fixed, missing + ", so it cannot stand on the ground"};
   return {BaseKind::floating, reason};
 }
 
