@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "doppel/core/text.h"
+#include "doppel/description/mesh.h"
 #include "doppel/description/simulator_plugins.h"
 #include "doppel/physics/collision_shape.h"
 #include "doppel/twin/detail/root_link.h"
@@ -161,13 +162,27 @@ bool is_leg_part(const std::string& name) {
   return (part || word) && text.find(kNoFoot) == std::string::npos;
 }
 
+bool has_word(const std::string& name, std::string_view word) {
+  const std::vector<std::string> words = words_of_name(name);
+  return std::find(words.begin(), words.end(), word) != words.end();
+}
+
+// "lower" is part of a leg behind a hip, and of an arm behind a shoulder.
+bool is_lower_leg(const Joint& joint, const std::vector<const Joint*>& way) {
+  const auto any = [](const Joint& of, std::string_view word) {
+    return has_word(of.name, word) || has_word(of.child, word);
+  };
+  return any(joint, "lower") &&
+         std::any_of(way.begin(), way.end(), [&](const Joint* at) { return any(*at, "hip"); });
+}
+
 // Links named as parts of a leg, behind two or more moving joints, which excludes the feet of a stand.
 std::vector<std::string> legs_of(const RobotDescription& robot, const Parents& parents) {
   std::vector<std::string> out;
   for (const Joint& joint : robot.joints) {
     const bool named = is_leg_part(joint.name);
-    if (!named && !is_leg_part(joint.child)) continue;
     const auto way = way_to_root(parents, joint);
+    if (!named && !is_leg_part(joint.child) && !is_lower_leg(joint, way)) continue;
     const auto moving = std::count_if(way.begin(), way.end(), [](const Joint* at) { return moves(*at); });
     if (moving >= 2) out.push_back(named ? joint.name : joint.child);
   }
@@ -182,7 +197,8 @@ std::string missing_shapes(const RobotDescription& robot) {
       written = true;
       const auto* mesh = std::get_if<MeshGeometry>(&collision.geometry);
       meshes = meshes || mesh != nullptr;
-      if (mesh == nullptr ? has_size(collision.geometry) : !mesh->path.empty()) return "";
+      if (mesh == nullptr ? has_size(collision.geometry) : !mesh->path.empty() && is_fetched(mesh->path))
+        return "";
     }
   }
   if (!written) return "it has no <collision>";

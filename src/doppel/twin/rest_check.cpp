@@ -11,7 +11,9 @@ namespace doppel {
 namespace {
 
 constexpr double kSameTarget = 1e-6;  // rad or m: tolerance of an unchanged target, up to whole turns
-constexpr double kAtLimit = 0.98;     // of the effort limit: the drive is saturated
+constexpr double kDragged =
+    1e-3;  // rad or m by which a load beyond the effort limit moves the drive's reference
+constexpr double kAtLimit = 0.98;  // of the effort limit: the drive is saturated
 
 std::string contact_of(BodyId body, const CompiledWorld& world, const std::vector<Contact>& contacts) {
   for (const Contact& contact : contacts) {
@@ -37,7 +39,9 @@ std::string cause_of(int index, const Instance& robot, const std::vector<Contact
                                             "the gains of the controller";
   }
   const double limit = robot.made_of().servos[static_cast<std::size_t>(index)].effort;
-  if (at_effort_limit(robot, index)) {
+  const DriveState drive = robot.drive_state(index);
+  const bool dragged = mode == DriveMode::position && std::abs(drive.reference - drive.target) > kDragged;
+  if (at_effort_limit(robot, index) || dragged) {
     return fmt::format("its effort limit of {:.3g} {} is too low for its load", limit,
                        joint.type == JointType::prismatic ? "N" : "N m");
   }

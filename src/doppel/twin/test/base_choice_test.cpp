@@ -150,6 +150,17 @@ TEST(BaseChoice, MissingCollisionMeshesAreNoWheels) {
   EXPECT_THAT(found.reason, HasSubstr("none of its collision meshes is found"));
 }
 
+TEST(BaseChoice, LowerLinkBehindHipIsALeg) {
+  const auto limb = [](const std::string& first) {
+    return choice(link("body", kBox) + link(first + "0") + link("upper0", kBox) + link("lower0", kBox) +
+                  joint("8", "revolute", "body", first + "0", "1 0 0") +
+                  joint("0", "revolute", first + "0", "upper0", "0 1 0") +
+                  joint("1", "revolute", "upper0", "lower0", "0 1 0"));
+  };
+  EXPECT_THAT(limb("hip").reason, HasSubstr("it has legs ('lower0')"));
+  EXPECT_EQ(limb("shoulder").kind, BaseKind::fixed);
+}
+
 TEST(BaseChoice, ShapesWithoutSizeCannotStand) {
   const std::string point = "<collision><geometry><sphere radius='0'/></geometry></collision>";
   const BaseChoice points = choice(link("base_link") + link("thigh") + link("foot", point) +
