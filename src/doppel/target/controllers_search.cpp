@@ -371,7 +371,7 @@ void Search::report_others(const std::vector<Candidate>& others) {
   const bool one = others.size() == 1;
   if (!others.front().obstacle.empty()) {
     found_.choices.note(
-        "up.controllers_without_interfaces", robot_.source,
+        "up.controllers_of_others", robot_.source,
         fmt::format(
             "{} file{} with controllers of this robot {} ignored because <ros2_control> has no command "
             "interface '{}':{}",

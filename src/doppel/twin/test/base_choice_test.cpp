@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "doppel/description/legs.h"
 #include "doppel/description/load.h"
 
 namespace doppel {
