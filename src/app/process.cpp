@@ -29,6 +29,11 @@ double milliseconds_since_process_start() {
 }
 
 double peak_rss_mb() {
+  // The kernel keeps ru_maxrss across exec, so that it may be that of the program that started this one.
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) return std::strtod(line.c_str() + 6, nullptr) * 1024.0 / 1e6;
+  }
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) * 1024.0 / 1e6;

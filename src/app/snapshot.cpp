@@ -34,9 +34,11 @@ namespace {
 
 Json rest_of(const std::optional<RestReport>& rest) {
   if (!rest) return nullptr;
+  std::vector<std::string> complaints = rest->unsettled;
+  if (!rest->base.empty()) complaints.push_back(rest->base);
   return {{"time_s", to_seconds(rest->at)},
           {"joints_at_rest", rest->unsettled.empty()},
-          {"complaints", rest->unsettled},
+          {"complaints", complaints},
           {"base_linear", number(rest->base_linear)},
           {"base_angular", number(rest->base_angular)}};
 }

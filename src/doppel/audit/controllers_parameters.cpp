@@ -108,7 +108,7 @@ void check_parameters(const AuditInput& in, const ControllersFile& file, Declare
               d.message, d.fix);
     }
   }
-  check_whole_numbers(c, node.parameters(), out);
+  if (!file.of_ros1) check_whole_numbers(c, node.parameters(), out);  // roscpp converts integers
   check_covariance(c, node.parameters(), out);
   check_unknown(c, node.parameters(), complete, out);
 }

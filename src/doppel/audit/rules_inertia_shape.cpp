@@ -1,6 +1,8 @@
 // Masses and tensors compared with the shapes of their links.
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "doppel/audit/detail/inertia_rules.h"
 #include "doppel/geometry/convex_hull.h"
@@ -13,21 +15,11 @@ constexpr double kPowerSlack = 0.4;                                 // decades, 
 constexpr double kOutside = 0.05;                                   // of the link's size
 constexpr double kFarCentre = 2;  // m; nearer, it may be in another link's frame
 constexpr double kConcentrated = 0.05;
-constexpr double kPlaceholder = 0.005;  // m: boxes of a millimetre represent frames, not parts
+constexpr double kMatchingGyration = 0.3;  // of that of the shape's volume
+constexpr double kPlaceholder = 0.005;     // m: boxes of a millimetre represent frames, not parts
 constexpr int kDirections = 60;
 
 // The distance of a point from the hull, m; 0 or less: inside, within the resolution of the directions.
-double distance_outside(const LinkShape& shape, const Eigen::Vector3d& p) {
-  static const std::vector<Eigen::Vector3d> directions = even_directions(kDirections);
-  double most = shape.bounds.exteriorDistance(p);
-  for (const Eigen::Vector3d& d : directions) {
-    double reach = -1e300;
-    for (const Eigen::Vector3d& corner : shape.hull) reach = std::max(reach, corner.dot(d));
-    most = std::max(most, p.dot(d) - reach);
-  }
-  return most;
-}
-
 double furthest(const LinkShape& shape, const Eigen::Vector3d& p) {
   double out = 0;
   for (const Eigen::Vector3d& corner : shape.hull) out = std::max(out, (corner - p).norm());
@@ -58,6 +50,19 @@ bool check_density(const Link& link, const LinkShape& shape, SuspectUnits& suspe
   return true;
 }
 
+// The centre of mass with the fewest changed signs with which it is inside the shape, as of the other side's part.
+std::optional<Eigen::Vector3d> inside_with_other_signs(const Link& link, const LinkShape& shape) {
+  for (const int signs : {1, 2, 4, 3, 5, 6, 7}) {
+    Link changed = link;
+    Eigen::Vector3d& com = changed.inertial->origin.xyz;
+    for (int axis = 0; axis < 3; ++axis) {
+      if ((signs >> axis & 1) != 0) com[axis] = -com[axis];
+    }
+    if (com != link.inertial->origin.xyz && distance_outside(shape, com) <= 0) return com;
+  }
+  return std::nullopt;
+}
+
 void check_centre(const Link& link, const LinkShape& shape, SuspectUnits& suspects, Findings& out) {
   const Eigen::Vector3d com = link.inertial->origin.xyz;
   const double outside = centre_outside(link, shape);
@@ -72,9 +77,13 @@ void check_centre(const Link& link, const LinkShape& shape, SuspectUnits& suspec
          "in millimetres"});
     return;
   }
+  const auto inside = inside_with_other_signs(link, shape);
   out.add("inertia.com_outside", subject(link), link.inertial->source,
-          fmt::format("its centre of mass is {:.3g} mm outside of its shape, which is {:.3g} mm long",
-                      outside * 1e3, shape.size() * 1e3));
+          fmt::format("its centre of mass is {:.3g} mm outside of its shape, which is {:.3g} mm long{}",
+                      outside * 1e3, shape.size() * 1e3,
+                      inside ? fmt::format("; at {:g} {:g} {:g} it is inside, so signs may be wrong",
+                                           inside->x(), inside->y(), inside->z())
+                             : ""));
 }
 
 std::string units_of(int power) {
@@ -110,6 +119,23 @@ bool check_tensor_units(const Link& link, const LinkShape& shape, SuspectUnits& 
   return true;
 }
 
+// m, of the mass in the shape, about its longest axis.
+double expected_gyration(const LinkShape& shape) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> of(expected_tensor(shape, 1.0),
+                                                          Eigen::EigenvaluesOnly);
+  return std::sqrt(of.eigenvalues().maxCoeff());
+}
+
+// The furthest point of what collides, if that is written besides what is seen; else that of the shape.
+double reach_of_collisions(const Link& link, const LinkShape& shape) {
+  const Eigen::Vector3d& centre = link.inertial->origin.xyz;
+  if (link.visuals.empty() || link.collisions.empty()) return furthest(shape, centre);
+  Link solid = link;
+  solid.visuals.clear();
+  const auto colliding = link_shape(solid);
+  return colliding ? furthest(*colliding, centre) : furthest(shape, centre);
+}
+
 void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
   const Inertial& inertial = *link.inertial;
   const double largest = principal_moments(components_of(inertial))[2];
@@ -122,7 +148,10 @@ void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
             fmt::format("they imply mass at {:.3g} mm from its centre, but no point of its shape is more "
                         "than {:.3g} mm away",
                         gyration * 1e3, reach * 1e3));
-  } else if (gyration < kConcentrated * reach) {
+  } else if (gyration < kConcentrated * reach &&
+             gyration < kConcentrated * reach_of_collisions(link, shape) &&
+             gyration < kMatchingGyration * expected_gyration(shape)) {
+    // A tensor that matches the volume is right; a stray piece of a mesh reaches far and has hardly any volume.
     out.add("inertia.gyration", subject(link), inertial.source,
             fmt::format("they imply all mass within {:.2g} mm of its centre, but its shape extends {:.3g} mm",
                         gyration * 1e3, reach * 1e3));
@@ -147,6 +176,17 @@ bool mirrored(const Link& link, const Findings& out) {
 }
 
 }  // namespace
+
+double distance_outside(const LinkShape& shape, const Eigen::Vector3d& p) {
+  static const std::vector<Eigen::Vector3d> directions = even_directions(kDirections);
+  double most = shape.bounds.exteriorDistance(p);
+  for (const Eigen::Vector3d& d : directions) {
+    double reach = -1e300;
+    for (const Eigen::Vector3d& corner : shape.hull) reach = std::max(reach, corner.dot(d));
+    most = std::max(most, p.dot(d) - reach);
+  }
+  return most;
+}
 
 double centre_outside(const Link& link, const LinkShape& shape) {
   const double outside = distance_outside(shape, link.inertial->origin.xyz);

@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kPi = std::numbers::pi;
 constexpr double kExporter = 100;        // velocity and effort of fusion360-urdf-ros2 and similar exporters
-constexpr double kAbsurdSpeed = 50;      // rad/s: no geared joint turns at 8 revolutions per second
+constexpr double kAbsurdSpeed = 80;      // rad/s: the drives of legs with the least gearing reach 60
 constexpr double kAbsurdSlide = 10;      // m/s
 constexpr double kAbsurdEffort = 1e5;    // N m or N
 constexpr double kCasual = 2e-3;         // rad: a multiple of pi/2 with three digits: 1.57, 3.14

@@ -123,12 +123,23 @@ Link unmirrored(const Link& link) {
   return out;
 }
 
-// The centre of mass is inside of the link only where its meshes are not mirrored.
-bool mirrored_by_mistake(const Link& link) {
+// m, of the joints that the link carries from a shape, in sum.
+double joints_outside(const RobotDescription& robot, const Link& link, const LinkShape& shape) {
+  double out = 0;
+  for (const Joint& joint : robot.joints) {
+    if (joint.parent == link.name) out += std::max(0.0, distance_outside(shape, joint.origin.xyz));
+  }
+  return out;
+}
+
+// The centre of mass is inside of the link only where its meshes are not mirrored, and the joints that it carries do
+// not fit the mirrored meshes better: then the centre of mass is wrong.
+bool mirrored_by_mistake(const RobotDescription& robot, const Link& link) {
   if (!link.inertial) return false;
   const Link straight = unmirrored(link);
   const auto written = link_shape(link), meant = link_shape(straight);
-  return written && meant && centre_outside(link, *written) > 0 && centre_outside(straight, *meant) == 0;
+  return written && meant && centre_outside(link, *written) > 0 && centre_outside(straight, *meant) == 0 &&
+         joints_outside(robot, link, *written) >= joints_outside(robot, link, *meant);
 }
 
 // The operation sets the scale of every mesh of the link, so it is only correct for one file.
@@ -144,13 +155,14 @@ bool shows_one_file(const Link& link) {
 }
 
 // One side of a robot is often the mirrored mesh of the other: that file is also used without the sign.
-void check_sign(const MeshUse& use, const std::vector<MeshUse>& uses, Findings& out) {
+void check_sign(const RobotDescription& robot, const MeshUse& use, const std::vector<MeshUse>& uses,
+                Findings& out) {
   const Eigen::Vector3d& scale = use.mesh->scale;
   if (!(scale.array() < 0).any()) return;
   const bool twin = std::any_of(uses.begin(), uses.end(), [&](const MeshUse& other) {
     return other.mesh->path == use.mesh->path && (other.mesh->scale.array() > 0).all();
   });
-  const bool mistake = mirrored_by_mistake(*use.link);
+  const bool mistake = mirrored_by_mistake(robot, *use.link);
   const Eigen::Vector3d plain = scale.cwiseAbs();
   Finding& f = out.add("mesh.scale_negative",
                        mistake ? Severity::error
@@ -288,7 +300,7 @@ void check_meshes(const AuditInput& in, Findings& out) {
     if (seen.insert(use.mesh->path).second) check_file(use, colliding.contains(use.mesh->path), out);
     if (counted.emplace(use.mesh->path, use.collides).second) check_triangles(use, out);
     if (!placed.emplace(use.link, use.mesh->path).second) continue;
-    check_sign(use, uses, out);
+    check_sign(in.robot, use, uses, out);
     // A scale that cannot be read counts as 1.
     if (check_scale(use, out) && !out.has("urdf.vector", subject(*use.link)))
       check_unit(use, reach, extents, out);

@@ -5,6 +5,7 @@
 
 #include "doppel/audit/detail/ros_rules.h"
 #include "doppel/core/text.h"
+#include "doppel/description/legs.h"
 #include "doppel/geometry/mesh_report.h"
 #include "doppel/kinematics/kinematics.h"
 
@@ -39,7 +40,7 @@ bool stands_freely(const RobotDescription& robot, const Link& root) {
       if (words.find(word) != std::string::npos) ++wheels;
     }
   }
-  return wheels > 0;
+  return wheels > 0 || !legs_of(robot).empty();
 }
 
 void check_root(const AuditInput& in, const Link& root, Findings& out) {

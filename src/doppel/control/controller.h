@@ -10,10 +10,12 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "doppel/bus/bus.h"
 #include "doppel/bus/parameter_file.h"
+#include "doppel/control/nan.h"
 #include "doppel/core/log.h"
 #include "doppel/core/status.h"
 #include "doppel/core/time.h"
@@ -115,6 +117,10 @@ class DOPPEL_API Controller {
   // Between steps, while active: the transform whose child is the base, so that no other node publishes
   // another parent of it; nullptr: none.
   [[nodiscard]] virtual const BaseTransform* base_transform() const { return nullptr; }
+
+  // In the loop: the value that the controller follows for "joint/position", rad or m, if it is not a command or
+  // reference interface; NaN: none.
+  [[nodiscard]] virtual double followed_value(std::string_view /*interface*/) const { return kNaN; }
 
   // Filled by the controller manager before on_activate, emptied after on_deactivate.
   std::vector<CommandHandle> command_handles;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "doppel/bus/standard_node.h"
 #include "doppel/control/detail/controller_manager.h"
@@ -457,6 +458,10 @@ double ControllerManager::reference(std::string_view interface) const {
       if (std::string_view(c->references[i]).substr(c->name.size() + 1) == interface)
         return c->controller->reference_handles[i].get();
     }
+  }
+  for (const LoadedController* c : impl_->active) {
+    const double value = c->controller->followed_value(interface);
+    if (std::isfinite(value)) return value;
   }
   return kNaN;
 }

@@ -139,7 +139,7 @@ class DOPPEL_API ControllerManager {
   [[nodiscard]] double state(std::string_view full_name) const;
   // The transform of the robot's root link that an active controller publishes; nullptr: none does.
   [[nodiscard]] const BaseTransform* base_transform() const;
-  // The value that an active chainable controller follows for "joint/position"; NaN: there is none.
+  // The value that an active controller follows for "joint/position"; NaN: there is none. Does not allocate.
   [[nodiscard]] double reference(std::string_view interface) const;
 
   // Any thread: calls on_stall() of every component.

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <string_view>
 #include <utility>
 
+#include "doppel/control/nan.h"
 #include "doppel/controllers/detail/joint_trajectory_controller.h"
 #include "doppel/controllers/detail/jtc_stop.h"
 
@@ -146,6 +149,15 @@ void JointTrajectoryController::end_with(const Ending& ending) {
   } else {
     stop();
   }
+}
+
+double JointTrajectoryController::followed_value(std::string_view interface) const {
+  for (std::size_t i = 0; i < settings_.joints.size() && i < desired_.positions.size(); ++i) {
+    const std::string& joint = settings_.joints[i];
+    if (interface.starts_with(joint) && interface.substr(joint.size()) == "/position")
+      return desired_.positions[i];
+  }
+  return kNaN;
 }
 
 void JointTrajectoryController::hold_at(std::span<const double> positions) {

@@ -35,6 +35,14 @@ void check_foreign(const std::string& path) {
 
 }  // namespace
 
+bool is_fetched(const std::string& path) {
+  std::error_code failed;
+  if (!fs::is_regular_file(path, failed) || fs::file_size(path, failed) >= kMaxPointerBytes || failed)
+    return true;
+  std::ifstream file(path, std::ios::binary);
+  return !is_lfs_pointer(std::string(std::istreambuf_iterator<char>(file), {}));
+}
+
 void mesh::refuse_pointer(std::string_view bytes, const std::string& path) {
   if (!is_lfs_pointer(bytes)) return;
   throw InputError("mesh.not_fetched", make_location(path),

@@ -33,6 +33,9 @@ struct DOPPEL_API TriangleMesh {
 // "mesh.not_fetched"). Any thread.
 DOPPEL_API TriangleMesh load_mesh(const std::string& path, const Eigen::Vector3d& scale);
 
+// False for the pointer of Git LFS to a file that was not fetched. Does not throw.
+DOPPEL_API bool is_fetched(const std::string& path);
+
 // The mesh of a description: its file, or the part of it that is named, at its scale. InputError
 // "mesh.no_submesh" if the file has no such part.
 DOPPEL_API TriangleMesh load_mesh(const MeshGeometry& mesh);

@@ -113,10 +113,18 @@ struct PackageResolver::Search {
     const PackageIndex& index = resolver.index_of(root);
     if (const auto here = index.packages.find(name); here != index.packages.end()) out.path = here->second;
   }
+  // A folder that bears the name, or the package of that name in it, as in a repository named after its package.
+  void guess(const fs::path& folder) {
+    std::error_code none;
+    if (found() || !fs::is_directory(folder, none)) return;
+    const PackageIndex& index = resolver.index_of(folder);
+    const auto inside = index.packages.find(name);
+    out.path = inside != index.packages.end() ? inside->second : folder;
+  }
   void without_package_xml(const fs::path& context) {
     for (fs::path at = context; at.has_relative_path() && !found(); at = at.parent_path()) {
-      if (at.filename() == name) out.path = at;
-      look_for_folder(at / name);
+      if (at.filename() == name) guess(at);
+      guess(at / name);
     }
     for (const fs::path& root : folders_to_crawl(context)) {
       if (found()) return;
@@ -150,8 +158,8 @@ PackageResolver::Resolved PackageResolver::search(const std::string& name) const
   for (const fs::path& context : contexts_) {
     for (const fs::path& root : folders_to_crawl(context)) search.crawled(root);
   }
-  for (const fs::path& context : contexts_) search.without_package_xml(context);
   search.environment();
+  for (const fs::path& context : contexts_) search.without_package_xml(context);
   for (const fs::path& folder : bundled_) search.look(folder);
   if (!search.found()) {
     if (const auto near = nearest_name(name, package_names())) search.out.nearest = *near;
@@ -195,7 +203,12 @@ PackageResolver::Resolved PackageResolver::resolve(const std::string& uri, const
   const std::string name = rest.substr(0, slash);
   const Resolved package = find_package(name);
   if (package.path.empty()) {
-    out.tried = package.tried;
+    // Exporters write package:///part.stl and package://part.stl for files beside the description.
+    const std::string beside = rest.substr(std::min(rest.find_first_not_of('/'), rest.size()));
+    const bool named = !name.empty() && slash != std::string::npos;
+    if (!named && !beside.empty() && take(base / beside)) return out;
+    if (name.empty() && beside.find('/') != std::string::npos) return resolve(kind + "://" + beside, base);
+    out.tried.insert(out.tried.end(), package.tried.begin(), package.tried.end());
     out.tried.push_back("(no package '" + name + "')");
     out.nearest = package.nearest;
     return out;

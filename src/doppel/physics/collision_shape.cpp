@@ -106,6 +106,17 @@ struct ReachBelow {
 
 }  // namespace
 
+bool has_size(const Geometry& geometry) {
+  if (const auto* box = std::get_if<Box>(&geometry)) return box->size.minCoeff() > 0;
+  if (const auto* c = std::get_if<Cylinder>(&geometry)) return c->radius > 0 && c->length > 0;
+  if (const auto* c = std::get_if<Capsule>(&geometry)) return c->radius > 0 && c->length > 0;
+  if (const auto* s = std::get_if<Sphere>(&geometry)) return s->radius > 0;
+  if (const auto* e = std::get_if<Ellipsoid>(&geometry)) return e->radii.minCoeff() > 0;
+  if (const auto* c = std::get_if<Cone>(&geometry)) return c->radius > 0 && c->length > 0;
+  if (const auto* e = std::get_if<Extrusion>(&geometry)) return e->outline.size() >= 3 && e->height > 0;
+  return true;
+}
+
 double lowest_point(const CollisionShape& shape, const Pose& X_FS) {
   const Eigen::Vector3d up = X_FS.linear().transpose() * Eigen::Vector3d::UnitZ();
   return X_FS.translation().z() - std::visit(ReachBelow{up}, shape.geometry);

@@ -29,6 +29,9 @@ struct CollisionShape {
   Friction friction = {};
 };
 
+// False for a primitive with a size of zero; a mesh may have none that is found.
+DOPPEL_API bool has_size(const Geometry& geometry);
+
 // z in m, along the axis of F, of the shape's lowest point. X_FS: the shape in a frame F.
 DOPPEL_API double lowest_point(const CollisionShape& shape, const Pose& X_FS);
 

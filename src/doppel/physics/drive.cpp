@@ -10,7 +10,8 @@ namespace {
 // implicit integrator reaches the reference in one step, whatever the inertia; a load that gives the
 // acceleration a leaves an error of a * step^2 / 1000.
 constexpr double kIdealStiffness = 1000.0;
-constexpr double kMinInertia = 1e-6;  // kg m^2 or kg
+constexpr double kMinInertia = 1e-6;   // kg m^2 or kg
+constexpr double kSpeedMargin = 0.01;  // of the velocity limit, over which an effort falls to zero
 
 }  // namespace
 
@@ -97,9 +98,23 @@ void Drive::write_law(JointSpring& spring) const {
   spring.reference = servo_.ideal ? reference_ : before_;
   spring.reference_rate = servo_.ideal ? 0.0 : (reference_ - before_) / step_;
   spring.reference_velocity = servoing() && !servo_.ideal ? seen_ : 0.0;
-  spring.feed = mode_ == DriveMode::effort ? std::clamp(target_, -servo_.effort, servo_.effort) : 0.0;
+  spring.feed = 0.0;
   spring.low = -servo_.effort;
   spring.high = servo_.effort;
+  if (mode_ == DriveMode::effort) write_effort(spring);
+}
+
+// A commanded effort accelerates the joint up to its velocity limit and does not brake it beyond.
+void Drive::write_effort(JointSpring& spring) const {
+  const double effort = std::clamp(target_, -servo_.effort, servo_.effort);
+  if (effort == 0 || !std::isfinite(servo_.velocity) || !(servo_.velocity > 0)) {
+    spring.feed = effort;
+    return;
+  }
+  spring.damping = std::abs(effort) / (kSpeedMargin * servo_.velocity);
+  spring.reference_velocity = std::copysign(servo_.velocity, effort);
+  spring.low = std::min(effort, 0.0);
+  spring.high = std::max(effort, 0.0);
 }
 
 }  // namespace doppel

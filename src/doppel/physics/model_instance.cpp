@@ -19,17 +19,6 @@ constexpr const char* kObjectLink = "link";
 // Engines reject bodies of about 1e-15 kg, and no measured quantity distinguishes a smaller mass from zero.
 constexpr double kMinMass = 1e-9;  // kg
 
-bool has_size(const Geometry& geometry) {
-  if (const auto* box = std::get_if<Box>(&geometry)) return box->size.minCoeff() > 0;
-  if (const auto* c = std::get_if<Cylinder>(&geometry)) return c->radius > 0 && c->length > 0;
-  if (const auto* c = std::get_if<Capsule>(&geometry)) return c->radius > 0 && c->length > 0;
-  if (const auto* s = std::get_if<Sphere>(&geometry)) return s->radius > 0;
-  if (const auto* e = std::get_if<Ellipsoid>(&geometry)) return e->radii.minCoeff() > 0;
-  if (const auto* c = std::get_if<Cone>(&geometry)) return c->radius > 0 && c->length > 0;
-  if (const auto* e = std::get_if<Extrusion>(&geometry)) return e->outline.size() >= 3 && e->height > 0;
-  return true;
-}
-
 // A plane collides as a slab below it.
 constexpr double kPlaneSide = 100.0, kPlaneDepth = 1.0;  // m, at least
 

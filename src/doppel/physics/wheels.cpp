@@ -20,6 +20,8 @@ constexpr double kHorizontal = 0.5;                   // largest vertical compon
 constexpr double kParallel = 0.999;                   // cosine between a shape's axis and the joint's
 constexpr double kOffCentre = 0.02;                   // of the radius, distance of a shape from the axis
 constexpr double kRoundness = 0.04;                   // of the radius; a hull of 12 sides has 3.4 %
+constexpr double kProtrusion = 0.1;                   // of the radius, of other shapes of the wheel's link
+constexpr double kLift = 3.0;                         // radii above the robot's lowest point, at most
 constexpr int kDirections = 64;                       // in which the radius of a hull is measured
 constexpr double kCasterLift = 0.2;                   // of a wheel's radius, above the wheels' lowest point
 constexpr std::array<std::string_view, 3> kCasterNames{"caster", "ball", "skid"};
@@ -93,6 +95,20 @@ std::optional<Round> round_about(const CollisionShape& shape, const Axis& axis) 
   return out;
 }
 
+// Its largest distance from the axis, m.
+double reach_about(const CollisionShape& shape, const Axis& axis) {
+  Pose X_AL = Pose::Identity();  // in axes whose y is the axis
+  X_AL.linear() =
+      Eigen::Quaterniond::FromTwoVectors(axis.direction, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  X_AL.translation() = -(X_AL.linear() * axis.point);
+  double lowest = kInfinity;
+  for (int i = 0; i < kDirections; ++i) {
+    const Pose turned(Eigen::AngleAxisd(2.0 * std::numbers::pi * i / kDirections, Eigen::Vector3d::UnitY()));
+    lowest = std::min(lowest, lowest_point(shape, turned * X_AL * shape.X_LS));
+  }
+  return -lowest;
+}
+
 CollisionShape rolling_shape(const Round& round, const Axis& axis, const CollisionShape& from) {
   CollisionShape out = from;
   out.geometry = Ellipsoid{{round.radius, round.radius, 0.5 * round.width}};
@@ -118,6 +134,10 @@ class Fitter {
          std::vector<std::vector<CollisionShape>>& shapes)
       : model_(model), keep_(keep), shapes_(shapes), data_(model), groups_(rigid_groups(model)) {
     forward_kinematics(model, data_, q0);
+    for (std::size_t link = 0; link < shapes.size(); ++link) {
+      for (const CollisionShape& shape : shapes[link])
+        lowest_ = std::min(lowest_, lowest_point(shape, data_.X_WL[link] * shape.X_LS));
+    }
   }
 
   std::vector<RollingPart> fit() {
@@ -169,12 +189,30 @@ class Fitter {
         best_axis = axis;
       }
     }
-    if (best_shape == nullptr) return;
+    if (best_shape == nullptr || !rolls_on_ground(best, best_axis, best_shape)) return;
     fix_turning_direction(best_shape->friction, best_axis.direction);
     best.friction = best_shape->friction;
     if (!best_round.rolls_already && !kept(best.link))
       *best_shape = rolling_shape(best_round, best_axis, *best_shape);
     found_.push_back(std::move(best));
+  }
+
+  // A round shape at a knee does not roll: the shank reaches further from the axis, or it is high above the ground.
+  [[nodiscard]] bool rolls_on_ground(const RollingPart& wheel, const Axis& axis_L,
+                                     const CollisionShape* shape_of_wheel) const {
+    const auto own = static_cast<std::size_t>(wheel.link);
+    const double bottom = (data_.X_WL[own] * wheel.centre_L).z() - wheel.radius;
+    if (bottom > lowest_ + kLift * wheel.radius) return false;
+    for (std::size_t link = 0; link < shapes_.size(); ++link) {
+      if (group_of(static_cast<int>(link)) != group_of(wheel.link)) continue;
+      const Pose X_LO = data_.X_WL[link].inverse() * data_.X_WL[own];
+      const Axis axis{X_LO * axis_L.point, X_LO.linear() * axis_L.direction};
+      for (const CollisionShape& shape : shapes_[link]) {
+        if (&shape != shape_of_wheel && reach_about(shape, axis) > (1.0 + kProtrusion) * wheel.radius)
+          return false;
+      }
+    }
+    return true;
   }
 
   [[nodiscard]] bool kept(int link) const {
@@ -215,6 +253,7 @@ class Fitter {
   std::vector<std::vector<CollisionShape>>& shapes_;
   Data data_;
   std::vector<int> groups_;
+  double lowest_ = kInfinity;  // m, z of the robot's lowest point
   std::vector<RollingPart> found_;
 };
 

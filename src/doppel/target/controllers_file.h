@@ -40,6 +40,7 @@ struct ControllersFile {
   std::filesystem::path path;
   bool for_ros2 = false;  // declares controllers, or a manager of them, in any namespace
   bool named = false;     // by the description or by the user, not only found
+  bool of_ros1 = false;   // mapped from a file of ROS 1 (ros1_controllers.h)
   std::vector<DeclaredController> controllers;
   std::vector<PlacedName> other_sections;  // sections with parameters that belong to no declared controller
   double update_rate = 0;                  // Hz; 0: not written

@@ -38,18 +38,54 @@ struct Candidate {
   ControllersFile file;
   std::set<std::string> own, foreign;  // joints that its controllers name, of this robot and of others
   bool of_ros1 = false;
-  bool near = false;         // in the description's package
+  std::string
+      obstacle;       // a command interface that its controllers need and <ros2_control> lacks; "": can start
+  bool near = false;  // in the description's package
   bool named_alike = false;  // its path holds the robot's name
   bool launched = false;     // a launch file of its package names it
   int usual = 0;             // 0: the usual name for such a file
   std::size_t words = 0;     // of the robot's name and its description's file, in the path
 
-  [[nodiscard]] bool fits() const { return !own.empty() || (near && foreign.empty() && !of_ros1); }
+  [[nodiscard]] bool fits() const {
+    return obstacle.empty() && (!own.empty() || (near && foreign.empty() && !of_ros1));
+  }
   [[nodiscard]] auto order() const {
     return std::tuple(of_ros1, -static_cast<long>(own.size()), foreign.size(), !named_alike, !launched, usual,
                       -static_cast<long>(words), file.path);
   }
 };
+
+// Whether <ros2_control> offers "joint/interface".
+bool offers(const RobotDescription& robot, const std::string& joint, const std::string& interface) {
+  return std::ranges::any_of(robot.hardware, [&](const HardwareDescription& hardware) {
+    return std::ranges::any_of(hardware.joints, [&](const HardwareJointDescription& one) {
+      return one.name == joint && std::ranges::any_of(one.command_interfaces, [&](const auto& offered) {
+               return offered.name == interface;
+             });
+    });
+  });
+}
+
+// A command interface that is missing, where no controller that commands joints finds all of its own.
+std::string obstacle_of(const ControllersFile& file, const RobotDescription& robot) {
+  std::string out;
+  if (robot.hardware.empty()) return out;  // every joint gets simulated interfaces
+  for (const DeclaredController& c : file.controllers) {
+    if (c.broadcasts()) continue;
+    const std::vector<std::string> joints = c.driven_joints();
+    if (!c.known_kind() || joints.empty()) return "";
+    std::string missing;
+    for (const std::string& joint : joints) {
+      if (robot.find_joint(joint) == nullptr) continue;
+      for (const auto& [interface, where] : c.interfaces(true)) {
+        if (missing.empty() && !offers(robot, joint, interface)) missing = joint + "/" + interface;
+      }
+    }
+    if (missing.empty()) return "";
+    if (out.empty()) out = missing;
+  }
+  return out;
+}
 
 // The first controller's type; nothing where no controller is declared.
 std::optional<ParameterOverride> first_type(const std::vector<ParameterOverride>& overrides) {
@@ -240,6 +276,7 @@ std::optional<Candidate> Search::candidate(const fs::path& path, Diagnostics& sk
   if (!file || !file->for_ros2) return std::nullopt;
   Candidate out;
   out.of_ros1 = of_ros1;
+  if (!of_ros1) out.obstacle = obstacle_of(*file, robot_);
   for (const DeclaredController& c : file->controllers) {
     for (const std::string& name : c.named_joints())
       (robot_.find_joint(name) != nullptr ? out.own : out.foreign).insert(name);
@@ -332,6 +369,16 @@ void Search::choose(std::vector<Candidate> all) {
 void Search::report_others(const std::vector<Candidate>& others) {
   const std::set<std::string>& foreign = others.front().foreign;
   const bool one = others.size() == 1;
+  if (!others.front().obstacle.empty()) {
+    found_.choices.note(
+        "up.controllers_of_others", robot_.source,
+        fmt::format(
+            "{} file{} with controllers of this robot {} ignored because <ros2_control> has no command "
+            "interface '{}':{}",
+            others.size(), one ? "" : "s", one ? "is" : "are", others.front().obstacle, listed(others)),
+        "add the <command_interface>, or give a file with --controllers FILE");
+    return;
+  }
   found_.choices.note(
       "up.controllers_of_others", robot_.source,
       fmt::format("{} file{} with controllers {} ignored because {} of another robot{}:{}", others.size(),

@@ -43,6 +43,14 @@ void OscillationWatch::restart(Watched& watched, Time now) {
   open_window(watched, now);
 }
 
+// Where a controller holds the joint by efforts or velocities, its position is the target, which is reached at once.
+DriveState OscillationWatch::state_of(const Instance& robot, int joint) const {
+  DriveState out = robot.drive_state(joint);
+  const bool by_controller = out.mode == DriveMode::effort || out.mode == DriveMode::velocity;
+  if (by_controller && followed_) out.target = out.reference = followed_(joint);
+  return out;
+}
+
 void OscillationWatch::look(const Instance& robot, Time now) {
   const auto q_now = robot.q(), v_now = robot.v();
   for (std::size_t j = 0; j < model_->joints.size(); ++j) {
@@ -50,8 +58,10 @@ void OscillationWatch::look(const Instance& robot, Time now) {
     const int index = static_cast<int>(j);
     Watched& watched = joints_[j];
     if (watched.reported || !joint.scalar() || joint.mimics()) continue;
-    const DriveState drive = robot.drive_state(index);
-    const bool held = drive.mode == DriveMode::position && drive.target == watched.target;
+    const DriveState drive = state_of(robot, index);
+    watched.by_controller = drive.mode == DriveMode::effort || drive.mode == DriveMode::velocity;
+    const bool servoed = drive.mode == DriveMode::position || (watched.by_controller && followed_);
+    const bool held = servoed && drive.target == watched.target;  // NaN: nothing is followed
     if (!held || !watched.arrived || now < watched.since) {
       // A reference at its target may move again later, when a load above the effort limit moves the joint.
       watched.arrived = held && std::abs(drive.reference - drive.target) < kArrived;
@@ -78,14 +88,15 @@ void OscillationWatch::evaluate(Watched& watched, int joint, Time now) {
                      std::max(watched.early.high, watched.late.high)};
   const double amplitude = whole.amplitude();
   const double sag = std::abs(watched.target - watched.sum / watched.steps);
-  const bool shakes = amplitude >= (slides ? kMinSlideOscillation : kMinOscillation) &&
-                      amplitude >= kStillThere * watched.before;
+  const double smallest = watched.by_controller ? (slides ? kMinSlideLoopOscillation : kMinLoopOscillation)
+                                                : (slides ? kMinSlideOscillation : kMinOscillation);
+  const bool shakes = amplitude >= smallest && amplitude >= kStillThere * watched.before;
   if (!shakes || watched.windows >= kMaxWindows) return restart(watched, now);
   ++watched.windows;
   const double lasted = to_seconds(kOscillationTime) * watched.windows;
-  if (watched.turns >= kMinTurns && amplitude >= kOscillationSags * sag &&
+  if (watched.turns >= kMinTurns && (watched.by_controller || amplitude >= kOscillationSags * sag) &&
       (watched.windows > 1 || watched.late.amplitude() >= kStillThere * watched.early.amplitude())) {
-    watched.what = {joint, amplitude, 0.5 * watched.turns / lasted, sag};
+    watched.what = {joint, amplitude, 0.5 * watched.turns / lasted, sag, watched.by_controller};
     watched.reported = watched.waiting = found_ = true;
   }
   watched.before = amplitude;
@@ -116,6 +127,13 @@ std::string to_string(const Oscillation& oscillation, const Instance& robot) {
     return other.mimic_leader == oscillation.joint;
   });
   const ServoParameters& servo = robot.made_of().servos[static_cast<std::size_t>(oscillation.joint)];
+  if (oscillation.by_controller) {
+    return fmt::format(
+        "joint '{}' oscillates by {:.2g} {} at {:.3g} Hz while its controller holds it: the gains of the "
+        "controller are too high for the inertia that the joint moves, or for the controller's rate; reduce "
+        "them",
+        joint.name, oscillation.amplitude, slides ? "m" : "rad", oscillation.frequency);
+  }
   std::string cause;
   if (oscillation.frequency * to_seconds(step) > kNearStep) {
     cause = fmt::format(

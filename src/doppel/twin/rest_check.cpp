@@ -4,12 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <span>
 
 namespace doppel {
 namespace {
 
 constexpr double kSameTarget = 1e-6;  // rad or m: tolerance of an unchanged target, up to whole turns
-constexpr double kAtLimit = 0.98;     // of the effort limit: the drive is saturated
+constexpr double kDragged =
+    1e-3;  // rad or m by which a load beyond the effort limit moves the drive's reference
+constexpr double kAtLimit = 0.98;  // of the effort limit: the drive is saturated
 
 std::string contact_of(BodyId body, const CompiledWorld& world, const std::vector<Contact>& contacts) {
   for (const Contact& contact : contacts) {
@@ -23,13 +27,21 @@ std::string cause_of(int index, const Instance& robot, const std::vector<Contact
   const Model& model = robot.model();
   const ModelJoint& joint = model.joints[static_cast<std::size_t>(index)];
   if (joint.mimics()) {
-    return fmt::format("it mimics '{}'", model.joints[static_cast<std::size_t>(joint.mimic_leader)].name);
+    const double q = robot.q()[static_cast<std::size_t>(joint.q)];
+    return fmt::format("it mimics '{}'{}", model.joints[static_cast<std::size_t>(joint.mimic_leader)].name,
+                       q >= joint.upper || q <= joint.lower ? " and is at its own limit" : "");
   }
   const DriveMode mode = robot.drive(index);
   if (mode == DriveMode::passive) return "no active controller commands it";
-  if (mode == DriveMode::effort) return "its controller commands no effort";
+  if (mode == DriveMode::effort) {
+    return robot.drive_target(index) == 0 ? "its controller commands no effort"
+                                          : "the effort that its controller commands does not hold it; check "
+                                            "the gains of the controller";
+  }
   const double limit = robot.made_of().servos[static_cast<std::size_t>(index)].effort;
-  if (at_effort_limit(robot, index)) {
+  const DriveState drive = robot.drive_state(index);
+  const bool dragged = mode == DriveMode::position && std::abs(drive.reference - drive.target) > kDragged;
+  if (at_effort_limit(robot, index) || dragged) {
     return fmt::format("its effort limit of {:.3g} {} is too low for its load", limit,
                        joint.type == JointType::prismatic ? "N" : "N m");
   }
@@ -48,6 +60,9 @@ std::string to_string(const UnsettledJoint& unsettled, bool slides) {
   if (moving) out += fmt::format("moves at {:.3g} {}/s", unsettled.speed, unit);
   if (unsettled.beyond > kBeyondLimit)
     out += fmt::format("{}{:.3g} {} beyond its limit", moving ? ", " : "stands ", unsettled.beyond, unit);
+  else if (unsettled.strayed > kBeyondLimit)
+    out += fmt::format("{}{:.3g} {} from the position that its leader gives", moving ? ", " : "stands ",
+                       unsettled.strayed, unit);
   return out + ": " + unsettled.cause;
 }
 
@@ -56,44 +71,80 @@ bool at_effort_limit(const Instance& robot, int joint) {
   return std::abs(robot.drive_effort()[at]) >= kAtLimit * robot.made_of().servos[at].effort;
 }
 
+namespace {
+
+// rad or m, from the position that the leader of a <mimic> gives; 0: it mimics nothing.
+double strayed_from_leader(const Model& model, const ModelJoint& joint, std::span<const double> q) {
+  if (!joint.mimics()) return 0.0;
+  const ModelJoint& leader = model.joints[static_cast<std::size_t>(joint.mimic_leader)];
+  return std::abs(q[static_cast<std::size_t>(joint.q)] - joint.mimic_offset -
+                  joint.mimic_multiplier * q[static_cast<std::size_t>(leader.q)]);
+}
+
+// The joints of casters: they are without a drive and carry a wheel, and their turning is not unrest of the robot.
+std::vector<bool> passive_casters(const Instance& robot) {
+  const Model& model = robot.model();
+  std::vector<bool> out(model.joints.size(), false);
+  for (const RollingPart& part : robot.made_of().rolling) {
+    for (int joint = part.joint; joint >= 0;) {
+      const auto at = static_cast<std::size_t>(joint);
+      if (model.joints[at].scalar() && robot.drive(joint) == DriveMode::passive) out[at] = true;
+      joint = model.links[static_cast<std::size_t>(model.joints[at].parent_link)].joint;
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
 std::vector<UnsettledJoint> find_unsettled_joints(const RobotDescription& robot, const Instance& instance) {
   const Model& model = instance.model();
   std::vector<UnsettledJoint> out;
   std::vector<Contact> contacts;
+  const std::vector<bool> casters = passive_casters(instance);
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     const ModelJoint& joint = model.joints[j];
     if (!joint.scalar()) continue;
     const double q = instance.q()[static_cast<std::size_t>(joint.q)];
     const double v = instance.v()[static_cast<std::size_t>(joint.v)];
     const double beyond = std::max({joint.lower - q, q - joint.upper, 0.0});
-    if (std::abs(v) <= kRestSpeed && beyond <= kBeyondLimit) continue;
+    const double strayed = strayed_from_leader(model, joint, instance.q());
+    const bool still = casters[j] || std::abs(v) <= kRestSpeed;
+    if (still && beyond <= kBeyondLimit && strayed <= kBeyondLimit) continue;
     if (out.empty()) instance.engine().contacts(contacts);  // costs a solution of all constraints
     const Joint* source = robot.find_joint(joint.name);
     out.push_back({joint.name, model.links[static_cast<std::size_t>(joint.child_link)].name, q, v, beyond,
-                   cause_of(static_cast<int>(j), instance, contacts),
+                   strayed, cause_of(static_cast<int>(j), instance, contacts),
                    source != nullptr ? source->source : SourceLocation{}});
   }
   return out;
 }
 
-bool RestCheck::commanded(const Instance& instance) const {
+bool RestCheck::commanded(const Instance& instance, const FollowedPosition& followed) const {
   const Model& model = instance.model();
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     const ModelJoint& joint = model.joints[j];
     if (!joint.scalar()) continue;
     const DriveMode mode = instance.drive(static_cast<int>(j));
     if (mode == DriveMode::passive) continue;
-    const double held = mode == DriveMode::position ? q0_[static_cast<std::size_t>(joint.q)] : 0.0;
-    if (!(std::abs(instance.drive_target(static_cast<int>(j)) - held) <= kSameTarget)) return true;
+    const double start = q0_[static_cast<std::size_t>(joint.q)];
+    const double position = followed && mode != DriveMode::position
+                                ? followed(static_cast<int>(j))
+                                : std::numeric_limits<double>::quiet_NaN();
+    const bool follows = std::isfinite(position);
+    const double target = follows ? position : instance.drive_target(static_cast<int>(j));
+    const double held = follows || mode == DriveMode::position ? start : 0.0;
+    if (!(std::abs(target - held) <= kSameTarget)) return true;
   }
   return false;
 }
 
-bool RestCheck::look(const RobotDescription& robot, const Instance& instance) {
+bool RestCheck::look(const RobotDescription& robot, const Instance& instance,
+                     const FollowedPosition& followed) {
   const Engine& engine = instance.engine();
   if (looked_ || engine.time() < begin_ + kRestTime) return false;
   looked_ = true;
-  if (instance.q().size() != q0_.size() || commanded(instance)) return true;
+  if (instance.q().size() != q0_.size() || commanded(instance, followed)) return true;
   const Model& model = instance.model();
   RestReport& report = report_.emplace();
   report.at = engine.time();
@@ -111,6 +162,12 @@ bool RestCheck::look(const RobotDescription& robot, const Instance& instance) {
         std::any_of(contacts.begin(), contacts.end(), [here = instance.index()](const Contact& c) {
           return (c.a.instance == here) != (c.b.instance == here);
         });
+    if (std::max(report.base_linear, report.base_angular) > kRestSpeed) {
+      report.base = fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: {}",
+                                report.base_linear, report.base_angular,
+                                report.base_touches ? "it tips over or slides; no controller balances it"
+                                                    : "it falls because it touches nothing");
+    }
   }
   return true;
 }

@@ -2,6 +2,7 @@
 // Checks whether a robot without commands is at rest half a second after the start. One that is not is
 // reported with the link and the cause, because later measurements of such a model are meaningless.
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -18,11 +19,15 @@ inline constexpr Duration kRestTime{500'000'000};  // after the start
 inline constexpr double kRestSpeed = 0.1;          // rad/s or m/s
 inline constexpr double kBeyondLimit = 0.01;       // rad or m: a loaded drive sags slightly beyond its limit
 
-// A scalar joint that moves, or is beyond its limits.
+// The position that the controller of a joint that is commanded by velocity or effort follows, rad or m; NaN: none.
+using FollowedPosition = std::function<double(int joint)>;
+
+// A scalar joint that moves, is beyond its limits, or is not where its leader in a <mimic> puts it.
 struct UnsettledJoint {
   std::string joint, link;         // the link that it moves
   double position = 0, speed = 0;  // rad or m; rad/s or m/s
   double beyond = 0;               // rad or m outside of its limits; 0: inside
+  double strayed = 0;              // rad or m from the position that its leader gives
   std::string cause;               // "no active controller commands it"
   SourceLocation where;            // of the joint
 };
@@ -35,6 +40,7 @@ struct RestReport {
   std::vector<std::string> unsettled;        // one for each joint that is not at rest, in the model's order
   bool base_touches = true;                  // a floating robot touches the ground or an object
   double base_linear = 0, base_angular = 0;  // speed of a floating root, m/s and rad/s
+  std::string base;                          // the complaint about a floating root that moves; "": none
 };
 
 // Whether the joint's drive is at its effort limit.
@@ -52,12 +58,12 @@ class DOPPEL_API RestCheck {
 
   // Between steps. True once, when kRestTime has passed and report() is set; a robot that was commanded
   // before gets no report.
-  bool look(const RobotDescription& robot, const Instance& instance);
+  bool look(const RobotDescription& robot, const Instance& instance, const FollowedPosition& followed = {});
   // nullopt: not yet, or the robot was commanded.
   [[nodiscard]] const std::optional<RestReport>& report() const { return report_; }
 
  private:
-  [[nodiscard]] bool commanded(const Instance& instance) const;
+  [[nodiscard]] bool commanded(const Instance& instance, const FollowedPosition& followed) const;
 
   Time begin_;
   std::vector<double> q0_;

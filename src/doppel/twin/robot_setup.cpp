@@ -3,9 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <set>
+#include <string_view>
 
 #include "doppel/core/names.h"
+#include "doppel/core/text.h"
 #include "doppel/target/controllers_search.h"
 #include "doppel/target/ros1_controllers.h"
 #include "doppel/target/target.h"
@@ -53,13 +56,34 @@ bool offers_velocities(const RobotDescription& robot, const std::vector<std::str
   });
 }
 
+constexpr std::array<std::string_view, 4> kCasterNames{"caster", "castor", "swivel", "wheel"};
+
+// A joint that turns freely below the base: it carries a wheel, or is named as one. The continuous joints of an arm on
+// the base are none.
+bool is_caster(const ModelInstance& made, const Joint& joint) {
+  if (joint.type != JointType::continuous) return false;
+  const std::string names = lowered(joint.name + ' ' + joint.child);
+  if (std::ranges::any_of(kCasterNames,
+                          [&](std::string_view part) { return names.find(part) != std::string::npos; }))
+    return true;
+  const Model& model = *made.model;
+  for (const RollingPart& part : made.rolling) {
+    for (int at = part.joint; at >= 0;) {
+      const ModelJoint& above = model.joints[static_cast<std::size_t>(at)];
+      if (above.name == joint.name) return true;
+      at = model.links[static_cast<std::size_t>(above.parent_link)].joint;
+    }
+  }
+  return false;
+}
+
 // The wheels belong to the base's controller; other joints that turn without end are casters, which roll freely.
-std::vector<std::string> leave_to_base(const RobotDescription& robot, const MappedBase& base,
-                                       std::vector<std::string>& joints) {
+std::vector<std::string> leave_to_base(const ModelInstance& made, const RobotDescription& robot,
+                                       const MappedBase& base, std::vector<std::string>& joints) {
   std::vector<std::string> casters;
   std::erase_if(joints, [&](const std::string& name) {
     if (std::find(base.joints.begin(), base.joints.end(), name) != base.joints.end()) return true;
-    if (robot.find_joint(name)->type != JointType::continuous) return false;
+    if (!is_caster(made, *robot.find_joint(name))) return false;
     casters.push_back(name);
     return true;
   });
@@ -200,7 +224,7 @@ void generate_controllers(const Scenario& scenario, const WorldRobot& robot, con
                        "declare your own controllers with --controllers FILE");
   }
   auto joints = joints_to_drive(description);
-  if (base) setup.free_joints = leave_to_base(description, *base, joints);
+  if (base) setup.free_joints = leave_to_base(made, description, *base, joints);
   if (joints.empty() && base) {
     if (!setup.unused_files.empty())
       diagnostics.note("up.controllers_of_others", description.source, setup.unused_files);
@@ -232,7 +256,7 @@ void add_spare_base(const ModelInstance& made, RobotSetup& setup) {
   if (!base) return;
   std::vector<std::string> others = joints_to_drive(description);
   setup.spare_base = {base->name, generated_base_text(*base), base->joints,
-                      leave_to_base(description, *base, others)};
+                      leave_to_base(made, description, *base, others)};
   setup.controllers.add(
       ParameterFile::parse("controller_manager:\n  ros__parameters:\n" + base->declaration + base->section,
                            "<generated controllers>"));

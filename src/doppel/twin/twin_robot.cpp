@@ -66,12 +66,23 @@ class LoadMonitor : public Tickable {
   LoadPublisher publisher_;
 };
 
+// The position that a controller follows for each joint, without allocation.
+FollowedPosition followed_by_controllers(const TwinRobot& robot) {
+  std::vector<std::string> interfaces;
+  for (const ModelJoint& joint : robot.model().joints) interfaces.push_back(joint.name + "/" + kPosition);
+  return [&robot, interfaces = std::move(interfaces)](int joint) {
+    return robot.controller_manager().reference(interfaces[static_cast<std::size_t>(joint)]);
+  };
+}
+
 // Reports each joint once, by its name and a message.
 class OscillationMonitor : public Tickable {
  public:
   using Report = std::function<void(const std::string&, std::string)>;
   OscillationMonitor(const TwinRobot& robot, Report report)
-      : robot_(robot), watch_(robot.machine().shared_model()), report_(std::move(report)) {}
+      : robot_(robot),
+        watch_(robot.machine().shared_model(), followed_by_controllers(robot)),
+        report_(std::move(report)) {}
 
   [[nodiscard]] bool at_every_step() const override { return true; }
   void after_step(Time now) override { watch_.look(robot_.instance(), now); }
@@ -92,15 +103,16 @@ class OscillationMonitor : public Tickable {
 class RestMonitor : public Tickable {
  public:
   RestMonitor(const TwinRobot& robot, RestCheck& check, std::function<void()> report)
-      : robot_(robot), check_(check), report_(std::move(report)) {}
+      : robot_(robot), check_(check), followed_(followed_by_controllers(robot)), report_(std::move(report)) {}
 
   void between_steps(Time /*now*/) override {
-    if (check_.look(robot_.description(), robot_.instance())) report_();
+    if (check_.look(robot_.description(), robot_.instance(), followed_)) report_();
   }
 
  private:
   const TwinRobot& robot_;
   RestCheck& check_;
+  const FollowedPosition followed_;
   const std::function<void()> report_;
 };
 
@@ -271,14 +283,10 @@ void TwinRobot::report_rest() {
   if (report.unsettled.size() > kMaxUnsettledShown)
     log().warning(kRestOrigin,
                   fmt::format("... and {} more joints", report.unsettled.size() - kMaxUnsettledShown));
-  const double speed = std::max(report.base_linear, report.base_angular);
-  if (speed > kRestSpeed && report.unsettled.empty()) {
-    log().note(
-        kRestOrigin,
-        fmt::format("the floating base moves at {:.2g} m/s and {:.2g} rad/s: {} (--base fixed holds it)",
-                    report.base_linear, report.base_angular,
-                    report.base_touches ? "it tips over or slides; no controller balances it"
-                                        : "it falls because it touches nothing"));
+  if (!report.base.empty() && !report.base_touches) {
+    log().warning(kRestOrigin, report.base + " (--base fixed holds it)");
+  } else if (!report.base.empty() && report.unsettled.empty()) {
+    log().note(kRestOrigin, report.base + " (--base fixed holds it)");
   }
 }
 

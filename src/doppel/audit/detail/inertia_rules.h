@@ -40,6 +40,8 @@ void check_against_shape(const Link& link, const LinkShape& shape, bool sound, S
 // The distance of the centre of mass from the link's shape, where it exceeds the tolerance of an estimate;
 // 0: inside. rules_inertia_shape.cpp
 double centre_outside(const Link& link, const LinkShape& shape);
+// The distance of a point from the hull of the shape, m; negative: inside.
+double distance_outside(const LinkShape& shape, const Eigen::Vector3d& p);
 
 // Whether the values of its <inertial> are numbers; an invalid one was reported by the parser and is 0.
 bool readable(const AuditInput& in, const Link& link, const Findings& out);

@@ -400,6 +400,11 @@ TEST_F(WorldRulesTest, MissingWorldLinkAndRootInertiaAreReported) {
   write(name_, rover);
   EXPECT_THAT(of("world.no_world_link"), IsEmpty())
       << "expected no finding: a mobile robot is not fixed to the world";
+  write(name_,
+        "<robot name=\"r\"><link name=\"base\"/><link name=\"a\"/><link name=\"shank\"/><joint name=\"hip\" "
+        "type=\"continuous\"><parent link=\"base\"/><child link=\"a\"/></joint><joint name=\"knee\" "
+        "type=\"continuous\"><parent link=\"a\"/><child link=\"shank\"/></joint></robot>");
+  EXPECT_THAT(of("world.no_world_link"), IsEmpty()) << "expected no finding: a robot on legs";
   write(name_, robot(""));
   EXPECT_THAT(of("world.no_world_link"), IsEmpty());
   EXPECT_THAT(of("world.root_inertia"), IsEmpty());

@@ -265,6 +265,29 @@ TEST_F(AuditDescriptionTest, SuspectShapeGivesNoInertiaFinding) {
   EXPECT_EQ(sign->severity, N);
 }
 
+// The joint behind the link is at the end of the mirrored mesh, so the centre of mass is what is on the wrong side.
+TEST_F(AuditDescriptionTest, CentreOfMassIsBlamedWhereJointFitsMirroredMesh) {
+  write("m.obj", cube(100));
+  const std::string mesh =
+      "<origin xyz=\"-0.05 -0.05 0\"/><geometry><mesh filename=\"m.obj\" scale=\"0.001 0.001 "
+      "-0.001\"/></geometry>";
+  Parts p = with(&Parts::visual, "<visual>" + mesh + "</visual>");
+  p.collision = "<collision>" + mesh + "</collision>";
+  p.inertial = tensor("0.0017 0 0 0.0017 0 0.0017", "1", "0 0 0.05");
+  EXPECT_EQ(find(check(robot(p)), "mesh.scale_negative")->severity, E) << "expected blame of the mesh";
+  p.more =
+      "<link name=\"tool\"/><joint name=\"t\" type=\"fixed\"><parent link=\"arm\"/><child link=\"tool\"/>"
+      "<origin xyz=\"0 0 -0.1\"/></joint>";
+  const AuditReport report = check(robot(p));
+  const Finding* sign = find(report, "mesh.scale_negative");
+  ASSERT_NE(sign, nullptr) << report_text(report);
+  EXPECT_EQ(sign->severity, W);
+  EXPECT_TRUE(sign->repair.empty());
+  const Finding* centre = find(report, "inertia.com_outside");
+  ASSERT_NE(centre, nullptr) << report_text(report);
+  EXPECT_NE(centre->message.find("at 0 0 -0.05 it is inside"), std::string::npos) << centre->message;
+}
+
 TEST_F(AuditDescriptionTest, MissingFileNamesNearest) {
   write("wrist.obj", cube(0.1));
   Parts p;

@@ -37,6 +37,7 @@ class JointTrajectoryController : public Controller {
   Status on_cleanup() override;
   void update(Time now, Duration period) override;
   void housekeeping(Time now) override;
+  [[nodiscard]] double followed_value(std::string_view interface) const override;
   [[nodiscard]] double housekeeping_rate() const override { return settings_.action_monitor_rate; }
 
  private:

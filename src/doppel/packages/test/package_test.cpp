@@ -114,6 +114,44 @@ TEST_F(PackageResolverTest, PackageIsPreferredToFolderOfSameName) {
             "arm_description/src/arm_description");
 }
 
+// A folder beside the workspace that is only named like the package.
+TEST_F(PackageResolverTest, PackageOfEnvironmentIsPreferredToFolderOfSameName) {
+  package("ws/src/robot");
+  write("ws/src/robot/urdf/r.urdf");
+  write("arm_meshes/notes/readme.txt");
+  package("other/arm_meshes");
+  ::setenv("ROS_PACKAGE_PATH", (folder_ / "other").c_str(), 1);
+  EXPECT_EQ(find("arm_meshes", "ws/src/robot/urdf/r.urdf"), "other/arm_meshes");
+}
+
+TEST_F(PackageResolverTest, PackageInsideFolderOfSameNameIsFound) {
+  package("ws/src/robot");
+  write("ws/src/robot/urdf/r.urdf");
+  package("arm_meshes/src/arm_meshes");
+  EXPECT_EQ(find("arm_meshes", "ws/src/robot/urdf/r.urdf"), "arm_meshes/src/arm_meshes");
+}
+
+TEST_F(PackageResolverTest, FileWithoutPackageIsFoundBesideDescription) {
+  write("export/arm.urdf");
+  write("export/part.stl");
+  write("export/meshes/base.stl");
+  package("ws/src/parts");
+  write("ws/src/parts/meshes/link.stl");
+  PackageResolver resolver;
+  resolver.add_context(folder_ / "export/arm.urdf");
+  resolver.add_context(folder_ / "ws/src/parts/package.xml");
+  const auto resolved = [&](const std::string& uri) {
+    return resolver.resolve(uri, folder_ / "export").path.lexically_relative(folder_).string();
+  };
+  EXPECT_EQ(resolved("package:///part.stl"), "export/part.stl");
+  EXPECT_EQ(resolved("package://part.stl"), "export/part.stl");
+  EXPECT_EQ(resolved("package:///meshes/base.stl"), "export/meshes/base.stl");
+  EXPECT_EQ(resolved("package:///parts/meshes/link.stl"), "ws/src/parts/meshes/link.stl");
+  const PackageResolver::Resolved missing = resolver.resolve("package:///absent.stl", folder_ / "export");
+  EXPECT_TRUE(missing.path.empty());
+  EXPECT_EQ(missing.tried.front(), (folder_ / "export/absent.stl").string());
+}
+
 TEST_F(PackageResolverTest, InstalledPackageIsFoundInEveryLayout) {
   package("ws/src/arm");
   package("ws/install/share/together");

@@ -1,7 +1,7 @@
 // The integration of a step: semi-implicit Euler over Bullet's articulated-body algorithm. Drives, stops and
 // joint damping are evaluated at the velocity of the step's end: their terms on the mass matrix's diagonal
-// are part of the inverse that Bullet's constraint solver uses, so that contacts, friction, mimics and limits
-// are solved consistently with the step.
+// are part of the inverse that Bullet's constraint solver uses, and so are the couplings of mimics, so that
+// contacts, friction and limits are solved consistently with the step.
 
 #include "doppel/physics/bullet/step_solver.h"
 
@@ -244,7 +244,33 @@ void StepSolver::respond(int instance, const InstanceState& state) {
   for (std::size_t t = 0; t < of.articulation.trees.size(); ++t) {
     TreeScratch& tree = tree_at(instance, static_cast<int>(t));
     tree.velocity = tree.dynamics.velocity() + step_ * tree.acceleration;
+  }
+  couple_mimics(instance, state);
+  for (std::size_t t = 0; t < of.articulation.trees.size(); ++t) {
+    TreeScratch& tree = tree_at(instance, static_cast<int>(t));
     tree.dynamics.write_velocity(tree.velocity);
+  }
+}
+
+// Removes the freedom of each mimic against its leader from the velocity and the inverse. As rows of Bullet's
+// iterative solver the couplings of a leader much lighter than its followers would not converge.
+void StepSolver::couple_mimics(int instance, const InstanceState& state) {
+  const Model& model = *world_.instances()[static_cast<std::size_t>(instance)].model;
+  for (const ModelJoint& joint : model.joints) {
+    if (!joint.scalar() || !joint.mimics()) continue;
+    const ModelJoint& leader = model.joints[static_cast<std::size_t>(joint.mimic_leader)];
+    const TreePlace own = place_of(instance, joint.v);
+    const auto a = own.index, b = place_of(instance, leader.v).index;
+    const double ratio = joint.mimic_multiplier;
+    TreeScratch& tree = tree_at(instance, own.tree);
+    tree.acceleration = tree.inverse.col(a) - ratio * tree.inverse.col(b);  // response to a unit impulse
+    const double response = tree.acceleration[a] - ratio * tree.acceleration[b];
+    if (!(response > 0)) continue;
+    const double error = state.q[static_cast<std::size_t>(joint.q)] -
+                         ratio * state.q[static_cast<std::size_t>(leader.q)] - joint.mimic_offset;
+    const double rate = tree.velocity[a] - ratio * tree.velocity[b];
+    tree.velocity -= (rate + kJointErrorReduction / step_ * error) / response * tree.acceleration;
+    tree.inverse.noalias() -= tree.acceleration * (tree.acceleration.transpose() / response);
   }
 }
 
@@ -281,19 +307,6 @@ void StepSolver::write_joint_rows(int instance, const InstanceState& state, cons
   if (!joint.scalar()) return;
   row.place_a = first;
   const double q = state.q[static_cast<std::size_t>(joint.q)];
-  if (joint.mimics()) {
-    const ModelJoint& leader = world_.instances()[static_cast<std::size_t>(instance)]
-                                   .model->joints[static_cast<std::size_t>(joint.mimic_leader)];
-    JointRow gear = row;
-    gear.place_b = place_of(instance, leader.v).index;
-    gear.factor_b = -joint.mimic_multiplier;
-    gear.target =
-        -kJointErrorReduction / step_ *
-        (q - joint.mimic_multiplier * state.q[static_cast<std::size_t>(leader.q)] - joint.mimic_offset);
-    gear.low = -kUnbounded;
-    gear.high = kUnbounded;
-    rows_.push_back(gear);
-  }
   if (joint.stop_stiffness > 0) return;
   const double near = kNearLimit + 2.0 * step_ * std::abs(end_velocity(instance, joint.v));
   row.low = 0.0;

@@ -77,6 +77,7 @@ class StepSolver {
   void meet_stops(int instance, InstanceState& state);
   void respond(int instance, const InstanceState& state);
   void add_implicit(int instance, int v, double armature);
+  void couple_mimics(int instance, const InstanceState& state);
   void write_rows(int instance, const InstanceState& state);
   void write_joint_rows(int instance, const InstanceState& state, const ModelJoint& joint);
   [[nodiscard]] double end_velocity(int instance, int v) const;

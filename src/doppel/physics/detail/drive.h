@@ -28,6 +28,7 @@ class Drive {
 
  private:
   [[nodiscard]] bool servoing() const { return mode_ == DriveMode::position || mode_ == DriveMode::velocity; }
+  void write_effort(JointSpring& spring) const;
   double advance_position();
   void advance_velocity(double q, double v);
 

@@ -10,7 +10,9 @@
 #include <limits>
 #include <new>
 #include <stdexcept>
+#include <utility>
 
+#include "doppel/kinematics/dynamics.h"
 #include "doppel/mjcf/mjcf.h"
 #include "doppel/physics/grasp.h"
 #include "doppel/physics/mujoco/state_data.h"
@@ -18,7 +20,8 @@
 namespace doppel {
 namespace {
 
-constexpr double kNeverNear = -1e9;  // m, the margin of a pair that never touches
+constexpr double kNeverNear = -1e9;           // m, the margin of a pair that never touches
+constexpr double kMinCoupledInertia = 1e-12;  // kg m^2 or kg, of a leader with its mimics
 
 int find_part(const mjModel* m, int type, const std::string& name) {
   const int id = mj_name2id(m, type, name.c_str());
@@ -163,9 +166,39 @@ void MujocoWorld::collect_joints() {
         throw std::logic_error("MuJoCo orders the joints differently from the models");
     }
     collect_stops(i);
+    couple_mimics(i);
     joints = at.joint + static_cast<int>(instance(i).model->joints.size());
   }
   drive_of_joint.resize(static_cast<std::size_t>(joints), -1);
+}
+
+// MuJoCo scales the softness of a row by the inverse inertia of its joints as if each of them were free: a leader
+// without inertia would make its couplings and limits yield to any load. Each joint of a coupled group gets the
+// inverse inertia of the whole group instead. A coupling is written in the unit of the joint that moves further, so
+// that the sum of the two inverses, which MuJoCo uses, is that of the row within a factor of two.
+void MujocoWorld::couple_mimics(int index) {
+  const Model& model = *instance(index).model;
+  if (std::ranges::none_of(model.joints, [](const ModelJoint& joint) { return joint.mimics(); })) return;
+  const InstanceOffsets& at = offsets(index);
+  const Eigen::VectorXd inertia = carried_inertia(model);
+  for (std::size_t j = 0; j < model.joints.size(); ++j) {
+    const ModelJoint& joint = model.joints[j];
+    if (!joint.scalar() || !joint.mimics() || joint.mimic_multiplier == 0) continue;
+    const ModelJoint& leader = model.joints[static_cast<std::size_t>(joint.mimic_leader)];
+    const double ratio = joint.mimic_multiplier;
+    const double inverse = 1.0 / std::max(inertia[joint.mimic_leader], kMinCoupledInertia);
+    model_->dof_invweight0[at.v + leader.v] = inverse;
+    model_->dof_invweight0[at.v + joint.v] = ratio * ratio * inverse;
+    if (std::abs(ratio) >= 1) continue;
+    const int own = find_part(m(), mjOBJ_JOINT, mjcf_joint_name(at.joint + static_cast<int>(j)));
+    for (int i = 0; i < m()->neq; ++i) {
+      if (m()->eq_type[i] != mjEQ_JOINT || m()->eq_obj1id[i] != own) continue;
+      std::swap(model_->eq_obj1id[i], model_->eq_obj2id[i]);
+      model_->eq_data[mjNEQDATA * i] = -joint.mimic_offset / ratio;
+      model_->eq_data[mjNEQDATA * i + 1] = 1.0 / ratio;
+      break;
+    }
+  }
 }
 
 void MujocoWorld::collect_contact_rules() {

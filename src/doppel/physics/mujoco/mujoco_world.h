@@ -71,6 +71,7 @@ class MujocoWorld final : public CompiledWorld {
   void collect_joints();
   void collect_contact_rules();
   void collect_stops(int instance);
+  void couple_mimics(int instance);
   void find_exclusions(Exclusions& exclusions, const CompiledWorld* before,
                        const std::vector<std::pair<BodyId, BodyId>>& excludable);
   void apply(const Exclusions& exclusions, const std::vector<std::pair<BodyId, BodyId>>& excludable,

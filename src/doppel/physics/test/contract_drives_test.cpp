@@ -21,10 +21,10 @@ class DrivesContract : public Contract {
     return out;
   }
   // Two sliders side by side, the second of which follows the first.
-  static RobotDescription gripper(double multiplier, double offset) {
+  static RobotDescription gripper(double multiplier, double offset, double leader_mass = 0.2) {
     RobotDescription out;
     out.name = "gripper";
-    out.links = {make_frame("palm"), make_link("left", 0.2, {0, 0, 0}, {1e-4, 1e-4, 1e-4}),
+    out.links = {make_frame("palm"), make_link("left", leader_mass, {0, 0, 0}, {1e-4, 1e-4, 1e-4}),
                  make_link("right", 0.3, {0, 0, 0}, {1e-4, 1e-4, 1e-4})};
     out.joints = {
         make_joint("left_slide", JointType::prismatic, "palm", "left", {0, 0.1, 0.5}, {0, 0, 1}),
@@ -251,6 +251,24 @@ TEST_P(DrivesContract, FrictionReducesEffort) {
   EXPECT_NEAR(engine->instance(0).v()[0], 0.5 / 0.250001 * 0.2, 2e-3);
 }
 
+// Without gravity 5 N m turn 0.25 kg m^2 up to the limit in 5 ms, and hold it there; the reverse effort brakes at once.
+TEST_P(DrivesContract, EffortAcceleratesUpToVelocityLimit) {
+  WorldSettings in = settings();
+  in.gravity.setZero();
+  RobotDescription description = arm(5, 0.1);
+  description.joints[0].type = JointType::continuous;
+  const auto engine = make(in, {robot(description)});
+  Instance of = engine->instance(0);
+  of.set_drive(0, DriveMode::effort);
+  of.set_target(0, 5.0);
+  run(*engine, 0.5);
+  EXPECT_NEAR(of.v()[0], 0.1, 1e-3);
+  EXPECT_NEAR(of.drive_effort()[0], 0.0, 0.05);
+  of.set_target(0, -5.0);
+  run(*engine, 1e-3);
+  EXPECT_NEAR(of.drive_effort()[0], -5.0, 1e-9);
+}
+
 TEST_P(DrivesContract, MimicFollowsItsLeaderUnderLoad) {
   if (!can().mimics) GTEST_SKIP() << "the engine has no mimic joints";
   const auto engine = make(settings(), {robot(gripper(-2.0, 0.3))});
@@ -279,6 +297,54 @@ TEST_P(DrivesContract, LoadOnMimicMovesItsLeader) {
   // (m1 + 4 m2) a = 2 * 1.4
   EXPECT_NEAR(of.v()[0], 2 * 1.4 / (0.2 + 4 * 0.3) * 0.1, 2e-3);
   EXPECT_NEAR(of.v()[1], 2 * of.v()[0], 1e-3);
+}
+
+// A leader without mass of its own, as the input of a hand's synergy: both sliders fall as one body with
+// (m1 + r^2 m2) a = -(m1 + r m2) g, whatever the ratio.
+TEST_P(DrivesContract, MimicsOfAWeightlessLeaderMoveAsOneBody) {
+  if (!can().mimics) GTEST_SKIP() << "the engine has no mimic joints";
+  for (const double ratio : {-0.05, 0.3, 1.0, 4.0}) {
+    SCOPED_TRACE(ratio);
+    const auto engine = make(settings(1e-4), {robot(gripper(ratio, 0.1, 1e-8))});
+    Instance of = engine->instance(0);
+    const double duration = 0.02;
+    run(*engine, duration);
+    const double acceleration = -kGravity / ratio;
+    EXPECT_NEAR(of.v()[0], acceleration * duration, 1e-3 * std::abs(acceleration * duration));
+    EXPECT_NEAR(of.v()[1], -kGravity * duration, 1e-3 * kGravity * duration);
+    EXPECT_NEAR(of.q()[1], ratio * of.q()[0] + 0.1, within().mimic);
+  }
+}
+
+TEST_P(DrivesContract, MimicsOfAWeightlessLeaderHoldTheirLoad) {
+  if (!can().mimics) GTEST_SKIP() << "the engine has no mimic joints";
+  for (const double ratio : {-0.05, 0.3, 1.0, 4.0}) {
+    SCOPED_TRACE(ratio);
+    const auto engine = make(settings(), {robot(gripper(ratio, 0.1, 1e-8))});
+    Instance of = engine->instance(0);
+    hold_all(of);
+    of.set_target(0, 0.02);
+    of.apply_joint_effort(1, -5.0);
+    run(*engine, 2.0);
+    const double load = ratio * (0.3 * kGravity + 5.0);
+    const double sag = load / of.made_of().servos[0].stiffness;
+    EXPECT_NEAR(of.q()[0], 0.02 - sag, 1e-5);
+    EXPECT_NEAR(of.q()[1], ratio * of.q()[0] + 0.1, within().mimic);
+    EXPECT_NEAR(of.drive_effort()[0], load, 1e-3 * std::abs(load));
+  }
+}
+
+// The limit of a leader without mass stops what it leads.
+TEST_P(DrivesContract, LimitOfAWeightlessLeaderStopsItsMimic) {
+  if (!can().mimics) GTEST_SKIP() << "the engine has no mimic joints";
+  RobotDescription description = gripper(0.5, 0.0, 1e-8);
+  description.joints[0].limits->lower = -0.1;
+  const auto engine = make(settings(), {robot(description)});
+  Instance of = engine->instance(0);
+  run(*engine, 2.0);
+  EXPECT_NEAR(of.q()[0], -0.1, 2e-3);
+  EXPECT_NEAR(of.q()[1], -0.05, 1e-3);
+  EXPECT_NEAR(of.v()[0], 0.0, 1e-3);
 }
 
 TEST_P(DrivesContract, JointStopsAtItsLimit) {

@@ -63,6 +63,8 @@ inline RobotDescription make_base(const BaseShape& of = {}) {
 
 // The base in a world, on its wheels, with velocity drives.
 struct DrivenBase : Rig {
+  explicit DrivenBase(const RobotDescription& description)
+      : Rig(description, {}, options_for(Pose::Identity()), BaseKind::floating) {}
   explicit DrivenBase(const BaseShape& of = {}, const World& in = {}, const Pose& X_WB = Pose::Identity(),
                       const std::string& with_engine = kDefaultEngine)
       : Rig(make_base(of), in, options_for(X_WB), BaseKind::floating, with_engine) {

@@ -81,6 +81,30 @@ TEST(Wheels, SquareOrOffCentreShapeKeepsItsForm) {
   EXPECT_EQ(part(DrivenBase(crooked), "left_wheel"), nullptr);
 }
 
+// A disc about a knee is round about a joint that turns on, but the foot behind it reaches further.
+TEST(Wheels, DiscFromWhichAFootProtrudesIsNoWheel) {
+  RobotDescription robot = test::make_base();
+  for (const char* name : {"left_wheel", "right_wheel"}) {
+    for (Link& link : robot.links) {
+      if (link.name == name) link.collisions.push_back({"", {{0, 0, -0.2}, {}, {}}, Sphere{0.02}, {}});
+    }
+  }
+  const DrivenBase base(robot);
+  EXPECT_TRUE(base.robot.made_of().rolling.empty());
+  EXPECT_TRUE(std::holds_alternative<Cylinder>(shape_of(base, "left_wheel").geometry));
+}
+
+TEST(Wheels, DrumHighAboveTheGroundIsNoWheel) {
+  RobotDescription robot = test::make_base();
+  robot.links.push_back(test::make_link("drum", 0.1, {0, 0, 0}, {1e-4, 1e-4, 1e-4}));
+  robot.links.back().collisions.push_back({"", {{}, {kPi / 2, 0, 0}, {}}, Cylinder{0.05, 0.04}, {}});
+  robot.joints.push_back(
+      test::make_joint("winch", JointType::continuous, "base_link", "drum", {0, 0, 0.4}, {0, 1, 0}));
+  const DrivenBase base(robot);
+  EXPECT_NE(part(base, "left_wheel"), nullptr);
+  EXPECT_EQ(part(base, "drum"), nullptr);
+}
+
 TEST(Wheels, ArmOnFixedBaseKeepsItsShapes) {
   RobotDescription robot = test::make_base();
   Diagnostics heard;

@@ -9,6 +9,7 @@
 
 #include "doppel/core/source_location.h"
 #include "doppel/physics/engine.h"
+#include "doppel/twin/rest_check.h"
 
 namespace doppel {
 
@@ -16,17 +17,21 @@ inline constexpr Duration kOscillationTime{200'000'000};  // tolerated duration
 inline constexpr double kOscillationSags = 10.0;          // tolerated amplitude, in multiples of the sag
 // Smaller amplitudes are not reported, because encoders of hobby servos do not resolve them.
 inline constexpr double kMinOscillation = 1e-4, kMinSlideOscillation = 1e-5;  // rad, m
+// The same where the gains of a controller of efforts or velocities hold the joint, whatever the sag is.
+inline constexpr double kMinLoopOscillation = 1e-3, kMinSlideLoopOscillation = 1e-4;  // rad, m
 
 struct Oscillation {
   int joint = -1;
   double amplitude = 0, frequency = 0;  // rad or m, half of peak to peak; Hz
   double sag = 0;                       // rad or m
+  bool by_controller = false;           // a controller's gains hold the joint, not its servo
 };
 
 class OscillationWatch {
  public:
-  explicit OscillationWatch(std::shared_ptr<const Model> model)
-      : model_(std::move(model)), joints_(model_->joints.size()) {}
+  // followed: for joints whose drive is commanded by velocity or effort; they are not watched without it.
+  explicit OscillationWatch(std::shared_ptr<const Model> model, FollowedPosition followed = {})
+      : model_(std::move(model)), followed_(std::move(followed)), joints_(model_->joints.size()) {}
 
   // After every step. Nothing is allocated.
   void look(const Instance& robot, Time now);
@@ -50,14 +55,17 @@ class OscillationWatch {
     double sum = 0;                         // of q in all windows
     int steps = 0, turns = 0, windows = 0;  // in all windows
     bool rising = false;
+    bool by_controller = false;
     bool reported = false, waiting = false;  // waiting: take() has not been called for it
     Oscillation what;
   };
   static void restart(Watched& watched, Time now);
   static void open_window(Watched& watched, Time now);
   void evaluate(Watched& watched, int joint, Time now);
+  [[nodiscard]] DriveState state_of(const Instance& robot, int joint) const;
 
   std::shared_ptr<const Model> model_;
+  FollowedPosition followed_;
   std::vector<Watched> joints_;  // [joints]
   bool found_ = false;
 };

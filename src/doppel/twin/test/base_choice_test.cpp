@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "doppel/description/legs.h"
 #include "doppel/description/load.h"
 
 namespace doppel {
@@ -75,6 +76,28 @@ TEST(BaseChoice, DiscsOnAxesAreWheels) {
       << "expected a fixed base: discs do not roll about these axes";
 }
 
+// Two knees that turn on, with what is round about them or behind them.
+std::string knees(const std::string& shank, const std::string& below = "") {
+  std::string out = link("base_link", kBox);
+  for (const std::string side : {"l", "r"})
+    out += link(side, shank) + joint(side + "_k", "continuous", "base_link", side, "0 1 0") +
+           (below.empty()
+                ? ""
+                : link(side + "_tip", below) + "<joint name='" + side + "_fix' type='fixed'><parent link='" +
+                      side + "'/><child link='" + side + "_tip'/><origin xyz='0 0 -0.3'/></joint>");
+  return out;
+}
+
+TEST(BaseChoice, RoundPartsOfLegsAreNotWheels) {
+  const std::string ball =
+      "<collision><origin xyz='0 0 -0.3'/><geometry><sphere radius='0.03'/></geometry></collision>";
+  const std::string tip = "<collision><geometry><sphere radius='0.03'/></geometry></collision>";
+  EXPECT_THAT(choice(knees(kDisc)).reason, HasSubstr("it has wheels")) << "expected wheels without feet";
+  EXPECT_EQ(choice(knees(ball)).kind, BaseKind::fixed) << "expected no wheel: a ball beside the axis";
+  EXPECT_EQ(choice(knees(kDisc + ball)).kind, BaseKind::fixed) << "expected no wheel: the foot is lower";
+  EXPECT_EQ(choice(knees(kDisc, tip)).kind, BaseKind::fixed) << "expected no wheel: a fixed foot is lower";
+}
+
 TEST(BaseChoice, LegsFloatButHipAloneDoesNot) {
   const std::string links = link("trunk", kBox) + link("a", kBox) + link("b", kBox);
   const BaseChoice leg =
@@ -126,6 +149,26 @@ TEST(BaseChoice, MissingCollisionMeshesAreNoWheels) {
                                   joint("right_wheel", "continuous", "base_link", "r"));
   EXPECT_EQ(found.kind, BaseKind::fixed);
   EXPECT_THAT(found.reason, HasSubstr("none of its collision meshes is found"));
+}
+
+TEST(BaseChoice, LowerLinkBehindHipIsALeg) {
+  const auto limb = [](const std::string& first) {
+    return choice(link("body", kBox) + link(first + "0") + link("upper0", kBox) + link("lower0", kBox) +
+                  joint("8", "revolute", "body", first + "0", "1 0 0") +
+                  joint("0", "revolute", first + "0", "upper0", "0 1 0") +
+                  joint("1", "revolute", "upper0", "lower0", "0 1 0"));
+  };
+  EXPECT_THAT(limb("hip").reason, HasSubstr("it has legs ('lower0')"));
+  EXPECT_EQ(limb("shoulder").kind, BaseKind::fixed);
+}
+
+TEST(BaseChoice, ShapesWithoutSizeCannotStand) {
+  const std::string point = "<collision><geometry><sphere radius='0'/></geometry></collision>";
+  const BaseChoice points = choice(link("base_link") + link("thigh") + link("foot", point) +
+                                   joint("hip", "revolute", "base_link", "thigh", "0 1 0") +
+                                   joint("knee", "revolute", "thigh", "foot", "0 1 0"));
+  EXPECT_EQ(points.kind, BaseKind::fixed);
+  EXPECT_THAT(points.reason, HasSubstr("none of its collision shapes has a size"));
 }
 
 TEST(BaseChoice, FootprintAndPluginsOfMobileBasesFloat) {

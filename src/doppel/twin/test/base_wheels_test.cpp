@@ -113,6 +113,20 @@ class BaseWheelsTest : public ::testing::Test {
   std::string said_;
 };
 
+// The continuous joints of an arm are no casters, and fall without a controller.
+TEST_F(BaseWheelsTest, ContinuousJointOfArmOnBaseIsHeld) {
+  up(text_of({"left", 0, 0.2}) + text_of({"right", 0, -0.2}) + fork_text("swivel", "continuous", -0.2, 0) +
+     text_of({.name = "caster", .x = -0.03, .parent = "swivel_link"}) +
+     fork_text("shoulder", "revolute", 0.05, 0) +
+     body_text("forearm_link", "<geometry><box size='0.1 0.05 0.05'/></geometry>") +
+     joint_text("roll", "continuous", "shoulder_link", "forearm_link", 0.1, 0, "1 0 0"));
+  EXPECT_EQ(base_type(), "diff_drive_controller/DiffDriveController") << said_;
+  EXPECT_THAT(said_, HasSubstr("joint_trajectory_controller with 2 joints"));
+  const Instance robot = twin_->robot().instance();
+  EXPECT_EQ(robot.drive(robot.model().find_joint("roll")), DriveMode::position);
+  EXPECT_EQ(robot.drive(robot.model().find_joint("swivel")), DriveMode::passive);
+}
+
 TEST_F(BaseWheelsTest, TwoWheelsAndCasterGetDiffDrive) {
   up(text_of({"left", 0, 0.2}) + text_of({"right", 0, -0.2}) + fork_text("swivel", "continuous", -0.2, 0) +
      text_of({.name = "caster", .x = -0.03, .parent = "swivel_link"}));

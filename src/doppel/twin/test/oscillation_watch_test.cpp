@@ -67,6 +67,30 @@ TEST(OscillationWatch, OscillationBeyondEffortLimitIsReported) {
   EXPECT_NEAR(found[0].frequency, 8, 2.0);
 }
 
+// The loop of a controller: efforts by gains, at the position that it follows.
+std::vector<Oscillation> held_by_gains(double p, double d, const FollowedPosition& followed) {
+  Rig rig(pendulum());
+  rig.set_state({0.3});
+  rig.robot.set_drive(0, DriveMode::effort);
+  OscillationWatch watch(rig.shared, followed);
+  for (int i = 0; i < 3000; ++i) {
+    if (i % 4 == 0) rig.robot.set_target(0, p * (0.0 - rig.q("swing")) - d * rig.v("swing"));
+    rig.engine->step();
+    watch.look(rig.robot, rig.engine->time());
+  }
+  return watch.take();
+}
+
+TEST(OscillationWatch, OscillationByGainsOfControllerIsReported) {
+  const auto at_zero = [](int) { return 0.0; };
+  const auto found = held_by_gains(4000, 1, at_zero);
+  ASSERT_EQ(found.size(), 1U);
+  Rig rig(pendulum());
+  EXPECT_THAT(to_string(found[0], rig.robot), HasSubstr("the gains of the controller are too high"));
+  EXPECT_TRUE(held_by_gains(60, 3, at_zero).empty());
+  EXPECT_TRUE(held_by_gains(4000, 1, {}).empty()) << "expected no report of efforts that hold no position";
+}
+
 TEST(OscillationWatch, HeldJointIsNotReported) {
   Rig rig(pendulum());
   rig.set_state({1.0});

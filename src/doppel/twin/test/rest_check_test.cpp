@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "doppel/physics/test/engine_fixture.h"
 
 namespace doppel {
@@ -72,6 +74,52 @@ TEST(RestCheck, CommandedRobotIsNotChecked) {
   rig.hold_all();
   rig.robot.set_target(rig.joint("hinge"), 0.5);
   EXPECT_FALSE(rest_of(robot, rig));
+}
+
+// A joint that a controller holds by efforts is judged by the position that the controller follows.
+TEST(RestCheck, JointHeldByEffortsIsJudged) {
+  const RobotDescription robot = bar(100);
+  Rig rig(robot);
+  rig.robot.set_drive(0, DriveMode::effort);
+  rig.robot.set_target(0, 50.0);
+  RestCheck check(rig.robot), of_goal(rig.robot), without(rig.robot);
+  rig.run(0.5);
+  EXPECT_TRUE(check.look(robot, rig.robot, [](int) { return 0.0; }));
+  ASSERT_TRUE(check.report());
+  ASSERT_EQ(check.report()->unsettled.size(), 1u);
+  EXPECT_THAT(check.report()->unsettled[0], HasSubstr("check the gains of the controller"));
+  EXPECT_TRUE(of_goal.look(robot, rig.robot, [](int) { return 0.5; }));
+  EXPECT_FALSE(of_goal.report()) << "expected no report of a robot that follows a goal";
+  EXPECT_TRUE(without.look(robot, rig.robot));
+  EXPECT_FALSE(without.report()) << "expected no report of a robot that is commanded by efforts";
+}
+
+TEST(RestCheck, MimicThatDoesNotFollowItsLeaderIsReported) {
+  RobotDescription robot = bar(100);
+  robot.links.push_back(test::make_link("finger", 0.1, {0.1, 0, 0}, {1e-4, 1e-4, 1e-4}));
+  robot.joints.push_back(
+      test::make_joint("follower", JointType::revolute, "post", "finger", {0, 1, 2}, {0, 1, 0}));
+  test::limit(robot.joints[1], -1.0, 0.5, 10, 3.0);
+  robot.joints[1].mimic = Mimic{"hinge", 1.0, 0.0, {}};
+  Rig rig(robot);
+  rig.set_state({0.8, 0.8});
+  rig.hold_all();
+  rig.run(0.5);
+  const std::vector<UnsettledJoint> found = find_unsettled_joints(robot, rig.robot);
+  const auto at = std::find_if(found.begin(), found.end(),
+                               [](const UnsettledJoint& joint) { return joint.joint == "follower"; });
+  ASSERT_NE(at, found.end());
+  EXPECT_THAT(to_string(*at, false), HasSubstr("it mimics 'hinge'"));
+}
+
+TEST(RestCheck, FallingBaseIsAComplaint) {
+  RobotDescription robot;
+  robot.name = "body";
+  robot.links = {test::make_link("body", 2.0, {0, 0, 0}, {0.01, 0.01, 0.01})};
+  Rig rig(robot, test::empty_space(), {}, BaseKind::floating);
+  const auto report = rest_of(robot, rig);
+  ASSERT_TRUE(report);
+  EXPECT_THAT(report->base, HasSubstr("it falls because it touches nothing"));
 }
 
 TEST(RestCheck, JointBeyondItsLimitIsReported) {

@@ -78,6 +78,24 @@ TEST_F(RobotSetupTest, ChoiceBetweenFilesIsReported) {
   EXPECT_TRUE(has("up.controllers_chosen"));
 }
 
+TEST_F(RobotSetupTest, FileWhoseControllersFindInterfacesIsChosen) {
+  const auto controllers = [](const std::string& interface) {
+    return std::string(kManager) +
+           "    arm: {type: joint_trajectory_controller/JointTrajectoryController}\n"
+           "arm:\n  ros__parameters:\n    joints: [the joint]\n    command_interfaces: [" +
+           interface + "]\n    state_interfaces: [position]\n";
+  };
+  write_robot(
+      "<ros2_control name=\"s\" type=\"system\"><hardware><plugin>a/B</plugin></hardware><joint name=\"the "
+      "joint\">"
+      "<command_interface name=\"position\"/><state_interface name=\"position\"/></joint></ros2_control>");
+  write("config/a.yaml", controllers("effort"));
+  write("config/b.yaml", controllers("position"));
+  EXPECT_EQ(set_up().controllers_origin, (folder_ / "config/b.yaml").string());
+  write("config/b.yaml", controllers("velocity"));
+  EXPECT_EQ(set_up().controllers_origin, "generated");
+}
+
 TEST_F(RobotSetupTest, AllFilesOfPluginAreRead) {
   write("config/a.yaml", kManager);
   write("config/b.yaml", "arm:\n  ros__parameters:\n    joints: [j]\n");
