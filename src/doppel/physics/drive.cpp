@@ -10,8 +10,12 @@ namespace {
 // implicit integrator reaches the reference in one step, whatever the inertia; a load that gives the
 // acceleration a leaves an error of a * step^2 / 1000.
 constexpr double kIdealStiffness = 1000.0;
-constexpr double kMinInertia = 1e-6;   // kg m^2 or kg
 constexpr double kSpeedMargin = 0.01;  // of the velocity limit, over which an effort falls to zero
+constexpr double kMinInertia = 1e-6;   // kg m^2 or kg
+// Of the velocity of a reference that starts at once: the joint approaches the limit without exceeding it.
+constexpr double kShareOfStep = 0.5;
+constexpr double kShareLoss = 0.05;
+constexpr double kSameSpeed = 1e-6;  // relative: rounding of targets and of the reference
 
 }  // namespace
 
@@ -42,6 +46,7 @@ void Drive::follow(double q) {
   seen_ = 0.0;
   target_ = mode_ == DriveMode::position ? q : 0.0;
   spread_steps_ = 0;
+  share_ = kShareOfStep;
   steps_since_target_ = stream_gap_ + 1;
 }
 
@@ -50,8 +55,29 @@ void Drive::set_target(double target) {
   target_ = target;
   const bool streams = steps_since_target_ > 0 && steps_since_target_ <= stream_gap_;
   spread_steps_ = streams ? steps_since_target_ : 0;
-  if (streams) spread_ = std::abs(target_ - reference_) / static_cast<double>(spread_steps_);
+  if (streams) {
+    spread_ = std::abs(target_ - reference_) / static_cast<double>(spread_steps_);
+  } else {
+    share_ = kShareOfStep;
+  }
   steps_since_target_ = 0;
+}
+
+// The share of the reference's velocity that enters the damper. A joint lags behind a moving reference by
+// (1 - share) v D / K, so a share that grows makes the joint faster than its reference. It grows at the rate
+// at which the joint stays within its velocity limit, which is not at all while the reference moves at the limit,
+// and shrinks at a rate that costs a twentieth of the speed.
+void Drive::advance_share() {
+  if (steps_since_target_ > spread_steps_) return;  // no stream: the rest of the way is gone as it was begun
+  const double rate = servo_.damping > 0 ? servo_.stiffness * step_ / servo_.damping : 0.0;
+  const double speed = std::min(spread_, fastest_), growth = rate * (fastest_ - speed);
+  if (spread_ > fastest_ * (1.0 + kSameSpeed)) {
+    share_ = std::max(share_ - kShareLoss * rate, kShareOfStep);
+  } else if (speed * (1.0 - share_) > growth) {
+    share_ += growth / speed;
+  } else {
+    share_ = 1.0;
+  }
 }
 
 // Returns the part of the reference's velocity that enters the damper.
@@ -60,8 +86,8 @@ double Drive::advance_position() {
   const double way = std::clamp(target_ - reference_, -longest, longest);
   reference_ += way;
   if (!std::isfinite(longest)) return 0.0;  // a jump has no velocity
-  const bool at_limit = std::abs(way) >= fastest_;
-  return (at_limit ? 0.5 : 1.0) * way / step_;
+  advance_share();
+  return share_ * way / step_;
 }
 
 // The reference of a velocity is the integral of a PI controller. While the damper alone needs the whole

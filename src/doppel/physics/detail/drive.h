@@ -29,6 +29,7 @@ class Drive {
  private:
   [[nodiscard]] bool servoing() const { return mode_ == DriveMode::position || mode_ == DriveMode::velocity; }
   void write_effort(JointSpring& spring) const;
+  void advance_share();
   double advance_position();
   void advance_velocity(double q, double v);
 
@@ -43,6 +44,7 @@ class Drive {
   double before_ = 0;              // the reference at the step's start
   double seen_ = 0;                // the part of the reference's velocity that enters the damper
   double spread_ = 0;              // rad or m: move in one step while a stream's target is approached
+  double share_ = 0;               // of the reference's velocity that enters the damper
   std::int64_t spread_steps_ = 0;  // steps for which spread_ is used
   std::int64_t steps_since_target_ = 0;
 };

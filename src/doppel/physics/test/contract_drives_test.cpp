@@ -81,6 +81,89 @@ TEST_P(DrivesContract, HoldingAccelerationTakesInverseDynamicsEffort) {
                 within().holding * data.tau.cwiseAbs().maxCoeff());
 }
 
+// Targets that move at the velocity limit, as a limiter or a trajectory at the limit sends them, from 0 to 2.3 rad:
+// the reference passes the binades 0.125, 0.25, 0.5, 1 and 2, where rounding changes. A critically damped drive that
+// starts at once is at most 1 + exp(-2) times as fast as its reference.
+TEST_P(DrivesContract, TargetsAtVelocityLimitMoveJointEvenly) {
+  constexpr double kLimit = 2.0, kEnd = 2.3;
+  for (const double hertz : {100.0, 500.0, 1000.0}) {
+    for (const double start : {0.0, 0.0137, -0.31}) {
+      WorldSettings in = settings();
+      in.gravity.setZero();
+      InstanceOptions options;
+      options.gravity.setZero();
+      const auto engine = make(in, {robot(arm(300, kLimit), options)});
+      Instance pendulum = engine->instance(0);
+      set(pendulum, {start});
+      hold_all(pendulum);
+      const int gap = static_cast<int>(std::lround(1000.0 / hertz));
+      double target = start, fastest_at_start = 0, fastest = 0, slowest = 1e9, last = 0;
+      for (int i = 0; i < 3000; ++i) {
+        if (i % gap == 0) pendulum.set_target(0, target = std::min(target + kLimit / hertz, kEnd));
+        engine->step();
+        const double v = pendulum.v()[0], t = 1e-3 * (i + 1);
+        if (t < 0.2) fastest_at_start = std::max(fastest_at_start, v);
+        if (t >= 0.2) fastest = std::max(fastest, v);
+        if (t >= 0.2 && t < (kEnd - start) / kLimit - 0.01) slowest = std::min(slowest, v);
+        last = pendulum.q()[0];
+      }
+      EXPECT_LE(fastest_at_start, kLimit * (1 + std::exp(-2.0))) << hertz << " Hz from " << start;
+      EXPECT_LE(fastest, 1.01 * kLimit) << hertz << " Hz from " << start;
+      EXPECT_GE(slowest, 0.99 * kLimit) << hertz << " Hz from " << start;
+      EXPECT_NEAR(last, kEnd, 1e-6);
+    }
+  }
+}
+
+// A reference that reaches the limit gradually, by 4 rad/s^2, and stays there: the joint neither lags nor exceeds.
+TEST_P(DrivesContract, TrajectoryToVelocityLimitKeepsSpeed) {
+  constexpr double kLimit = 2.0, kRamp = 4.0;
+  WorldSettings in = settings();
+  in.gravity.setZero();
+  InstanceOptions options;
+  options.gravity.setZero();
+  const auto engine = make(in, {robot(arm(300, kLimit), options)});
+  Instance pendulum = engine->instance(0);
+  set(pendulum, {-2.5});
+  hold_all(pendulum);
+  const auto speed = [&](double t) { return std::min(kRamp * t, kLimit); };
+  double target = -2.5;
+  for (int i = 0; i < 2200; ++i) {
+    if (i % 10 == 0) {
+      for (int k = 0; k < 10; ++k) target += 1e-3 * speed(1e-3 * (i + k) + 5e-4);
+      pendulum.set_target(0, target);
+    }
+    engine->step();
+    const double t = 1e-3 * (i + 1), v = pendulum.v()[0];
+    EXPECT_LE(v, 1.03 * kLimit) << t;
+    const double allowed = t > 0.8 ? 0.01 : t > 0.1 ? 0.04 : 1.0;
+    EXPECT_NEAR(v, speed(t - 0.01), allowed * kLimit) << t;
+  }
+}
+
+// Targets that run away from the limited reference: it is late when they stop, and the joint does not pass the end.
+TEST_P(DrivesContract, TargetsBeyondVelocityLimitDoNotOvershootEnd) {
+  constexpr double kLimit = 2.0, kEnd = 1.5;
+  WorldSettings in = settings();
+  in.gravity.setZero();
+  InstanceOptions options;
+  options.gravity.setZero();
+  const auto engine = make(in, {robot(arm(300, kLimit), options)});
+  Instance pendulum = engine->instance(0);
+  set(pendulum, {0.0});
+  hold_all(pendulum);
+  double fastest = 0, furthest = 0;
+  for (int i = 0; i < 2000; ++i) {
+    if (i % 10 == 0) pendulum.set_target(0, std::min(1.5 * kLimit * 1e-3 * (i + 10), kEnd));
+    engine->step();
+    fastest = std::max(fastest, pendulum.v()[0]);
+    furthest = std::max(furthest, pendulum.q()[0]);
+  }
+  EXPECT_LE(fastest, 1.01 * kLimit);
+  EXPECT_LE(furthest, kEnd + 1e-3);
+  EXPECT_NEAR(pendulum.q()[0], kEnd, 1e-6);
+}
+
 // However many drives reach their bounds in one step, each exerts what its law requires at the velocity at
 // the end of the step. An engine with iterated contacts may fail this in one of a hundred steps.
 TEST_P(DrivesContract, DriveAtBoundsFollowsControlLaw) {
