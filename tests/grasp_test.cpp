@@ -330,6 +330,37 @@ TEST_F(GraspTest, VacuumHoldsWhileItIsOn) {
   EXPECT_NEAR(height(), 0.015, 1e-3);
 }
 
+TEST_F(GraspTest, ReloadKeepsWhatVacuumHolds) {
+  bring_up_hand(0.8, R"(<gazebo><plugin name='suction' filename='libgazebo_ros_vacuum_gripper.so'>
+<ros><namespace>/cell</namespace><remapping>switch:=suck</remapping></ros>
+<link_name>palm</link_name><max_distance>0.1</max_distance></plugin></gazebo>)");
+  move_hand(0.0, 0, 2.0);
+  call("/cell/suck", "std_srvs/srv/SetBool", "{data: true}");
+  move_hand(0.15, 0, 2.0);
+  ASSERT_NEAR(height(), 0.165, 1e-3);
+  Diagnostics notes;
+  twin_->replace(twin_->prepare(twin_->running(), notes));
+  run(1.0);
+  EXPECT_NEAR(height(), 0.165, 2e-3);
+  call("/cell/suck", "std_srvs/srv/SetBool", "{data: false}");
+  run(1.0);
+  EXPECT_NEAR(height(), 0.015, 1e-3) << "the vacuum that is switched off still holds";
+}
+
+TEST_F(GraspTest, ReloadKeepsWhatClassicGripperHolds) {
+  bring_up_hand(0.15, R"(<gazebo><gripper name='grip'><grasp_check><attach_steps>100</attach_steps>
+<detach_steps>100</detach_steps><min_contact_count>2</min_contact_count></grasp_check>
+<gripper_link>left_finger</gripper_link><gripper_link>right_finger</gripper_link><palm_link>palm</palm_link></gripper></gazebo>)");
+  move_hand(0, 0.03, 1.0);
+  move_hand(0.15, 0.03, 2.0);
+  ASSERT_NEAR(height(), 0.165, 2e-3);
+  Diagnostics notes;
+  twin_->replace(twin_->prepare(twin_->running(), notes));
+  EXPECT_THAT(twin_->engine().attachments(), SizeIs(1));
+  run(1.0);
+  EXPECT_NEAR(height(), 0.165, 2e-3);
+}
+
 TEST_F(GraspTest, ClassicGripperAttachesWhatItsLinksHold) {
   // Friction alone would not hold it.
   bring_up_hand(0.15, R"(<gazebo><gripper name='grip'><grasp_check><attach_steps>100</attach_steps>

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "doppel/core/guarded_thread.h"
 #include "doppel/core/thrown.h"
 
 namespace doppel {
@@ -22,14 +23,20 @@ AsyncHardware::~AsyncHardware() {
 Status AsyncHardware::on_init(const HardwareInfo& info) {
   Status status = device_->on_init(info);
   if (!status) return status;
-  const auto initial = [](const std::vector<InterfaceDescription>& interfaces) {
-    std::vector<double> out;
-    for (const InterfaceDescription& i : interfaces) out.push_back(i.initial);
-    return out;
-  };
-  states_ = std::make_unique<LatestCopy>(initial(device_->state_interfaces()));
-  commands_ = std::make_unique<LatestCopy>(initial(device_->command_interfaces()));
-  thread_ = std::thread([this] { run(); });
+  std::vector<double> initial_states;
+  for (const InterfaceDescription& i : device_->state_interfaces()) initial_states.push_back(i.initial);
+  for (const InterfaceDescription& i : device_->command_interfaces()) {
+    command_names_.push_back(i.full_name());
+    initial_commands_.push_back(i.initial);
+  }
+  states_ = std::make_unique<LatestCopy>(initial_states);
+  commands_ = std::make_unique<LatestCopy>(initial_commands_);
+  thread_ = guarded_thread([this] { run(); },
+                           [this](const std::string& why) {
+                             const std::lock_guard lock(mutex_);
+                             fault_ = why;
+                             answer_.store(HardwareReturn::error);
+                           });
   return status;
 }
 
@@ -46,17 +53,23 @@ void AsyncHardware::set_work(Work work) {
   changed_.notify_all();
 }
 
+void AsyncHardware::begin(Work work) {
+  commands_->reset(initial_commands_);
+  set_work(work);
+  answer_.store(read_states(), std::memory_order_release);
+}
+
 Status AsyncHardware::on_configure() {
   const std::lock_guard lock(mutex_);
   Status status = device_->on_configure();
-  if (status) set_work(Work::read);
+  if (status) begin(Work::read);
   return status;
 }
 
 Status AsyncHardware::on_activate() {
   const std::lock_guard lock(mutex_);
   Status status = device_->on_activate();
-  if (status) set_work(Work::read_and_write);
+  if (status) begin(Work::read_and_write);
   return status;
 }
 
@@ -99,6 +112,16 @@ void AsyncHardware::perform_switch(std::span<const std::string> start, std::span
   if (work_ == Work::read_and_write && answer_.load() == HardwareReturn::ok && !stop.empty())
     static_cast<void>(device_->write(Time(now_.load()), period_, commands_->newest()));
   device_->perform_switch(start, stop);
+  // A command that is claimed anew has no value until the loop writes one; one that is handed over from one
+  // controller to the next keeps its value.
+  const std::span<const double> newest = commands_->newest();
+  std::vector<double> row(newest.begin(), newest.end());
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    const bool claimed = std::ranges::find(start, command_names_[i]) != start.end();
+    const bool handed_over = std::ranges::find(stop, command_names_[i]) != stop.end();
+    if (claimed && !handed_over) row[i] = initial_commands_[i];
+  }
+  commands_->reset(row);
 }
 
 void AsyncHardware::on_stop() {
@@ -110,7 +133,7 @@ void AsyncHardware::on_stop() {
 void AsyncHardware::on_stop_reset() {
   const std::lock_guard lock(mutex_);
   device_->on_stop_reset();
-  if (work_ == Work::read) set_work(Work::read_and_write);
+  if (work_ == Work::read) begin(Work::read_and_write);
 }
 
 HardwareReturn AsyncHardware::read(Time now, Duration /*period*/, std::span<double> states) {
@@ -131,14 +154,28 @@ std::string AsyncHardware::fault() const {
 }
 
 // Any exception of the device becomes an error.
-HardwareReturn AsyncHardware::exchange() {
+HardwareReturn AsyncHardware::read_states() {
   try {
     const Time now(now_.load(std::memory_order_relaxed));
-    HardwareReturn answer = device_->read(now, period_, states_->row());
+    const HardwareReturn answer = device_->read(now, period_, states_->row());
     if (answer == HardwareReturn::ok) {
       states_->leave();
-      if (work_ == Work::read_and_write) answer = device_->write(now, period_, commands_->newest());
+    } else {
+      fault_ = device_->fault();
     }
+    return answer;
+  } catch (...) {
+    fault_ = thrown_text();
+    return HardwareReturn::error;
+  }
+}
+
+HardwareReturn AsyncHardware::exchange() {
+  if (const HardwareReturn answer = read_states(); answer != HardwareReturn::ok) return answer;
+  if (work_ != Work::read_and_write) return HardwareReturn::ok;
+  try {
+    const Time now(now_.load(std::memory_order_relaxed));
+    const HardwareReturn answer = device_->write(now, period_, commands_->newest());
     if (answer != HardwareReturn::ok) fault_ = device_->fault();
     return answer;
   } catch (...) {

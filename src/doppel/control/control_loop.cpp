@@ -8,8 +8,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <mutex>
+#include <utility>
 
 #include "doppel/control/rates.h"
+#include "doppel/core/guarded_thread.h"
 
 namespace doppel {
 namespace {
@@ -19,10 +22,15 @@ constexpr Duration kGateTimeout = std::chrono::milliseconds(5);  // between chec
 constexpr Duration kMinStall = std::chrono::milliseconds(100);
 constexpr int kStallPeriods = 10;
 constexpr Duration kSecond = std::chrono::seconds(1);
+constexpr Duration kGatePolling = std::chrono::microseconds(100);
+
+timespec monotonic_time(std::chrono::steady_clock::time_point time) {
+  const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
+  return {ns / kSecond.count(), ns % kSecond.count()};
+}
 
 void sleep_until(std::chrono::steady_clock::time_point due) {
-  const auto ns = std::chrono::duration_cast<std::chrono::nanoseconds>(due.time_since_epoch()).count();
-  const timespec when{ns / kSecond.count(), ns % kSecond.count()};
+  const timespec when = monotonic_time(due);
   while (clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &when, nullptr) == EINTR) {
   }
 }
@@ -51,12 +59,15 @@ void LoopGate::unlock() {
 }
 
 bool LoopGate::try_lock_for(Duration at_most) {
-  timespec until{};
-  clock_gettime(CLOCK_REALTIME, &until);
-  const std::int64_t ns = until.tv_nsec + at_most.count();
-  until.tv_sec += ns / kSecond.count();
-  until.tv_nsec = ns % kSecond.count();
-  return pthread_mutex_timedlock(&mutex_, &until) == 0;
+  const auto due = std::chrono::steady_clock::now() + at_most;
+  const timespec until = monotonic_time(due);
+  int error = pthread_mutex_clocklock(&mutex_, CLOCK_MONOTONIC, &until);
+  // Linux before 5.14 waits for a mutex with priority inheritance by the wall clock only, which can be set.
+  while (error != 0 && error != ETIMEDOUT && std::chrono::steady_clock::now() < due) {
+    sleep_until(std::chrono::steady_clock::now() + kGatePolling);
+    error = pthread_mutex_trylock(&mutex_);
+  }
+  return error == 0;
 }
 
 ControlLoop::ControlLoop(ControllerManager& manager, LoopGate& gate, Time begin,
@@ -71,19 +82,32 @@ ControlLoop::ControlLoop(ControllerManager& manager, LoopGate& gate, Time begin,
       second_(Clock::now()),
       last_begun_(second_),
       next_log_(second_) {
-  loop_ = std::thread([this] { run(); });
-  prepare_thread(options);
-  watchdog_ = std::thread([this] { watch(); });
+  const auto report = [this](const std::string& why) {
+    const std::lock_guard lock(watch_mutex_);
+    thrown_ = why;
+  };
+  try {
+    watchdog_ = guarded_thread([this] { watch(); }, report);
+    loop_ = guarded_thread([this] { run(); }, report);
+    prepare_thread(options);
+  } catch (...) {
+    finish();
+    throw;
+  }
 }
 
 ControlLoop::~ControlLoop() {
+  finish();
+}
+
+void ControlLoop::finish() {
   {
     const std::lock_guard lock(watch_mutex_);
     ends_ = true;
   }
   watch_ends_.notify_all();
-  loop_.join();
-  watchdog_.join();
+  if (loop_.joinable()) loop_.join();
+  if (watchdog_.joinable()) watchdog_.join();
 }
 
 void ControlLoop::prepare_thread(const ControlLoopOptions& options) {
@@ -108,6 +132,7 @@ void ControlLoop::run() {
     while (!gate_.try_lock_for(kGateTimeout)) {
       if (ends_) return;
     }
+    const std::unique_lock held(gate_, std::adopt_lock);
     const auto begun = Clock::now();
     manager_.tick(now_);
     const auto ended = Clock::now();
@@ -120,7 +145,6 @@ void ControlLoop::run() {
     if (missed > 0) ++statistics_.overruns;
     due += (missed + 1) * period_;
     now_ += (missed + 1) * period_;
-    gate_.unlock();
   }
 }
 
@@ -145,6 +169,12 @@ void ControlLoop::count(Clock::time_point begun, Clock::time_point ended) {
 
 void ControlLoop::attend() {
   manager_.settle(now_);
+  std::string thrown;
+  {
+    const std::lock_guard lock(watch_mutex_);
+    thrown = std::exchange(thrown_, {});
+  }
+  if (!thrown.empty()) manager_.stop("the control loop, which an exception has ended: " + thrown);
   if (const std::int64_t still = stood_still_.exchange(0); still != 0) {
     manager_.stop(fmt::format("watchdog: the control loop was blocked for {:.0f} ms",
                               static_cast<double>(still) * 1e-6));

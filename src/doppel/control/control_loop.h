@@ -11,6 +11,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <mutex>
+#include <string>
 #include <thread>
 
 #include "doppel/control/controller_manager.h"
@@ -30,7 +31,7 @@ class DOPPEL_API LoopGate {
 
   void lock();
   void unlock();
-  // false: it was not available within this time.
+  // false: it was not available within this time, by the monotonic clock.
   bool try_lock_for(Duration at_most);
 
  private:
@@ -55,7 +56,7 @@ class DOPPEL_API ControlLoop {
   ControlLoop& operator=(const ControlLoop&) = delete;
 
   // Called regularly by the other thread, with the gate: handles failures and stalls, logs overruns at most
-  // once a second, passes the statistics to the manager.
+  // once a second, passes the statistics to the manager. An exception in the loop is an emergency stop.
   void attend();
   // These require the gate.
   [[nodiscard]] Time now() const { return now_; }  // of the next tick
@@ -66,6 +67,7 @@ class DOPPEL_API ControlLoop {
   void run();
   void count(Clock::time_point begun, Clock::time_point ended);
   void watch();
+  void finish();  // joins the threads that have been started
   void prepare_thread(const ControlLoopOptions& options);
 
   ControllerManager& manager_;
@@ -87,6 +89,7 @@ class DOPPEL_API ControlLoop {
   std::uint64_t overruns_logged_ = 0;
   Clock::time_point next_log_;
 
+  std::string thrown_;  // under watch_mutex_: what a thread of the loop has thrown; empty: nothing
   std::mutex watch_mutex_;
   std::condition_variable watch_ends_;
   std::thread loop_, watchdog_;

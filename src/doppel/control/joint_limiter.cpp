@@ -52,6 +52,10 @@ void JointLimiter::add(ResourceTable& table, std::size_t command) {
   entries_.push_back(std::move(entry));
 }
 
+void JointLimiter::forget(std::size_t command) {
+  entries_[command].last_asked = entries_[command].last_applied = kNaN;
+}
+
 void JointLimiter::claim(std::size_t command, const std::string& controller, int ticks) {
   Entry& entry = entries_[command];
   entry.controller = controller;

@@ -123,12 +123,19 @@ Status ControllerManager::Impl::pass_towards(ResourceTable::Component& c, Hardwa
     return pass(c, HardwareState::inactive, "deactivated", [&] { return hardware.on_deactivate(); });
   if (target == HardwareState::unconfigured)
     return pass(c, target, "cleaned up", [&] { return hardware.on_cleanup(); });
+  forget_commands(c);
   const Status status = pass(c, target, "activated", [&] { return hardware.on_activate(); });
   if (!status) return status;
   note_fault(c, "");
   if (stopped) stop_component(c);
   resources.read_all(now);
   return {};
+}
+
+// Whatever was commanded before an activation or a stop is not written after it: the joints may have moved.
+void ControllerManager::Impl::forget_commands(ResourceTable::Component& c) {
+  ResourceTable::forget_commands(c);
+  for (std::size_t i = 0; i < c.command_names.size(); ++i) limiter.forget(c.first_command + i);
 }
 
 Status ControllerManager::Impl::pass(ResourceTable::Component& c, HardwareState next, const char* participle,

@@ -65,6 +65,7 @@ Status ControllerManager::Impl::reset_stop() {
   resources.set_stopped(false);
   for (const auto& component : resources.components()) {
     if (component->state != HardwareState::active) continue;
+    forget_commands(*component);
     resources.call(*component, "the reset of the emergency stop",
                    [](HardwareComponent& hardware) { hardware.on_stop_reset(); });
   }

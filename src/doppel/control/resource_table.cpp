@@ -264,6 +264,11 @@ void ResourceTable::call(Component& c, const char* during,
   });
 }
 
+void ResourceTable::forget_commands(Component& c) {
+  for (std::size_t i = 0; i < c.asked.size(); ++i) c.asked[i] = c.command_descriptions[i].initial;
+  c.applied = c.asked;
+}
+
 std::vector<std::pair<ResourceTable::Component*, HardwareFault>> ResourceTable::take_faults() {
   std::vector<std::pair<Component*, HardwareFault>> out;
   for (const auto& c : components_) {

@@ -42,7 +42,7 @@ std::string beside(const std::string& topic, const std::string& name) {
 class CameraOutput : public LightSensor {
  public:
   CameraOutput(Node& node, const RigSensor& sensor, const RigOptions& options)
-      : LightSensor(sensor, options) {
+      : LightSensor(sensor, options), seed_(options.seed) {
     const auto& cameras = std::get<std::vector<CameraDescription>>(sensor.description.what);
     for (const CameraDescription& camera : cameras) add_camera(node, camera, cameras.size() > 1);
   }
@@ -56,6 +56,7 @@ class CameraOutput : public LightSensor {
   struct Camera {
     CameraDescription description;
     CameraIntrinsics intrinsics;
+    CounterRandom random;
     std::vector<PixelRays> rays;  // made at the first sample
     std::optional<RollingShutter> shutter;
     Pose X_LO = Pose::Identity();  // the optical frame in the link
@@ -86,13 +87,14 @@ class CameraOutput : public LightSensor {
                  std::vector<LightMessage>& out) const;
 
   static bool asks(const LightSample& sample, int outlet) {
-    return outlet != kNone && (sample.wanted >> outlet & 1U) != 0;
+    return outlet != kNone && sample.wanted[static_cast<std::size_t>(outlet)];
   }
   template <class M>
   static void put(int outlet, const M& message, std::vector<LightMessage>& out) {
     out.push_back({static_cast<std::size_t>(outlet), std::make_shared<const Bytes>(to_cdr(message))});
   }
 
+  std::uint64_t seed_;
   std::vector<Camera> cameras_;
 };
 
@@ -100,6 +102,8 @@ void CameraOutput::add_camera(Node& node, const CameraDescription& description, 
   Camera camera;
   camera.description = description;
   camera.intrinsics = intrinsics_of(description);
+  // Pictures of a stereo pair with the same noise would match best where the scene is infinitely far away.
+  camera.random = several ? CounterRandom(seed_, sensor_key(sensor_) + "/" + description.name) : random_;
   camera.X_LO = sensor_.description.X_LS * description.X_SC * optical_axes();
   const bool written = !sensor_.description.topic.empty();
   std::string base = written ? sensor_.description.topic : sensor_.description.name;
@@ -203,11 +207,12 @@ void CameraOutput::make_one(const RayCaster& caster, Camera& camera, const Light
     render(caster, camera, sample, view);
     if (view.colour) {
       expose(camera.description.exposure, camera.picture.rgb);
-      add_colour_noise(camera.description.noise, random_, sample.number, camera.picture.rgb, camera.scratch);
+      add_colour_noise(camera.description.noise, camera.random, sample.number, camera.picture.rgb,
+                       camera.scratch);
     }
     if (view.depth && view.colour) clip_depths(camera.description, camera.picture.depth);
     if (view.depth)
-      add_depth_noise(camera.description, random_, sample.number, camera.picture.depth, camera.scratch);
+      add_depth_noise(camera.description, camera.random, sample.number, camera.picture.depth, camera.scratch);
     add_image(camera, sample, header, out);
     if (asks(sample, camera.depth)) add_depth(camera, header, out);
     if (cloud) add_points(camera, header, out);

@@ -164,7 +164,9 @@ void LidarOutput::make(const RayCaster& caster, const LightSample& sample, Time 
   std_msgs::msg::Header header;
   header.stamp = to_time_msg(stamp);
   header.frame_id = frame();
-  const auto asks = [&](int outlet) { return outlet >= 0 && (sample.wanted >> outlet & 1U) != 0; };
+  const auto asks = [&](int outlet) {
+    return outlet >= 0 && sample.wanted[static_cast<std::size_t>(outlet)];
+  };
   if (asks(scan_))
     out.push_back({static_cast<std::size_t>(scan_), std::make_shared<const Bytes>(to_cdr(scan(header)))});
   if (asks(points_))
@@ -207,7 +209,7 @@ class RangeOutput : public LightSensor {
       message.range = static_cast<float>(noise_.apply(message.range, sample.number));
     message.variance = static_cast<float>(noise_.stddev() * noise_.stddev());
     if (range_) range_->range = message.range;
-    if ((sample.wanted & 1U) != 0) out.push_back({0, std::make_shared<const Bytes>(to_cdr(message))});
+    if (sample.wanted[0]) out.push_back({0, std::make_shared<const Bytes>(to_cdr(message))});
   }
   void restart() override {
     LightSensor::restart();

@@ -184,8 +184,8 @@ void LightRig::after_step(Time now, const Engine& engine) {
     Impl::Entry& entry = rig.entries[i];
     if (entry.instance < 0 || !entry.schedule.due(now)) continue;
     const std::uint64_t number = entry.schedule.take(now);
-    const std::uint32_t wanted = entry.sensor->wanted();
-    if (wanted == 0) continue;
+    const OutletSet wanted = entry.sensor->wanted();
+    if (wanted.none()) continue;
     if (job == nullptr && !behind) {
       if (rig.options.lockstep && rig.worker->free_slot() == nullptr) {
         rig.worker->wait_idle();

@@ -1,6 +1,18 @@
 #include "doppel/sensing/detail/light_sensor.h"
 
+#include <string>
+
+#include "doppel/core/diagnostic.h"
+
 namespace doppel {
+
+void LightSensor::check_outlets() const {
+  if (outlets_.size() < kMaxOutlets) return;
+  throw InputError(
+      "sensors.outputs", sensor_.description.source,
+      "the sensor '" + sensor_key(sensor_) + "' has more than " + std::to_string(kMaxOutlets) + " outputs",
+      "divide its cameras among several <sensor> elements");
+}
 
 std::unique_ptr<LightSensor> make_light_sensor(Node& node, const RigSensor& sensor,
                                                const RigOptions& options) {

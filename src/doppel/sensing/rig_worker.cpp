@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "doppel/core/fnv_hash.h"
+#include "doppel/core/guarded_thread.h"
 #include "doppel/core/thrown.h"
 
 namespace doppel {
@@ -22,14 +23,26 @@ double cpu_seconds() {
 RigWorker::RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors, int threads,
                      MakeScene make_scene)
     : sensors_(sensors), make_scene_(std::move(make_scene)) {
-  for (int i = 1; i < threads; ++i) assistants_.emplace_back([this] { assist(); });
-  thread_ = std::thread([this] { run(); });
+  // What a job throws is reported with it; nothing else on these threads throws.
+  const auto nothing_else = [](const std::string& /*why*/) {};
+  try {
+    for (int i = 1; i < threads; ++i)
+      assistants_.push_back(guarded_thread([this] { assist(); }, nothing_else));
+    thread_ = guarded_thread([this] { run(); }, nothing_else);
+  } catch (...) {
+    finish();
+    throw;
+  }
 }
 
 RigWorker::~RigWorker() {
+  finish();
+}
+
+void RigWorker::finish() {
   ends_ = true;
   work_.release();
-  thread_.join();  // before its assistants, which it may still be waiting for
+  if (thread_.joinable()) thread_.join();  // before its assistants, which it may still be waiting for
   assistants_end_ = true;
   help_.release(static_cast<std::ptrdiff_t>(assistants_.size()));
   for (std::thread& assistant : assistants_) assistant.join();
@@ -68,21 +81,29 @@ void RigWorker::run() {
     work_.acquire();
     if (ends_) return;
     RigJob& job = slots_[finished_ % kSlots];
-    job.messages.resize(job.samples.size());
-    job.costs.assign(job.samples.size(), 0);
-    job.failures.assign(job.samples.size(), {});
-    for (auto& messages : job.messages) messages.clear();
-    job.reports = {};
     try {
-      make(job);
-      report_failures(job);
-    } catch (...) {
-      const std::string why = thrown_text();
-      job.failures.assign(job.samples.size(), why);
-      report(job, {}, "cameras, lidars and ranges have no scene and publish nothing: " + why);
+      work_on(job);
+    } catch (...) {  // no memory even for a report: the job has no samples
+      job.samples.clear();
     }
     ++finished_;
     finished_.notify_all();
+  }
+}
+
+void RigWorker::work_on(RigJob& job) {
+  job.messages.resize(job.samples.size());
+  job.costs.assign(job.samples.size(), 0);
+  job.failures.assign(job.samples.size(), {});
+  for (auto& messages : job.messages) messages.clear();
+  job.reports = {};
+  try {
+    make(job);
+    report_failures(job);
+  } catch (...) {
+    const std::string why = thrown_text();
+    job.failures.assign(job.samples.size(), why);
+    report(job, {}, "cameras, lidars and ranges have no scene and publish nothing: " + why);
   }
 }
 
@@ -129,9 +150,17 @@ void RigWorker::share_samples() {
     try {
       make_sample(*job_, i);
     } catch (...) {
-      job_->messages[i].clear();
-      job_->failures[i] = thrown_text();
+      note_failure(i);
     }
+  }
+}
+
+void RigWorker::note_failure(std::size_t index) noexcept {
+  job_->messages[index].clear();
+  try {
+    job_->failures[index] = thrown_text();
+  } catch (...) {
+    job_->failures[index] = "out of memory";  // short enough to need none
   }
 }
 

@@ -1,5 +1,10 @@
 #include "doppel/server/asset_reader.h"
 
+#include <fmt/format.h>
+
+#include <system_error>
+
+#include "doppel/core/guarded_thread.h"
 #include "doppel/core/thrown.h"
 
 namespace doppel {
@@ -14,10 +19,16 @@ AssetReader::~AssetReader() {
 }
 
 void AssetReader::fetch(std::string uri, std::function<void(AssetLibrary::Answer)> done) {
-  {
+  try {
     const std::lock_guard lock(mutex_);
-    requests_.push_back({std::move(uri), std::move(done)});
-    if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+    // run() catches whatever a request throws, so that the thread never ends early.
+    if (!thread_.joinable()) thread_ = guarded_thread([this] { run(); }, [](const std::string& /*why*/) {});
+    requests_.push_back({std::move(uri), done});
+  } catch (const std::system_error& problem) {
+    AssetLibrary::Answer answer;
+    answer.why = fmt::format("no thread can be started to read files: {}", problem.what());
+    done(std::move(answer));
+    return;
   }
   wake_.notify_all();
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 
 #include "doppel/messages/linkattacher_msgs.h"
 #include "doppel/messages/std_srvs.h"
@@ -29,6 +30,34 @@ class AttachmentServices::Device {
   virtual void between_steps(Time now) = 0;
   virtual void reset() = 0;
 
+  // What a device knows of the past, for the one that replaces it after an edit: `key` is the same as long as it
+  // is the same device to its user.
+  struct Memory {
+    std::string key;
+    std::optional<Wanted> held;
+    bool is_on = false;
+  };
+  [[nodiscard]] virtual Memory memory() const = 0;
+  virtual void resume(const Memory& before) {
+    held_ = before.held;
+    restore();
+  }
+  // After a change of instances: what it held stays attached, as far as it is still there.
+  void restore() {
+    BodyId a, b;
+    if (!held_) return;
+    if (!services_.find(held_->a, a) || !services_.find(held_->b, b)) return held_.reset();
+    if (services_.are_attached(a, b)) return;
+    if (!services_.attach(a, b)) held_.reset();
+  }
+  // After a reset, or if the body was deleted or detached by a service.
+  void forget_lost() {
+    BodyId a, b;
+    const bool there =
+        held_ && services_.find(held_->a, a) && services_.find(held_->b, b) && services_.are_attached(a, b);
+    if (!there) held_.reset();
+  }
+
  protected:
   [[nodiscard]] const Scene& scene() const { return services_.scene_; }
   [[nodiscard]] const std::string& instance() const { return instance_; }
@@ -46,13 +75,8 @@ class AttachmentServices::Device {
     if (held_ && services_.find(held_->a, a) && services_.find(held_->b, b)) services_.detach(a, b);
     held_.reset();
   }
-  // After a reset, or if the body was deleted or detached by a service.
-  void forget_lost() {
-    BodyId a, b;
-    const auto& all = scene().engine().attachments();
-    const bool there = held_ && services_.find(held_->a, a) && services_.find(held_->b, b) &&
-                       std::ranges::any_of(all, [&](const Attachment& of) { return of.joins(a, b); });
-    if (!there) held_.reset();
+  [[nodiscard]] Memory memory_of(const std::string& key, bool is_on = false) const {
+    return {key, held_, is_on};
   }
 
   AttachmentServices& services_;
@@ -89,6 +113,9 @@ class AttachmentServices::Joint : public Device {
   void reset() override {
     forget_lost();
     refused_ = false;
+  }
+  [[nodiscard]] Memory memory() const override {
+    return memory_of("joint " + joint_.parent_link + " " + joint_.child_model + " " + joint_.child_link);
   }
 
  private:
@@ -152,6 +179,11 @@ class AttachmentServices::Vacuum : public Device {
     forget_lost();
     on_ = false;
   }
+  [[nodiscard]] Memory memory() const override { return memory_of("vacuum " + vacuum_.link, on_); }
+  void resume(const Memory& before) override {
+    Device::resume(before);
+    on_ = before.is_on;
+  }
 
  private:
   [[nodiscard]] bool is_attached(int instance) const {
@@ -206,6 +238,7 @@ class AttachmentServices::Gripper : public Device {
     forget_lost();
     since_.reset();
   }
+  [[nodiscard]] Memory memory() const override { return memory_of("gripper " + check_.palm); }
 
  private:
   // Attaches what has been held, and releases what has not, for the time of that many steps.
@@ -274,22 +307,35 @@ void AttachmentServices::reset(Time /*now*/) {
   }
 }
 
-// Makes the devices of new instances, and restores the attachments of services to instances that a reload replaced.
+// Makes the devices of new instances, which continue those of instances that a reload replaced, and restores what was
+// attached to replaced instances.
 void AttachmentServices::instances_changed() {
   const auto& instances = scene_.engine().world().instances();
+  std::vector<std::pair<std::string, Device::Memory>> former;  // by instance
   std::erase_if(equipped_, [&](const Equipped& of) {
     const int index = find_instance(instances, of.instance);
-    return index < 0 || instances[static_cast<std::size_t>(index)].model != of.model;
+    if (index >= 0 && instances[static_cast<std::size_t>(index)].model == of.model) return false;
+    for (const auto& device : of.devices) former.emplace_back(of.instance, device->memory());
+    return true;
   });
+  for (const Equipped& of : equipped_) {
+    for (const auto& device : of.devices) device->restore();
+  }
   for (const ModelInstance& instance : instances) {
     if (std::ranges::find(equipped_, instance.name, &Equipped::instance) != equipped_.end()) continue;
-    equip(instance, equipped_.emplace_back());
+    Equipped& fresh = equipped_.emplace_back();
+    equip(instance, fresh);
+    for (const auto& device : fresh.devices) {
+      const std::string key = device->memory().key;
+      const auto before = std::ranges::find_if(
+          former, [&](const auto& of) { return of.first == instance.name && of.second.key == key; });
+      if (before != former.end()) device->resume(before->second);
+    }
   }
   std::erase_if(wanted_, [&](const Wanted& of) {
     BodyId a, b;
     if (!find(of.a, a) || !find(of.b, b)) return true;
-    const auto& all = scene_.engine().attachments();
-    if (std::ranges::any_of(all, [&](const Attachment& one) { return one.joins(a, b); })) return false;
+    if (are_attached(a, b)) return false;
     return !scene_.engine().attach(a, b);
   });
 }
@@ -339,6 +385,11 @@ Status AttachmentServices::find_body(const std::string& model, const std::string
   return {};
 }
 
+bool AttachmentServices::are_attached(BodyId a, BodyId b) const {
+  return std::ranges::any_of(scene_.engine().attachments(),
+                             [&](const Attachment& of) { return of.joins(a, b); });
+}
+
 Status AttachmentServices::attach(BodyId a, BodyId b) {
   const Status status = scene_.engine().attach(a, b);
   const LinkName first = name_of(a), second = name_of(b);
@@ -357,6 +408,9 @@ bool AttachmentServices::detach(BodyId a, BodyId b) {
   if (!scene_.engine().detach(a, b)) return false;
   const LinkName first = name_of(a), second = name_of(b);
   std::erase_if(wanted_, [&](const Wanted& of) { return of.joins(first, second); });
+  for (const Equipped& of : equipped_) {
+    for (const auto& device : of.devices) device->forget_lost();
+  }
   log_.note(kAttachOrigin, fmt::format("'{}::{}' and '{}::{}' are detached", first.instance, first.link,
                                        second.instance, second.link));
   return true;

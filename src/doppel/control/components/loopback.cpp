@@ -135,29 +135,41 @@ Status Loopback::on_init(const HardwareInfo& info) {
 
 Status Loopback::on_activate() {
   reads_ = writes_ = 0;
-  for (auto& commands : pending_) std::fill(commands.begin(), commands.end(), kNaN);
+  halt();
   return {};
 }
 
+Status Loopback::on_deactivate() {
+  halt();
+  return {};
+}
+
+void Loopback::halt() {
+  for (auto& commands : pending_) std::fill(commands.begin(), commands.end(), kNaN);
+  for (Part& part : parts_) part.values[kVelocityIndex] = 0.0;
+}
+
 Status Loopback::on_error() {
+  halt();
   std::fill(claimed_.begin(), claimed_.end(), false);
   return recovers_ ? Status{} : Status::refused("its <param> 'recovers' is false");
 }
 
 void Loopback::perform_switch(std::span<const std::string> start, std::span<const std::string> stop) {
-  const auto mark = [this](std::span<const std::string> names, bool claimed) {
-    for (std::size_t i = 0; i < commands_.size(); ++i) {
-      if (std::find(names.begin(), names.end(), commands_[i].full_name()) != names.end())
-        claimed_[i] = claimed;
-    }
-  };
-  mark(stop, false);
-  mark(start, true);
+  for (std::size_t i = 0; i < commands_.size(); ++i) {
+    const std::string name = commands_[i].full_name();
+    const bool starts = std::find(start.begin(), start.end(), name) != start.end();
+    const bool stops = std::find(stop.begin(), stop.end(), name) != stop.end();
+    if (starts || stops) claimed_[i] = starts;
+    // Delayed commands of an earlier controller must not reach a joint that is claimed anew; a controller
+    // that takes a joint over continues with them.
+    if (!starts || stops) continue;
+    for (auto& commands : pending_) commands[i] = kNaN;
+  }
 }
 
 void Loopback::on_stop() {
-  for (auto& commands : pending_) std::fill(commands.begin(), commands.end(), kNaN);
-  for (Part& part : parts_) part.values[kVelocityIndex] = 0.0;
+  halt();
 }
 
 bool Loopback::faulty(std::int64_t count) const {

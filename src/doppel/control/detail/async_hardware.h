@@ -8,6 +8,7 @@
 #include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "doppel/control/detail/latest_copy.h"
 #include "doppel/control/hardware.h"
@@ -44,11 +45,16 @@ class AsyncHardware : public HardwareComponent {
  private:
   enum class Work { none, read, read_and_write };
   void set_work(Work work);  // mutex_ is held
+  // Starts to read after a change of state: no command from before it is written, and no state is older.
+  void begin(Work work);  // mutex_ is held
   void run();
-  HardwareReturn exchange();  // mutex_ is held
+  HardwareReturn exchange();     // mutex_ is held
+  HardwareReturn read_states();  // mutex_ is held
 
   const std::unique_ptr<HardwareComponent> device_;
   const Duration period_;
+  std::vector<std::string> command_names_;  // full names
+  std::vector<double> initial_commands_;
   std::unique_ptr<LatestCopy> states_, commands_;
   std::atomic<HardwareReturn> answer_{HardwareReturn::ok};
   std::atomic<std::int64_t> now_{0};  // ns, the loop's time

@@ -192,6 +192,7 @@ struct ControllerManager::Impl {
   void serve_stop();
   void stop(const std::string& by);
   void stop_component(ResourceTable::Component& component);
+  void forget_commands(ResourceTable::Component& component);
   Status reset_stop();
 
   Bus& bus;

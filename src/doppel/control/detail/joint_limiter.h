@@ -24,6 +24,8 @@ class JointLimiter {
   // A controller that updates every `ticks` ticks claims a command; its first value is limited relative to
   // the measured state.
   void claim(std::size_t command, const std::string& controller, int ticks);
+  // The next value of a command that is not claimed is limited relative to the measured state.
+  void forget(std::size_t command);
   // Another model with the same joints: their limits are looked up again.
   void model_changed(const Model& model);
   // Applies a last command (for example a velocity of zero) and removes the controller.

@@ -2,6 +2,7 @@
 // A triple buffer: passes the newest row of numbers from one thread to another. Neither thread waits, and the
 // reader never gets a partly written row.
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -19,6 +20,11 @@ class LatestCopy {
   // The writing thread: fills row(), then publishes it with leave().
   [[nodiscard]] std::span<double> row() { return buffers_[writing_]; }
   void leave() { writing_ = between_.exchange(writing_ | kFresh, std::memory_order_acq_rel) & kIndex; }
+
+  // Replaces every row, published or not. Neither thread may use the copy meanwhile.
+  void reset(std::span<const double> values) {
+    for (auto& buffer : buffers_) std::ranges::copy(values, buffer.begin());
+  }
 
   // The reading thread: the newest published row; the initial one before the first.
   [[nodiscard]] std::span<const double> newest() {

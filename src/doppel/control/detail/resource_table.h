@@ -100,6 +100,10 @@ class ResourceTable {
   // Returns and clears the faults of all components.
   [[nodiscard]] std::vector<std::pair<Component*, HardwareFault>> take_faults();
 
+  // Between ticks: the commands of a component get their initial values again, because those from before a
+  // stop or before its activation must not be written afterwards.
+  static void forget_commands(Component& component);
+
   // While stopped, nothing is written.
   void set_stopped(bool stopped) { stopped_ = stopped; }
 

@@ -6,10 +6,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <future>
+#include <system_error>
 #include <thread>
 
 #include "doppel/control/test/manager_rig.h"
 #include "doppel/controllers/builtin.h"
+#include "doppel/core/test/system_faults.h"
 #include "doppel/messages/diagnostic_msgs.h"
 #include "doppel/messages/std_msgs.h"
 
@@ -154,6 +157,28 @@ TEST(ControlLoopTest, ErrorInLoopIsHandledOnOtherThread) {
   EXPECT_TRUE(
       rig.attend_until([&] { return rig.manager->hardware().front().state == HardwareState::unconfigured; }));
   EXPECT_EQ(rig.look([&] { return rig.manager->controllers().front().state; }), ControllerState::inactive);
+}
+
+TEST(ControlLoopTest, ThreadThatCannotStartEndsConstructionWithError) {
+  for (const int allowed : {0, 1}) {
+    LoopRig rig(loopback({}));
+    rig.loop.reset();
+    const ThreadShortage shortage(allowed);
+    ControlLoopOptions options;
+    options.lock_memory = false;
+    EXPECT_THROW(ControlLoop(*rig.manager, rig.gate, Time{}, options, rig.log), std::system_error);
+  }
+}
+
+TEST(LoopGateTest, TimeoutDoesNotDependOnWallClock) {
+  LoopGate gate;
+  gate.lock();
+  const WallClockAhead set_back(3600);
+  auto other = std::async(std::launch::async, [&] { return gate.try_lock_for(milliseconds(5)); });
+  EXPECT_EQ(other.wait_for(std::chrono::seconds(20)), std::future_status::ready)
+      << "the thread still waits for a gate that it was to try for 5 ms";
+  gate.unlock();
+  EXPECT_FALSE(other.get());
 }
 
 TEST(AsyncHardwareTest, SlowDeviceDoesNotDelayLoop) {

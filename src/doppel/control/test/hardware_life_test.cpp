@@ -31,6 +31,12 @@ spare: {ros__parameters: {joints: [b]}}
 states: {ros__parameters: {joints: [b], interfaces: [position]}}
 )";
 
+constexpr const char* kOneGroup = R"(controller_manager:
+  ros__parameters:
+    left: {type: position_controllers/JointGroupPositionController}
+left: {ros__parameters: {joints: [a]}}
+)";
+
 struct TwoSystems : ManagerRig {
   explicit TwoSystems(const std::string& yaml = kTwoSystems)
       : ManagerRig(yaml, {{"a"}, {"b"}}, only("FakeSystem", "a", {kPosition})) {
@@ -305,6 +311,40 @@ TEST(EmergencyStop, StopIsLatchedUntilReset) {
   EXPECT_EQ(rig.state_of("right"), ControllerState::active);
   rig.run(1);
   EXPECT_TRUE(std::isnan(rig.manager->command("a/position")));  // the command from before is not resumed
+}
+
+TEST(EmergencyStop, ResetForgetsCommandOfControllerThatEndedBefore) {
+  ManagerRig rig(kOneGroup);
+  rig.manager->start(Names{"left"});
+  Node node(rig.bus, "/speaker");
+  node.advertise<std_msgs::msg::Float64MultiArray>("/left/commands").publish({{}, {0.5}}, rig.now);
+  rig.run(2);
+  ASSERT_TRUE(rig.manager->switch_controllers({}, Names{"left"}, Strictness::strict).ok());
+  rig.run(2);
+  ASSERT_EQ(rig.hardware->last_command("a/position"), 0.5);
+  rig.manager->stop("the test");
+  ASSERT_TRUE(rig.manager->reset_stop().ok());
+  rig.run(1);
+  EXPECT_TRUE(std::isnan(rig.hardware->last_command("a/position")));
+}
+
+TEST(HardwareLifecycle, ActivationForgetsCommandFromBefore) {
+  ManagerRig rig(kOneGroup);
+  rig.manager->start(Names{"left"});
+  Node node(rig.bus, "/speaker");
+  node.advertise<std_msgs::msg::Float64MultiArray>("/left/commands").publish({{}, {0.5}}, rig.now);
+  rig.run(2);
+  ASSERT_TRUE(rig.manager->switch_controllers({}, Names{"left"}, Strictness::strict).ok());
+  const auto edge = rig.bus.attach("client");
+  for (const char* label : {"inactive", "active"}) {
+    controller_manager_msgs::srv::SetHardwareComponentState::Request request;
+    request.name = "FakeSystem";
+    request.target_state.label = label;
+    edge->call("/controller_manager/set_hardware_component_state", to_cdr(request), [](Status, Bytes) {});
+    rig.run(1);
+  }
+  EXPECT_EQ(rig.hardware->calls.back(), "on_activate");
+  EXPECT_TRUE(std::isnan(rig.hardware->last_command("a/position")));
 }
 
 TEST(EmergencyStop, HardwareActivatedDuringStopIsHeld) {

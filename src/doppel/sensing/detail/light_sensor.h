@@ -2,6 +2,7 @@
 // One camera, lidar or range sensor of a rig: its topics, and how a sample becomes their messages.
 
 #include <array>
+#include <bitset>
 #include <limits>
 #include <memory>
 #include <span>
@@ -41,13 +42,17 @@ class TopicOutlet : public Outlet {
 
 class ObjectLabels;
 
+// A set of outputs of a sensor: without memory of its own, because the loop copies it.
+inline constexpr std::size_t kMaxOutlets = 511;
+using OutletSet = std::bitset<kMaxOutlets + 1>;  // and the range
+
 // What the loop notes of a sample.
 struct LightSample {
   std::size_t sensor = 0;  // in the rig
   std::uint64_t number = 0;
-  std::uint32_t wanted = 0;  // bits of outlets, and of the range
-  PoseMotion link = {};      // of the sensor
-  int body = -1;             // of the link, in the scene
+  OutletSet wanted = {};  // outlets that are read, and the range
+  PoseMotion link = {};   // of the sensor
+  int body = -1;          // of the link, in the scene
   // By the worker: X_WB of all bodies, and what its scene's surfaces belong to.
   std::span<const Pose> bodies = {};
   const ObjectLabels* objects = nullptr;
@@ -75,12 +80,11 @@ class LightSensor {
 
   [[nodiscard]] const RigSensor& sensor() const { return sensor_; }
   [[nodiscard]] const std::vector<std::string>& topics() const { return topics_; }
-  [[nodiscard]] std::uint32_t wanted() const {
-    std::uint32_t bits = 0;
-    for (std::size_t i = 0; i < outlets_.size(); ++i)
-      if (outlets_[i]->wanted()) bits |= 1U << i;
-    if (range_ && range_->readers > 0) bits |= kRangeRead;
-    return bits;
+  [[nodiscard]] OutletSet wanted() const {
+    OutletSet out;
+    for (std::size_t i = 0; i < outlets_.size(); ++i) out[i] = outlets_[i]->wanted();
+    out[kRangeBit] = range_ && range_->readers > 0;
+    return out;
   }
   [[nodiscard]] const Outlet& outlet(std::size_t index) const { return *outlets_[index]; }
 
@@ -95,11 +99,13 @@ class LightSensor {
   virtual void resume(const LightSensor& /*before*/, std::uint64_t /*next*/) {}
 
  protected:
-  static constexpr std::uint32_t kRangeRead = 1U << 31;  // in LightSample::wanted, above the outlets
+  static constexpr std::size_t kRangeBit = kMaxOutlets;  // in LightSample::wanted, above the outlets
 
-  // The topic of an output; `own`: that of its kind. Returns the outlet's index.
+  // The topic of an output; `own`: that of its kind. Returns the outlet's index. Throws InputError for more than
+  // kMaxOutlets.
   template <Message M>
   std::size_t add_outlet(Node& node, const std::string& output, const std::string& own);
+  void check_outlets() const;  // throws InputError if there is no room for another one
   [[nodiscard]] std::string frame() const { return sensor_.frame; }
 
   RigSensor sensor_;
@@ -112,6 +118,7 @@ class LightSensor {
 
 template <Message M>
 std::size_t LightSensor::add_outlet(Node& node, const std::string& output, const std::string& own) {
+  check_outlets();
   const std::string topic = sensor_topic(sensor_, output, own);
   Qos qos;
   qos.depth = 5;

@@ -41,6 +41,7 @@ class RigWorker {
   using MakeScene = std::function<std::shared_ptr<const RenderScene>(const CompiledWorld&, Diagnostics&)>;
 
   // `sensors` by the index of LightSample; unchanged while there are jobs.
+  // Throws std::system_error if a thread cannot be started.
   RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors, int threads,
             MakeScene make_scene = make_world_scene);
   ~RigWorker();
@@ -63,6 +64,8 @@ class RigWorker {
 
  private:
   void run();
+  void finish();  // joins the threads that have been started
+  void work_on(RigJob& job);
   void make(RigJob& job);
   void make_sample(RigJob& job, std::size_t index);
   // A sensor without memory or Embree must not end the run: its failure is reported, once until it fails for another reason.
@@ -70,6 +73,8 @@ class RigWorker {
   void report(RigJob& job, const SourceLocation& where, const std::string& text);
   // Makes samples of the present job until none is left.
   void share_samples();
+  // The exception that is being handled is why a sample of the present job has no messages.
+  void note_failure(std::size_t index) noexcept;
   void assist();
   // Throws where the scene of the job's world fails; that is tried once for each world.
   void renew_scene(RigJob& job);

@@ -340,6 +340,52 @@ TEST(LightRig, OrientedBoxesAreInFrameOfTheirHeader) {
   EXPECT_NEAR(boxes[0].detections[0].bbox.size.x, 0.2, 1e-6);
 }
 
+RigSensor several_cameras(int count) {
+  RigSensor eyes = camera("eyes", CameraKind::colour);
+  auto& cameras = std::get<std::vector<CameraDescription>>(eyes.description.what);
+  cameras.resize(static_cast<std::size_t>(count), cameras.front());
+  for (int i = 0; i < count; ++i) cameras[static_cast<std::size_t>(i)].name = "c" + std::to_string(i);
+  return eyes;
+}
+
+TEST(LightRig, CamerasOfOneSensorHaveNoiseOfTheirOwn) {
+  RigSensor eyes = several_cameras(2);
+  auto& cameras = std::get<std::vector<CameraDescription>>(eyes.description.what);
+  for (CameraDescription& one : cameras) one.noise.stddev = 0.05;
+  LightTwin twin({eyes});
+  std::vector<Image> left, right;
+  twin.read("/eyes/c0/image_raw", left);
+  twin.read("/eyes/c1/image_raw", right);
+  twin.run(0.1);
+  ASSERT_FALSE(left.empty());
+  ASSERT_EQ(left.size(), right.size());
+  std::size_t equal = 0;  // about one in fifty by chance
+  for (std::size_t i = 0; i < left[0].data.size(); ++i)
+    equal += left[0].data[i] == right[0].data[i] ? 1U : 0U;
+  EXPECT_LT(equal, left[0].data.size() / 4);
+}
+
+TEST(LightRig, OutputsBeyondThe32ndAreReadAlone) {
+  LightTwin twin({several_cameras(12)});  // three outputs each
+  std::vector<CameraInfo> infos;
+  twin.read("/eyes/c10/camera_info", infos);  // the 33rd
+  twin.run(0.1);
+  EXPECT_GT(infos.size(), 0U);
+  EXPECT_EQ(twin.rig.rays_cast(), 0U) << "a picture that nobody reads is rendered";
+}
+
+TEST(LightRig, SensorWithTooManyOutputsIsRejectedWithItsPlace) {
+  RigSensor eyes = several_cameras(200);
+  eyes.description.source = make_location("pole.urdf", 7, 3);
+  try {
+    const LightTwin twin({eyes});
+    FAIL() << "it has 600 outputs";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), testing::HasSubstr("pole.urdf:7:3"));
+    EXPECT_THAT(error.what(), testing::HasSubstr("'pole/head/eyes' has more than 511 outputs"));
+  }
+}
+
 TEST(LightRig, PanopticPictureHasClassesAndInstances) {
   RigSensor eye = camera("eye", CameraKind::segmentation);
   std::get<std::vector<CameraDescription>>(eye.description.what).front().panoptic = true;

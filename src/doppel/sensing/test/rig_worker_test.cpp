@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <system_error>
 
+#include "doppel/core/test/system_faults.h"
 #include "doppel/sensing/detail/world_scene.h"
 #include "light_fixture.h"
 
@@ -80,6 +82,14 @@ TEST(RigWorker, FailureIsReportedWithSensorAndPlaceOnceForEach) {
     EXPECT_THAT(rig.reports(0), ElementsAre(HasSubstr("no lens")));
     rig.failing[0]->why = rig.failing[1]->why = "";
     EXPECT_THAT(rig.reports(2), IsEmpty());
+  }
+}
+
+TEST(RigWorker, ThreadThatCannotStartEndsConstructionWithError) {
+  const std::vector<std::shared_ptr<LightSensor>> sensors;
+  for (const int allowed : {0, 1, 2}) {
+    const ThreadShortage shortage(allowed);
+    EXPECT_THROW(RigWorker(sensors, 3), std::system_error);
   }
 }
 

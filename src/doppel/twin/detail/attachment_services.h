@@ -60,6 +60,7 @@ class AttachmentServices : public Tickable {
   [[nodiscard]] Status find_body(const std::string& model, const std::string& link, BodyId& body) const;
   [[nodiscard]] LinkName name_of(BodyId body) const;
   [[nodiscard]] bool find(const LinkName& name, BodyId& body) const;
+  [[nodiscard]] bool are_attached(BodyId a, BodyId b) const;
   Status attach(BodyId a, BodyId b);
   bool detach(BodyId a, BodyId b);
   // What a client asked for outlives the plugin's device, which a reload makes again.

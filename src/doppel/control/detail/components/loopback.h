@@ -30,6 +30,7 @@ class Loopback : public HardwareComponent {
   [[nodiscard]] std::vector<InterfaceDescription> state_interfaces() const override { return states_; }
   [[nodiscard]] std::vector<InterfaceDescription> command_interfaces() const override { return commands_; }
   Status on_activate() override;
+  Status on_deactivate() override;
   Status on_error() override;
   void perform_switch(std::span<const std::string> start, std::span<const std::string> stop) override;
   [[nodiscard]] PassiveJoint when_unclaimed() const override { return unclaimed_; }
@@ -53,6 +54,7 @@ class Loopback : public HardwareComponent {
   void read_parameters(const HardwareInfo& info);
   void add(const HardwareJointDescription& part);
   void follow(Part& part, std::span<const double> commands, double dt);
+  void halt();  // every joint stays where it is, and no delayed command moves it later
   [[nodiscard]] bool faulty(std::int64_t count) const;
   [[nodiscard]] HardwareReturn failing(std::int64_t count) const;
 

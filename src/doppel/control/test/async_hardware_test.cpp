@@ -1,0 +1,193 @@
+// Hardware on its own thread: commands from before a stop, an activation or a switch of controllers are never written
+// after it, although the thread writes more often than the loop.
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+
+#include "doppel/control/test/manager_rig.h"
+#include "doppel/controllers/builtin.h"
+#include "doppel/messages/controller_manager_msgs.h"
+#include "doppel/messages/std_msgs.h"
+
+namespace doppel {
+namespace {
+
+using testing::Each;
+using testing::IsNan;
+using Names = std::vector<std::string>;
+
+constexpr const char* kTwoGroups = R"(controller_manager:
+  ros__parameters:
+    left: {type: position_controllers/JointGroupPositionController}
+    other: {type: position_controllers/JointGroupPositionController}
+left: {ros__parameters: {joints: [a]}}
+other: {ros__parameters: {joints: [a]}}
+)";
+
+// A device whose writes can be waited for. Its thread and the test's use it.
+class RecordingHardware : public FakeHardware {
+ public:
+  using FakeHardware::FakeHardware;
+  HardwareReturn read(Time now, Duration period, std::span<double> states) override {
+    const std::lock_guard lock(mutex_);
+    return FakeHardware::read(now, period, states);
+  }
+  HardwareReturn write(Time now, Duration period, std::span<const double> commands) override {
+    const std::lock_guard lock(mutex_);
+    written_.push_back(commands[0]);
+    wrote_.notify_all();
+    return FakeHardware::write(now, period, commands);
+  }
+  // The first commands that are written from now on.
+  std::vector<double> next_writes(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    return collect(lock, count);
+  }
+  // A joint moved by hand; nothing is recorded of what was written before.
+  void move_by_hand(const std::string& joint, double position) {
+    const std::lock_guard lock(mutex_);
+    set_position(joint, position);
+    written_.clear();
+  }
+  std::vector<double> writes_since_move(std::size_t count) {
+    std::unique_lock lock(mutex_);
+    return collect(lock, count, false);
+  }
+  void wait_for_write_of(double command) {
+    std::unique_lock lock(mutex_);
+    wrote_.wait(lock, [&] { return !written_.empty() && written_.back() == command; });
+  }
+  double present_position(const std::string& joint) {
+    const std::lock_guard lock(mutex_);
+    return position(joint);
+  }
+
+ private:
+  std::vector<double> collect(std::unique_lock<std::mutex>& lock, std::size_t count, bool afresh = true) {
+    if (afresh) written_.clear();
+    wrote_.wait(lock, [&] { return written_.size() >= count; });
+    return written_;
+  }
+  std::mutex mutex_;
+  std::condition_variable wrote_;
+  std::vector<double> written_;
+};
+
+// Joint a on a device that is read and written at 1000 Hz; the manager ticks only when the test says so.
+struct AsyncRig {
+  AsyncRig() : model(fake_robot({{"a"}})), file(ParameterFile::parse(kTwoGroups, "test.yaml")) {
+    manager = std::make_unique<ControllerManager>(bus, model, registry, &file, ControllerManagerOptions{},
+                                                  log, diagnostics);
+    FakeHardwareOptions options;
+    options.joints = {"a"};
+    options.rw_rate = 1000;
+    auto made = std::make_unique<RecordingHardware>(options);
+    device = made.get();
+    HardwareDescription description = device->description();
+    description.is_async = true;
+    manager->add_hardware(std::move(made), description, diagnostics);
+    manager->start(Names{"left"});
+    EXPECT_TRUE(load_other().ok());
+  }
+  Status load_other() {
+    manager->load("other");
+    return manager->configure("other");
+  }
+  void run(int ticks) {
+    for (int i = 0; i < ticks; ++i) {
+      bus.set_now(now);
+      bus.spin();
+      manager->tick(now);
+      manager->settle(now);
+      now += manager->period();
+    }
+  }
+  void command(double position) {
+    Node node(bus, "/speaker");
+    node.advertise<std_msgs::msg::Float64MultiArray>("/left/commands").publish({{}, {position}}, now);
+    run(2);
+    device->wait_for_write_of(position);
+  }
+  void set_state(const std::string& label) {
+    controller_manager_msgs::srv::SetHardwareComponentState::Request request;
+    request.name = "FakeSystem";
+    request.target_state.label = label;
+    bool done = false;
+    const auto edge = bus.attach("client");
+    edge->call("/controller_manager/set_hardware_component_state", to_cdr(request),
+               [&](Status status, Bytes) { done = status.ok(); });
+    bus.spin();
+    EXPECT_TRUE(done);
+  }
+  Bus bus;
+  Model model;
+  ControllerRegistry registry = builtin_controllers();
+  Log log;
+  Diagnostics diagnostics;
+  ParameterFile file;
+  RecordingHardware* device = nullptr;
+  std::unique_ptr<ControllerManager> manager;
+  Time now{};
+};
+
+TEST(AsyncHardware, ResetOfStopWritesNoCommandFromBefore) {
+  AsyncRig rig;
+  rig.command(1.0);
+  rig.manager->stop("the test");
+  rig.device->move_by_hand("a", 0.0);
+  ASSERT_TRUE(rig.manager->reset_stop().ok());
+  EXPECT_THAT(rig.device->writes_since_move(5), Each(IsNan()));
+  rig.run(3);
+  EXPECT_THAT(rig.device->next_writes(5), Each(IsNan()));
+  EXPECT_EQ(rig.device->present_position("a"), 0.0);
+}
+
+TEST(AsyncHardware, ActivationWritesNoCommandFromBefore) {
+  AsyncRig rig;
+  rig.command(1.0);
+  ASSERT_TRUE(rig.manager->switch_controllers({}, Names{"left"}, Strictness::strict).ok());
+  rig.set_state("inactive");
+  rig.device->move_by_hand("a", 0.25);
+  rig.set_state("active");
+  EXPECT_THAT(rig.device->writes_since_move(5), Each(IsNan()));
+  EXPECT_EQ(rig.manager->state("a/position"), 0.25) << "a state from before the activation";
+  rig.run(3);
+  EXPECT_THAT(rig.device->next_writes(5), Each(IsNan()));
+}
+
+TEST(AsyncHardware, RecoveredDeviceWritesNoCommandFromBefore) {
+  AsyncRig rig;
+  rig.command(1.0);
+  rig.manager->stop("the test");  // nothing is written while the answers of the device change
+  rig.device->read_answer = HardwareReturn::error;
+  while (rig.manager->hardware().front().state != HardwareState::unconfigured) rig.run(1);
+  rig.device->read_answer = HardwareReturn::ok;
+  ASSERT_TRUE(rig.manager->reset_stop().ok());
+  rig.device->move_by_hand("a", 0.25);
+  rig.set_state("active");
+  EXPECT_THAT(rig.device->writes_since_move(5), Each(IsNan()));
+}
+
+TEST(AsyncHardware, SwitchWritesNoCommandOfEarlierController) {
+  AsyncRig rig;
+  rig.command(1.0);
+  ASSERT_TRUE(rig.manager->switch_controllers({}, Names{"left"}, Strictness::strict).ok());
+  rig.device->move_by_hand("a", 0.0);
+  ASSERT_TRUE(rig.manager->switch_controllers(Names{"other"}, {}, Strictness::strict).ok());
+  EXPECT_THAT(rig.device->next_writes(5), Each(IsNan()));
+  EXPECT_EQ(rig.device->present_position("a"), 0.0);
+}
+
+TEST(AsyncHardware, HandedOverJointKeepsItsCommand) {
+  AsyncRig rig;
+  rig.command(1.0);
+  ASSERT_TRUE(rig.manager->switch_controllers(Names{"other"}, Names{"left"}, Strictness::strict).ok());
+  EXPECT_THAT(rig.device->next_writes(5), Each(1.0));
+}
+
+}  // namespace
+}  // namespace doppel
