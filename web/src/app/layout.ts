@@ -47,6 +47,12 @@ export class Layout {
     if (settings.bottomOpen) this.bottom.tick(dt);
   }
 
+  // The tabs that apply to the twin may have changed.
+  refresh(): void {
+    this.right.refresh();
+    this.bottom.refresh();
+  }
+
   open(id: string): void {
     if (this.right.has(id)) this.right.open(id);
     else {

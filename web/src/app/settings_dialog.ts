@@ -1,9 +1,10 @@
+import { openDialog } from './dialog';
 import { button, fill, h } from './dom';
 import { KEYS } from './keyboard';
 import { set, settings } from './settings';
 
 export function openSettings(): void {
-  const dialog = h('dialog', {});
+  const dialog = h('dialog', { 'aria-label': 'Settings' });
   const choice = (label: string, value: string, options: [string, string][], change: (value: string) => void): HTMLElement => {
     const select = h('select', { onchange: () => change(select.value) }, options.map(([v, text]) => h('option', { value: v, selected: v === value }, text)));
     return h('label', { class: 'setting' }, h('span', {}, label), select);
@@ -16,7 +17,5 @@ export function openSettings(): void {
     h('table', {}, KEYS.map(([key, what]) => h('tr', {}, h('td', {}, key.split(' ').map((k) => (k ? [h('kbd', {}, k), ' '] : ' '))), h('td', {}, what)))),
     h('p', { class: 'muted' }, 'Gamepad: hold a shoulder button, then sticks and triggers move the tool; B stops.'),
     h('div', { class: 'row' }, h('span', { class: 'spacer' }), button('Close', 'Close', () => dialog.close())));
-  dialog.addEventListener('close', () => dialog.remove());
-  document.body.appendChild(dialog);
-  dialog.showModal();
+  openDialog(dialog);
 }

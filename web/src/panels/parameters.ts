@@ -13,6 +13,13 @@ interface Row {
   waiting: boolean; // until the node responds
 }
 
+const OPEN = 1e300; // beyond it an end of a range is none: DBL_MAX
+
+export function rangeText(from: number, to: number): string {
+  const low = from > -OPEN, high = to < OPEN;
+  return low && high ? `${from} … ${to}` : low ? `≥ ${from}` : high ? `≤ ${to}` : '';
+}
+
 export function parametersPanel(app: App, parameters: Parameters): Panel {
   const { twin } = app;
   const nodes = h('ul', { class: 'topic-list', role: 'listbox', 'aria-label': 'Nodes' });
@@ -58,7 +65,7 @@ export function parametersPanel(app: App, parameters: Parameters): Panel {
   function makeRow(full: string, name: string, descriptor: Descriptor | undefined): Row {
     const parameter = parameters.values.get(full)!;
     const kind = descriptor?.kind ?? kindOf(parameter);
-    const range = descriptor && Number.isFinite(descriptor.from) ? `${descriptor.from} … ${Number.isFinite(descriptor.to) ? descriptor.to : ''}` : '';
+    const range = descriptor ? rangeText(descriptor.from, descriptor.to) : '';
     const about = [descriptor?.description, descriptor?.constraints, range].filter(Boolean).join(' · ');
     const input = h('input', kind === 'bool' ? { type: 'checkbox' } : { type: 'text', spellcheck: false, class: /int|double/.test(kind) ? 'num' : '', ...(kind === 'int' || kind === 'double' ? { inputMode: 'decimal' } : {}) });
     input.setAttribute('aria-label', `${name} (${kind})`);

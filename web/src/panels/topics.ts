@@ -22,6 +22,7 @@ export function topicsPanel(app: App): Panel {
   const caption = h('figcaption', { class: 'muted' });
   const painter = new ImagePainter(canvas);
   painter.onpainted = () => say(caption, painter.note);
+  const none = h('p', { class: 'empty' });
   let publishing = false;
   let kind: 'topics' | 'services' = 'topics';
   const kinds = h('div', { class: 'segments', role: 'group', 'aria-label': 'What is listed' }, button('Topics', 'Topics', () => showKind('topics'), { 'aria-pressed': 'true' }), button('Services', 'Services', () => showKind('services'), { 'aria-pressed': 'false' }));
@@ -53,8 +54,15 @@ export function topicsPanel(app: App): Panel {
     fill(list, entries.length === 0 ? h('li', { class: 'empty' }, wanted ? 'No match.' : `No ${kind} yet.`) : entries);
   }
 
+  function explain(): void {
+    if (chosen !== '') return;
+    say(none, kind === 'topics' ? 'Choose a topic to see its last message.' : 'Choose a service to call it.');
+    if (!none.isConnected) fill(tree, none);
+  }
+
   function showKind(next: typeof kind): void {
     kind = next;
+    explain();
     for (const b of kinds.children) b.setAttribute('aria-pressed', String(b.textContent?.toLowerCase() === kind));
     list.setAttribute('aria-label', next === 'topics' ? 'Topics' : 'Services');
     build();
@@ -216,6 +224,7 @@ export function topicsPanel(app: App): Panel {
     if (now !== known) build();
     known = now;
   });
+  explain();
   return {
     id: 'topics', title: 'Topics', rate: 8,
     element: h('div', { class: 'topics-panel' }, h('div', { class: 'topics-left' }, h('div', { class: 'tools' }, kinds, search), list), h('div', { class: 'topics-right' }, head, tree)),
@@ -225,11 +234,12 @@ export function topicsPanel(app: App): Panel {
         show();
       }
       const now = performance.now();
+      explain();
       for (const [topic, state] of rates) {
         if (now - state.at < 1000) continue;
         const count = client.received.get(topic)?.count ?? 0;
         const rate = ((count - state.count) / (now - state.at)) * 1000;
-        say(state.out, rate > 0.05 ? `${rate < 10 ? rate.toFixed(1) : rate.toFixed(0)} Hz` : count > 0 ? 'still' : '');
+        say(state.out, rate > 0.05 ? `${rate < 10 ? rate.toFixed(1) : rate.toFixed(0)} Hz` : count > 0 ? 'idle' : '');
         state.count = count;
         state.at = now;
       }

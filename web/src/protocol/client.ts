@@ -28,6 +28,8 @@ interface Pending {
   timer: ReturnType<typeof setTimeout>;
 }
 
+const MAX_WAIT = 5000; // ms between two attempts to connect: browsers write an error to the console for each
+
 export type SocketLike = IWebSocket & { bufferedAmount: number };
 
 export interface ClientOptions {
@@ -55,6 +57,8 @@ function schemaOf(service: Service, part: 'request' | 'response'): [name: string
 export class Client {
   phase: Phase = 'connecting';
   serverName = '';
+  metadata: Record<string, string> = {}; // of the server, also after the connection is lost
+  lostAt = 0; // ms, when the connection was lost
   sessionId = '';
   capabilities = new Set<string>();
   reason = '';
@@ -71,6 +75,7 @@ export class Client {
   private wire: FoxgloveClient | null = null; // null until the server has identified itself
   private nextId = 1;
   private wait = 250;
+  private next: ReturnType<typeof setTimeout> | undefined; // the next attempt to connect
   private closed = false;
   private readonly subscriptions = new Map<string, Subscription>();
   private readonly byId = new Map<number, Subscription>();
@@ -106,6 +111,13 @@ export class Client {
     this.listenToAnswers(wire);
   }
 
+  // Connects now instead of after the rest of the pause.
+  retry(): void {
+    if (this.socket || this.closed) return;
+    clearTimeout(this.next);
+    this.start();
+  }
+
   stop(): void {
     this.closed = true;
     this.socket?.close();
@@ -114,6 +126,7 @@ export class Client {
   private lose(reason: string): void {
     this.socket = null;
     this.wire = null;
+    if (this.phase === 'open') this.lostAt = performance.now();
     this.reason = reason;
     this.reported.clear();
     this.byId.clear();
@@ -134,8 +147,8 @@ export class Client {
     this.setPhase('lost');
     this.ongraph();
     if (this.closed) return;
-    setTimeout(() => this.start(), this.wait);
-    this.wait = Math.min(2000, this.wait * 1.5);
+    this.next = setTimeout(() => this.start(), this.wait);
+    this.wait = Math.min(MAX_WAIT, this.wait * 2);
   }
 
   private setPhase(phase: Phase): void {
@@ -146,6 +159,7 @@ export class Client {
   private greet(wire: FoxgloveClient, info: ServerInfo): void {
     this.wire = wire;
     this.serverName = info.name;
+    this.metadata = info.metadata ?? {};
     this.sessionId = info.sessionId ?? '';
     this.capabilities = new Set(info.capabilities);
     for (const subscription of this.subscriptions.values()) subscription.last = null;

@@ -4,7 +4,7 @@ import { OrbitControls } from 'three/addons/controls/OrbitControls.js';
 import type { Stage } from './stage';
 
 export const VIEWS = {
-  corner: { label: 'Corner', from: [1.0, -1.25, 0.75] },
+  corner: { label: 'Isometric', from: [1.0, -1.25, 0.75] },
   front: { label: 'Front', from: [1, 0, 0.0001] },
   back: { label: 'Back', from: [-1, 0, 0.0001] },
   left: { label: 'Left', from: [0, 1, 0.0001] },

@@ -63,7 +63,7 @@ export class ObjectLayer {
     twin.client.subscribe(OBJECTS_TOPIC, (m) => this.take(m));
     twin.client.subscribe(SCENE_TOPIC, (m) => this.takeScene(m));
     twin.phaseChanged.on((phase) => {
-      if (phase === 'lost') this.clear();
+      if (phase === 'open') this.clear(); // a lost twin's picture stays as it was
     });
     twin.statusChanged.on(() => this.fit());
     app.selected.on((selection) => {
