@@ -82,9 +82,8 @@ export function drivePanel(app: App, drive: Drive, jog: Jog): Panel {
     } : null;
     drive.release();
   });
-  const element = h('div', { class: 'padded' }, where, pad, h('div', { class: 'row' }, now),
-    h('div', { class: 'row' }, number('Speed, m/s', drive.speed, (v) => (drive.speed = v)), number('Turn, rad/s', drive.turn, (v) => (drive.turn = v))),
-    h('div', { class: 'row' }, useGamepad), gamepad);
+  const element = h('div', { class: 'padded' }, where, h('div', { class: 'drive' }, pad, h('div', { class: 'drive-fields' }, now,
+    number('Speed, m/s', drive.speed, (v) => (drive.speed = v)), number('Turn, rad/s', drive.turn, (v) => (drive.turn = v)), useGamepad, gamepad)));
   show();
   return {
     id: 'drive', title: 'Drive', element, rate: 2,
