@@ -3,7 +3,7 @@ import type { Message } from '../protocol/cdr';
 import type { App } from './app';
 import { button, fill, h, say, toast } from './dom';
 import { icon, setIcon } from './icons';
-import { set, settings } from './settings';
+import { set, settings, settingsChanged } from './settings';
 import { seconds } from './units';
 
 const SPEEDS: [string, number][] = [['0.1×', 0.1], ['0.25×', 0.25], ['0.5×', 0.5], ['1×', 1], ['2×', 2], ['5×', 5], ['max', 0]];
@@ -64,25 +64,39 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
   const element = h('header', { class: 'bar' },
     h('div', { class: 'brand' }, name, robot, link), clock, h('span', { class: 'spacer' }), h('div', { class: 'group last' }, theme, more), stop);
 
+  // Without a connection the button keeps the stop for the next one, and shows that nothing is stopped yet.
+  const nameStop = (): void => {
+    const lost = twin.client.phase === 'lost';
+    stop.classList.toggle('offline', lost);
+    stop.title = lost ? (commander.stopped ? 'Do not send the stop' : 'Stop the twin as soon as the connection is back')
+      : commander.stopped ? 'Release the emergency stop' : `Emergency stop (${settings.stopKeys.join(', ')})`;
+  };
+  twin.phaseChanged.on(nameStop);
+  settingsChanged.on(nameStop);
   commander.stopChanged.on((stopped) => {
     say(stop, stopped ? 'Release' : 'STOP');
     stop.classList.toggle('pressed', stopped);
     stop.setAttribute('aria-pressed', String(stopped));
     document.body.classList.toggle('stopped', stopped);
+    nameStop();
   });
   const update = (): void => {
     const { client } = twin;
-    say(name, (twin.robots.length > 0 && twin.tree?.robot.name) || 'doppel');
-    const phase = client.phase === 'open' ? (commander.viewing ? 'kinematics' : 'connected') : client.phase === 'lost' ? 'lost, trying again' : 'connecting';
+    const called = (twin.robots.length > 0 && twin.tree?.robot.name) || 'doppel';
+    say(name, called);
+    const state = client.phase === 'lost' ? 'lost' : commander.stopped ? 'stopped' : twin.paused ? 'paused' : '';
+    const title = state ? `${called} – ${state}` : called;
+    if (document.title !== title) document.title = title;
+    const phase = client.phase === 'open' ? (commander.viewing ? 'kinematics' : 'connected') : client.phase === 'lost' ? 'connection lost' : 'connecting';
     say(link, phase);
     link.className = `link ${client.phase}`;
     const simulated = client.services.has('/gazebo/pause_physics');
-    clock.hidden = !simulated;
+    if (client.phase !== 'lost') clock.hidden = !simulated;
     setIcon(play, twin.paused ? 'play' : 'pause');
-    const title = twin.paused ? 'Play (P)' : 'Pause (P)';
-    if (play.title !== title) {
-      play.title = title;
-      play.setAttribute('aria-label', title);
+    const action = twin.paused ? 'Play (P)' : 'Pause (P)';
+    if (play.title !== action) {
+      play.title = action;
+      play.setAttribute('aria-label', action);
     }
     say(time, seconds(twin.simTime));
     const { status } = twin;

@@ -1,5 +1,6 @@
 // The clipboard. Browsers provide it to secure pages only, which a page over plain HTTP from another machine is not:
 // there copying uses a selection, and pasting a field.
+import { openDialog } from './dialog';
 import { button, h, toast } from './dom';
 
 function copyBySelection(text: string): boolean {
@@ -27,13 +28,12 @@ export async function pasteText(title: string, take: (text: string) => void): Pr
     return;
   }
   const field = h('textarea', { rows: 8, 'aria-label': title, placeholder: 'Paste here', spellcheck: false });
-  const dialog = h('dialog', { class: 'paste', 'aria-label': title, onclose: () => dialog.remove() }, h('h2', {}, title), field,
+  const dialog = h('dialog', { class: 'paste', 'aria-label': title }, h('h2', {}, title), field,
     h('div', { class: 'row' }, h('span', { class: 'spacer' }), button('Cancel', 'Close without it', () => dialog.close()),
       button('Use', title, () => {
         dialog.close();
         take(field.value);
       }, { class: 'on' })));
-  document.body.appendChild(dialog);
-  dialog.showModal();
+  openDialog(dialog);
   field.focus();
 }

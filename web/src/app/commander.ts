@@ -9,11 +9,18 @@ import { Signal } from './signal';
 import type { Controller, Twin } from './twin';
 
 const PERIOD = 40; // ms, the minimum between two commands to one controller
+const GRIPPER_PERIOD = 120; // ms, between two goals of a gripper
+const GRIPPER_TIME = 4000; // ms, in which a gripper reaches its goal
 export const VIEW_TOPIC = '/joint_command';
 
 export function duration(seconds: number): { sec: number; nanosec: number } {
   const nanoseconds = Math.round(seconds * 1e9);
   return { sec: Math.floor(nanoseconds / 1e9), nanosec: nanoseconds % 1e9 };
+}
+
+// Grippers of one joint, with the action ~/gripper_cmd.
+function isGripper(controller: Controller | null | undefined): boolean {
+  return /GripperActionController/.test(controller?.type ?? '');
 }
 
 export interface Waypoint {
@@ -24,43 +31,84 @@ export interface Waypoint {
 export class Commander {
   readonly stopChanged = new Signal<boolean>();
   stopped = false;
+  unsent = false; // the stop waits for a connection
   private stoppedControllers: string[] = [];
   private stoppedSpace = ''; // the robot of the stopped controllers
-  private stoppedOthers: string[] = []; // controller managers in their emergency stop
+  private stoppedManagers: string[] = []; // controller managers in their emergency stop
+  private latched = false; // the selected robot's emergency stop is on
   private readonly owners = new Map<string, Controller>(); // by joint
   private ownersOf: Controller[] | null = null; // the list from which `owners` was built
   private readonly waiting = new Set<string>();
   private readonly sentAt = new Map<string, number>();
   private refusedAt = 0;
+  private viewed = false; // with the last connection
   private glide: ReturnType<typeof setInterval> | null = null;
 
   constructor(private readonly twin: Twin) {
     twin.selectedRobot.on(() => this.endGlide());
+    // A twin that was started again is not stopped yet.
+    twin.phaseChanged.on((phase) => {
+      if (phase === 'lost' && this.stopped) this.unsent = true;
+    });
+    twin.follow('/controller_manager/emergency_stop_active', (m) => this.takeStop(m['data'] === true));
+    // Nothing publishes the target of a gripper: its slider follows the finger unless it is in use.
+    twin.sampled.on(() => {
+      const now = performance.now();
+      for (const joint of twin.tree?.moving ?? []) {
+        const idle = now - twin.commandedAt[joint.index]! > GRIPPER_TIME;
+        if (idle && isGripper(this.owner(joint))) twin.target[joint.index] = twin.q[joint.index]!;
+      }
+    });
+    twin.controllersChanged.on(() => {
+      if (this.unsent && twin.client.phase === 'open' && twin.controllers.length > 0) void this.sendStop();
+    });
   }
 
   get viewing(): boolean {
     const { client } = this.twin;
+    if (client.phase === 'lost') return this.viewed;
     const simulated = client.services.has('/gazebo/pause_physics') || client.services.has(this.twin.own('/controller_manager/list_controllers'));
-    return client.phase === 'open' && client.services.size > 0 && !simulated || client.channel(VIEW_TOPIC) !== null;
+    this.viewed = client.phase === 'open' && client.services.size > 0 && !simulated || client.channel(VIEW_TOPIC) !== null;
+    return this.viewed;
   }
 
   owner(joint: TreeJoint): Controller | null {
-    if (this.ownersOf !== this.twin.controllers) {
-      this.ownersOf = this.twin.controllers;
-      this.owners.clear();
-      for (const c of this.ownersOf) {
-        if (c.state === 'active' && this.takesPositions(c)) for (const name of c.joints) this.owners.set(name, c);
-      }
-    }
+    this.findOwners();
     return this.owners.get(joint.name) ?? null;
   }
 
+  private findOwners(): void {
+    if (this.ownersOf === this.twin.controllers) return;
+    this.ownersOf = this.twin.controllers;
+    this.owners.clear();
+    for (const c of this.ownersOf) {
+      if (c.state === 'active' && this.takesPositions(c)) for (const name of c.joints) this.owners.set(name, c);
+    }
+  }
+
   private takesPositions(c: Controller): boolean {
-    return /JointTrajectoryController|trajectory/i.test(c.type) || (/forward|JointGroupPosition/i.test(c.type) && c.interface === 'position');
+    return /trajectory/i.test(c.type) || isGripper(c) || (/forward|JointGroupPosition/i.test(c.type) && c.interface === 'position');
   }
 
   canMove(joint: TreeJoint): boolean {
     return !joint.mimic && (this.viewing || this.owner(joint) !== null);
+  }
+
+  // Whether a controller, active or not, takes positions of the joint.
+  hasMover(joint: TreeJoint): boolean {
+    const moved = joint.mimic?.joint ?? joint.name;
+    return this.viewing || this.twin.controllers.some((c) => this.takesPositions(c) && c.joints.includes(moved));
+  }
+
+  // Why the joint cannot be moved from this page; '' if it can.
+  refusal(joint: TreeJoint): string {
+    if (this.canMove(joint)) return '';
+    if (joint.mimic) return `follows ${joint.mimic.joint}`;
+    const claims = this.twin.controllers.filter((c) => c.joints.includes(joint.name));
+    const active = claims.find((c) => c.state === 'active');
+    if (active) return `moved by ${active.name}${active.interface && active.interface !== 'position' ? `, by ${active.interface}` : ''}`;
+    const idle = claims.find((c) => this.takesPositions(c));
+    return idle ? `${idle.name} is ${idle.state}` : 'no controller takes its position';
   }
 
   // Sets the target of a joint; sent at once, or with the next permitted command.
@@ -97,7 +145,8 @@ export class Commander {
 
   private schedule(name: string, seconds: number): void {
     if (this.waiting.has(name)) return;
-    const wait = (this.sentAt.get(name) ?? -1e9) + PERIOD - performance.now();
+    const period = isGripper(this.twin.controllers.find((c) => c.name === name)) ? GRIPPER_PERIOD : PERIOD;
+    const wait = (this.sentAt.get(name) ?? -1e9) + period - performance.now();
     if (wait <= 0) {
       this.send(name, seconds);
       return;
@@ -126,11 +175,27 @@ export class Commander {
     if (!controller) return;
     const joints = this.jointsOf(controller);
     const positions = joints.map((joint) => twin.target[joint.index]!);
-    if (/trajectory/i.test(controller.type)) {
+    if (isGripper(controller)) {
+      for (const joint of joints.slice(0, 1)) void this.sendGrip(controller, joint);
+    } else if (/trajectory/i.test(controller.type)) {
       const time = seconds > 0 ? seconds : this.timeFor(joints, twin.q, twin.target);
       this.publishTrajectory(controller, joints, [{ positions, time_from_start: duration(time) }]);
     } else {
       twin.client.publish(twin.own(`/${name}/commands`), 'std_msgs/msg/Float64MultiArray', { data: positions });
+    }
+  }
+
+  // A goal of the action of GripperCommand or ParallelGripperCommand; it replaces the one before.
+  private async sendGrip(controller: Controller, joint: TreeJoint): Promise<void> {
+    const { client, target } = this.twin;
+    const service = this.twin.own(`/${controller.name}/gripper_cmd/_action/send_goal`);
+    const position = target[joint.index]!;
+    const command: Message = /Parallel/.test(client.services.get(service)?.type ?? '') ? { name: [joint.name], position: [position] } : { position, max_effort: joint.effort };
+    try {
+      const answer = await client.call(service, { goal_id: { uuid: [...crypto.getRandomValues(new Uint8Array(16))] }, goal: { command } });
+      if (answer['accepted'] !== true) toast(`${controller.name} rejects ${position.toPrecision(4)}; the log has the reason.`, 'warning');
+    } catch (problem) {
+      toast((problem as Error).message, 'error');
     }
   }
 
@@ -214,44 +279,77 @@ export class Commander {
     }
   }
 
-  // Cancels goals and holds; then, if that setting is on, deactivates the controllers that command joints. The managers
-  // of the other robots take their own emergency stop.
+  // The emergency stop of every robot, as `doppel stop` does it: no client can command them. With the other setting the
+  // controllers of the selected robot are deactivated instead. Without a connection it is sent with the next one.
   async stop(): Promise<void> {
-    const { twin } = this;
     if (this.stopped) return; // what was stopped first is what is released
     this.stopped = true;
+    this.unsent = this.twin.client.phase !== 'open';
     this.stopChanged.emit(true);
+    if (!this.unsent) await this.sendStop();
+  }
+
+  private async sendStop(): Promise<void> {
+    const { twin } = this;
+    this.unsent = false;
+    const own = `${twin.space}/controller_manager`;
+    const managers = twin.robots.map((space) => `${space}/controller_manager`).filter((manager) => twin.client.services.has(`${manager}/emergency_stop`));
+    const holds = settings.stopDoes === 'hold' && managers.includes(own);
+    this.stoppedManagers = managers.filter((manager) => manager !== own || holds);
+    const calls = this.stoppedManagers.map((manager) => twin.client.call(`${manager}/emergency_stop`)
+      .catch((problem: Error) => toast(`${manager} does not stop: ${problem.message}`, 'error')));
+    if (holds) this.endGlide();
+    else await this.stopControllers();
+    await Promise.all(calls);
+  }
+
+  // Cancels goals and holds; then, if that setting is on, deactivates the controllers that command joints.
+  private async stopControllers(): Promise<void> {
+    const { twin } = this;
     this.hold();
     this.stoppedSpace = twin.space;
-    this.stoppedOthers = twin.robots.filter((space) => space !== twin.space).map((space) => `${space}/controller_manager`);
-    for (const manager of this.stoppedOthers) {
-      twin.client.call(`${manager}/emergency_stop`).catch((problem: Error) => toast(`${manager} does not stop: ${problem.message}`, 'error'));
-    }
-    const movers = twin.controllers.filter((c) => c.state === 'active' && c.joints.length > 0).map((c) => c.name);
-    for (const name of movers) {
-      const cancel = twin.own(`/${name}/follow_joint_trajectory/_action/cancel_goal`);
-      if (twin.client.services.has(cancel)) void twin.client.call(cancel).catch(() => {});
+    const movers = twin.controllers.filter((c) => c.state === 'active' && c.joints.length > 0);
+    for (const { name } of movers) {
+      for (const action of ['follow_joint_trajectory', 'gripper_cmd']) {
+        const cancel = twin.own(`/${name}/${action}/_action/cancel_goal`);
+        if (twin.client.services.has(cancel)) void twin.client.call(cancel).catch(() => {});
+      }
     }
     if (settings.stopDoes === 'deactivate' && movers.length > 0) {
-      this.stoppedControllers = movers;
-      await this.switchControllers([], movers, this.stoppedSpace);
+      this.stoppedControllers = movers.map(({ name }) => name);
+      await this.switchControllers([], this.stoppedControllers, this.stoppedSpace);
     }
+  }
+
+  // The emergency stop of the selected robot, as its controller manager publishes it: other clients stop and reset it, too.
+  private takeStop(active: boolean): void {
+    if (this.unsent) return; // the page's own stop is on its way
+    const before = this.stopped;
+    if (active) this.stopped = true;
+    else if (this.latched) this.stopped = false;
+    this.latched = active;
+    if (this.stopped === before) return;
+    this.twin.target.set(this.twin.q);
+    this.stopChanged.emit(this.stopped);
   }
 
   async release(): Promise<void> {
     const { twin } = this;
-    twin.target.set(twin.q);
     const again = this.stoppedControllers;
+    const managers = new Set(this.stoppedManagers);
+    if (this.latched) managers.add(`${twin.space}/controller_manager`);
     this.stoppedControllers = [];
-    const others = this.stoppedOthers;
-    this.stoppedOthers = [];
-    for (const manager of others) {
-      twin.client.call(`${manager}/reset_emergency_stop`).catch((problem: Error) => toast(`${manager} remains stopped: ${problem.message}`, 'error'));
+    this.stoppedManagers = [];
+    if (!this.unsent) {
+      const calls = [...managers].map((manager) => twin.client.call(`${manager}/reset_emergency_stop`)
+        .catch((problem: Error) => toast(`${manager} remains stopped: ${problem.message}`, 'error')));
+      await Promise.all(calls);
+      if (again.length > 0) await this.switchControllers(again, [], this.stoppedSpace);
     }
-    if (again.length > 0) await this.switchControllers(again, [], this.stoppedSpace);
-    this.stopped = false;
+    this.stopped = this.unsent = this.latched = false;
     twin.target.set(twin.q);
     this.stopChanged.emit(false);
+    await twin.listControllers();
   }
 
   async switchControllers(activate: string[], deactivate: string[], space = this.twin.space): Promise<void> {

@@ -42,7 +42,7 @@ export function makeDetails(app: App): { element: HTMLElement; update: () => voi
       rows.push(['position', position], ['axis', axisText(joint.axis)]);
       rows.push(['limits', Number.isFinite(joint.lower) ? `${format(joint, joint.lower)} … ${format(joint, joint.upper)} ${unitOf(joint)}` : 'none']);
       const most = [joint.velocity > 0 ? `${format(joint, joint.velocity)} ${unitOf(joint)}/s` : '', joint.effort > 0 ? `${short(joint.effort)} ${slides ? 'N' : 'N m'}` : ''].filter(Boolean);
-      if (most.length > 0) rows.push(['at most', most.join(', ')]);
+      if (most.length > 0) rows.push(['maximum', most.join(', ')]);
       const { damping, friction } = joint.dynamics;
       if (damping > 0 || friction > 0) {
         rows.push(['dynamics', `damping ${short(damping)} ${slides ? 'N s/m' : 'N m s/rad'}, friction ${short(friction)} ${slides ? 'N' : 'N m'}`]);

@@ -33,6 +33,11 @@ export class Drive {
     app.twin.selectedRobot.on(() => this.release());
   }
 
+  // Whether the robot has a base to drive, also while its controller is not active.
+  get applies(): boolean {
+    return this.app.twin.controllers.some((c) => BASES.test(c.type)) || this.topic() !== null;
+  }
+
   // The topic that the robot's base reads; null: there is none.
   topic(): BaseTopic | null {
     const { client, controllers } = this.app.twin;

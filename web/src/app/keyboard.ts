@@ -1,32 +1,22 @@
 // Keys of the whole page; they are off while text is typed.
 import type { App } from './app';
+import { isTyping } from './escape';
 import type { Jog } from './jog';
 import { settings } from './settings';
 import { VIEWS, type ViewName } from '../scene/camera';
 
 export const KEYS: [string, string][] = [
-  ['Escape', 'emergency stop (can be changed below)'], ['P', 'pause and play'], ['.', 'one step'],
+  ['Escape', 'emergency stop, also closes dialogs and lists (can be changed above)'], ['P', 'pause and play'], ['.', 'one step'],
   ['W S  A D  R F', 'tool along x, y, z'], ['U O  I K  J L', 'turn the tool about x, y, z'],
   ['[ ]', 'jog the chosen joint'], ['- +', 'choose the joint before, after'], ['1 … 6', 'views'], ['0', 'fit the view'],
   ['← → ↑ ↓', 'turn the picture, where it has the focus; with shift move it'], ['PgUp PgDn', 'nearer and farther'],
 ];
 
-function typing(target: EventTarget | null): boolean {
-  if (!(target instanceof HTMLElement)) return false;
-  if (target instanceof HTMLInputElement) return !['range', 'checkbox', 'button'].includes(target.type);
-  return target instanceof HTMLTextAreaElement || target instanceof HTMLSelectElement || target.isContentEditable;
-}
-
 export function startKeyboard(app: App, jog: Jog): void {
   const click = (id: string): void => document.getElementById(id)?.click();
   addEventListener('keydown', (event) => {
     const dialog = document.querySelector('dialog[open]') !== null;
-    if (settings.stopKeys.includes(event.code) && !dialog && !(event.code === 'Space' && typing(event.target))) {
-      event.preventDefault();
-      if (!event.repeat && !app.commander.stopped) void app.commander.stop();
-      return;
-    }
-    if (dialog || typing(event.target) || event.ctrlKey || event.metaKey || event.altKey) return;
+    if (dialog || settings.stopKeys.includes(event.code) || isTyping(event.target) || event.ctrlKey || event.metaKey || event.altKey) return;
     if (jog.press(event.code)) {
       event.preventDefault();
       return;

@@ -2,7 +2,9 @@
 import type { App } from './app';
 import { makeDetails } from './details';
 import { button, h, say } from './dom';
+import { closedByEscape } from './escape';
 import { LayerToggles, type LayerChoice } from './layer_toggles';
+import { makeLostBanner } from './lost';
 import { VIEWS, type ViewName } from '../scene/camera';
 
 const LAYERS: LayerChoice[] = [
@@ -40,28 +42,39 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
     follow);
   const list = h('div', { class: 'layer-list', hidden: true });
   const toggles = new LayerToggles(list, () => world);
-  const open = button('Layers', 'What is drawn', () => {
-    list.hidden = !list.hidden;
-    toggles.offer([...LAYERS, ...app.sensorLayers()]);
-    open.setAttribute('aria-expanded', String(!list.hidden));
-  }, { 'aria-expanded': 'false', id: 'layers' });
+  let end = (): void => {};
+  const showList = (on: boolean): void => {
+    list.hidden = !on;
+    open.setAttribute('aria-expanded', String(on));
+    end();
+    end = on ? closedByEscape(() => showList(false)) : () => {};
+    if (on) toggles.offer([...LAYERS, ...app.sensorLayers()]);
+  };
+  const open = button('Layers', 'What is drawn', () => showList(list.hidden), { 'aria-expanded': 'false', id: 'layers' });
   const layers = h('div', { class: 'layers' }, open, list);
   const details = makeDetails(app);
   app.details = details.element;
-  const note = h('div', { class: 'stage-note', role: 'status', hidden: true });
+  const noteText = h('span', {});
+  const noteLink = button('Health', 'Show the findings about the description', () => app.openPanel('health'), { class: 'plain link-button', hidden: true });
+  const note = h('div', { class: 'stage-note', role: 'status', hidden: true }, noteText, ' ', noteLink);
+  const lost = makeLostBanner(app);
+  const undrawn = h('div', { class: 'undrawn', role: 'status', hidden: world.stage.drawable }, h('strong', {}, 'This browser does not draw WebGL 2.'),
+    h('p', {}, 'The panels and STOP work; only the picture is missing. Turn on hardware acceleration in the settings of the browser, or use another browser.'));
   const stopped = h('div', { class: 'stopped-note', role: 'alert' }, 'Stopped. Commands of this page are rejected until the stop is released.');
 
   function update(): void {
     details.update();
+    lost.update();
     const { view } = world;
-    const text = twin.client.phase === 'lost' ? 'Connection to the twin lost. Reconnecting.'
+    const text = twin.client.phase === 'lost' ? ''
       : !view ? (twin.client.phase !== 'open' ? 'Connecting.' : twin.withoutRobots ? failures(world.failed) : `Waiting for ${twin.own('/robot_description')}.`)
       : view.loading > 0 ? `Loading meshes: ${view.loading} to go.`
       : failures([...view.failed, ...world.failed]);
     note.hidden = text === '';
     note.title = [...view?.failed ?? [], ...world.failed][0]?.reason ?? '';
-    say(note, text);
+    say(noteText, text);
+    noteLink.hidden = !view || view.loading > 0 || view.failed.length + world.failed.length === 0;
   }
 
-  return { elements: [views, layers, details.element, note, stopped], update };
+  return { elements: [views, layers, details.element, undrawn, note, stopped, lost.element], update };
 }

@@ -4,7 +4,7 @@ import { World } from '../scene/world';
 import type { App } from './app';
 import { makeBar } from './bar';
 import { Commander } from './commander';
-import { h } from './dom';
+import { startStopKeys } from './escape';
 import { Layout } from './layout';
 import { makeOverlay } from './overlay';
 import { openSettings } from './settings_dialog';
@@ -19,19 +19,15 @@ const PICTURE_TIMEOUT = 1500; // ms after which panels are loaded without a pict
 export function startPage(twin: Twin, assets: AssetStore): void {
   performance.mark('doppel: page');
   const commander = new Commander(twin);
-  const app = { twin, commander, sources: new Sources(twin), selection: null, selected: new Signal(), sensorLayers: () => [] } as unknown as App;
+  const app = { twin, commander, sources: new Sources(twin), selection: null, selected: new Signal(), tabsChanged: new Signal(), openPanel: () => {}, sensorLayers: () => [] } as unknown as App;
   app.select = (selection) => {
     app.selection = selection;
     app.selected.emit(selection);
   };
-  const bar = makeBar(app, openSettings);
+  startStopKeys(commander);
+  const bar = makeBar(app, () => openSettings(twin.client.metadata['version'] ?? ''));
   const layout = new Layout(bar.element);
-  try {
-    app.world = new World(layout.stage, twin, commander, assets);
-  } catch (problem) {
-    document.getElementById('app')!.replaceChildren(h('p', { class: 'boot', role: 'alert' }, (problem as Error).message));
-    return;
-  }
+  app.world = new World(layout.stage, twin, commander, assets);
   performance.mark('doppel: stage');
   const overlay = makeOverlay(app);
   layout.stage.append(...overlay.elements);

@@ -11,6 +11,8 @@ export interface Settings {
   rightWidth: number;
   bottomHeight: number;
   bottomOpen: boolean;
+  pictureShare: number; // of the height, where the panels are below it on a narrow window
+  hintsSeen: boolean;
   tabs: Record<string, string>;
   tool: string;
   keepOrientation: boolean;
@@ -28,6 +30,8 @@ const DEFAULTS: Settings = {
   rightWidth: 400,
   bottomHeight: 250,
   bottomOpen: true,
+  pictureShare: 0.44,
+  hintsSeen: false,
   tabs: {},
   tool: '',
   keepOrientation: true,

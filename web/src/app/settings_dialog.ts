@@ -1,9 +1,10 @@
-import { button, fill, h } from './dom';
+import { openDialog } from './dialog';
+import { button, fill, h, toast } from './dom';
 import { KEYS } from './keyboard';
 import { set, settings } from './settings';
 
-export function openSettings(): void {
-  const dialog = h('dialog', {});
+export function openSettings(version: string): void {
+  const dialog = h('dialog', { 'aria-label': 'Settings' });
   const choice = (label: string, value: string, options: [string, string][], change: (value: string) => void): HTMLElement => {
     const select = h('select', { onchange: () => change(select.value) }, options.map(([v, text]) => h('option', { value: v, selected: v === value }, text)));
     return h('label', { class: 'setting' }, h('span', {}, label), select);
@@ -15,8 +16,10 @@ export function openSettings(): void {
     h('h2', { style: 'margin-top:16px' }, 'Keys'),
     h('table', {}, KEYS.map(([key, what]) => h('tr', {}, h('td', {}, key.split(' ').map((k) => (k ? [h('kbd', {}, k), ' '] : ' '))), h('td', {}, what)))),
     h('p', { class: 'muted' }, 'Gamepad: hold a shoulder button, then sticks and triggers move the tool; B stops.'),
-    h('div', { class: 'row' }, h('span', { class: 'spacer' }), button('Close', 'Close', () => dialog.close())));
-  dialog.addEventListener('close', () => dialog.remove());
-  document.body.appendChild(dialog);
-  dialog.showModal();
+    h('p', { class: 'muted about' }, version ? `doppel ${version}. ` : '', 'The manual: ', h('code', {}, 'doppel man'), '; the robots that come with it: ', h('code', {}, 'doppel robots'), '.'),
+    h('div', { class: 'row' }, button('Show the first steps again', 'Show them with the next load of the page', () => {
+      set('hintsSeen', false);
+      toast('The first steps are shown with the next load of the page.');
+    }), h('span', { class: 'spacer' }), button('Close', 'Close', () => dialog.close())));
+  openDialog(dialog);
 }

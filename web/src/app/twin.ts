@@ -92,13 +92,13 @@ export class Twin {
     const { client } = this;
     this.frames = this.framesOf('');
     client.onphase = (phase) => {
-      this.truth = null;
+      if (phase !== 'lost') this.truth = null;
       if (phase === 'open') void this.listControllers();
       else this.takeStatus(null);
       this.phaseChanged.emit(phase);
     };
     client.ongraph = () => {
-      this.findRobots();
+      if (client.phase !== 'lost') this.findRobots(); // a lost twin's picture and names stay
       this.graphChanged.emit();
       if (client.phase === 'open' && client.services.size > 0) void this.listControllers();
     };

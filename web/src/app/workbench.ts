@@ -2,11 +2,13 @@
 import type { App, Panel } from './app';
 import type { Layout } from './layout';
 import { Drive } from './drive';
+import { makeHints } from './hints';
 import { Jog } from './jog';
 import { startKeyboard } from './keyboard';
 import { Parameters } from './parameters';
 import { Recorder } from './recorder';
 import { Sensors } from './sensors';
+import type { Signal } from './signal';
 import { Tolerances } from './tolerances';
 import { ToolDriver } from './tool';
 import { controlPanel } from '../panels/control';
@@ -56,6 +58,14 @@ export function startWorkbench(app: App, layout: Layout): void {
   const right: Panel[] = [jointsPanel(app), treePanel(app), toolPanel(app, driver, handle, jog, pusher), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), controlPanel(app), healthPanel(app)];
   const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   layout.mount(right, bottom);
+  const hints = makeHints(app);
+  if (hints) app.world.stage.host.append(hints);
+  app.openPanel = (id) => layout.open(id);
+  // A lost twin keeps its tabs.
+  const refresh = (): void => {
+    if (app.twin.client.phase === 'open') layout.refresh();
+  };
+  for (const signal of [app.twin.graphChanged, app.twin.controllersChanged, sensors.changed, objects.listChanged, app.tabsChanged] as Signal<unknown>[]) signal.on(refresh);
   if (location.hash === '#drive') layout.open('drive'); // the address that `doppel teleop page` prints
 
   let down: { x: number; y: number } | null = null;

@@ -19,7 +19,7 @@ export function controlPanel(app: App): Panel {
             void commander.switchControllers(active ? [] : [c.name], active ? [c.name] : []);
           }, { disabled: !active && c.state !== 'inactive' })),
         h('div', { class: 'muted' }, c.type),
-        c.joints.length > 0 ? h('div', { class: 'claims' }, `${active ? 'claims' : 'wants'} ${c.interface || 'mixed interfaces'} of ${c.joints.join(', ')}`) : null);
+        c.joints.length > 0 ? h('div', { class: 'claims' }, `${active ? 'claims' : 'requires'} ${c.interface || 'mixed interfaces'} of ${c.joints.join(', ')}`) : null);
     }));
   }
 
@@ -39,9 +39,9 @@ export function controlPanel(app: App): Panel {
   const stack = h('div', { class: 'stack', role: 'img' }, parts.map((part) => part.piece));
   const lateness = h('dd', { class: 'num' }), overruns = h('dd', { class: 'num' }), skipped = h('dd', { class: 'num' });
   const loop = h('section', { 'aria-label': 'Where the time goes' },
-    h('h4', {}, 'A step ', total), stack,
+    h('h4', {}, 'Time of a step ', total), stack,
     h('dl', { class: 'facts phases' }, parts.map(({ phase, out }) => [h('dt', {}, h('i', { class: `phase key ${phase}` }), phase === 'idle' ? 'idle, waiting for time' : phase), out])),
-    h('dl', { class: 'facts' }, h('dt', { title: 'How late the steps begin' }, 'late: median, 99 %, most'), lateness, h('dt', {}, 'late steps'), overruns, h('dt', { title: 'For clients that read too slowly' }, 'messages skipped'), skipped));
+    h('dl', { class: 'facts' }, h('dt', { title: 'How late the steps begin' }, 'latency p50 · p99 · max'), lateness, h('dt', {}, 'late steps'), overruns, h('dt', { title: 'For clients that read too slowly' }, 'messages dropped'), skipped));
 
   function showLoop(status: Status | null): void {
     loop.hidden = status === null;
@@ -68,6 +68,7 @@ export function controlPanel(app: App): Panel {
   build();
   return {
     id: 'control', title: 'Control', rate: 4,
+    applies: () => !commander.viewing,
     element: h('div', { class: 'padded' }, h('h3', {}, 'Controllers'), list, h('h3', {}, 'Time'), times, loop),
     update: () => {
       const now = performance.now();

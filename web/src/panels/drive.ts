@@ -1,6 +1,6 @@
 // Driving the base: a pad that drives while it is held, speeds, the gamepad, the stop.
 import type { App, Panel } from '../app/app';
-import { button, h, say, toggle } from '../app/dom';
+import { h, say, toggle } from '../app/dom';
 import type { Drive } from '../app/drive';
 import type { Jog } from '../app/jog';
 
@@ -9,7 +9,7 @@ const ARROWS: Record<string, [number, number, number]> = {
 };
 
 export function drivePanel(app: App, drive: Drive, jog: Jog): Panel {
-  const { twin, commander } = app;
+  const { twin } = app;
   const knob = h('i', { class: 'knob' });
   const pad = h('div', { class: 'drive-pad', id: 'drive-pad', tabIndex: 0, role: 'application', 'aria-label': 'Drive: hold and pull; arrow keys drive while they are held' }, knob);
   const where = h('p', { class: 'muted', role: 'status' });
@@ -31,6 +31,7 @@ export function drivePanel(app: App, drive: Drive, jog: Jog): Panel {
     drive.hold(pulled[1], 0, -pulled[0]);
   }
   pad.addEventListener('pointerdown', (event) => {
+    if (pad.classList.contains('idle')) return;
     pad.setPointerCapture(event.pointerId);
     pull(event);
   });
@@ -81,17 +82,16 @@ export function drivePanel(app: App, drive: Drive, jog: Jog): Panel {
     } : null;
     drive.release();
   });
-  const element = h('div', { class: 'padded' }, where, pad, h('div', { class: 'row' }, now),
-    h('div', { class: 'row' }, number('Speed, m/s', drive.speed, (v) => (drive.speed = v)), number('Turn, rad/s', drive.turn, (v) => (drive.turn = v))),
-    h('div', { class: 'row' }, useGamepad), gamepad,
-    h('div', { class: 'row' }, button('STOP', 'Emergency stop of all controllers', () => void commander.stop(), { class: 'danger', id: 'drive-stop' })));
+  const element = h('div', { class: 'padded' }, where, h('div', { class: 'drive' }, pad, h('div', { class: 'drive-fields' }, now,
+    number('Speed, m/s', drive.speed, (v) => (drive.speed = v)), number('Turn, rad/s', drive.turn, (v) => (drive.turn = v)), useGamepad, gamepad)));
   show();
   return {
     id: 'drive', title: 'Drive', element, rate: 2,
+    applies: () => drive.applies,
     update: () => {
       const topic = drive.topic();
       pad.classList.toggle('idle', topic === null);
-      say(where, topic ? `${topic.name}, while the pad is held` : twin.client.phase === 'open' ? 'No controller of a base is active.' : 'No connection.');
+      say(where, topic ? `${topic.name}, while the pad is held` : twin.client.phase === 'open' ? 'No controller of a base is active; Control activates it.' : 'No connection.');
     },
     hidden: () => drive.release(),
   };

@@ -1,5 +1,5 @@
 // Findings of the audit, and the gravity load of each joint.
-import type { App, Panel } from '../app/app';
+import type { App, Badge, Panel } from '../app/app';
 import { button, fill, h, say, type Child } from '../app/dom';
 import { readFindings, type Finding } from '../app/health';
 import { placeLabel } from '../app/place_label';
@@ -14,6 +14,15 @@ interface Row {
   element: HTMLElement;
   cells: HTMLElement[]; // created when first visible
   bar: HTMLElement;
+}
+
+// Marked by a sign as well as by its colour.
+function badgeOf(findings: Finding[]): Badge | null {
+  const count = (severity: string): number => findings.filter((one) => one.severity === severity).length;
+  const errors = count('error'), warnings = count('warning');
+  if (errors + warnings === 0) return null;
+  const words = [[errors, 'error'], [warnings, 'warning']].filter(([n]) => n !== 0).map(([n, word]) => `${n} ${word}${n === 1 ? '' : 's'}`);
+  return errors > 0 ? { text: `✕ ${errors}`, level: 'error', title: words.join(', ') } : { text: `⚠ ${warnings}`, level: 'warning', title: words.join(', ') };
 }
 
 export function healthPanel(app: App): Panel {
@@ -55,14 +64,19 @@ export function healthPanel(app: App): Panel {
   }
 
   let reported = '';
+  let badge: Badge | null = null;
   function show(): void {
     const read = readFindings(reported);
+    badge = badgeOf(read?.findings ?? []);
+    app.tabsChanged.emit();
     if (!read) fill(findings, h('p', { class: 'empty' }, `${twin.own('/doppel/health')} has no valid content.`));
     else fill(findings, read.findings.length === 0 ? h('p', { class: 'empty' }, 'Nothing found.') : read.findings.map(showFinding));
   }
 
   function forget(): void {
     reported = '';
+    badge = null;
+    app.tabsChanged.emit();
     fill(findings, h('p', { class: 'empty' }, `No findings received yet on ${twin.own('/doppel/health')}.`));
   }
 
@@ -119,6 +133,7 @@ export function healthPanel(app: App): Panel {
     id: 'health', title: 'Health', rate: 4,
     element: h('div', { class: 'padded' }, h('h3', {}, 'Findings'), findings, h('h3', {}, 'Load of the joints'),
       missing, loads),
+    badge: () => badge,
     update: () => {
       say(missing, app.commander.viewing ? 'Loads need physics: doppel up instead of doppel view.' : 'This twin does not publish joint loads.');
       const offered = twin.client.channel(twin.own('/doppel/joint_loads')) !== null;

@@ -9,9 +9,12 @@ import { waypointsYaml } from '../app/trajectories';
 import { format, meant, rangeOf, unitOf } from '../app/units';
 import type { TreeJoint } from '../robot/tree';
 
+const SEARCHED = 12; // joints, from which on there is a field to search them
+
 interface Row {
   joint: TreeJoint;
   element: HTMLElement;
+  why: HTMLElement; // why the joint cannot be moved from here
   slider: HTMLInputElement;
   now: HTMLElement;
   value: HTMLElement;
@@ -21,11 +24,19 @@ interface Row {
   held: boolean; // by the user's hand
 }
 
+function limitTitle(joint: TreeJoint, end: 'Lower' | 'Upper'): string {
+  const limited = Number.isFinite(joint.lower) && Number.isFinite(joint.upper) && joint.upper > joint.lower;
+  return limited ? `${end} limit` : 'This joint has no limits';
+}
+
 export function jointsPanel(app: App): Panel {
   const { twin, commander } = app;
   const list = h('div', { class: 'joints' });
   const none = h('p', { class: 'empty' });
+  const search = h('input', { type: 'text', placeholder: 'search joints', 'aria-label': 'Search joints', spellcheck: false, oninput: () => arrange() });
+  const searchRow = h('div', { class: 'search-row', hidden: true }, search);
   let rows: Row[] = [];
+  let order = ''; // which of the rows can be moved
   let endLoads = (): void => {};
   const seen = new Seen<Row>((row) => {
     if (!row.filled) fillRow(row);
@@ -37,9 +48,10 @@ export function jointsPanel(app: App): Panel {
     const slider = h('input', { type: 'range', min: '0', max: '1', step: 'any', class: 'slider', 'aria-label': `Target of ${joint.name}` });
     const now = h('i', { class: 'now' });
     const effort = h('i', { class: 'effort' });
-    const value = h('output', { class: 'value num', title: 'where it is' });
+    const value = h('output', { class: 'value num', title: 'actual position' });
     const target = h('input', { class: 'target num', inputMode: 'decimal', 'aria-label': `Target of ${joint.name} as a number`, title: 'target', spellcheck: false });
-    const row: Row = { joint, slider, now, value, target, effort, filled: false, held: false, element: h('div', { class: `joint${joint.mimic ? ' mimic' : ''}` }) };
+    const why = h('span', { class: 'why' });
+    const row: Row = { joint, why, slider, now, value, target, effort, filled: false, held: false, element: h('div', { class: `joint${joint.mimic ? ' mimic' : ''}` }) };
     slider.min = String(low);
     slider.max = String(high);
     const command = (): void => commander.set(joint, Number(slider.value));
@@ -65,29 +77,52 @@ export function jointsPanel(app: App): Panel {
 
   function fillRow(row: Row): void {
     const { joint } = row;
+    const [low, high] = rangeOf(joint);
     row.filled = true;
     fill(row.element,
       h('button', { type: 'button', class: 'name', title: `${joint.kind}, between ${joint.parent} and ${joint.child}`, onclick: () => app.select({ link: joint.childLink }) }, joint.name),
       joint.mimic ? h('span', { class: 'tag', title: `follows: ${joint.mimic.multiplier} × ${joint.mimic.joint} + ${joint.mimic.offset}` }, `↳ ${joint.mimic.joint}`) : null,
       row.value, joint.mimic ? null : [row.target, h('span', { class: 'unit' }, unitOf(joint))],
+      joint.mimic ? null : row.why,
       h('div', { class: 'track' }, row.now, row.slider),
-      h('div', { class: 'effort-bar', title: joint.effort > 0 ? `effort; the bar is full at ${joint.effort} ${joint.kind === 'prismatic' ? 'N' : 'N m'}` : 'effort' }, row.effort));
+      h('span', { class: 'limit num', title: limitTitle(joint, 'Lower') }, format(joint, low)),
+      h('div', { class: 'effort-bar', title: joint.effort > 0 ? `effort; the bar is full at ${joint.effort} ${joint.kind === 'prismatic' ? 'N' : 'N m'}` : 'effort' }, row.effort),
+      h('span', { class: 'limit num', title: limitTitle(joint, 'Upper') }, format(joint, high)));
     enableRow(row);
   }
 
   function build(): void {
     rows = (twin.tree?.moving ?? []).map(makeRow);
-    fill(list, rows.length > 0 ? rows.map((row) => row.element) : twin.tree ? h('p', { class: 'empty' }, 'This robot has no joints that move.') : none);
-    seen.watch(rows.map((row) => [row.element, row]));
+    searchRow.hidden = rows.length <= SEARCHED;
+    if (searchRow.hidden) search.value = '';
+    arrange();
+  }
+
+  // Joints that can be moved come first, in the order of the description.
+  function arrange(): void {
+    const wanted = search.value.trim().toLowerCase();
+    const fitting = rows.filter(({ joint }) => joint.name.toLowerCase().includes(wanted));
+    const movable = new Map(rows.map((row) => [row, commander.hasMover(row.joint)]));
+    const shown = [...fitting.filter((row) => movable.get(row)), ...fitting.filter((row) => !movable.get(row))];
+    order = rows.map((row) => Number(movable.get(row))).join('');
+    fill(list, shown.length > 0 ? shown.map((row) => row.element) : rows.length > 0 ? h('p', { class: 'empty' }, 'No match.')
+      : twin.tree ? h('p', { class: 'empty' }, 'This robot has no joints that move.') : none);
+    seen.watch(shown.map((row) => [row.element, row]));
   }
 
   function enableRow(row: Row): void {
-    const can = commander.canMove(row.joint) && !commander.stopped;
+    const can = commander.canMove(row.joint) && !commander.stopped && twin.client.phase !== 'lost';
+    const why = row.joint.mimic ? '' : commander.refusal(row.joint);
     row.slider.disabled = row.target.disabled = !can;
     row.element.classList.toggle('off', !can);
+    row.element.classList.toggle('fixed', why !== '');
+    say(row.why, why);
+    row.why.title = why;
+    row.slider.title = row.target.title = can ? 'target' : why || (twin.client.phase === 'open' ? 'The emergency stop is on.' : 'There is no connection.');
   }
 
   function enable(): void {
+    if (rows.map((row) => Number(commander.hasMover(row.joint))).join('') !== order) arrange();
     for (const row of rows) if (row.filled) enableRow(row);
   }
 
@@ -153,7 +188,9 @@ export function jointsPanel(app: App): Panel {
     toast(`${known.length} of ${pose.size} joints of the clipboard are here.`);
   }
 
-  const units = button(settings.degrees ? '°' : 'rad', 'Angles in degrees or radians', () => set('degrees', !settings.degrees), { id: 'units', class: 'units' });
+  const unit = (label: string, degrees: boolean): HTMLButtonElement => button(label, degrees ? 'Angles in degrees' : 'Angles in radians', () => set('degrees', degrees), { 'aria-pressed': String(settings.degrees === degrees) });
+  const unitButtons = [unit('deg', true), unit('rad', false)];
+  const units = h('div', { class: 'segments units', role: 'group', 'aria-label': 'Unit of angles', id: 'units' }, unitButtons);
   const element = h('div', { class: 'joints-panel' },
     h('div', { class: 'tools' },
       button('Zero', 'All joints to zero; one whose limits exclude that stays', zero),
@@ -165,9 +202,9 @@ export function jointsPanel(app: App): Panel {
       button('Copy', 'Copy the pose as a YAML trajectory', copy),
       button('Paste', 'Go to the pose on the clipboard', () => void pasteText('Go to a pose', take)),
       h('span', { class: 'spacer' }), units),
-    list,
+    searchRow, list,
     h('div', { class: 'legend' },
-      h('span', {}, h('i', { class: 'key now-key' }), 'is'), h('span', {}, h('i', { class: 'key target-key' }), 'target'),
+      h('span', {}, h('i', { class: 'key now-key' }), 'actual'), h('span', {}, h('i', { class: 'key target-key' }), 'target'),
       h('span', { class: 'effort-legend' }, h('i', { class: 'key effort-key' }), 'effort'), h('span', { class: 'spacer' }),
       h('label', { title: 'Share of the velocity limits that commands from this page use' }, 'speed ',
         (() => {
@@ -187,7 +224,7 @@ export function jointsPanel(app: App): Panel {
   commander.stopChanged.on(enable);
   settingsChanged.on((key) => {
     if (key !== 'degrees') return;
-    say(units, settings.degrees ? '°' : 'rad');
+    unitButtons.forEach((one, i) => one.setAttribute('aria-pressed', String(settings.degrees === (i === 0))));
     build();
   });
   app.selected.on((selection) => {

@@ -9,7 +9,7 @@ const MOST = 1000;
 export function logPanel(app: App): Panel {
   const lines = app.twin.log;
   const list = h('div', { class: 'log', role: 'log', 'aria-label': 'Messages' });
-  const none = h('p', { class: 'empty' }, 'No messages yet at this level.');
+  const none = h('p', { class: 'empty' }, 'No messages yet at this level. Nodes and controllers write here, by /rosout.');
   let least = 20;
   let follow = true;
   const level = h('select', { 'aria-label': 'Least level', onchange: () => {

@@ -90,7 +90,7 @@ export function objectsPanel(app: App, layer: ObjectLayer): Panel {
     missing.hidden = lacking === '';
     form.hidden = lacking !== '';
     list.hidden = lacking !== '' && layer.objects.size === 0;
-    fill(list, layer.objects.size === 0 ? h('li', { class: 'empty' }, 'No objects yet.') : [...layer.objects.keys()].sort().map((one) => h('li', {},
+    fill(list, layer.objects.size === 0 ? h('li', { class: 'empty' }, 'No objects yet; add one below.') : [...layer.objects.keys()].sort().map((one) => h('li', {},
       h('button', { type: 'button', role: 'option', class: 'plain object', 'aria-selected': String(one === layer.selected), onclick: () => {
         app.select(null);
         layer.select(one);
@@ -170,7 +170,8 @@ export function objectsPanel(app: App, layer: ObjectLayer): Panel {
   choose('box');
   build();
   return {
-    id: 'objects', title: 'Objects', rate: 8, update: numbers, hidden: () => layer.place(null),
+    id: 'objects', title: 'Objects', rate: 8,
+    applies: () => !app.commander.viewing || layer.objects.size > 0, update: numbers, hidden: () => layer.place(null),
     element: h('div', { class: 'padded objects' }, missing, list, chosen, form),
   };
 }

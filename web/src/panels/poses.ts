@@ -29,6 +29,7 @@ export function posesPanel(app: App): Panel {
   let timer: ReturnType<typeof setInterval> | null = null;
   const poseList = h('div', { class: 'pose-list' });
   const stepList = h('ol', { class: 'step-list' });
+  const noSteps = h('p', { class: 'empty' }, 'No steps yet. + step adds a saved pose.');
   const name = h('input', { type: 'text', placeholder: 'name of the pose', 'aria-label': 'Name of the pose', onkeydown: (e: KeyboardEvent) => e.key === 'Enter' && keep() });
   const key = (): string => `doppel.poses.${twin.tree?.robot.name ?? ''}`;
   const store = (): void => save(key(), { poses, steps });
@@ -135,7 +136,7 @@ export function posesPanel(app: App): Panel {
   }
 
   function build(): void {
-    fill(poseList, poses.length === 0 ? h('p', { class: 'empty' }, 'No poses yet. Move the arm, then keep where it is.') : poses.map((pose) => h('div', { class: 'row pose' },
+    fill(poseList, poses.length === 0 ? h('p', { class: 'empty' }, 'No poses yet. Move the robot, then save its pose.') : poses.map((pose) => h('div', { class: 'row pose' },
       h('span', { class: 'pose-name' }, pose.name), h('span', { class: 'spacer' }),
       button('Go', `Go to ${pose.name}`, () => commander.setMany((twin.tree?.moving ?? []).filter((j) => pose.joints[j.name] !== undefined).map((j) => [j, pose.joints[j.name]!]))),
       button('+ step', `Add ${pose.name} to the sequence`, () => {
@@ -149,6 +150,7 @@ export function posesPanel(app: App): Panel {
         store();
         build();
       }, { class: 'icon' }))));
+    noSteps.hidden = steps.length > 0;
     fill(stepList, steps.map((step, i) => {
       const number = (field: 'seconds' | 'pause', label: string): HTMLElement => {
         const input = h('input', { type: 'number', min: '0', step: '0.1', value: step[field] > 0 ? String(step[field]) : '', placeholder: field === 'seconds' ? 'auto' : '0', 'aria-label': `${label} of step ${i + 1}`, onchange: () => {
@@ -184,10 +186,10 @@ export function posesPanel(app: App): Panel {
   build();
   return {
     id: 'poses', title: 'Poses',
-    element: h('div', { class: 'padded' }, h('div', { class: 'row keep-row' }, name, button('Keep', 'Keep the commanded pose under this name', keep),
-      button('Open', 'Load poses and a sequence from a file', () => file.click()), file,
-      button('Save', 'Save poses and sequence to a file', () => download('poses.json', 'application/json', JSON.stringify({ poses, steps }, null, 2)))),
-    poseList, h('h3', {}, 'Sequence'), stepList,
-    h('div', { class: 'row' }, run, button('Halt', 'Hold where the arm is', halt), button('Copy', 'Copy the sequence as a YAML trajectory', copy), h('label', { class: 'toggle' }, repeat, h('span', {}, 'again and again')))),
+    element: h('div', { class: 'padded' }, h('div', { class: 'row keep-row' }, name, button('Save pose', 'Save the commanded pose under this name', keep),
+      button('Import', 'Load poses and a sequence from a file', () => file.click()), file,
+      button('Export', 'Save poses and sequence to a file', () => download('poses.json', 'application/json', JSON.stringify({ poses, steps }, null, 2)))),
+    poseList, h('h3', {}, 'Sequence'), noSteps, stepList,
+    h('div', { class: 'row' }, run, button('Stop motion', 'Hold the present position', halt), button('Copy', 'Copy the sequence as a YAML trajectory', copy), h('label', { class: 'toggle' }, repeat, h('span', {}, 'Loop')))),
   };
 }

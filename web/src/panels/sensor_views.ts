@@ -1,5 +1,6 @@
 // What a sensor measures, as a picture, a plot of a scan, or numbers: one view for each type of message.
 import { COLOUR_MAP, colourStep, gradient, SteadyScale } from '../app/colour_map';
+import { openDialog } from '../app/dialog';
 import { fill, h, say } from '../app/dom';
 import { ImagePainter } from '../app/image';
 import { PointBuffer } from '../app/points';
@@ -41,14 +42,11 @@ function enlarge(name: string, canvas: HTMLCanvasElement, home: HTMLElement): vo
   const close = h('button', { type: 'button', onclick: () => dialog.close() }, 'Close');
   canvas.style.setProperty('--shape', String(canvas.height / canvas.width));
   const dialog = h('dialog', { class: 'large-picture', 'aria-label': name }, h('div', { class: 'row' }, h('strong', {}, name), h('span', { class: 'spacer' }), close), canvas);
-  dialog.addEventListener('click', (event) => event.target === dialog && dialog.close());
   dialog.addEventListener('close', () => {
     home.append(canvas);
-    dialog.remove();
     home.focus();
   });
-  document.body.append(dialog);
-  dialog.showModal();
+  openDialog(dialog, true);
 }
 
 export function pictureView(name: string): View {

@@ -31,8 +31,8 @@ class Card {
       h('div', { class: 'row' }, h('strong', {}, name), h('span', { class: 'tag' }, sensor.type), h('span', { class: 'spacer' }),
         toggle('Show', 'Here and, where a layer has it, in the picture', sensors.shown(sensor), (on) => sensors.show(this.sensor, on))),
       h('div', { class: 'muted sensor-about', title: sensor.topics.join('\n') }, parts.join('/'), ' · ', this.where),
-      h('dl', { class: 'rates' }, h('div', {}, h('dt', {}, 'asked'), this.asked), h('div', {}, h('dt', {}, 'reached'), this.reached),
-        h('div', { title: 'Samples that took too long' }, h('dt', {}, 'left out'), this.leftOut)),
+      h('dl', { class: 'rates' }, h('div', {}, h('dt', {}, 'target'), this.asked), h('div', {}, h('dt', {}, 'measured'), this.reached),
+        h('div', { title: 'Samples that took too long' }, h('dt', {}, 'dropped'), this.leftOut)),
       this.body);
     this.fill();
     this.report(sensor);
@@ -146,6 +146,7 @@ export function sensorsPanel(app: App, sensors: Sensors): Panel {
   build();
   return {
     id: 'sensors', title: 'Sensors', rate: 10,
+    applies: () => sensors.list.length > 0,
     element: h('div', { class: 'padded sensors' }, picture.element, list),
     update: () => {
       follow();

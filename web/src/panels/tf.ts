@@ -13,6 +13,7 @@ interface Row {
 export function tfPanel(app: App): Panel {
   const { twin } = app;
   const list = h('div', { class: 'tf' });
+  const head = h('div', { class: 'tf-row tf-head muted' }, h('span', {}, 'frame'), h('span', { class: 'tf-pose' }, 'x  y  z, mm'), h('span', { class: 'tf-rate' }, 'rate'), h('span', { class: 'age' }, 'age'));
   const seen = new Seen<Row>(show);
   let known = -1;
 
@@ -35,7 +36,7 @@ export function tfPanel(app: App): Panel {
       for (const child of children.get(frame) ?? []) walk(child, depth + 1);
     };
     for (const parent of children.keys()) if (!twin.transforms.frames.has(parent)) walk(parent, 0);
-    fill(list, rows.length > 0 ? rows.map(([element]) => element) : h('p', { class: 'empty' }, 'No transforms yet.'));
+    fill(list, rows.length > 0 ? [head, ...rows.map(([element]) => element)] : h('p', { class: 'empty' }, 'No transforms yet: nothing is published on /tf and /tf_static.'));
     seen.watch(rows);
   }
 
@@ -43,7 +44,7 @@ export function tfPanel(app: App): Panel {
     const transform = twin.transforms.frames.get(frame);
     if (!transform) return;
     const age = (performance.now() - transform.at) / 1000;
-    say(out, transform.still ? '' : age < 1 ? `${(age * 1000).toFixed(0)} ms old` : `${age.toFixed(0)} s old`);
+    say(out, transform.still ? '' : age < 1 ? `${(age * 1000).toFixed(0)} ms` : `${age.toFixed(0)} s`);
     say(rate, transform.still ? 'static' : `${transform.rate.toFixed(0)} Hz`);
     out.classList.toggle('warning', !transform.still && age > 1 && !twin.paused);
     say(pose, [0, 1, 2].map((i) => (transform.pose[i]! * 1000).toFixed(1)).join('  '));

@@ -81,7 +81,7 @@ export function toolPanel(app: App, driver: ToolDriver, handle: ToolHandle, jog:
           jog.local = on;
           handle.showMode(handle.controls.mode as 'translate' | 'rotate', on ? 'local' : 'world');
         })),
-      h('table', { class: 'goal' }, h('thead', {}, h('tr', {}, ['mm', 'is', 'goal'].map((t) => h('th', { scope: 'col' }, t)))),
+      h('table', { class: 'goal' }, h('thead', {}, h('tr', {}, ['mm', 'actual', 'goal'].map((t) => h('th', { scope: 'col' }, t)))),
         h('tbody', {}, AXES.map((axis, i) => h('tr', {}, h('td', {}, axis), is[i]!, h('td', {}, goal[i]!))))),
       h('div', { class: 'row' }, button('Go', 'Move the tool to the goal', go, { id: 'goal-go' }), state),
       h('h3', {}, 'Jog'),

@@ -5,6 +5,7 @@ import { ImagePainter, isImage } from '../app/image';
 import { formFields, invalid } from '../app/form';
 import { blank, isNumbers, type Message, type Value } from '../protocol/cdr';
 import type { MessageType } from '../protocol/schema';
+import { showPage } from '../app/narrow';
 import { plotWanted } from './plots';
 
 const MOST_ELEMENTS = 60;
@@ -22,6 +23,8 @@ export function topicsPanel(app: App): Panel {
   const caption = h('figcaption', { class: 'muted' });
   const painter = new ImagePainter(canvas);
   painter.onpainted = () => say(caption, painter.note);
+  const none = h('p', { class: 'empty' });
+  const back = button('‹ All', 'Back to the list', () => showPage(element, 'list'), { class: 'back' });
   let publishing = false;
   let kind: 'topics' | 'services' = 'topics';
   const kinds = h('div', { class: 'segments', role: 'group', 'aria-label': 'What is listed' }, button('Topics', 'Topics', () => showKind('topics'), { 'aria-pressed': 'true' }), button('Services', 'Services', () => showKind('services'), { 'aria-pressed': 'false' }));
@@ -53,8 +56,15 @@ export function topicsPanel(app: App): Panel {
     fill(list, entries.length === 0 ? h('li', { class: 'empty' }, wanted ? 'No match.' : `No ${kind} yet.`) : entries);
   }
 
+  function explain(): void {
+    if (chosen !== '') return;
+    say(none, kind === 'topics' ? 'Choose a topic to see its last message.' : 'Choose a service to call it.');
+    if (!none.isConnected) fill(tree, none);
+  }
+
   function showKind(next: typeof kind): void {
     kind = next;
+    explain();
     for (const b of kinds.children) b.setAttribute('aria-pressed', String(b.textContent?.toLowerCase() === kind));
     list.setAttribute('aria-label', next === 'topics' ? 'Topics' : 'Services');
     build();
@@ -88,7 +98,8 @@ export function topicsPanel(app: App): Panel {
       else fill(tree, h('p', { class: 'empty' }, 'No message yet.'));
     };
     publishing = false;
-    fill(head, h('span', { class: 'muted schema', title: schema }, schema), h('span', { class: 'spacer' }), hold, publish);
+    showPage(element, 'detail');
+    fill(head, back, h('strong', { class: 'chosen-name' }, topic), h('span', { class: 'muted schema', title: schema }, schema), h('span', { class: 'spacer' }), hold, publish);
     reflect();
     listen();
   }
@@ -206,7 +217,8 @@ export function topicsPanel(app: App): Panel {
     chosen = service;
     last = null;
     mark();
-    fill(head, h('span', { class: 'muted' }, client.services.get(service)?.type ?? ''));
+    showPage(element, 'detail');
+    fill(head, back, h('strong', { class: 'chosen-name' }, service), h('span', { class: 'muted schema' }, client.services.get(service)?.type ?? ''));
     callForm(service);
   }
 
@@ -216,20 +228,24 @@ export function topicsPanel(app: App): Panel {
     if (now !== known) build();
     known = now;
   });
+  const element = h('div', { class: 'topics-panel' }, h('div', { class: 'topics-left' }, h('div', { class: 'tools' }, kinds, search), list), h('div', { class: 'topics-right' }, head, tree));
+  showPage(element, 'list');
+  explain();
   return {
     id: 'topics', title: 'Topics', rate: 8,
-    element: h('div', { class: 'topics-panel' }, h('div', { class: 'topics-left' }, h('div', { class: 'tools' }, kinds, search), list), h('div', { class: 'topics-right' }, head, tree)),
+    element,
     update: () => {
       if (fresh) {
         fresh = false;
         show();
       }
       const now = performance.now();
+      explain();
       for (const [topic, state] of rates) {
         if (now - state.at < 1000) continue;
         const count = client.received.get(topic)?.count ?? 0;
         const rate = ((count - state.count) / (now - state.at)) * 1000;
-        say(state.out, rate > 0.05 ? `${rate < 10 ? rate.toFixed(1) : rate.toFixed(0)} Hz` : count > 0 ? 'still' : '');
+        say(state.out, rate > 0.05 ? `${rate < 10 ? rate.toFixed(1) : rate.toFixed(0)} Hz` : count > 0 ? 'idle' : '');
         state.count = count;
         state.at = now;
       }

@@ -8,6 +8,7 @@ import FoxgloveClient from '@foxglove/ws-protocol/dist/esm/src/FoxgloveClient';
 import { readCdr, writeCdr, type Message } from './cdr';
 import { parseSchema, shortName, type MessageType } from './schema';
 import { BUILTIN } from './builtin';
+import { framesOf } from './bundle';
 
 export type Phase = 'connecting' | 'open' | 'lost';
 export type Handler = (message: Message, stamp: bigint) => void;
@@ -27,6 +28,8 @@ interface Pending {
   failed: (reason: Error) => void;
   timer: ReturnType<typeof setTimeout>;
 }
+
+const MAX_WAIT = 5000; // ms between two attempts to connect: browsers write an error to the console for each
 
 export type SocketLike = IWebSocket & { bufferedAmount: number };
 
@@ -55,6 +58,8 @@ function schemaOf(service: Service, part: 'request' | 'response'): [name: string
 export class Client {
   phase: Phase = 'connecting';
   serverName = '';
+  metadata: Record<string, string> = {}; // of the server, also after the connection is lost
+  lostAt = 0; // ms, when the connection was lost
   sessionId = '';
   capabilities = new Set<string>();
   reason = '';
@@ -71,6 +76,7 @@ export class Client {
   private wire: FoxgloveClient | null = null; // null until the server has identified itself
   private nextId = 1;
   private wait = 250;
+  private next: ReturnType<typeof setTimeout> | undefined; // the next attempt to connect
   private closed = false;
   private readonly subscriptions = new Map<string, Subscription>();
   private readonly byId = new Map<number, Subscription>();
@@ -92,6 +98,7 @@ export class Client {
     const socket = connect(this.options.url, FoxgloveClient.SUPPORTED_SUBPROTOCOL);
     this.socket = socket;
     const wire = new FoxgloveClient({ ws: socket });
+    this.openBundles(socket);
     wire.on('open', () => {
       this.wait = 250;
     });
@@ -106,6 +113,29 @@ export class Client {
     this.listenToAnswers(wire);
   }
 
+  // Each message of a bundle is given to the protocol's client as a frame of its own.
+  private openBundles(socket: SocketLike): void {
+    const take = socket.onmessage;
+    socket.onmessage = (event) => {
+      let frames: Uint8Array[] | null = null;
+      try {
+        frames = framesOf(event.data);
+      } catch (problem) {
+        this.report('bundle', `the connection: ${(problem as Error).message}`);
+        return;
+      }
+      if (frames) for (const data of frames) take?.({ ...event, data });
+      else take?.(event);
+    };
+  }
+
+  // Connects now instead of after the rest of the pause.
+  retry(): void {
+    if (this.socket || this.closed) return;
+    clearTimeout(this.next);
+    this.start();
+  }
+
   stop(): void {
     this.closed = true;
     this.socket?.close();
@@ -114,6 +144,7 @@ export class Client {
   private lose(reason: string): void {
     this.socket = null;
     this.wire = null;
+    if (this.phase === 'open') this.lostAt = performance.now();
     this.reason = reason;
     this.reported.clear();
     this.byId.clear();
@@ -134,8 +165,8 @@ export class Client {
     this.setPhase('lost');
     this.ongraph();
     if (this.closed) return;
-    setTimeout(() => this.start(), this.wait);
-    this.wait = Math.min(2000, this.wait * 1.5);
+    this.next = setTimeout(() => this.start(), this.wait);
+    this.wait = Math.min(MAX_WAIT, this.wait * 2);
   }
 
   private setPhase(phase: Phase): void {
@@ -146,6 +177,7 @@ export class Client {
   private greet(wire: FoxgloveClient, info: ServerInfo): void {
     this.wire = wire;
     this.serverName = info.name;
+    this.metadata = info.metadata ?? {};
     this.sessionId = info.sessionId ?? '';
     this.capabilities = new Set(info.capabilities);
     for (const subscription of this.subscriptions.values()) subscription.last = null;

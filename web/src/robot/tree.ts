@@ -83,16 +83,17 @@ export class Tree {
       owned.add(joint.child);
     }
     this.root = Math.max(0, this.links.findIndex((name) => !owned.has(name)));
-    const waiting = [this.links[this.root] ?? ''];
-    const done = new Set<string>();
+    // Depth first, so that the joints of a limb follow each other in lists; parents precede their children.
+    const root = this.links[this.root] ?? '';
+    const waiting = (children.get(root) ?? []).slice().reverse();
+    const done = new Set([root]);
     while (waiting.length > 0) {
-      const link = waiting.pop()!;
-      if (done.has(link)) continue;
-      done.add(link);
-      for (const joint of (children.get(link) ?? []).slice().reverse()) waiting.push(joint.child);
-      for (const joint of children.get(link) ?? []) if (!done.has(joint.child)) this.add(joint);
+      const joint = waiting.pop()!;
+      if (done.has(joint.child)) continue;
+      done.add(joint.child);
+      this.add(joint);
+      waiting.push(...(children.get(joint.child) ?? []).slice().reverse());
     }
-    // Depth first, for lists in the page; parents precede their children.
     for (const joint of this.moving) {
       if (joint.mimic) joint.mimicIndex = this.jointByName.get(joint.mimic.joint)?.index ?? -1;
     }

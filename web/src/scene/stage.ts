@@ -17,22 +17,31 @@ function isSoftware(context: WebGL2RenderingContext): boolean {
 
 // Antialiasing is chosen when the context is created, so a graphics card gets a second context, which costs nothing
 // there.
-function makeRenderer(): { renderer: THREE.WebGLRenderer; software: boolean } {
-  const make = (antialias: boolean): { canvas: HTMLCanvasElement; context: WebGL2RenderingContext; antialias: boolean } => {
+function makeRenderer(): { renderer: THREE.WebGLRenderer; software: boolean; drawable: boolean } {
+  const make = (antialias: boolean): { canvas: HTMLCanvasElement; context: WebGL2RenderingContext; antialias: boolean } | null => {
     const canvas = document.createElement('canvas');
     const context = canvas.getContext('webgl2', { alpha: true, antialias, powerPreference: 'high-performance' });
-    if (!context) throw new Error('This browser does not draw WebGL 2, which the picture of the robot needs.');
-    return { canvas, context, antialias };
+    return context && { canvas, context, antialias };
   };
   let made = make(false);
+  if (!made) return { renderer: withoutPicture(), software: true, drawable: false };
   const software = isSoftware(made.context);
   if (!software) {
     made.context.getExtension('WEBGL_lose_context')?.loseContext();
-    made = make(true);
+    made = make(true) ?? made;
   }
   const renderer = new THREE.WebGLRenderer({ ...made, alpha: true });
   renderer.debug.checkShaderErrors = false; // reading it waits for the compiler
-  return { renderer, software };
+  return { renderer, software, drawable: true };
+}
+
+// What the page uses of a renderer, for a browser without WebGL 2: panels and STOP work without the picture.
+function withoutPicture(): THREE.WebGLRenderer {
+  const none = (): void => {};
+  return {
+    domElement: document.createElement('canvas'), shadowMap: {}, debug: {}, render: none, compile: none, setSize: none,
+    setPixelRatio: none, getPixelRatio: () => 1,
+  } as unknown as THREE.WebGLRenderer;
 }
 
 // The lights of a world instead of the page's own.
@@ -50,6 +59,7 @@ export class Stage {
   readonly camera = new THREE.PerspectiveCamera(38, 1, 0.005, 200);
   readonly renderer: THREE.WebGLRenderer;
   readonly software: boolean;
+  readonly drawable: boolean; // false: the browser has no WebGL 2, and nothing is drawn
   readonly ground = new Ground();
   readonly sun = new THREE.DirectionalLight(0xffffff, 2.4);
   readonly sky = new THREE.HemisphereLight(0xffffff, 0x8a8f98, 1.5);
@@ -72,7 +82,8 @@ export class Stage {
   constructor(readonly host: HTMLElement) {
     THREE.Object3D.DEFAULT_UP.set(0, 0, 1);
     this.camera.up.set(0, 0, 1);
-    const { renderer, software } = makeRenderer();
+    const { renderer, software, drawable } = makeRenderer();
+    this.drawable = drawable;
     this.renderer = renderer;
     this.software = software;
     const { scene, sun } = this;
@@ -112,6 +123,10 @@ export class Stage {
 
   // Calls back when the last frame has actually been drawn, not only submitted to the graphics process.
   finished(done: () => void): void {
+    if (!this.drawable) {
+      done();
+      return;
+    }
     const context = this.renderer.getContext() as WebGL2RenderingContext;
     const fence = context.fenceSync(context.SYNC_GPU_COMMANDS_COMPLETE, 0);
     context.flush();

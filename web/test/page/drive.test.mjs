@@ -112,7 +112,7 @@ test('STOP ends driving, and the pad does nothing until it is released', async (
   await page.mouse.move(...await point(0, 0.8));
   await page.mouse.down();
   await waitFor(page, () => doppel.drive.live);
-  await page.evaluate(() => document.getElementById('drive-stop').click());
+  await page.evaluate(() => document.getElementById('stop').click());
   await waitFor(page, () => doppel.commander.stopped && !doppel.drive.live);
   await page.mouse.up();
   await resting();
