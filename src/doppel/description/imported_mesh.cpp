@@ -3,9 +3,13 @@
 #include <fmt/format.h>
 
 #include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
 
 #include "doppel/core/plugin_module.h"
 #include "doppel/description/detail/mesh.h"
+#include "doppel/description/mesh.h"
 #include "doppel/xml/xml.h"
 
 namespace doppel {

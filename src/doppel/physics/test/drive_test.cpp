@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -20,6 +21,14 @@ double effort_at(Drive& drive, double q, double v) {
   JointSpring spring;
   drive.write_law(spring);
   return spring.on ? spring.law(q, v, 1e-3) : 0.0;
+}
+
+// The same, as it acts.
+double clipped_effort_at(Drive& drive, double q, double v) {
+  const double asked = effort_at(drive, q, v);
+  JointSpring spring;
+  drive.write_law(spring);
+  return std::clamp(asked, spring.low, spring.high);
 }
 
 TEST(Drive, PassiveUntilStarted) {
@@ -89,7 +98,10 @@ TEST(Drive, VelocityAndEffortTargetsAreClipped) {
   EXPECT_NEAR(drive.reference() - first, -2.0 * 1e-3, 1e-12);
   drive.start(DriveMode::effort, 0.0);
   drive.set_target(80.0);
-  EXPECT_EQ(effort_at(drive, 0.7, 3.0), 50.0);
+  EXPECT_EQ(clipped_effort_at(drive, 0.7, 1.9), 50.0);
+  EXPECT_NEAR(clipped_effort_at(drive, 0.7, 1.99), 25.0, 1e-9) << "expected half of it in the last percent";
+  EXPECT_EQ(clipped_effort_at(drive, 0.7, 3.0), 0.0) << "expected none beyond the velocity limit";
+  EXPECT_EQ(clipped_effort_at(drive, 0.7, -3.0), 50.0) << "expected the whole against the motion";
 }
 
 TEST(Drive, NanTargetIsIgnored) {
@@ -98,7 +110,7 @@ TEST(Drive, NanTargetIsIgnored) {
   drive.set_target(3.0);
   drive.set_target(std::numeric_limits<double>::quiet_NaN());
   drive.set_target(std::numeric_limits<double>::infinity());
-  EXPECT_EQ(effort_at(drive, 0.0, 0.0), 3.0);
+  EXPECT_EQ(clipped_effort_at(drive, 0.0, 0.0), 3.0);
 }
 
 TEST(Drive, StepWithoutVelocityLimitJumps) {
