@@ -349,6 +349,12 @@ Integrator integrator_named(const std::string& name, const std::string& rule, co
 }
 
 World load_world(const std::filesystem::path& file, PackageResolver& resolver) {
+  const std::string extension = file.extension().string();
+  if (extension == ".urdf" || extension == ".xacro") {
+    throw InputError(
+        "world.invalid", make_location(file.string()), "this is the description of a robot, not a world",
+        "pass it as the target (doppel up FILE), or spawn it in the running twin (doppel spawn FILE)");
+  }
   return WorldReader(file, resolver).read();
 }
 
