@@ -9,6 +9,7 @@
 #include <set>
 
 #include "doppel/core/names.h"
+#include "doppel/core/yaml_fix.h"
 
 namespace doppel {
 namespace {
@@ -26,7 +27,7 @@ class WorldReader {
     try {
       root = YAML::LoadFile(*file_);
     } catch (const YAML::ParserException& error) {
-      throw InputError("world.syntax", at(error.mark), "this is not YAML: " + error.msg);
+      throw InputError("world.syntax", at(error.mark), "this is not YAML: " + error.msg, yaml_fix(error.msg));
     } catch (const YAML::BadFile&) {
       throw InputError("world.unreadable", at(YAML::Mark::null_mark()), "the world file cannot be read",
                        "give a file that exists and is readable");
