@@ -43,7 +43,7 @@ async function draw(full = false) {
     }
     Object.assign(box.style, whole
       ? { right: '10px', top: '10px', width: 'auto', height: 'auto', fontSize: '14px', justifyContent: 'flex-start' }
-      : { right: 'auto', top: 'auto', width: '540px', height: '104px', fontSize: '12px', justifyContent: 'flex-end' });
+      : { right: 'auto', top: 'auto', width: '540px', height: '96px', fontSize: '11px', justifyContent: 'flex-end' });
     box.textContent = text;
   }, [terminal.text, full]);
 }
@@ -112,6 +112,7 @@ await page.goto(url);
 await ready();
 await call('/gazebo/pause_physics', {});
 await page.evaluate(() => {
+  document.querySelector('.hints button')?.click(); // the first steps, which cover the picture
   document.getElementById('fold').click(); // the picture has the height of the window
   doppel.handle.show(true);
 });
@@ -154,11 +155,10 @@ await run(4);
 const returned = start('move', 'joint_1=-0.9', 'joint_2=0.6', '--in', '5');
 await page.waitForTimeout(1500);
 await run(8);
-const edit = `s/name="link_2_length" value="[^"]*"/name="link_2_length" value="0.42"/`;
 const file = 'my_arm_description/urdf/my_arm.urdf.xacro';
-await type(`sed -i 's/"link_2_length" value="0.2857"/... value="0.42"/' my_arm.urdf.xacro`);
+await type('sed -i s/0.2857/0.42/ my_arm.urdf.xacro # a longer upper arm');
 const before = readFileSync(join(folder, 'up.log'), 'utf8').length;
-execFileSync('sed', ['-i', edit, join(folder, file)]);
+execFileSync('sed', ['-i', 's/0.2857/0.42/', join(folder, file)]);
 const log = () => readFileSync(join(folder, 'up.log'), 'utf8').slice(before);
 await until('the reload', async () => log().includes('applied in'), 60_000);
 await ready();
