@@ -23,9 +23,9 @@ Scenario described_scenario(const DescribedBy& by) {
     for (const std::string& text : by.set) robot.arguments.push_back(split_argument(text));
   }
   scenario.bundled_robots = data_folder() / "robots";
-  scenario.inspect = [](const ExpandedDescription& expanded, Diagnostics& said) {
+  scenario.inspect = [](const ExpandedDescription& expanded, Diagnostics& diagnostics) {
     for (Finding& finding : misspellings(expanded))
-      said.warning(finding.rule, finding.where, finding.message, finding.fix);
+      diagnostics.warning(finding.rule, finding.where, finding.message, finding.fix);
   };
   return scenario;
 }

@@ -166,9 +166,13 @@ void print_robot(TwinRobot& robot) {
   const Model& model = robot.model();
   const std::string mass = model.total_mass < 1 ? fmt::format("{:.1f} g", model.total_mass * 1e3)
                                                 : fmt::format("{:.4g} kg", model.total_mass);
-  print_stderr("{}{}: {} links, {} joints ({} driven), {}\n", model.name,
+  const auto counted = [](std::size_t count, const char* noun) {
+    return fmt::format("{} {}{}", count, noun, count == 1 ? "" : "s");
+  };
+  print_stderr("{}{}: {}, {} ({} driven), {}\n", model.name,
                robot.name_space().empty() ? "" : fmt::format(" in /{}", robot.name_space()),
-               model.links.size(), model.joints.size(), model.driven_joint_names().size(), mass);
+               counted(model.links.size(), "link"), counted(model.joints.size(), "joint"),
+               model.driven_joint_names().size(), mass);
 }
 
 void print_controllers(TwinRobot& robot) {

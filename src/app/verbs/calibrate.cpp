@@ -56,7 +56,7 @@ class Calibration {
     for (auto& [joint, measurements] : measured_) results_.push_back(fit(*joint, std::move(measurements)));
     refuse_repetition();
     if (options_.as_offsets) {
-      for (const std::string& said : baked_zeros()) print_note("warning: " + said);
+      for (const std::string& warning : baked_zeros()) print_note("warning: " + warning);
       options_.json ? print_offsets_json() : print_offsets();
       return 0;
     }
@@ -157,12 +157,12 @@ class Calibration {
         take_fingerprint(operation, expanded_);
         Overlay one;
         one.operations = {operation};
-        Diagnostics said;
-        apply_overlay(one, expanded_, target_.resolver, said);
+        Diagnostics ignored;
+        apply_overlay(one, expanded_, target_.resolver, ignored);
       }
     }
-    Diagnostics said;
-    const RobotDescription corrected = read_description(expanded_, target_.resolver, said);
+    Diagnostics ignored;
+    const RobotDescription corrected = read_description(expanded_, target_.resolver, ignored);
     for (Result& result : results_) {
       const Joint* joint = corrected.find_joint(result.joint->name);
       result.rpy = joint->origin.rpy;
@@ -301,8 +301,8 @@ class Calibration {
     return begin == std::string::npos ? "" : line.substr(begin, end - begin + 1);
   }
   static bool agreed(const std::string& question) {
-    const std::string said = answer(question + " [y/N] ");
-    return said == "y" || said == "Y" || said == "yes";
+    const std::string reply = answer(question + " [y/N] ");
+    return reply == "y" || reply == "Y" || reply == "yes";
   }
 
   void ask() {
@@ -353,9 +353,9 @@ class Calibration {
   // Repeats the question until the answer is a number.
   static std::string number_answer(const std::string& question, bool may_be_empty) {
     while (true) {
-      std::string said = answer(question);
-      if ((may_be_empty && said.empty()) || measured_number(said)) return said;
-      print_line("  '{}' is not a number; enter for example 45 or -12.5\n", said);
+      std::string reply = answer(question);
+      if ((may_be_empty && reply.empty()) || measured_number(reply)) return reply;
+      print_line("  '{}' is not a number; enter for example 45 or -12.5\n", reply);
     }
   }
 

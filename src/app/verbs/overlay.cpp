@@ -233,14 +233,14 @@ Operation read_operation(const AddWords& words, const OverlayOptions& o) {
 
 // Errors of the description, and parts that its reader leaves out. A correction must not add any.
 std::vector<Diagnostic> errors_of(const Corrected& c) {
-  Diagnostics said;
+  Diagnostics reported;
   PackageResolver resolver = c.target.resolver;
   try {
-    read_description(c.corrected, resolver, said);
+    read_description(c.corrected, resolver, reported);
   } catch (const InputError& error) {
-    for (const Diagnostic& diagnostic : error.diagnostics()) said.add(diagnostic);
+    for (const Diagnostic& diagnostic : error.diagnostics()) reported.add(diagnostic);
   }
-  std::vector<Diagnostic> out = said.all();
+  std::vector<Diagnostic> out = reported.all();
   std::erase_if(out, [](const Diagnostic& d) {
     const bool left_out = d.severity == Severity::warning && d.rule.starts_with("urdf.");
     return d.severity != Severity::error && !left_out;
@@ -259,9 +259,9 @@ void refuse_new_errors(const std::vector<Diagnostic>& before, const Corrected& c
 }
 
 // When a robot is loaded these are warnings; when a correction is added they are errors.
-void throw_warnings_as_errors(const Diagnostics& said) {
+void throw_warnings_as_errors(const Diagnostics& reported) {
   std::vector<Diagnostic> refused;
-  for (Diagnostic diagnostic : said.all()) {
+  for (Diagnostic diagnostic : reported.all()) {
     static const std::vector<std::string> kOfStates{"overlay.already_there", "overlay.changed",
                                                     "overlay.no_target", "overlay.no_fingerprint"};
     if (std::ranges::find(kOfStates, diagnostic.rule) != kOfStates.end()) continue;
@@ -279,9 +279,9 @@ int add(const OverlayOptions& o) {
   const std::vector<Diagnostic> before = errors_of(c);
   Overlay one;
   one.operations = {operation};
-  Diagnostics said;
-  const OperationOutcome outcome = apply_overlay(one, c.corrected, c.target.resolver, said).front();
-  throw_warnings_as_errors(said);
+  Diagnostics reported;
+  const OperationOutcome outcome = apply_overlay(one, c.corrected, c.target.resolver, reported).front();
+  throw_warnings_as_errors(reported);
   if (outcome.state != OperationState::applied) {
     throw InputError(
         "overlay.nothing_to_do", {},

@@ -10,6 +10,7 @@
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
+#include "doppel/core/yaml_fix.h"
 #include "doppel/math/units.h"
 #include "doppel/target/side_files.h"
 
@@ -89,7 +90,7 @@ class Reader {
     } catch (const YAML::Exception& error) {
       throw InputError("datasheet.invalid",
                        make_location(file_.string(), error.mark.line + 1, error.mark.column + 1),
-                       "this is not valid YAML: " + error.msg);
+                       "this is not valid YAML: " + error.msg, yaml_fix(error.msg));
     }
   }
 
@@ -232,10 +233,11 @@ Datasheet find_datasheet(const fs::path& name, const fs::path& library, bool of_
     known.push_back(stem);
   }
   std::sort(known.begin(), known.end());
-  throw InputError("datasheet.not_found", {},
-                   fmt::format("there is no datasheet '{}', neither as a file nor in the library{}",
-                               name.string(), did_you_mean(name.string(), known)),
-                   fmt::format("the library has: {}", fmt::join(known, ", ")));
+  throw InputError(
+      "datasheet.not_found", {},
+      fmt::format("there is no datasheet '{}', neither as a file nor in the library{}", name.string(),
+                  did_you_mean(name.string(), known)),
+      "write the sheet into a YAML file ('doppel man datasheets.md'), or choose one of the library");
 }
 
 }  // namespace

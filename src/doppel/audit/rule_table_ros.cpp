@@ -144,6 +144,9 @@ constexpr std::array kRosRules{
              "Gazebo starts with the driver of the real hardware, which looks for a missing serial port; no "
              "error is reported",
              "pass the argument to xacro", kGazeboControl},
+    RuleInfo{"package.license", kNote, "a licence that is a placeholder or excludes commercial use",
+             "the model may not be used or passed on as intended", "write the SPDX identifier of the licence",
+             kAllProfiles},
     RuleInfo{"package.name_mismatch", kWarning, "the description uses a wrong name for its own package",
              "meshes and includes are not found", "use the name in package.xml", kAllProfiles},
     RuleInfo{"package.no_manifest", kWarning, "a package without package.xml",

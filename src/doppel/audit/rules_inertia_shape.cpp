@@ -34,15 +34,15 @@ bool check_density(const Link& link, const LinkShape& shape, SuspectUnits& suspe
   if (!(volume > 0)) return true;
   const double density = mass / volume;
   const double certain = shape.hull_volume > 0 ? mass / shape.hull_volume : density;
-  const std::string said =
+  const std::string message =
       fmt::format("{:g} kg in {:.3g} cm^3 are {:.3g} kg/m^3", mass, volume * 1e6, density);
   if (certain > kMaxDensity * 10 && density / 1e3 > kMinUsualDensity && density / 1e3 < kMaxUsualDensity) {
-    suspects.all.push_back({UnitOf::mass, 3, &link, said, "in grams"});
+    suspects.all.push_back({UnitOf::mass, 3, &link, message, "in grams"});
     return false;
   }
   if (certain > kMaxDensity || (closed && density < kMinDensity)) {
     out.add("inertia.density", subject(link), link.inertial->source,
-            fmt::format("{}, {}", said,
+            fmt::format("{}, {}", message,
                         density > kMaxDensity ? "denser than any metal that parts are made of"
                                               : "lighter than foam"));
     return density > kMinDensity / 10 && density < kMaxDensity * 10;

@@ -1,12 +1,14 @@
 // The package around a description: its package.xml, and whether the files that the description uses are in
 // share/ when the package is built and installed.
 #include <algorithm>
+#include <initializer_list>
 #include <map>
 #include <set>
 
 #include "doppel/audit/detail/package_files.h"
 #include "doppel/audit/detail/ros_rules.h"
 #include "doppel/audit/detail/vocabulary.h"
+#include "doppel/core/text.h"
 #include "doppel/target/side_files.h"
 
 namespace doppel::audit_rules {
@@ -18,6 +20,28 @@ struct Package {
   fs::path folder;
   PackageManifest manifest;
 };
+
+// Licences that permit nothing because they are not filled in, or exclude commercial use.
+void check_licenses(const PackageManifest& manifest, Findings& out) {
+  const auto has = [](const std::string& text, std::initializer_list<std::string_view> words) {
+    const std::string low = lowered(text);
+    return std::ranges::any_of(words,
+                               [&](std::string_view word) { return low.find(word) != std::string::npos; });
+  };
+  const std::string subject = fmt::format("package '{}'", manifest.name);
+  for (const PackageManifest::License& license : manifest.licenses) {
+    if (license.text.empty() || has(license.text, {"todo", "license declaration", "tbd", "unknown"})) {
+      out.add("package.license", subject, license.source,
+              fmt::format("its licence is '{}', a placeholder: nobody else may use or pass on the model",
+                          license.text),
+              "write the SPDX identifier of the licence, for example Apache-2.0");
+    } else if (has(license.text, {"noncommercial", "non-commercial", "by-nc", "research only", "academic"})) {
+      out.add("package.license", subject, license.source,
+              fmt::format("its licence '{}' excludes commercial use", license.text),
+              "ask the authors, or use another model in a product");
+    }
+  }
+}
 
 std::optional<Package> read_package(const AuditInput& in, Findings& out) {
   const fs::path& folder = in.options.package_folder;
@@ -32,6 +56,7 @@ std::optional<Package> read_package(const AuditInput& in, Findings& out) {
       out.add("package.incomplete", fmt::format("package '{}'", m.name), m.source,
               fmt::format("package.xml lacks {}", quoted_list(m.missing)), "add what is missing");
     }
+    check_licenses(m, out);
     return package;
   } catch (const InputError& error) {
     for (const Diagnostic& d : error.diagnostics()) {

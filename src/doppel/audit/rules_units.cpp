@@ -27,7 +27,7 @@ void report_agreed(const std::vector<const SuspectUnit*>& suspects, Findings& ou
   const SuspectUnit& first = *suspects.front();
   out.add("inertia.units", first.power > 0 ? Severity::error : Severity::warning,
           fmt::format("{} links", names.size()), first.link->inertial->source,
-          fmt::format("{}, and likewise in {}: they are {}", first.said,
+          fmt::format("{}, and likewise in {}: they are {}", first.values,
                       names_of({names.begin() + 1, names.end()}), first.meant),
           "convert them to kg, m and kg m^2, or export them again in these units");
 }
@@ -35,7 +35,7 @@ void report_agreed(const std::vector<const SuspectUnit*>& suspects, Findings& ou
 void report_alone(const SuspectUnit& suspect, Findings& out) {
   Finding& f =
       out.add("inertia.units", Severity::note, subject(*suspect.link), suspect.link->inertial->source,
-              fmt::format("{}; is it written {}?", suspect.said, suspect.meant),
+              fmt::format("{}; is it written {}?", suspect.values, suspect.meant),
               "nothing, if it is a placeholder or the shape is only representative");
   f.consequence = "if the unit is wrong, the link moves like another body";
 }

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 
 #include "doppel/bus/detail/yaml_value.h"
 #include "doppel/core/names.h"
+#include "doppel/core/yaml_fix.h"
 
 namespace doppel {
 namespace {
@@ -180,7 +183,7 @@ void read_yaml(const std::string& yaml, const FileName& file, const Read& read) 
     if (root.IsMap()) read(root);
   } catch (const YAML::Exception& problem) {
     throw InputError("yaml.syntax", yaml_place(file, problem.mark),
-                     "this is not well-formed YAML: " + problem.msg, "indent YAML with spaces, not tabs");
+                     "this is not well-formed YAML: " + problem.msg, yaml_fix(problem.msg));
   }
 }
 
@@ -297,7 +300,14 @@ ParameterFile ParameterFile::load(const std::filesystem::path& file) {
   }
   std::ifstream in(file, std::ios::binary);
   if (!in || std::filesystem::is_directory(status)) {
-    throw InputError("yaml.unreadable", make_location(file.string()), "this parameter file cannot be read");
+    const bool folder = std::filesystem::is_directory(status);
+    const bool missing = !std::filesystem::exists(status);
+    throw InputError(
+        "yaml.unreadable", make_location(file.string()),
+        fmt::format("this parameter file cannot be read: {}", folder    ? "it is a folder"
+                                                              : missing ? "there is no such file"
+                                                                        : std::strerror(errno)),
+        missing ? "correct the path; it starts in the working directory" : "give a readable YAML file");
   }
   return parse(std::string(std::istreambuf_iterator<char>(in), {}), file.string());
 }

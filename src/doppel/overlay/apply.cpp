@@ -316,13 +316,13 @@ std::vector<OperationOutcome> apply_overlay(const Overlay& overlay, ExpandedDesc
                                             const PackageResolver& resolver, Diagnostics& diagnostics) {
   std::vector<OperationOutcome> outcomes;
   Application application(overlay, description, resolver);
-  Diagnostics said;
+  Diagnostics reported;
   for (std::size_t i = 0; i < overlay.operations.size(); ++i) {
     const Operation& operation = overlay.operations[i];
     try {
       outcomes.push_back(application.apply(i));
-      warn_of_degrees(operation, description.root, said);
-      report(operation, outcomes.back(), said);
+      warn_of_degrees(operation, description.root, reported);
+      report(operation, outcomes.back(), reported);
     } catch (const InputError& error) {
       // A new export can cause this: operations that still match are applied, and the robot loads.
       outcomes.push_back({OperationState::changed, error.diagnostics().front().message});
@@ -330,12 +330,12 @@ std::vector<OperationOutcome> apply_overlay(const Overlay& overlay, ExpandedDesc
         diagnostic.severity = Severity::warning;
         diagnostic.message =
             fmt::format("'{}' is not applied: {}", describe(operation.action), diagnostic.message);
-        said.add(std::move(diagnostic));
+        reported.add(std::move(diagnostic));
       }
     }
   }
   if (!report_all_there(overlay, outcomes, diagnostics)) {
-    for (const Diagnostic& diagnostic : said.all()) diagnostics.add(diagnostic);
+    for (const Diagnostic& diagnostic : reported.all()) diagnostics.add(diagnostic);
   }
   return outcomes;
 }

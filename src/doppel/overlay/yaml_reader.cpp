@@ -8,6 +8,7 @@
 #include <set>
 
 #include "doppel/core/names.h"
+#include "doppel/core/yaml_fix.h"
 #include "doppel/math/units.h"
 #include "doppel/overlay/detail/overlay.h"
 
@@ -377,7 +378,7 @@ Overlay parse_overlay(const std::string& yaml, const std::string& name) {
     root = YAML::Load(yaml);
   } catch (const YAML::Exception& problem) {
     throw InputError("overlay.yaml", {file, problem.mark.line + 1, problem.mark.column + 1, nullptr},
-                     fmt::format("this is not YAML: {}", problem.msg));
+                     fmt::format("this is not YAML: {}", problem.msg), yaml_fix(problem.msg));
   }
   if (root.IsNull()) return overlay;
   if (!root.IsSequence()) {

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "doppel/core/names.h"
+#include "doppel/core/yaml_fix.h"
 
 namespace doppel {
 namespace {
@@ -26,7 +27,7 @@ class WorldReader {
     try {
       root = YAML::LoadFile(*file_);
     } catch (const YAML::ParserException& error) {
-      throw InputError("world.syntax", at(error.mark), "this is not YAML: " + error.msg);
+      throw InputError("world.syntax", at(error.mark), "this is not YAML: " + error.msg, yaml_fix(error.msg));
     } catch (const YAML::BadFile&) {
       throw InputError("world.unreadable", at(YAML::Mark::null_mark()), "the world file cannot be read",
                        "give a file that exists and is readable");
@@ -349,6 +350,12 @@ Integrator integrator_named(const std::string& name, const std::string& rule, co
 }
 
 World load_world(const std::filesystem::path& file, PackageResolver& resolver) {
+  const std::string extension = file.extension().string();
+  if (extension == ".urdf" || extension == ".xacro") {
+    throw InputError(
+        "world.invalid", make_location(file.string()), "this is the description of a robot, not a world",
+        "pass it as the target (doppel up FILE), or spawn it in the running twin (doppel spawn FILE)");
+  }
   return WorldReader(file, resolver).read();
 }
 

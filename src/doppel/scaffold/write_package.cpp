@@ -22,7 +22,8 @@ namespace fs = std::filesystem;
                      "choose another name, or another folder with --in");
   }
   std::string remedy = "choose another folder with --in";
-  if (reason == ENOENT)
+  std::error_code none;
+  if (reason == ENOENT && !fs::exists(folder.parent_path(), none))
     remedy = fmt::format("make the folder first: mkdir -p '{}'", folder.parent_path().string());
   if (reason == ENOSPC || reason == EDQUOT) remedy = "make room on the disk; nothing has been written";
   throw InputError("new.unwritable", make_location(shown_path(folder)),

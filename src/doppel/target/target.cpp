@@ -74,12 +74,12 @@ XacroArguments simulation_arguments(const fs::path& description, XacroArguments 
 
 ExpandedDescription expand_for_simulation(const fs::path& description, const XacroArguments& given,
                                           PackageResolver& resolver, Diagnostics& diagnostics) {
-  Diagnostics said;
-  const XacroArguments arguments = simulation_arguments(description, given, resolver, said);
+  Diagnostics reported;
+  const XacroArguments arguments = simulation_arguments(description, given, resolver, reported);
   if (arguments.size() == given.size()) return expand_corrected(description, given, resolver, diagnostics);
   try {
-    ExpandedDescription out = expand_corrected(description, arguments, resolver, said);
-    for (const Diagnostic& d : said.all()) diagnostics.add(d);
+    ExpandedDescription out = expand_corrected(description, arguments, resolver, reported);
+    for (const Diagnostic& d : reported.all()) diagnostics.add(d);
     return out;
   } catch (const InputError& problem) {
     ExpandedDescription out = expand_corrected(description, given, resolver, diagnostics);

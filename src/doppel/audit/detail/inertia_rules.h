@@ -23,8 +23,8 @@ struct SuspectUnit {
   UnitOf of;
   int power;  // it is 10^power times too large
   const Link* link;
-  std::string said;   // the numbers
-  std::string meant;  // "in grams"
+  std::string values;  // with their units
+  std::string meant;   // "in grams"
 };
 struct SuspectUnits {
   std::vector<SuspectUnit> all;

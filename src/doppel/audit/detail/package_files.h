@@ -15,8 +15,13 @@ namespace doppel {
 struct PackageManifest {
   std::string name, build_type;
   std::vector<std::string> dependencies;  // needed at run time: depend, exec_depend, run_depend
-  std::vector<std::string> missing;       // required elements that are not there
-  bool catkin = false;                    // a package of ROS 1
+  struct License {
+    std::string text;
+    SourceLocation source;
+  };
+  std::vector<License> licenses;
+  std::vector<std::string> missing;  // required elements that are not there
+  bool catkin = false;               // a package of ROS 1
   SourceLocation source, name_source;
 };
 // Throws InputError as well where it is not valid XML or has no <package>.

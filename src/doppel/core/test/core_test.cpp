@@ -15,6 +15,7 @@
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
 #include "doppel/core/time.h"
+#include "doppel/core/yaml_fix.h"
 
 namespace doppel {
 namespace {
@@ -203,6 +204,13 @@ TEST(FileDescriptor, ReadReturnsAllAndDestructorCloses) {
   EXPECT_FALSE(FileDescriptor(-1).is_open());
   std::array<std::byte, 1> one{};
   EXPECT_LT(read_all(-1, one), 0);
+}
+
+TEST(YamlFix, FixFollowsTheCause) {
+  EXPECT_NE(yaml_fix("end of sequence flow not found").find("'['"), std::string::npos);
+  EXPECT_NE(yaml_fix("end of map flow not found").find("'{'"), std::string::npos);
+  EXPECT_NE(yaml_fix("illegal map value").find("quote"), std::string::npos);
+  EXPECT_NE(yaml_fix("something else").find("before this place"), std::string::npos);
 }
 
 }  // namespace
