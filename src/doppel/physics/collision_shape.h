@@ -4,6 +4,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -27,6 +28,8 @@ struct CollisionShape {
   std::variant<Box, Cylinder, Capsule, Sphere, Ellipsoid, SharedHull, SharedField> geometry;
   Pose X_LS = Pose::Identity();  // shape in the link frame
   Friction friction = {};
+  // Speed after an impact over that before, 0..1; nullopt: not written, so that the other shape of a pair decides.
+  std::optional<double> restitution = {};
 };
 
 // z in m, along the axis of F, of the shape's lowest point. X_FS: the shape in a frame F.

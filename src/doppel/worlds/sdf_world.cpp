@@ -39,8 +39,10 @@ void find_ground(SdfWorld& world) {
     };
     const auto found = std::find_if(collisions.begin(), collisions.end(), is_ground);
     if (found == collisions.end()) continue;
-    if (!world.settings.ground || world.is_world)
+    if (!world.settings.ground || world.is_world) {
       world.settings.ground_friction = found->surface.mu.value_or(world.settings.ground_friction);
+      world.settings.ground_restitution = found->surface.restitution;
+    }
     world.settings.ground = true;
     collisions.erase(std::remove_if(collisions.begin(), collisions.end(), is_ground), collisions.end());
     model.description = std::move(robot);

@@ -158,7 +158,7 @@ void drop_contacts_of_welds(const mjModel* m, mjData* d) {
 }  // namespace
 
 void compute_contacts_and_constraints(const mjModel* m, mjData* d, const ContactRules& rules,
-                                      IslandSolver& islands) {
+                                      const Bounces& bounces, IslandSolver& islands, bool begins_step) {
   mj_checkPos(m, d);
   mj_checkVel(m, d);
   mj_kinematics(m, d);
@@ -171,10 +171,12 @@ void compute_contacts_and_constraints(const mjModel* m, mjData* d, const Contact
   drop_contacts_of_welds(m, d);
   rules.apply(*d);
   mj_makeConstraint(m, d);
+  bounces.harden(*m, *d);
   rules.stiffen_friction(*d);
   mj_comVel(m, d);
   mj_passive(m, d);
   islands.refer(*m, *d);
+  bounces.rebound(*m, *d, begins_step);
   mj_rne(m, d, 0, d->qfrc_bias);
   rules.keep_sliding_contacts(*d);
 }

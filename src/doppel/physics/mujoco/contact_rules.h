@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "doppel/physics/detail/contact_rule.h"
+#include "doppel/physics/mujoco/bounces.h"
 #include "doppel/physics/mujoco/islands.h"
 
 namespace doppel {
@@ -68,8 +69,9 @@ class ContactRules {
 };
 
 // mj_step1 with the rules, island by island. With empty rules and one island the result is bit-identical to
-// that of mj_step1 unless a robot holds something.
+// that of mj_step1 unless a robot holds something. begins_step: the state is one that a step begins with, and not one
+// of a further stage.
 void compute_contacts_and_constraints(const mjModel* model, mjData* data, const ContactRules& rules,
-                                      IslandSolver& islands);
+                                      const Bounces& bounces, IslandSolver& islands, bool begins_step = true);
 
 }  // namespace doppel

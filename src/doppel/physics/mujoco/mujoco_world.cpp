@@ -110,6 +110,11 @@ void MujocoWorld::compile(const MjcfDocument& document, Diagnostics& diagnostics
         "the physics engine rejects the robot or its world: " + in_user_terms(message, instances()));
   }
   fill_fields(document, *model_);
+  const double bytes = sizeof(mjtNum) * static_cast<double>(model_->njmax) * std::max(model_->nv, 1);
+  const int room =
+      static_cast<int>(std::clamp(kMaxRowBytes / bytes, 1.0, static_cast<double>(kRoomOfStates)));
+  model_->nconmax *= room;
+  model_->njmax *= room;
   if (!message.empty()) {
     diagnostics.warning("physics.engine", {}, "physics engine: " + in_user_terms(message, instances()));
   }
@@ -155,6 +160,8 @@ void MujocoWorld::collect_joints() {
       std::fill_n(joint_damping.begin() + at.v + joint.v, joint.nv, joint.damping);
       if (joint.type == JointType::floating) {
         turning.push_back(at.v + joint.v + 3);
+        if (instance(i).model->nv == joint.nv)
+          loose.push_back({mujoco_body(i, joint.child_link), at.v + joint.v + 3});
         quaternions.push_back(at.q + joint.q + 3);
       }
       const int index = static_cast<int>(&joint - instance(i).model->joints.data());
@@ -171,9 +178,12 @@ void MujocoWorld::collect_joints() {
 void MujocoWorld::collect_contact_rules() {
   std::vector<RuledShape> shapes(static_cast<std::size_t>(m()->ngeom));
   std::vector<GripShape> grips(static_cast<std::size_t>(m()->ngeom));
-  if (settings().ground)
-    shapes[static_cast<std::size_t>(find_part(m(), mjOBJ_GEOM, kMjcfGround))].friction =
-        uniform_friction(settings().ground_friction);
+  std::vector<std::optional<double>> restitutions(static_cast<std::size_t>(m()->ngeom));
+  if (settings().ground) {
+    const auto ground = static_cast<std::size_t>(find_part(m(), mjOBJ_GEOM, kMjcfGround));
+    shapes[ground].friction = uniform_friction(settings().ground_friction);
+    restitutions[ground] = settings().ground_restitution;
+  }
   for (int i = 0; i < static_cast<int>(instances().size()); ++i) {
     const bool ruled = needs_contact_rules(instance(i));
     for (std::size_t link = 0; link < instance(i).shapes.size(); ++link) {
@@ -181,6 +191,7 @@ void MujocoWorld::collect_contact_rules() {
         const int in_all = offsets(i).link + static_cast<int>(link);
         const int geom = find_part(m(), mjOBJ_GEOM, mjcf_shape_name(in_all, k));
         const Friction& friction = instance(i).shapes[link][k].friction;
+        restitutions[static_cast<std::size_t>(geom)] = instance(i).shapes[link][k].restitution;
         const int of = friction.direction_link >= 0 ? friction.direction_link : static_cast<int>(link);
         shapes[static_cast<std::size_t>(geom)] = {friction, mujoco_body(i, of), ruled};
         const int body = m()->geom_bodyid[geom];
@@ -190,6 +201,7 @@ void MujocoWorld::collect_contact_rules() {
     }
   }
   contact_rules = ContactRules(settings().friction_rule, std::move(shapes), std::move(grips));
+  bounces = Bounces(std::move(restitutions));
 }
 
 void MujocoWorld::collect_stops(int index) {
