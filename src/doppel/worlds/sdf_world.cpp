@@ -49,6 +49,23 @@ void find_ground(SdfWorld& world) {
   }
 }
 
+// The engines' plane has the name 'ground'.
+void rename_ground(SdfWorld& world, Diagnostics& diagnostics) {
+  for (SdfModel& model : world.models) {
+    if (model.name != "ground") continue;
+    std::string name = "ground_model";
+    for (int i = 1; world.find(name) != nullptr; ++i) name = fmt::format("ground_model_{}", i);
+    diagnostics.note(
+        "sdf.renamed", model.source,
+        fmt::format("the model 'ground' is named '{}' here, because 'ground' is the name of the plane z = 0",
+                    name));
+    auto description = std::make_shared<RobotDescription>(*model.description);
+    description->name = name;
+    model.description = std::move(description);
+    model.name = std::move(name);
+  }
+}
+
 // The system of gz-sim that a type of sensors needs; empty: of none that is known.
 std::string_view system_of(std::string_view type) {
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 8> kSystems{
@@ -112,6 +129,7 @@ SdfWorld read(Content content, const std::string& name, const fs::path& folder, 
     throw;
   }
   find_ground(out);
+  rename_ground(out, found);
   out.missing = files.missing();
   out.files = document.read_files();
   note_missing_systems(out, found);

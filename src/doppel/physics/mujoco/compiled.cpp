@@ -8,8 +8,10 @@
 #include <cstdlib>
 #include <mutex>
 #include <new>
+#include <string>
 
 #include "doppel/physics/mujoco/box_contacts.h"
+#include "doppel/physics/mujoco/cylinder_contacts.h"
 #include "doppel/physics/mujoco/terrain_geoms.h"
 
 namespace doppel {
@@ -84,6 +86,7 @@ ModelHandle compile_mjcf(const std::string& mjcf, std::string& message) {
   std::call_once(installed, [] {
     mujoco_detail::install_handlers();
     install_checked_box_contacts();
+    install_cylinder_contacts();
     install_terrain_contacts();
   });
   const TextFile file(mjcf);

@@ -15,8 +15,9 @@ constexpr double kAlongNormal = 1e-6;  // squared length of a direction's projec
 
 }  // namespace
 
-ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, std::vector<GripShape> grips)
-    : rule_(rule) {
+ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, std::vector<GripShape> grips,
+                           std::vector<bool> loose)
+    : rule_(rule), loose_(std::move(loose)) {
   if (rule != FrictionRule::larger || std::ranges::any_of(shapes, &RuledShape::ruled))
     shapes_ = std::move(shapes);
   const bool fingers = std::ranges::any_of(grips, [](const GripShape& g) { return g.robot >= 0; });
@@ -122,10 +123,10 @@ double elastic_force(const mjData& data, const mjContact& contact) {
 }  // namespace
 
 void ContactRules::keep_sliding_contacts(mjData& data) const {
-  if (empty() && grips_.empty()) return;
+  if (empty() && grips_.empty() && loose_.empty()) return;
   for (int i = 0; i < data.ncon; ++i) {
     const mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0 || !slides_by_coulomb(data, contact)) continue;
+    if (contact.efc_address < 0 || !(between_objects(contact) || slides_by_coulomb(data, contact))) continue;
     const int row = contact.efc_address;
     double* const reference = data.efc_aref + row;
     const double load = elastic_force(data, contact);

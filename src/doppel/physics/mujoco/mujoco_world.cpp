@@ -179,18 +179,23 @@ void MujocoWorld::collect_contact_rules() {
   std::vector<RuledShape> shapes(static_cast<std::size_t>(m()->ngeom));
   std::vector<GripShape> grips(static_cast<std::size_t>(m()->ngeom));
   std::vector<std::optional<double>> restitutions(static_cast<std::size_t>(m()->ngeom));
+  std::vector<bool> of_objects(static_cast<std::size_t>(m()->ngeom));
+  bool moves = false;  // an object
   if (settings().ground) {
     const auto ground = static_cast<std::size_t>(find_part(m(), mjOBJ_GEOM, kMjcfGround));
     shapes[ground].friction = uniform_friction(settings().ground_friction);
     restitutions[ground] = settings().ground_restitution;
+    of_objects[ground] = true;
   }
   for (int i = 0; i < static_cast<int>(instances().size()); ++i) {
     const bool ruled = needs_contact_rules(instance(i));
+    moves = moves || (instance(i).is_object() && instance(i).model->nv > 0);
     for (std::size_t link = 0; link < instance(i).shapes.size(); ++link) {
       for (std::size_t k = 0; k < instance(i).shapes[link].size(); ++k) {
         const int in_all = offsets(i).link + static_cast<int>(link);
         const int geom = find_part(m(), mjOBJ_GEOM, mjcf_shape_name(in_all, k));
         const Friction& friction = instance(i).shapes[link][k].friction;
+        of_objects[static_cast<std::size_t>(geom)] = instance(i).is_object();
         restitutions[static_cast<std::size_t>(geom)] = instance(i).shapes[link][k].restitution;
         const int of = friction.direction_link >= 0 ? friction.direction_link : static_cast<int>(link);
         shapes[static_cast<std::size_t>(geom)] = {friction, mujoco_body(i, of), ruled};
@@ -200,7 +205,8 @@ void MujocoWorld::collect_contact_rules() {
       }
     }
   }
-  contact_rules = ContactRules(settings().friction_rule, std::move(shapes), std::move(grips));
+  contact_rules = ContactRules(settings().friction_rule, std::move(shapes), std::move(grips),
+                               moves ? std::move(of_objects) : std::vector<bool>{});
   bounces = Bounces(std::move(restitutions));
 }
 
