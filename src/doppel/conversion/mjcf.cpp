@@ -77,10 +77,18 @@ class MjcfWriter final : private MjcfNaming {
   static XmlNode defaults() {
     const XmlNode seen = element("geom", {{"contype", "0"}, {"conaffinity", "0"}, {"group", "2"}});
     const XmlNode felt = element("geom", {{"group", "3"}});
-    // A time constant of twice the step is the stiffest stable setting of MuJoCo's constraints.
-    const XmlNode tight = element("equality", {{"solref", "0.002 1"}, {"solimp", "0.9999 0.9999 0.001"}});
+    // The constraints of the twin's own model (physics/mujoco/mjcf.cpp) at its step of 1 ms; MuJoCo's own defaults let
+    // joints creep under friction and sink into their limits.
+    const char *const hard = "0.002 1", *const soft = "0.005 1";
+    const char *const holds = "0.9999 0.9999 0.001 0.5 2", *const yields = "0.95 0.99 0.001 0.5 2";
+    const XmlNode tight = element("equality", {{"solref", hard}, {"solimp", holds}});
+    const XmlNode joint = element("joint", {{"solreffriction", hard},
+                                            {"solimpfriction", holds},
+                                            {"solreflimit", soft},
+                                            {"solimplimit", yields}});
+    const XmlNode geom = element("geom", {{"solref", soft}, {"solimp", yields}});
     return element("default", {},
-                   {tight, element("default", {{"class", "visual"}}, {seen}),
+                   {geom, joint, tight, element("default", {{"class", "visual"}}, {seen}),
                     element("default", {{"class", "collision"}}, {felt})});
   }
 

@@ -41,6 +41,7 @@ ContactSurface overlaid(ContactSurface above, const ContactSurface& below) {
   take(above.patch_radius, below.patch_radius);
   take(above.slip1, below.slip1);
   take(above.slip2, below.slip2);
+  take(above.restitution, below.restitution);
   if (below.fdir1) {
     above.fdir1 = below.fdir1;
     above.fdir1_frame = below.fdir1_frame;
@@ -82,6 +83,17 @@ Friction friction_of(const ContactSurface& surface, const Model& model, const Co
   out.torsion =
       kPatchLever * surface.patch_radius.value_or(0.0) * surface.torsional_mu.value_or(kTorsionalFriction);
   return out;
+}
+
+std::optional<double> restitution_of(const ContactSurface& surface, const Collision& collision,
+                                     Diagnostics& diagnostics) {
+  if (!surface.restitution || (*surface.restitution >= 0 && *surface.restitution <= 1))
+    return surface.restitution;
+  diagnostics.warning(
+      "physics.restitution", collision.source,
+      fmt::format("the restitution is {:g}, but must be from 0 to 1; it has no effect", *surface.restitution),
+      "write the speed after an impact over that before");
+  return std::nullopt;
 }
 
 std::string contact_shape_of(const RobotDescription& robot, const Link& link) {

@@ -48,6 +48,7 @@ struct EngineCapabilities {
   bool directed_friction = false;         // friction with a direction, and torsion (friction.h)
   bool attachments = false;               // Engine::attach()
   bool heightmaps = false;                // contacts with terrains
+  bool bounce = false;                    // contacts with a restitution (CollisionShape)
   std::vector<Integrator> integrators;    // the first is the default
   EngineTolerances tolerances;
 };
@@ -244,6 +245,9 @@ class DOPPEL_API Engine {
   // True from the first step whose result is not finite or too large. That step and all later ones leave
   // state and time unchanged.
   [[nodiscard]] virtual bool diverged() const = 0;
+  // Contacts and constraint rows since the last reset for which the engine had no room. Bodies may have sunk into each
+  // other there.
+  [[nodiscard]] virtual std::int64_t dropped_contacts() const { return 0; }
   virtual void clear_applied() = 0;  // joint efforts and wrenches on all instances
 
   // Fixes body b to body a as they are now. They no longer touch each other. Refused: the engine cannot, both

@@ -78,6 +78,12 @@ void report_missing_capabilities(const EngineCapabilities& engine, const WorldSe
     if (engine.contacts && !engine.directed_friction && directed)
       lacks.warn(instance, "friction with a direction (fdir1, torsional)",
                  "the smaller coefficient holds in every direction");
+    const bool bounces = std::ranges::any_of(instance.shapes, [](const auto& shapes) {
+      return std::ranges::any_of(shapes,
+                                 [](const CollisionShape& shape) { return shape.restitution.has_value(); });
+    });
+    if (engine.contacts && !engine.bounce && bounces)
+      lacks.warn(instance, "contacts with a restitution", "its impacts are the engine's own");
     if (!engine.mimics)
       lacks.joints(
           instance, [](const ModelJoint& j) { return j.mimics(); }, "<mimic> coupling",

@@ -74,25 +74,34 @@ class ShapeReader {
       }
       const Friction friction =
           friction_of(overlaid(of_link, collision.surface), model, collision, diagnostics_);
-      const CollisionMesh* mesh = nullptr;
-      if (const auto* map = std::get_if<Heightmap>(&collision.geometry)) {
-        add_terrain(link, collision, *map, friction, use, out);
-        continue;
-      }
-      if (const auto* geometry = std::get_if<MeshGeometry>(&collision.geometry)) {
-        if (use != MeshUse::hull) {
-          add_parts(link, collision, *geometry, friction, use, out);
-          continue;
-        }
-        mesh = mesh_of(link, collision, *geometry);
-        if (mesh == nullptr) continue;
-      }
-      out.push_back(shape_of(collision.geometry, mesh, collision.origin.pose(), friction));
+      const std::optional<double> restitution =
+          restitution_of(overlaid(of_link, collision.surface), collision, diagnostics_);
+      const std::size_t first = out.size();
+      add_shapes(link, collision, friction, use, out);
+      for (std::size_t i = first; i < out.size(); ++i) out[i].restitution = restitution;
     }
     return out;
   }
 
  private:
+  void add_shapes(const Link& link, const Collision& collision, const Friction& friction, MeshUse use,
+                  std::vector<CollisionShape>& out) {
+    const CollisionMesh* mesh = nullptr;
+    if (const auto* map = std::get_if<Heightmap>(&collision.geometry)) {
+      add_terrain(link, collision, *map, friction, use, out);
+      return;
+    }
+    if (const auto* geometry = std::get_if<MeshGeometry>(&collision.geometry)) {
+      if (use != MeshUse::hull) {
+        add_parts(link, collision, *geometry, friction, use, out);
+        return;
+      }
+      mesh = mesh_of(link, collision, *geometry);
+      if (mesh == nullptr) return;
+    }
+    out.push_back(shape_of(collision.geometry, mesh, collision.origin.pose(), friction));
+  }
+
   // A terrain without heights was reported when it was read.
   void add_terrain(const Link& link, const Collision& collision, const Heightmap& map,
                    const Friction& friction, MeshUse use, std::vector<CollisionShape>& out) {
@@ -209,10 +218,11 @@ void check(const WorldObject& object) {
         "write its mass in kg, or 0 to fix it to the world");
   }
   if (!object.X_WO.matrix().allFinite() || !object.X_OS.matrix().allFinite() || !std::isfinite(object.mass) ||
-      !std::isfinite(object.friction)) {
+      !std::isfinite(object.friction) || !std::isfinite(object.restitution.value_or(0.0))) {
     throw InputError(
         "world.not_finite", object.source,
-        fmt::format("the pose, mass or friction of object '{}' is not a finite number", object.name));
+        fmt::format("the pose, mass, friction or restitution of object '{}' is not a finite number",
+                    object.name));
   }
 }
 
@@ -316,8 +326,10 @@ ModelInstance make_instance(const WorldObject& object, CollisionMeshes& meshes, 
   out.servos.resize(out.model->joints.size());
   out.shapes.resize(out.model->links.size());
   const bool shaped = mesh != nullptr || !std::holds_alternative<MeshGeometry>(object.shape);
-  if (shaped)
+  if (shaped) {
     out.shapes.back().push_back(shape_of(object.shape, mesh, object.X_OS, uniform_friction(object.friction)));
+    out.shapes.back().back().restitution = object.restitution;
+  }
   out.q0 = out.model->neutral();
   if (object.mass > 0) {
     out.q0.head<3>() = object.X_WO.translation();

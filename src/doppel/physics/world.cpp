@@ -158,14 +158,22 @@ class WorldReader {
     }
   }
 
+  double restitution(const YAML::Node& node) {
+    const double out = not_negative(node, "restitution");
+    if (out > 1) error(node, "restitution must be from 0 (no rebound) to 1 (no loss)");
+    return out;
+  }
+
   void read_ground(const YAML::Node& node, World& world) {
     if (node.IsScalar()) {
       if (!YAML::convert<bool>::decode(node, world.ground)) {
         error(node,
-              fmt::format("ground must be true, false or a map with its friction, not '{}'", node.Scalar()));
+              fmt::format("ground must be true, false or a map with its friction or restitution, not '{}'",
+                          node.Scalar()));
       }
-    } else if (fields(node, "the ground", {"friction"}) && node["friction"]) {
-      world.ground_friction = not_negative(node["friction"], "friction");
+    } else if (fields(node, "the ground", {"friction", "restitution"})) {
+      if (node["friction"]) world.ground_friction = not_negative(node["friction"], "friction");
+      if (node["restitution"]) world.ground_restitution = restitution(node["restitution"]);
     }
   }
 
@@ -241,7 +249,7 @@ class WorldReader {
     for (const auto& item : node) {
       if (!fields(item, "an object",
                   {"name", "box", "cylinder", "capsule", "sphere", "mesh", "xyz", "rpy", "mass", "friction",
-                   "color"})) {
+                   "restitution", "color"})) {
         continue;
       }
       WorldObject object = read_object(item);
@@ -268,6 +276,7 @@ class WorldReader {
     object.X_WO = pose(node);
     if (node["mass"]) object.mass = not_negative(node["mass"], "mass");
     if (node["friction"]) object.friction = not_negative(node["friction"], "friction");
+    if (node["restitution"]) object.restitution = restitution(node["restitution"]);
     if (node["color"]) {
       object.rgba = vector<4>(node["color"], "color");
       if (object.rgba.minCoeff() < 0 || object.rgba.maxCoeff() > 1) {

@@ -20,11 +20,12 @@ namespace doppel {
 
 struct WorldObject {
   std::string name;
-  Geometry shape;                // mesh: its convex hull collides
-  Pose X_WO = Pose::Identity();  // initial pose, also after a reset
-  Pose X_OS = Pose::Identity();  // the shape in the object's frame
-  double mass = 0;               // kg; 0: fixed to the world
-  double friction = 0.8;         // Coulomb
+  Geometry shape;                          // mesh: its convex hull collides
+  Pose X_WO = Pose::Identity();            // initial pose, also after a reset
+  Pose X_OS = Pose::Identity();            // the shape in the object's frame
+  double mass = 0;                         // kg; 0: fixed to the world
+  double friction = 0.8;                   // Coulomb
+  std::optional<double> restitution = {};  // speed after an impact over that before, 0..1
   Eigen::Vector4d rgba{0.55, 0.6, 0.65, 1.0};
   SourceLocation source;  // in the world file; unknown: spawned while the world runs
 };
@@ -58,8 +59,9 @@ struct WorldSettings {
   Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2, world axes
   Duration step{1'000'000};              // 1 ms
   Integrator integrator = Integrator::euler;
-  bool ground = true;            // an infinite plane at z = 0
-  double ground_friction = 0.8;  // Coulomb
+  bool ground = true;                             // an infinite plane at z = 0
+  double ground_friction = 0.8;                   // Coulomb
+  std::optional<double> ground_restitution = {};  // 0..1; nullopt: that of what touches it
   FrictionRule friction_rule = FrictionRule::larger;
   // What is drawn; of no effect on the physics.
   std::vector<Light> lights;               // empty: those of whoever draws

@@ -34,6 +34,28 @@ class Stopwatch {
   const std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
 };
 
+// Reports once that the engine had no room for a contact.
+class ContactRoomMonitor : public Tickable {
+ public:
+  ContactRoomMonitor(const Scene& scene, const Log& log) : scene_(scene), log_(log) {}
+
+  void between_steps(Time now) override {
+    if (reported_ || scene_.engine().dropped_contacts() == 0) return;
+    reported_ = true;
+    log_.warning(
+        "physics",
+        fmt::format("t = {:.3f} s: more shapes touch than the engine has room for; some contacts have "
+                    "no effect, and bodies may sink into each other (use fewer or simpler shapes)",
+                    to_seconds(now)));
+  }
+  void reset(Time /*now*/) override { reported_ = false; }
+
+ private:
+  const Scene& scene_;
+  const Log& log_;
+  bool reported_ = false;
+};
+
 }  // namespace
 
 Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics)
@@ -128,6 +150,7 @@ void Twin::Impl::add_world_ticks() {
   ticks.add(std::make_unique<ObjectPublisher>(bus, scene));
   ticks.add(std::make_unique<AttachmentServices>(bus, scene, log));
   ticks.add(std::make_unique<GraspMonitor>(bus, scene, log));
+  ticks.add(std::make_unique<ContactRoomMonitor>(scene, log));
   SensorTicks::Sources sources;
   sources.robots = [this] {
     std::vector<std::shared_ptr<const CompiledRobot>> present;

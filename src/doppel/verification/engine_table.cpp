@@ -25,6 +25,7 @@ constexpr Capability kCapabilities[] = {
     {"friction", "joint friction", &EngineCapabilities::friction},
     {"stops", "stops with a stiffness", &EngineCapabilities::stops},
     {"ideal", "ideal servos", &EngineCapabilities::ideal},
+    {"bounce", "contacts with a restitution", &EngineCapabilities::bounce},
 };
 
 struct Tolerance {

@@ -361,8 +361,12 @@ ContactSurface ShapeReader::surface(const XmlNode& collision) {
   if (const XmlNode* const written = node->first("friction")) friction(*written, out);
   if (!out.mu || !(*out.mu >= 0)) out.mu = kSdfFriction;
   if (const XmlNode* const written = node->first("contact")) contact(*written, out);
-  if (const XmlNode* const bounce = node->first("bounce"))
+  if (const XmlNode* const bounce = node->first("bounce")) {
     out.restitution = elements_.number(*bounce, "restitution_coefficient");
+    const XmlNode* const threshold = bounce->first("threshold");
+    if (threshold != nullptr && out.restitution.value_or(0.0) > 0)
+      elements_.without_effect(threshold->where, "<threshold> of a <bounce>");
+  }
   return out;
 }
 

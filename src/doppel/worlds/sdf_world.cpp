@@ -38,11 +38,30 @@ void find_ground(SdfWorld& world) {
     };
     const auto found = std::find_if(collisions.begin(), collisions.end(), is_ground);
     if (found == collisions.end()) continue;
-    if (!world.settings.ground || world.is_world)
+    if (!world.settings.ground || world.is_world) {
       world.settings.ground_friction = found->surface.mu.value_or(world.settings.ground_friction);
+      world.settings.ground_restitution = found->surface.restitution;
+    }
     world.settings.ground = true;
     collisions.erase(std::remove_if(collisions.begin(), collisions.end(), is_ground), collisions.end());
     model.description = std::move(robot);
+  }
+}
+
+// The engines' plane has the name 'ground'.
+void rename_ground(SdfWorld& world, Diagnostics& diagnostics) {
+  for (SdfModel& model : world.models) {
+    if (model.name != "ground") continue;
+    std::string name = "ground_model";
+    for (int i = 1; world.find(name) != nullptr; ++i) name = fmt::format("ground_model_{}", i);
+    diagnostics.note(
+        "sdf.renamed", model.source,
+        fmt::format("the model 'ground' is named '{}' here, because 'ground' is the name of the plane z = 0",
+                    name));
+    auto description = std::make_shared<RobotDescription>(*model.description);
+    description->name = name;
+    model.description = std::move(description);
+    model.name = std::move(name);
   }
 }
 
@@ -109,6 +128,7 @@ SdfWorld read(Content content, const std::string& name, const fs::path& folder, 
     throw;
   }
   find_ground(out);
+  rename_ground(out, found);
   out.missing = files.missing();
   out.files = document.read_files();
   note_missing_systems(out, found);

@@ -13,7 +13,7 @@ EngineCapabilities capabilities_of_bullet() {
   out.name = "bullet";
   out.version = fmt::format("{}.{}", btGetVersion() / 100, btGetVersion() % 100);
   out.contacts = out.rays = out.floating = out.planar = true;
-  out.mimics = out.friction = out.stops = out.ideal = true;
+  out.mimics = out.friction = out.stops = out.ideal = out.bounce = true;
   out.integrators = {Integrator::euler};
   // Measured values with a margin. Bodies at rest penetrate by 0.01 mm, so that they stay in contact.
   out.tolerances = {.period = 3e-6,

@@ -1,5 +1,10 @@
 #include "doppel/physics/bullet/constraint_solver.h"
 
+#include <algorithm>
+
+#include "doppel/physics/bullet/contact_finder.h"
+#include "doppel/physics/detail/contact_rule.h"
+
 namespace doppel {
 namespace {
 
@@ -10,7 +15,7 @@ constexpr double kSlop = 1e-5;  // m: penetration of bodies at rest, so that the
 
 }  // namespace
 
-ConstraintSolver::ConstraintSolver(double step) {
+ConstraintSolver::ConstraintSolver(double step, const Eigen::Vector3d& gravity) : gravity_(gravity) {
   info_.m_timeStep = step;
   info_.m_numIterations = kIterations;
   info_.m_leastSquaresResidualThreshold = kResidual * kResidual;
@@ -38,7 +43,41 @@ void ConstraintSolver::convertContacts(btPersistentManifold** manifolds, int cou
   btMultiBodyConstraintSolver::convertContacts(manifolds, count, info);
   replace_responses(m_multiBodyNormalContactConstraints);
   replace_responses(m_multiBodyFrictionContactConstraints);
+  write_rebounds();
   for (const JointRow& row : *rows_) add_row(row);
+}
+
+namespace {
+
+double velocity_along(const btMultiBody* body, const btScalar* jacobian) {
+  double out = 0.0;
+  for (int i = 0; body != nullptr && i < body->getNumDofs() + 6; ++i)
+    out += body->getVelocityVector()[i] * jacobian[i];
+  return out;
+}
+
+}  // namespace
+
+// Bullet's rebound would add the velocity with which it removes the penetration that the impact leaves.
+void ConstraintSolver::write_rebounds() {
+  for (int i = 0; i < m_multiBodyNormalContactConstraints.size(); ++i) {
+    btMultiBodySolverConstraint& row = m_multiBodyNormalContactConstraints[i];
+    const auto* const point = static_cast<const btManifoldPoint*>(row.m_originalContactPoint);
+    if (point == nullptr || (point->m_contactPointFlags & kHasRestitution) == 0) continue;
+    const double present = velocity_along(row.m_multiBodyA, &m_data.m_jacobians[row.m_jacAindex]) +
+                           velocity_along(row.m_multiBodyB, &m_data.m_jacobians[row.m_jacBindex]);
+    const double h = info_.m_timeStep, distance = point->getDistance();
+    const bool meets = distance <= 0 || -present * h > distance;
+    double target = distance > 0 ? -distance / h : -distance / (kRecoverySteps * h);
+    const double along = gravity_.dot(from_bullet(point->m_normalWorldOnB));
+    const bool a = row.m_multiBodyA != nullptr, b = row.m_multiBodyB != nullptr;
+    const double pull = a == b ? 0.0 : std::max(a ? -along : along, 0.0);
+    const double closing = -(present + h * pull);  // without the weight of this step
+    if (meets && closing > min_rebound_speed(gravity_, h))
+      target = rebound_speed({point->m_combinedRestitution, closing, distance, pull}, h);
+    row.m_rhs = (target - present) * row.m_jacDiagABInv;
+    row.m_rhsPenetration = 0.0;
+  }
 }
 
 // Replaces Bullet's response of the bare bodies to a unit impulse by that of the bodies with implicit drives,

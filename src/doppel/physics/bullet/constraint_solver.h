@@ -29,7 +29,7 @@ struct SolverTree {
 
 class ConstraintSolver final : public btMultiBodyConstraintSolver {
  public:
-  explicit ConstraintSolver(double step);
+  ConstraintSolver(double step, const Eigen::Vector3d& gravity);
 
   // Changes the velocities of the trees' bodies so that contacts and rows are satisfied, and stores the
   // impulses in the points of the manifolds. A tree has the index index_of() in `trees`.
@@ -38,10 +38,12 @@ class ConstraintSolver final : public btMultiBodyConstraintSolver {
 
  private:
   void convertContacts(btPersistentManifold** manifolds, int count, const btContactSolverInfo& info) override;
+  void write_rebounds();
   void replace_responses(btMultiBodyConstraintArray& rows);
   double replace_response(const btMultiBody* body, int jacobian);
   void add_row(const JointRow& row);
 
+  Eigen::Vector3d gravity_;
   btContactSolverInfo info_;
   std::vector<SolverTree>* trees_ = nullptr;
   const std::vector<JointRow>* rows_ = nullptr;

@@ -32,6 +32,7 @@ ContactFinder::ContactFinder(const std::vector<Piece>& pieces, const std::vector
       colliders_(std::move(colliders)),
       ground_(ground),
       ground_friction_(uniform_friction(settings.ground_friction)),
+      ground_restitution_(settings.ground_restitution),
       friction_rule_(settings.friction_rule),
       configuration_(small_pools()),
       dispatcher_(&configuration_),
@@ -56,6 +57,16 @@ ContactFinder::~ContactFinder() {
 double ContactFinder::combined(const Friction& a, const Friction& b) const {
   const PairFriction pair = combine(a, b, friction_rule_);
   return std::min(pair.along, pair.across);
+}
+
+void ContactFinder::write_surface(btPersistentManifold& manifold, double friction,
+                                  const std::optional<double>& restitution) const {
+  for (int i = 0; i < manifold.getNumContacts(); ++i) {
+    btManifoldPoint& point = manifold.getContactPoint(i);
+    point.m_combinedFriction = friction;
+    point.m_combinedRestitution = restitution.value_or(0.0);
+    if (restitution) point.m_contactPointFlags |= kHasRestitution;
+  }
 }
 
 void ContactFinder::find(std::span<const Pose> poses) {
@@ -108,8 +119,8 @@ void ContactFinder::touch_ground(const PiecePair& pair, const Pose& X_WS) {
     if (p_W.z() < thresholds_[a]) result.addContactPoint({0, 0, 1}, {p_W.x(), p_W.y(), 0.0}, p_W.z());
   }
   if (manifold.getNumContacts() == 0) return;
-  for (int i = 0; i < manifold.getNumContacts(); ++i)
-    manifold.getContactPoint(i).m_combinedFriction = combined(pieces_[a].friction, ground_friction_);
+  write_surface(manifold, combined(pieces_[a].friction, ground_friction_),
+                combine(pieces_[a].source.restitution, ground_restitution_));
   found_.push_back(&manifold);
   touching_.push_back(&pair);
 }
@@ -149,10 +160,8 @@ void ContactFinder::touch(const PiecePair& pair) {
   btPersistentManifold& manifold = next_manifold();
   manifold = *known.manifold;
   manifold.setContactProcessingThreshold(SIMD_INFINITY);
-  for (int i = 0; i < manifold.getNumContacts(); ++i) {
-    manifold.getContactPoint(i).m_combinedFriction = combined(pieces_[a].friction, pieces_[b].friction);
-    manifold.getContactPoint(i).m_combinedRestitution = 0.0;
-  }
+  write_surface(manifold, combined(pieces_[a].friction, pieces_[b].friction),
+                combine(pieces_[a].source.restitution, pieces_[b].source.restitution));
   found_.push_back(&manifold);
   touching_.push_back(&pair);
 }

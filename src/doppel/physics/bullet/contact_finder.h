@@ -7,6 +7,7 @@
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -19,6 +20,9 @@ namespace doppel {
 struct PiecePair {
   int first = -1, second = -1;
 };
+
+// Of a contact point whose restitution was written; Bullet's own flags are below.
+inline constexpr int kHasRestitution = 1 << 20;
 
 class ContactFinder {
  public:
@@ -42,6 +46,8 @@ class ContactFinder {
   void touch_ground(const PiecePair& pair, const Pose& X_WS);
   void touch(const PiecePair& pair);
   [[nodiscard]] double combined(const Friction& a, const Friction& b) const;
+  void write_surface(btPersistentManifold& manifold, double friction,
+                     const std::optional<double>& restitution) const;
   struct Known {
     int type_a, type_b;
     btCollisionAlgorithm* algorithm;
@@ -54,6 +60,7 @@ class ContactFinder {
   std::vector<btCollisionObject*> colliders_;
   btCollisionObject& ground_;
   Friction ground_friction_;
+  std::optional<double> ground_restitution_;
   FrictionRule friction_rule_;
   btDefaultCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_;

@@ -8,6 +8,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/physics/detail/contact_rule.h"
+#include "doppel/physics/detail/gyroscopic.h"
+
 namespace doppel {
 namespace {
 
@@ -19,7 +22,7 @@ constexpr double kUnbounded = 1e30;           // N m s or N s
 }  // namespace
 
 StepSolver::StepSolver(const BulletWorld& world)
-    : world_(world), step_(to_seconds(world.settings().step)), solver_(step_) {
+    : world_(world), step_(to_seconds(world.settings().step)), solver_(step_, world.settings().gravity) {
   for (std::size_t i = 0; i < world.compiled().size(); ++i) {
     const Articulation& articulation = world.compiled()[i].articulation;
     first_tree_.push_back(static_cast<int>(trees_.size()));
@@ -170,6 +173,21 @@ void StepSolver::add_floating_damping(int instance) {
   }
 }
 
+// Of the bodies that move freely and are alone (detail/gyroscopic.h).
+void StepSolver::add_gyroscopic_corrections(int instance) {
+  const BulletInstance& of = compiled(instance);
+  for (const RigidGroup& group : of.articulation.groups) {
+    if (group.tree < 0) continue;
+    const Tree& tree = of.articulation.trees[static_cast<std::size_t>(group.tree)];
+    if (tree.floating_joint < 0 || !tree.links.empty()) continue;
+    TreeDynamics& dynamics = tree_at(instance, group.tree).dynamics;
+    const Eigen::Matrix3d R_WB = dynamics.pose(group.body).linear();
+    const Eigen::Vector3d torque =
+        gyroscopic_correction(group.moments, R_WB.transpose() * dynamics.angular(group.body), step_);
+    dynamics.add_load(group.body, Eigen::Vector3d::Zero(), R_WB * torque);
+  }
+}
+
 // Gravity, wrenches, external efforts and the joints' damping.
 void StepSolver::write_loads(int instance, const InstanceState& state) {
   const BulletInstance& of = compiled(instance);
@@ -193,6 +211,7 @@ void StepSolver::write_loads(int instance, const InstanceState& state) {
     dynamics.add_load(group.body, wrench.force_W, wrench.torque_W + arm.cross(wrench.force_W));
   }
   add_floating_damping(instance);
+  add_gyroscopic_corrections(instance);
   for (int v = 0; v < static_cast<int>(state.v.size()); ++v) {
     const TreePlace place = place_of(instance, v);
     const auto at = static_cast<std::size_t>(v);

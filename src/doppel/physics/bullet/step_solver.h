@@ -74,6 +74,7 @@ class StepSolver {
   void find_contacts(const std::vector<InstanceState>& states);
   void write_loads(int instance, const InstanceState& state);
   void add_floating_damping(int instance);
+  void add_gyroscopic_corrections(int instance);
   void meet_stops(int instance, InstanceState& state);
   void respond(int instance, const InstanceState& state);
   void add_implicit(int instance, int v, double armature);

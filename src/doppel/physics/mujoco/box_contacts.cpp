@@ -137,7 +137,6 @@ BoxContacts face_contacts(const PlacedBox& a, const PlacedBox& b, double margin)
 
 void install_checked_box_contacts() {
   mjfCollision& used = mjCOLLISIONFUNC[mjGEOM_BOX][mjGEOM_BOX];
-  if (used == &checked_box_contacts) return;
   original = used;
   used = &checked_box_contacts;
 }

@@ -8,24 +8,25 @@
 #include <cstdlib>
 #include <mutex>
 #include <new>
+#include <string>
 
 #include "doppel/physics/mujoco/box_contacts.h"
+#include "doppel/physics/mujoco/cylinder_contacts.h"
 #include "doppel/physics/mujoco/terrain_geoms.h"
 
 namespace doppel {
 
 namespace mujoco_detail {
 
-thread_local std::jmp_buf* error_exit = nullptr;
 thread_local char error_text[256] = "";
 
 namespace {
 
+// MuJoCo's frames hold nothing that has to be released, and have the unwind tables that the ABI requires of every
+// function, so an exception passes them; the frames of this program that lie between are left properly.
 [[noreturn]] void on_error(const char* text) {
   std::snprintf(error_text, sizeof error_text, "%s", text);
-  if (error_exit != nullptr) std::longjmp(*error_exit, 1);
-  std::fprintf(stderr, "MuJoCo failed outside of a guarded call: %s\n", text);
-  std::abort();
+  throw MujocoError(text);
 }
 
 // Warnings at run time are counted in mjData::warning; MuJoCo's own handler would write a file.
@@ -81,9 +82,13 @@ class TextFile {
 ModelHandle compile_mjcf(const std::string& mjcf, std::string& message) {
   static std::mutex one_at_a_time;  // MuJoCo keeps the last parsed text in a global
   const std::lock_guard lock(one_at_a_time);
-  mujoco_detail::install_handlers();
-  install_checked_box_contacts();
-  install_terrain_contacts();
+  static std::once_flag installed;  // states on other threads read MuJoCo's tables while a world is compiled
+  std::call_once(installed, [] {
+    mujoco_detail::install_handlers();
+    install_checked_box_contacts();
+    install_cylinder_contacts();
+    install_terrain_contacts();
+  });
   const TextFile file(mjcf);
   std::array<char, 1024> text{};
   mjModel* model = nullptr;

@@ -4,8 +4,8 @@
 
 #include <mujoco/mujoco.h>
 
-#include <csetjmp>
 #include <memory>
+#include <stdexcept>
 #include <string>
 
 #include "doppel/core/diagnostic.h"
@@ -20,27 +20,25 @@ using ModelHandle = std::unique_ptr<mjModel, ModelDeleter>;
 // nullptr on failure, with MuJoCo's text in `message`; a warning also leaves its text there.
 ModelHandle compile_mjcf(const std::string& mjcf, std::string& message);
 
+// An error that MuJoCo raised (mju_error).
+class MujocoError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
 namespace mujoco_detail {
-// The target to which mju_error of this thread jumps; nullptr: none, and the process ends, because an
-// exception must not pass MuJoCo's C frames.
-extern thread_local std::jmp_buf* error_exit;
-extern thread_local char error_text[256];
+extern thread_local char error_text[256];  // of the last MujocoError of this thread
 void install_handlers();
 }  // namespace mujoco_detail
 
-// Runs `call` and returns false if MuJoCo raised an error in it. `call` must own no resources, because the
-// error leaves it by a jump.
+// Runs `call` and returns false if MuJoCo raised an error in it.
 template <typename Call>
 bool guarded(const Call& call) {
-  std::jmp_buf here;
-  std::jmp_buf* const outer = mujoco_detail::error_exit;
-  mujoco_detail::error_exit = &here;
-  if (setjmp(here) != 0) {
-    mujoco_detail::error_exit = outer;
+  try {
+    call();
+  } catch (const MujocoError&) {
     return false;
   }
-  call();
-  mujoco_detail::error_exit = outer;
   return true;
 }
 

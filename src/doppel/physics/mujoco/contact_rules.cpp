@@ -15,8 +15,9 @@ constexpr double kAlongNormal = 1e-6;  // squared length of a direction's projec
 
 }  // namespace
 
-ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, std::vector<GripShape> grips)
-    : rule_(rule) {
+ContactRules::ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, std::vector<GripShape> grips,
+                           std::vector<bool> loose)
+    : rule_(rule), loose_(std::move(loose)) {
   if (rule != FrictionRule::larger || std::ranges::any_of(shapes, &RuledShape::ruled))
     shapes_ = std::move(shapes);
   const bool fingers = std::ranges::any_of(grips, [](const GripShape& g) { return g.robot >= 0; });
@@ -122,10 +123,10 @@ double elastic_force(const mjData& data, const mjContact& contact) {
 }  // namespace
 
 void ContactRules::keep_sliding_contacts(mjData& data) const {
-  if (empty() && grips_.empty()) return;
+  if (empty() && grips_.empty() && loose_.empty()) return;
   for (int i = 0; i < data.ncon; ++i) {
     const mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0 || !slides_by_coulomb(data, contact)) continue;
+    if (contact.efc_address < 0 || !(between_objects(contact) || slides_by_coulomb(data, contact))) continue;
     const int row = contact.efc_address;
     double* const reference = data.efc_aref + row;
     const double load = elastic_force(data, contact);
@@ -158,7 +159,7 @@ void drop_contacts_of_welds(const mjModel* m, mjData* d) {
 }  // namespace
 
 void compute_contacts_and_constraints(const mjModel* m, mjData* d, const ContactRules& rules,
-                                      IslandSolver& islands) {
+                                      const Bounces& bounces, IslandSolver& islands, bool begins_step) {
   mj_checkPos(m, d);
   mj_checkVel(m, d);
   mj_kinematics(m, d);
@@ -171,10 +172,12 @@ void compute_contacts_and_constraints(const mjModel* m, mjData* d, const Contact
   drop_contacts_of_welds(m, d);
   rules.apply(*d);
   mj_makeConstraint(m, d);
+  bounces.harden(*m, *d);
   rules.stiffen_friction(*d);
   mj_comVel(m, d);
   mj_passive(m, d);
   islands.refer(*m, *d);
+  bounces.rebound(*m, *d, begins_step);
   mj_rne(m, d, 0, d->qfrc_bias);
   rules.keep_sliding_contacts(*d);
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "doppel/physics/detail/contact_rule.h"
+#include "doppel/physics/mujoco/bounces.h"
 #include "doppel/physics/mujoco/islands.h"
 
 namespace doppel {
@@ -30,7 +31,9 @@ class ContactRules {
  public:
   ContactRules() = default;
   // shapes, grips: of each geom.
-  ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, std::vector<GripShape> grips);
+  // loose: shapes of objects and of the ground; empty: no object moves.
+  ContactRules(FrictionRule rule, std::vector<RuledShape> shapes, std::vector<GripShape> grips,
+               std::vector<bool> loose);
 
   // No shape needs a rule: every contact is as MuJoCo found it.
   [[nodiscard]] bool empty() const { return shapes_.empty(); }
@@ -38,7 +41,8 @@ class ContactRules {
   // without wheels moves as it does in a world without robots that have some. They do not allocate.
   // Writes the friction and the tangents.
   void apply(mjData& data) const;
-  // The two functions below also act on the contacts of a robot with a body that two of its links hold (grasp.h).
+  // The two functions below also act on the contacts of a robot with a body that two of its links hold (grasp.h), and
+  // this one on the contacts of objects among themselves and with the ground. It changes only contacts that slide.
   // MuJoCo's friction is a convex optimisation, whose contacts open with the speed mu v while they slide with
   // the speed v, and so hop. Subtracting it from the reference of the normal gives Coulomb's law (de Saxce
   // and Feng, International Journal of Engineering Science 29, 1991). v is what the friction leaves of it at the
@@ -60,16 +64,22 @@ class ContactRules {
   [[nodiscard]] bool slides_by_coulomb(const mjData& data, const mjContact& contact) const {
     return (!empty() && ruled(contact)) || (!grips_.empty() && holds(data, contact));
   }
+  [[nodiscard]] bool between_objects(const mjContact& contact) const {
+    return !loose_.empty() && loose_[static_cast<std::size_t>(contact.geom1)] &&
+           loose_[static_cast<std::size_t>(contact.geom2)];
+  }
   [[nodiscard]] double slip_of(const mjContact& contact) const;  // m/s per N
   void apply(const mjData& data, mjContact& contact) const;
   FrictionRule rule_ = FrictionRule::larger;
   std::vector<RuledShape> shapes_;  // [geoms]; empty: see empty()
   std::vector<GripShape> grips_;    // [geoms]; empty: nothing can be held
+  std::vector<bool> loose_;         // [geoms]; empty: no object moves
 };
 
 // mj_step1 with the rules, island by island. With empty rules and one island the result is bit-identical to
-// that of mj_step1 unless a robot holds something.
+// that of mj_step1 unless a robot holds something. begins_step: the state is one that a step begins with, and not one
+// of a further stage.
 void compute_contacts_and_constraints(const mjModel* model, mjData* data, const ContactRules& rules,
-                                      IslandSolver& islands);
+                                      const Bounces& bounces, IslandSolver& islands, bool begins_step = true);
 
 }  // namespace doppel

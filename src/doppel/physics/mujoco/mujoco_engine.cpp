@@ -239,12 +239,18 @@ void MujocoEngine::apply_attachments() {
 
 // Computes the quantities that depend only on positions and velocities. False: MuJoCo raised an error.
 bool MujocoEngine::refresh() {
-  return guarded(
-      [this] { compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules, islands_); });
+  return guarded([this] {
+    compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules, compiled_world().bounces,
+                                     islands_);
+  });
 }
 
 bool MujocoEngine::ran_away() const {
   return std::ranges::any_of(kRunaway, [this](int warning) { return d()->warning[warning].number > 0; });
+}
+
+std::int64_t MujocoEngine::dropped_contacts() const {
+  return d()->warning[mjWARN_CONTACTFULL].number + d()->warning[mjWARN_CNSTRFULL].number;
 }
 
 // -- other instances

@@ -67,6 +67,7 @@ class MujocoEngine final : public Engine {
   [[nodiscard]] Time time() const override { return steps_ * settings().step; }
   void set_time(Time now) override { steps_ = now / settings().step; }
   [[nodiscard]] bool diverged() const override { return diverged_; }
+  [[nodiscard]] std::int64_t dropped_contacts() const override;
   void clear_applied() override;
   [[nodiscard]] double kinetic_energy() const override;
   [[nodiscard]] double potential_energy() const override;
@@ -124,6 +125,7 @@ class MujocoEngine final : public Engine {
   [[nodiscard]] double inertia_at(int v);
   [[nodiscard]] bool robot_touches() const;
   void pull_back_turns(int i);
+  void add_gyroscopic_corrections();
   void meet_stop(std::size_t index);
   void begin_step();
   bool write_armature();

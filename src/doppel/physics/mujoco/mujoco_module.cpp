@@ -26,7 +26,7 @@ EngineCapabilities capabilities_of_mujoco() {
   out.version = version_text();
   out.contacts = out.rays = out.floating = out.planar = true;
   out.mimics = out.friction = out.stops = out.ideal = out.directed_friction = out.attachments = true;
-  out.heightmaps = true;
+  out.heightmaps = out.bounce = true;
   out.integrators = {Integrator::euler, Integrator::midpoint, Integrator::rk4, Integrator::implicit};
   // Measured values with a margin. Friction is a soft constraint and creeps; a hull penetrates a box
   // by 0.3 mm.
@@ -86,8 +86,9 @@ extern "C" DOPPEL_API bool doppel_mujoco_same_contacts(const doppel::Engine& eng
   mj_step1(m, own.get());
   const doppel::MujocoWorld& world = at.compiled_world();
   doppel::IslandSolver islands(*m, world.islands);
-  doppel::compute_contacts_and_constraints(
-      m, ruled.get(), rules_of_world ? world.contact_rules : doppel::ContactRules{}, islands);
+  doppel::compute_contacts_and_constraints(m, ruled.get(),
+                                           rules_of_world ? world.contact_rules : doppel::ContactRules{},
+                                           rules_of_world ? world.bounces : doppel::Bounces{}, islands);
   const mjData &a = *own, &b = *ruled;
   return a.ncon == b.ncon && a.nefc == b.nefc &&
          std::equal(a.contact, a.contact + a.ncon, b.contact, same_contact) &&

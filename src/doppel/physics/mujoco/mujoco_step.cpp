@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/mjcf/mjcf.h"
+#include "doppel/physics/detail/gyroscopic.h"
 #include "doppel/physics/mujoco/mujoco_engine.h"
 
 namespace doppel {
@@ -57,7 +59,9 @@ void MujocoEngine::begin_step() {
   // Contacts and stops are one-sided springs that may be stiffer than the step resolves: several evaluations
   // are then not more accurate.
   const StepScheme& wanted = step_scheme(settings().integrator);
-  scheme_ = stopped || (wanted.order == 2 && robot_touches()) ? &step_scheme(Integrator::euler) : &wanted;
+  scheme_ = stopped || compiled_world().bounces.impacts(*m(), *d()) || (wanted.order == 2 && robot_touches())
+                ? &step_scheme(Integrator::euler)
+                : &wanted;
   std::copy_n(d()->qpos, m()->nq, kept_.data());
   std::copy_n(d()->qvel, m()->nv, kept_.data() + m()->nq);
   std::copy_n(d()->qacc_warmstart, m()->nv, kept_.data() + m()->nq + m()->nv);
@@ -105,7 +109,8 @@ void MujocoEngine::move_by(const std::array<double, kMaxStages>& weights, int st
 // Sets MuJoCo's q and v of stage `i` and computes all that depends on them.
 void MujocoEngine::enter_stage(int i) {
   move_by(scheme_->alpha[i], i);
-  compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules, islands_);
+  compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules, compiled_world().bounces,
+                                   islands_, i == 0);
   if (any_wrench_ || !compiled_world().weightless.empty()) write_wrenches();
 }
 
@@ -141,6 +146,17 @@ void MujocoEngine::write_stage_efforts(int i) {
         spring.law(q[spring.q], qvel[spring.v], t) + drift * spring.stiffness * spring.reference_rate;
     asked_[k] += scheme_->b[i] * asked;
     out[spring.v] += spring.bound == 0 ? asked : spring.effort_at_bound();
+  }
+  if (scheme_->semi_implicit && settings().integrator != Integrator::implicit) add_gyroscopic_corrections();
+}
+
+void MujocoEngine::add_gyroscopic_corrections() {
+  for (const LooseBody& of : compiled_world().loose) {
+    const Eigen::Map<const Eigen::Vector3d> moments(m()->body_inertia + 3 * of.body), w(d()->qvel + of.turn);
+    const Eigen::Quaterniond axes = quaternion_from_mujoco(m()->body_iquat + 4 * of.body);
+    const Eigen::Vector3d torque =
+        gyroscopic_correction(moments, axes.conjugate() * w, to_seconds(settings().step));
+    Eigen::Map<Eigen::Vector3d>(d()->qfrc_applied + of.turn) += axes * torque;
   }
 }
 
@@ -234,7 +250,8 @@ void MujocoEngine::finish_step() {
                             : spring.bound != 0 ? spring.effort_at_bound()
                                                 : std::clamp(wanted_[k], spring.low, spring.high);
   }
-  compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules, islands_);
+  compute_contacts_and_constraints(m(), d(), compiled_world().contact_rules, compiled_world().bounces,
+                                   islands_);
 }
 
 void MujocoEngine::step() {

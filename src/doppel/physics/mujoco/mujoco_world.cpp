@@ -113,6 +113,11 @@ void MujocoWorld::compile(const MjcfDocument& document, Diagnostics& diagnostics
         "the physics engine rejects the robot or its world: " + in_user_terms(message, instances()));
   }
   fill_fields(document, *model_);
+  const double bytes = sizeof(mjtNum) * static_cast<double>(model_->njmax) * std::max(model_->nv, 1);
+  const int room =
+      static_cast<int>(std::clamp(kMaxRowBytes / bytes, 1.0, static_cast<double>(kRoomOfStates)));
+  model_->nconmax *= room;
+  model_->njmax *= room;
   if (!message.empty()) {
     diagnostics.warning("physics.engine", {}, "physics engine: " + in_user_terms(message, instances()));
   }
@@ -158,6 +163,8 @@ void MujocoWorld::collect_joints() {
       std::fill_n(joint_damping.begin() + at.v + joint.v, joint.nv, joint.damping);
       if (joint.type == JointType::floating) {
         turning.push_back(at.v + joint.v + 3);
+        if (instance(i).model->nv == joint.nv)
+          loose.push_back({mujoco_body(i, joint.child_link), at.v + joint.v + 3});
         quaternions.push_back(at.q + joint.q + 3);
       }
       const int index = static_cast<int>(&joint - instance(i).model->joints.data());
@@ -204,16 +211,25 @@ void MujocoWorld::couple_mimics(int index) {
 void MujocoWorld::collect_contact_rules() {
   std::vector<RuledShape> shapes(static_cast<std::size_t>(m()->ngeom));
   std::vector<GripShape> grips(static_cast<std::size_t>(m()->ngeom));
-  if (settings().ground)
-    shapes[static_cast<std::size_t>(find_part(m(), mjOBJ_GEOM, kMjcfGround))].friction =
-        uniform_friction(settings().ground_friction);
+  std::vector<std::optional<double>> restitutions(static_cast<std::size_t>(m()->ngeom));
+  std::vector<bool> of_objects(static_cast<std::size_t>(m()->ngeom));
+  bool moves = false;  // an object
+  if (settings().ground) {
+    const auto ground = static_cast<std::size_t>(find_part(m(), mjOBJ_GEOM, kMjcfGround));
+    shapes[ground].friction = uniform_friction(settings().ground_friction);
+    restitutions[ground] = settings().ground_restitution;
+    of_objects[ground] = true;
+  }
   for (int i = 0; i < static_cast<int>(instances().size()); ++i) {
     const bool ruled = needs_contact_rules(instance(i));
+    moves = moves || (instance(i).is_object() && instance(i).model->nv > 0);
     for (std::size_t link = 0; link < instance(i).shapes.size(); ++link) {
       for (std::size_t k = 0; k < instance(i).shapes[link].size(); ++k) {
         const int in_all = offsets(i).link + static_cast<int>(link);
         const int geom = find_part(m(), mjOBJ_GEOM, mjcf_shape_name(in_all, k));
         const Friction& friction = instance(i).shapes[link][k].friction;
+        of_objects[static_cast<std::size_t>(geom)] = instance(i).is_object();
+        restitutions[static_cast<std::size_t>(geom)] = instance(i).shapes[link][k].restitution;
         const int of = friction.direction_link >= 0 ? friction.direction_link : static_cast<int>(link);
         shapes[static_cast<std::size_t>(geom)] = {friction, mujoco_body(i, of), ruled};
         const int body = m()->geom_bodyid[geom];
@@ -222,7 +238,9 @@ void MujocoWorld::collect_contact_rules() {
       }
     }
   }
-  contact_rules = ContactRules(settings().friction_rule, std::move(shapes), std::move(grips));
+  contact_rules = ContactRules(settings().friction_rule, std::move(shapes), std::move(grips),
+                               moves ? std::move(of_objects) : std::vector<bool>{});
+  bounces = Bounces(std::move(restitutions));
 }
 
 void MujocoWorld::collect_stops(int index) {

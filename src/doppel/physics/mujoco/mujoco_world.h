@@ -27,6 +27,11 @@ struct WeightlessBody {
   Eigen::Vector3d com = Eigen::Vector3d::Zero();  // in the link, m
 };
 
+// The one body of an instance that moves freely.
+struct LooseBody {
+  int body = 0, turn = 0;  // MuJoCo's body; its first degree of freedom of rotation
+};
+
 class MujocoWorld final : public CompiledWorld {
  public:
   // `before`: the world whose pairs that touched at the start stay excluded; may be nullptr. Throws
@@ -60,9 +65,11 @@ class MujocoWorld final : public CompiledWorld {
   std::vector<CompiledStop> stops;
   std::vector<double> joint_damping;  // [nv] N m s/rad or N s/m
   std::vector<int> turning;           // first degrees of freedom of free rotations
-  std::vector<int> quaternions;       // their indices in q
+  std::vector<LooseBody> loose;
+  std::vector<int> quaternions;  // their indices in q
   std::vector<WeightlessBody> weightless;
   ContactRules contact_rules;
+  Bounces bounces;
   IslandLayout islands;
 
  private:

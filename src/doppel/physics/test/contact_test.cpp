@@ -260,6 +260,38 @@ TEST(Contacts, FingersLiftBoxByFriction) {
   EXPECT_LT(later.translation().z(), 0.03) << "expected a released object to fall";
 }
 
+// 125 cubes that are pressed together touch in 325 pairs at four points each; 8 contacts for each cube and 100 for the
+// robot would be too few.
+TEST(Contact, BlockOfCubesLosesNoContact) {
+  World world;
+  constexpr double kSide = 0.05, kGap = -1e-5;
+  for (int i = 0; i < 125; ++i) {
+    const Eigen::Vector3d cell(i % 5, i / 5 % 5, i / 25);
+    world.objects.push_back(make_object(std::to_string(i), Box{{kSide, kSide, kSide}},
+                                        (kSide + kGap) * cell + Eigen::Vector3d(0, 0, 0.5 * kSide + kGap),
+                                        0.1));
+  }
+  Rig rig(test::make_post(), world);
+  EXPECT_EQ(rig.engine->dropped_contacts(), 0);
+}
+
+// A body of 900 feet, of which the engine's sizes expect twelve at once to touch.
+TEST(Contact, ContactWithoutRoomIsReported) {
+  RobotDescription brush;
+  brush.name = "brush";
+  brush.links = {test::make_link("plate", 1.0, {0, 0, 0}, {1e-2, 1e-2, 1e-2})};
+  for (int i = 0; i < 900; ++i)
+    brush.links[0].collisions.push_back(
+        {"", {{0.01 * (i % 30), 0.01 * (i / 30), 0.0}, {}, {}}, Box{{0.005, 0.005, 0.02}}, {}});
+  InstanceOptions options;
+  options.X_WR.translation() = Eigen::Vector3d(0, 0, 0.0095);
+  options.passive = true;
+  World world;
+  Rig rig(brush, world, options, BaseKind::floating);
+  rig.run(0.01);
+  EXPECT_GT(rig.engine->dropped_contacts(), 0);
+}
+
 std::string error_of(const WorldObject& object) {
   try {
     Rig rig(test::make_post(), with(object));

@@ -56,6 +56,114 @@ TEST_P(ContactContract, RestingBodyPressesWithItsWeight) {
   }
 }
 
+// -- impacts with a restitution (Newton's law)
+
+class BounceContract : public ContactContract {
+ protected:
+  void SetUp() override {
+    if (!can().contacts || !can().bounce) GTEST_SKIP() << "the engine has no restitution";
+  }
+  ModelInstance bouncing(const std::string& name, const Geometry& shape, const Pose& X_WO, double mass,
+                         std::optional<double> restitution) {
+    WorldObject out;
+    out.name = name;
+    out.shape = shape;
+    out.X_WO = X_WO;
+    out.mass = mass;
+    out.restitution = restitution;
+    return make_instance(out, meshes_, heard_);
+  }
+  // Speed after over speed before the first impact of a body that falls by 1 m.
+  double rebound(const WorldSettings& in, const Geometry& shape, double half,
+                 std::optional<double> restitution, double extra = 0) {
+    const auto engine = make(in, {bouncing("body", shape, at(0, 0, half + 1 + extra), 0.5, restitution)});
+    double down = 0, up = 0;
+    for (double t = 0; t < 0.55; t += to_seconds(in.step)) {
+      const double v = engine->instance(0).base_velocity().linear_W.z();
+      down = std::min(down, v);
+      up = std::max(up, v);
+      engine->step();
+    }
+    return up / -down;
+  }
+};
+DOPPEL_FOR_EVERY_ENGINE(BounceContract);
+
+TEST_P(BounceContract, ReboundSpeedIsRestitutionTimesImpactSpeed) {
+  for (const double e : {0.0, 0.25, 0.5, 0.8, 1.0}) {
+    for (const double extra : {0.0, 0.0011, 0.0023, 0.0037}) {  // different parts of a step before the impact
+      const WorldSettings in = ground();
+      EXPECT_NEAR(rebound(in, Sphere{0.1}, 0.1, e, extra), e, 0.03) << "ball, e " << e << ", " << extra;
+      EXPECT_NEAR(rebound(in, Box{{0.2, 0.2, 0.2}}, 0.1, e, extra), e, 0.03)
+          << "box, e " << e << ", " << extra;
+    }
+  }
+}
+
+TEST_P(BounceContract, ReboundDependsNeitherOnStepNorOnIntegrator) {
+  for (const Integrator integrator : can().integrators) {
+    for (const double step : {5e-4, 2e-3, 5e-3}) {
+      WorldSettings in = ground(step);
+      in.integrator = integrator;
+      EXPECT_NEAR(rebound(in, Sphere{0.1}, 0.1, 0.7), 0.7, 0.03) << name_of(integrator) << " " << step;
+    }
+  }
+}
+
+TEST_P(BounceContract, SmallerRestitutionOfPairActs) {
+  WorldSettings in = ground();
+  in.ground_restitution = 0.4;
+  EXPECT_NEAR(rebound(in, Sphere{0.1}, 0.1, 0.9), 0.4, 0.03);
+  EXPECT_NEAR(rebound(in, Sphere{0.1}, 0.1, 0.2), 0.2, 0.03);
+  EXPECT_NEAR(rebound(in, Sphere{0.1}, 0.1, std::nullopt), 0.4, 0.03) << "expected that of the ground";
+}
+
+// The bounces of a ball from the height H end after sqrt(2 H / g) (1 + e) / (1 - e).
+TEST_P(BounceContract, BouncesEndAfterGeometricSeries) {
+  constexpr double kRestitution = 0.7;
+  const double fall = std::sqrt(2.0 / kGravity), end = fall * (1 + kRestitution) / (1 - kRestitution);
+  const auto engine = make(ground(), {bouncing("ball", Sphere{0.1}, at(0, 0, 1.1), 0.5, kRestitution)});
+  double last_air = 0, deepest = 1;
+  for (double t = 0; t < end + 0.5; t += 1e-3) {
+    engine->step();
+    if (height(*engine, "ball") > 0.1 + 5e-4) last_air = t;
+    if (t > end + 0.3) deepest = std::min(deepest, height(*engine, "ball"));
+  }
+  EXPECT_NEAR(last_air, end, 0.15 * end);
+  EXPECT_NEAR(deepest, 0.1, within().penetration);
+  EXPECT_LT(engine->instance(0).base_velocity().linear_W.norm(), 1e-3);
+}
+
+// Two balls that meet head-on in empty space: momentum is kept, and they part with e times the speed at which they meet.
+TEST_P(BounceContract, CollisionOfTwoBallsFollowsNewtonsLaw) {
+  WorldSettings in = settings();
+  in.gravity.setZero();
+  const double m1 = 0.5, m2 = 2.0, v1 = 3.0, v2 = -1.0, e = 0.6;
+  const auto engine = make(in, {bouncing("a", Sphere{0.1}, at(-0.5, 0, 1), m1, e),
+                                bouncing("b", Sphere{0.1}, at(0.5, 0, 1), m2, e)});
+  engine->instance(0).set_base_velocity({{v1, 0, 0}, {0, 0, 0}});
+  engine->instance(1).set_base_velocity({{v2, 0, 0}, {0, 0, 0}});
+  run(*engine, 0.4);
+  const double centre = (m1 * v1 + m2 * v2) / (m1 + m2);
+  EXPECT_NEAR(engine->instance(0).base_velocity().linear_W.x(), centre - e * m2 / (m1 + m2) * (v1 - v2),
+              0.03);
+  EXPECT_NEAR(engine->instance(1).base_velocity().linear_W.x(), centre + e * m1 / (m1 + m2) * (v1 - v2),
+              0.03);
+}
+
+// The smallest speed with which a box rests is not a rebound, and an impact without a restitution remains as it was.
+TEST_P(BounceContract, BoxWithRestitutionRests) {
+  const auto engine = make(ground(), {bouncing("low", Box{{0.2, 0.2, 0.1}}, at(0, 0, 0.051), 1.0, 0.9),
+                                      bouncing("high", Box{{0.1, 0.1, 0.1}}, at(0, 0, 0.152), 0.5, 0.9)});
+  run(*engine, 1.0);
+  const double before = height(*engine, "high");
+  run(*engine, 1.0);
+  EXPECT_NEAR(height(*engine, "low"), 0.05, within().penetration);
+  EXPECT_NEAR(height(*engine, "high"), before, 1e-5);
+  EXPECT_NEAR(force_on(*engine, body_of(*engine, "low")).z(), 1.0 * kGravity, 0.02 * kGravity);
+  EXPECT_LT(engine->find("high")->base_velocity().linear_W.norm(), 1e-3);
+}
+
 TEST_P(ContactContract, StackIsAtRestAndLowestCarriesAll) {
   const auto engine = make(ground(), {object("low", Box{{0.2, 0.2, 0.1}}, at(0, 0, 0.051), 1.0),
                                       object("high", Box{{0.1, 0.1, 0.1}}, at(0.02, 0, 0.152), 0.5)});
