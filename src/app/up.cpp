@@ -298,6 +298,7 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
 
   RunnerOptions runner_options;
   runner_options.speed = speed;
+  runner_options.report_stall = [&log](const std::string& what) { log.error("loop", what); };
   runner_options.ends_at_divergence = options.json || options.duration > 0;
   if (options.duration > 0) runner_options.duration = from_seconds(options.duration);
   Runner runner(twin, runner_options);

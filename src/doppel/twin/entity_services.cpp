@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "doppel/messages/utf8.h"
+#include "doppel/physics/size_limits.h"
 #include "doppel/sensing/pose_messages.h"
 #include "doppel/twin/compiled_scenario.h"
 #include "doppel/twin/detail/divergence.h"
@@ -48,8 +49,8 @@ std::string joined(const std::vector<Diagnostic>& diagnostics) {
 }
 
 Status near_enough(const Pose& X_W) {
-  if (X_W.translation().cwiseAbs().maxCoeff() <= kMaxEntityDistance) return {};
-  return Status::refused(fmt::format("the pose is more than {:g} m away", kMaxEntityDistance));
+  if (X_W.translation().cwiseAbs().maxCoeff() <= kMaxDistance) return {};
+  return Status::refused(fmt::format("the pose is more than {:g} m away", kMaxDistance));
 }
 
 struct DrivenEntity {

@@ -1,12 +1,18 @@
 #include "doppel/twin/runner.h"
 
+#include <fmt/format.h>
 #include <sys/prctl.h>
 
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <condition_variable>
 #include <ctime>
+#include <mutex>
+#include <thread>
 #include <utility>
+
+#include "doppel/core/guarded_thread.h"
 
 namespace doppel {
 namespace {
@@ -27,6 +33,65 @@ void sleep_until(std::chrono::steady_clock::time_point due) {
 }
 
 }  // namespace
+
+// A thread that notices that the loop makes no progress: a controller, a hardware component or a request blocks it, which
+// nothing in the loop itself can report.
+class Runner::StallWatch {
+ public:
+  explicit StallWatch(const Runner& runner) : runner_(runner) {
+    if (runner.options_.report_stall) thread_ = guarded_thread([this] { run(); }, [](const std::string&) {});
+  }
+  ~StallWatch() {
+    {
+      const std::lock_guard lock(mutex_);
+      ends_ = true;
+    }
+    wake_.notify_all();
+    if (thread_.joinable()) thread_.join();
+  }
+  StallWatch(const StallWatch&) = delete;
+  StallWatch& operator=(const StallWatch&) = delete;
+
+ private:
+  void run() {
+    std::uint64_t seen = 0;
+    bool stalled = false;
+    std::unique_lock lock(mutex_);
+    while (!wake_.wait_for(lock, kLoopStall, [this] { return ends_; })) {
+      const std::uint64_t now = runner_.progress_.load(std::memory_order_relaxed);
+      const bool stands = now == seen;
+      seen = now;
+      if (stands == stalled) continue;
+      stalled = stands;
+      runner_.options_.report_stall(stands ? text() : "the loop goes on");
+    }
+  }
+
+  [[nodiscard]] std::string text() const {
+    const bool steps = runner_.activity_.load(std::memory_order_relaxed) == Activity::step;
+    return fmt::format("the loop has been in one {} for {} s; time stands still meanwhile: {} blocks",
+                       steps ? "step" : "request", std::chrono::duration<double>(kLoopStall).count(),
+                       steps
+                           ? "a controller, a hardware component or the physics"
+                           : "a service, a message or the life cycle of a controller or hardware component");
+  }
+
+  const Runner& runner_;
+  std::mutex mutex_;
+  std::condition_variable wake_;
+  bool ends_ = false;
+  std::thread thread_;
+};
+
+void Runner::handle_requests() {
+  enter(Activity::requests);
+  twin_.between_steps();
+}
+
+void Runner::take_step() {
+  enter(Activity::step);
+  twin_.step();
+}
 
 void LatenessHistogram::add(std::chrono::nanoseconds late) {
   worst_ = std::max(worst_, late);
@@ -51,7 +116,7 @@ double RunStatistics::real_time_factor() const {
 }
 
 Runner::Runner(Twin& twin, RunnerOptions options)
-    : twin_(twin), options_(options), status_(twin.bus(), twin.name(), Clock::now()) {
+    : twin_(twin), options_(std::move(options)), status_(twin.bus(), twin.name(), Clock::now()) {
   twin_.time_control().speed = options_.speed;
   twin_.time_control().pauses_at_divergence = !options_.ends_at_divergence;
 }
@@ -98,9 +163,10 @@ Runner::Clock::time_point Runner::keep_pace(Clock::time_point now, const std::at
   if (anchor_speed_ <= 0.0) return now;
   while (due_time() - now > kMaxSleep) {
     sleep_until(now + kMaxSleep);
-    twin_.between_steps();
+    handle_requests();
     notice_step_size();
     now = Clock::now();
+    publish_status(now);
     if (stop.load(std::memory_order_relaxed) || twin_.time_control().paused || pace_changed()) return now;
   }
   const auto due = due_time();
@@ -133,7 +199,7 @@ bool Runner::begin_step(const std::atomic<bool>& stop) {
   bus_ += after_bus - measured_;
   const auto due = keep_pace(after_bus, stop);
   idle_ += due - after_bus;
-  twin_.between_steps();
+  handle_requests();
   notice_step_size();
   measured_ = Clock::now();
   bus_ += measured_ - due;
@@ -142,7 +208,7 @@ bool Runner::begin_step(const std::atomic<bool>& stop) {
 
 void Runner::step_and_measure() {
   const auto begun = measured_;
-  twin_.step();
+  take_step();
   measured_ = Clock::now();
   step_ += measured_ - begun;
 }
@@ -162,12 +228,12 @@ void Runner::rest_while_paused(const std::atomic<bool>& stop) {
   TimeControl& control = twin_.time_control();
   while (control.paused && !stop.load(std::memory_order_relaxed) && !ends_diverged()) {
     const std::uint64_t steps = std::min(control.steps_owed, kStepsAtOnce);
-    for (std::uint64_t i = 0; i < steps && !twin_.diverged(); ++i) twin_.step();
+    for (std::uint64_t i = 0; i < steps && !twin_.diverged(); ++i) take_step();
     control.steps_owed -= steps;
     if (steps > 0) twin_.publish_state();
     publish_status(Clock::now());
     if (control.steps_owed == 0) sleep_until(Clock::now() + kPausedPollInterval);
-    twin_.between_steps();
+    handle_requests();
     notice_step_size();
   }
   view_.paused.store(false, std::memory_order_relaxed);
@@ -177,6 +243,7 @@ void Runner::rest_while_paused(const std::atomic<bool>& stop) {
 }
 
 RunStatistics Runner::run(const std::atomic<bool>& stop) {
+  const StallWatch watch(*this);
   prctl(PR_SET_TIMERSLACK, 1);  // the default slack lets the kernel wake this thread up to 50 us late
   const auto begin_wall = Clock::now();
   const std::uint64_t begin_steps = counted_ = twin_.steps();

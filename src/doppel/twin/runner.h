@@ -40,7 +40,11 @@ struct RunnerOptions {
   // The run ends when the physics diverges. Otherwise the twin is paused at its last finite state, so that clients can
   // look at it and reset it.
   bool ends_at_divergence = false;
+  // Called from another thread when the loop makes no progress for kLoopStall of wall-clock time, with what it is in, and
+  // when it goes on. Empty: not watched.
+  std::function<void(const std::string&)> report_stall = {};
 };
+inline constexpr std::chrono::milliseconds kLoopStall{2000};
 
 enum class RunEnd { duration_reached, stopped, diverged };
 
@@ -73,6 +77,14 @@ class DOPPEL_API Runner {
 
  private:
   using Clock = std::chrono::steady_clock;
+  class StallWatch;
+  enum class Activity : int { requests, step };  // what the loop is in
+  void enter(Activity what) {
+    activity_.store(what, std::memory_order_relaxed);
+    progress_.fetch_add(1, std::memory_order_relaxed);
+  }
+  void handle_requests();  // between steps
+  void take_step();
   void rest_while_paused(const std::atomic<bool>& stop);
   // False: `stop` became true, or the twin was paused.
   bool begin_step(const std::atomic<bool>& stop);
@@ -106,6 +118,8 @@ class DOPPEL_API Runner {
   Clock::time_point measured_;                        // end of the wall-clock time accounted for below
   std::chrono::nanoseconds bus_{}, idle_{}, step_{};  // since the run began
   StatusPublisher status_;
+  std::atomic<std::uint64_t> progress_{0};
+  std::atomic<Activity> activity_{Activity::requests};
 };
 
 }  // namespace doppel

@@ -39,7 +39,7 @@ class Stopwatch {
 
 Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics)
     : twin(the_twin),
-      scenario(std::move(the_scenario)),
+      sources(std::make_shared<TwinSources>(TwinSources{std::move(the_scenario), {}, {}})),
       log(the_log),
       bus({.names = scenario.ros.names,
            .sim_time = !scenario.wall_stamps,

@@ -292,6 +292,7 @@ bool Twin::Impl::take_back_edit(const std::string& cause) {
 
 std::shared_ptr<const Twin::Running> Twin::running() const {
   auto out = std::make_shared<Running>();
+  out->sources = impl_->sources;
   out->robots = {impl_->machine->robots, impl_->machine->world.robots};
   out->selections = impl_->present_selections();
   out->world = impl_->machine->engine->compiled();
@@ -300,9 +301,10 @@ std::shared_ptr<const Twin::Running> Twin::running() const {
 
 std::shared_ptr<Twin::Replacement> Twin::prepare(const std::shared_ptr<const Running>& running,
                                                  Diagnostics& diagnostics) const {
+  const TwinSources& from = *running->sources;
   auto fresh = std::make_shared<Replacement>();
   fresh->running = running;
-  fresh->machine = std::make_unique<CompiledScenario>(impl_->scenario, diagnostics, &running->robots);
+  fresh->machine = std::make_unique<CompiledScenario>(from.scenario, diagnostics, &running->robots);
   for (const auto& robot : fresh->machine->robots) {
     const auto ran = running->selections.find(robot->name_space());
     const bool is_new = ran == running->selections.end();
@@ -312,17 +314,17 @@ std::shared_ptr<Twin::Replacement> Twin::prepare(const std::shared_ptr<const Run
     }
     const auto start = [&](ControlStack& control, const Log& quiet) {
       if (is_new) {
-        if (impl_->scenario.start_controllers)
+        if (from.scenario.start_controllers)
           control.start(control.selection_of(robot->asked().activate), quiet);
         return;
       }
       ControllerSelection& selection = fresh->selections[robot->name_space()];
       selection =
-          renewed(ran->second, control.manager().declared_controllers(), impl_->scenario, robot->asked());
+          renewed(ran->second, control.manager().declared_controllers(), from.scenario, robot->asked());
       rehearse_start(control, quiet, ran->second, selection);
     };
-    rehearse(*robot, instance_of(*fresh->machine->engine, *robot), impl_->scenario, impl_->controllers,
-             impl_->hardware, start, diagnostics);
+    rehearse(*robot, instance_of(*fresh->machine->engine, *robot), from.scenario, from.controllers,
+             from.hardware, start, diagnostics);
   }
   fresh->machine->engine->reset();
   return fresh;

@@ -22,6 +22,13 @@ namespace doppel {
 inline constexpr Duration kEditProbation{
     1'000'000'000};  // simulated: an edit that diverges within it is taken back
 
+// What a machine is made from besides files; shared, because a build on another thread may outlive the twin.
+struct TwinSources {
+  Scenario scenario;
+  ControllerRegistry controllers;
+  HardwareRegistry hardware;
+};
+
 struct Twin::Impl {
   Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics);
   ~Impl();
@@ -73,11 +80,12 @@ struct Twin::Impl {
   void settle(const std::shared_ptr<Spawning>& spawning);
 
   Twin& twin;
-  const Scenario scenario;
+  const std::shared_ptr<TwinSources> sources;
+  const Scenario& scenario = sources->scenario;
+  ControllerRegistry& controllers = sources->controllers;
+  HardwareRegistry& hardware = sources->hardware;
   const Log& log;
   Bus bus;
-  ControllerRegistry controllers;
-  HardwareRegistry hardware;
   std::shared_ptr<StaticTransforms> statics = std::make_shared<StaticTransforms>();
   const std::shared_ptr<EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
   const std::shared_ptr<RangeValues> ranges = std::make_shared<RangeValues>();
@@ -112,6 +120,7 @@ struct Twin::Impl {
 };
 
 struct Twin::Running {
+  std::shared_ptr<const TwinSources> sources;
   RunningRobots robots;
   std::map<std::string, ControllerSelection> selections;  // by namespace
   std::shared_ptr<const CompiledWorld> world;
