@@ -234,7 +234,7 @@ class EditedWorld : public Divergence {
 
 TEST_F(EditedWorld, EditThatDivergesAtOnceIsRefused) {
   run(0.1);
-  save("gravity: [0, 0, -1.0e9]\n");
+  save("gravity: [0, 0, -1.0e12]\n");
   try {
     reload();
     FAIL() << "expected the edit to be refused";

@@ -318,7 +318,7 @@ class WorldReader {
 
   // The sizes of a shape that has been reported as not positive are not reported again.
   void check_shape(const YAML::Node& node, const Geometry& shape) {
-    if (const SizeSpan sizes = size_span(shape); sizes.least > 0 || sizes.most == 0)
+    if (size_span(shape).least > 0 || std::holds_alternative<MeshGeometry>(shape))
       check_sizes(shape, "world.invalid", at(node.Mark()), errors_);
   }
 

@@ -100,7 +100,7 @@ void Reloader::run() {
   while (!ending_) {
     const auto at_most = attempt_ ? std::optional(kPollInterval) : std::nullopt;
     auto changed = watcher_.wait(kDebounceTime, at_most);
-    if (ending_) break;
+    if (ending_ || (changed.empty() && !attempt_)) break;
     if (!changed.empty()) {
       if (attempt_) abandon_attempt();
       begin_attempt(std::move(changed));

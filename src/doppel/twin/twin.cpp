@@ -297,6 +297,7 @@ void Twin::Impl::settle_divergence() {
 void Twin::Impl::reset(std::optional<Time> at) {
   const auto held = hold();
   Engine& engine = *machine->engine;
+  edited.reset();  // its time is another one from now on
   engine.reset();
   if (at) engine.set_time(*at);
   const Time now = engine.time();
