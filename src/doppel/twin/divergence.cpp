@@ -10,8 +10,6 @@
 namespace doppel {
 namespace {
 
-constexpr double kFast = 1.0;  // of the largest speed that a client may set (load_range.h)
-
 struct Motion {
   double excess = 0;  // speed over the largest that a client may set
   std::string text;
@@ -35,12 +33,11 @@ void look_at(const Instance& instance, Motion& fastest) {
       const double speed = std::abs(instance.v()[static_cast<std::size_t>(joint.v)]);
       const char* const unit = joint.type == JointType::prismatic ? "m/s" : "rad/s";
       take_faster(fastest, speed, max_speed(joint),
-                  fmt::format("joint '{}'{} moves at {:.3g} {}", joint.name, of, speed, unit));
+                  fmt::format("joint '{}'{} at {:.3g} {}", joint.name, of, speed, unit));
     } else if (joint.type == JointType::floating) {
       const double linear = norm_of(instance.v(), joint.v), angular = norm_of(instance.v(), joint.v + 3);
       take_faster(fastest, std::max(linear, angular), kMaxEntitySpeed,
-                  fmt::format("'{}' moves at {:.3g} m/s and turns at {:.3g} rad/s", instance.name(), linear,
-                              angular));
+                  fmt::format("'{}' at {:.3g} m/s and {:.3g} rad/s", instance.name(), linear, angular));
     }
   }
 }
@@ -51,7 +48,7 @@ std::string fastest_motion(const Engine& engine) {
   Motion fastest;
   for (std::size_t i = 0; i < engine.world().instances().size(); ++i)
     look_at(engine.instance(static_cast<int>(i)), fastest);
-  return fastest.excess > kFast ? fastest.text : "";
+  return fastest.text.empty() ? "" : "the fastest is " + fastest.text;
 }
 
 std::string divergence_within(const Engine& engine, Duration duration) {

@@ -131,17 +131,17 @@ void Twin::Impl::add_world_ticks() {
   ticks.add(std::make_unique<ObjectPublisher>(bus, scene));
   ticks.add(std::make_unique<AttachmentServices>(bus, scene, log));
   ticks.add(std::make_unique<GraspMonitor>(bus, scene, log));
-  SensorTicks::Sources sources;
-  sources.robots = [this] {
+  SensorTicks::Sources of_sensors;
+  of_sensors.robots = [this] {
     std::vector<std::shared_ptr<const CompiledRobot>> present;
     for (const auto& robot : robots) present.push_back(robot->shared_machine());
     return present;
   };
-  sources.models = [this] { return machine->model_sensors; };
-  sources.statics = statics;
-  sources.earth = earth;
-  sources.ranges = ranges;
-  auto sensors = std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, std::move(sources));
+  of_sensors.models = [this] { return machine->model_sensors; };
+  of_sensors.statics = statics;
+  of_sensors.earth = earth;
+  of_sensors.ranges = ranges;
+  auto sensors = std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, std::move(of_sensors));
   sensor_ticks = sensors.get();
   ticks.add(std::move(sensors));
 }
