@@ -1,5 +1,8 @@
 // The loop neither allocates nor frees, at rest or on a trajectory, with or without subscribers: every
 // operator new and delete of this program is counted.
+#include <chrono>
+#include <thread>
+
 #include "doppel/core/test/heap_touches.h"
 #include "twin_fixture.h"
 
@@ -93,6 +96,35 @@ TEST_F(Allocation, PushOnObjectDoesNotAllocate) {
             0u);
   const FrameVelocity velocity = twin_->engine().find(ball.name).value().base_velocity();
   EXPECT_NEAR(velocity.linear_W.x(), 0.05, 1e-6) << "expected the push to act for its duration only";
+}
+
+// Kate's sensors of light take the poses of all bodies, also of those that are spawned while she runs.
+TEST_F(Allocation, SensorsDoNotAllocateAfterSpawn) {
+  bring_up("kate");
+  for (const TopicInfo& topic : twin_->bus().topics()) edge_->subscribe(topic.id);
+  run(0.5);
+  CollisionMeshes meshes;
+  for (int i = 0; i < 30; ++i) {
+    WorldObject ball;
+    ball.name = "ball_" + std::to_string(i);
+    ball.shape = Sphere{0.05};
+    ball.X_WO.translation() << 3 + 0.2 * i, 3, 0.05;
+    ball.mass = 1;
+    twin_->engine().spawn(make_instance(ball, meshes, diagnostics_));
+  }
+  for (int i = 0; i < 20; ++i) {  // all slots of the sensors' thread are released, and get room
+    twin_->between_steps();
+    for (int k = 0; k < 20; ++k) twin_->step();
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  std::size_t touched = 0;
+  for (int i = 0; i < 10; ++i) {
+    twin_->between_steps();
+    touched += heap_touches_of([&] {
+      for (int k = 0; k < 40; ++k) twin_->step();
+    });
+  }
+  EXPECT_EQ(touched, 0u);
 }
 
 }  // namespace

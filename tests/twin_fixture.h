@@ -30,6 +30,7 @@ class TwinFixture : public ::testing::Test {
   void run(double seconds) {
     const Time end = twin_->now() + from_seconds(seconds);
     while (twin_->now() < end) {
+      ASSERT_FALSE(twin_->diverged()) << "at t = " << to_seconds(twin_->now()) << " s";
       twin_->between_steps();
       twin_->step();
     }

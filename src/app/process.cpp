@@ -70,7 +70,14 @@ void fill_standard_files() {
 const std::atomic<bool>& stop_on_signals() {
   static std::atomic<bool> requested{false};
   struct sigaction action {};
-  action.sa_handler = [](int /*signal*/) { requested.store(true); };
+  // What handles the first one, or loads a model, may take long; a second one does not wait for it.
+  action.sa_handler = [](int signal) {
+    if (!requested.exchange(true)) return;
+    constexpr char kShowCursor[] = "\x1b[?25h";  // the live table hides it
+    if (isatty(STDOUT_FILENO) != 0)
+      static_cast<void>(!write(STDOUT_FILENO, kShowCursor, sizeof kShowCursor - 1));
+    _exit(128 + signal);
+  };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   return requested;

@@ -82,9 +82,10 @@ double parse_speed(const std::string& text) {
   } catch (const std::exception&) {
     used = 0;
   }
-  if (used != text.size() || !(speed > 0.0) || speed > 1e6) {
+  if (used != text.size() || !(speed >= kMinSpeed && speed <= kMaxSpeed)) {
     throw InputError("cli.speed", {},
-                     fmt::format("--speed is '{}'; it must be a positive number or max", text),
+                     fmt::format("--speed is '{}'; it must be a number from {:g} to {:g}, or max", text,
+                                 kMinSpeed, kMaxSpeed),
                      "1 is real time, 0.5 half of it, max as fast as possible");
   }
   return speed;
@@ -343,6 +344,8 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
 
   RunnerOptions runner_options;
   runner_options.speed = speed;
+  runner_options.report_stall = [&log](const std::string& what) { log.error("loop", what); };
+  runner_options.ends_at_divergence = options.json || options.duration > 0;
   if (options.duration > 0) runner_options.duration = from_seconds(options.duration);
   Runner runner(twin, runner_options);
   runner.on_first_step([&] {

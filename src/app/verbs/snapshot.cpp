@@ -101,9 +101,16 @@ int run_snapshot(const SnapshotVerb& options, bool sized) {
   Log quiet;
   Twin twin(scenario, quiet, diagnostics);
   const auto steps = static_cast<std::uint64_t>(std::llround(options.time / to_seconds(twin.step_size())));
-  for (std::uint64_t i = 0; i < steps; ++i) {
+  for (std::uint64_t i = 0; i < steps && !twin.diverged(); ++i) {
     twin.step();
     twin.between_steps();
+  }
+  if (twin.diverged()) {
+    diagnostics.warning(
+        "snapshot.diverged", {},
+        fmt::format("the physics diverged at t = {:.3f} s; the picture shows the last finite state",
+                    to_seconds(twin.now())),
+        "doppel check --rest looks for the cause");
   }
   Found view = options.camera.empty() ? view_of_all(options, twin.engine(), diagnostics)
                                       : camera_named(twin, options.camera);

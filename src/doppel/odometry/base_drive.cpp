@@ -122,7 +122,7 @@ void BaseDrive::drive(double seconds, double v, double w) {
     } else {
       plain_.publish(command.twist, twin_->now());
     }
-    for (const Time end = twin_->now() + from_seconds(kPeriod); twin_->now() < end;) {
+    for (const Time end = twin_->now() + from_seconds(kPeriod); twin_->now() < end && !twin_->diverged();) {
       twin_->between_steps();
       twin_->step();
     }

@@ -11,6 +11,7 @@
 #include "doppel/math/mass_properties.h"
 #include "doppel/physics/detail/contact_friction.h"
 #include "doppel/physics/detail/mesh_parts.h"
+#include "doppel/physics/size_limits.h"
 
 namespace doppel {
 namespace {
@@ -34,7 +35,7 @@ CollisionShape shape_of(const Geometry& geometry, const CollisionMesh* mesh, con
       out.X_LS = X_LG * mesh->X_GB;
     }
   } else if (const auto* plane = std::get_if<Plane>(&geometry)) {
-    const Eigen::Vector2d sides = plane->size.cwiseMax(kPlaneSide);
+    const Eigen::Vector2d sides = plane->size.cwiseMax(kPlaneSide).cwiseMin(kMaxShapeSize);
     out.geometry = Box{{sides.x(), sides.y(), kPlaneDepth}};
     out.X_LS = X_LG * Pose(rotation_from_z(plane->normal)) * Eigen::Translation3d(0, 0, -kPlaneDepth / 2);
   } else {
@@ -72,6 +73,8 @@ class ShapeReader {
             "write positive sizes, m");
         continue;
       }
+      if (size_span(collision.geometry).most > kMaxShapeSize || is_scaled_badly(collision.geometry))
+        check_sizes(collision.geometry, "physics.size", collision.source, errors_);
       const Friction friction =
           friction_of(overlaid(of_link, collision.surface), model, collision, diagnostics_);
       const std::optional<double> restitution =
@@ -82,6 +85,9 @@ class ShapeReader {
     }
     return out;
   }
+
+  // Throws InputError with all sizes that are too large.
+  void throw_if_errors() { errors_.throw_if_errors(); }
 
  private:
   void add_shapes(const Link& link, const Collision& collision, const Friction& friction, MeshUse use,
@@ -100,6 +106,22 @@ class ShapeReader {
       if (mesh == nullptr) return;
     }
     out.push_back(shape_of(collision.geometry, mesh, collision.origin.pose(), friction));
+    check_hull(collision, out.back());
+  }
+
+  static bool is_scaled_badly(const Geometry& geometry) {
+    const auto* const mesh = std::get_if<MeshGeometry>(&geometry);
+    return mesh != nullptr && !(mesh->scale.cwiseAbs().maxCoeff() <= kMaxShapeSize);
+  }
+
+  void check_hull(const Collision& collision, const CollisionShape& shape) {
+    const auto* const hull = std::get_if<std::shared_ptr<const CollisionHull>>(&shape.geometry);
+    if (hull == nullptr || *hull == nullptr) return;
+    double most = 0;
+    for (const Eigen::Vector3f& p : (*hull)->vertices)
+      most = std::max(most, static_cast<double>(p.cwiseAbs().maxCoeff()));
+    check_range("distance of a vertex from the mesh's origin", most, 0, kMaxShapeSize, "m", "physics.size",
+                collision.source, errors_);
   }
 
   // A terrain without heights was reported when it was read.
@@ -170,6 +192,7 @@ class ShapeReader {
 
   CollisionMeshes& meshes_;
   Diagnostics& diagnostics_;
+  Diagnostics errors_;
 };
 
 // Side lengths of the box with about the same inertia, and its centre.
@@ -282,6 +305,23 @@ bool ModelInstance::is_object() const {
   return passive || model->links.size() == (floating() ? 2u : 1u);
 }
 
+namespace {
+
+// Light links are common in descriptions, as frames with a mass that other tools ask for; heavy ones are mistakes.
+void refuse_extremes(const RobotDescription& description, const ModelInstance& instance) {
+  Diagnostics errors;
+  for (const ModelLink& link : instance.model->links) {
+    const Link* const source = description.find_link(link.name);
+    if (!link.inertia || source == nullptr || link.inertia->mass <= kMaxBodyMass) continue;
+    check_mass(link.inertia->mass, "physics.mass",
+               source->inertial ? source->inertial->source : source->source, errors);
+  }
+  check_distance(instance.X_WR, "physics.distance", description.source, errors);
+  errors.throw_if_errors();
+}
+
+}  // namespace
+
 ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
                             std::shared_ptr<const Model> model, const InstanceOptions& options,
                             CollisionMeshes& meshes, Diagnostics& diagnostics) {
@@ -308,6 +348,8 @@ ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
     out.shapes[i] = reader.shapes_of(*description, *model, *link, use);
     if (!contact_shape_of(*description, *link).empty()) keep.push_back(link->name);
   }
+  reader.throw_if_errors();
+  refuse_extremes(*description, out);
   out.rolling = fit_rolling_parts(*model, out.q0, keep, out.shapes);
   out.description = std::move(description);
   out.model = std::move(model);

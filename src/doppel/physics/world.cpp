@@ -10,6 +10,7 @@
 
 #include "doppel/core/names.h"
 #include "doppel/core/yaml_fix.h"
+#include "doppel/physics/size_limits.h"
 
 namespace doppel {
 namespace {
@@ -274,7 +275,9 @@ class WorldReader {
     }
     read_shape(node, object);
     object.X_WO = pose(node);
-    if (node["mass"]) object.mass = not_negative(node["mass"], "mass");
+    check_distance(object.X_WO, "world.invalid", node["xyz"] ? at(node["xyz"].Mark()) : object.source,
+                   errors_);
+    if (node["mass"]) object.mass = mass(node["mass"]);
     if (node["friction"]) object.friction = not_negative(node["friction"], "friction");
     if (node["restitution"]) object.restitution = restitution(node["restitution"]);
     if (node["color"]) {
@@ -313,6 +316,20 @@ class WorldReader {
       if (kind == "cylinder") object.shape = Cylinder{radius, length};
       if (kind == "capsule") object.shape = Capsule{radius, length};
     }
+    check_shape(shape, object.shape);
+  }
+
+  // 0: fixed to the world. A mass that is too small is refused when the object is made.
+  double mass(const YAML::Node& node) {
+    const double value = not_negative(node, "mass");
+    if (value > kMinBodyMass) check_mass(value, "world.invalid", at(node.Mark()), errors_);
+    return value;
+  }
+
+  // The sizes of a shape that has been reported as not positive are not reported again.
+  void check_shape(const YAML::Node& node, const Geometry& shape) {
+    if (size_span(shape).least > 0 || std::holds_alternative<MeshGeometry>(shape))
+      check_sizes(shape, "world.invalid", at(node.Mark()), errors_);
   }
 
   bool needs(const YAML::Node& node, const std::string& what, const std::vector<std::string>& keys) {

@@ -46,6 +46,7 @@ struct LightRig::Impl {
   void keep_waiting(const std::vector<Entry>& fresh);
   void publish(std::size_t sensor, const LightMessage& message, Time stamp);
   void find_bodies(const Engine& engine);
+  void reserve_jobs();
   [[nodiscard]] doppel_msgs::msg::Sensor status_of(const Entry& entry) const;
 
   Bus& bus;
@@ -123,6 +124,7 @@ std::vector<LightRig::Impl::Entry> LightRig::Impl::make_entries(const std::vecto
         made->resume(*old->sensor, old->schedule.next());
       entry = *old;
       entry.sensor = std::move(made);
+      entry.schedule = old->schedule.continued(rate, engine.world().settings().step, engine.time());
     } else {
       entry.schedule = SampleSchedule(rate, engine.world().settings().step);
       entry.schedule.restart(engine.time());
@@ -156,11 +158,15 @@ void LightRig::set_sensors(const std::vector<RigSensor>& wanted, const Engine& e
   rig.find_bodies(engine);
   if (!rig.worker && !rig.entries.empty())
     rig.worker = std::make_unique<RigWorker>(rig.sensors, rig.options.threads);
-  if (rig.worker) {
-    std::size_t bodies = 1;
-    for (const ModelInstance& instance : rig.world->instances()) bodies += instance.model->links.size();
-    rig.worker->reserve(rig.sensors.size(), bodies);
-  }
+  rig.reserve_jobs();
+}
+
+// Memory for the poses of all bodies, so that the loop allocates none.
+void LightRig::Impl::reserve_jobs() {
+  if (!worker) return;
+  std::size_t bodies = 1;
+  for (const ModelInstance& instance : world->instances()) bodies += instance.model->links.size();
+  worker->reserve(sensors.size(), bodies);
 }
 
 void LightRig::release_topics() {
@@ -173,6 +179,7 @@ void LightRig::release_topics() {
 
 void LightRig::instances_changed(const Engine& engine) {
   impl_->find_bodies(engine);
+  impl_->reserve_jobs();
 }
 
 void LightRig::after_step(Time now, const Engine& engine) {

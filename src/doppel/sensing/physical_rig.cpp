@@ -106,7 +106,8 @@ std::vector<PhysicalRig::Impl::Entry> PhysicalRig::Impl::make_entries(const std:
     });
     if (!entry.sensor) continue;
     if (const Entry* const old = former_of(entry)) {
-      entry.schedule = old->schedule;
+      entry.schedule =
+          old->schedule.continued(sensor.description.rate, engine.world().settings().step, engine.time());
       entry.samples = old->samples;
     }
     if (entry.schedule.limited()) {

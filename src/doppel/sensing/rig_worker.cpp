@@ -49,10 +49,14 @@ void RigWorker::finish() {
 }
 
 void RigWorker::reserve(std::size_t samples, std::size_t bodies) {
-  for (RigJob& job : slots_) {
-    job.samples.reserve(samples);
-    job.poses.reserve(bodies);
-  }
+  max_samples_ = samples;
+  max_bodies_ = bodies;
+  for (std::size_t free = submitted_; free < released_ + kSlots; ++free) make_room(slots_[free % kSlots]);
+}
+
+void RigWorker::make_room(RigJob& job) const {
+  job.samples.reserve(max_samples_);
+  job.poses.reserve(max_bodies_);
 }
 
 RigJob* RigWorker::free_slot() {
@@ -69,6 +73,7 @@ RigJob* RigWorker::done() {
 }
 
 void RigWorker::release() {
+  make_room(slots_[released_ % kSlots]);
   ++released_;
 }
 

@@ -31,6 +31,18 @@ class DOPPEL_API SampleSchedule {
     start_ = now;
     next_ = 0;
   }
+  // The same samples, counted on, from `now` in a world with this step.
+  [[nodiscard]] SampleSchedule continued(double rate, Duration step, Time now) const {
+    SampleSchedule out(rate, step);
+    out.next_ = next_;
+    // Samples at a rate keep their times; those of every step have none that a longer or shorter step could keep.
+    const bool keeps_times = rate > 0 && !limited_ && !out.limited_;
+    out.start_ =
+        keeps_times || step.count() == step_
+            ? start_
+            : now - Duration{out.step_ * std::llround(static_cast<double>(next_) * out.steps_per_sample_)};
+    return out;
+  }
   // The number of the next sample.
   [[nodiscard]] std::uint64_t next() const { return next_; }
   [[nodiscard]] bool due(Time now) const { return now >= at(next_); }

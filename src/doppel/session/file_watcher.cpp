@@ -73,10 +73,12 @@ bool FileWatcher::read_events(int timeout_ms, std::set<fs::path>& changed) {
   return true;
 }
 
-std::vector<fs::path> FileWatcher::wait(std::chrono::milliseconds quiet) {
+std::vector<fs::path> FileWatcher::wait(std::chrono::milliseconds quiet,
+                                        std::optional<std::chrono::milliseconds> at_most) {
+  const int timeout = at_most ? static_cast<int>(at_most->count()) : -1;
   std::set<fs::path> changed;
   while (changed.empty()) {
-    if (!read_events(-1, changed)) return {};
+    if (!read_events(timeout, changed)) return {};
   }
   while (read_events(static_cast<int>(quiet.count()), changed)) {
   }

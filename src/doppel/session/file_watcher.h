@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <optional>
 #include <set>
 #include <string>
 #include <unordered_map>
@@ -24,8 +25,9 @@ class DOPPEL_API FileWatcher {
   // Replaces the set of watched files. Files may not exist yet.
   void watch(const std::vector<std::filesystem::path>& files);
   // Waits for a change and then until nothing more changes for `quiet`, because an editor may write several
-  // times. Empty: stop() was called.
-  std::vector<std::filesystem::path> wait(std::chrono::milliseconds quiet);
+  // times. Empty: stop() was called, or nothing has changed in the time `at_most`.
+  std::vector<std::filesystem::path> wait(std::chrono::milliseconds quiet,
+                                          std::optional<std::chrono::milliseconds> at_most = std::nullopt);
   void stop();  // from any thread
 
  private:

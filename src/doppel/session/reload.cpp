@@ -2,16 +2,26 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <exception>
 #include <future>
+#include <optional>
+#include <utility>
 
 #include "doppel/core/guarded_thread.h"
+#include "doppel/session/abandoned_thread.h"
 
 namespace doppel {
 namespace {
 
 constexpr const char* kOrigin = "reload";
 constexpr std::chrono::milliseconds kDebounceTime{20};  // after an editor's last stroke
+constexpr std::chrono::seconds kBuildDeadline{
+    2};  // after it the build is reported, and a new edit replaces it
+constexpr std::chrono::milliseconds kPollInterval{20};
+constexpr int kMaxBuilds = 3;  // of one edit, repeated when robots were added or removed meanwhile
+constexpr const char* kRobotsChanged = "reload.robots_changed";
 
 std::string names_of(const std::vector<std::filesystem::path>& files) {
   std::string out;
@@ -68,18 +78,41 @@ Reloader::~Reloader() {
   if (thread_.joinable()) thread_.join();
 }
 
+struct Reloader::Attempt {
+  // The build's thread keeps what it uses, because it may outlive the reloader.
+  struct Work {
+    Reloadable::Build build;
+    Diagnostics said;
+    Reloadable::TakeOver take_over;
+    std::exception_ptr thrown;
+    std::promise<void> done;
+  };
+  std::vector<std::filesystem::path> changed;
+  std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
+  std::shared_ptr<Work> work;
+  std::future<void> done;
+  std::thread thread;
+  int builds = 0;
+  bool late = false;  // and reported
+};
+
 void Reloader::run() {
   while (!ending_) {
-    const auto changed = watcher_.wait(kDebounceTime);
-    if (changed.empty()) return;
-    reload(changed);
-    if (!what_.afterwards) continue;
+    const auto at_most = attempt_ ? std::optional(kPollInterval) : std::nullopt;
+    auto changed = watcher_.wait(kDebounceTime, at_most);
+    if (ending_ || (changed.empty() && !attempt_)) break;
+    if (!changed.empty()) {
+      if (attempt_) abandon_attempt();
+      begin_attempt(std::move(changed));
+    }
+    if (!attempt_ || !finish_attempt() || !what_.afterwards) continue;
     try {
       on_loop(what_.afterwards);
     } catch (...) {
       log_.error(kOrigin, fmt::format("after the reload: {}", thrown_text()));
     }
   }
+  if (attempt_) abandon_attempt();
 }
 
 bool Reloader::on_loop(const std::function<void()>& task) {
@@ -106,40 +139,105 @@ bool Reloader::on_loop(const std::function<void()>& task) {
   return true;
 }
 
-bool Reloader::apply(std::string& outcome, Diagnostics& said) {
-  Reloadable::Build build;
-  if (!on_loop([&] { build = what_.begin(); })) return false;
-  const Reloadable::TakeOver take_over = build(said);
-  std::vector<std::filesystem::path> files;
-  const auto take = [&] {
-    outcome = take_over();
-    files = what_.files();
-  };
-  if (!on_loop(take)) return false;
-  watcher_.watch(files);
-  return true;
+void Reloader::begin_attempt(std::vector<std::filesystem::path> changed) {
+  if (!attempt_) {
+    attempt_ = std::make_shared<Attempt>();
+    attempt_->changed = std::move(changed);
+  }
+  ++attempt_->builds;
+  const auto work = attempt_->work = std::make_shared<Attempt::Work>();
+  attempt_->done = work->done.get_future();
+  try {
+    if (!on_loop([&] { work->build = what_.begin(); })) return;
+    const auto build = [work] {
+      try {
+        work->take_over = work->build(work->said);
+      } catch (...) {
+        work->thrown = std::current_exception();
+      }
+      work->done.set_value();
+    };
+    attempt_->thread = std::thread(build);
+  } catch (...) {
+    work->thrown = std::current_exception();
+    work->done.set_value();
+  }
 }
 
-void Reloader::reload(const std::vector<std::filesystem::path>& changed) {
-  const auto begin = std::chrono::steady_clock::now();
-  Diagnostics said;
+bool Reloader::finish_attempt() {
+  const auto deadline = attempt_->begin + kBuildDeadline;
+  while (attempt_->done.wait_for(kPollInterval) != std::future_status::ready) {
+    if (ending_) return false;
+    if (std::chrono::steady_clock::now() < deadline) continue;
+    if (!std::exchange(attempt_->late, true)) {
+      log_.note(kOrigin,
+                fmt::format("{} takes long to read; the previous model keeps running, and a new edit is read "
+                            "instead of this one",
+                            names_of(attempt_->changed)));
+    }
+    return false;
+  }
+  if (attempt_->thread.joinable()) attempt_->thread.join();
   try {
-    std::string outcome;
-    if (!apply(outcome, said)) return;
-    const auto took =
-        std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - begin);
-    log_.note(kOrigin, fmt::format("{} applied in {} ms; {}", names_of(changed),
-                                   (took + kDebounceTime).count(), outcome));
-    for (const Diagnostic& diagnostic : said.all()) {
-      if (diagnostic.severity != Severity::note) log_.warning(kOrigin, diagnostic.str());
+    if (attempt_->work->thrown) std::rethrow_exception(attempt_->work->thrown);
+    take_over();
+  } catch (const InputError& refused) {
+    const bool rebuild = attempt_->builds < kMaxBuilds && !ending_ &&
+                         std::ranges::any_of(refused.diagnostics(),
+                                             [](const Diagnostic& d) { return d.rule == kRobotsChanged; });
+    if (rebuild) {
+      begin_attempt({});
+      return finish_attempt();
     }
+    report_refusal();
   } catch (...) {
-    log_.error(kOrigin, fmt::format("{} cannot be used; the previous model keeps running\n{}",
-                                    names_of(changed), thrown_text()));
-    // An unknown attribute is often the cause.
-    for (const Diagnostic& diagnostic : said.all()) {
-      if (diagnostic.rule.starts_with("schema.")) log_.warning(kOrigin, diagnostic.str());
+    report_refusal();
+  }
+  attempt_.reset();
+  return !ending_;
+}
+
+// The build's thread continues, if it ever does, with what it has, and its result is dropped.
+void Reloader::abandon_attempt() {
+  const bool ended = attempt_->done.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
+  if (attempt_->thread.joinable()) {
+    if (ended) {
+      attempt_->thread.join();
+    } else {
+      mark_thread_abandoned();
+      attempt_->thread.detach();
     }
+  }
+  attempt_.reset();
+}
+
+// Throws InputError.
+void Reloader::take_over() {
+  const Attempt& attempt = *attempt_;
+  std::string outcome;
+  std::vector<std::filesystem::path> files;
+  const auto take = [&] {
+    outcome = attempt.work->take_over();
+    files = what_.files();
+  };
+  if (!on_loop(take)) return;
+  watcher_.watch(files);
+  const auto took =
+      std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - attempt.begin);
+  log_.note(kOrigin, fmt::format("{} applied in {} ms; {}", names_of(attempt.changed),
+                                 (took + kDebounceTime).count(), outcome));
+  for (const Diagnostic& diagnostic : attempt.work->said.all()) {
+    if (diagnostic.severity != Severity::note) log_.warning(kOrigin, diagnostic.str());
+  }
+}
+
+// Called in a catch clause.
+void Reloader::report_refusal() {
+  log_.error(kOrigin, fmt::format("{} cannot be used; the previous model keeps running\n{}",
+                                  names_of(attempt_->changed), thrown_text()));
+  // An unknown attribute is often the cause.
+  for (const Diagnostic& diagnostic : attempt_->work->said.all()) {
+    if (diagnostic.rule.starts_with("schema.")) log_.warning(kOrigin, diagnostic.str());
   }
 }
 

@@ -6,6 +6,7 @@
 #include <atomic>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -46,10 +47,17 @@ class DOPPEL_API Reloader {
   Reloader& operator=(const Reloader&) = delete;
 
  private:
+  // A build of the present files on a thread of its own, which may never end: a mesh of a billion triangles, a folder on
+  // a network that is gone, a physics engine in an endless loop.
+  struct Attempt;
   void run();
-  void reload(const std::vector<std::filesystem::path>& changed);
-  // Replaces the machine by one from the present files. False: the program ends. Throws InputError.
-  bool apply(std::string& outcome, Diagnostics& said);
+  // The text that a new machine gives, or the reason why it cannot be used, in the log.
+  void begin_attempt(std::vector<std::filesystem::path> changed);
+  // True: the attempt has ended, and its machine runs or was refused.
+  bool finish_attempt();
+  void abandon_attempt();
+  void take_over();
+  void report_refusal();
   // Runs `task` on the loop's thread and waits for it; false: the program ends.
   bool on_loop(const std::function<void()>& task);
 
@@ -57,6 +65,7 @@ class DOPPEL_API Reloader {
   const Log& log_;
   FileWatcher watcher_;
   std::atomic<bool> ending_{false};
+  std::shared_ptr<Attempt> attempt_;  // the thread's; nullptr: none is under way
   std::thread thread_;
 };
 

@@ -162,7 +162,7 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
   std::vector<SdfModel> models = read_world(scenario, diagnostics);
   find_driven(models, scenario, diagnostics);
   const std::vector<WorldRobot> asked = robots_asked_for(scenario, world, running, diagnostics);
-  if (asked.empty() && !scenario.world) {
+  if (asked.empty() && !scenario.world && running == nullptr) {
     throw InputError("up.no_robot", {}, "neither a robot nor a world is given",
                      "give one: doppel up TARGET, or doppel up --world FILE");
   }

@@ -5,15 +5,18 @@
 #include <algorithm>
 
 #include "doppel/messages/utf8.h"
+#include "doppel/physics/size_limits.h"
 #include "doppel/sensing/pose_messages.h"
 #include "doppel/twin/compiled_scenario.h"
+#include "doppel/twin/detail/divergence.h"
+#include "doppel/twin/detail/load_range.h"
 #include "doppel/twin/detail/model_plugins.h"
 #include "doppel/twin/detail/service_answer.h"
 
 namespace doppel {
 namespace {
 
-constexpr double kMaxEntitySpeed = 1e3;  // m/s, rad/s
+constexpr int kRehearsedSteps = 10;  // of a copy of the world with what is spawned
 
 bool is_printable(const std::string& name) {
   bool blank = true;
@@ -46,8 +49,8 @@ std::string joined(const std::vector<Diagnostic>& diagnostics) {
 }
 
 Status near_enough(const Pose& X_W) {
-  if (X_W.translation().cwiseAbs().maxCoeff() <= kMaxEntityDistance) return {};
-  return Status::refused(fmt::format("the pose is more than {:g} m away", kMaxEntityDistance));
+  if (X_W.translation().cwiseAbs().maxCoeff() <= kMaxDistance) return {};
+  return Status::refused(fmt::format("the pose is more than {:g} m away", kMaxDistance));
 }
 
 struct DrivenEntity {
@@ -130,10 +133,23 @@ Status EntityServices::place_in(const std::string& frame, const geometry_msgs::m
 
 void EntityServices::add_objects(std::vector<ModelInstance> objects) {
   if (objects.empty()) return;
-  std::vector<ModelInstance> instances = scene_.engine().world().instances();
+  Engine& engine = scene_.engine();
+  const std::string name = objects.front().name;
+  const std::shared_ptr<const CompiledWorld> before = engine.compiled();
+  std::vector<ModelInstance> instances = before->instances();
   for (ModelInstance& object : objects) instances.push_back(std::move(object));
-  scene_.engine().set_instances(std::move(instances));
+  engine.set_instances(std::move(instances));
+  if (const std::string why = spawned_divergence(engine); !why.empty()) {
+    engine.continue_with(before);
+    throw InputError("entity.diverges", {}, fmt::format("with '{}' {}", name, why),
+                     "place it where it touches nothing, or change its size or mass");
+  }
   callbacks_.changed();
+}
+
+std::string spawned_divergence(const Engine& engine) {
+  // A world that has diverged already is not the fault of what is spawned.
+  return engine.diverged() ? "" : divergence_within(engine, kRehearsedSteps * engine.world().settings().step);
 }
 
 void EntityServices::spawn(Spawned what, const SpawnDone& done) {
@@ -188,7 +204,11 @@ void EntityServices::clone(const std::string& original, const Spawned& what, con
   } else {
     copy.X_WR = X_WB;
   }
-  add_objects({std::move(copy)});
+  try {
+    add_objects({std::move(copy)});
+  } catch (const InputError& refused) {
+    return done(Status::refused(joined(refused.diagnostics())), "");
+  }
   done({}, fmt::format("'{}' is in the world", name));
 }
 
@@ -217,18 +237,41 @@ void EntityServices::spawn_robot(WorldRobot robot, SpawnedText text, std::vector
             "the robot '{}' is in the world; it was sent as XML, so it is not reloaded from files: delete it "
             "and spawn it again to change it",
             name);
-        if (status.ok()) {
-          add_objects(others);
-          log_.note("gazebo", there);
-        }
-        done(status, there);
+        const Status whole = status.ok() ? add_parts(name, others) : status;
+        if (whole) log_.note("gazebo", there);
+        done(whole, there);
       });
+}
+
+// The parts of a spawned model that no joint connects with its robot; without them the robot is removed again.
+Status EntityServices::add_parts(const std::string& robot, const std::vector<ModelInstance>& parts) {
+  try {
+    add_objects(parts);
+    return {};
+  } catch (const InputError& refused) {
+    std::string why = joined(refused.diagnostics());
+    const int index = scene_.find(robot);
+    const Status removed = index < 0 ? Status() : callbacks_.remove_robot(index);
+    if (!removed) why += "; what is in the world of it stays: " + removed.why();
+    return Status::refused(why);
+  }
+}
+
+// Parts of a model may be robots that its plugins drive, with controllers and nodes of their own.
+Status EntityServices::remove_driven_parts(const std::string& model) {
+  const auto is_part = [&](int robot) { return scene_.instance(robot).name().starts_with(model + "::"); };
+  while (true) {
+    const auto part = std::ranges::find_if(scene_.robots(), is_part);
+    if (part == scene_.robots().end()) return {};
+    if (Status removed = callbacks_.remove_robot(*part); !removed) return removed;
+  }
 }
 
 Status EntityServices::remove(const std::string& name) {
   const int index = scene_.find(name);
   if (index >= 0 && scene_.is_robot(index)) return callbacks_.remove_robot(index);
   if (index >= 0) {
+    if (Status removed = remove_driven_parts(name); !removed) return removed;
     std::vector<ModelInstance> left;  // without the parts of the model that no joint connects with it
     for (const ModelInstance& instance : scene_.engine().world().instances()) {
       if (instance.name != name && !instance.name.starts_with(name + "::")) left.push_back(instance);

@@ -11,6 +11,7 @@
 #include "doppel/core/names.h"
 #include "doppel/description/urdf_reader.h"
 #include "doppel/math/pose.h"
+#include "doppel/physics/size_limits.h"
 #include "doppel/twin/detail/entity.h"
 #include "doppel/xml/xml.h"
 
@@ -18,8 +19,6 @@ namespace doppel {
 namespace {
 
 constexpr std::size_t kMaxTextBytes = std::size_t{1} << 20;
-constexpr double kMinSize = 1e-4, kMaxSize = 1e3;  // m
-constexpr double kMinMass = 1e-6, kMaxMass = 1e6;  // kg
 constexpr double kMaxFriction = 100;
 constexpr const char* kInvalid = "entity.invalid";
 
@@ -123,46 +122,19 @@ class Reader {
                          : Eigen::Vector3d(found[0], found[1], found[2]);
   }
 
-  void check_range(const SourceLocation& where, const char* what, double value, double low, double high,
+  void check_value(const SourceLocation& where, const char* what, double value, double low, double high,
                    const char* unit) {
-    if (value >= low && value <= high) return;
-    errors_.error(
-        kInvalid, where,
-        fmt::format("the {} is {:g} {}; it must be from {:g} to {:g}", what, value, unit, low, high));
+    check_range(what, value, low, high, unit, kInvalid, where, errors_);
   }
-  void check_sizes(const SourceLocation& where, const Geometry& shape) {
-    const auto check = [&](const char* what, double value) {
-      check_range(where, what, value, kMinSize, kMaxSize, "m");
-    };
-    if (const auto* box = std::get_if<Box>(&shape)) {
-      for (const double side : box->size) check("side", side);
-    } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
-      check("radius", cylinder->radius);
-      check("length", cylinder->length);
-    } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
-      check("radius", capsule->radius);
-      check("length", capsule->length);
-    } else if (const auto* sphere = std::get_if<Sphere>(&shape)) {
-      check("radius", sphere->radius);
-    } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(&shape)) {
-      for (const double radius : ellipsoid->radii) check("radius", radius);
-    } else if (const auto* cone = std::get_if<Cone>(&shape)) {
-      check("radius", cone->radius);
-      check("length", cone->length);
-    } else if (const auto* extrusion = std::get_if<Extrusion>(&shape)) {
-      check("height", extrusion->height);
-      for (const Eigen::Vector2d& p : extrusion->outline)
-        check_range(where, "distance", p.cwiseAbs().maxCoeff(), 0, kMaxSize, "m");
-    } else if (const auto* mesh = std::get_if<MeshGeometry>(&shape)) {
-      for (const double scale : mesh->scale) check_range(where, "scale", std::fabs(scale), 1e-6, 1e6, "");
-    }
+  void check_shape(const SourceLocation& where, const Geometry& shape) {
+    check_sizes(shape, kInvalid, where, errors_);
   }
   void check_pose(const SourceLocation& where, const Pose& pose) {
-    check_range(where, "distance", pose.translation().cwiseAbs().maxCoeff(), 0, kMaxEntityDistance, "m");
+    check_distance(pose, kInvalid, where, errors_);
   }
   double mass_from(const XmlNode& node, std::optional<double> value) {
-    if (!value) return kMinMass;  // already reported
-    check_range(node.where, "mass", *value, kMinMass, kMaxMass, "kg");
+    if (!value) return kMinBodyMass;  // already reported
+    check_mass(*value, kInvalid, node.where, errors_);
     return *value;
   }
 
@@ -170,7 +142,7 @@ class Reader {
     const std::vector<double> found = numbers(node, text, 3, 4);
     for (std::size_t i = 0; i < found.size(); ++i) {
       object.rgba[static_cast<Eigen::Index>(i)] = found[i];
-      check_range(node.where, "colour", found[i], 0, 1, "");
+      check_value(node.where, "colour", found[i], 0, 1, "");
     }
   }
 
@@ -247,11 +219,10 @@ class ModelCheck : private Reader {
   void check(const SdfModel& model) {
     std::size_t shapes = 0;
     for (const Link& link : model.description->links) {
-      for (const Visual& visual : link.visuals) check_sizes(visual.source, visual.geometry);
-      for (const Collision& collision : link.collisions) check_sizes(collision.source, collision.geometry);
+      for (const Visual& visual : link.visuals) check_shape(visual.source, visual.geometry);
+      for (const Collision& collision : link.collisions) check_shape(collision.source, collision.geometry);
       shapes += link.visuals.size() + link.collisions.size();
-      if (link.inertial)
-        check_range(link.inertial->source, "mass", link.inertial->mass, kMinMass, kMaxMass, "kg");
+      if (link.inertial) check_mass(link.inertial->mass, kInvalid, link.inertial->source, errors_);
     }
     if (shapes == 0)
       errors_.error(kInvalid, model.source, "the model has no shape: neither <collision> nor <visual>");
@@ -325,7 +296,7 @@ class UrdfEntityReader : private Reader {
     }
     if (const XmlNode* shape = shape_below(*carrier, {"box", "sphere", "cylinder", "capsule", "mesh"})) {
       object.shape = geometry(*shape);
-      check_sizes(shape->where, object.shape);
+      check_shape(shape->where, object.shape);
     }
   }
 
@@ -345,7 +316,7 @@ class UrdfEntityReader : private Reader {
   Geometry geometry(const XmlNode& shape) {
     const auto length = [&](const char* name) {
       from_.required(shape, name);
-      return from_.number(shape, name).value_or(kMinSize);
+      return from_.number(shape, name).value_or(kMinShapeSize);
     };
     if (shape.is("box")) {
       from_.required(shape, "size");

@@ -12,13 +12,34 @@
 #include "doppel/messages/std_srvs.h"
 #include "doppel/sensing/pose_messages.h"
 #include "doppel/twin/detail/entity.h"
+#include "doppel/twin/detail/load_range.h"
 #include "doppel/twin/detail/service_answer.h"
 
 namespace doppel {
 namespace {
 
 constexpr std::size_t kMaxLoads = 256;
-constexpr double kMaxTimeFactor = 1e6;
+constexpr std::size_t kMaxLoadsNamed = 3;
+
+// A wrench with the moment of its force about the link's origin.
+Status check_wrench(const Instance& instance, const Eigen::Vector3d& arm_W, const Eigen::Vector3d& force_W,
+                    const Eigen::Vector3d& torque_W) {
+  if (!force_W.allFinite() || !torque_W.allFinite() || !arm_W.allFinite())
+    return Status::refused("the wrench is not finite");
+  const WrenchRange range = max_wrench(instance);
+  if (!(force_W.norm() <= range.force)) {
+    return Status::refused(
+        fmt::format("the force is {:g} N; on '{}' it can be up to {:.3g} N ({:g} m/s^2 by its mass)",
+                    force_W.norm(), instance.name(), range.force, kMaxLoadAcceleration));
+  }
+  const double moment = torque_W.norm() + arm_W.norm() * force_W.norm();
+  if (moment <= range.moment) return {};
+  return Status::refused(
+      fmt::format("the torque, with that of the force about the link's origin, is {:g} N m; on '{}' it can "
+                  "be up to {:.3g} "
+                  "N m (by its mass and inertia)",
+                  moment, instance.name(), range.moment));
+}
 
 }  // namespace
 
@@ -98,6 +119,41 @@ void SimulatorServices::apply_due(Time now) {
   }
 }
 
+std::string SimulatorServices::loads_text() const {
+  const Time now = scene_.now();
+  std::vector<std::string> texts;
+  for (const Load& load : loads_) {
+    if (load.start > now || now >= load.end) continue;
+    const Model& model = *load.model;
+    texts.push_back(load.joint >= 0 ? fmt::format("{:g} N m act on joint '{}'", load.effort,
+                                                  model.joints[static_cast<std::size_t>(load.joint)].name)
+                                    : fmt::format("a force of {:g} N and a torque of {:g} N m act on '{}'",
+                                                  load.force_W.norm(), load.torque_W.norm(), load.name));
+  }
+  const std::size_t named = std::min(texts.size(), kMaxLoadsNamed);
+  std::string out =
+      fmt::format("{}", fmt::join(texts.begin(), texts.begin() + static_cast<std::ptrdiff_t>(named), ", "));
+  if (texts.size() > named) out += fmt::format(" and {} more", texts.size() - named);
+  return out;
+}
+
+Status SimulatorServices::check_effort(const std::string& name, const Load& load) const {
+  if (!std::isfinite(load.effort)) return Status::refused("the effort is not a finite number");
+  double sum = load.effort;
+  for (const Load& other : loads_) {
+    if (other.body.instance == load.body.instance && other.joint == load.joint && other.end > scene_.now())
+      sum += other.effort;
+  }
+  const double most = max_effort(scene_.instance(load.body.instance), load.joint);
+  if (std::abs(sum) <= most) return {};
+  return Status::refused(
+      fmt::format("the effort on '{}' {} {:g}; it can be from {:.3g} to {:.3g} ({:g} times the effort limit, "
+                  "or {:g} rad/s^2 or "
+                  "m/s^2 by the inertia that the joint moves)",
+                  name, sum == load.effort ? "is" : "would be, with those that act already,", sum, -most,
+                  most, kMaxLimitFactor, kMaxLoadAcceleration));
+}
+
 Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Time& start,
                                    const builtin_interfaces::msg::Duration& duration) {
   const Instance instance = scene_.instance(load.body.instance);
@@ -130,36 +186,51 @@ void SimulatorServices::offer_time_services() {
         });
   };
   offer("~/pause_physics", [this] { pause(); });
-  offer("~/unpause_physics", [this] { resume(); });
+  offer("~/unpause_physics", [this] {
+    if (const Status status = resume(); !status) callbacks_.report("unpause_physics: " + status.why());
+  });
   offer("~/reset_simulation", [this] { callbacks_.reset(); });
   offer("~/reset_world", [this] { callbacks_.reset(); });
 
   using doppel_msgs::srv::SetSpeed;
-  node_.serve<SetSpeed>(
-      "~/set_speed", [this](const SetSpeed::Request& request, Responder<SetSpeed::Response> respond) {
-        Status status;
-        if (!(request.factor >= 0.0 && request.factor <= kMaxTimeFactor)) {
-          status = Status::refused(
-              fmt::format("the factor is {}; 1 is real time, 0 as fast as possible", request.factor));
-        } else {
-          time_control_.speed = request.factor;
-        }
-        respond(answer<SetSpeed::Response>(status, "set"));
-      });
+  node_.serve<SetSpeed>("~/set_speed", [this](const SetSpeed::Request& request,
+                                              Responder<SetSpeed::Response> respond) {
+    Status status;
+    if (request.factor != 0.0 && !(request.factor >= kMinSpeed && request.factor <= kMaxSpeed)) {
+      status = Status::refused(fmt::format(
+          "the factor is {}; it can be from {:g} to {:g}, where 1 is real time, or 0: as fast as possible",
+          request.factor, kMinSpeed, kMaxSpeed));
+    } else {
+      time_control_.speed = request.factor;
+    }
+    respond(answer<SetSpeed::Response>(status, "set"));
+  });
 }
 
-void SimulatorServices::resume() {
+Status SimulatorServices::can_take_steps() const {
+  if (!scene_.engine().diverged()) return {};
+  return Status::refused("the physics has diverged, so no step can be taken; call /gazebo/reset_simulation");
+}
+
+Status SimulatorServices::resume() {
+  if (Status possible = can_take_steps(); !possible) return possible;
   time_control_.paused = false;
   time_control_.steps_owed = 0;
-  for (const Stepping& call : std::exchange(stepping_, {})) {
-    call.respond({false, "the simulation was resumed; not all steps were taken", to_seconds(scene_.now())});
-  }
+  refuse_owed_steps("the simulation was resumed; not all steps were taken");
+  return {};
 }
 
-void SimulatorServices::step(std::uint32_t steps) {
+void SimulatorServices::refuse_owed_steps(const std::string& why) {
+  for (const Stepping& call : std::exchange(stepping_, {}))
+    call.respond({false, why, to_seconds(scene_.now())});
+}
+
+Status SimulatorServices::step(std::uint32_t steps) {
+  if (Status possible = can_take_steps(); !possible) return possible;
   if (stepping_.empty()) steps_asked_ = time_control_.steps_owed;
   time_control_.steps_owed += steps;
   steps_asked_ += steps;
+  return {};
 }
 
 void SimulatorServices::offer_step() {
@@ -170,12 +241,14 @@ void SimulatorServices::offer_step() {
           {false, "the simulation is running; call /gazebo/pause_physics first", to_seconds(scene_.now())});
       return;
     }
-    step(request.steps);
+    if (const Status status = step(request.steps); !status)
+      return respond({false, status.why(), to_seconds(scene_.now())});
     stepping_.push_back({request.steps, steps_asked_, std::move(respond)});
   });
 }
 
 void SimulatorServices::answer_finished_steps() {
+  if (const Status possible = can_take_steps(); !possible) return refuse_owed_steps(possible.why());
   const std::uint64_t made = steps_asked_ - time_control_.steps_owed;
   const auto first_unfinished = std::find_if(stepping_.begin(), stepping_.end(),
                                              [made](const Stepping& call) { return call.last > made; });
@@ -193,9 +266,8 @@ void SimulatorServices::offer_joint_efforts() {
       [this](const ApplyJointEffort::Request& request, Responder<ApplyJointEffort::Response> respond) {
         Load load;
         Status status = find_scalar_joint(scene_, request.joint_name, load.body.instance, load.joint);
-        if (status && !std::isfinite(request.effort))
-          status = Status::refused("the effort is not a finite number");
         load.effort = request.effort;
+        if (status) status = check_effort(request.joint_name, load);
         if (status) status = add_load(load, request.start_time, request.duration);
         respond(answer<ApplyJointEffort::Response>(
             status, fmt::format("{} N m act on '{}'", request.effort, request.joint_name)));
@@ -231,9 +303,8 @@ Status SimulatorServices::add_wrench(const std::string& body, const std::string&
   const Eigen::Matrix3d R_WF = reference.X_WE.linear();
   load.force_W = R_WF * from_msg(wrench.force);
   load.torque_W = R_WF * from_msg(wrench.torque);
-  if (!load.force_W.allFinite() || !load.torque_W.allFinite() || !load.p_BoP_B.allFinite()) {
-    return Status::refused("the wrench is not finite");
-  }
+  const Eigen::Vector3d arm_W = instance.link_pose(load.body.link).linear() * load.p_BoP_B;
+  if (const Status fits = check_wrench(instance, arm_W, load.force_W, load.torque_W); !fits) return fits;
   return add_load(std::move(load), start, duration);
 }
 
@@ -297,13 +368,7 @@ Status SimulatorServices::write_state(const std::vector<std::string>& names,
     if (const Status found = find_scalar_joint(scene_, names[i], robot, index); !found) return found;
     const ModelJoint& joint = scene_.instance(robot).model().joints[static_cast<std::size_t>(index)];
     const double velocity = velocities.empty() ? 0.0 : velocities[i];
-    if (!std::isfinite(positions[i]) || !std::isfinite(velocity)) {
-      return Status::refused(fmt::format("the state of '{}' is not a finite number", names[i]));
-    }
-    if (positions[i] < joint.lower || positions[i] > joint.upper) {
-      return Status::refused(fmt::format("{} is outside the limits of '{}', [{}, {}]", positions[i], names[i],
-                                         joint.lower, joint.upper));
-    }
+    if (const Status fits = check_joint_state(names[i], joint, positions[i], velocity); !fits) return fits;
     State& state = state_of(robot);
     state.q[joint.q] = positions[i];
     state.v[joint.v] = velocity;

@@ -17,11 +17,18 @@
 
 namespace doppel {
 
+// The slowest and the fastest pace that can be asked for, simulated per wall second, besides "as fast as possible".
+inline constexpr double kMinSpeed = 1e-3, kMaxSpeed = 1e3;
+
 // Pause and speed of simulated time. Written by services, read by the runner, both on the loop's thread.
 struct TimeControl {
   bool paused = false;
   std::uint64_t steps_owed = 0;  // steps to run although paused
   double speed = 1.0;            // simulated per wall second; 0: as fast as possible
+  // A twin whose physics has diverged is paused, because it can take no step, and continues after a reset. False: the
+  // caller of the loop handles it.
+  bool pauses_at_divergence = false;
+  std::string divergence;  // while it is diverged: when, what moved, what acted; empty: it is not
 };
 
 class DOPPEL_API SimulatorServices : public Tickable {
@@ -30,14 +37,18 @@ class DOPPEL_API SimulatorServices : public Tickable {
     std::function<void()> reset;  // back to the start
     // A service has set the poses of these robots, by their instances: controllers hold there.
     std::function<void(const std::vector<int>& robots)> state_written;
+    // A call that has no field for a refusal was refused.
+    std::function<void(const std::string& why)> report;
   };
   // Scene and time control outlive the services.
   SimulatorServices(Bus& bus, const Scene& scene, TimeControl& time_control, Callbacks callbacks);
 
   void pause() { time_control_.paused = true; }
-  void resume();
-  // Of a paused simulation.
-  void step(std::uint32_t steps);
+  Status resume();  // refused while the physics is diverged
+  // Of a paused simulation. Refused as resume().
+  Status step(std::uint32_t steps);
+  // The efforts and wrenches that act now, for a message: "1e+06 N m act on joint 'elbow'". Empty: none.
+  [[nodiscard]] std::string loads_text() const;
   // Pauses at that time.
   void pause_at(Time when) { pause_at_ = when; }
 
@@ -85,12 +96,16 @@ class DOPPEL_API SimulatorServices : public Tickable {
   void offer_time_services();
   void offer_step();
   void answer_finished_steps();
+  void refuse_owed_steps(const std::string& why);
   void offer_joint_efforts();
   void offer_link_wrenches();
   void offer_joint_state();
 
   void apply_due(Time now);
   [[nodiscard]] double effort_on(int instance, int joint, Time now) const;
+  // The effort with those that already act or will act on the joint.
+  [[nodiscard]] Status check_effort(const std::string& name, const Load& load) const;
+  [[nodiscard]] Status can_take_steps() const;
   // Efforts on a joint are added; a wrench replaces the one on the same link or object.
   Status add_load(Load load, const builtin_interfaces::msg::Time& start,
                   const builtin_interfaces::msg::Duration& duration);

@@ -73,8 +73,13 @@ void StatusPublisher::publish_diagnostics(const Loop& loop) {
   DiagnosticStatus status;
   status.name = "doppel: loop";
   status.hardware_id = robot_;
-  status.level = !loop.control.paused && (overran || slow) ? DiagnosticStatus::WARN : DiagnosticStatus::OK;
-  if (loop.control.paused) {
+  const bool diverged = !loop.control.divergence.empty();
+  status.level = diverged                                    ? DiagnosticStatus::ERROR
+                 : !loop.control.paused && (overran || slow) ? DiagnosticStatus::WARN
+                                                             : DiagnosticStatus::OK;
+  if (diverged) {
+    status.message = "paused: " + loop.control.divergence;
+  } else if (loop.control.paused) {
     status.message = "paused";
   } else if (overran) {
     status.message = fmt::format("fell 100 ms behind the wall clock {} times in the last second",

@@ -7,6 +7,7 @@
 #include "doppel/twin/detail/attachment_services.h"
 #include "doppel/twin/detail/clock_publisher.h"
 #include "doppel/twin/detail/contact_publisher.h"
+#include "doppel/twin/detail/divergence.h"
 #include "doppel/twin/detail/entity_mesh.h"
 #include "doppel/twin/detail/entity_services.h"
 #include "doppel/twin/detail/grasp_monitor.h"
@@ -60,7 +61,7 @@ class ContactRoomMonitor : public Tickable {
 
 Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics)
     : twin(the_twin),
-      scenario(std::move(the_scenario)),
+      sources(std::make_shared<TwinSources>(TwinSources{std::move(the_scenario), {}, {}})),
       log(the_log),
       bus({.names = scenario.ros.names,
            .sim_time = !scenario.wall_stamps,
@@ -117,8 +118,10 @@ void Twin::Impl::add_world_ticks() {
         robot->state_written(machine->engine->time());
     publish_state();
   };
+  simulator.report = [this](const std::string& why) { log.warning("gazebo", why); };
   auto services = std::make_unique<SimulatorServices>(bus, scene, time_control, std::move(simulator));
   SimulatorServices& of_time = *services;
+  time_services = services.get();
   ticks.add(std::move(services));
   EntityServices::Callbacks entities;
   entities.find_mesh = [this](const std::string& uri) {
@@ -151,17 +154,17 @@ void Twin::Impl::add_world_ticks() {
   ticks.add(std::make_unique<AttachmentServices>(bus, scene, log));
   ticks.add(std::make_unique<GraspMonitor>(bus, scene, log));
   ticks.add(std::make_unique<ContactRoomMonitor>(scene, log));
-  SensorTicks::Sources sources;
-  sources.robots = [this] {
+  SensorTicks::Sources sensor_sources;
+  sensor_sources.robots = [this] {
     std::vector<std::shared_ptr<const CompiledRobot>> present;
     for (const auto& robot : robots) present.push_back(robot->shared_machine());
     return present;
   };
-  sources.models = [this] { return machine->model_sensors; };
-  sources.statics = statics;
-  sources.earth = earth;
-  sources.ranges = ranges;
-  auto sensors = std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, std::move(sources));
+  sensor_sources.models = [this] { return machine->model_sensors; };
+  sensor_sources.statics = statics;
+  sensor_sources.earth = earth;
+  sensor_sources.ranges = ranges;
+  auto sensors = std::make_unique<SensorTicks>(bus, scene, log, scenario.sensors, std::move(sensor_sources));
   sensor_ticks = sensors.get();
   ticks.add(std::move(sensors));
 }
@@ -274,17 +277,50 @@ void Twin::Impl::between_steps() {
   const auto held = hold();
   bus.set_now(control_time());
   follow_wall(machine->engine->time());
+  settle_divergence();
   for (const auto& robot : robots) robot->settle(machine->engine->time());
   bus.spin();
+  settle_divergence();
   notice_instances();
   const Time now = machine->engine->time();  // a request may have set it back
   for (const auto& robot : robots) robot->between_steps(now);
   ticks.between_steps(now);
 }
 
+std::string Twin::Impl::divergence_text() const {
+  const std::string motion = fastest_motion(*machine->engine), loads = time_services->loads_text();
+  std::string out = fmt::format("the physics diverged in step {} (t = {:.3f} s)", count,
+                                to_seconds(machine->engine->time()));
+  if (!motion.empty()) out += ": " + motion;
+  if (!loads.empty()) out += "; " + loads;
+  return out;
+}
+
+void Twin::Impl::settle_divergence() {
+  if (!machine->engine->diverged()) {
+    if (edited && machine->engine->time() - edited->applied > kEditProbation) edited.reset();
+    if (time_control.divergence.empty()) return;
+    time_control.divergence.clear();
+    if (std::exchange(paused_by_divergence, false)) time_control.paused = false;
+    log.note("physics", fmt::format("the simulation can continue from t = {:.3f} s",
+                                    to_seconds(machine->engine->time())));
+    return;
+  }
+  if (!time_control.divergence.empty()) return;  // reported
+  const std::string cause = divergence_text();
+  if (take_back_edit(cause) || !time_control.pauses_at_divergence) return;
+  time_control.divergence = cause;
+  time_control.steps_owed = 0;
+  paused_by_divergence = !std::exchange(time_control.paused, true);
+  log.error("physics",
+            cause + "; time is paused at the last finite state, and /gazebo/reset_simulation continues");
+  publish_state();
+}
+
 void Twin::Impl::reset(std::optional<Time> at) {
   const auto held = hold();
   Engine& engine = *machine->engine;
+  edited.reset();  // its time is another one from now on
   engine.reset();
   if (at) engine.set_time(*at);
   const Time now = engine.time();

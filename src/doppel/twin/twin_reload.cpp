@@ -5,10 +5,13 @@
 #include "doppel/bus/stage.h"
 #include "doppel/core/thrown.h"
 #include "doppel/target/controllers_search.h"
+#include "doppel/twin/detail/divergence.h"
 #include "doppel/twin/detail/twin.h"
 
 namespace doppel {
 namespace {
+
+constexpr Duration kRehearsal{50'000'000};  // simulated
 
 // Running controllers continue if they are still declared; newly declared ones are treated as at the start.
 ControllerSelection renewed(const ControllerSelection& before,
@@ -130,6 +133,7 @@ class Twin::Impl::RobotReplacement {
       }
     }
     twin_.renew_handles();
+    refuse_divergence();
     twin_.publish_state();
     stage_->commit();
     done_ = true;
@@ -156,6 +160,14 @@ class Twin::Impl::RobotReplacement {
   [[nodiscard]] bool is_kept(const TwinRobot& robot, const CompiledRobot& compiled) const {
     return same_structure(robot.machine(), compiled) &&
            machine_->engine->world().settings().step == twin_.machine->world.step;
+  }
+
+  // From the present state, with the drives as they are now.
+  void refuse_divergence() const {
+    const std::string why = divergence_within(*twin_.machine->engine, kRehearsal);
+    if (!why.empty())
+      throw InputError("reload.diverges", {}, "with this edit " + why,
+                       "look for extreme values in what was edited: gravity, masses, inertias, step");
   }
 
   // A device cannot be opened a second time for a machine that may still fail.
@@ -242,12 +254,45 @@ Twin::Reload Twin::Impl::replace(Replacement& fresh) {
   }
   refuse_lost_range(*machine, *fresh.machine);
   carry_over_state(*machine, *fresh.machine);
-  RobotReplacement replacement(*this, fresh.machine);
-  return replacement.run(fresh.selections) ? Reload::controllers_kept : Reload::controllers_recreated;
+  auto before = std::make_shared<Replacement>();
+  before->selections = present_selections();
+  bool kept = false;
+  {
+    RobotReplacement replacement(*this, fresh.machine);
+    kept = replacement.run(fresh.selections);
+  }
+  before->machine = std::move(fresh.machine);
+  edited = Edited{std::move(before), machine->engine->compiled(), machine->engine->time()};
+  return kept ? Reload::controllers_kept : Reload::controllers_recreated;
+}
+
+// The state becomes that at the time of the edit, because a later one belongs to the model that diverged.
+bool Twin::Impl::take_back_edit(const std::string& cause) {
+  const std::optional<Edited> last = std::exchange(edited, std::nullopt);
+  const Time now = machine->engine->time();
+  if (!last || now - last->applied > kEditProbation || machine->engine->compiled() != last->world)
+    return false;
+  try {
+    last->before->machine->engine->set_time(now);
+    RobotReplacement replacement(*this, last->before->machine);
+    replacement.run(last->before->selections);
+  } catch (...) {
+    log.error("reload", "the previous model cannot be restored: " + thrown_text());
+    return false;
+  }
+  log.error(
+      "reload",
+      fmt::format(
+          "{}; the edit that was applied {:.3f} s before is taken back, and the previous model continues "
+          "from the state that it had then",
+          cause, to_seconds(now - last->applied)));
+  if (robots_changed) robots_changed();
+  return true;
 }
 
 std::shared_ptr<const Twin::Running> Twin::running() const {
   auto out = std::make_shared<Running>();
+  out->sources = impl_->sources;
   out->robots = {impl_->machine->robots, impl_->machine->world.robots};
   out->selections = impl_->present_selections();
   out->world = impl_->machine->engine->compiled();
@@ -256,9 +301,10 @@ std::shared_ptr<const Twin::Running> Twin::running() const {
 
 std::shared_ptr<Twin::Replacement> Twin::prepare(const std::shared_ptr<const Running>& running,
                                                  Diagnostics& diagnostics) const {
+  const TwinSources& from = *running->sources;
   auto fresh = std::make_shared<Replacement>();
   fresh->running = running;
-  fresh->machine = std::make_unique<CompiledScenario>(impl_->scenario, diagnostics, &running->robots);
+  fresh->machine = std::make_unique<CompiledScenario>(from.scenario, diagnostics, &running->robots);
   for (const auto& robot : fresh->machine->robots) {
     const auto ran = running->selections.find(robot->name_space());
     const bool is_new = ran == running->selections.end();
@@ -268,17 +314,17 @@ std::shared_ptr<Twin::Replacement> Twin::prepare(const std::shared_ptr<const Run
     }
     const auto start = [&](ControlStack& control, const Log& quiet) {
       if (is_new) {
-        if (impl_->scenario.start_controllers)
+        if (from.scenario.start_controllers)
           control.start(control.selection_of(robot->asked().activate), quiet);
         return;
       }
       ControllerSelection& selection = fresh->selections[robot->name_space()];
       selection =
-          renewed(ran->second, control.manager().declared_controllers(), impl_->scenario, robot->asked());
+          renewed(ran->second, control.manager().declared_controllers(), from.scenario, robot->asked());
       rehearse_start(control, quiet, ran->second, selection);
     };
-    rehearse(*robot, instance_of(*fresh->machine->engine, *robot), impl_->scenario, impl_->controllers,
-             impl_->hardware, start, diagnostics);
+    rehearse(*robot, instance_of(*fresh->machine->engine, *robot), from.scenario, from.controllers,
+             from.hardware, start, diagnostics);
   }
   fresh->machine->engine->reset();
   return fresh;

@@ -7,6 +7,7 @@
 #include "doppel/core/thrown.h"
 #include "doppel/physics/engine_modules.h"
 #include "doppel/twin/detail/entity_mesh.h"
+#include "doppel/twin/detail/entity_services.h"
 #include "doppel/twin/detail/twin.h"
 
 namespace doppel {
@@ -108,6 +109,10 @@ void Twin::Impl::add_robot(JoiningRobot& joining) {
   engine.continue_with(joining.with);
   const std::size_t before = robots.size();
   try {
+    if (const std::string why = spawned_divergence(engine); !why.empty())
+      throw InputError("up.diverges", fresh.description().source,
+                       fmt::format("with the robot '{}' {}", fresh.name(), why),
+                       "place it where it touches nothing, and check its masses and inertias");
     Diagnostics overlaps, reported_before;
     report_overlaps(fresh, engine, overlaps);
     for (const Diagnostic& one : overlaps.all()) log.warning(kSpawnLogOrigin, one.str());
@@ -131,10 +136,13 @@ Status Twin::Impl::remove_robot(const std::string& name_space) {
   const auto held = hold();
   TwinRobot* const robot = find(name_space);
   if (robot == nullptr) return Status::refused(fmt::format("there is no robot '{}'", name_space));
-  const bool model = robot->machine().setup().from_plugins;  // of a world, which can be without a robot
-  if (!model && (name_space.empty() || robots.size() == 1))
-    return Status::refused(fmt::format("'{}' is {}, which cannot be deleted", robot->name(),
-                                       robots.size() == 1 ? "the robot" : "the robot without a namespace"));
+  if (name_space.empty() && !robot->machine().setup().from_plugins) {
+    return Status::refused(
+        fmt::format("'{}' has no namespace, so its nodes and topics are those of the twin itself, and it "
+                    "cannot be deleted; "
+                    "a robot that is started in a namespace can be: doppel up --robot TARGET:NAMESPACE",
+                    robot->name()));
+  }
   const std::string name = robot->name();
   gone_hash = mixed(gone_hash, robot->state_hash());
   std::erase_if(machine->robots, [&](const auto& r) { return r->name_space() == name_space; });
@@ -206,7 +214,12 @@ void Twin::Impl::settle(const std::shared_ptr<Spawning>& spawning) {
     spawning->why = thrown_text();
   }
   building = false;
-  spawning->done(spawning->why.empty() ? Status() : Status::refused(spawning->why));
+  try {
+    spawning->done(spawning->why.empty() ? Status() : Status::refused(spawning->why));
+  } catch (...) {
+    log.error(kSpawnLogOrigin, fmt::format("the answer to the spawning of '{}' failed: {}",
+                                           spawning->robot.name_space, thrown_text()));
+  }
 }
 
 void Twin::add_robot(const std::shared_ptr<JoiningRobot>& joining) {

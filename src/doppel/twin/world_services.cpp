@@ -86,7 +86,7 @@ Status WorldServices::name_of(const ros_gz_interfaces::msg::Entity& entity, std:
   return {};
 }
 
-// In the order of gz-sim: pause, steps of a paused world, reset; a time to run to applies to what follows.
+// As in gz-sim, whose steps of a paused world follow its reset; a time to run to applies to what follows.
 Status WorldServices::control(const Control& wanted) {
   if (wanted.reset.time_only) {
     return Status::refused(
@@ -101,21 +101,27 @@ Status WorldServices::control(const Control& wanted) {
   if (until > Time::zero() && until <= scene_.now() && !wanted.reset.all)
     return Status::refused(fmt::format("run_to_sim_time is {:g} s, and it is {:g} s already",
                                        to_seconds(until), to_seconds(scene_.now())));
-  if (wanted.pause) {
-    simulator_.pause();
-  } else {
-    simulator_.resume();
-  }
-  if (steps > 0) simulator_.step(steps);
+  // First, because a world whose physics has diverged takes no steps before it is reset.
   if (wanted.reset.all) {
     callbacks_.reset();
   } else if (wanted.reset.model_only) {
     callbacks_.reset_models();
   }
+  if (wanted.pause) {
+    simulator_.pause();
+  } else if (Status resumed = simulator_.resume(); !resumed) {
+    return resumed;
+  }
+  if (steps > 0) {
+    if (Status owed = simulator_.step(steps); !owed) return owed;
+  }
   if (until > Time::zero()) simulator_.pause_at(until);
   if (wanted.seed != 0 && !seed_logged_) {
     seed_logged_ = true;
-    log_.note("gazebo", "the seed of /world/NAME/control has no effect: nothing in this world is random");
+    log_.note("gazebo",
+              "the seed of /world/NAME/control has no effect: the physics has no random numbers, and those "
+              "of sensors "
+              "follow from the seed at the start (doppel up --seed N)");
   }
   return {};
 }

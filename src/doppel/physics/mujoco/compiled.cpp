@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <array>
+#include <chrono>
 #include <cstdio>
 #include <cstdlib>
 #include <mutex>
@@ -15,6 +16,13 @@
 #include "doppel/physics/mujoco/terrain_geoms.h"
 
 namespace doppel {
+
+namespace {
+
+// The compiler of another thread may be in a loop without end; the control loop must not wait for it.
+constexpr std::chrono::seconds kMaxCompileWait{5};
+
+}  // namespace
 
 namespace mujoco_detail {
 
@@ -80,8 +88,12 @@ class TextFile {
 }  // namespace
 
 ModelHandle compile_mjcf(const std::string& mjcf, std::string& message) {
-  static std::mutex one_at_a_time;  // MuJoCo keeps the last parsed text in a global
-  const std::lock_guard lock(one_at_a_time);
+  static std::timed_mutex one_at_a_time;  // MuJoCo keeps the last parsed text in a global
+  const std::unique_lock lock(one_at_a_time, kMaxCompileWait);
+  if (!lock) {
+    message = "another model has been compiled for seconds, and this one waits for it; try again later";
+    return nullptr;
+  }
   static std::once_flag installed;  // states on other threads read MuJoCo's tables while a world is compiled
   std::call_once(installed, [] {
     mujoco_detail::install_handlers();

@@ -12,8 +12,6 @@
 namespace doppel {
 namespace {
 
-constexpr int kRunaway[] = {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
-
 Eigen::Map<const Eigen::Vector3d> vector_at(const double* p) {
   return Eigen::Map<const Eigen::Vector3d>(p);
 }

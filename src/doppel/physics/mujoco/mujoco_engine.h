@@ -51,6 +51,9 @@ class ModelView {
   std::vector<double> armature_, positions_, rotations_;
 };
 
+// Of MuJoCo's warnings those of a state or an acceleration that is not finite or too large.
+inline constexpr int kRunaway[] = {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
+
 class MujocoEngine final : public Engine {
  public:
   explicit MujocoEngine(std::shared_ptr<const MujocoWorld> world);
@@ -140,6 +143,7 @@ class MujocoEngine final : public Engine {
   bool settle(int pass);
   bool take_stages();
   void finish_step();
+  void leave_at_last_state();
 
   ModelView view_;
   DataHandle data_;

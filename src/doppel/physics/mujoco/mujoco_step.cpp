@@ -254,6 +254,18 @@ void MujocoEngine::finish_step() {
                                    islands_);
 }
 
+// After a step that diverged. MuJoCo may have reset itself to its zero pose; the state before the step is the last
+// valid one, and poses of bodies and contacts, which clients read, are computed from it again.
+void MujocoEngine::leave_at_last_state() {
+  diverged_ = true;
+  d()->pstack = 0;  // the error may have left a call with the stack in use
+  restore_kept();
+  std::copy_n(kept_.data() + m()->nq + m()->nv, m()->nv, d()->qacc_warmstart);
+  std::fill_n(d()->qacc, m()->nv, 0.0);
+  for (const int warning : kRunaway) d()->warning[warning].number = 0;
+  static_cast<void>(refresh());
+}
+
 void MujocoEngine::step() {
   if (diverged_) return;
   begin_step();
@@ -264,10 +276,7 @@ void MujocoEngine::step() {
     if (sane) finish_step();
   });
   if (!whole || !sane || ran_away()) {
-    // MuJoCo may have reset itself to its zero pose; the state before the step is the last valid one.
-    diverged_ = true;
-    d()->pstack = 0;  // the error may have left a call with the stack in use
-    restore_kept();
+    leave_at_last_state();
     return;
   }
   ++steps_;

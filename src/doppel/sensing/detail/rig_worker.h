@@ -48,7 +48,8 @@ class RigWorker {
   RigWorker(const RigWorker&) = delete;
   RigWorker& operator=(const RigWorker&) = delete;
 
-  // Memory for jobs of this size, so that the loop allocates none. Only while there are no jobs.
+  // Memory for jobs of this size, so that the loop allocates none: of the free slots now, of the others when they are
+  // released. Between steps.
   void reserve(std::size_t samples, std::size_t bodies);
 
   // -- the loop
@@ -63,6 +64,7 @@ class RigWorker {
   [[nodiscard]] std::uint64_t rays_cast() const { return rays_.load(std::memory_order_relaxed); }
 
  private:
+  void make_room(RigJob& job) const;
   void run();
   void finish();  // joins the threads that have been started
   void work_on(RigJob& job);
@@ -83,7 +85,8 @@ class RigWorker {
   const MakeScene make_scene_;
   std::array<RigJob, kSlots> slots_;
   // Numbers of jobs so far; a job is in the slot of its number modulo kSlots.
-  std::size_t submitted_ = 0, released_ = 0;  // the loop's
+  std::size_t submitted_ = 0, released_ = 0;      // the loop's
+  std::size_t max_samples_ = 0, max_bodies_ = 0;  // of a job; the loop's
   std::atomic<std::size_t> finished_{0};
   std::counting_semaphore<kSlots + 1> work_{0};
   std::atomic<bool> ends_{false};

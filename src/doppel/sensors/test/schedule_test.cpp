@@ -11,6 +11,34 @@ namespace {
 
 constexpr Duration kStep{1'000'000};
 
+// An edit of the world's step while it runs.
+TEST(SampleSchedule, AnotherStepKeepsRateAndNumbers) {
+  constexpr Duration kLonger{2'000'000}, kShorter{500'000};
+  for (const Duration step : {kLonger, kShorter}) {
+    SampleSchedule at_rate(50.0, kStep), every_step(0.0, kStep);
+    at_rate.restart(Time{});
+    every_step.restart(Time{});
+    Time now{};
+    for (int i = 0; i < 1000; ++i) {
+      now += kStep;
+      if (at_rate.due(now)) at_rate.take(now);
+      if (every_step.due(now)) every_step.take(now);
+    }
+    at_rate = at_rate.continued(50.0, step, now);
+    every_step = every_step.continued(0.0, step, now);
+    EXPECT_EQ(at_rate.next(), 50u);
+    EXPECT_EQ(every_step.next(), 1000u);
+    int samples = 0, steps = 0;
+    for (const Time end = now + Duration{1'000'000'000}; now < end; ++steps) {
+      now += step;
+      if (at_rate.due(now)) samples += at_rate.take(now) == static_cast<std::uint64_t>(50 + samples);
+      ASSERT_TRUE(every_step.due(now));
+      EXPECT_EQ(every_step.take(now), static_cast<std::uint64_t>(1000 + steps));
+    }
+    EXPECT_EQ(samples, 50);
+  }
+}
+
 TEST(SampleSchedule, CountsAreExactAndStampsWithinHalfStep) {
   for (const double rate : {30.0, 60.0, 7.0, 333.0}) {
     SampleSchedule schedule(rate, kStep);

@@ -7,6 +7,7 @@
 #include <fstream>
 #include <mutex>
 
+#include "doppel/session/abandoned_thread.h"
 #include "doppel/session/health_publisher.h"
 
 namespace doppel {
@@ -17,6 +18,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 using std::chrono::steady_clock;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 class ReloadTest : public ::testing::Test {
  protected:
@@ -86,6 +88,69 @@ TEST_F(ReloadTest, ShutdownWaitsForBegunTask) {
   ASSERT_TRUE(bus.wait(seconds(20))) << "expected the edit to be noticed";
   bus.spin();
   end.join();
+}
+
+// A build that does not end is reported, replaced by that of a new edit, and not waited for at the end.
+TEST_F(ReloadTest, EndlessBuildIsReportedAndAbandoned) {
+  Bus bus;
+  std::atomic<bool> ends{false};
+  std::atomic<int> builds{0}, ended{0};
+  Reloadable what = watched(bus, [] {});
+  what.begin = [&]() -> Reloadable::Build {
+    return [&](Diagnostics&) -> Reloadable::TakeOver {
+      const bool endless = ++builds != 2;
+      while (endless && !ends) std::this_thread::sleep_for(milliseconds(5));
+      ++ended;
+      return [] { return "taken"; };
+    };
+  };
+  const auto until = [&](const std::string& text) {
+    for (const auto end = steady_clock::now() + seconds(60); steady_clock::now() < end;) {
+      bus.wait(milliseconds(5));
+      bus.spin();
+      if (said().find(text) != std::string::npos) return true;
+    }
+    return false;
+  };
+  {
+    const Reloader reloader(std::move(what), log_);
+    save("watched", "2");
+    EXPECT_TRUE(until("watched takes long to read"));
+    save("watched", "3");
+    EXPECT_TRUE(until("watched applied in"));
+    save("watched", "4");
+    for (const auto end = steady_clock::now() + seconds(20); builds < 3 && steady_clock::now() < end;) {
+      bus.wait(milliseconds(5));
+      bus.spin();
+    }
+    EXPECT_EQ(builds, 3);
+  }
+  EXPECT_EQ(ended, 1) << "expected the end not to wait";
+  EXPECT_TRUE(has_abandoned_thread());
+  ends = true;
+  while (ended < 3) std::this_thread::sleep_for(milliseconds(5));
+}
+
+TEST_F(ReloadTest, EditReadWhileRobotsChangeIsReadAgain) {
+  Bus bus;
+  int taken = 0;
+  Reloadable what = watched(bus, [] {});
+  what.begin = [&]() -> Reloadable::Build {
+    return [&](Diagnostics&) -> Reloadable::TakeOver {
+      return [&]() -> std::string {
+        if (++taken == 1) throw InputError("reload.robots_changed", {}, "a robot was added");
+        return "taken";
+      };
+    };
+  };
+  const Reloader reloader(std::move(what), log_);
+  save("watched", "2");
+  for (const auto end = steady_clock::now() + seconds(20); taken < 2 && steady_clock::now() < end;) {
+    bus.wait(milliseconds(5));
+    bus.spin();
+  }
+  EXPECT_EQ(taken, 2);
+  EXPECT_THAT(said(), Not(HasSubstr("cannot be used")));
 }
 
 // What `doppel up` does, without its server: the loop, the watcher, the thread that judges edits and an edge,

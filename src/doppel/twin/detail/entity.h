@@ -14,7 +14,6 @@
 namespace doppel {
 
 inline constexpr std::size_t kMaxNameLength = 100;  // of what is spawned
-inline constexpr double kMaxEntityDistance = 1e4;   // m, of a pose from its frame, along each axis
 
 struct Entity {
   BodyId body;

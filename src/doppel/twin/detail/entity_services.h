@@ -26,6 +26,10 @@ namespace doppel {
 
 inline constexpr std::size_t kMaxObjects = 200;
 
+// Whether the world diverges within a few steps, as when something is spawned deep inside of another body: when, and
+// what moves. Empty: it does not, or had diverged before.
+[[nodiscard]] std::string spawned_divergence(const Engine& engine);
+
 class EntityServices : public Tickable {
  public:
   struct Callbacks {
@@ -68,6 +72,8 @@ class EntityServices : public Tickable {
   void spawn_robot(WorldRobot robot, SpawnedText text, std::vector<ModelInstance> others,
                    const SpawnDone& done);
   void add_objects(std::vector<ModelInstance> objects);
+  Status add_parts(const std::string& robot, const std::vector<ModelInstance>& parts);
+  Status remove_driven_parts(const std::string& model);
   [[nodiscard]] std::string free_name(const std::string& name, bool rename) const;
   [[nodiscard]] Status check_name(const std::string& name) const;
   void move(const Entity& entity, EntityMotion motion);

@@ -19,6 +19,16 @@
 
 namespace doppel {
 
+inline constexpr Duration kEditProbation{
+    1'000'000'000};  // simulated: an edit that diverges within it is taken back
+
+// What a machine is made from besides files; shared, because a build on another thread may outlive the twin.
+struct TwinSources {
+  Scenario scenario;
+  ControllerRegistry controllers;
+  HardwareRegistry hardware;
+};
+
 struct Twin::Impl {
   Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics);
   ~Impl();
@@ -35,6 +45,9 @@ struct Twin::Impl {
   void publish_due(Time now);
   void publish_state();
   void between_steps();
+  // Between steps: what a diverged physics leads to, and that it can step again after a reset.
+  void settle_divergence();
+  [[nodiscard]] std::string divergence_text() const;
   void reset(std::optional<Time> at = std::nullopt);  // at: the time afterwards; none: 0
   // Updates the scene and every handle to the engine's present instances.
   void renew_handles();
@@ -53,6 +66,9 @@ struct Twin::Impl {
   // -- twin_reload.cpp
   class RobotReplacement;
   Reload replace(Replacement& fresh);
+  // Continues with the machine before the last edit, if that was applied shortly before. False: it was not, or that
+  // fails.
+  bool take_back_edit(const std::string& cause);
   [[nodiscard]] std::map<std::string, ControllerSelection> present_selections() const;
 
   // -- twin_robots.cpp
@@ -64,11 +80,12 @@ struct Twin::Impl {
   void settle(const std::shared_ptr<Spawning>& spawning);
 
   Twin& twin;
-  const Scenario scenario;
+  const std::shared_ptr<TwinSources> sources;
+  const Scenario& scenario = sources->scenario;
+  ControllerRegistry& controllers = sources->controllers;
+  HardwareRegistry& hardware = sources->hardware;
   const Log& log;
   Bus bus;
-  ControllerRegistry controllers;
-  HardwareRegistry hardware;
   std::shared_ptr<StaticTransforms> statics = std::make_shared<StaticTransforms>();
   const std::shared_ptr<EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
   const std::shared_ptr<RangeValues> ranges = std::make_shared<RangeValues>();
@@ -78,13 +95,24 @@ struct Twin::Impl {
   Scene scene;
   std::shared_ptr<const CompiledWorld> seen_world;  // the one of the handles
   std::vector<std::unique_ptr<TwinRobot>> robots;
-  TickList ticks;                       // of the world
-  SensorTicks* sensor_ticks = nullptr;  // in `ticks`
+  TickList ticks;                              // of the world
+  SensorTicks* sensor_ticks = nullptr;         // in `ticks`
+  SimulatorServices* time_services = nullptr;  // in `ticks`
 
   LoopPhases phases;
   Duration last_wall{};  // wall-clock time of the last stamp
   std::uint64_t count = 0;
   std::uint64_t objects_hash = kEmptyHash, gone_hash = kEmptyHash;  // gone: of robots that were removed
+
+  bool paused_by_divergence = false;
+  // The machine before the last edit, with its state at that moment, while the edit may be taken back.
+  struct Edited {
+    std::shared_ptr<Replacement> before;
+    std::shared_ptr<const CompiledWorld>
+        world;       // of the edit; another one: something was added or removed since
+    Time applied{};  // simulated
+  };
+  std::optional<Edited> edited;
 
   std::function<void()> robots_changed;
   bool building = false;  // a robot is being prepared by `builder`
@@ -92,6 +120,7 @@ struct Twin::Impl {
 };
 
 struct Twin::Running {
+  std::shared_ptr<const TwinSources> sources;
   RunningRobots robots;
   std::map<std::string, ControllerSelection> selections;  // by namespace
   std::shared_ptr<const CompiledWorld> world;

@@ -125,6 +125,10 @@ TEST_F(StatusPublisherTest, DiagnosticsWarnOfOverrunsAndSlowLoop) {
   EXPECT_THAT(slow.message, ::testing::HasSubstr("0.90 x real time instead of 1"));
   control_.paused = true;
   EXPECT_EQ(next().level, DiagnosticStatus::OK);
+  control_.divergence = "the physics diverged in step 7";
+  const DiagnosticStatus diverged = next();
+  EXPECT_EQ(diverged.level, DiagnosticStatus::ERROR);
+  EXPECT_EQ(diverged.message, "paused: the physics diverged in step 7");
 }
 
 // A run of a bundled robot, observed from another thread.
