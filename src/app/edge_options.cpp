@@ -4,6 +4,7 @@
 #include "app/verbs/description_target.h"
 #include "doppel/core/installation.h"
 #include "doppel/server/admission.h"
+#include "doppel/version.h"
 
 namespace doppel::app {
 
@@ -32,6 +33,7 @@ SessionOptions session_options(const EdgeOptions& options, const RosArguments& r
   SessionOptions out;
   out.server = options.server;
   out.server.page_folder = page_folder();
+  out.server.metadata = {{"command", own_command_line()}, {"version", std::string(version())}};
   out.network = ros_network(options.ros, ros, diagnostics);
   out.bundled = bundled_folders();
   print_diagnostics(diagnostics, true);

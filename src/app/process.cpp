@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 #include <string>
+#include <string_view>
 
 namespace doppel::app {
 
@@ -32,6 +33,25 @@ double peak_rss_mb() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<double>(usage.ru_maxrss) * 1024.0 / 1e6;
+}
+
+std::string shell_quoted(const std::string& argument) {
+  constexpr std::string_view kPlain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:@%=";
+  if (!argument.empty() && argument.find_first_not_of(kPlain) == std::string::npos) return argument;
+  std::string out = "'";
+  for (const char c : argument) out += c == '\'' ? "'\\''" : std::string(1, c);
+  return out + "'";
+}
+
+std::string own_command_line() {
+  std::ifstream arguments("/proc/self/cmdline", std::ios::binary);
+  std::string argument, out;
+  while (std::getline(arguments, argument, '\0')) {
+    out += out.empty() ? shell_quoted(std::filesystem::path(argument).filename().string())
+                       : " " + shell_quoted(argument);
+  }
+  return out;
 }
 
 void fill_standard_files() {

@@ -3,6 +3,7 @@
 
 #include <atomic>
 #include <filesystem>
+#include <string>
 
 namespace doppel::app {
 
@@ -18,5 +19,10 @@ void fill_standard_files();
 
 // From now on SIGINT and SIGTERM do not end the process; they set the flag that is returned.
 const std::atomic<bool>& stop_on_signals();
+
+// An argument, quoted for a shell where it needs it.
+std::string shell_quoted(const std::string& argument);
+// The command line that started this process, with the program's name instead of its path.
+std::string own_command_line();
 
 }  // namespace doppel::app

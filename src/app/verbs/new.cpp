@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "app/process.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/core/shown_path.h"
@@ -28,16 +29,6 @@ scaffold::PackageAuthor author_of(const NewOptions& options) {
   const std::string name = user == nullptr || *user == '\0' ? "user" : user;
   return {options.maintainer.empty() ? name : options.maintainer,
           options.email.empty() ? name + "@todo.todo" : options.email, options.licence};
-}
-
-// A path, quoted for a shell.
-std::string shell_quoted(const std::string& path) {
-  constexpr std::string_view kPlain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_-./+,:@%";
-  if (path.find_first_not_of(kPlain) == std::string::npos) return path;
-  std::string out = "'";
-  for (const char c : path) out += c == '\'' ? "'\\''" : std::string(1, c);
-  return out + "'";
 }
 
 int run_new(const NewOptions& options) {

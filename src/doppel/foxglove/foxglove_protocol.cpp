@@ -73,11 +73,13 @@ ClientMessage read_client_operation(const json& object, std::string op) {
 }  // namespace
 
 std::string to_frame(const ServerInfo& info) {
+  json metadata = {{"ROS_DISTRO", "jazzy"}};  // selects the message definitions in viewers
+  for (const auto& [name, value] : info.metadata) metadata[name] = value;
   return wire::dump({{"op", "serverInfo"},
                      {"name", info.name},
                      {"capabilities", info.capabilities},
                      {"supportedEncodings", info.encodings},
-                     {"metadata", {{"ROS_DISTRO", "jazzy"}}},  // selects the message definitions in viewers
+                     {"metadata", std::move(metadata)},
                      {"sessionId", info.session_id}});
 }
 

@@ -10,6 +10,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <variant>
 #include <vector>
 
@@ -33,6 +34,7 @@ using ByteView = std::span<const std::byte>;
 struct ServerInfo {
   std::string name, session_id;
   std::vector<std::string> capabilities, encodings;
+  std::vector<std::pair<std::string, std::string>> metadata{};  // besides the distribution of ROS
 };
 
 enum class StatusLevel : std::uint8_t { info = 0, warning = 1, error = 2 };

@@ -65,6 +65,7 @@ int SceneBuilder::add(const Link& link, const std::string& name, Diagnostics& di
   const int body = add_body(name);
   for (std::size_t i = 0; i < link.visuals.size(); ++i)
     add_visual(body, link.visuals[i], i < class_labels.size() ? class_labels[i] : std::nullopt, diagnostics);
+  if (marks_missing_) add_missing(body, link, diagnostics);
   return body;
 }
 

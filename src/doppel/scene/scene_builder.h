@@ -51,6 +51,9 @@ DOPPEL_API Eigen::Vector3f unit_or_up(const Eigen::Vector3f& normal);
 class DOPPEL_API SceneBuilder {
  public:
   SceneBuilder();
+  // For pictures, not for sensors: a visual whose mesh file was not found is drawn as its link's collision shapes, or
+  // without any as a hatched red box.
+  void mark_missing_meshes() { marks_missing_ = true; }
   // Bodies that follow are parts of this model.
   void begin_model(const std::string& name);
   // A body with the visuals of a link; returns its index. What cannot be read is left out with a warning at its place
@@ -67,6 +70,8 @@ class DOPPEL_API SceneBuilder {
   std::shared_ptr<const RenderScene> finish();
 
  private:
+  void add_missing(int body, const Link& link, Diagnostics& diagnostics);
+  int hatched_material();
   void add_visual(int body, const Visual& visual, std::optional<std::uint16_t> class_label,
                   Diagnostics& diagnostics);
   std::optional<int> load(const MeshGeometry& geometry, const Visual& visual, Diagnostics& diagnostics);
@@ -81,6 +86,8 @@ class DOPPEL_API SceneBuilder {
   RenderScene scene_;
   std::map<std::string, std::optional<int>> meshes_;  // by file, scale and part; nullopt: it cannot be read
   std::map<std::string, int> textures_;
+  bool marks_missing_ = false;
+  int hatched_material_ = -1;  // -1: not made yet
 };
 
 }  // namespace doppel

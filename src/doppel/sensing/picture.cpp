@@ -8,7 +8,7 @@ namespace doppel {
 
 Bitmap take_picture(const Engine& engine, const CameraDescription& camera, const Pose& X_WS,
                     Diagnostics& diagnostics) {
-  const auto caster = make_ray_caster(make_world_scene(engine.world(), diagnostics));
+  const auto caster = make_ray_caster(make_picture_scene(engine.world(), diagnostics));
   std::vector<Pose> poses;
   read_poses(engine, poses);
   caster->set_poses(poses);
@@ -35,7 +35,7 @@ Pose looking_at(const Eigen::Vector3d& from_W, const Eigen::Vector3d& at_W) {
 }
 
 Eigen::AlignedBox3d bounds_of(const Engine& engine, Diagnostics& diagnostics) {
-  const auto scene = make_world_scene(engine.world(), diagnostics);
+  const auto scene = make_picture_scene(engine.world(), diagnostics);
   std::vector<Pose> poses;
   read_poses(engine, poses);
   Eigen::AlignedBox3d box;

@@ -11,10 +11,8 @@ namespace {
 
 constexpr double kGroundSize = 400;  // m
 
-}  // namespace
-
-std::shared_ptr<const RenderScene> make_world_scene(const CompiledWorld& world, Diagnostics& diagnostics) {
-  SceneBuilder builder;
+std::shared_ptr<const RenderScene> world_scene_by(SceneBuilder builder, const CompiledWorld& world,
+                                                  Diagnostics& diagnostics) {
   const int ground = builder.add_body("ground");
   if (world.settings().ground) {
     SurfaceMaterial grey;
@@ -53,6 +51,18 @@ std::shared_ptr<const RenderScene> make_world_scene(const CompiledWorld& world, 
                     scene->items.size(), ObjectLabels::kMostClasses),
         "label models or visuals by Gazebo's Label plugin");
   return scene;
+}
+
+}  // namespace
+
+std::shared_ptr<const RenderScene> make_world_scene(const CompiledWorld& world, Diagnostics& diagnostics) {
+  return world_scene_by(SceneBuilder(), world, diagnostics);
+}
+
+std::shared_ptr<const RenderScene> make_picture_scene(const CompiledWorld& world, Diagnostics& diagnostics) {
+  SceneBuilder builder;
+  builder.mark_missing_meshes();
+  return world_scene_by(std::move(builder), world, diagnostics);
 }
 
 void read_poses(const Engine& engine, std::vector<Pose>& out) {

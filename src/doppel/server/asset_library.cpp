@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cerrno>
 #include <cstring>
 
@@ -15,6 +14,7 @@
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
 #include "doppel/packages/package_folder.h"
+#include "doppel/server/detail/header_text.h"
 
 namespace doppel {
 namespace {
@@ -25,24 +25,6 @@ constexpr std::size_t kMaxUriLength = 4096;
 constexpr std::array<std::string_view, 16> kCompanions{".png", ".jpg",  ".jpeg", ".bmp", ".gif", ".tga",
                                                        ".tif", ".tiff", ".webp", ".dds", ".mtl", ".stl",
                                                        ".obj", ".dae",  ".glb",  ".gltf"};
-
-int hex_digit(char c) {
-  const auto lower = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  if (lower >= '0' && lower <= '9') return lower - '0';
-  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
-}
-
-// Decodes percent escapes once; an invalid escape is unchanged.
-std::string percent_decoded(std::string_view text) {
-  std::string out;
-  for (std::size_t i = 0; i < text.size(); ++i) {
-    const int high = text[i] == '%' && i + 2 < text.size() ? hex_digit(text[i + 1]) : -1;
-    const int low = high >= 0 ? hex_digit(text[i + 2]) : -1;
-    out += low >= 0 ? static_cast<char>(high * 16 + low) : text[i];
-    if (low >= 0) i += 2;
-  }
-  return out;
-}
 
 std::string ending_of(const fs::path& file) {
   return lowered(file.extension().string());

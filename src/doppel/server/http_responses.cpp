@@ -94,7 +94,9 @@ HttpResponse health(const ServerSummary& facts) {
   return answer;
 }
 
-bool takes_gzip(std::string_view accept_encoding) {
+}  // namespace
+
+bool accepts_gzip(std::string_view accept_encoding) {
   return any_entry(accept_encoding, ',', [](std::string_view coding) {
     const std::size_t semicolon = coding.find(';');
     const std::string_view name = trim_blanks(coding.substr(0, semicolon));
@@ -105,6 +107,8 @@ bool takes_gzip(std::string_view accept_encoding) {
   });
 }
 
+namespace {
+
 bool matches(std::string_view if_none_match, std::string_view tag) {
   if (if_none_match.empty()) return false;
   return any_entry(if_none_match, ',', [tag](std::string_view known) {
@@ -113,15 +117,41 @@ bool matches(std::string_view if_none_match, std::string_view tag) {
   });
 }
 
-HttpResponse answer_file(const PageFile& file, const HttpRequest& question) {
-  const bool packed = !file.gzip.empty() && takes_gzip(question.accept_encoding);
-  const std::string tag = fmt::format("\"{}{}\"", file.tag, packed ? "-gzip" : "");
+std::string quoted_tag(const ServedFile& file, bool packed) {
+  return fmt::format("\"{}{}\"", file.tag, packed ? "-gzip" : "");
+}
+
+HttpResponse answer_page_file(const PageFile& file, const HttpRequest& question) {
+  HttpResponse answer = file_response({.content_type = file.content_type,
+                                       .tag = file.tag,
+                                       .bytes = file.bytes,
+                                       .gzip = file.gzip,
+                                       .owner = nullptr,
+                                       .immutable = file.immutable},
+                                      question);
+  answer.headers.emplace_back("Content-Security-Policy", std::string(kPagePolicy));
+  return answer;
+}
+
+}  // namespace
+
+bool is_known(const ServedFile& file, const HttpRequest& question) {
+  return matches(question.if_none_match, quoted_tag(file, true)) ||
+         matches(question.if_none_match, quoted_tag(file, false));
+}
+
+HttpResponse file_response(const ServedFile& file, const HttpRequest& question) {
+  const bool packed = !file.gzip.empty() && accepts_gzip(question.accept_encoding);
+  std::string tag = quoted_tag(file, packed);
+  // A file that the client has in compressed form is not compressed again to compare it.
+  const bool has_packed = file.gzip.empty() && accepts_gzip(question.accept_encoding) &&
+                          matches(question.if_none_match, quoted_tag(file, true));
+  if (has_packed) tag = quoted_tag(file, true);
   HttpResponse answer;
   answer.headers = {
       {"ETag", tag},
       {"Vary", "Accept-Encoding"},
       {"Cache-Control", file.immutable ? "public, max-age=31536000, immutable" : "no-cache"},
-      {"Content-Security-Policy", std::string(kPagePolicy)},
   };
   if (matches(question.if_none_match, tag)) {
     answer.status = 304;
@@ -129,11 +159,10 @@ HttpResponse answer_file(const PageFile& file, const HttpRequest& question) {
   }
   answer.content_type = file.content_type;
   answer.file = packed ? file.gzip : file.bytes;
+  answer.owner = file.owner;
   if (packed) answer.headers.emplace_back("Content-Encoding", "gzip");
   return answer;
 }
-
-}  // namespace
 
 HttpResponse http_problem(unsigned status, std::string text) {
   HttpResponse answer;
@@ -150,7 +179,7 @@ HttpResponse http_response_to(const HttpRequest& question, PageFiles& page, cons
     return answer;
   }
   const std::string_view path = question.target.substr(0, question.target.find('?'));
-  if (const PageFile* file = page.find(path)) return answer_file(*file, question);
+  if (const PageFile* file = page.find(path)) return answer_page_file(*file, question);
   if (path == "/") return small_page(facts);
   if (path == "/health") return health(facts);
   return http_problem(404, "not found; the page is at /");

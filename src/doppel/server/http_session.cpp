@@ -74,15 +74,21 @@ void HttpSession::answer(const Request& request) {
   if (const Status welcome = context_.admission.check(who); !welcome)
     return reply(http_problem(403, welcome.why()));
   if (websocket::is_upgrade(request)) return upgrade(request);
+  const HttpRequest question{.method = view(request.method_string()),
+                             .target = who.target,
+                             .accept_encoding = view(request[http::field::accept_encoding]),
+                             .if_none_match = view(request[http::field::if_none_match])};
+  if (const auto uri = requested_file(who.target);
+      uri && (question.method == "GET" || question.method == "HEAD")) {
+    context_.files.get(*uri, question,
+                       [self = shared_from_this()](HttpResponse file) { self->reply(std::move(file)); });
+    return;
+  }
   const ServerSummary facts{.name = context_.options.name,
                             .url = context_.url,
                             .clients = context_.hub.clients(),
                             .topics = context_.hub.topic_count()};
-  HttpResponse answer = http_response_to({.method = view(request.method_string()),
-                                          .target = who.target,
-                                          .accept_encoding = view(request[http::field::accept_encoding]),
-                                          .if_none_match = view(request[http::field::if_none_match])},
-                                         context_.page, facts);
+  HttpResponse answer = http_response_to(question, context_.page, facts);
   if (std::string cookie = context_.admission.cookie_for(who.target); !cookie.empty())
     answer.headers.emplace_back("Set-Cookie", std::move(cookie));
   reply(std::move(answer));

@@ -81,8 +81,12 @@ Hub::ClientId Hub::join(ClientLink& link) {
                             .session_id = session_id_,
                             .capabilities = {"clientPublish", "services", "parameters", "parametersSubscribe",
                                              "connectionGraph", "time"},
-                            .encodings = {std::string(foxglove::kCdr), std::string(foxglove::kJson)}};
-  if (assets_.offers()) info.capabilities.emplace_back("assets");
+                            .encodings = {std::string(foxglove::kCdr), std::string(foxglove::kJson)},
+                            .metadata = options_.metadata};
+  if (assets_.offers()) {
+    info.capabilities.emplace_back("assets");
+    info.metadata.emplace_back("files", "/files");  // where the page requests them over HTTP
+  }
   link.send(make_frame(foxglove::to_frame(info)));
   link.send(channels_frame_);
   link.send(services_frame_);

@@ -44,10 +44,11 @@ class DOPPEL_API ClientLink {
 struct HubOptions {
   std::string name;  // for serverInfo
   std::size_t ring_bytes = std::size_t{32} << 20;
-  std::size_t max_calls = 256;            // of one client, unanswered
-  std::size_t max_advertisements = 1024;  // of one client
-  std::size_t max_fetches = 4096;         // of one client, unanswered
-  std::shared_ptr<AssetLibrary> assets;   // the files of fetchAsset; nullptr: none
+  std::size_t max_calls = 256;                                  // of one client, unanswered
+  std::size_t max_advertisements = 1024;                        // of one client
+  std::size_t max_fetches = 4096;                               // of one client, unanswered
+  std::shared_ptr<AssetLibrary> assets;                         // the files of fetchAsset; nullptr: none
+  std::vector<std::pair<std::string, std::string>> metadata{};  // for serverInfo
 };
 
 class DOPPEL_API Hub {

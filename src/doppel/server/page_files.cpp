@@ -10,6 +10,8 @@
 #include <iterator>
 #include <optional>
 
+#include "doppel/core/fnv_hash.h"
+
 namespace doppel {
 namespace {
 
@@ -48,13 +50,6 @@ std::optional<std::string> read_file(const fs::path& file) {
   return std::string(std::istreambuf_iterator<char>(in), {});
 }
 
-// FNV-1a: distinguishes builds of a file; it needs no protection against forgery.
-std::string tag_of(std::string_view bytes) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  return fmt::format("{:016x}", hash);
-}
-
 // "main-EPFJUWFJ.css", the build's names of immutable files.
 bool has_hash(std::string_view stem) {
   constexpr std::size_t kHash = 8;
@@ -70,13 +65,17 @@ std::optional<PageFile> read_page_file(const fs::path& file) {
   if (!bytes) return std::nullopt;
   PageFile out;
   out.content_type = type;
-  out.tag = tag_of(*bytes);
+  out.tag = content_tag(*bytes);
   out.bytes = std::move(*bytes);
   out.gzip = read_file(file.string() + ".gz").value_or("");
   return out;
 }
 
 }  // namespace
+
+std::string content_tag(std::string_view bytes) {
+  return fmt::format("{:016x}", fnv_hash(bytes));
+}
 
 const PageFile* PageFiles::find(std::string_view path) {
   if (files_.empty()) read();

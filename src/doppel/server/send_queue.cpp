@@ -34,9 +34,18 @@ std::size_t SendQueue::push(OutgoingFrame frame) {
   return dropped;
 }
 
+bool SendQueue::is_answer_next() const {
+  return data_.empty() || (!answers_.empty() && answers_.front().order < data_.front().order);
+}
+
+const OutgoingFrame* SendQueue::front() const {
+  if (empty()) return nullptr;
+  return &(is_answer_next() ? answers_ : data_).front().frame;
+}
+
 std::optional<OutgoingFrame> SendQueue::pop() {
   if (empty()) return std::nullopt;
-  const bool answer = data_.empty() || (!answers_.empty() && answers_.front().order < data_.front().order);
+  const bool answer = is_answer_next();
   std::deque<Entry>& from = answer ? answers_ : data_;
   OutgoingFrame frame = std::move(from.front().frame);
   from.pop_front();

@@ -19,8 +19,11 @@ class DOPPEL_API SendQueue {
   // other message waits.
   std::size_t push(OutgoingFrame frame);
   std::optional<OutgoingFrame> pop();
+  // The frame that pop() would return; nullptr: none.
+  [[nodiscard]] const OutgoingFrame* front() const;
   void clear();
 
+  [[nodiscard]] bool has_answers() const { return !answers_.empty(); }
   [[nodiscard]] bool empty() const { return answers_.empty() && data_.empty(); }
   [[nodiscard]] std::size_t answer_bytes() const { return answer_bytes_; }
   [[nodiscard]] std::size_t assets() const { return assets_; }
@@ -31,6 +34,8 @@ class DOPPEL_API SendQueue {
     std::uint64_t order = 0;
     OutgoingFrame frame;
   };
+  [[nodiscard]] bool is_answer_next() const;
+
   std::size_t data_limit_;
   std::uint64_t next_order_ = 0;
   std::deque<Entry> answers_, data_;

@@ -44,13 +44,20 @@ struct Server::Impl {
       : options(std::move(wanted)),
         log(to),
         page(options.page_folder),
-        context{.options = options, .bus = bus, .hub = hub, .admission = admission, .page = page, .url = ""},
+        context{.options = options,
+                .bus = bus,
+                .hub = hub,
+                .admission = admission,
+                .page = page,
+                .files = files,
+                .url = ""},
         acceptor(listen(io, options)),
         address(acceptor.local_endpoint().address()),
         port(acceptor.local_endpoint().port()),
         token(checked_token(options, address.is_loopback())),
         admission(options.host, address.is_loopback(), token, port),
-        hub(bus, {.name = options.name, .assets = options.assets},
+        files(options.assets, [this](std::function<void()> task) { asio::post(io, std::move(task)); }),
+        hub(bus, {.name = options.name, .assets = options.assets, .metadata = options.metadata},
             [this](std::function<void()> task) { asio::post(io, std::move(task)); }),
         bus_readable(io, dup(hub.readable_fd())),
         tick_timer(io) {
@@ -177,7 +184,8 @@ struct Server::Impl {
   std::uint16_t port = 0;
   std::string token;
   Admission admission;
-  Hub hub;  // after io, so that its edge, which posts to io, is destroyed first
+  HttpFiles files;  // after io, to which it posts
+  Hub hub;          // after io, so that its edge, which posts to io, is destroyed first
   asio::posix::stream_descriptor bus_readable;
   asio::steady_timer tick_timer, accept_retry{io};
   bool ticking = false, stopping = false;

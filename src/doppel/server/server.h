@@ -8,6 +8,8 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "doppel/bus/bus.h"
 #include "doppel/core/log.h"
@@ -17,11 +19,12 @@
 namespace doppel {
 
 struct ServerOptions {
-  std::string host = "127.0.0.1";          // an address of this machine, or a name of it
-  std::uint16_t port = 8700;               // 0: any
-  bool any_free_port = true;               // if it is in use: the next free one of the following twenty
-  std::string token{};                     // required of all clients; empty: none on loopback, else a new one
-  std::string name = "doppel";             // in serverInfo
+  std::string host = "127.0.0.1";  // an address of this machine, or a name of it
+  std::uint16_t port = 8700;       // 0: any
+  bool any_free_port = true;       // if it is in use: the next free one of the following twenty
+  std::string token{};             // required of all clients; empty: none on loopback, else a new one
+  std::string name = "doppel";     // in serverInfo
+  std::vector<std::pair<std::string, std::string>> metadata{};  // in serverInfo, for the page
   std::filesystem::path page_folder{};     // of the built page; without one a small page is served
   std::shared_ptr<AssetLibrary> assets{};  // files that clients may fetch; nullptr: none
   std::size_t max_clients = 32;

@@ -4,6 +4,8 @@
 
 #include <boost/asio/post.hpp>
 
+#include "doppel/server/detail/bundle.h"
+
 namespace doppel::net {
 namespace {
 
@@ -19,7 +21,8 @@ WebSocketSession::WebSocketSession(tcp::socket socket, Context& context)
       socket_(std::move(socket)),
       queue_(context.options.client_queue_bytes),
       messages_(context.options.messages_per_second, context.options.message_burst),
-      bytes_(context.options.bytes_per_second, context.options.byte_burst) {
+      bytes_(context.options.bytes_per_second, context.options.byte_burst),
+      bundle_timer_(socket_.get_executor()) {
   context_.clients.insert(this);
 }
 
@@ -39,6 +42,7 @@ void WebSocketSession::or_end(const Work& work) {
 
 void WebSocketSession::accept(const Request& request, std::string_view subprotocol) {
   beast::get_lowest_layer(socket_).expires_never();
+  bundle_period_ = bundle_period({request.target().data(), request.target().size()});
   websocket::stream_base::timeout timeouts{};
   timeouts.handshake_timeout = std::chrono::seconds(10);
   timeouts.idle_timeout = std::chrono::seconds(60);  // with pings; a client that answers none is closed
@@ -67,6 +71,7 @@ void WebSocketSession::accept(const Request& request, std::string_view subprotoc
 
 void WebSocketSession::send(OutgoingFrame frame) {
   if (closing_) return;
+  const bool is_message = frame.kind == OutgoingFrame::Kind::message;
   if (const std::size_t skipped = queue_.push(std::move(frame)); skipped > 0) {
     context_.skipped += skipped;
     context_.bus.add_skipped(skipped);  // published in the loop's status
@@ -74,7 +79,18 @@ void WebSocketSession::send(OutgoingFrame frame) {
   if (queue_.answer_bytes() > 4 * context_.options.client_queue_bytes + kAnswersBeforePause) {
     return close(websocket::close_code::try_again_later, "this client does not read its subscriptions");
   }
+  if (is_message && bundle_period_.count() > 0) write_soon();
   write();
+}
+
+// Messages wait for others of the same bundle, unless they are many already.
+void WebSocketSession::write_soon() {
+  if (std::exchange(gathering_, true)) return;
+  bundle_timer_.expires_after(bundle_period_);
+  bundle_timer_.async_wait([self = shared_from_this()](error_code failed) {
+    self->gathering_ = false;
+    if (!failed) self->or_end([&] { self->write(); });
+  });
 }
 
 void WebSocketSession::close(websocket::close_code code, std::string_view reason) {
@@ -139,7 +155,8 @@ void WebSocketSession::read_on() {
 
 void WebSocketSession::write() {
   if (writing_ || closing_ || ended_) return;
-  auto frame = queue_.pop();
+  if (gathering_ && !queue_.has_answers() && queue_.data_bytes() < kMaxBundleBytes) return;
+  auto frame = bundle_period_.count() > 0 ? pop_bundle(queue_) : queue_.pop();
   if (!frame) return;
   writing_ = true;
   in_flight_ = std::move(*frame);
@@ -167,6 +184,7 @@ void WebSocketSession::end() {
   if (std::exchange(ended_, true)) return;
   closing_ = true;
   queue_.clear();
+  bundle_timer_.cancel();
   leave();
   error_code ignored;
   beast::get_lowest_layer(socket_).socket().close(ignored);

@@ -12,6 +12,7 @@ ServerOptions server_options(const std::string& robot, const ServerEdgeOptions& 
   out.host = options.host;
   out.token = options.token;
   out.page_folder = options.page_folder;
+  out.metadata = options.metadata;
   out.assets = std::move(assets);
   if (options.port != 0) {
     out.port = static_cast<std::uint16_t>(options.port);

@@ -4,6 +4,8 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "doppel/export.h"
 #include "doppel/server/announcement.h"
@@ -14,7 +16,8 @@ namespace doppel {
 struct ServerEdgeOptions {
   int port = 0;  // 0: 8700 or the next that is free
   std::string host = "127.0.0.1", token;
-  std::filesystem::path page_folder;  // of the built page
+  std::filesystem::path page_folder;                            // of the built page
+  std::vector<std::pair<std::string, std::string>> metadata{};  // for the page, in the server's greeting
 };
 
 class DOPPEL_API ServerEdge {

@@ -3,9 +3,10 @@ import type { Panel } from './app';
 import { button, h } from './dom';
 import { setIcon } from './icons';
 import { Dock } from './dock';
+import { narrow } from './narrow';
 import { set, settings } from './settings';
 
-const NARROW = '(max-width: 820px)';
+const MIN_SHARE = 0.15, MAX_SHARE = 0.8; // of the height, for the picture of a narrow window
 
 export class Layout {
   readonly stage = h('section', { class: 'stage', 'aria-label': 'Picture' });
@@ -26,7 +27,7 @@ export class Layout {
   mount(right: Panel[], bottom: Panel[]): void {
     this.rightPanels.push(...right);
     this.bottomPanels.push(...bottom);
-    const media = matchMedia(NARROW);
+    const media = narrow();
     const arrange = (): void => {
       this.right.clear();
       this.bottom.clear();
@@ -72,17 +73,19 @@ export class Layout {
   private sizes(): void {
     this.work.style.setProperty('--right', `${settings.rightWidth}px`);
     this.work.style.setProperty('--bottom', `${settings.bottomHeight}px`);
+    this.work.style.setProperty('--share', `${(settings.pictureShare * 100).toFixed(1)}%`);
   }
 
   private splitter(kind: 'v' | 'h'): HTMLElement {
     const change = (by: number): void => {
       if (kind === 'v') set('rightWidth', Math.min(innerWidth * 0.6, Math.max(280, settings.rightWidth - by)));
+      else if (narrow().matches) set('pictureShare', Math.min(MAX_SHARE, Math.max(MIN_SHARE, settings.pictureShare + by / this.work.clientHeight)));
       else set('bottomHeight', Math.min(innerHeight * 0.6, Math.max(120, settings.bottomHeight - by)));
       this.sizes();
     };
     const bar = h('div', {
       class: `splitter ${kind}`, role: 'separator', tabIndex: 0, 'aria-orientation': kind === 'v' ? 'vertical' : 'horizontal',
-      'aria-label': kind === 'v' ? 'Width of the panels' : 'Height of the lower panels',
+      'aria-label': kind === 'v' ? 'Width of the panels' : 'Height of the panels below',
       onkeydown: (event: KeyboardEvent) => {
         const step = { ArrowLeft: -16, ArrowUp: -16, ArrowRight: 16, ArrowDown: 16 }[event.key];
         if (step === undefined) return;

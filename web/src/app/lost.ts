@@ -3,6 +3,8 @@ import type { App } from './app';
 import { copyText } from './clipboard';
 import { button, h, say } from './dom';
 
+const DEFAULT_PORT = '8700';
+
 function ago(seconds: number): string {
   return seconds < 100 ? `${Math.floor(seconds)} s` : seconds < 6000 ? `${Math.floor(seconds / 60)} min` : `${Math.floor(seconds / 3600)} h`;
 }
@@ -17,6 +19,12 @@ export function makeLostBanner({ twin, commander }: App): { element: HTMLElement
   const element = h('div', { class: 'lost-note', role: 'alert', hidden: true }, age,
     h('p', {}, 'Picture and values are the last that were received. The page connects again by itself.'), stop, start,
     h('div', { class: 'row' }, button('Connect now', 'Connect now instead of in a few seconds', () => client.retry())));
+  // At this page's port, which the next twin would not choose by itself.
+  const restart = (): string => {
+    const line = client.metadata['command'] ?? 'doppel up';
+    const { port } = location;
+    return port === '' || port === DEFAULT_PORT || / --port\b/.test(line) ? line : `${line} --port ${port}`;
+  };
   return {
     element,
     update: () => {
@@ -26,7 +34,7 @@ export function makeLostBanner({ twin, commander }: App): { element: HTMLElement
       if (!lost) return;
       say(age, client.lostAt > 0 ? `No connection to the twin for ${ago((performance.now() - client.lostAt) / 1000)}.` : 'No twin answers at this address.');
       stop.hidden = !commander.unsent;
-      say(command, client.metadata['command'] ?? 'doppel up');
+      say(command, restart());
     },
   };
 }

@@ -3,21 +3,25 @@ import '../style/base.css';
 import '../style/layout.css';
 import '../style/panels.css';
 import '../style/loop.css';
+import { BUNDLE_PERIOD } from '../protocol/bundle';
 import { AssetStore } from '../robot/assets';
 import { Twin } from './twin';
 
 performance.mark('doppel: script');
 const ROBOT_TIMEOUT = 250; // ms after which the picture is set up without the robot
 
+const asked = new URLSearchParams(location.search);
+const own = !asked.has('ws');
+
 function serverUrl(): string {
-  const asked = new URLSearchParams(location.search);
-  const token = asked.get('token');
   const base = asked.get('ws') ?? `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/`;
-  return token ? `${base}${base.includes('?') ? '&' : '?'}token=${encodeURIComponent(token)}` : base;
+  const token = asked.get('token');
+  const query = [token ? `token=${encodeURIComponent(token)}` : '', `bundle=${BUNDLE_PERIOD}`].filter(Boolean).join('&');
+  return `${base}${base.includes('?') ? '&' : '?'}${query}`;
 }
 
 const twin = new Twin(serverUrl());
-const assets = new AssetStore(twin.client);
+const assets = new AssetStore(twin.client, own);
 const known = new Promise<void>((done) => {
   setTimeout(done, ROBOT_TIMEOUT);
   twin.robotChanged.on(({ robot }) => {

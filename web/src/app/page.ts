@@ -25,7 +25,7 @@ export function startPage(twin: Twin, assets: AssetStore): void {
     app.selected.emit(selection);
   };
   startStopKeys(commander);
-  const bar = makeBar(app, openSettings);
+  const bar = makeBar(app, () => openSettings(twin.client.metadata['version'] ?? ''));
   const layout = new Layout(bar.element);
   app.world = new World(layout.stage, twin, commander, assets);
   performance.mark('doppel: stage');

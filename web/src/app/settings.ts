@@ -11,6 +11,8 @@ export interface Settings {
   rightWidth: number;
   bottomHeight: number;
   bottomOpen: boolean;
+  pictureShare: number; // of the height, where the panels are below it on a narrow window
+  hintsSeen: boolean;
   tabs: Record<string, string>;
   tool: string;
   keepOrientation: boolean;
@@ -25,9 +27,11 @@ const DEFAULTS: Settings = {
   stopDoes: 'hold',  // a joint without an active controller is passive, and the arm would fall
   stopKeys: ['Escape'],
   speedShare: 0.5,
-  rightWidth: 400,
+  rightWidth: 430,
   bottomHeight: 250,
   bottomOpen: true,
+  pictureShare: 0.44,
+  hintsSeen: false,
   tabs: {},
   tool: '',
   keepOrientation: true,

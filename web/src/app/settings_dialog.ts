@@ -1,9 +1,9 @@
 import { openDialog } from './dialog';
-import { button, fill, h } from './dom';
+import { button, fill, h, toast } from './dom';
 import { KEYS } from './keyboard';
 import { set, settings } from './settings';
 
-export function openSettings(): void {
+export function openSettings(version: string): void {
   const dialog = h('dialog', { 'aria-label': 'Settings' });
   const choice = (label: string, value: string, options: [string, string][], change: (value: string) => void): HTMLElement => {
     const select = h('select', { onchange: () => change(select.value) }, options.map(([v, text]) => h('option', { value: v, selected: v === value }, text)));
@@ -11,11 +11,15 @@ export function openSettings(): void {
   };
   fill(dialog, h('h2', {}, 'Settings'),
     choice('Theme', settings.theme, [['system', 'as the system'], ['light', 'light'], ['dark', 'dark']], (v) => set('theme', v as typeof settings.theme)),
-    choice('Emergency stop', settings.stopDoes, [['deactivate', 'cancel, hold, deactivate the controllers'], ['hold', 'cancel and hold; the controllers stay active']], (v) => set('stopDoes', v as typeof settings.stopDoes)),
+    choice('Emergency stop', settings.stopDoes, [['deactivate', 'cancel goals and deactivate the controllers: an arm may fall'], ['hold', 'hold every joint and refuse all clients, as doppel stop']], (v) => set('stopDoes', v as typeof settings.stopDoes)),
     choice('Key of the stop', settings.stopKeys.join(), [['Escape', 'Escape'], ['Space', 'Space'], ['Escape,Space', 'Escape and Space']], (v) => set('stopKeys', v.split(','))),
     h('h2', { style: 'margin-top:16px' }, 'Keys'),
     h('table', {}, KEYS.map(([key, what]) => h('tr', {}, h('td', {}, key.split(' ').map((k) => (k ? [h('kbd', {}, k), ' '] : ' '))), h('td', {}, what)))),
     h('p', { class: 'muted' }, 'Gamepad: hold a shoulder button, then sticks and triggers move the tool; B stops.'),
-    h('div', { class: 'row' }, h('span', { class: 'spacer' }), button('Close', 'Close', () => dialog.close())));
+    h('p', { class: 'muted about' }, version ? `doppel ${version}. ` : '', 'The manual: ', h('code', {}, 'doppel man'), '; the robots that come with it: ', h('code', {}, 'doppel robots'), '.'),
+    h('div', { class: 'row' }, button('Show the first steps again', 'Show them with the next load of the page', () => {
+      set('hintsSeen', false);
+      toast('The first steps are shown with the next load of the page.');
+    }), h('span', { class: 'spacer' }), button('Close', 'Close', () => dialog.close())));
   openDialog(dialog);
 }

@@ -2,6 +2,7 @@
 import type { App, Panel } from './app';
 import type { Layout } from './layout';
 import { Drive } from './drive';
+import { makeHints } from './hints';
 import { Jog } from './jog';
 import { startKeyboard } from './keyboard';
 import { Parameters } from './parameters';
@@ -54,9 +55,11 @@ export function startWorkbench(app: App, layout: Layout): void {
   const recorder = new Recorder(app.twin, tolerances);
   startKeyboard(app, jog);
 
-  const right: Panel[] = [jointsPanel(app), treePanel(app), toolPanel(app, driver, handle, jog, pusher), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), controlPanel(app), healthPanel(app)];
+  const right: Panel[] = [jointsPanel(app), healthPanel(app), controlPanel(app), toolPanel(app, driver, handle, jog, pusher), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
   const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   layout.mount(right, bottom);
+  const hints = makeHints(app);
+  if (hints) app.world.stage.host.append(hints);
   app.openPanel = (id) => layout.open(id);
   // A lost twin keeps its tabs.
   const refresh = (): void => {

@@ -1,7 +1,8 @@
 // Nodes and their parameters, each with an editor of its type; the reason why a node rejects a value is shown in its
 // row.
 import type { App, Panel } from '../app/app';
-import { fill, h, say } from '../app/dom';
+import { button, fill, h, say } from '../app/dom';
+import { showPage } from '../app/narrow';
 import { kindOf, splitName, textOf, type Descriptor, type Kind, type Parameters } from '../app/parameters';
 
 interface Row {
@@ -25,6 +26,7 @@ export function parametersPanel(app: App, parameters: Parameters): Panel {
   const nodes = h('ul', { class: 'topic-list', role: 'listbox', 'aria-label': 'Nodes' });
   const table = h('div', { class: 'parameters' });
   const search = h('input', { type: 'text', placeholder: 'search', 'aria-label': 'Search parameters', oninput: () => build() });
+  const nodeName = h('strong', { class: 'chosen-name' });
   let chosen = '';
   let rows = new Map<string, Row>();
   let known = '';
@@ -94,10 +96,12 @@ export function parametersPanel(app: App, parameters: Parameters): Panel {
     fill(nodes, found.size === 0 ? h('li', { class: 'empty' }, parameters.values.size > 0 ? 'No match.' : 'No node has parameters.') : [...found].map(([node, names]) =>
       h('li', {}, h('button', { type: 'button', role: 'option', 'aria-selected': String(node === chosen), onclick: () => {
         chosen = node;
+        showPage(element, 'detail');
         build();
       } }, h('span', { class: 'topic-name' }, node), h('span', { class: 'num muted' }, String(names.length))))));
     const names = found.get(chosen) ?? [];
     const node = chosen;
+    say(nodeName, node);
     rows = new Map();
     fill(table, names.length === 0 ? null : h('p', { class: 'empty' }, 'Loading.'));
     if (names.length === 0) return;
@@ -126,9 +130,13 @@ export function parametersPanel(app: App, parameters: Parameters): Panel {
     if (end) void twin.client.getParameters().catch(() => {});
   });
 
+  const back = button('‹ All', 'Back to the list of nodes', () => showPage(element, 'list'), { class: 'back' });
+  const element = h('div', { class: 'topics-panel parameters-panel' }, h('div', { class: 'topics-left' }, h('div', { class: 'tools' }, search), nodes),
+    h('div', { class: 'topics-right' }, h('div', { class: 'tools detail-head' }, back, nodeName), table));
+  showPage(element, 'list');
   return {
     id: 'parameters', title: 'Parameters',
-    element: h('div', { class: 'topics-panel parameters-panel' }, h('div', { class: 'topics-left' }, h('div', { class: 'tools' }, search), nodes), table),
+    element,
     shown: () => {
       end ??= parameters.watch();
       build();

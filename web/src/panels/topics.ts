@@ -5,6 +5,7 @@ import { ImagePainter, isImage } from '../app/image';
 import { formFields, invalid } from '../app/form';
 import { blank, isNumbers, type Message, type Value } from '../protocol/cdr';
 import type { MessageType } from '../protocol/schema';
+import { showPage } from '../app/narrow';
 import { plotWanted } from './plots';
 
 const MOST_ELEMENTS = 60;
@@ -23,6 +24,7 @@ export function topicsPanel(app: App): Panel {
   const painter = new ImagePainter(canvas);
   painter.onpainted = () => say(caption, painter.note);
   const none = h('p', { class: 'empty' });
+  const back = button('‹ All', 'Back to the list', () => showPage(element, 'list'), { class: 'back' });
   let publishing = false;
   let kind: 'topics' | 'services' = 'topics';
   const kinds = h('div', { class: 'segments', role: 'group', 'aria-label': 'What is listed' }, button('Topics', 'Topics', () => showKind('topics'), { 'aria-pressed': 'true' }), button('Services', 'Services', () => showKind('services'), { 'aria-pressed': 'false' }));
@@ -96,7 +98,8 @@ export function topicsPanel(app: App): Panel {
       else fill(tree, h('p', { class: 'empty' }, 'No message yet.'));
     };
     publishing = false;
-    fill(head, h('span', { class: 'muted schema', title: schema }, schema), h('span', { class: 'spacer' }), hold, publish);
+    showPage(element, 'detail');
+    fill(head, back, h('strong', { class: 'chosen-name' }, topic), h('span', { class: 'muted schema', title: schema }, schema), h('span', { class: 'spacer' }), hold, publish);
     reflect();
     listen();
   }
@@ -214,7 +217,8 @@ export function topicsPanel(app: App): Panel {
     chosen = service;
     last = null;
     mark();
-    fill(head, h('span', { class: 'muted' }, client.services.get(service)?.type ?? ''));
+    showPage(element, 'detail');
+    fill(head, back, h('strong', { class: 'chosen-name' }, service), h('span', { class: 'muted schema' }, client.services.get(service)?.type ?? ''));
     callForm(service);
   }
 
@@ -224,10 +228,12 @@ export function topicsPanel(app: App): Panel {
     if (now !== known) build();
     known = now;
   });
+  const element = h('div', { class: 'topics-panel' }, h('div', { class: 'topics-left' }, h('div', { class: 'tools' }, kinds, search), list), h('div', { class: 'topics-right' }, head, tree));
+  showPage(element, 'list');
   explain();
   return {
     id: 'topics', title: 'Topics', rate: 8,
-    element: h('div', { class: 'topics-panel' }, h('div', { class: 'topics-left' }, h('div', { class: 'tools' }, kinds, search), list), h('div', { class: 'topics-right' }, head, tree)),
+    element,
     update: () => {
       if (fresh) {
         fresh = false;

@@ -2,6 +2,7 @@
 import type { App, Panel } from '../app/app';
 import { fill, h, say } from '../app/dom';
 import type { Signal } from '../app/signal';
+import { narrow } from '../app/narrow';
 import type { Tree } from '../robot/tree';
 
 interface Node {
@@ -40,14 +41,13 @@ export function treePanel(app: App): Panel {
     list.scrollTop = 0;
     reflect();
   } });
-  const narrow = matchMedia('(max-width: 820px)');
   const folded = new Set<number>();
   let nodes: Node[] = [];
   let shown: Node[] = []; // those that are neither collapsed nor filtered out
   let byLink = new Map<number, Node>();
   let built: Tree | null = null;
 
-  const height = (): number => (narrow.matches ? 42 : 26);
+  const height = (): number => (narrow().matches ? 42 : 26);
   const chosen = (): number => shown.findIndex((node) => node.link === app.selection?.link);
 
   function build(tree: Tree): void {

@@ -8,6 +8,7 @@ import FoxgloveClient from '@foxglove/ws-protocol/dist/esm/src/FoxgloveClient';
 import { readCdr, writeCdr, type Message } from './cdr';
 import { parseSchema, shortName, type MessageType } from './schema';
 import { BUILTIN } from './builtin';
+import { framesOf } from './bundle';
 
 export type Phase = 'connecting' | 'open' | 'lost';
 export type Handler = (message: Message, stamp: bigint) => void;
@@ -97,6 +98,7 @@ export class Client {
     const socket = connect(this.options.url, FoxgloveClient.SUPPORTED_SUBPROTOCOL);
     this.socket = socket;
     const wire = new FoxgloveClient({ ws: socket });
+    this.openBundles(socket);
     wire.on('open', () => {
       this.wait = 250;
     });
@@ -109,6 +111,22 @@ export class Client {
     wire.on('serverInfo', (info) => this.greet(wire, info));
     this.listenToOffers(wire);
     this.listenToAnswers(wire);
+  }
+
+  // Each message of a bundle is given to the protocol's client as a frame of its own.
+  private openBundles(socket: SocketLike): void {
+    const take = socket.onmessage;
+    socket.onmessage = (event) => {
+      let frames: Uint8Array[] | null = null;
+      try {
+        frames = framesOf(event.data);
+      } catch (problem) {
+        this.report('bundle', `the connection: ${(problem as Error).message}`);
+        return;
+      }
+      if (frames) for (const data of frames) take?.({ ...event, data });
+      else take?.(event);
+    };
   }
 
   // Connects now instead of after the rest of the pause.

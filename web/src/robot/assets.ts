@@ -1,10 +1,12 @@
-// Files of the robot by URI, through the twin (fetchAsset).
+// Files of the robot by URI. The twin's own server sends them over HTTP, compressed and kept by the browser; any other server
+// by fetchAsset.
 import type { Client } from '../protocol/client';
 
 export class AssetStore {
   private readonly early = new Map<string, Promise<Uint8Array>>();
 
-  constructor(private readonly client: Client) {}
+  // `own`: the page is served by the server of the twin.
+  constructor(private readonly client: Client, private readonly own: boolean) {}
 
   // Requests now what `get` will need soon.
   prefetch(uri: string): void {
@@ -25,7 +27,15 @@ export class AssetStore {
   }
 
   private async fetch(uri: string): Promise<Uint8Array> {
-    if (!this.client.capabilities.has('assets')) throw new Error('the server has no files');
-    return this.client.fetchAsset(uri);
+    const { client } = this;
+    if (!client.capabilities.has('assets')) throw new Error('the server has no files');
+    const path = client.metadata['files'];
+    return this.own && path ? overHttp(`${path}?uri=${encodeURIComponent(uri)}`) : client.fetchAsset(uri);
   }
+}
+
+async function overHttp(address: string): Promise<Uint8Array> {
+  const answer = await fetch(address);
+  if (!answer.ok) throw new Error((await answer.text()).trim() || `the server answers with status ${answer.status}`);
+  return new Uint8Array(await answer.arrayBuffer());
 }

@@ -4,8 +4,9 @@
 import * as THREE from 'three';
 import { collisionEdges, collisionMaterial, ghostMaterial, materialOf, texturedOf } from './materials';
 import type { MeshStore } from './meshes';
+import { missingBox } from './missing';
 import { STRIDE, type Tree } from './tree';
-import type { Material, Shape, Vec3 } from './urdf';
+import type { Link, Material, Shape, Vec3 } from './urdf';
 
 export type Layer = 'visual' | 'collision' | 'inertia' | 'com' | 'frames' | 'axes';
 export type LayerMaker = (tree: Tree, link: number, into: THREE.Group) => void;
@@ -100,7 +101,7 @@ export class RobotView {
       into.add(holder);
       const geometry = primitive(shape);
       if (geometry) holder.add(collision ? colliding(geometry) : this.solid(geometry, shape));
-      else if (shape.geometry.kind === 'mesh') void this.addMesh(shape, shape.geometry, holder, collision);
+      else if (shape.geometry.kind === 'mesh') void this.addMesh(shape, shape.geometry, holder, collision ? null : { link, into });
     }
   }
 
@@ -120,10 +121,10 @@ export class RobotView {
     this.changed();
   }
 
-  private async addMesh(shape: Shape, { uri, scale }: { uri: string; scale: Vec3 }, holder: THREE.Group, collision: boolean): Promise<void> {
+  private async addMesh(shape: Shape, { uri, scale }: { uri: string; scale: Vec3 }, holder: THREE.Group, visual: { link: Link; into: THREE.Group } | null): Promise<void> {
     this.loading += 1;
     try {
-      if (collision) {
+      if (!visual) {
         holder.add(colliding(await this.meshes.hull(uri)));
       } else {
         const loaded = await this.meshes.get(uri);
@@ -133,10 +134,28 @@ export class RobotView {
       holder.scale.set(...scale);
     } catch (problem) {
       this.failed.push({ uri, reason: (problem as Error).message });
+      if (visual && !this.ghost) this.replace(uri, visual.link, visual.into, holder);
     } finally {
       this.loading -= 1;
       this.changed();
     }
+  }
+
+  // In place of a mesh that is missing; the collision shapes are those of the whole link.
+  private replace(uri: string, link: Link, into: THREE.Group, holder: THREE.Group): void {
+    if (into.userData['replaced']) return;
+    into.userData['replaced'] = true;
+    let shapes = 0;
+    for (const shape of link.collisions) {
+      const geometry = primitive(shape);
+      if (!geometry) continue;
+      const made = new THREE.Group();
+      applyOrigin(made, shape);
+      made.add(this.solid(geometry, { ...shape, material: null }));
+      into.add(made);
+      shapes += 1;
+    }
+    if (shapes === 0) holder.add(missingBox(uri));
   }
 
   // A mesh file's own materials are kept, as in RViz; the description's material is used where there is none.

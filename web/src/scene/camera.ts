@@ -19,6 +19,7 @@ export class CameraMan {
   private centre = new THREE.Vector3(0, 0, 0.2);
   private size = 0.5;
   follow: (() => THREE.Vector3 | null) | null = null;
+  touched = false; // by the user: the view is not chosen for them any more
 
   constructor(private readonly stage: Stage) {
     this.controls = new OrbitControls(stage.camera, stage.renderer.domElement);
@@ -28,6 +29,7 @@ export class CameraMan {
     this.controls.maxDistance = 80;
     this.controls.addEventListener('change', stage.invalidate);
     this.controls.addEventListener('start', () => {
+      this.touched = true;
       this.goal = null;
     });
     stage.tick.on((dt) => this.advance(dt));
@@ -44,12 +46,29 @@ export class CameraMan {
     this.controls.maxDistance = Math.max(80, this.size * 4);
   }
 
+  // Moves to the box without turning.
+  frame(box: THREE.Box3): void {
+    if (box.isEmpty()) return;
+    this.fit(box);
+    const { camera } = this.stage;
+    this.goal = this.towards(camera.position.clone().sub(this.controls.target).normalize());
+    if (!matchMedia('(prefers-reduced-motion: reduce)').matches) return;
+    camera.position.copy(this.goal.position);
+    this.controls.target.copy(this.goal.target);
+    this.goal = null;
+    this.controls.update();
+    this.stage.invalidate();
+  }
+
   private place(view: ViewName): { position: THREE.Vector3; target: THREE.Vector3 } {
+    return this.towards(new THREE.Vector3(...VIEWS[view].from).normalize());
+  }
+
+  private towards(direction: THREE.Vector3): { position: THREE.Vector3; target: THREE.Vector3 } {
     const { camera } = this.stage;
     const vertical = THREE.MathUtils.degToRad(camera.fov) / 2;
     const narrow = Math.min(vertical, Math.atan(Math.tan(vertical) * camera.aspect));
     const distance = (this.size * 0.58) / Math.sin(narrow);
-    const direction = new THREE.Vector3(...VIEWS[view].from).normalize();
     const target = this.centre.clone();
     target.z += this.size * 0.04; // the buttons lie over the upper edge
     return { position: target.clone().addScaledVector(direction, distance), target };
@@ -64,6 +83,7 @@ export class CameraMan {
   }
 
   go(view: ViewName): void {
+    this.touched = true;
     if (matchMedia('(prefers-reduced-motion: reduce)').matches) this.jump(view);
     else this.goal = this.place(view);
   }
@@ -74,6 +94,7 @@ export class CameraMan {
     const across = { ArrowLeft: -1, ArrowRight: 1 }[key] ?? 0, up = { ArrowUp: 1, ArrowDown: -1 }[key] ?? 0;
     const nearer = { PageUp: 1, PageDown: -1 }[key] ?? 0;
     if (across === 0 && up === 0 && nearer === 0) return false;
+    this.touched = true;
     this.goal = null;
     const { target } = this.controls;
     const offset = camera.position.clone().sub(target);

@@ -15,6 +15,7 @@ import { terrainOf } from './terrain';
 export const OBJECTS_TOPIC = '/doppel/objects', SCENE_TOPIC = '/doppel/scene';
 export const SPAWN = '/spawn_entity', DELETE = '/delete_entity', SET_STATE = '/gazebo/set_entity_state';
 const PERIOD = 40; // ms between two poses sent while dragging
+const NEAR_SIZE = 2, NEAR_DISTANCE = 3; // of objects in the first picture, in sizes of the robots
 const ACTION = { remove: 2, removeAll: 3 }; // visualization_msgs/Marker
 const PLANE = 0.001; // m, the thickness of a box that stands for a plane
 const MARKER = { cube: 1, sphere: 2, cylinder: 3, mesh: 10, triangles: 11 };
@@ -60,6 +61,7 @@ export class ObjectLayer {
     this.failed = world.failed;
     world.stage.scene.add(this.root, this.proxy);
     this.surroundings = new Surroundings(world.stage);
+    world.nearby = (robots) => this.near(robots);
     twin.client.subscribe(OBJECTS_TOPIC, (m) => this.take(m));
     twin.client.subscribe(SCENE_TOPIC, (m) => this.takeScene(m));
     twin.phaseChanged.on((phase) => {
@@ -119,8 +121,21 @@ export class ObjectLayer {
     this.fit();
   }
 
+  // Objects of a size and at a distance that belong to the picture of the robots, not the walls of their hall.
+  private near(robots: THREE.Box3): THREE.Box3 {
+    const size = robots.getSize(new THREE.Vector3()).length(), centre = robots.getCenter(new THREE.Vector3());
+    const out = new THREE.Box3();
+    for (const object of this.objects.values()) {
+      const box = boundsOf(object);
+      if (box.isEmpty() || [...object.parts.values()].some((part) => part.flat)) continue;
+      if (box.getSize(new THREE.Vector3()).length() < NEAR_SIZE * size && box.distanceToPoint(centre) < NEAR_DISTANCE * size) out.union(box);
+    }
+    return out;
+  }
+
   // The first picture of a world without a robot, repeated while meshes arrive.
   private fit(): void {
+    if (!this.app.twin.withoutRobots) this.app.world.grow();
     if (this.fitted || !this.app.twin.withoutRobots) return;
     const { channels } = this.app.twin.client;
     const expected = !this.surrounded && [...channels.values()].some((channel) => channel.topic === SCENE_TOPIC);

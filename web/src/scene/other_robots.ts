@@ -14,6 +14,7 @@ class OtherRobot {
   private readonly ends: (() => void)[];
   private truth: Float64Array | null = null;
   private poses = new Float64Array();
+  placed = false; // at a known pose
 
   constructor(readonly space: string, twin: Twin, private readonly world: World) {
     this.frames = twin.framesOf(space);
@@ -35,13 +36,16 @@ class OtherRobot {
   }
 
   private follow(): void {
+    const before = this.placed;
     if (this.place()) this.world.stage.moved();
+    if (this.placed !== before) this.world.othersChanged();
   }
 
   private describe(text: string): void {
     if (this.view) this.world.stage.scene.remove(this.view.root);
     this.tree = new Tree(parseUrdf(text));
     this.poses = this.tree.newPoses();
+    this.placed = false;
     this.view = new RobotView(this.tree, this.world.meshes, () => this.world.othersChanged());
     this.view.root.userData['robot'] = this.space;
     this.view.show('visual', true);
@@ -73,7 +77,10 @@ class OtherRobot {
       for (let k = 0; k < STRIDE && !moved; k += 1) moved = Math.abs(this.poses[i * STRIDE + k]! - pose[k]!) > 2e-5;
       this.poses.set(pose, i * STRIDE);
     });
-    if (moved) view.place(this.poses);
+    if (moved) {
+      view.place(this.poses);
+      this.placed = true;
+    }
     return moved;
   }
 }
@@ -103,7 +110,7 @@ export class OtherRobots {
 
   bounds(): THREE.Box3 {
     const out = new THREE.Box3();
-    for (const { view } of this.robots.values()) if (view) out.expandByObject(view.root);
+    for (const { view, placed } of this.robots.values()) if (view && placed) out.expandByObject(view.root);
     return out;
   }
 

@@ -17,6 +17,7 @@ import { Stage } from './stage';
 import { Trace } from './trace';
 
 const GROUND_TIMEOUT = 1200; // ms after which the ground is drawn without a robot
+const FITTING_TIME = 8000; // ms after the first picture in which it grows by robots and objects that arrive later
 const PICKED = new THREE.Color(0x0b6bcb);
 
 export class World {
@@ -34,7 +35,12 @@ export class World {
   readonly toolChanged = new Signal<number>();
   firstPicture = 0; // ms since the start of loading
   readonly others: OtherRobots;
-  private selecting = false; // the next robot is another one of the same picture: the camera stays
+  // The box around the objects that belong to the picture of robots in that box.
+  nearby: (robots: THREE.Box3) => THREE.Box3 = () => new THREE.Box3();
+  private selecting = false; // the next robot is another one of the same picture
+  private framed = new THREE.Box3(); // by the camera
+  private unframed = false; // the selected robot is not in the middle of the picture yet
+  private readonly outline = new THREE.Box3Helper(new THREE.Box3(), PICKED);
   private axes = new AxisLayer();
   private ghostPoses = new Float64Array();
   private stale = false;
@@ -48,7 +54,10 @@ export class World {
     this.stage = new Stage(host);
     this.camera = new CameraMan(this.stage);
     this.meshes = new MeshStore(assets);
-    this.stage.scene.add(this.trace.line);
+    this.stage.scene.add(this.trace.line, this.outline);
+    this.outline.visible = false;
+    (this.outline.material as THREE.LineBasicMaterial).transparent = true;
+    (this.outline.material as THREE.LineBasicMaterial).opacity = 0.55;
     this.others = new OtherRobots(twin, this);
     twin.selectedRobot.on(() => (this.selecting = true));
     twin.robotChanged.on((tree) => this.build(tree));
@@ -64,7 +73,11 @@ export class World {
       this.stale = true;
       this.stage.invalidate();
     });
-    this.stage.frame.on(() => this.place());
+    this.stage.frame.on(() => {
+      this.place();
+      this.showOutline();
+    });
+    twin.robotsChanged.on(() => this.stage.invalidate());
     // For an arm at rest, the ghost is hidden only when the difference to the target ends.
     twin.sampled.on(() => {
       if (!this.ghost?.root.visible || this.past !== null || this.ghostDiffers()) return;
@@ -97,9 +110,10 @@ export class World {
       if (settings.layers[layer]) this.applyLayer(layer, true);
     }
     this.applyOthers();
-    this.fitted = this.selecting && this.complete;
+    this.fitted = this.unframed = this.selecting && this.complete;
     this.selecting = false;
-    if (!this.fitted) this.fit();
+    if (this.fitted) this.frameSelected();
+    else this.fit();
     this.built.emit(this.view);
     this.toolChanged.emit(this.tool);
   }
@@ -117,12 +131,33 @@ export class World {
   private loaded(): void {
     this.stage.moved();
     if (this.view?.loading === 0 && !this.fitted) this.fit();
+    if (this.unframed) this.frameSelected();
+  }
+
+  // The robot that was chosen among several.
+  private frameSelected(): void {
+    if (!this.view || this.view.loading > 0) return;
+    this.unframed = false;
+    this.camera.frame(this.bounds(this.view));
+  }
+
+  private showOutline(): void {
+    const { view } = this;
+    this.outline.visible = view !== null && this.twin.robots.length > 1;
+    if (view && this.outline.visible) this.outline.box.copy(this.bounds(view)).expandByScalar(this.size * 0.01);
   }
 
   // A robot that is not selected has a new shape.
   othersChanged(): void {
     this.stage.moved();
-    if (this.view?.loading === 0 && !this.complete) this.fit();
+    this.grow();
+  }
+
+  // The first picture contains what arrives shortly after it.
+  grow(): void {
+    const first = !this.complete || (!this.camera.touched && performance.now() - this.firstPicture < FITTING_TIME);
+    if (!first || !this.view || this.view.loading > 0) return;
+    if (!this.complete || !this.framed.containsBox(this.everything(this.view))) this.fit();
   }
 
   // Where there is no robot, the picture is that of the world's objects.
@@ -147,7 +182,7 @@ export class World {
   private fit(): void {
     const { view } = this;
     if (!view) return;
-    this.frame(this.bounds(view).union(this.others.bounds()));
+    this.frame(this.everything(view));
     if (view.loading > 0) return;
     this.fitted = true;
     if (!this.complete) performance.mark('doppel: meshes');
@@ -158,7 +193,13 @@ export class World {
     });
   }
 
+  private everything(view: RobotView): THREE.Box3 {
+    const robots = this.bounds(view).union(this.others.bounds());
+    return robots.union(this.nearby(robots.clone()));
+  }
+
   private frame(box: THREE.Box3): void {
+    this.framed = box.clone().expandByScalar(box.getSize(new THREE.Vector3()).length() * 0.05);
     this.size = Math.max(0.05, box.getSize(new THREE.Vector3()).length());
     this.camera.fit(box);
     this.stage.fit(box.getCenter(new THREE.Vector3()), this.size);

@@ -63,10 +63,10 @@ export class Lab {
     await this.startBrowser();
   }
 
-  async startBrowser() {
+  async startBrowser(more = []) {
     this.browser = await chromium.launch({
       executablePath: process.env.CHROMIUM ?? '/usr/bin/chromium',
-      args: ['--headless=new', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-sandbox'],
+      args: ['--headless=new', '--use-angle=swiftshader', '--enable-unsafe-swiftshader', '--no-sandbox', ...more],
     });
   }
 
@@ -100,6 +100,10 @@ export class Lab {
     page.on('console', (m) => m.type() === 'error' && page.problems.push(m.text()));
     page.on('pageerror', (e) => page.problems.push(e.stack));
     await page.addInitScript(() => addEventListener('securitypolicyviolation', (e) => console.error(`refused by the policy: ${e.violatedDirective} ${e.blockedURI}`)));
+    await page.addInitScript(() => { // the card of the first visit would cover the picture
+      const kept = JSON.parse(localStorage.getItem('doppel.settings') ?? '{}');
+      if (!sessionStorage.getItem('first-visit')) localStorage.setItem('doppel.settings', JSON.stringify({ ...kept, hintsSeen: true }));
+    });
     await prepare(page);
     await page.goto(url, { timeout: timeLimit });
     await waitFor(page, () => window.doppel?.ready && doppel.world.firstPicture > 0, undefined, timeLimit);

@@ -275,7 +275,7 @@ lab.check('the tabs are reached and changed by the keyboard, and every control h
 lab.check('a twin that was killed and started again is picked up, and the page says so', async (page) => {
   await lab.killTwin();
   await waitFor(page, () => doppel.twin.client.phase === 'lost');
-  await waitFor(page, () => document.querySelector('.stage-note:not([hidden])')?.textContent.includes('Connection to the twin lost'));
+  await waitFor(page, () => /^No connection to the twin for \d+ s\./.test(document.querySelector('.lost-note:not([hidden])')?.textContent));
   await waitFor(page, () => document.querySelector('.link').textContent.includes('lost'));
   await lab.startTwin();
   await waitFor(page, () => doppel.twin.client.phase === 'open' && doppel.twin.controllers.some((c) => c.state === 'active'));

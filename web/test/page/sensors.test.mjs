@@ -91,7 +91,7 @@ test('the panel shows the rates, and a picture of the right size with what is be
   await into('camera');
   await waitFor(page, () => document.querySelector('.sensor[aria-label$="/camera"] canvas')?.width === 64);
   await reached('camera')(true);
-  assert.match(await card('camera').locator('.rates').textContent(), /asked10 Hzreached\d+\.\d Hzleft out\d+/);
+  assert.match(await card('camera').locator('.rates').textContent(), /target10 Hzmeasured\d+\.\d Hzdropped\d+/);
   const [height, wall, sky, shape] = await page.evaluate(() => {
     const canvas = document.querySelector('.sensor[aria-label$="/camera"] canvas');
     const pixel = (x, y) => [...canvas.getContext('2d').getImageData(x, y, 1, 1).data].slice(0, 3);
@@ -103,7 +103,7 @@ test('the panel shows the rates, and a picture of the right size with what is be
   assert.ok(Math.abs(shape - 64 / 48) < 0.02);
 });
 
-test('a picture is enlarged and reduced by keys, and stays live', async () => {
+test('a picture is enlarged and reduced by keys, and stays live; Escape stops as well', async () => {
   await page.focus('.sensor[aria-label$="/camera"] .picture');
   await page.keyboard.press('Enter');
   await page.locator('dialog.large-picture canvas').waitFor();
@@ -113,7 +113,9 @@ test('a picture is enlarged and reduced by keys, and stays live', async () => {
   await waitFor(page, (count) => doppel.twin.client.received.get('/camera/image/compressed').count > count + 2, before);
   await page.keyboard.press('Escape');
   await page.locator('.sensor[aria-label$="/camera"] .picture canvas').waitFor();
-  assert.equal(await page.evaluate(() => doppel.commander.stopped), false);
+  assert.equal(await page.evaluate(() => doppel.commander.stopped), true);
+  await page.evaluate(() => doppel.commander.release());
+  await waitFor(page, () => !doppel.commander.stopped);
 });
 
 test('a depth image has its scale, numbers have their values', async () => {

@@ -6,7 +6,7 @@ import { waitFor } from './lab.mjs';
 
 const [url, folder, ...only] = process.argv.slice(2);
 mkdirSync(folder, { recursive: true });
-const sizes = { wide: [1440, 900], middle: [1024, 768], phone: [390, 844] };
+const sizes = { wide: [1440, 900], middle: [1024, 768], phone: [390, 844], side: [844, 390] };
 const wait = Number(process.env.WAIT ?? 1500);
 const timeout = 180_000; // rendered by the processor, which may be busy
 
@@ -20,7 +20,7 @@ const TABS = {
     for (const name of ['home', 'above the table']) {
       const input = document.querySelector('#panel-poses input[type=text]');
       input.value = name;
-      [...document.querySelectorAll('#panel-poses button')].find((b) => b.textContent === 'Keep').click();
+      [...document.querySelectorAll('#panel-poses button')].find((b) => b.textContent === 'Save pose').click();
       [...document.querySelectorAll('#panel-poses button')].filter((b) => b.textContent === '+ step').at(-1).click();
     }
   },
@@ -34,6 +34,7 @@ const TABS = {
   health: () => {},
   plots: () => doppel.commander.set(doppel.twin.tree.moving[0], 1.8),
   topics: () => [...document.querySelectorAll('.topic-list button')].find((b) => b.textContent.startsWith('/joint_states'))?.click(),
+  drive: () => {},
   services: async () => {
     document.querySelectorAll('.topics-panel .segments button')[1].click();
     await new Promise((done) => setTimeout(done, 200));

@@ -185,5 +185,54 @@ TEST_F(MeshFileTest, FileOfTwoVisualsIsReadOnce) {
             Eigen::Vector4f(0, 1, 0, 1));
 }
 
+Link link_with_missing_mesh() {
+  Link link;
+  link.name = "base";
+  Visual visual;
+  visual.geometry = MeshGeometry{"package://gone/a.stl", Vector3d::Ones(), "", "", false};
+  link.visuals = {visual};
+  return link;
+}
+
+TEST(SceneBuilder, MissingMeshIsNothingForSensors) {
+  SceneBuilder builder;
+  Diagnostics diagnostics;
+  builder.add(link_with_missing_mesh(), "r::base", diagnostics);
+  EXPECT_TRUE(builder.finish()->items.empty());
+}
+
+TEST(SceneBuilder, MissingMeshIsHatchedRedBoxInPictures) {
+  SceneBuilder builder;
+  builder.mark_missing_meshes();
+  Diagnostics diagnostics;
+  builder.add(link_with_missing_mesh(), "r::base", diagnostics);
+  const auto scene = builder.finish();
+  ASSERT_EQ(scene->items.size(), 1u);
+  const SurfaceMesh& box = *scene->meshes[static_cast<std::size_t>(scene->items[0].mesh)];
+  EXPECT_NEAR(volume_of(box), 1e-3, 1e-8);
+  ASSERT_EQ(box.uvs.size(), box.positions.size());
+  const SurfaceMaterial& material = scene->materials[static_cast<std::size_t>(scene->items[0].material)];
+  ASSERT_GE(material.texture, 0);
+  const Bitmap& stripes = scene->textures[static_cast<std::size_t>(material.texture)];
+  EXPECT_GT(stripes.pixels[0], 2 * stripes.pixels[1]) << "expected red";
+  EXPECT_NE(stripes.pixels[1], stripes.pixels[3 * 8 + 1]) << "expected stripes";
+}
+
+TEST(SceneBuilder, MissingMeshIsCollisionShapeInPictures) {
+  Link link = link_with_missing_mesh();
+  link.visuals.push_back(link.visuals.front());
+  Collision collision;
+  collision.geometry = Sphere{0.1};
+  link.collisions = {collision};
+  SceneBuilder builder;
+  builder.mark_missing_meshes();
+  Diagnostics diagnostics;
+  builder.add(link, "r::base", diagnostics);
+  const auto scene = builder.finish();
+  ASSERT_EQ(scene->items.size(), 1u) << "expected the shape once for two missing files";
+  EXPECT_NEAR(volume_of(*scene->meshes[static_cast<std::size_t>(scene->items[0].mesh)]),
+              4.0 / 3 * std::numbers::pi * 1e-3, 1e-5);
+}
+
 }  // namespace
 }  // namespace doppel

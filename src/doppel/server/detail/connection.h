@@ -14,6 +14,7 @@
 #include <string>
 
 #include "doppel/server/admission.h"
+#include "doppel/server/detail/http_files.h"
 #include "doppel/server/detail/page_files.h"
 #include "doppel/server/hub.h"
 #include "doppel/server/server.h"
@@ -39,6 +40,7 @@ struct Context {
   Hub& hub;
   const Admission& admission;
   PageFiles& page;
+  HttpFiles& files;
   std::string url;
   std::function<void()> joined = [] {};
   std::atomic<std::uint64_t> skipped{0};

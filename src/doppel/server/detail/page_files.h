@@ -16,6 +16,9 @@ struct PageFile {
   bool immutable = false;   // the name contains a hash of the content
 };
 
+// Distinguishes contents by their hash (FNV-1a), without protection against forgery.
+[[nodiscard]] std::string content_tag(std::string_view bytes);
+
 class PageFiles {
  public:
   explicit PageFiles(std::filesystem::path folder) : folder_(std::move(folder)) {}

@@ -1,6 +1,7 @@
 #pragma once
 // One client's WebSocket: passes received frames to the hub and sends frames of its queue.
 
+#include <chrono>
 #include <memory>
 
 #include "doppel/server/detail/connection.h"
@@ -28,6 +29,7 @@ class WebSocketSession : public ClientLink, public std::enable_shared_from_this<
   Status hand_on(std::span<const std::byte> frame);
   void read_on();
   void write();
+  void write_soon();
   void leave();
   void end();
   // An exception of `work` ends the connection before it is rethrown to the server: a handler that throws
@@ -41,8 +43,11 @@ class WebSocketSession : public ClientLink, public std::enable_shared_from_this<
   SendQueue queue_;
   RateLimit messages_, bytes_;
   OutgoingFrame in_flight_;
+  std::chrono::milliseconds bundle_period_{};  // zero: each message has a frame of its own
+  asio::steady_timer bundle_timer_;
   Hub::ClientId id_ = 0;
   bool reading_ = false, writing_ = false, closing_ = false, ended_ = false;
+  bool gathering_ = false;  // messages wait for the bundle's timer
 };
 
 }  // namespace doppel::net

@@ -21,7 +21,8 @@ class RawClient {
     socket_.next_layer().connect({boost::asio::ip::address_v4::loopback(), port});
   }
   // "" or the reason why the handshake failed.
-  std::string handshake(std::string host = "localhost", std::vector<Header> headers = {}) {
+  std::string handshake(std::string host = "localhost", std::vector<Header> headers = {},
+                        const std::string& target = "/") {
     bool has_protocol = false;
     for (const auto& [name, value] : headers) has_protocol |= name == "Sec-WebSocket-Protocol";
     if (!has_protocol) headers.emplace_back("Sec-WebSocket-Protocol", "foxglove.websocket.v1");
@@ -30,7 +31,7 @@ class RawClient {
     }));
     boost::system::error_code failed;
     // Not the synchronous form, which gives no details of a rejection.
-    socket_.async_handshake(response_, host, "/",
+    socket_.async_handshake(response_, host, target,
                             [&failed](boost::system::error_code outcome) { failed = outcome; });
     io_.run();
     socket_.read_message_max(std::size_t{64} << 20);
