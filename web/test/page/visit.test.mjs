@@ -100,7 +100,7 @@ test('a snapshot shows a robot whose meshes are missing', { timeout: 60000 }, ()
   execFileSync(program, ['snapshot', join(folder, 'gone.urdf'), '-o', ppm, '--size', '160x120', '--samples', '1'], { stdio: 'ignore' });
 });
 
-check('all robots are in the first picture, and choosing one brings it to the middle with an outline', () => run('up', 'omarm_one', '--robot', 'lab_arm:right@2,1,0', '--robot', 'lab_arm:left@-2,-1,0', '--headless'), async (page) => {
+check('all robots are in the first picture, and choosing one brings it to the middle with an outline', () => run('up', 'omarm_one', '--robot', 'omarm_one:right@2,1,0', '--robot', 'omarm_one:left@-2,-1,0', '--headless'), async (page) => {
   await waitFor(page, () => doppel.twin.robots.length === 3 && doppel.twin.robots.filter((space) => space !== doppel.twin.space).every((space) => doppel.world.others.get(space)?.placed));
   const where = () => page.evaluate(() => {
     const { camera } = doppel.world.stage;
