@@ -183,3 +183,58 @@ test('a call is answered, refused, or fails with the connection', async () => {
   client.stop();
   await assert.rejects(lost, /lost/);
 });
+
+// A bundle of frames, as doppel's server sends it.
+const bundle = (...frames: number[][]): ArrayBuffer => buffer(0x80, ...frames.flatMap((frame) => [frame.length & 255, frame.length >> 8, 0, 0, ...frame]));
+
+test('the messages of a bundle are taken in their order; one that ends too early is reported and ends nothing', () => {
+  let socket!: FakeSocket;
+  const client = new Client({ url: 'ws://x', connect: () => (socket = new FakeSocket()) });
+  const got: unknown[] = [], reported: string[] = [];
+  client.onstatus = (_, text) => reported.push(text);
+  client.subscribe('/n', (message) => got.push(message['data']));
+  client.start();
+  socket.say({ op: 'serverInfo', name: 'twin', capabilities: [] });
+  socket.say({ op: 'advertise', channels: [{ id: 3, topic: '/n', encoding: 'cdr', schemaName: 'std_msgs/msg/Int8', schema: 'int8 data\n' }] });
+  const { subscriptions } = JSON.parse(socket.sent[0] as string) as { subscriptions: { id: number }[] };
+  const message = (value: number): number[] => [1, subscriptions[0]!.id, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, value];
+  socket.onmessage!({ data: bundle(message(1), message(2)) });
+  socket.onmessage!({ data: buffer(0x80, 9, 0, 0, 0, 1) });
+  socket.onmessage!({ data: buffer(...message(3)) });
+  socket.onmessage!({ data: bundle() });
+  assert.deepEqual(got, [1, 2, 3]);
+  assert.equal(reported.length, 1);
+  assert.match(reported[0]!, /ends too early/);
+});
+
+test('without a twin the pauses between attempts grow to five seconds, and a retry ends the pause', (context) => {
+  context.mock.timers.enable({ apis: ['setTimeout'] });
+  let attempts = 0;
+  const client = new Client({ url: 'ws://x', connect: () => {
+    attempts += 1;
+    const socket = new FakeSocket();
+    queueMicrotask(() => socket.close());
+    return socket;
+  } });
+  return (async () => {
+    client.start();
+    const settle = async (): Promise<void> => { for (let i = 0; i < 5; i += 1) await Promise.resolve(); };
+    await settle();
+    const pauses: number[] = [];
+    for (let i = 0; i < 8; i += 1) {
+      const before = attempts;
+      let waited = 0;
+      while (attempts === before) {
+        context.mock.timers.tick(250);
+        waited += 250;
+      }
+      pauses.push(waited);
+      await settle();
+    }
+    assert.deepEqual(pauses, [250, 500, 1000, 2000, 4000, 5000, 5000, 5000]);
+    const before = attempts;
+    client.retry();
+    assert.equal(attempts, before + 1);
+    client.stop();
+  })();
+});

@@ -104,3 +104,12 @@ test('inverse kinematics reaches what can be reached, within limits, and says wh
   const far = ik.solve(q, { link: tool, position: [3, 0, 0], orientation: null });
   assert.ok(!far.reached && far.distance > 1);
 });
+
+test('the joints of a limb follow each other, in the order of the description', () => {
+  const sides = ['left', 'right', 'waist'];
+  const links = ['pelvis', ...sides.flatMap((side) => [`${side}_1`, `${side}_2`])];
+  const joints = [1, 2].flatMap((row) => sides.map((side) => joint(`${side}_joint_${row}`, 'revolute', row === 1 ? 'pelvis' : `${side}_1`, `${side}_${row}`, limit)));
+  const tree = new Tree(parseUrdf(`<robot name="humanoid">${links.map(link).join('')}${joints.join('')}</robot>`));
+  assert.deepEqual(tree.moving.map(({ name }) => name), sides.flatMap((side) => [`${side}_joint_1`, `${side}_joint_2`]));
+  assert.deepEqual(tree.moving.map(({ index }) => index), [0, 1, 2, 3, 4, 5]);
+});

@@ -223,6 +223,8 @@ test('a robot in a namespace has the frames below it, and those of its own tree'
   const header = { frame_id: 'world', stamp: { sec: 0, nanosec: 0 } }, rotation = { x: 0, y: 0, z: 0, w: 1 };
   handlers.get('/left/tf')!({ transforms: [{ header, child_frame_id: 'base', transform: { translation: { x: 3, y: 0, z: 0 }, rotation } }] });
   assert.equal(frames.toWorld('base')![0], 3);
+  put('left/world', 10); // where the robot's own root is among all robots
+  assert.equal(frames.toWorld('base')![0], 13);
   end();
   assert.equal(handlers.size, 0);
 });

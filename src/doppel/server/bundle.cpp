@@ -1,7 +1,6 @@
 #include "doppel/server/detail/bundle.h"
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <vector>
 
@@ -10,6 +9,7 @@
 namespace doppel {
 namespace {
 
+constexpr std::string_view kPeriod = "bundle=";
 constexpr int kMaxPeriod = 100;  // ms
 constexpr std::size_t kLengthBytes = 4;
 
@@ -20,13 +20,12 @@ void append_length(foxglove::FrameBytes& out, std::size_t length) {
 }  // namespace
 
 std::chrono::milliseconds bundle_period(std::string_view target) {
-  constexpr std::string_view kName = "bundle=";
   const std::size_t question = target.find('?');
   if (question == std::string_view::npos) return {};
   int period = 0;
   any_entry(target.substr(question + 1), '&', [&period](std::string_view entry) {
-    if (!entry.starts_with(kName)) return false;
-    const std::string_view number = entry.substr(kName.size());
+    if (!entry.starts_with(kPeriod)) return false;
+    const std::string_view number = entry.substr(kPeriod.size());
     const auto [end, problem] = std::from_chars(number.data(), number.data() + number.size(), period);
     if (problem != std::errc{} || end != number.data() + number.size()) period = 0;
     return true;

@@ -98,7 +98,7 @@ export class Dock {
       tab.setAttribute('aria-selected', String(on));
       (tab as HTMLElement).tabIndex = on ? 0 : -1;
       if (on) (tab as HTMLElement).hidden = false;
-      if (on) tab.scrollIntoView({ block: 'nearest', inline: 'nearest' });
+      if (on) tab.scrollIntoView({ block: 'nearest', inline: 'center' });
     }
     this.body.replaceChildren(panel.element);
     panel.shown?.();

@@ -3,7 +3,7 @@ import type { Panel } from './app';
 import { button, h } from './dom';
 import { setIcon } from './icons';
 import { Dock } from './dock';
-import { NARROW } from './narrow';
+import { narrow } from './narrow';
 import { set, settings } from './settings';
 
 const MIN_SHARE = 0.15, MAX_SHARE = 0.8; // of the height, for the picture of a narrow window
@@ -27,7 +27,7 @@ export class Layout {
   mount(right: Panel[], bottom: Panel[]): void {
     this.rightPanels.push(...right);
     this.bottomPanels.push(...bottom);
-    const media = NARROW;
+    const media = narrow();
     const arrange = (): void => {
       this.right.clear();
       this.bottom.clear();
@@ -79,7 +79,7 @@ export class Layout {
   private splitter(kind: 'v' | 'h'): HTMLElement {
     const change = (by: number): void => {
       if (kind === 'v') set('rightWidth', Math.min(innerWidth * 0.6, Math.max(280, settings.rightWidth - by)));
-      else if (NARROW.matches) set('pictureShare', Math.min(MAX_SHARE, Math.max(MIN_SHARE, settings.pictureShare + by / this.work.clientHeight)));
+      else if (narrow().matches) set('pictureShare', Math.min(MAX_SHARE, Math.max(MIN_SHARE, settings.pictureShare + by / this.work.clientHeight)));
       else set('bottomHeight', Math.min(innerHeight * 0.6, Math.max(120, settings.bottomHeight - by)));
       this.sizes();
     };

@@ -27,7 +27,7 @@ const DEFAULTS: Settings = {
   stopDoes: 'hold',  // a joint without an active controller is passive, and the arm would fall
   stopKeys: ['Escape'],
   speedShare: 0.5,
-  rightWidth: 400,
+  rightWidth: 430,
   bottomHeight: 250,
   bottomOpen: true,
   pictureShare: 0.44,

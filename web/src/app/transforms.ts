@@ -72,6 +72,17 @@ export class TransformStore {
     return out;
   }
 
+  // The root of the frame's tree; the frame itself, if it has no parent.
+  rootOf(frame: string): string {
+    let root = frame;
+    for (let depth = 0; depth < 256; depth += 1) {
+      const transform = this.frames.get(root);
+      if (!transform) break;
+      root = transform.parent;
+    }
+    return root;
+  }
+
   jointPosition(joint: TreeJoint, transform: Transform): number {
     const o = joint.offset;
     if (joint.kind === 'prismatic') {
@@ -131,6 +142,13 @@ export class RobotFrames {
 
   // The link's pose in the world; null: unknown.
   toWorld(link: string): Float64Array | null {
-    return this.own.toWorld(link) ?? this.all.toWorld(this.prefix + link);
+    const own = this.own.toWorld(link);
+    if (!own) return this.all.toWorld(this.prefix + link);
+    // The root of the robot's own tree, such as its link 'world', may have a place in the tree of all robots.
+    const root = this.all.toWorld(this.prefix + this.own.rootOf(link));
+    if (!root) return own;
+    const out = new Float64Array(own.length);
+    compose(root, 0, own, 0, out, 0);
+    return out;
   }
 }

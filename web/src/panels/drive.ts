@@ -31,7 +31,6 @@ export function drivePanel(app: App, drive: Drive, jog: Jog): Panel {
     drive.hold(pulled[1], 0, -pulled[0]);
   }
   pad.addEventListener('pointerdown', (event) => {
-    if (pad.classList.contains('idle')) return;
     pad.setPointerCapture(event.pointerId);
     pull(event);
   });
@@ -82,15 +81,16 @@ export function drivePanel(app: App, drive: Drive, jog: Jog): Panel {
     } : null;
     drive.release();
   });
-  const element = h('div', { class: 'padded' }, where, h('div', { class: 'drive' }, pad, h('div', { class: 'drive-fields' }, now,
-    number('Speed, m/s', drive.speed, (v) => (drive.speed = v)), number('Turn, rad/s', drive.turn, (v) => (drive.turn = v)), useGamepad, gamepad)));
+  const controls = h('div', { class: 'drive' }, pad, h('div', { class: 'drive-fields' }, now,
+    number('Speed, m/s', drive.speed, (v) => (drive.speed = v)), number('Turn, rad/s', drive.turn, (v) => (drive.turn = v)), useGamepad, gamepad));
+  const element = h('div', { class: 'padded' }, where, controls);
   show();
   return {
-    id: 'drive', title: 'Drive', element, rate: 2,
+    id: 'drive', title: 'Drive', element, rate: 4,
     applies: () => drive.applies,
     update: () => {
       const topic = drive.topic();
-      pad.classList.toggle('idle', topic === null);
+      controls.hidden = topic === null && twin.controllers.length > 0;
       say(where, topic ? `${topic.name}, while the pad is held` : twin.client.phase === 'open' ? 'No controller of a base is active; Control activates it.' : 'No connection.');
     },
     hidden: () => drive.release(),

@@ -13,7 +13,7 @@ interface Row {
 export function tfPanel(app: App): Panel {
   const { twin } = app;
   const list = h('div', { class: 'tf' });
-  const head = h('div', { class: 'tf-row tf-head muted' }, h('span', {}, 'frame'), h('span', { class: 'tf-pose' }, 'x  y  z, mm'), h('span', { class: 'tf-rate' }, 'rate'), h('span', { class: 'age' }, 'age'));
+  const head = h('div', { class: 'tf-row tf-head muted', style: '--depth:0' }, h('span', {}, 'frame'), h('span', { class: 'tf-pose' }, 'x  y  z, mm'), h('span', { class: 'tf-rate' }, 'rate'), h('span', { class: 'age' }, 'age'));
   const seen = new Seen<Row>(show);
   let known = -1;
 

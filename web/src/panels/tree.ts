@@ -2,7 +2,7 @@
 import type { App, Panel } from '../app/app';
 import { fill, h, say } from '../app/dom';
 import type { Signal } from '../app/signal';
-import { NARROW } from '../app/narrow';
+import { narrow } from '../app/narrow';
 import type { Tree } from '../robot/tree';
 
 interface Node {
@@ -47,7 +47,7 @@ export function treePanel(app: App): Panel {
   let byLink = new Map<number, Node>();
   let built: Tree | null = null;
 
-  const height = (): number => (NARROW.matches ? 42 : 26);
+  const height = (): number => (narrow().matches ? 42 : 26);
   const chosen = (): number => shown.findIndex((node) => node.link === app.selection?.link);
 
   function build(tree: Tree): void {
