@@ -308,6 +308,27 @@ TEST_F(EditedWorld, DivergedTwinContinuesWithCorrectedFile) {
   run(0.1);
 }
 
+// The last finite state moves too fast for any model.
+TEST_F(EditedWorld, CorrectedFileStartsAgainWhereStateHadDiverged) {
+  save("gravity: [0, 0, -1.0e9]\n");
+  bring_up(scenario_);
+  twin_->time_control().pauses_at_divergence = true;
+  for (int i = 0; i < 300 && !twin_->diverged(); ++i) {
+    twin_->between_steps();
+    twin_->step();
+  }
+  ASSERT_TRUE(twin_->diverged());
+  twin_->between_steps();
+  const Time stopped = twin_->now();
+  save("gravity: [0, 0, -9.81]\n");
+  reload();
+  twin_->between_steps();
+  EXPECT_FALSE(twin_->time_control().paused);
+  EXPECT_EQ(twin_->now(), stopped);
+  run(0.5);
+  EXPECT_THAT(logged_, HasSubstr("the robots are at their start"));
+}
+
 // The schedule began with 1 ms; at 2 ms as many steps are twice as long.
 TEST_F(EditedWorld, LongerStepDoesNotStallRunnerAndDurationHolds) {
   std::atomic<bool> stop{false};
