@@ -21,8 +21,8 @@ class Unruly : public doppel::Controller {
     if (++updates_ < 10) return;
     if (fault_ == "throw") throw std::runtime_error("no solution");
     if (fault_ == "throw_number") throw 42;  // NOLINT: no std::exception
-    if (fault_ == "nan") command_handles[0].set(std::numeric_limits<double>::quiet_NaN());
-    if (fault_ == "infinity") command_handles[0].set(std::numeric_limits<double>::infinity());
+    if (fault_ == "give_nan") command_handles[0].set(std::numeric_limits<double>::quiet_NaN());
+    if (fault_ == "give_infinity") command_handles[0].set(std::numeric_limits<double>::infinity());
     if (fault_ == "block" && updates_ == 10) std::this_thread::sleep_for(std::chrono::milliseconds(4500));
   }
 

@@ -99,7 +99,7 @@ TEST_F(UnrulyPlugins, ThrowingControllerIsDeactivatedAndReported) {
 }
 
 TEST_F(UnrulyPlugins, CommandThatIsNotFiniteIsRefusedAndReported) {
-  for (const char* fault : {"nan", "infinity"}) {
+  for (const char* fault : {"give_nan", "give_infinity"}) {
     logged_.clear();
     with_controller(fault);
     run(0.5);

@@ -349,10 +349,10 @@ ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
     if (!contact_shape_of(*description, *link).empty()) keep.push_back(link->name);
   }
   reader.throw_if_errors();
-  refuse_extremes(*description, out);
   out.rolling = fit_rolling_parts(*model, out.q0, keep, out.shapes);
   out.description = std::move(description);
   out.model = std::move(model);
+  refuse_extremes(*out.description, out);
   return out;
 }
 

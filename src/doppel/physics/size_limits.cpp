@@ -35,7 +35,9 @@ void check_range(const char* what, double value, double low, double high, const 
                  const SourceLocation& where, Diagnostics& errors) {
   if (value >= low && value <= high) return;
   errors.error(rule, where,
-               fmt::format("the {} is {:g} {}; it must be from {:g} to {:g}", what, value, unit, low, high));
+               fmt::format("the {} is {:g}{}{}; it must be from {:g} to {:g}", what, value,
+                           *unit == 0 ? "" : " ", unit, low, high),
+               *unit == 0 ? "" : fmt::format("write it in {}", unit));
 }
 
 void check_sizes(const Geometry& shape, const char* rule, const SourceLocation& where, Diagnostics& errors) {

@@ -194,7 +194,7 @@ LoopPhases Runner::phases() const {
 
 // Waits until a step is due and only then handles received messages, so that a command takes effect in the
 // first step after its arrival.
-bool Runner::begin_step(const std::atomic<bool>& stop) {
+void Runner::begin_step(const std::atomic<bool>& stop) {
   const auto after_bus = Clock::now();
   bus_ += after_bus - measured_;
   const auto due = keep_pace(after_bus, stop);
@@ -203,7 +203,6 @@ bool Runner::begin_step(const std::atomic<bool>& stop) {
   notice_step_size();
   measured_ = Clock::now();
   bus_ += measured_ - due;
-  return !stop.load(std::memory_order_relaxed) && !pace_changed();
 }
 
 void Runner::step_and_measure() {
@@ -258,7 +257,7 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
       statistics_.end = RunEnd::stopped;
       break;
     }
-    const bool due = begin_step(stop);
+    begin_step(stop);
     if (ends_diverged()) {
       statistics_.end = RunEnd::diverged;
       break;
@@ -267,7 +266,6 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
       rest_while_paused(stop);
       continue;
     }
-    if (!due) continue;
     step_and_measure();
     if (on_first_step_) {
       const auto held = twin_.hold();

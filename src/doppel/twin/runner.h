@@ -86,8 +86,7 @@ class DOPPEL_API Runner {
   void handle_requests();  // between steps
   void take_step();
   void rest_while_paused(const std::atomic<bool>& stop);
-  // False: `stop` became true, or the twin was paused.
-  bool begin_step(const std::atomic<bool>& stop);
+  void begin_step(const std::atomic<bool>& stop);
   [[nodiscard]] bool pace_changed() const;
   void notice_step_size();
   [[nodiscard]] bool duration_reached() const;

@@ -133,7 +133,7 @@ class Twin::Impl::RobotReplacement {
       }
     }
     twin_.renew_handles();
-    refuse_divergence();
+    if (!machine_->engine->diverged()) refuse_divergence();
     twin_.publish_state();
     stage_->commit();
     done_ = true;
@@ -262,7 +262,12 @@ Twin::Reload Twin::Impl::replace(Replacement& fresh) {
     kept = replacement.run(fresh.selections);
   }
   before->machine = std::move(fresh.machine);
-  edited = Edited{std::move(before), machine->engine->compiled(), machine->engine->time()};
+  if (before->machine->engine->diverged()) {
+    reset(machine->engine->time());
+    log.note("reload", "the robots are at their start, because the former state had diverged");
+  } else {
+    edited = Edited{std::move(before), machine->engine->compiled(), machine->engine->time()};
+  }
   return kept ? Reload::controllers_kept : Reload::controllers_recreated;
 }
 

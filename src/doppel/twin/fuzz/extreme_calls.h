@@ -77,8 +77,8 @@ inline constexpr std::array kExtremeNumbers{
     "-1e9",  "1e6",  "-1e6",  "1e4",  "-1e4", "300",    "-300",  "30",     "-3",      "1",     "0.3",
     "-0.02", "1e-3", "1e-4",  "1e-6", "1e-9", "-1",     "1000",  "0.1",    "1.7e308", "2"};
 inline constexpr std::array kExtremeIntegers{"0", "1", "-1", "10", "2147483647", "-2147483648"};
-inline constexpr std::array kExtremeNames{"j1",  "j2",  "j3", "lab_arm", "ball",
-                                          "box", "rod", "",   "world",   "link_2"};
+inline constexpr std::array kExtremeNames{"j1",  "j2",  "j3", "arm",   "ball",
+                                          "box", "rod", "",   "world", "dyn4_rotor"};
 
 class ExtremeCalls {
  public:
