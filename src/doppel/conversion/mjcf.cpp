@@ -17,7 +17,28 @@
 #include "doppel/xml/element.h"
 
 namespace doppel {
+
+// The constraints of the twin's own model (physics/mujoco/mjcf.cpp): MuJoCo's own defaults let joints creep under friction
+// and sink into their limits. A time constant of twice the step is the stiffest stable one.
+XmlNode mjcf_defaults(double step) {
+  const std::string hard = decimal(2 * step) + " 1", soft = decimal(5 * step) + " 1";
+  const char *const holds = "0.9999 0.9999 0.001 0.5 2", *const yields = "0.95 0.99 0.001 0.5 2";
+  const XmlNode seen = element("geom", {{"contype", "0"}, {"conaffinity", "0"}, {"group", "2"}});
+  const XmlNode felt = element("geom", {{"group", "3"}});
+  return element("default", {},
+                 {element("geom", {{"solref", soft}, {"solimp", yields}}),
+                  element("joint", {{"solreffriction", hard},
+                                    {"solimpfriction", holds},
+                                    {"solreflimit", soft},
+                                    {"solimplimit", yields}}),
+                  element("equality", {{"solref", hard}, {"solimp", holds}}),
+                  element("default", {{"class", "visual"}}, {seen}),
+                  element("default", {{"class", "collision"}}, {felt})});
+}
+
 namespace {
+
+constexpr double kMjcfStep = 1e-3;  // s, of an exported robot
 
 class MjcfWriter final : private MjcfNaming {
  public:
@@ -42,10 +63,11 @@ class MjcfWriter final : private MjcfNaming {
     }
     XmlNode root = element("mujoco", {{"model", robot_.name}});
     root.children.push_back(element("compiler", {{"angle", "radian"}, {"inertiafromgeom", "false"}}));
-    root.children.push_back(element(
-        "option",
-        {{"timestep", "0.001"}, {"integrator", "implicit"}, {"cone", "elliptic"}, {"impratio", "100"}}));
-    root.children.push_back(defaults());
+    root.children.push_back(element("option", {{"timestep", decimal(kMjcfStep)},
+                                               {"integrator", "implicit"},
+                                               {"cone", "elliptic"},
+                                               {"impratio", "100"}}));
+    root.children.push_back(mjcf_defaults(kMjcfStep));
     root.children.push_back(std::move(assets_));
     root.children.push_back(std::move(world));
     root.children.push_back(exclusions());
@@ -72,24 +94,6 @@ class MjcfWriter final : private MjcfNaming {
       inertias_[top] = transformed(*inertias_[i], X_GL[i]);
       inertias_[i].reset();
     }
-  }
-
-  static XmlNode defaults() {
-    const XmlNode seen = element("geom", {{"contype", "0"}, {"conaffinity", "0"}, {"group", "2"}});
-    const XmlNode felt = element("geom", {{"group", "3"}});
-    // The constraints of the twin's own model (physics/mujoco/mjcf.cpp) at its step of 1 ms; MuJoCo's own defaults let
-    // joints creep under friction and sink into their limits.
-    const char *const hard = "0.002 1", *const soft = "0.005 1";
-    const char *const holds = "0.9999 0.9999 0.001 0.5 2", *const yields = "0.95 0.99 0.001 0.5 2";
-    const XmlNode tight = element("equality", {{"solref", hard}, {"solimp", holds}});
-    const XmlNode joint = element("joint", {{"solreffriction", hard},
-                                            {"solimpfriction", holds},
-                                            {"solreflimit", soft},
-                                            {"solimplimit", yields}});
-    const XmlNode geom = element("geom", {{"solref", soft}, {"solimp", yields}});
-    return element("default", {},
-                   {geom, joint, tight, element("default", {{"class", "visual"}}, {seen}),
-                    element("default", {{"class", "collision"}}, {felt})});
   }
 
   [[nodiscard]] std::string body_name(int link) const override { return bodies_[link]; }

@@ -11,6 +11,7 @@
 #include "doppel/description/robot_description.h"
 #include "doppel/export.h"
 #include "doppel/kinematics/model.h"
+#include "doppel/xml/xml.h"
 
 namespace doppel {
 
@@ -19,5 +20,8 @@ namespace doppel {
 // out), "physics.flat_mesh" (replaced by a box), "mjcf.renamed".
 DOPPEL_API std::string to_mjcf(const RobotDescription& robot, const Model& model, MeshFiles& meshes,
                                Diagnostics& diagnostics);
+
+// The <default> of such a document for a step, s.
+XmlNode mjcf_defaults(double step);
 
 }  // namespace doppel

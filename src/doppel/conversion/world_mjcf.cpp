@@ -110,7 +110,8 @@ std::string to_world_mjcf(const SdfWorld& world, MeshFiles& meshes, Diagnostics&
                                              {"integrator", "implicit"},
                                              {"cone", "elliptic"},
                                              {"impratio", "100"}}));
-  for (const char* name : {"default", "asset", "worldbody", "contact", "equality"}) section(root, name);
+  root.children.push_back(mjcf_defaults(to_seconds(settings.step)));
+  for (const char* name : {"asset", "worldbody", "contact", "equality"}) section(root, name);
   XmlNode& worldbody = section(root, "worldbody");
   for (const Light& light : settings.lights) worldbody.children.push_back(light_element(light));
   if (settings.ground) {
@@ -127,8 +128,6 @@ std::string to_world_mjcf(const SdfWorld& world, MeshFiles& meshes, Diagnostics&
     losses.lose_sensors_and_plugins(model);
     const Model compiled = compile_model(*model.description, model.base, diagnostics);
     XmlNode document = parse_xml(to_mjcf(*model.description, compiled, meshes, diagnostics), model.name);
-    XmlNode& defaults = section(root, "default");
-    if (defaults.children.empty()) defaults = section(document, "default");
     put_before_names(document, model.name + "/");
     add_bodies(section(document, "worldbody"), model, compiled, section(root, "worldbody"));
     for (const char* name :

@@ -14,13 +14,18 @@ XmlNode sdf_ground(const SdfWorld& world) {
   std::vector<std::string> taken{"ground"};
   for (const SdfModel& model : world.models) taken.push_back(model.name);
   const std::string mu = decimal(world.settings.ground_friction);
-  XmlNode friction = element(
+  XmlNode surface = element(
       "surface", {},
       {element("friction", {}, {element("ode", {}, {text_element("mu", mu), text_element("mu2", mu)})})});
+  if (world.settings.ground_restitution) {
+    surface.children.push_back(
+        element("bounce", {},
+                {text_element("restitution_coefficient", decimal(*world.settings.ground_restitution))}));
+  }
   XmlNode collision =
       element("collision", {{"name", "collision"}},
               {element("geometry", {}, {element("plane", {}, {text_element("normal", "0 0 1")})}),
-               std::move(friction)});
+               std::move(surface)});
   return element(
       "model", {{"name", unique_name("ground_plane", taken)}},
       {text_element("static", "true"), element("link", {{"name", "link"}}, {std::move(collision)})});

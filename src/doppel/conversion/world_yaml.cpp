@@ -42,8 +42,10 @@ class WorldYaml {
     const WorldSettings& s = world_.settings;
     std::string out = fmt::format("name: {}\ngravity: {}\nstep: {}\n", quoted(s.name), list_of(s.gravity),
                                   decimal(to_seconds(s.step)));
-    out +=
-        s.ground ? fmt::format("ground: {{friction: {}}}\n", decimal(s.ground_friction)) : "ground: false\n";
+    const std::string bounce =
+        s.ground_restitution ? ", restitution: " + decimal(*s.ground_restitution) : std::string();
+    out += s.ground ? fmt::format("ground: {{friction: {}{}}}\n", decimal(s.ground_friction), bounce)
+                    : "ground: false\n";
     out += fmt::format("friction_rule: {}\n", s.friction_rule == FrictionRule::smaller ? "min" : "max");
     for (const SdfModel& model : world_.models) add(model);
     if (!objects_.empty()) out += "objects:\n" + objects_;
@@ -149,12 +151,14 @@ class WorldYaml {
   void add_friction(const SdfModel& model, const Collision& collision) {
     const ContactSurface& surface = collision.surface;
     objects_ += fmt::format("    friction: {}\n", decimal(surface.mu.value_or(kDefaultFriction)));
+    if (surface.restitution && *surface.restitution >= 0 && *surface.restitution <= 1)
+      objects_ += fmt::format("    restitution: {}\n", decimal(*surface.restitution));
     const bool directed =
         surface.fdir1 && std::abs(surface.mu2.value_or(*surface.mu) - *surface.mu) > kSameNumber;
     if (directed || surface.slip1.value_or(0) > 0 || surface.slip2.value_or(0) > 0 ||
-        surface.restitution.value_or(0) > 0 || surface.patch_radius.value_or(0) > 0) {
+        surface.patch_radius.value_or(0) > 0) {
       lose(collision.source,
-           fmt::format("the direction, slip, torsion or bounce of the surface of '{}'", model.name));
+           fmt::format("the direction, slip or torsion of the surface of '{}'", model.name));
     }
   }
 

@@ -105,6 +105,11 @@ TEST(MjcfTest, EveryElementIsConverted) {
   EXPECT_EQ(m->jnt_range[2 * twist + 1], 2);
   EXPECT_EQ(m->dof_damping[m->jnt_dofadr[twist]], 0.1);
   EXPECT_EQ(m->dof_frictionloss[m->jnt_dofadr[twist]], 0.02);
+  // The constraints are those of the twin's own model at 1 ms.
+  EXPECT_EQ(m->dof_solref[2 * m->jnt_dofadr[twist]], 0.002);
+  EXPECT_EQ(m->dof_solimp[5 * m->jnt_dofadr[twist]], 0.9999);
+  EXPECT_EQ(m->jnt_solref[2 * twist], 0.005);
+  EXPECT_EQ(m->jnt_solimp[5 * twist], 0.95);
   EXPECT_FALSE(m->jnt_limited[mj_name2id(m, mjOBJ_JOINT, "wheel")]);
   const int drive = mj_name2id(m, mjOBJ_ACTUATOR, "turn & \"twist\"");
   ASSERT_GE(drive, 0);

@@ -27,7 +27,8 @@ const std::string kWorldOfAll = R"(<sdf version="1.9"><world name="w"><gravity>0
   <spot><inner_angle>0.2</inner_angle><outer_angle>0.8</outer_angle><falloff>1.5</falloff></spot></light>
 <plugin filename="libwind.so" name="wind"><force>2</force></plugin>
 <model name="floor"><static>true</static><link name="l"><collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry>
-  <surface><friction><ode><mu>0.5</mu></ode></friction></surface></collision></link></model>
+  <surface><friction><ode><mu>0.5</mu></ode></friction>
+    <bounce><restitution_coefficient>0.75</restitution_coefficient></bounce></surface></collision></link></model>
 <frame name="corner"><pose>1 0 0 0 0 1.57079632679</pose></frame>
 <model name="ball"><pose relative_to="corner">2 0 1 0 0 0</pose><link name="l"><inertial auto="true"/>
   <collision name="c"><density>500</density><geometry><sphere><radius>0.1</radius></sphere></geometry></collision></link></model>
@@ -99,6 +100,7 @@ TEST_F(WorldDocuments, SdfReadsBackWithItsGround) {
   EXPECT_TRUE(again.settings.ground);
   EXPECT_EQ(again.settings.ground_friction, 0.5);
   EXPECT_EQ(again.settings.step, world_.settings.step);
+  EXPECT_EQ(again.settings.ground_restitution, 0.75);
   for (const SdfModel& model : world_.models) {
     const SdfModel* const same = again.find(model.name);
     ASSERT_NE(same, nullptr) << model.name;
@@ -203,6 +205,9 @@ TEST_F(WorldDocuments, YamlReadsBackWhatItExpresses) {
   EXPECT_NEAR(ball.mass, 500 * 4.0 / 3 * 2 * std::acos(0.0) * 0.001, 1e-9);
   EXPECT_LT(distance(rod.X_WO, world_.find("rod")->X_WR), 1e-9);
   EXPECT_EQ(std::get<Capsule>(rod.shape).length, 0.5);
+  EXPECT_EQ(rod.restitution, 0.25);
+  EXPECT_EQ(ball.restitution, std::nullopt);
+  EXPECT_EQ(again.ground_restitution, 0.75);
   EXPECT_EQ(top.mass, 0);
   EXPECT_LT(distance(top.X_WO, make_pose({3, 0, 0.7}, {0, 0, 0})), 1e-9);
   EXPECT_EQ(std::get<Box>(top.shape).size, Eigen::Vector3d(1, 1, 0.1));
@@ -218,7 +223,7 @@ TEST_F(WorldDocuments, YamlReportsWhatItLoses) {
         "the model 'door', which has 2 links", "the model 'stand', which has 3 links",
         "the model 'camera', which collides with nothing", "the shape 'hat' of 'table'",
         "the inertia of 'rod', which is not that of a uniform shape", "the <scene>",
-        "the direction, slip, torsion or bounce of the surface of 'rod'"})
+        "the direction, slip or torsion of the surface of 'rod'"})
     EXPECT_THAT(text, HasSubstr(lost));
   EXPECT_THAT(text, ::testing::Not(HasSubstr("inertia of 'ball'")));
   EXPECT_EQ(diagnostics_.all().size(), 13u) << text;
@@ -234,6 +239,7 @@ TEST_F(WorldDocuments, MjcfIsReadByMujocoWithSamePoses) {
   mj_forward(model, data);
   EXPECT_EQ(model->opt.gravity[2], -3.7);
   EXPECT_EQ(model->opt.timestep, 0.002);
+  EXPECT_EQ(model->geom_solref[0], 0.01) << "expected 5 steps";
   EXPECT_EQ(model->nu, 0) << "expected joints that move freely";
   EXPECT_EQ(model->nv, 6 + 6 + 1 + 1);
   const auto place = [&](const char* name) {

@@ -55,7 +55,7 @@ TEST(ImageFiles, DamagedFileIsRefusedByNameAndReason) {
 }
 
 TEST(ImageFiles, RandomDamageIsReadOrRefused) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = 20261124;
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   for (const std::string& whole : {encode_png(gradient(20, 20, 4)), encode_jpeg(gradient(20, 20, 3), 80)})

@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "doppel/physics/test/engine_fixture.h"
 #include "doppel/physics/test/hand.h"
@@ -129,6 +130,42 @@ TEST(Contacts, CanOnTableStandsStill) {
       EXPECT_LT(6 * moved.translation().norm(), 1e-5) << name << ": more than 0.01 mm a minute";
       EXPECT_LT(6 * Eigen::AngleAxisd(moved.linear()).angle(), 1e-3) << name;
     }
+  }
+}
+
+// Acceleration (m/s^2) of a body that starts at rest on a box that is tilted about y, from 0.5 to 1.5 s.
+double acceleration_on_box(const Geometry& shape, const Eigen::Matrix3d& R_SO, double angle, double friction,
+                           FrictionRule rule) {
+  World world;
+  world.ground = false;
+  world.friction_rule = rule;
+  WorldObject slab = make_object("slab", Box{{20, 4, 0.2}}, {0, 0, 0}, 0);
+  slab.X_WO.linear() = Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitY()).toRotationMatrix();
+  WorldObject body = make_object("body", shape, {0, 0, 0}, 1);
+  body.X_WO = slab.X_WO * Eigen::Translation3d(-3, 0, 0.2) * Pose(R_SO);
+  body.friction = slab.friction = friction;
+  world.objects = {slab, body};
+  Rig rig(test::make_post(), world);
+  const Eigen::Vector3d along = slab.X_WO.linear().col(0);
+  rig.run(0.5);
+  const double before = along.dot(rig.object("body").base_velocity().linear_W);
+  rig.run(1.0);
+  return along.dot(rig.object("body").base_velocity().linear_W) - before;
+}
+
+TEST(Contacts, SlidingAndRollingOnBoxFollowClosedForms) {
+  const Eigen::Matrix3d upright = Eigen::Matrix3d::Identity(),
+                        lying = Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  for (const FrictionRule rule : {FrictionRule::larger, FrictionRule::smaller}) {
+    for (const auto& [degrees, friction] : {std::pair{20.0, 0.3}, {20.0, 0.355}, {10.0, 0.1}, {30.0, 0.5}}) {
+      const double angle = degrees * std::numbers::pi / 180,
+                   exact = 9.81 * (std::sin(angle) - friction * std::cos(angle));
+      EXPECT_NEAR(acceleration_on_box(Box{{0.2, 0.2, 0.2}}, upright, angle, friction, rule), exact, 3e-3 * exact)
+          << degrees << " degrees, friction " << friction;
+    }
+    const double angle = 10 * std::numbers::pi / 180, fall = 9.81 * std::sin(angle);
+    EXPECT_NEAR(acceleration_on_box(Cylinder{0.1, 0.2}, lying, angle, 0.8, rule), 2.0 / 3.0 * fall, 1e-4 * fall);
+    EXPECT_NEAR(acceleration_on_box(Sphere{0.1}, upright, angle, 0.8, rule), 5.0 / 7.0 * fall, 1e-4 * fall);
   }
 }
 

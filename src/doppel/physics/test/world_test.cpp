@@ -41,11 +41,11 @@ name: bench
 gravity: [0, 0, -1.62]
 step: 0.0005
 integrator: rk4
-ground: {friction: 0.3}
+ground: {friction: 0.3, restitution: 0.9}
 robot: {xyz: [0, 0, 0.4], rpy: [0, 0, 1.5]}
 objects:
   - {name: desk, box: [1, 2, 0.4], xyz: [0, 0, 0.2]}
-  - {name: ball, sphere: {radius: 0.03}, mass: 0.05, friction: 0.5, color: [1, 0, 0, 1]}
+  - {name: ball, sphere: {radius: 0.03}, mass: 0.05, friction: 0.5, restitution: 0.4, color: [1, 0, 0, 1]}
   - {name: can, cylinder: {radius: 0.03, length: 0.1}, mass: 0.2}
   - {name: pill, capsule: {radius: 0.01, length: 0.1}, mass: 0.2}
 friction_rule: min
@@ -56,12 +56,15 @@ friction_rule: min
   EXPECT_EQ(world.integrator, Integrator::rk4);
   EXPECT_TRUE(world.ground);
   EXPECT_EQ(world.ground_friction, 0.3);
+  EXPECT_EQ(world.ground_restitution, 0.9);
   EXPECT_EQ(world.friction_rule, FrictionRule::smaller);
   EXPECT_EQ(world.X_WR.translation().z(), 0.4);
   ASSERT_EQ(world.objects.size(), 4u);
   EXPECT_EQ(std::get<Box>(world.objects[0].shape).size.y(), 2);
   EXPECT_EQ(world.objects[0].mass, 0) << "expected a static object";
   EXPECT_EQ(world.objects[1].mass, 0.05);
+  EXPECT_EQ(world.objects[1].restitution, 0.4);
+  EXPECT_EQ(world.objects[2].restitution, std::nullopt);
   EXPECT_EQ(world.objects[1].rgba.x(), 1);
   EXPECT_EQ(std::get<Cylinder>(world.objects[2].shape).length, 0.1);
   EXPECT_EQ(world.objects[2].source.line, 11);

@@ -155,7 +155,7 @@ TEST(RayCaster, DepthOfTiltedPlaneIsThatOfClosedForm) {
 }
 
 TEST(RayCaster, LabelsAndDepthsAreThoseOfEveryTriangleTried) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = 20261124;
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::srand(seed);  // of Eigen
@@ -188,7 +188,7 @@ TEST(RayCaster, LabelsAndDepthsAreThoseOfEveryTriangleTried) {
 }
 
 TEST(RayCaster, MovedBodyIsSeenAsOneThatStoodThereFromStart) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = 20261125;
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::srand(seed);
@@ -221,7 +221,7 @@ TEST(RayCaster, MovedBodyIsSeenAsOneThatStoodThereFromStart) {
 }
 
 TEST(RayCaster, MovedBodyIsMetByRaysFromEverywhere) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = 20261126;
   SCOPED_TRACE(testing::Message() << "seed " << seed);
   std::mt19937 random(seed);
   std::srand(seed);

@@ -201,7 +201,7 @@ void compare(const CameraPicture& picture, const std::vector<CameraPicture>& of,
 // Textures are smooth and of few texels, because the caster chooses one of its halved pictures where the reference takes
 // the mean over the pixel; hence their tolerance.
 TEST(CameraRenderers, CasterShowsRandomScenesAsReferenceDoes) {
-  const unsigned seed = std::random_device{}();
+  const unsigned seed = 20261124;
   for (unsigned round = 0; round < 24; ++round) {
     SCOPED_TRACE(testing::Message() << "seed " << seed << " + " << round);
     const bool textured = round % 3 == 0;

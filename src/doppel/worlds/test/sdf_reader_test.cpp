@@ -58,6 +58,24 @@ TEST(Sdf, PlaneAtZeroBecomesGround) {
   EXPECT_EQ(read.count("sdf.built_in"), 1);
 }
 
+TEST(Sdf, ModelNamedGroundIsRenamed) {
+  const ReadSdf read = read_world(model("ground", std::string("<static>true</static>") + kBall) +
+                                  model("ground_model", std::string("<static>true</static>") + kBall));
+  EXPECT_EQ(read.world.find("ground"), nullptr);
+  EXPECT_EQ(read.model("ground_model_1").base, BaseKind::fixed);
+  EXPECT_EQ(read.count("sdf.renamed"), 1);
+}
+
+TEST(Sdf, RestitutionOfPlaneIsThatOfGround) {
+  const ReadSdf read = read_world(model("floor",
+                                        "<static>true</static><link name='l'><collision "
+                                        "name='c'><geometry><plane><normal>0 0 1</normal></plane></geometry>"
+                                        "<surface><bounce><restitution_coefficient>0.6</"
+                                        "restitution_coefficient><threshold>0.1</threshold></bounce>"
+                                        "</surface></collision></link>"));
+  EXPECT_EQ(read.world.settings.ground_restitution, 0.6);
+}
+
 TEST(Sdf, RaisedPlaneStaysShape) {
   const ReadSdf read = read_world(model("p",
                                         "<static>1</static><pose>0 0 1 0 0 0</pose><link name='l'><collision "
