@@ -14,7 +14,8 @@ namespace doppel::app {
 
 void add_man(CLI::App& app, int& exit_code);
 
-// "  help: doppel man server.port_taken" for the first of the errors that the page troubleshooting.md explains; "": none.
+// "  help: doppel man server.port_taken" for the first of the errors that the page troubleshooting.md
+// explains; "": none.
 std::string help_line(const InputError& error);
 
 }  // namespace doppel::app

@@ -28,8 +28,7 @@ int run_doctor(bool json) {
 
 void add_doctor(CLI::App& app, int& exit_code) {
   const auto json = std::make_shared<bool>(false);
-  CLI::App* verb =
-      app.add_subcommand("doctor", "Check this machine: what limits a twin, and what to do");
+  CLI::App* verb = app.add_subcommand("doctor", "Check this machine: what limits a twin, and what to do");
   verb->add_flag("--json", *json, "Print a JSON object to stdout");
   verb->footer(
       "Examples:\n  doppel doctor\n  doppel doctor --json\nExit code 1: something prevents `doppel up`.");

@@ -30,8 +30,8 @@ struct OverlayOptions {
   bool json = false, in_place = false, dry_run = false;
 };
 
-// A description without its corrections, the overlays of included files and its own, and the result of applying
-// them.
+// A description without its corrections, the overlays of included files and its own, and the result of
+// applying them.
 struct Corrected {
   explicit Corrected(const std::vector<std::string>& words) : target(open_target(words)) {
     plain = expand_description(target.target.description, target.arguments, target.resolver, diagnostics);

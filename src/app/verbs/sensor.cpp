@@ -75,8 +75,8 @@ int list_sensors(Shell& shell, const SensorListOptions& options) {
     name = std::max(name, sensor.name.size());
     type = std::max(type, sensor.type.size());
   }
-  print_line("{:<{}}  {:<{}}  {:>10}  {:>10}  {:>8}  topics\n", "name", name, "type", type, "rate", "measured",
-             "dropped");
+  print_line("{:<{}}  {:<{}}  {:>10}  {:>10}  {:>8}  topics\n", "name", name, "type", type, "rate",
+             "measured", "dropped");
   for (const Sensor& sensor : all.sensors) {
     print_line("{:<{}}  {:<{}}  {:>10}  {:>10}  {:>8}  {}\n", sensor.name, name, sensor.type, type,
                rate_text(sensor.rate),

@@ -247,7 +247,8 @@ using Run = int (*)(const WorldOptions&);
 CLI::App* add_one(CLI::App& world, const char* name, const char* about, Run run, int& exit_code,
                   const std::shared_ptr<WorldOptions>& options) {
   CLI::App* const verb = world.add_subcommand(name, about);
-  verb->add_option("FILE", options->file, "An SDF file, a model's folder, a bundled world, or a name on GZ_SIM_RESOURCE_PATH")
+  verb->add_option("FILE", options->file,
+                   "An SDF file, a model's folder, a bundled world, or a name on GZ_SIM_RESOURCE_PATH")
       ->required();
   verb->footer(fmt::format("Example:\n  doppel world {} my_world.sdf", name));
   verb->callback([options, run, &exit_code] { exit_code = run(*options); });

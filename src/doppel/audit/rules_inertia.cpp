@@ -237,8 +237,8 @@ void check_unweighed(const AuditInput& in, const std::vector<Body>& all, Finding
   }
 }
 
-// A link of a ton, by the shapes that its mass is estimated from: their unit is wrong. A mesh with a finding about
-// its unit is not reported a second time.
+// A link of a ton, by the shapes that its mass is estimated from: their unit is wrong. A mesh with a
+// finding about its unit is not reported a second time.
 void check_estimates(const AuditInput& in, Findings& out) {
   constexpr double kTon = 1000;
   if (in.model == nullptr) return;

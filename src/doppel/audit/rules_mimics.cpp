@@ -56,8 +56,8 @@ bool same_ranges(const Joint& a, const Joint& b) {
   return std::abs(range - (b.limits->upper - b.limits->lower)) <= 1e-3 * range;
 }
 
-// Both joints are on one link, their links are called left and right, and their axes are parallel: the sign by
-// which one follows the other. 0: they are no such pair.
+// Both joints are on one link, their links are called left and right, and their axes are parallel: the sign
+// by which one follows the other. 0: they are no such pair.
 double mirrored_sign(const Joint& a, const Joint& b) {
   if (a.parent != b.parent || a.type != b.type || a.mimic || b.mimic || !same_ranges(a, b)) return 0;
   if (!is_gripper_part(a.child) || mirrored_name(a.child) != lowered(b.child)) return 0;

@@ -1,7 +1,7 @@
 #pragma once
-// How far a base's odometry is from the truth, and the multipliers of its controller that minimise the odometry error: the
-// twin drives 5 m, 10 rad on the spot to each side, and a square of 4 m in each direction (UMBmark, Borenstein
-// and Feng 1994), by the base's own controller and its topics.
+// How far a base's odometry is from the truth, and the multipliers of its controller that minimise the
+// odometry error: the twin drives 5 m, 10 rad on the spot to each side, and a square of 4 m in each
+// direction (UMBmark, Borenstein and Feng 1994), by the base's own controller and its topics.
 
 #include <array>
 #include <filesystem>
@@ -29,8 +29,8 @@ struct DOPPEL_API BaseLeg {
   PlanarPose truth, odometry;    // at the end
   std::vector<PlanarPose> path;  // true, at 20 Hz
   std::vector<PlanarPose> path_odometry;
-  // Distances rolled by the left and the right wheels, rad times the radius of the controller without multipliers: m, at
-  // 20 Hz. Of a differential base.
+  // Distances rolled by the left and the right wheels, rad times the radius of the controller without
+  // multipliers: m, at 20 Hz. Of a differential base.
   std::vector<std::array<double, 2>> rolled;
   [[nodiscard]] double odometry_error() const;  // m, between the ends of odometry and truth
 };

@@ -1,5 +1,5 @@
-// The overlays beside included files: which names of the expanded description each of them refers to, in which
-// order they are applied, and one line for what cannot be applied.
+// The overlays beside included files: which names of the expanded description each of them refers to, in
+// which order they are applied, and one line for what cannot be applied.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -41,8 +41,8 @@ fs::path canonical_path(const fs::path& file) {
   return none ? file : out;
 }
 
-// The overlays of included files in the order of reading; the description's own is not among them, whatever file
-// shares it.
+// The overlays of included files in the order of reading; the description's own is not among them, whatever
+// file shares it.
 std::vector<IncludedOverlay> find_included_overlays(const ExpandedDescription& expanded) {
   std::vector<IncludedOverlay> out;
   const fs::path own = canonical_path(overlay_path(expanded.file));
@@ -89,8 +89,8 @@ bool is_inside(const IncludedOverlay& inner, const IncludedOverlay& outer, const
   });
 }
 
-// The order of reading, except that an included file precedes the one that includes it: its overlay was written for
-// the file alone, the outer one for the corrected result.
+// The order of reading, except that an included file precedes the one that includes it: its overlay was
+// written for the file alone, the outer one for the corrected result.
 std::vector<IncludedOverlay> ordered_overlays(const ExpandedDescription& expanded) {
   std::vector<IncludedOverlay> waiting = find_included_overlays(expanded), out;
   while (!waiting.empty()) {
@@ -137,7 +137,8 @@ class WrittenValues {
     }
   }
 
-  // "left_" is a value in the sources (of a macro's parameter, an argument, a property), "left" one with a separator.
+  // "left_" is a value in the sources (of a macro's parameter, an argument, a property), "left" one with a
+  // separator.
   [[nodiscard]] bool has_prefix(const std::string& prefix) const {
     const std::size_t end = prefix.find_last_not_of("_-./");
     return values_.contains(prefix) ||
@@ -174,7 +175,8 @@ std::vector<const XmlNode*> elements_from(const IncludedOverlay& overlay, const 
   return out;
 }
 
-// The prefixes under which the targets are in the description, in its order. Only "" if any has its plain name.
+// The prefixes under which the targets are in the description, in its order. Only "" if any has its plain
+// name.
 std::vector<std::string> prefixes_of(const std::vector<NamedElement>& targets,
                                      const std::vector<const XmlNode*>& elements,
                                      const WrittenValues& written) {

@@ -1,7 +1,8 @@
 #pragma once
 // The corrections of one description, in NAME.overlay.yaml next to it, applied on load by every command, so
-// that they remain effective after a new export, and also where another file includes the description. An operation whose target has changed since is reported and
-// not applied; one whose result is already in the description is not applied again.
+// that they remain effective after a new export, and also where another file includes the description. An
+// operation whose target has changed since is reported and not applied; one whose result is already in the
+// description is not applied again.
 
 #include <filesystem>
 #include <string>
@@ -65,11 +66,12 @@ struct AppliedOverlay {
   std::vector<OperationOutcome> outcomes;
 };
 
-// Applies the overlays beside the files that the description includes, so that an included file is the same as with
-// its corrections baked into it. An inner file precedes the file that includes it. Names are searched among the
-// elements that come from the file; if none has its plain name, under the prefixes that a macro's parameter, an
-// argument or a property gave them, once for each. What cannot be applied is one line ("overlay.no_target" or the
-// note "overlay.included"). The overlays are added to `files`. Throws InputError: an overlay cannot be read.
+// Applies the overlays beside the files that the description includes, so that an included file is the same
+// as with its corrections baked into it. An inner file precedes the file that includes it. Names are
+// searched among the elements that come from the file; if none has its plain name, under the prefixes that
+// a macro's parameter, an argument or a property gave them, once for each. What cannot be applied is one
+// line ("overlay.no_target" or the note "overlay.included"). The overlays are added to `files`. Throws
+// InputError: an overlay cannot be read.
 DOPPEL_API std::vector<AppliedOverlay> apply_included_overlays(ExpandedDescription& description,
                                                                const PackageResolver& resolver,
                                                                Diagnostics& diagnostics);

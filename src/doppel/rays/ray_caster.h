@@ -1,7 +1,7 @@
 #pragma once
-// Ray casting shared by cameras, lidars and range sensors: rays into a RenderScene, by Embree, which is loaded with the
-// first caster.
-// Frames: W world; C camera, optical: x to the right, y down, z forward (REP 103).
+// Ray casting shared by cameras, lidars and range sensors: rays into a RenderScene, by Embree, which is
+// loaded with the first caster. Frames: W world; C camera, optical: x to the right, y down, z forward (REP
+// 103).
 
 #include <cstdint>
 #include <memory>

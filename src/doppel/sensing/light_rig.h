@@ -1,8 +1,8 @@
 #pragma once
-// Cameras, lidars and range sensors of a running world. In the loop a sensor whose sample is due is noted with a
-// snapshot of all poses; another thread makes the picture or scan; between two steps its messages are published in
-// order, with the stamp of the snapshot. Topics without subscribers are not rendered. If that thread does not keep up,
-// samples are dropped and counted. The loop waits for it only in lockstep.
+// Cameras, lidars and range sensors of a running world. In the loop a sensor whose sample is due is noted
+// with a snapshot of all poses; another thread makes the picture or scan; between two steps its messages
+// are published in order, with the stamp of the snapshot. Topics without subscribers are not rendered. If
+// that thread does not keep up, samples are dropped and counted. The loop waits for it only in lockstep.
 //
 // The noise of sample n depends on the seed, the sensor and n alone, so that the same run gives the same bytes at any
 // speed and with any readers.

@@ -33,8 +33,8 @@ class DOPPEL_API HealthPublisher {
  public:
   // The loop's thread. name_space: the robot's ("left"), prefix of the topics. `make_report` makes the text
   // of /doppel/health on this publisher's thread; it may still run after the publisher is destroyed, so it
-  // must own everything that it uses. `on_published` is called on the loop's thread after each report; not after
-  // the end of this publisher.
+  // must own everything that it uses. `on_published` is called on the loop's thread after each report; not
+  // after the end of this publisher.
   HealthPublisher(Bus& bus, const std::string& name_space, std::function<std::string()> make_report,
                   std::function<void()> on_published = {});
   // Does not wait for a long audit (a mesh of a million triangles); see abandoned_thread.h.

@@ -9,7 +9,7 @@
 
 #include "doppel/core/names.h"
 #include "doppel/core/text.h"
-#include "doppel/description/load.h"
+#include "doppel/overlay/overlay.h"
 #include "doppel/worlds/detail/sdf_lighting.h"
 #include "doppel/worlds/detail/sdf_population.h"
 #include "doppel/xml/xml_tree.h"
@@ -316,7 +316,7 @@ void Document::read_urdf(const fs::path& file, Scope& into, const Override& over
   item.node = over.include;
   item.source = into.source;
   item.pose = over.pose;
-  LoadedDescription loaded = load_description(file, {}, resolver_, elements_.diagnostics);
+  LoadedDescription loaded = load_corrected(file, {}, resolver_, elements_.diagnostics);
   read_files_.insert(read_files_.end(), loaded.files.begin(), loaded.files.end());
   item.name = over.name.empty() ? loaded.robot.name : over.name;
   item.scope = std::make_unique<Scope>();

@@ -93,9 +93,9 @@ DOPPEL_API SdfWorld parse_sdf(const std::string& text, const std::string& name,
 // defaults of its arguments), or a folder with a model.config.
 DOPPEL_API bool is_sdf(const std::filesystem::path& file);
 
-// The file of a world's or model's name as the command line gives it: a file, a folder, a name on the search path, or
-// that of a bundled world, with or without "worlds/" and extension. Throws InputError "world.not_found" with the
-// nearest names.
+// The file of a world's or model's name as the command line gives it: a file, a folder, a name on the
+// search path, or that of a bundled world, with or without "worlds/" and extension. Throws InputError
+// "world.not_found" with the nearest names.
 DOPPEL_API std::filesystem::path find_world(const std::string& name, PackageResolver& resolver);
 
 // A world that comes with doppel.

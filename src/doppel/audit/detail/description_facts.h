@@ -19,7 +19,8 @@ bool same_place(const SourceLocation& a, const SourceLocation& b);
 bool holds(const XmlNode& node, const SourceLocation& where);
 // The element that begins at this place; null: none.
 const XmlNode* element_at(const XmlNode& root, const SourceLocation& where);
-// "gripper_left_1" -> "gripper_right_1"; "l_finger" -> "r_finger", in lower case. Empty: neither left nor right.
+// "gripper_left_1" -> "gripper_right_1"; "l_finger" -> "r_finger", in lower case. Empty: neither left nor
+// right.
 std::string mirrored_name(const std::string& name);
 std::string names_of(const std::vector<std::string>& names,
                      std::size_t at_most = 4);  // "'a', 'b' and 3 more"

@@ -27,7 +27,7 @@ Parts with_hardware(const std::string& parameter) {
 constexpr const char* kZero =
     "- bake_zero: j\n  offset: 45 deg\n  was: {type: revolute, axis: 0 1 0, rpy: 0 0 0}\n";
 
-TEST_F(CalibrationRules, OffsetOfTheDriverBesideTheSameBakedZeroIsAnError) {
+TEST_F(CalibrationRules, DriverOffsetEqualToBakedZeroIsError) {
   write("r.overlay.yaml", kZero);
   const AuditReport report = check(robot(with_hardware("<param name=\"servo_offset_deg\">45</param>")));
   const Finding* found = find(report, "ros2_control.offset_twice");
@@ -36,7 +36,7 @@ TEST_F(CalibrationRules, OffsetOfTheDriverBesideTheSameBakedZeroIsAnError) {
   EXPECT_THAT(found->message, HasSubstr("adds 45 deg"));
 }
 
-TEST_F(CalibrationRules, OtherOffsetBesideABakedZeroIsAWarning) {
+TEST_F(CalibrationRules, OtherDriverOffsetBesideBakedZeroIsWarning) {
   write("r.overlay.yaml", kZero);
   const AuditReport report = check(robot(with_hardware("<param name=\"servo_offset_deg\">3</param>")));
   const Finding* found = find(report, "ros2_control.offset_twice");
@@ -67,7 +67,7 @@ TEST_F(CalibrationRules, ContinuousJointWithLimitsIsReported) {
   }
 }
 
-TEST_F(CalibrationRules, EstimatedMassOfTonsIsAnError) {
+TEST_F(CalibrationRules, EstimatedMassOfTonsIsError) {
   Parts parts;
   parts.inertial = "";
   const std::string large = R"(<geometry><box size="60 60 200"/></geometry>)";
@@ -95,7 +95,7 @@ Parts gripper(const std::string& right_axis, const std::string& more = "") {
   return parts;
 }
 
-TEST_F(GripperRules, MirroredFingersWithoutAMimicAreANoteWithTheSign) {
+TEST_F(GripperRules, MirroredFingersWithoutMimicGiveNoteWithSign) {
   const AuditReport opposite = check(robot(gripper("0 0 -1")));
   const Finding* found = find(opposite, "mimic.missing");
   ASSERT_NE(found, nullptr) << report_text(opposite);
@@ -114,7 +114,7 @@ TEST_F(GripperRules, FingersThatMimicOrAreNoPairAreNoFinding) {
   EXPECT_EQ(find(check(robot(legs)), "mimic.missing"), nullptr) << "legs move independently";
 }
 
-TEST_F(GripperRules, FingersWithADriveEachAreNoFinding) {
+TEST_F(GripperRules, FingersWithOwnDrivesGiveNoFinding) {
   const auto drive = [](const std::string& joint) {
     return "<joint name=\"" + joint +
            "\"><command_interface name=\"position\"/><state_interface name=\"position\"/></joint>";

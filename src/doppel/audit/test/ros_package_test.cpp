@@ -492,7 +492,7 @@ TEST_F(ContactRulesTest, LinkWithoutCollisionIsReported) {
   EXPECT_THAT(of("collision.missing", ""), IsEmpty());
 }
 
-TEST_F(PackageRulesTest, LicenceThatPermitsNothingIsANote) {
+TEST_F(PackageRulesTest, LicenceThatPermitsNothingIsNote) {
   write("urdf/r.urdf", robot(good_hardware()));
   const auto with_license = [&](const std::string& license) {
     write("package.xml",

@@ -206,7 +206,7 @@ TEST(FileDescriptor, ReadReturnsAllAndDestructorCloses) {
   EXPECT_LT(read_all(-1, one), 0);
 }
 
-TEST(YamlFix, FixFollowsTheCause) {
+TEST(YamlFix, FixFollowsCause) {
   EXPECT_NE(yaml_fix("end of sequence flow not found").find("'['"), std::string::npos);
   EXPECT_NE(yaml_fix("end of map flow not found").find("'{'"), std::string::npos);
   EXPECT_NE(yaml_fix("illegal map value").find("quote"), std::string::npos);

@@ -76,7 +76,7 @@ struct IncludedOverlay : testing::Test {
   std::vector<AppliedOverlay> overlays;
 };
 
-TEST_F(IncludedOverlay, DescriptionThatIncludesACorrectedOneIsCorrected) {
+TEST_F(IncludedOverlay, DescriptionThatIncludesCorrectedOneIsCorrected) {
   write_robot("arm/arm.xacro", arm_with_prefix(""));
   write("arm/arm.overlay.yaml", kFlips);
   write_robot("cell.xacro", "<xacro:include filename=\"arm/arm.xacro\"/><link name=\"camera\"/>");
@@ -99,7 +99,7 @@ TEST_F(IncludedOverlay, FileIncludedTwiceIsCorrectedOnce) {
   EXPECT_EQ(overlays.size(), 1U);
 }
 
-TEST_F(IncludedOverlay, OverlaySharedByAFileAndWhatItIncludesIsAppliedOnce) {
+TEST_F(IncludedOverlay, OverlaySharedByFileAndIncludedFileIsAppliedOnce) {
   write_arm_macro();
   write_robot("arm/arm.urdf.xacro", "<xacro:include filename=\"arm.xacro\"/><xacro:arm prefix=\"\"/>");
   EXPECT_EQ(value(load("arm/arm.urdf.xacro"), "shoulder", "axis", "xyz"), "0 0 -1");
@@ -109,7 +109,7 @@ TEST_F(IncludedOverlay, OverlaySharedByAFileAndWhatItIncludesIsAppliedOnce) {
   EXPECT_EQ(overlays.size(), 1U);
 }
 
-TEST_F(IncludedOverlay, InnerOverlayPrecedesTheOuterOnes) {
+TEST_F(IncludedOverlay, InnerOverlayPrecedesOuterOnes) {
   write_robot("arm/arm.xacro", arm_with_prefix(""));
   write("arm/arm.overlay.yaml", kFlips);
   write_robot("arm/tool.xacro", "<xacro:include filename=\"arm.xacro\"/><link name=\"tool\"/>");
@@ -123,7 +123,7 @@ TEST_F(IncludedOverlay, InnerOverlayPrecedesTheOuterOnes) {
   EXPECT_FALSE(overlays[2].included);
 }
 
-TEST_F(IncludedOverlay, PrefixOfAMacrosParameterIsFollowedForEveryCall) {
+TEST_F(IncludedOverlay, PrefixOfMacroParameterIsFollowedForEveryCall) {
   write_arm_macro();
   write_robot("cell.xacro",
               "<xacro:include filename=\"arm/arm.xacro\"/><xacro:arm prefix=\"left_\"/>"
@@ -155,7 +155,7 @@ TEST_F(IncludedOverlay, PrefixIsFollowedThroughMacrosThatHandItOn) {
   EXPECT_THAT(links, testing::ElementsAre("left_foot"));
 }
 
-TEST_F(IncludedOverlay, NamesThatDifferAreOneWarningWithTheReason) {
+TEST_F(IncludedOverlay, NamesThatDifferAreOneWarningWithReason) {
   write_robot("arm/arm.xacro",
               "<xacro:macro name=\"arm\" params=\"s\">" + arm_with_prefix("arm${s}_") + "</xacro:macro>");
   write("arm/arm.overlay.yaml", kFlips);
@@ -166,7 +166,7 @@ TEST_F(IncludedOverlay, NamesThatDifferAreOneWarningWithTheReason) {
   EXPECT_THAT(message("overlay.no_target"), testing::HasSubstr("there is no joint 'shoulder'"));
 }
 
-TEST_F(IncludedOverlay, MissingTargetsOfAnIncludedFileAreOneWarning) {
+TEST_F(IncludedOverlay, MissingTargetsOfIncludedFileAreOneWarning) {
   write_robot("arm/arm.xacro", "<link name=\"base\"/>");
   write("arm/arm.overlay.yaml", std::string(kFlips) +
                                     "\n- rename_link: base\n  to: foot\n"
@@ -177,7 +177,7 @@ TEST_F(IncludedOverlay, MissingTargetsOfAnIncludedFileAreOneWarning) {
   EXPECT_THAT(message("overlay.no_target"), testing::HasSubstr("2 of 3 corrections"));
 }
 
-TEST_F(IncludedOverlay, MacroThatIsNotCalledIsANote) {
+TEST_F(IncludedOverlay, MacroThatIsNotCalledIsNote) {
   write_arm_macro();
   write_robot("cell.xacro", "<xacro:include filename=\"arm/arm.xacro\"/><link name=\"base\"/>");
   load();
@@ -192,7 +192,7 @@ TEST_F(IncludedOverlay, NamesOfOtherFilesAreNotCorrected) {
   EXPECT_EQ(value(load(), "shoulder", "axis", "xyz"), "0 0 1");
 }
 
-TEST_F(IncludedOverlay, IncludingFileDecidesWhereTheRobotStands) {
+TEST_F(IncludedOverlay, IncludingFileDecidesWhereRobotStands) {
   write_robot("arm/arm.xacro", arm_with_prefix(""));
   write("arm/arm.overlay.yaml", std::string(kFlips) +
                                     "\n- attach_to_world: base\n  was: {parent: none}\n\n"

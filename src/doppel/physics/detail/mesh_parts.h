@@ -1,6 +1,6 @@
 #pragma once
-// Convex decomposition of static meshes for collision: it keeps interiors hollow, such as a room or the space below a
-// table.
+// Convex decomposition of static meshes for collision: it keeps interiors hollow, such as a room or the
+// space below a table.
 
 #include <vector>
 

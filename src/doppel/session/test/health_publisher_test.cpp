@@ -68,7 +68,7 @@ TEST_F(HealthPublisherTest, AuditOutlastingPublisherIsAbandoned) {
   EXPECT_EQ(health_, "");
 }
 
-TEST_F(HealthPublisherTest, ReportIsAnnouncedOnTheLoopsThreadAfterItsPublication) {
+TEST_F(HealthPublisherTest, ReportIsAnnouncedOnLoopThreadAfterPublication) {
   int announced = 0;
   const auto loop = std::this_thread::get_id();
   HealthPublisher publisher(
@@ -94,7 +94,7 @@ AuditReport report_with(const std::vector<Severity>& severities) {
   return out;
 }
 
-TEST(ErrorSummary, ErrorsAreOneLineWithTheCommandThatListsThem) {
+TEST(ErrorSummary, ErrorsAreOneLineWithCommandThatListsThem) {
   EXPECT_EQ(error_summary(report_with({Severity::error, Severity::warning}), "b.urdf"),
             "1 error: link 'b': its mesh is 300 m large [mesh.unit]; 'doppel check b.urdf' prints its "
             "consequence and "

@@ -79,6 +79,20 @@ TEST_F(SdfFiles, IncludeBesideWorldIsReadInNewestVersion) {
   EXPECT_EQ(read.world.files.size(), 2u);
 }
 
+TEST_F(SdfFiles, IncludedUrdfKeepsCorrectionsOfItsOverlay) {
+  write("arm.urdf",
+        "<robot name='arm'><link name='base'/><link name='upper'/><joint name='elbow' type='revolute'>"
+        "<parent link='base'/><child link='upper'/><axis xyz='0 0 1'/>"
+        "<limit lower='-1' upper='1' effort='5' velocity='2'/></joint></robot>");
+  write("arm.overlay.yaml", "- set_limit: elbow\n  velocity: 0.5\n  was: {velocity: 2}\n");
+  write("w.sdf", "<sdf version='1.9'><world name='w'><include><uri>arm.urdf</uri></include></world></sdf>");
+  const ReadSdf read = load("w.sdf");
+  const Joint* const elbow = read.model("arm").description->find_joint("elbow");
+  ASSERT_NE(elbow, nullptr);
+  EXPECT_EQ(elbow->limits->velocity, 0.5);
+  EXPECT_THAT(read.world.files, ::testing::Contains(folder_ / "arm.overlay.yaml")) << "it is watched";
+}
+
 TEST_F(SdfFiles, HeightmapThatCannotBeReadIsReportedAndLeftOut) {
   const auto world = [](const std::string& uri) {
     return "<sdf version='1.9'><world name='w'>\n<model name='hill'><static>true</static><link name='l'>"
