@@ -1,6 +1,7 @@
 // What the parts of the page share.
 import { Signal } from './signal';
 import type { Commander } from './commander';
+import type { Hardware } from './hardware';
 import type { LayerChoice } from './layer_toggles';
 import type { Sources } from './sources';
 import type { Twin } from './twin';
@@ -11,6 +12,7 @@ export type Selection = { link: number } | null;
 export interface App {
   twin: Twin;
   commander: Commander;
+  hardware: Hardware;
   world: World;
   sources: Sources;
   select: (selection: Selection) => void;

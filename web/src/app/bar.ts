@@ -36,8 +36,10 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
   const step = button(icon('step'), 'One step of physics, 1 ms; with shift a tenth of a second', () => {}, { class: 'icon', id: 'step' });
   step.addEventListener('click', (event) => call('/gazebo/step', { steps: event.shiftKey ? 100 : 1 }, (answer) => twin.knowTime(Number(answer['sim_time']))));
   const reset = button(icon('reset'), 'Reset: time and joints back to the start', () => {
-    app.world.trace.clear();
-    call('/gazebo/reset_simulation');
+    app.hardware.confirm('Reset', 'Time and joints go back to the start.', () => {
+      app.world.trace.clear();
+      call('/gazebo/reset_simulation');
+    });
   }, { class: 'icon', id: 'reset' });
   const speed = h('select', { 'aria-label': 'Speed of simulated time', title: 'Speed of simulated time', id: 'speed', onchange: () => call('/gazebo/set_speed', { factor: Number(speed.value) }) },
     ...SPEEDS.map(([label, value]) => h('option', { value: String(value), selected: value === 1 }, label)));

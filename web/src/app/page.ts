@@ -4,6 +4,7 @@ import { World } from '../scene/world';
 import type { App } from './app';
 import { makeBar } from './bar';
 import { Commander } from './commander';
+import { Hardware } from './hardware';
 import { startStopKeys } from './escape';
 import { Layout } from './layout';
 import { makeOverlay } from './overlay';
@@ -19,7 +20,7 @@ const PICTURE_TIMEOUT = 1500; // ms after which panels are loaded without a pict
 export function startPage(twin: Twin, assets: AssetStore): void {
   performance.mark('doppel: page');
   const commander = new Commander(twin);
-  const app = { twin, commander, sources: new Sources(twin), selection: null, selected: new Signal(), tabsChanged: new Signal(), openPanel: () => {}, sensorLayers: () => [] } as unknown as App;
+  const app = { twin, commander, hardware: new Hardware(twin), sources: new Sources(twin), selection: null, selected: new Signal(), tabsChanged: new Signal(), openPanel: () => {}, sensorLayers: () => [] } as unknown as App;
   app.select = (selection) => {
     app.selection = selection;
     app.selected.emit(selection);

@@ -16,7 +16,10 @@ export function controlPanel(app: App): Panel {
       return h('div', { class: 'controller' },
         h('div', { class: 'row' }, h('strong', {}, c.name), h('span', { class: `tag ${c.state}` }, c.state), h('span', { class: 'spacer' }),
           button(active ? 'Deactivate' : 'Activate', `${active ? 'Deactivate' : 'Activate'} ${c.name}`, () => {
-            void commander.switchControllers(active ? [] : [c.name], active ? [c.name] : []);
+            const change = (): void => void commander.switchControllers(active ? [] : [c.name], active ? [c.name] : []);
+            const falls = active && c.interface === 'position';
+            if (active) app.hardware.confirm(`Deactivate ${c.name}`, falls ? `Nothing holds ${c.joints.join(', ')} then: the arm will fall.` : 'Its joints get no commands any more.', change);
+            else change();
           }, { disabled: !active && c.state !== 'inactive' })),
         h('div', { class: 'muted' }, c.type),
         c.joints.length > 0 ? h('div', { class: 'claims' }, `${active ? 'claims' : 'requires'} ${c.interface || 'mixed interfaces'} of ${c.joints.join(', ')}`) : null);

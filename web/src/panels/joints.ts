@@ -158,6 +158,11 @@ export function jointsPanel(app: App): Panel {
     commander.setMany((twin.tree?.moving ?? []).filter((j) => !j.mimic).map((j) => [j, value(j)]));
   }
 
+  // All joints at once: a robot that may be real is asked about first.
+  function allAtOnce(what: string, move: () => void): () => void {
+    return () => app.hardware.confirm(what, `All joints move at once, with ${Math.round(settings.speedShare * 100)} % of their velocity limits.`, move);
+  }
+
   function zero(): void {
     const stays = (twin.tree?.moving ?? []).filter((j) => !j.mimic && (j.lower > 0 || j.upper < 0));
     all((j) => (stays.includes(j) ? twin.target[j.index]! : 0));
@@ -193,12 +198,12 @@ export function jointsPanel(app: App): Panel {
   const units = h('div', { class: 'segments units', role: 'group', 'aria-label': 'Unit of angles', id: 'units' }, unitButtons);
   const element = h('div', { class: 'joints-panel' },
     h('div', { class: 'tools' },
-      button('Zero', 'All joints to zero; one whose limits exclude that stays', zero),
-      button('Centre', 'All joints to the middle of their limits', () => all((j) => (Number.isFinite(j.lower) ? (j.lower + j.upper) / 2 : 0))),
-      button('Random', 'All joints somewhere within their limits', () => all((j) => {
+      button('Zero', 'All joints to zero; one whose limits exclude that stays', allAtOnce('Zero', zero)),
+      button('Centre', 'All joints to the middle of their limits', allAtOnce('Centre', () => all((j) => (Number.isFinite(j.lower) ? (j.lower + j.upper) / 2 : 0)))),
+      button('Random', 'All joints somewhere within their limits', allAtOnce('Random', () => all((j) => {
         const [low, high] = rangeOf(j);
         return low + (high - low) * Math.random();
-      })),
+      }))),
       button('Copy', 'Copy the pose as a YAML trajectory', copy),
       button('Paste', 'Go to the pose on the clipboard', () => void pasteText('Go to a pose', take)),
       h('span', { class: 'spacer' }), units),

@@ -210,6 +210,28 @@ check('on its side, a phone has the picture beside one dock', atKate, async (pag
   assert.equal(await page.locator('#stop').isVisible(), true);
 }, { viewport: { width: 844, height: 390 } });
 
+const loopback = join(folder, 'real.urdf');
+writeFileSync(loopback, `<robot name="real"><link name="base"/><link name="arm"><visual><geometry><box size="0.1 0.1 0.3"/></geometry></visual><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="shoulder" type="revolute"><parent link="base"/><child link="arm"/><origin xyz="0 0 0.2"/><axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="5" velocity="1"/></joint>
+  <ros2_control name="device" type="system"><hardware><plugin>doppel/Loopback</plugin></hardware><joint name="shoulder"><command_interface name="position"/><state_interface name="position"/></joint></ros2_control></robot>`);
+check('on hardware, what moves or releases the whole robot is confirmed; STOP works beside the question', () => run('up', loopback, '--headless'), async (page) => {
+  await waitFor(page, () => doppel.hardware.real && doppel.twin.controllers.some((c) => c.state === 'active' && c.interface === 'position'));
+  const target = () => page.evaluate(() => doppel.twin.target[0]);
+  await page.evaluate(() => doppel.commander.set(doppel.twin.tree.moving[0], 0.3));
+  await page.getByRole('button', { name: 'All joints to zero' }).click();
+  assert.ok(Math.abs((await target()) - 0.3) < 0.01, 'nothing is sent before the confirmation');
+  assert.match(await page.locator('dialog.confirm').textContent(), /doppel\/Loopback/);
+  await page.click('#confirm');
+  await waitFor(page, () => Math.abs(doppel.twin.target[0]) < 0.001);
+  await page.evaluate(() => doppel.layout.open('control'));
+  await page.locator('.controller', { hasText: 'position' }).last().getByRole('button', { name: /^Deactivate/ }).click();
+  assert.match(await page.locator('dialog.confirm').textContent(), /the arm will fall/);
+  await page.click('#stop');
+  await waitFor(page, () => doppel.commander.stopped);
+  await page.getByRole('button', { name: 'Do nothing' }).click();
+  assert.equal(await page.evaluate(() => document.querySelector('dialog')), null);
+});
+
 test('the first steps are shown once, and the title has the robot and its state', { timeout: 180000 }, async () => {
   const context = await kate.browser.newContext();
   const page = await context.newPage();

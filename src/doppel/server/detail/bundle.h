@@ -1,10 +1,11 @@
 #pragma once
-// Several messages in one WebSocket frame, for the page: a browser handles each frame as an event of its own, and an arm
-// at rest publishes some 400 messages per second. A client asks for it in its address, "/?bundle=16": messages then wait
-// for up to that many milliseconds and are sent together. Other clients, and other servers, know nothing of it.
+// Several messages in one WebSocket frame, for the page: a browser handles each frame as an event of its own,
+// and an arm at rest publishes some 400 messages per second. A client asks for it in its address,
+// "/?bundle=16": messages then wait for up to that many milliseconds and are sent together. Other clients,
+// and other servers, know nothing of it.
 //
-// A bundle is a binary frame: the byte kBundleOpcode, which the Foxglove protocol does not use, then each message as a
-// 32-bit little-endian length and the frame that it has without a bundle.
+// A bundle is a binary frame: the byte kBundleOpcode, which the Foxglove protocol does not use, then each
+// message as a 32-bit little-endian length and the frame that it has without a bundle.
 
 #include <chrono>
 #include <optional>

@@ -1,7 +1,7 @@
 #pragma once
-// The files of fetchAsset over HTTP, GET /files?uri=URI, so that a browser receives them compressed and keeps them: each
-// file is compressed once, and its ETag is the hash of its content. Which files are served is the decision of
-// asset_library.h, which clients are accepted that of admission.h, for both ways the same.
+// The files of fetchAsset over HTTP, GET /files?uri=URI, so that a browser receives them compressed and keeps
+// them: each file is compressed once, and its ETag is the hash of its content. Which files are served is the
+// decision of asset_library.h, which clients are accepted that of admission.h, for both ways the same.
 
 #include <cstdint>
 #include <deque>
