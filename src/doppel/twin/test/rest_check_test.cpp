@@ -106,7 +106,7 @@ TEST(RestCheck, MimicOffItsLeaderIsDescribed) {
       "mimics 'synergy'");
 }
 
-TEST(RestCheck, FallingBaseIsAComplaint) {
+TEST(RestCheck, FallingBaseIsReported) {
   RobotDescription robot;
   robot.name = "body";
   robot.links = {test::make_link("body", 2.0, {0, 0, 0}, {0.01, 0.01, 0.01})};
