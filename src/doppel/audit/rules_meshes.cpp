@@ -132,14 +132,18 @@ double joints_outside(const RobotDescription& robot, const Link& link, const Lin
   return out;
 }
 
-// The centre of mass is inside of the link only where its meshes are not mirrored, and the joints that it carries do
-// not fit the mirrored meshes better: then the centre of mass is wrong.
-bool mirrored_by_mistake(const RobotDescription& robot, const Link& link) {
-  if (!link.inertial) return false;
+enum class Mirroring { unknown, mistake, confirmed };
+
+// A mistake where the centre of mass is inside of the link only without the signs of its scales. Confirmed where the
+// joints that it carries fit the mirrored meshes better: then it is the centre of mass that is wrong.
+Mirroring mirroring_of(const RobotDescription& robot, const Link& link) {
   const Link straight = unmirrored(link);
   const auto written = link_shape(link), meant = link_shape(straight);
-  return written && meant && centre_outside(link, *written) > 0 && centre_outside(straight, *meant) == 0 &&
-         joints_outside(robot, link, *written) >= joints_outside(robot, link, *meant);
+  if (!written || !meant) return Mirroring::unknown;
+  if (joints_outside(robot, link, *written) < joints_outside(robot, link, *meant))
+    return Mirroring::confirmed;
+  const bool outside = link.inertial && centre_outside(link, *written) > 0;
+  return outside && centre_outside(straight, *meant) == 0 ? Mirroring::mistake : Mirroring::unknown;
 }
 
 // The operation sets the scale of every mesh of the link, so it is only correct for one file.
@@ -162,17 +166,22 @@ void check_sign(const RobotDescription& robot, const MeshUse& use, const std::ve
   const bool twin = std::any_of(uses.begin(), uses.end(), [&](const MeshUse& other) {
     return other.mesh->path == use.mesh->path && (other.mesh->scale.array() > 0).all();
   });
-  const bool mistake = mirrored_by_mistake(robot, *use.link);
+  const Mirroring mirroring = mirroring_of(robot, *use.link);
+  const bool mistake = mirroring == Mirroring::mistake, confirmed = mirroring == Mirroring::confirmed;
   const Eigen::Vector3d plain = scale.cwiseAbs();
-  Finding& f = out.add("mesh.scale_negative",
-                       mistake ? Severity::error
-                       : twin  ? Severity::note
-                               : Severity::warning,
-                       subject(*use.link), use.where,
-                       fmt::format("'{}' is scaled by {:g} {:g} {:g}, which mirrors it{}",
-                                   file_name(*use.mesh), scale.x(), scale.y(), scale.z(),
-                                   mistake ? "; with a positive scale the centre of mass is inside it" : ""),
-                       fmt::format("write scale=\"{:g} {:g} {:g}\"", plain.x(), plain.y(), plain.z()));
+  Finding& f =
+      out.add("mesh.scale_negative",
+              mistake             ? Severity::error
+              : twin || confirmed ? Severity::note
+                                  : Severity::warning,
+              subject(*use.link), use.where,
+              fmt::format("'{}' is scaled by {:g} {:g} {:g}, which mirrors it{}", file_name(*use.mesh),
+                          scale.x(), scale.y(), scale.z(),
+                          mistake     ? "; with a positive scale the centre of mass is inside it"
+                          : confirmed ? "; the joints that the link carries fit the mirrored mesh"
+                                      : ""),
+              confirmed ? "nothing, if the part is the mirrored one"
+                        : fmt::format("write scale=\"{:g} {:g} {:g}\"", plain.x(), plain.y(), plain.z()));
   if (!mistake || !shows_one_file(*use.link)) return;
   Operation repair;
   repair.action = SetMeshScale{use.link->name, plain};

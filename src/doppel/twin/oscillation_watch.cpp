@@ -53,6 +53,11 @@ DriveState OscillationWatch::state_of(const Instance& robot, int joint) const {
 
 void OscillationWatch::look(const Instance& robot, Time now) {
   const auto q_now = robot.q(), v_now = robot.v();
+  if (!model_->joints.empty() && model_->joints.front().type == JointType::floating) {
+    const auto base = v_now.subspan(static_cast<std::size_t>(model_->joints.front().v), 6);
+    if (std::any_of(base.begin(), base.end(), [](double v) { return std::abs(v) > kStillBase; }))
+      base_moved_ = now;
+  }
   for (std::size_t j = 0; j < model_->joints.size(); ++j) {
     const ModelJoint& joint = model_->joints[j];
     const int index = static_cast<int>(j);
@@ -88,8 +93,9 @@ void OscillationWatch::evaluate(Watched& watched, int joint, Time now) {
                      std::max(watched.early.high, watched.late.high)};
   const double amplitude = whole.amplitude();
   const double sag = std::abs(watched.target - watched.sum / watched.steps);
-  const double smallest = watched.by_controller ? (slides ? kMinSlideLoopOscillation : kMinLoopOscillation)
-                                                : (slides ? kMinSlideOscillation : kMinOscillation);
+  const bool coarse = watched.by_controller || (base_moved_ > Time{} && now - base_moved_ < kOscillationTime);
+  const double smallest = coarse ? (slides ? kMinSlideLoopOscillation : kMinLoopOscillation)
+                                 : (slides ? kMinSlideOscillation : kMinOscillation);
   const bool shakes = amplitude >= smallest && amplitude >= kStillThere * watched.before;
   if (!shakes || watched.windows >= kMaxWindows) return restart(watched, now);
   ++watched.windows;

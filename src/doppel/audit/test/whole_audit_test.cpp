@@ -281,7 +281,7 @@ TEST_F(AuditDescriptionTest, CentreOfMassIsBlamedWhereJointFitsMirroredMesh) {
   const AuditReport report = check(robot(p));
   const Finding* sign = find(report, "mesh.scale_negative");
   ASSERT_NE(sign, nullptr) << report_text(report);
-  EXPECT_EQ(sign->severity, W);
+  EXPECT_EQ(sign->severity, N);
   EXPECT_TRUE(sign->repair.empty());
   const Finding* centre = find(report, "inertia.com_outside");
   ASSERT_NE(centre, nullptr) << report_text(report);

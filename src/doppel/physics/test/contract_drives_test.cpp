@@ -384,7 +384,7 @@ TEST_P(DrivesContract, LoadOnMimicMovesItsLeader) {
 
 // A leader without mass of its own, as the input of a hand's synergy: both sliders fall as one body with
 // (m1 + r^2 m2) a = -(m1 + r m2) g, whatever the ratio.
-TEST_P(DrivesContract, MimicsOfAWeightlessLeaderMoveAsOneBody) {
+TEST_P(DrivesContract, MimicsOfWeightlessLeaderMoveAsOneBody) {
   if (!can().mimics) GTEST_SKIP() << "the engine has no mimic joints";
   for (const double ratio : {-0.05, 0.3, 1.0, 4.0}) {
     SCOPED_TRACE(ratio);
@@ -399,7 +399,7 @@ TEST_P(DrivesContract, MimicsOfAWeightlessLeaderMoveAsOneBody) {
   }
 }
 
-TEST_P(DrivesContract, MimicsOfAWeightlessLeaderHoldTheirLoad) {
+TEST_P(DrivesContract, MimicsOfWeightlessLeaderHoldTheirLoad) {
   if (!can().mimics) GTEST_SKIP() << "the engine has no mimic joints";
   for (const double ratio : {-0.05, 0.3, 1.0, 4.0}) {
     SCOPED_TRACE(ratio);
@@ -418,7 +418,7 @@ TEST_P(DrivesContract, MimicsOfAWeightlessLeaderHoldTheirLoad) {
 }
 
 // The limit of a leader without mass stops what it leads.
-TEST_P(DrivesContract, LimitOfAWeightlessLeaderStopsItsMimic) {
+TEST_P(DrivesContract, LimitOfWeightlessLeaderStopsItsMimic) {
   if (!can().mimics) GTEST_SKIP() << "the engine has no mimic joints";
   RobotDescription description = gripper(0.5, 0.0, 1e-8);
   description.joints[0].limits->lower = -0.1;

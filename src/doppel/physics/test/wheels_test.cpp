@@ -82,7 +82,7 @@ TEST(Wheels, SquareOrOffCentreShapeKeepsItsForm) {
 }
 
 // A disc about a knee is round about a joint that turns on, but the foot behind it reaches further.
-TEST(Wheels, DiscFromWhichAFootProtrudesIsNoWheel) {
+TEST(Wheels, DiscFromWhichFootProtrudesIsNoWheel) {
   RobotDescription robot = test::make_base();
   for (const char* name : {"left_wheel", "right_wheel"}) {
     for (Link& link : robot.links) {
@@ -94,7 +94,7 @@ TEST(Wheels, DiscFromWhichAFootProtrudesIsNoWheel) {
   EXPECT_TRUE(std::holds_alternative<Cylinder>(shape_of(base, "left_wheel").geometry));
 }
 
-TEST(Wheels, DrumHighAboveTheGroundIsNoWheel) {
+TEST(Wheels, DrumHighAboveGroundIsNoWheel) {
   RobotDescription robot = test::make_base();
   robot.links.push_back(test::make_link("drum", 0.1, {0, 0, 0}, {1e-4, 1e-4, 1e-4}));
   robot.links.back().collisions.push_back({"", {{}, {kPi / 2, 0, 0}, {}}, Cylinder{0.05, 0.04}, {}});

@@ -151,7 +151,7 @@ TEST(BaseChoice, MissingCollisionMeshesAreNoWheels) {
   EXPECT_THAT(found.reason, HasSubstr("none of its collision meshes is found"));
 }
 
-TEST(BaseChoice, LowerLinkBehindHipIsALeg) {
+TEST(BaseChoice, LowerLinkBehindHipIsLeg) {
   const auto limb = [](const std::string& first) {
     return choice(link("body", kBox) + link(first + "0") + link("upper0", kBox) + link("lower0", kBox) +
                   joint("8", "revolute", "body", first + "0", "1 0 0") +

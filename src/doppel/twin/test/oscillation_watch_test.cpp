@@ -91,6 +91,25 @@ TEST(OscillationWatch, OscillationByGainsOfControllerIsReported) {
   EXPECT_TRUE(held_by_gains(4000, 1, {}).empty()) << "expected no report of efforts that hold no position";
 }
 
+// A base that rocks shakes what it carries: only a clear oscillation is one of the joint.
+TEST(OscillationWatch, SmallShakingOnMovingBaseIsNotReported) {
+  RobotDescription robot = pendulum();
+  robot.links[0] = test::make_link("post", 5.0, {0, 0, 1.8}, {0.5, 0.5, 0.5});
+  for (const bool large : {false, true}) {
+    Rig rig(robot, test::empty_space(), {}, BaseKind::floating);
+    rig.hold_all();
+    OscillationWatch watch(rig.shared);
+    const int joint = rig.joint("swing");
+    for (int i = 0; i < 3000; ++i) {
+      rig.robot.apply_joint_effort(joint,
+                                   (large ? 20.0 : 1.0) * std::sin(2 * std::numbers::pi * 25 * 1e-3 * i));
+      rig.engine->step();
+      watch.look(rig.robot, rig.engine->time());
+    }
+    EXPECT_EQ(watch.found(), large);
+  }
+}
+
 TEST(OscillationWatch, HeldJointIsNotReported) {
   Rig rig(pendulum());
   rig.set_state({1.0});
