@@ -11,12 +11,12 @@
 #include "app/print_stderr.h"
 #include "app/process.h"
 #include "app/up.h"
+#include "app/usage.h"
 #include "app/verbs/verbs.h"
 #include "app/view.h"
 #include "doppel/bus/ros_arguments.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/installation.h"
-#include "doppel/core/names.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/session/abandoned_thread.h"
 #include "doppel/version.h"
@@ -24,33 +24,6 @@
 namespace {
 
 using doppel::app::kBadInput;
-
-// CLI11's own message, and the nearest verb where the first word is none.
-int report_usage(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
-  if (error.get_exit_code() == 0) return app.exit(error);
-  const CLI::App* deepest = &app;
-  std::string path = app.get_name();
-  for (const std::string& word : words) {
-    std::vector<std::string> names;
-    const CLI::App* next = nullptr;
-    for (const CLI::App* sub : deepest->get_subcommands([](const CLI::App*) { return true; })) {
-      names.push_back(sub->get_name());
-      if (sub->get_name() == word) next = sub;
-    }
-    if (next == nullptr) {
-      if (!names.empty() && !word.starts_with('-')) {
-        doppel::app::print_stderr("error: '{}' is not a verb of {}{}\n", word, path,
-                                  doppel::did_you_mean(word, names));
-        return kBadInput;
-      }
-      break;
-    }
-    deepest = next;
-    path += " " + next->get_name();
-  }
-  doppel::app::print_stderr("error: {}\n  fix: {} --help shows its usage\n", error.what(), path);
-  return kBadInput;
-}
 
 [[noreturn]] void refuse_ros_arguments(const std::string& verb) {
   throw doppel::InputError("cli.ros_args", {},
@@ -74,7 +47,7 @@ void refuse_elsewhere(const CLI::App& app, const char* option) {
 int run(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
   CLI::App app("doppel turns a robot description into a digital twin.", "doppel");
-  app.set_version_flag("--version", "doppel " + std::string(doppel::version()));
+  app.set_version_flag("-v,--version", "doppel " + std::string(doppel::version()));
   app.require_subcommand(1);
   bool remote = false;
   app.add_flag("--remote", remote,
@@ -85,10 +58,6 @@ int run(int argc, char** argv) {
     if (remote) refuse_elsewhere(app, "--remote");
     if (!name_space.empty()) refuse_elsewhere(app, "--ns");
   });
-  app.footer(
-      "Start here:\n  doppel up omarm_one\nor, to view a description without physics:\n  doppel view "
-      "my_arm.urdf\nand from another shell:\n  doppel topic echo /joint_states\nor, for an arm of your "
-      "own:\n  doppel new my_arm");
   int exit_code = 0;
   doppel::RosArguments ros;  // of up, view and teleop
   doppel::app::add_up(app, ros, exit_code);
@@ -96,9 +65,15 @@ int run(int argc, char** argv) {
   doppel::app::add_verbs(app, ros, exit_code);
   doppel::app::add_completion(app, exit_code);
   doppel::app::add_man(app, exit_code);
+  doppel::app::add_help(app, exit_code);
   doppel::app::group_verbs(app);
+  // Last: verbs inherit the footer that exists when they are added.
+  app.footer(
+      "Start here:\n  doppel up omarm_one\nor, to view a description without physics:\n  doppel view "
+      "my_arm.urdf\nand from another shell:\n  doppel topic echo /joint_states\nor, for an arm of your "
+      "own:\n  doppel new my_arm");
   if (argc == 1) {
-    fmt::print("{}", app.help());
+    fmt::print("{}", doppel::app::short_help(app));
     return 0;
   }
   std::vector<std::string> words(argv + 1, argv + argc);
@@ -109,7 +84,7 @@ int run(int argc, char** argv) {
       if (!ros.empty() && verb != "up" && verb != "view" && verb != "teleop") refuse_ros_arguments(verb);
       app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
     } catch (const CLI::ParseError& error) {
-      return report_usage(app, error, words);
+      return doppel::app::report_usage(app, error);
     } catch (const doppel::InputError& error) {
       doppel::app::print_stderr("{}\n{}", error.what(), doppel::app::help_line(error));
       return kBadInput;

@@ -2,7 +2,6 @@
 
 #include "app/verbs/goals.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/names.h"
 
 namespace doppel::app {
 namespace {
@@ -58,7 +57,7 @@ GoalOutcome follow(Client& twin, ActionGoal& goal, bool feedback, Clock::time_po
         },
         until));
     if (!message.cdr.empty()) {
-      const std::string text = goal.feedback_yaml(message.cdr);
+      const std::string text = goal.feedback_yaml(message);
       if (!text.empty()) print_line("Feedback:\n{}\n", indented(text));
     }
     if (done) return outcome;
@@ -75,9 +74,7 @@ int report_goal(const GoalOutcome& outcome) {
 int send_goal(Shell& shell, const ActionOptions& options) {
   const ActionSupport* type = find_action(options.type);
   if (type == nullptr) {
-    throw_usage_error(fmt::format("'{}' is not a known action type{}", options.type,
-                                  did_you_mean(options.type, action_names())),
-                      "'doppel interface list' prints all of them");
+    throw_unknown_type(options.type, "action type", action_names());
   }
   const Bytes goal_cdr = to_request(*type->goal, options.yaml);
   const std::string name = absolute(options.name);
@@ -105,7 +102,9 @@ int send_goal(Shell& shell, const ActionOptions& options) {
 }  // namespace
 
 void add_action(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "action", "Send goals to actions");
+  CLI::App& group =
+      add_group(app, "action", "Send goals to actions",
+                "doppel action list -t\n  doppel action info /omarm_arm_controller/follow_joint_trajectory");
   add_verb<ActionOptions>(
       group, "list", "List actions", "doppel action list -t", exit_code,
       [](CLI::App& verb, ActionOptions& options) {

@@ -89,6 +89,7 @@ int run_report(const BaseVerb& options) {
 void add_base(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("base", "Odometry of a mobile base against the truth");
   verb->require_subcommand(1);
+  verb->footer("Examples:\n  doppel base report kate\n  doppel base report rover_skid --write");
   const auto options = std::make_shared<BaseVerb>();
   CLI::App* report = verb->add_subcommand(
       "report", "Drive 5 m, 10 rad to each side and squares of 4 m; print slip, drift and the multipliers");

@@ -183,6 +183,10 @@ void add_check(CLI::App& app, int& exit_code) {
       "--rest", o.rest,
       "Also simulate one second without commands; a joint that moves, oscillates or diverges is an error");
   verb->add_flag("-q,--quiet", o.quiet, "Print only the last line, with the counts");
+  verb->footer(
+      "Examples:\n  doppel check my_arm.urdf.xacro\n  doppel check omarm_one --rest          # also "
+      "simulates it for a "
+      "second\n  doppel check my_arm.urdf --fix          # writes repairs to the overlay");
   verb->callback([options, &exit_code] { exit_code = check(*options); });
 }
 

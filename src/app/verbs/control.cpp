@@ -2,8 +2,10 @@
 #include <cctype>
 
 #include "app/verbs/controllers.h"
+#include "app/verbs/log_lines.h"
 #include "app/verbs/verbs.h"
 #include "doppel/core/names.h"
+#include "doppel/messages/std_msgs.h"
 
 namespace doppel::app {
 
@@ -41,6 +43,30 @@ void declare_manager(CLI::App& verb, std::string& manager) {
   verb.add_option("-c,--controller-manager", manager, "Controller manager node name (default: the only one)");
 }
 
+bool is_stopped(Client& twin, const std::string& manager) {
+  const std::string topic = manager + "/emergency_stop_active";
+  const auto found = twin.topics().find(topic);
+  if (found == twin.topics().end() || found->second.publishers.empty()) return false;
+  twin.subscribe(topic);
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(1);
+  Client::Received message;
+  while (twin.next(message, until)) {
+    if (message.topic == topic) return decode<std_msgs::msg::Bool>(message.cdr).data;
+  }
+  return false;
+}
+
+std::vector<std::string> joints_of(const msg::ControllerState& controller) {
+  const auto& interfaces = controller.claimed_interfaces.empty() ? controller.required_command_interfaces
+                                                                 : controller.claimed_interfaces;
+  std::vector<std::string> joints;
+  for (const std::string& interface : interfaces) {
+    std::string joint = interface.substr(0, interface.rfind('/'));
+    if (std::ranges::find(joints, joint) == joints.end()) joints.push_back(std::move(joint));
+  }
+  return joints;
+}
+
 std::vector<msg::ControllerState> list_controllers(Client& twin, const std::string& manager) {
   return call<srv::ListControllers>(twin, manager + std::string(kListControllers)).controller;
 }
@@ -49,7 +75,7 @@ namespace {
 
 struct ControlOptions {
   std::string manager;  // as requested; when a verb runs, the complete name
-  bool verbose = false;
+  bool verbose = false, claimed = false, required_states = false, required_commands = false;
   std::string name, type, state;
   std::vector<std::string> activate, deactivate;
   bool strict = false, best_effort = false, as_soon_as_possible = false;
@@ -74,11 +100,12 @@ int controllers(Shell& shell, const ControlOptions& options) {
   }
   for (const auto& c : all) {
     print_line("{:<{}} {:<{}}  {}\n", c.name, name_width, c.type, type_width, c.state);
-    if (!options.verbose) continue;
-    print_line("\tupdate_rate: {} Hz\n", c.update_rate);
-    print_list("claimed interfaces", c.claimed_interfaces);
-    print_list("required command interfaces", c.required_command_interfaces);
-    print_list("required state interfaces", c.required_state_interfaces);
+    if (options.verbose) print_line("\tupdate_rate: {} Hz\n", c.update_rate);
+    if (options.verbose || options.claimed) print_list("claimed interfaces", c.claimed_interfaces);
+    if (options.verbose || options.required_commands)
+      print_list("required command interfaces", c.required_command_interfaces);
+    if (options.verbose || options.required_states)
+      print_list("required state interfaces", c.required_state_interfaces);
   }
   return 0;
 }
@@ -152,8 +179,14 @@ std::string state_of(Client& twin, const ControlOptions& options, const std::str
   return found == all.end() ? "" : found->state;
 }
 
+// The manager's log line about what it has refused, or `what` with the place of the reason.
+std::string reason_or(LogLines& lines, const ControlOptions& options, const std::string& what) {
+  const std::string line = lines.last_problem(options.manager);
+  return line.empty() ? what + kReasonElsewhere : line;
+}
+
 // Suggestions: the loaded controllers, and those that the controllers' YAML declares.
-[[noreturn]] void cannot_load(Client& twin, const ControlOptions& options) {
+[[noreturn]] void cannot_load(Client& twin, LogLines& lines, const ControlOptions& options) {
   std::vector<std::string> names;
   for (const auto& c : list_controllers(twin, options.manager)) names.push_back(c.name);
   for (const NamedParameter& parameter : twin.parameters(options.manager)) {
@@ -165,7 +198,7 @@ std::string state_of(Client& twin, const ControlOptions& options, const std::str
   throw ClientError(
       std::ranges::find(names, options.name) == names.end()
           ? fmt::format("no controller '{}' is declared{}", options.name, did_you_mean(options.name, names))
-          : fmt::format("cannot load {}; /rosout and the twin's terminal give the reason", options.name));
+          : reason_or(lines, options, fmt::format("cannot load {}", options.name)));
 }
 
 [[noreturn]] void not_loaded(Client& twin, const ControlOptions& options, const std::string& name) {
@@ -192,10 +225,9 @@ void bring_to_state(Client& twin, const ControlOptions& options, const std::stri
                     const std::string& wanted) {
   constexpr auto kStrict = srv::SwitchController::Request::STRICT;
   if (state == "unconfigured" && wanted != "unconfigured") {
-    if (!call<srv::ConfigureController>(twin, service(options, "configure_controller"), {name}).ok) {
-      throw ClientError(
-          fmt::format("cannot configure {}; /rosout and the twin's terminal give the reason", name));
-    }
+    LogLines lines(twin);
+    if (!call<srv::ConfigureController>(twin, service(options, "configure_controller"), {name}).ok)
+      throw ClientError(reason_or(lines, options, fmt::format("cannot configure {}", name)));
     state = "inactive";
   }
   if (state == "inactive" && wanted == "active") {
@@ -219,9 +251,9 @@ int load_controllers(Shell& shell, const ControlOptions& options) {
       const Status status = twin.set_parameter(options.manager, options.name + ".type", options.type);
       if (!status) throw ClientError(status.why());
     }
-    if (!call<srv::LoadController>(twin, service(options, "load_controller"), {options.name}).ok) {
-      cannot_load(twin, options);
-    }
+    LogLines lines(twin);
+    if (!call<srv::LoadController>(twin, service(options, "load_controller"), {options.name}).ok)
+      cannot_load(twin, lines, options);
   }
   if (options.state.empty()) {
     print_line("Successfully loaded controller {}\n", options.name);
@@ -342,10 +374,21 @@ void add_changes(CLI::App& group, int& exit_code) {
 }  // namespace
 
 void add_control(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "control", "Query and switch controllers and hardware");
-  add_verb<ControlOptions>(group, "list_controllers", "List loaded controllers and their states",
-                           "doppel control list_controllers -v", exit_code, declare_listing,
-                           with_manager(controllers));
+  CLI::App& group = add_group(app, "control", "Query and switch controllers and hardware",
+                              "doppel control list_controllers\n  doppel control set_controller_state "
+                              "omarm_arm_controller inactive\n  doppel control list_hardware_interfaces");
+  add_verb<ControlOptions>(
+      group, "list_controllers", "List loaded controllers and their states",
+      "doppel control list_controllers -v\n  doppel control list_controllers --claimed-interfaces", exit_code,
+      [](CLI::App& verb, ControlOptions& options) {
+        declare_listing(verb, options);
+        verb.add_flag("--claimed-interfaces", options.claimed, "Show the claimed interfaces");
+        verb.add_flag("--required-state-interfaces", options.required_states,
+                      "Show the required state interfaces");
+        verb.add_flag("--required-command-interfaces", options.required_commands,
+                      "Show the required command interfaces");
+      },
+      with_manager(controllers));
   add_verb<ControlOptions>(group, "list_controller_types", "List the controller types that can be loaded",
                            "doppel control list_controller_types", exit_code, declare_only_manager,
                            with_manager(controller_types));
@@ -355,6 +398,7 @@ void add_control(CLI::App& app, int& exit_code) {
   add_verb<ControlOptions>(group, "list_hardware_components", "List hardware components and their states",
                            "doppel control list_hardware_components -v", exit_code, declare_listing,
                            with_manager(hardware_components));
+  add_controller_chains(group, exit_code);
   add_changes(group, exit_code);
 }
 

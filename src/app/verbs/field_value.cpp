@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <charconv>
 #include <optional>
 
@@ -15,7 +16,8 @@ namespace {
 struct Value {
   std::string name;  // of the field that it is, in its message
   std::string scalar;
-  bool is_list = false, is_message = false;
+  std::string list_type;  // of a list, as rosidl prints it: "sequence type: double, length: 3"
+  bool is_list = false, is_message = false, is_text = false;
   std::vector<Value> children;
 };
 
@@ -24,20 +26,31 @@ class TreeBuilder : public ValueSink {
   Value root;
 
   void begin_message(const TypeDescription&) override { open().is_message = true; }
-  void field(const FieldDescription& field) override { name_ = field.name; }
+  void field(const FieldDescription& field) override {
+    name_ = field.name;
+    field_ = &field;
+  }
   void end_message() override { path_.pop_back(); }
-  void begin_list(std::size_t) override { open().is_list = true; }
+  void begin_list(std::size_t length) override {
+    Value& list = open();
+    list.is_list = true;
+    if (field_ != nullptr) list.list_type = list_type(*field_, length);
+  }
   void end_list() override { path_.pop_back(); }
   void boolean(bool value) override { add().scalar = value ? "true" : "false"; }
   void integer(std::int64_t value) override { add().scalar = std::to_string(value); }
   void natural(std::uint64_t value) override { add().scalar = std::to_string(value); }
   void real(double value) override { add().scalar = shortest_decimal(value); }
-  void text(std::string_view value) override { add().scalar = value; }
+  void text(std::string_view value) override {
+    Value& added = add();
+    added.scalar = value;
+    added.is_text = true;
+  }
 
  private:
   Value& add() {
     if (path_.empty()) return root;
-    path_.back()->children.push_back({.name = std::exchange(name_, {}), .scalar = {}, .children = {}});
+    path_.back()->children.emplace_back().name = std::exchange(name_, {});
     return path_.back()->children.back();
   }
   // Only the last child of each level grows, so that the pointers to its parents stay valid.
@@ -46,7 +59,16 @@ class TreeBuilder : public ValueSink {
     path_.push_back(&value);
     return value;
   }
+  static std::string list_type(const FieldDescription& field, std::size_t length) {
+    std::string element = field.type != nullptr ? field.type->name : std::string(to_string(field.kind));
+    if (element == "float64") element = "double";
+    if (element == "float32") element = "float";
+    return field.shape == FieldShape::array ? fmt::format("array type: {}[{}]", element, length)
+                                            : fmt::format("sequence type: {}, length: {}", element, length);
+  }
+
   std::string name_;
+  const FieldDescription* field_ = nullptr;
   std::vector<Value*> path_;
 };
 
@@ -110,6 +132,49 @@ std::string value_as_yaml(const Value& value) {
   return out;
 }
 
+// The contents of lists and texts are replaced by what they are.
+void hide_contents(Value& value, bool lists, bool texts) {
+  if (lists && value.is_list) {
+    value = {.name = value.name,
+             .scalar = fmt::format("'<{}>'", value.list_type),
+             .list_type = {},
+             .children = {}};
+  } else if (texts && value.is_text) {
+    value.scalar = fmt::format("'<string length: <{}>>'", value.scalar.size());
+    value.is_text = false;
+  }
+  for (Value& child : value.children) hide_contents(child, lists, texts);
+}
+
+// A text as it stands between the commas of a flow.
+std::string flow_scalar(const Value& value) {
+  const auto is_plain = [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '/' || c == '.';
+  };
+  const std::string& text = value.scalar;
+  if (!value.is_text || (!text.empty() && std::isalpha(static_cast<unsigned char>(text.front())) != 0 &&
+                         std::ranges::all_of(text, is_plain)))
+    return text;
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
+  return out + "'";
+}
+
+std::string flow_text(const Value& value) {
+  if (!value.is_list && !value.is_message) return flow_scalar(value);
+  std::string out;
+  for (const Value& child : value.children) {
+    if (!out.empty()) out += ", ";
+    out += value.is_message ? child.name + ": " + flow_text(child) : flow_text(child);
+  }
+  return value.is_list ? "[" + out + "]" : "{" + out + "}";
+}
+
+void write_csv(const Value& value, std::string& out) {
+  for (const Value& child : value.children) write_csv(child, out);
+  if (!value.is_list && !value.is_message) out += (out.empty() ? "" : ",") + value.scalar;
+}
+
 const FieldDescription* find_field(const TypeDescription& type, const std::string& name) {
   const auto found = std::ranges::find(type.fields, name, &FieldDescription::name);
   return found == type.fields.end() ? nullptr : &*found;
@@ -149,14 +214,16 @@ Status check_field_path(const TypeDescription& type, std::string_view path) {
   return {};
 }
 
-Status field_as_yaml(const TypeDescription& type, std::span<const std::byte> cdr, std::string_view path,
-                     std::string& out) {
+Status format_message(const TypeDescription& type, std::span<const std::byte> cdr,
+                      const MessageFormat& format, std::string& out) {
   std::vector<Step> steps;
-  if (Status status = check_field_path(type, path); !status) return status;
-  if (Status status = parse_path(path, steps); !status) return status;
+  if (!format.field.empty()) {
+    if (Status status = check_field_path(type, format.field); !status) return status;
+    if (Status status = parse_path(format.field, steps); !status) return status;
+  }
   TreeBuilder builder;
   if (Status status = walk_cdr(type, cdr, builder); !status) return status;
-  const Value* at = &builder.root;
+  Value* at = &builder.root;
   for (const Step& step : steps) {
     at = &*std::ranges::find(at->children, step.name, &Value::name);
     for (const std::size_t index : step.indices) {
@@ -167,8 +234,20 @@ Status field_as_yaml(const TypeDescription& type, std::span<const std::byte> cdr
       at = &at->children[index];
     }
   }
-  out = value_as_yaml(*at);
+  hide_contents(*at, format.no_arrays, format.no_strings);
+  out.clear();
+  if (format.csv) {
+    write_csv(*at, out);
+    out += '\n';
+  } else {
+    out = format.flow ? flow_text(*at) + "\n" : value_as_yaml(*at);
+  }
   return {};
+}
+
+Status field_as_yaml(const TypeDescription& type, std::span<const std::byte> cdr, std::string_view path,
+                     std::string& out) {
+  return format_message(type, cdr, {.field = std::string(path)}, out);
 }
 
 std::string show_type(const TypeDescription& type) {

@@ -16,6 +16,16 @@ Status field_as_yaml(const TypeDescription& type, std::span<const std::byte> cdr
 // Whether the type has such a field, before there is any message.
 Status check_field_path(const TypeDescription& type, std::string_view path);
 
+// How a message, or a field of it, is printed: by default as YAML in block style.
+struct MessageFormat {
+  std::string field;                           // its path; empty: the whole message
+  bool csv = false;                            // all values on one line, separated by commas
+  bool flow = false;                           // YAML on one line
+  bool no_arrays = false, no_strings = false;  // their types and lengths instead
+};
+Status format_message(const TypeDescription& type, std::span<const std::byte> cdr,
+                      const MessageFormat& format, std::string& out);
+
 // The fields of a type as `ros2 interface show` lists them, nested ones indented.
 std::string show_type(const TypeDescription& type);
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "app/verbs/field_value.h"
+#include "app/verbs/log_lines.h"
 #include "doppel/core/names.h"
 #include "doppel/messages/action_msgs.h"
 
@@ -48,6 +50,19 @@ std::string result_part(const std::string& yaml) {
   return out;
 }
 
+// The result's own words about a failure; "" if its type has none.
+std::string reason_of(const ActionSupport& action, std::span<const std::byte> response) {
+  const TypeDescription type = result_response(action);
+  std::string text;
+  for (const char* field : {"result.error_string", "result.stalled"}) {
+    if (!check_field_path(type, field) || !field_as_yaml(type, response, field, text)) continue;
+    while (!text.empty() && text.back() == '\n') text.pop_back();
+    if (std::string_view(field).ends_with("stalled")) return text == "true" ? "the gripper stalled" : "";
+    return text;
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string_view status_name(std::int8_t status) {
@@ -59,16 +74,20 @@ std::string_view status_name(std::int8_t status) {
 ActionGoal::ActionGoal(Client& twin, std::string action, const ActionSupport& type,
                        std::span<const std::byte> goal_cdr)
     : twin_(twin), action_(std::move(action)), type_(type), id_(new_goal_id()) {
-  const Bytes response =
-      call_raw(twin_, action_ + std::string(kSendGoal), with_id(id_, goal_cdr.subspan(kCdrHead)));
+  LogLines lines(twin_);
+  const std::string service = action_ + std::string(kSendGoal);
+  const Bytes response = call_raw(twin_, service, with_id(id_, goal_cdr.subspan(kCdrHead)));
   if (response.size() <= kCdrHead || response[kCdrHead] == std::byte{0}) {
-    throw ClientError(
-        fmt::format("{} refused the goal; /rosout and the twin's terminal give the reason", action_));
+    const std::vector<std::string>& servers = twin_.find_service(service).providers;
+    throw ClientError(fmt::format("{} refused the goal{}", action_,
+                                  lines.reason(servers.empty() ? action_ : servers.front())));
   }
   result_call_ = twin_.begin_call(action_ + "/_action/get_result", with_id(id_, {}));
 }
 
-std::string ActionGoal::feedback_yaml(std::span<const std::byte> cdr) const {
+std::string ActionGoal::feedback_yaml(const Client::Received& message) const {
+  const std::span<const std::byte> cdr = message.cdr;
+  if (message.topic != feedback_topic()) return "";
   if (cdr.size() < kCdrHead + kIdSize) return "";
   if (!std::ranges::equal(cdr.subspan(kCdrHead, kIdSize), std::as_bytes(std::span(id_)))) return "";
   Bytes feedback(cdr.begin(), cdr.begin() + kCdrHead);
@@ -88,6 +107,7 @@ bool ActionGoal::take_outcome(GoalOutcome& outcome) {
     throw ClientError(status.why());
   }
   outcome.result_yaml = result_part(yaml);
+  outcome.reason = reason_of(type_, answer.response);
   return true;
 }
 

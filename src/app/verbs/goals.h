@@ -17,18 +17,19 @@ inline constexpr std::string_view kSendGoal = "/_action/send_goal";  // behind t
 struct GoalOutcome {
   std::int8_t status = 0;
   std::string result_yaml;
+  std::string reason;  // of a failure, as the result describes it; empty: it does not
 };
 
 class ActionGoal {
  public:
-  // Sends the goal; throws ClientError if the action does not exist or rejects the goal.
+  // Sends the goal; throws ClientError if the action does not exist, or with the reason if it rejects the goal.
   ActionGoal(Client& twin, std::string action, const ActionSupport& type,
              std::span<const std::byte> goal_cdr);
 
   [[nodiscard]] const GoalId& id() const { return id_; }
   [[nodiscard]] std::string feedback_topic() const { return action_ + "/_action/feedback"; }
-  // The feedback in a message of that topic as YAML; "" if it is of another goal.
-  [[nodiscard]] std::string feedback_yaml(std::span<const std::byte> cdr) const;
+  // The feedback in a message of that topic as YAML; "" if it is of another topic or goal.
+  [[nodiscard]] std::string feedback_yaml(const Client::Received& message) const;
   // Whether the result has arrived; it is requested when the goal is sent.
   bool take_outcome(GoalOutcome& outcome);
   void cancel();

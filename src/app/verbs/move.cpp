@@ -1,32 +1,38 @@
+// doppel move: brings joints to positions, and reports whether they have arrived.
 #include <unistd.h>
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
-#include <map>
 #include <numbers>
+#include <optional>
 
+#include "app/number_checks.h"
 #include "app/print_stderr.h"
+#include "app/verbs/arrival.h"
 #include "app/verbs/controllers.h"
-#include "app/verbs/goals.h"
+#include "app/verbs/joint_movers.h"
+#include "app/verbs/log_lines.h"
+#include "app/verbs/robot_watch.h"
 #include "app/verbs/verbs.h"
 #include "doppel/bus/name_rules.h"
-#include "doppel/core/names.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
 
 namespace doppel::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Follow = control_msgs::action::FollowJointTrajectory;
-using Positions = std::map<std::string, double>;
+using Movers = std::vector<std::unique_ptr<JointMover>>;
+
+constexpr double kLimitSlack = 1e-6;  // rad or m: a limit that is written with six digits is reached
+constexpr double kDurationMargin =
+    1.02;  // over the shortest motion, so that rounding is not beyond the limit
 
 struct MoveOptions {
   std::vector<std::string> targets;
   double seconds = 2;
+  double tolerance = 0;  // rad or m; 0: the default of each joint
   std::string controller, manager;
-  bool no_wait = false;
+  bool no_wait = false, clamp = false, exact_time = false;
 };
 
 // "Revolute 2=1.2", "Revolute 2=90deg": rad, or m for a joint that slides.
@@ -49,99 +55,76 @@ std::pair<std::string, double> parse_target(const std::string& text) {
   return {text.substr(0, equals), unit == "deg" ? value * std::numbers::pi / 180 : value};
 }
 
-struct Mover {
-  std::string controller;
-  std::vector<std::string> joints;  // all that it commands
-  Positions targets;                // those that are to move
-};
-
-std::vector<std::string> joints_of(const controller_manager_msgs::msg::ControllerState& controller) {
-  const auto& interfaces = controller.claimed_interfaces.empty() ? controller.required_command_interfaces
-                                                                 : controller.claimed_interfaces;
-  std::vector<std::string> joints;
-  for (const std::string& interface : interfaces) {
-    std::string joint = interface.substr(0, interface.rfind('/'));
-    if (std::ranges::find(joints, joint) == joints.end()) joints.push_back(std::move(joint));
+Positions parse_targets(const MoveOptions& options) {
+  Positions targets;
+  for (const std::string& text : options.targets) {
+    const auto [joint, position] = parse_target(text);
+    if (!targets.emplace(joint, position).second)
+      throw_usage_error(fmt::format("'{}' has two target positions", joint));
   }
-  return joints;
+  return targets;
 }
 
-// The active trajectory controllers with the joints that each is to move.
-std::vector<Mover> assign(Client& twin, const std::string& manager, const Positions& targets,
-                          const std::string& only) {
-  std::vector<Mover> movers;
-  std::vector<std::string> inactive, names;
-  for (const auto& controller : list_controllers(twin, manager)) {
-    if (controller.type.find("JointTrajectoryController") == std::string::npos) continue;
-    names.push_back(controller.name);
-    if (!only.empty() && controller.name != only) continue;
-    if (controller.state == "active") {
-      movers.push_back({controller.name, joints_of(controller), {}});
-    } else {
-      inactive.push_back(controller.name);
+// A viewer has the topics of a robot, but no controllers.
+void check_is_twin(Client& twin, const std::string& manager) {
+  const std::string command = expand_name("joint_command", manager);
+  const auto viewed = twin.topics().find(command);
+  if (!find_managers(twin).empty() || viewed == twin.topics().end() || viewed->second.subscribers.empty())
+    return;
+  throw ClientError(fmt::format(
+      "this is 'doppel view', which has no controllers that could move joints\n  fix: start a twin with "
+      "doppel "
+      "up, or set the picture's joints: doppel topic pub --once {} sensor_msgs/msg/JointState '{{name: "
+      "[JOINT], position: [0.5]}}'",
+      command));
+}
+
+// Targets beyond the limits of their joints are refused, or with --clamp brought to the limit.
+void check_limits(const RobotWatch& robot, Positions& targets, bool clamp) {
+  for (auto& [name, target] : targets) {
+    const ModelJoint* joint = robot.find(name);
+    if (joint == nullptr || (target >= joint->lower - kLimitSlack && target <= joint->upper + kLimitSlack))
+      continue;
+    const char* unit = joint_unit(*joint);
+    if (!clamp) {
+      throw_usage_error(fmt::format("'{}={:.6g}' is outside the limits of the joint, {:.6g} to {:.6g} {}",
+                                    name, target, joint->lower, joint->upper, unit),
+                        "choose a position between them, or add --clamp to move to the limit");
+    }
+    const double inside = std::clamp(target, joint->lower, joint->upper);
+    print_note(fmt::format("note: '{}' moves to its limit of {:.6g} {} instead of {:.6g}", name, inside, unit,
+                           target));
+    target = inside;
+  }
+}
+
+// The duration by which no joint has to be faster than its velocity limit.
+double feasible_duration(const RobotWatch& robot, const Movers& movers, const MoveOptions& options) {
+  double seconds = options.seconds;
+  std::string cause;
+  for (const auto& mover : movers) {
+    if (!mover->is_timed()) continue;
+    for (const auto& [name, target] : mover->targets()) {
+      const ModelJoint* joint = robot.find(name);
+      const std::optional<double> present = robot.position(name);
+      if (joint == nullptr || !present || !std::isfinite(joint->velocity)) continue;
+      const double distance = distance_to(joint, *present, target);
+      const double shortest = distance / joint->velocity;
+      if (shortest <= seconds * (1 + 1e-9)) continue;
+      seconds = shortest * kDurationMargin;
+      cause =
+          fmt::format("'{}' has a velocity limit of {:.4g} {}/s, so that {:.4g} {} take at least {:.3g} s",
+                      name, joint->velocity, joint_unit(*joint), distance, joint_unit(*joint), shortest);
     }
   }
-  if (!only.empty() && std::ranges::find(names, only) == names.end()) {
-    throw ClientError(
-        fmt::format("there is no trajectory controller '{}'{}", only, did_you_mean(only, names)));
+  if (cause.empty()) return seconds;
+  if (options.exact_time) {
+    throw_usage_error(fmt::format("--in {:g} is too short: {}", options.seconds, cause),
+                      fmt::format("use --in {:.3g}, or omit --exact-time", std::ceil(seconds * 100) / 100));
   }
-  if (movers.empty()) {
-    throw ClientError(inactive.empty()
-                          ? "no trajectory controller is loaded"
-                          : fmt::format("{} is not active; doppel control set_controller_state {} active",
-                                        inactive.front(), inactive.front()));
-  }
-  std::vector<std::string> joints;
-  for (const Mover& mover : movers) joints.insert(joints.end(), mover.joints.begin(), mover.joints.end());
-  for (const auto& [joint, position] : targets) {
-    const auto mover = std::ranges::find_if(movers, [&, &name = joint](const Mover& m) {
-      return std::ranges::find(m.joints, name) != m.joints.end();
-    });
-    if (mover == movers.end()) {
-      throw ClientError(
-          fmt::format("no active trajectory controller moves '{}'{}", joint, did_you_mean(joint, joints)));
-    }
-    mover->targets[joint] = position;
-  }
-  std::erase_if(movers, [](const Mover& mover) { return mover.targets.empty(); });
-  return movers;
-}
-
-void take_positions(const Client::Received& message, Positions& positions) {
-  const auto state = decode<sensor_msgs::msg::JointState>(message.cdr);
-  for (std::size_t i = 0; i < std::min(state.name.size(), state.position.size()); ++i) {
-    positions[state.name[i]] = state.position[i];
-  }
-}
-
-Positions present_positions(Client& twin, const std::string& topic) {
-  twin.subscribe(topic);
-  Client::Received message;
-  if (!twin.next(message, Clock::now() + std::chrono::seconds(2))) {
-    throw ClientError(fmt::format(
-        "no message arrives on {}; is the twin paused, or the joint_state_broadcaster inactive?", topic));
-  }
-  Positions positions;
-  take_positions(message, positions);
-  return positions;
-}
-
-Bytes make_goal(const Mover& mover, const Positions& present, double seconds) {
-  Follow::Goal goal;
-  goal.trajectory.joint_names = mover.joints;
-  trajectory_msgs::msg::JointTrajectoryPoint point;
-  for (const std::string& joint : mover.joints) {
-    const auto target = mover.targets.find(joint);
-    const auto now = present.find(joint);
-    if (target == mover.targets.end() && now == present.end()) {
-      throw ClientError(
-          fmt::format("joint_states does not contain '{}', which {} moves too", joint, mover.controller));
-    }
-    point.positions.push_back(target != mover.targets.end() ? target->second : now->second);
-  }
-  point.time_from_start = to_duration_msg(from_seconds(seconds));
-  goal.trajectory.points.push_back(std::move(point));
-  return to_cdr(goal);
+  print_note(
+      fmt::format("note: {}; the motion takes {:.3g} s instead of {:g} s", cause, seconds, options.seconds));
+  return seconds;
 }
 
 // One line that is overwritten while the arm moves; only on a terminal.
@@ -154,15 +137,15 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  void show(const Positions& positions) {
+  void show(const RobotWatch& robot) {
     const auto now = Clock::now();
     if (!visible_ || now - last_ < std::chrono::milliseconds(100)) return;
     last_ = now;
     drawn_ = true;
     std::string line = fmt::format("{:5.1f} s", std::chrono::duration<double>(now - begin_).count());
     for (const auto& [joint, target] : targets_) {
-      const auto found = positions.find(joint);
-      if (found != positions.end()) line += fmt::format("  {} {:.3f} → {:.3f}", joint, found->second, target);
+      if (const std::optional<double> present = robot.position(joint))
+        line += fmt::format("  {} {:.3f} → {:.3f}", joint, *present, target);
     }
     print_stderr("\r\033[K{}", line);
   }
@@ -175,79 +158,115 @@ class Progress {
   Clock::time_point last_{};
 };
 
-struct Running {
-  std::string controller;
-  ActionGoal goal;
-  bool done = false;
-  GoalOutcome outcome;
+// The movers on their way to the targets, and all that arrives from the twin meanwhile.
+class Motion {
+ public:
+  Motion(Client& twin, std::string manager, RobotWatch& robot, Movers movers, const Positions& targets)
+      : twin_(twin),
+        manager_(std::move(manager)),
+        robot_(robot),
+        movers_(std::move(movers)),
+        targets_(targets),
+        progress_(targets) {}
+
+  // Where one controller refuses its command, those that were started before are stopped.
+  void start(double seconds) {
+    std::size_t started = 0;
+    try {
+      for (; started < movers_.size(); ++started) movers_[started]->start(twin_, robot_, seconds);
+    } catch (const ClientError&) {
+      while (started-- > 0) movers_[started]->cancel(robot_);
+      throw;
+    }
+    lines_.emplace(twin_);
+  }
+
+  // Until the commands are completed; joints may still be on their way.
+  void wait_for_commands() {
+    const auto is_finished = [&](const auto& mover) { return mover->is_finished(robot_); };
+    while (static_cast<std::size_t>(std::ranges::count_if(movers_, is_finished)) < movers_.size())
+      static_cast<void>(next(Clock::now() + std::chrono::milliseconds(100)));
+  }
+
+  void wait_for_arrival(const Arrival& arrival) {
+    arrival.wait(robot_, targets_, [&](Clock::time_point until) { return next(until); });
+  }
+
+  void cancel() {
+    for (const auto& mover : movers_) mover->cancel(robot_);
+  }
+
+  // Prints where the joints are, and why one is not where it should be. Returns the exit code.
+  int report(const Arrival& arrival) {
+    for (const auto& [joint, target] : targets_) {
+      if (const std::optional<double> present = robot_.position(joint))
+        print_line("{}: {:.4f} (target {:.4f})\n", joint, *present, target);
+    }
+    std::vector<std::string> problems;
+    for (const auto& mover : movers_) {
+      std::string problem = mover->problem();
+      if (problem.empty()) continue;
+      if (problem.find(": ") == std::string::npos)
+        problem += lines_->reason(expand_name(mover->controller(), manager_));
+      problems.push_back(std::move(problem));
+    }
+    for (const auto& [joint, target] : targets_) {
+      std::string problem = arrival.why_not(robot_, joint, target);
+      if (!problem.empty()) problems.push_back(std::move(problem));
+    }
+    for (const std::string& problem : problems) print_note("error: " + problem);
+    return problems.empty() ? 0 : 1;
+  }
+
+ private:
+  bool next(Clock::time_point until) {
+    Client::Received message;
+    if (!twin_.next(message, until)) return false;
+    if (robot_.take(message)) {
+      progress_.show(robot_);
+    } else {
+      lines_->take(message);
+    }
+    return true;
+  }
+
+  Client& twin_;
+  const std::string manager_;
+  RobotWatch& robot_;
+  const Movers movers_;
+  const Positions& targets_;
+  Progress progress_;
+  std::optional<LogLines> lines_;
 };
 
-bool all_done(std::vector<Running>& running) {
-  for (Running& r : running) r.done = r.done || r.goal.take_outcome(r.outcome);
-  return std::ranges::all_of(running, &Running::done);
-}
-
-void wait_for_all(Client& twin, std::vector<Running>& running, const Positions& targets,
-                  Positions& positions) {
-  Progress progress(targets);
-  while (!all_done(running)) {
-    Client::Received message;
-    if (twin.next(message, Clock::now() + std::chrono::milliseconds(100))) take_positions(message, positions);
-    progress.show(positions);
-  }
-  Client::Received message;  // more messages may be pending when the goal ends
-  while (twin.next(message, Clock::now())) take_positions(message, positions);
-}
-
-int report_moves(const std::vector<Running>& running, const Positions& targets, const Positions& positions) {
-  for (const auto& [joint, target] : targets) {
-    const auto found = positions.find(joint);
-    if (found != positions.end()) print_line("{}: {:.4f} (target {:.4f})\n", joint, found->second, target);
-  }
-  int exit_code = 0;
-  for (const Running& r : running) {
-    if (r.outcome.status == kSucceeded) continue;
-    exit_code = 1;
-    print_note(fmt::format("error: {} ended with {}\n{}", r.controller, status_name(r.outcome.status),
-                           r.outcome.result_yaml));
-  }
-  return exit_code;
-}
-
 int move(Shell& shell, const MoveOptions& options) {
-  Positions targets;
-  for (const std::string& text : options.targets) {
-    const auto [joint, position] = parse_target(text);
-    if (!targets.emplace(joint, position).second)
-      throw_usage_error(fmt::format("'{}' has two target positions", joint));
-  }
+  Positions targets = parse_targets(options);
   Client& twin = shell.twin();
   // Controllers and their topics are in the manager's namespace.
   const std::string manager = find_manager(twin, options.manager);
-  const std::vector<Mover> movers = assign(twin, manager, targets, options.controller);
-  Positions positions = present_positions(twin, expand_name("joint_states", manager));
+  check_is_twin(twin, manager);
+  RobotWatch robot(twin, manager);
+  if (robot.is_stopped())
+    throw ClientError("the emergency stop is on, so nothing moves\n  fix: doppel stop --reset");
+  check_limits(robot, targets, options.clamp);
+  Movers movers = assign_movers(twin, robot, manager, targets, options.controller);
+  const double seconds = feasible_duration(robot, movers, options);
+  const bool sends_all_the_way = std::ranges::any_of(movers, &JointMover::sends_all_the_way);
+  const Arrival arrival(options.tolerance);
+  Motion motion(twin, manager, robot, std::move(movers), targets);
   Shell::catch_interrupts();
-  std::vector<Running> running;
-  for (const Mover& mover : movers) {
-    const std::string action = expand_name(mover.controller + "/follow_joint_trajectory", manager);
-    running.push_back(
-        {mover.controller,
-         ActionGoal(twin, action, action_support<Follow>(), make_goal(mover, positions, options.seconds)),
-         false,
-         {}});
-  }
-  if (options.no_wait) return 0;
+  motion.start(seconds);
   try {
-    wait_for_all(twin, running, targets, positions);
+    if (!options.no_wait || sends_all_the_way) motion.wait_for_commands();
+    if (options.no_wait) return 0;
+    motion.wait_for_arrival(arrival);
   } catch (const Interrupted&) {
     Shell::clear_interrupt();
     print_note("Canceling...");
-    for (Running& r : running) {
-      if (!r.done) r.goal.cancel();
-    }
-    wait_for_all(twin, running, targets, positions);
+    motion.cancel();
+    motion.wait_for_commands();
   }
-  return report_moves(running, targets, positions);
+  return motion.report(arrival);
 }
 
 }  // namespace
@@ -255,15 +274,28 @@ int move(Shell& shell, const MoveOptions& options) {
 void add_move(CLI::App& app, int& exit_code) {
   add_verb<MoveOptions>(
       app, "move", "Move joints and wait until they reach their targets",
-      R"(doppel move "Revolute 2=1.2" "Revolute 3=45deg" --in 3)", exit_code,
+      "doppel move \"Revolute 2=1.2\" \"Revolute 3=45deg\" --in 3\n  doppel move katana_r_finger_joint=0.2   "
+      "  "
+      " # a gripper\n"
+      "The exit code is 0 if every joint has arrived, 1 with the cause if not, 2 for targets that cannot be "
+      "reached.",
+      exit_code,
       [](CLI::App& verb, MoveOptions& options) {
         verb.add_option("targets", options.targets,
                         "JOINT=POSITION in rad or m, or 90deg; other joints hold their position")
             ->required();
-        verb.add_option("--in", options.seconds, "Duration of the motion, in simulated seconds (default 2)")
-            ->check(CLI::PositiveNumber);
+        verb.add_option("--in", options.seconds,
+                        "Duration of the motion, in simulated seconds (default 2); extended where a velocity "
+                        "limit requires it")
+            ->check(positive_number());
+        verb.add_flag("--exact-time", options.exact_time,
+                      "Refuse a duration that is too short for the velocity limits");
+        verb.add_flag("--clamp", options.clamp, "Move to the limit where a target is beyond it");
+        verb.add_option("--tolerance", options.tolerance,
+                        "Distance at which a joint has arrived, rad or m (default 0.02 rad, 0.002 m)")
+            ->check(positive_number());
         verb.add_option("--controller", options.controller,
-                        "Trajectory controller (default: the one that commands the joints)");
+                        "Controller to use (default: the one that commands the joints)");
         declare_manager(verb, options.manager);
         verb.add_flag("--no-wait", options.no_wait, "Do not wait for the result");
       },

@@ -66,7 +66,8 @@ int show_node(Shell& shell, const NodeOptions& options) {
 }  // namespace
 
 void add_node(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "node", "Show nodes of the twin or of the ROS 2 graph");
+  CLI::App& group = add_group(app, "node", "Show nodes of the twin or of the ROS 2 graph",
+                              "doppel node list\n  doppel node info /controller_manager");
   add_verb<NodeOptions>(
       group, "list", "List nodes", "doppel node list", exit_code,
       [](CLI::App& verb, NodeOptions& options) {

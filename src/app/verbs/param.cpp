@@ -1,10 +1,12 @@
 #include <algorithm>
+#include <limits>
 #include <map>
 
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
 #include "doppel/bus/parameter_file.h"
 #include "doppel/core/names.h"
+#include "doppel/core/near_names.h"
 #include "doppel/messages/rcl_interfaces.h"
 
 namespace doppel::app {
@@ -38,7 +40,7 @@ NamedParameter find(Client& twin, const ParamOptions& options) {
     names.push_back(parameter.name);
   }
   throw ClientError(
-      fmt::format("node {} has no parameter '{}'{}", node, options.name, did_you_mean(options.name, names)));
+      fmt::format("node {} has no parameter '{}'{}", node, options.name, names_near(options.name, names)));
 }
 
 std::string heading(const ParameterValue& value) {
@@ -80,9 +82,12 @@ int set(Shell& shell, const ParamOptions& options) {
   return 0;
 }
 
+// An open end is the largest number of the type, or infinite.
 template <class Value, class Step>
 void print_range(Value from, Value to, Step step) {
-  print_line("    Min value: {}\n    Max value: {}\n", from, to);
+  constexpr Value kMaxValue = std::numeric_limits<Value>::max();
+  if (from > -kMaxValue) print_line("    Min value: {}\n", from);
+  if (to < kMaxValue) print_line("    Max value: {}\n", to);
   if (step != Step{}) print_line("    Step: {}\n", step);
 }
 
@@ -174,7 +179,9 @@ int load_parameters(Shell& shell, const ParamOptions& options) {
 }  // namespace
 
 void add_param(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "param", "Read and set node parameters");
+  CLI::App& group = add_group(app, "param", "Read and set node parameters",
+                              "doppel param list /controller_manager\n  doppel param set "
+                              "/omarm_arm_controller constraints.goal_time 0.5");
   const auto node_and_name = [](CLI::App& verb, ParamOptions& options) {
     verb.add_option("node", options.node, "Node name")->required();
     verb.add_option("parameter", options.name, "Parameter name")->required();

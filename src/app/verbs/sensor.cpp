@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "app/number_checks.h"
 #include "app/verbs/output.h"
 #include "app/verbs/saved_message.h"
 #include "app/verbs/sensor_verbs.h"
@@ -172,7 +173,9 @@ int save_topic(Shell& shell, const TopicFinder& find_topic, const std::string& n
 }
 
 void add_sensor(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "sensor", "List sensors of a twin, measure their rates, save their data");
+  CLI::App& group =
+      add_group(app, "sensor", "List sensors of a twin, measure their rates, save their data",
+                "doppel sensor list\n  doppel sensor hz camera\n  doppel sensor save camera picture.png");
   add_verb<SensorListOptions>(
       group, "list", "List sensors with their rates and topics", "doppel sensor list", exit_code,
       [](CLI::App& verb, SensorListOptions& options) {
@@ -186,7 +189,7 @@ void add_sensor(CLI::App& app, int& exit_code) {
         verb.add_option("--wait", options.wait,
                         "Minimum seconds for each sensor; its period in simulated time is waited for, up to "
                         "120 s (default 5)")
-            ->check(CLI::PositiveNumber);
+            ->check(positive_number());
         verb.add_flag("--json", options.json, "Print a JSON list to stdout");
       },
       check_sensors);
@@ -198,7 +201,7 @@ void add_sensor(CLI::App& app, int& exit_code) {
       [name](CLI::App& verb, SensorOptions& options) {
         name(verb, options);
         verb.add_option("-n,--samples", options.messages, "Number of samples (default 100)")
-            ->check(CLI::PositiveNumber);
+            ->check(positive_number());
       },
       sensor_rate);
   add_verb<SensorOptions>(

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "app/number_checks.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
 #include "doppel/core/names.h"
@@ -85,7 +86,8 @@ int call_service(Shell& shell, const ServiceOptions& options) {
 }  // namespace
 
 void add_service(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "service", "List and call services");
+  CLI::App& group = add_group(app, "service", "List and call services",
+                              "doppel service list -t\n  doppel service call /gazebo/pause_physics");
   add_verb<ServiceOptions>(
       group, "list", "List services", "doppel service list -t", exit_code,
       [](CLI::App& verb, ServiceOptions& options) {
@@ -124,7 +126,7 @@ void add_service(CLI::App& app, int& exit_code) {
         verb.add_option("type", options.second, "Service type (optional)");
         verb.add_option("values", options.third, "Request as YAML");
         verb.add_option("--timeout", options.timeout, "Seconds to wait for the response (default 10)")
-            ->check(CLI::PositiveNumber);
+            ->check(positive_number());
       },
       call_service);
 }

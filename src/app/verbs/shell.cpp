@@ -7,10 +7,13 @@
 #include <csignal>
 #include <cstdio>
 
+#include "app/number_checks.h"
 #include "app/print_stderr.h"
+#include "app/synonyms.h"
 #include "doppel/bus/name_rules.h"
 #include "doppel/client/websocket_client.h"
 #include "doppel/core/names.h"
+#include "doppel/core/near_names.h"
 #include "doppel/ros2/environment.h"
 #include "doppel/ros2/graph_client.h"
 #include "doppel/server/announcement.h"
@@ -62,17 +65,6 @@ RunningTwin choose_twin(int port) {
 
 void print_warning(const std::string& text) {
   print_note("warning: " + text);
-}
-
-std::unique_ptr<Client> call_twin(const Connection& connection) {
-  ClientOptions options;
-  const RunningTwin chosen = choose_twin(connection.port);
-  options.host = chosen.address;
-  options.port = chosen.port;
-  options.token = chosen.token;
-  options.interrupted = Shell::interrupted;
-  options.on_status = print_warning;
-  return std::make_unique<WebSocketClient>(std::move(options));
 }
 
 std::unique_ptr<Client> join_graph(const Connection& connection) {
@@ -137,8 +129,26 @@ void throw_usage_error(std::string message, std::string fix) {
 }
 
 Client& Shell::twin() {
-  if (client_ == nullptr) client_ = connection_.remote ? join_graph(connection_) : call_twin(connection_);
+  if (client_ == nullptr)
+    client_ = connection_.remote ? join_graph(connection_) : connect(choose_twin(connection_.port));
   return *client_;
+}
+
+std::unique_ptr<Client> Shell::connect(const RunningTwin& twin) {
+  ClientOptions options;
+  options.host = twin.address;
+  options.port = twin.port;
+  options.token = twin.token;
+  options.interrupted = Shell::interrupted;
+  options.on_status = print_warning;
+  return std::make_unique<WebSocketClient>(std::move(options));
+}
+
+std::vector<RunningTwin> Shell::unselected_twins() const {
+  const char* chosen = std::getenv("DOPPEL_PORT");
+  const bool is_selected =
+      connection_.remote || connection_.port != 0 || (chosen != nullptr && *chosen != '\0');
+  return is_selected ? std::vector<RunningTwin>{} : find_running();
 }
 
 std::string Shell::page_url() const {
@@ -170,7 +180,7 @@ void add_connection_options(CLI::App& verb, Connection& connection) {
                 "Connect to the ROS 2 graph of ROS_DOMAIN_ID instead of a twin (DOPPEL_REMOTE=1)");
   verb.add_option("--spin-time", connection.spin_time,
                   "With --remote: seconds to wait for discovery (default: until no participant is new)")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_number());
   if (verb.get_option_no_throw("--ns") == nullptr) {
     verb.add_option("--ns", connection.name_space,
                     "Namespace of the robot; relative names are resolved in it");
@@ -196,8 +206,10 @@ int run_verb(const CLI::App& verb, Connection connection, const std::function<in
   }
 }
 
-CLI::App& add_group(CLI::App& app, const std::string& name, const std::string& help) {
+CLI::App& add_group(CLI::App& app, const std::string& name, const std::string& help,
+                    const std::string& examples) {
   CLI::App* group = app.add_subcommand(name, help);
+  group->footer("Examples:\n  " + examples);
   group->require_subcommand(1);
   return *group;
 }
@@ -216,7 +228,14 @@ bool is_hidden(std::string_view name) {
 
 const TypeSupport& known_type(const std::string& name) {
   if (const TypeSupport* type = find_type(name)) return *type;
-  throw_usage_error(fmt::format("'{}' is not a known message type{}", name, did_you_mean(name, type_names())),
+  throw_unknown_type(name, "message type", type_names());
+}
+
+void throw_unknown_type(const std::string& name, const char* kind, const std::vector<std::string>& names) {
+  if (const std::string replacement = replacement_of_ros1_type(name); !replacement.empty()) {
+    throw_usage_error(fmt::format("'{}' is a type of ROS 1", name), replacement);
+  }
+  throw_usage_error(fmt::format("'{}' is not a known {}{}", name, kind, names_near(name, names)),
                     "'doppel interface list' prints all of them");
 }
 

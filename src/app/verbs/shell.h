@@ -15,6 +15,10 @@
 #include "doppel/client/client.h"
 #include "doppel/core/diagnostic.h"
 
+namespace doppel {
+struct RunningTwin;
+}
+
 namespace doppel::app {
 
 // stdout was closed by its reader (| head): the verb ends without an error.
@@ -49,6 +53,9 @@ class Shell {
   [[nodiscard]] bool is_remote() const { return connection_.remote; }  // a ROS 2 graph
   // The address of the twin's page. Throws ClientError if no twin is running, InputError with --remote.
   [[nodiscard]] std::string page_url() const;
+  // The running twins of this user, newest first; empty with --port, DOPPEL_PORT or --remote, which select one.
+  [[nodiscard]] std::vector<RunningTwin> unselected_twins() const;
+  static std::unique_ptr<Client> connect(const RunningTwin& twin);
   // From now on Ctrl-C ends waits with Interrupted instead of ending the program.
   static void catch_interrupts();
   static bool interrupted();
@@ -68,7 +75,9 @@ CLI::App* add_verb(CLI::App& group, const std::string& name, const std::string& 
 struct NoOptions {};
 
 // The verbs of one group; without one of them the group's help is shown.
-CLI::App& add_group(CLI::App& app, const std::string& name, const std::string& help);
+// examples: command lines, separated by "\n  ".
+CLI::App& add_group(CLI::App& app, const std::string& name, const std::string& help,
+                    const std::string& examples);
 
 // -- names
 // The robot of --ns: "/left", or empty. Relative names are below it.
@@ -76,6 +85,9 @@ const std::string& robot_namespace();
 std::string absolute(std::string_view name);             // with its leading slash
 bool is_hidden(std::string_view name);                   // a part of it begins with an underscore
 const TypeSupport& known_type(const std::string& name);  // throws InputError with the nearest
+// Throws InputError with the type of ROS 2 that has replaced a type of ROS 1, or with the nearest one. kind: "message type".
+[[noreturn]] void throw_unknown_type(const std::string& name, const char* kind,
+                                     const std::vector<std::string>& names);
 std::string find_node_name(Client& twin, const std::string& name);
 std::vector<std::string> node_names(Client& twin, bool hidden);
 Bytes to_request(const TypeSupport& type, std::string_view yaml);  // throws InputError

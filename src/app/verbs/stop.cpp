@@ -1,48 +1,137 @@
-// The emergency stop from the shell: of every controller manager, independent of the source of commands.
+// The emergency stop from the shell: of every controller manager of every twin of this user, independent of the source of
+// commands.
+
+#include <algorithm>
+#include <future>
 
 #include "app/verbs/controllers.h"
 #include "app/verbs/verbs.h"
 #include "doppel/messages/std_srvs.h"
+#include "doppel/server/announcement.h"
 
 namespace doppel::app {
 namespace {
 
 struct StopOptions {
   std::string manager;
-  bool reset = false;
+  bool reset = false, all = false;
 };
 
-int stop(Shell& shell, const StopOptions& options) {
-  Client& twin = shell.twin();
+// What happened in one twin.
+struct Stopped {
+  std::vector<std::string> lines, problems;
+};
+
+Stopped call_managers(Client& twin, const StopOptions& options) {
+  Stopped done;
   const std::vector<std::string> managers =
       options.manager.empty() ? find_managers(twin) : std::vector{absolute(options.manager)};
-  if (managers.empty()) throw ClientError("there is no controller manager to stop");
-  int exit_code = 0;
   for (const std::string& manager : managers) {
     // One that does not respond must not prevent the stop of the others.
     try {
       const char* service = options.reset ? "reset_emergency_stop" : "emergency_stop";
       const auto response = call<std_srvs::srv::Trigger>(twin, fmt::format("{}/{}", manager, service));
-      print_line("{}: {}\n", manager, response.message);
-      if (!response.success) exit_code = 1;
+      (response.success ? done.lines : done.problems)
+          .push_back(fmt::format("{}: {}", manager, response.message));
     } catch (const ClientError& problem) {
-      print_note(fmt::format("{}: {}", manager, problem.what()));
-      exit_code = 1;
+      done.problems.push_back(fmt::format("{}: {}", manager, problem.what()));
     }
   }
-  return exit_code;
+  return done;
+}
+
+int print(const Stopped& done, const std::string& prefix) {
+  for (const std::string& line : done.lines) print_line("{}{}\n", prefix, line);
+  for (const std::string& problem : done.problems) print_note(prefix + problem);
+  return done.problems.empty() ? 0 : 1;
+}
+
+std::string label(const RunningTwin& twin) {
+  return fmt::format("{} (port {})", twin.robot, twin.port);
+}
+
+// Each twin on its own thread, so that one that does not respond delays no other.
+std::vector<Stopped> in_each(const std::vector<RunningTwin>& twins,
+                             const std::function<Stopped(Client&)>& run) {
+  std::vector<std::future<Stopped>> pending;
+  for (const RunningTwin& twin : twins) {
+    pending.push_back(std::async(std::launch::async, [&run, &twin]() -> Stopped {
+      try {
+        return run(*Shell::connect(twin));
+      } catch (const std::exception& problem) {
+        return {{}, {problem.what()}};
+      }
+    }));
+  }
+  std::vector<Stopped> done;
+  done.reserve(pending.size());
+  for (std::future<Stopped>& one : pending) done.push_back(one.get());
+  return done;
+}
+
+// A stop is reset where it was set: several are not reset by one command that names none of them.
+std::vector<RunningTwin> to_reset(const std::vector<RunningTwin>& twins, bool all) {
+  const std::vector<Stopped> states = in_each(twins, [](Client& twin) {
+    Stopped state;
+    for (const std::string& manager : find_managers(twin)) {
+      if (is_stopped(twin, manager)) state.lines.push_back(manager);
+    }
+    return state;
+  });
+  std::vector<RunningTwin> stopped;
+  std::string names;
+  for (std::size_t i = 0; i < twins.size(); ++i) {
+    if (states[i].lines.empty()) continue;
+    stopped.push_back(twins[i]);
+    names += (names.empty() ? "" : ", ") + label(twins[i]);
+  }
+  if (stopped.size() > 1 && !all) {
+    throw_usage_error(
+        fmt::format("the emergency stop is on in {} twins: {}", stopped.size(), names),
+        fmt::format("reset one of them: doppel stop --reset --port {}; or all of them: doppel stop "
+                    "--reset --all",
+                    stopped.front().port));
+  }
+  return stopped;
+}
+
+int stop(Shell& shell, const StopOptions& options) {
+  std::vector<RunningTwin> twins = shell.unselected_twins();
+  if (twins.size() > 1) {
+    if (options.reset) twins = to_reset(twins, options.all);
+    if (twins.empty()) {
+      print_line("The emergency stop is not active in any twin.\n");
+      return 0;
+    }
+    int exit_code = 0;
+    const std::vector<Stopped> done =
+        in_each(twins, [&](Client& twin) { return call_managers(twin, options); });
+    for (std::size_t i = 0; i < twins.size(); ++i) {
+      if (done[i].lines.empty() && done[i].problems.empty())
+        print_note(label(twins[i]) + ": no controller manager, nothing to stop");
+      exit_code = std::max(exit_code, print(done[i], label(twins[i]) + ": "));
+    }
+    return exit_code;
+  }
+  const Stopped done = call_managers(shell.twin(), options);
+  if (done.lines.empty() && done.problems.empty())
+    throw ClientError("there is no controller manager to stop");
+  return print(done, "");
 }
 
 }  // namespace
 
 void add_stop(CLI::App& app, int& exit_code) {
   add_verb<StopOptions>(
-      app, "stop", "Emergency stop: stop all motion until `stop --reset`",
-      "doppel stop\n  doppel stop --reset      # previously active controllers are activated again, without "
-      "their goals",
+      app, "stop", "Emergency stop of all running twins: stop all motion until `stop --reset`",
+      "doppel stop              # every twin of this user\n  doppel stop --port 8701  # only this one\n  "
+      "doppel "
+      "stop --reset      # previously active controllers are activated again, without their goals",
       exit_code,
       [](CLI::App& verb, StopOptions& options) {
-        verb.add_flag("--reset", options.reset, "Reset the emergency stop");
+        CLI::Option* const reset = verb.add_flag("--reset", options.reset, "Reset the emergency stop");
+        verb.add_flag("--all", options.all, "With --reset: in all twins, if more than one is stopped")
+            ->needs(reset);
         verb.add_option("-c,--controller-manager", options.manager,
                         "Only this controller manager (default: all)");
       },

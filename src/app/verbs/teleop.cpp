@@ -1,5 +1,6 @@
 // `doppel teleop`: drives the robot's base by keys, by a joystick, or on the page.
 #include "app/browser.h"
+#include "app/number_checks.h"
 #include "app/verbs/teleop_options.h"
 #include "app/verbs/verbs.h"
 
@@ -26,7 +27,7 @@ void declare_common(CLI::App& verb, TeleopOptions& options) {
 
 void declare_keyboard(CLI::App& verb, TeleopOptions& options) {
   declare_common(verb, options);
-  const auto positive = CLI::PositiveNumber;
+  const auto positive = positive_number();
   verb.add_option("--speed", options.keys.speed, "Linear speed, m/s (default: 0.5)")->check(positive);
   verb.add_option("--turn", options.keys.turn, "Angular speed, rad/s (default: 1)")->check(positive);
   verb.add_option("--speed-limit", options.keys.speed_limit, "Highest linear speed, m/s")->check(positive);
@@ -49,7 +50,8 @@ void declare_joystick(CLI::App& verb, TeleopOptions& options) {
 }  // namespace
 
 void add_teleop(CLI::App& app, const RosArguments& ros, int& exit_code) {
-  CLI::App& group = add_group(app, "teleop", "Drive the robot's base by keys, a joystick, or on the page");
+  CLI::App& group = add_group(app, "teleop", "Drive the robot's base by keys, a joystick, or on the page",
+                              "doppel teleop keyboard\n  doppel teleop joy --calibrate");
   add_verb<TeleopOptions>(
       group, "keyboard", "Use the keys of teleop_twist_keyboard; 1 to 9 move joints of an arm",
       "doppel teleop keyboard\n  doppel teleop keyboard /base_controller/cmd_vel --speed 0.3", exit_code,

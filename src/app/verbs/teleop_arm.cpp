@@ -18,11 +18,7 @@ TeleopArm::TeleopArm(Client& twin) : twin_(twin), states_(absolute("joint_states
     if (controller.state != "active" ||
         controller.type.find("JointTrajectoryController") == std::string::npos)
       continue;
-    Group group{absolute(controller.name + "/joint_trajectory"), {}};
-    for (const std::string& interface : controller.claimed_interfaces) {
-      const std::string joint = interface.substr(0, interface.rfind('/'));
-      if (std::ranges::find(group.joints, joint) == group.joints.end()) group.joints.push_back(joint);
-    }
+    Group group{absolute(controller.name + "/joint_trajectory"), joints_of(controller)};
     names_.insert(names_.end(), group.joints.begin(), group.joints.end());
     groups_.push_back(std::move(group));
   }

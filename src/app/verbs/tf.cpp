@@ -1,107 +1,33 @@
 #include <algorithm>
+#include <array>
+#include <ctime>
+#include <deque>
 #include <map>
 #include <numbers>
 #include <set>
 
+#include "app/number_checks.h"
+#include "app/verbs/output.h"
 #include "app/verbs/shell.h"
+#include "app/verbs/tf_frames.h"
 #include "app/verbs/verbs.h"
+#include "doppel/conversion/tree.h"
 #include "doppel/core/names.h"
 #include "doppel/math/pose.h"
-#include "doppel/messages/tf2_msgs.h"
 
 namespace doppel::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr auto kFramesTimeout = std::chrono::seconds(2);
+constexpr auto kLookupTimeout = std::chrono::seconds(2);
 
 struct TfOptions {
   std::string parent, child;
   bool once = false;
   double rate = 1;
-};
-
-struct Frame {
-  std::string parent;
-  Pose X_PF = Pose::Identity();  // this frame in its parent
-  Time stamp{};
-  bool fixed = false;
-};
-
-// The tree of frames from /tf and /tf_static.
-class Frames {
- public:
-  explicit Frames(Client& twin) : twin_(twin) {
-    for (const std::string& topic : {fixed_topic_, moving_topic_}) {
-      if (twin_.topics().contains(topic)) twin_.subscribe(topic);
-    }
-  }
-
-  // Receives transforms until `enough`, or until the timeout (false).
-  bool gather(const std::function<bool()>& enough, Clock::time_point until) {
-    while (!enough()) {
-      Client::Received message;
-      if (!twin_.next(message, until)) return false;
-      take(message);
-    }
-    return true;
-  }
-
-  [[nodiscard]] bool has_dynamic() const { return has_dynamic_; }
-  [[nodiscard]] bool has_static() const { return has_static_; }
-  [[nodiscard]] bool moving_expected() const {
-    const auto found = twin_.topics().find(moving_topic_);
-    return found != twin_.topics().end() && !found->second.publishers.empty();
-  }
-  [[nodiscard]] const std::map<std::string, Frame>& all() const { return frames_; }
-  [[nodiscard]] std::vector<std::string> names() const {
-    std::set<std::string> names;
-    for (const auto& [name, frame] : frames_) names.insert({name, frame.parent});
-    return {names.begin(), names.end()};
-  }
-  // `child` in `parent`, if both are in one tree; `stamp`: the latest on the path.
-  [[nodiscard]] bool look_up(const std::string& parent, const std::string& child, Pose& X,
-                             Time& stamp) const {
-    Pose X_RootP, X_RootC;
-    stamp = Time{};
-    if (root_of(parent, X_RootP, stamp) != root_of(child, X_RootC, stamp)) return false;
-    X = X_RootP.inverse() * X_RootC;
-    return true;
-  }
-
- private:
-  // With --ns those of the selected robot, without prefixes.
-  const std::string moving_topic_ = absolute("tf"), fixed_topic_ = absolute("tf_static");
-
-  void take(const Client::Received& message) {
-    const bool fixed = message.topic == fixed_topic_;
-    (fixed ? has_static_ : has_dynamic_) = true;
-    for (const auto& t : decode<tf2_msgs::msg::TFMessage>(message.cdr).transforms) {
-      Frame& frame = frames_[t.child_frame_id];
-      const auto& p = t.transform.translation;
-      const auto& r = t.transform.rotation;
-      frame.parent = t.header.frame_id;
-      frame.X_PF = Eigen::Translation3d(p.x, p.y, p.z) * Eigen::Quaterniond(r.w, r.x, r.y, r.z).normalized();
-      frame.stamp = from_msg(t.header.stamp);
-      frame.fixed = fixed;
-    }
-  }
-
-  std::string root_of(std::string name, Pose& X_RootF, Time& stamp) const {
-    X_RootF = Pose::Identity();
-    for (std::size_t steps = 0; steps <= frames_.size(); ++steps) {  // bounded: a loop has no root
-      const auto found = frames_.find(name);
-      if (found == frames_.end()) return name;
-      X_RootF = found->second.X_PF * X_RootF;
-      if (!found->second.fixed) stamp = std::max(stamp, found->second.stamp);
-      name = found->second.parent;
-    }
-    throw ClientError(fmt::format("the frames around {} form a loop", name));
-  }
-
-  Client& twin_;
-  std::map<std::string, Frame> frames_;
-  bool has_dynamic_ = false, has_static_ = false;
+  std::string pdf, svg;  // of view_frames
+  bool dot = false;
+  double seconds = 5;
 };
 
 void print_transform(const Pose& X, Time stamp) {
@@ -124,7 +50,7 @@ void print_transform(const Pose& X, Time stamp) {
   print_out(out);
 }
 
-void check_frame(const Frames& frames, const std::string& name) {
+void check_frame(const TfFrames& frames, const std::string& name) {
   const std::vector<std::string> names = frames.names();
   if (std::ranges::find(names, name) != names.end()) return;
   throw ClientError(fmt::format("there is no frame '{}'{}", name, did_you_mean(name, names)));
@@ -133,7 +59,7 @@ void check_frame(const Frames& frames, const std::string& name) {
 int echo_transform(Shell& shell, const TfOptions& options) {
   Shell::catch_interrupts();
   try {
-    Frames frames(shell.twin());
+    TfFrames frames(shell.twin());
     Pose X;
     Time stamp{};
     const auto found = [&] { return frames.look_up(options.parent, options.child, X, stamp); };
@@ -141,7 +67,7 @@ int echo_transform(Shell& shell, const TfOptions& options) {
     const auto known = [&] {
       return (frames.has_dynamic() || !frames.moving_expected()) && frames.has_static() && found();
     };
-    if (!frames.gather(known, Clock::now() + kFramesTimeout) && !found()) {
+    if (!frames.gather(known, Clock::now() + kLookupTimeout) && !found()) {
       check_frame(frames, options.parent);
       check_frame(frames, options.child);
       throw ClientError(
@@ -162,7 +88,7 @@ int echo_transform(Shell& shell, const TfOptions& options) {
   }
 }
 
-void print_subtree(const std::multimap<std::string, std::string>& children, const Frames& frames,
+void print_subtree(const std::multimap<std::string, std::string>& children, const TfFrames& frames,
                    const std::string& name, const std::string& indent) {
   const auto [first, last] = children.equal_range(name);
   for (auto it = first; it != last; ++it) {
@@ -173,17 +99,17 @@ void print_subtree(const std::multimap<std::string, std::string>& children, cons
   }
 }
 
-int tree(Shell& shell, const TfOptions&) {
-  Frames frames(shell.twin());
-  const auto enough = [&] {
-    return frames.has_static() && (frames.has_dynamic() || !frames.moving_expected());
-  };
-  if (!frames.gather(enough, Clock::now() + kFramesTimeout) && frames.all().empty()) {
+// Throws ClientError if there are no frames.
+void gather_tree(TfFrames& frames) {
+  if (!frames.gather_all() && frames.all().empty())
     throw ClientError("no message has arrived on /tf or /tf_static; is the twin paused?");
-  }
-  if (!frames.has_dynamic() && frames.moving_expected()) {
+  if (!frames.has_dynamic() && frames.moving_expected())
     print_note("note: no message arrives on /tf, so moving frames are missing; is the twin paused?");
-  }
+}
+
+int tree(Shell& shell, const TfOptions&) {
+  TfFrames frames(shell.twin());
+  gather_tree(frames);
   std::multimap<std::string, std::string> children;
   std::set<std::string> roots;
   for (const auto& [name, frame] : frames.all()) {
@@ -197,24 +123,117 @@ int tree(Shell& shell, const TfOptions&) {
   return 0;
 }
 
+// What view_frames of tf2_tools prints about a transform, without the frame that it leads to.
+std::vector<std::string> transform_lines(const TfFrames& frames, const TfFrame& frame) {
+  const double span = to_seconds(frame.stamp - frame.first_stamp);
+  std::vector<std::string> lines = {
+      frame.fixed ? "/tf_static" : "/tf",
+      fmt::format("Broadcaster: {}", fmt::join(frames.broadcasters(frame.fixed), " or "))};
+  if (frame.fixed) return lines;
+  lines.push_back(span > 0
+                      ? fmt::format("Average rate: {:.3f} Hz", static_cast<double>(frame.count - 1) / span)
+                      : "Average rate: one message");
+  lines.push_back(fmt::format("Most recent transform: {:.6f}", to_seconds(frame.stamp)));
+  lines.push_back(fmt::format("Buffer length: {:.3f} s", span));
+  return lines;
+}
+
+// Frames from the roots on, parents before their children.
+std::vector<TreeCard> frame_cards(const TfFrames& frames) {
+  std::vector<TreeCard> cards;
+  std::multimap<std::string, std::string> children;
+  std::deque<std::pair<std::string, int>> pending;  // with the parent's index
+  for (const std::string& name : frames.names()) {
+    const auto found = frames.all().find(name);
+    if (found == frames.all().end()) {
+      pending.emplace_back(name, -1);
+    } else {
+      children.emplace(found->second.parent, name);
+    }
+  }
+  for (; !pending.empty(); pending.pop_front()) {
+    const auto [name, parent] = pending.front();
+    TreeCard card{.node = {name}, .edge = {}, .tone = Tone::fixed, .parent = parent};
+    if (parent >= 0) {
+      const TfFrame& frame = frames.all().at(name);
+      card.edge = transform_lines(frames, frame);
+      if (!frame.fixed) card.tone = Tone::revolute;
+    }
+    const int index = static_cast<int>(cards.size());
+    cards.push_back(std::move(card));
+    const auto [first, last] = children.equal_range(name);
+    for (auto it = first; it != last; ++it) pending.emplace_back(it->second, index);
+  }
+  return cards;
+}
+
+// "frames_2026-11-24_19.30.05", as view_frames of tf2_tools names its files.
+std::string dated_name() {
+  const std::time_t now = std::time(nullptr);
+  std::tm local{};
+  localtime_r(&now, &local);
+  std::array<char, 64> text{};
+  std::strftime(text.data(), text.size(), "frames_%Y-%m-%d_%H.%M.%S", &local);
+  return text.data();
+}
+
+int view_frames(Shell& shell, const TfOptions& options) {
+  const std::string pdf =
+      options.pdf.empty() && options.svg.empty() && !options.dot ? dated_name() + ".pdf" : options.pdf;
+  Shell::catch_interrupts();
+  TfFrames frames(shell.twin());
+  gather_tree(frames);
+  if (frames.moving_expected()) {
+    print_note(fmt::format("listening for {:g} s ...", options.seconds));
+    const auto until = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                          std::chrono::duration<double>(options.seconds));
+    static_cast<void>(frames.gather([] { return false; }, until));
+  }
+  const std::vector<TreeCard> cards = frame_cards(frames);
+  if (options.dot) deliver(tree_dot("frames", cards));
+  const Drawing drawing = tree_drawing("Frames received on /tf and /tf_static", cards);
+  if (!options.svg.empty()) deliver(to_svg(drawing), options.svg);
+  if (!pdf.empty()) deliver(to_pdf(drawing), pdf);
+  for (const std::string& file : {options.svg, pdf}) {
+    if (!file.empty() && file != "-") print_note(fmt::format("{}: {} frames", file, cards.size()));
+  }
+  return 0;
+}
+
 }  // namespace
 
 void add_tf(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "tf", "Show frames and transforms");
+  CLI::App& group = add_group(app, "tf", "Show frames and transforms",
+                              "doppel tf tree\n  doppel tf echo world tool_link_1");
   add_verb<TfOptions>(
       group, "echo", "Print the transform between two frames", "doppel tf echo world tool_link_1", exit_code,
       [](CLI::App& verb, TfOptions& options) {
         verb.add_option("parent", options.parent, "Source frame")->required();
         verb.add_option("child", options.child, "Target frame")->required();
         verb.add_flag("--once", options.once, "Print once and exit");
-        verb.add_option("-r,--rate", options.rate, "Rate in Hz (default 1)")->check(CLI::PositiveNumber);
+        verb.add_option("-r,--rate", options.rate, "Rate in Hz (default 1)")->check(positive_number());
       },
       echo_transform);
-  for (const char* name : {"tree", "view_frames"}) {
-    add_verb<TfOptions>(
-        group, name, "Print the tree of all frames", fmt::format("doppel tf {}", name), exit_code,
-        [](CLI::App&, TfOptions&) {}, tree);
-  }
+  add_verb<TfOptions>(
+      group, "tree", "Print the tree of all frames", "doppel tf tree", exit_code,
+      [](CLI::App&, TfOptions&) {}, tree);
+  add_verb<TfOptions>(
+      group, "view_frames", "Draw the tree of all frames with broadcasters and rates: PDF, SVG, Graphviz",
+      "doppel tf view_frames                    # frames_TIME.pdf\n  doppel tf view_frames --pdf "
+      "frames.pdf\n  "
+      "doppel tf view_frames --dot | dot -Tpng > frames.png",
+      exit_code,
+      [](CLI::App& verb, TfOptions& options) {
+        verb.add_option("--pdf", options.pdf, "File to write (-: stdout; default frames_TIME.pdf)")
+            ->type_name("FILE");
+        verb.add_option("--svg", options.svg, "Write the drawing to this file (-: stdout)")
+            ->type_name("FILE");
+        verb.add_flag("--dot", options.dot, "Print Graphviz dot to stdout");
+        verb.add_option("--wait-time", options.seconds,
+                        "Seconds for which transforms are received (default 5)")
+            ->check(positive_number());
+      },
+      view_frames);
 }
 
 }  // namespace doppel::app

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <optional>
 
+#include "app/number_checks.h"
 #include "app/verbs/field_value.h"
 #include "app/verbs/saved_message.h"
 #include "app/verbs/shell.h"
@@ -10,6 +12,7 @@
 #include "doppel/core/names.h"
 #include "doppel/messages/rosgraph_msgs.h"
 #include "doppel/messages/std_msgs.h"
+#include "doppel/xacro/condition.h"
 
 namespace doppel::app {
 namespace {
@@ -59,33 +62,47 @@ int list_topics(Shell& shell, const ListOptions& options) {
 }
 
 struct EchoOptions {
-  std::string topic, field;
+  std::string topic, filter;
+  MessageFormat format;
   bool once = false;
+  std::size_t count = 0;  // 0: no end
 };
+
+// The message as the options print it. `is_plain`: as YAML in block style, in which texts are quoted where necessary.
+std::string echo_text(const TypeSupport& type, const Bytes& cdr, const EchoOptions& options, bool is_plain) {
+  std::string text;
+  const Status status =
+      is_plain ? type.cdr_to_yaml(cdr, text) : format_message(*type.description(), cdr, options.format, text);
+  if (!status) throw ClientError(status.why());
+  return options.format.csv ? text : text + "---\n";
+}
 
 int echo_topic(Shell& shell, const EchoOptions& options) {
   Shell::catch_interrupts();
+  const MessageFormat& format = options.format;
+  std::optional<Condition> filter;
+  if (!options.filter.empty()) filter.emplace(options.filter, "m");
   try {
     Client& twin = shell.twin();
     const std::string topic = absolute(options.topic);
     const TypeSupport& type = twin.message_type(topic);
-    if (!options.field.empty()) {
-      if (const Status status = check_field_path(*type.description(), options.field); !status)
+    if (!format.field.empty()) {
+      if (const Status status = check_field_path(*type.description(), format.field); !status)
         throw_usage_error(status.why());
     }
+    const bool is_plain =
+        format.field.empty() && !format.csv && !format.flow && !format.no_arrays && !format.no_strings;
+    std::size_t left = options.once ? 1 : options.count;
     twin.subscribe(topic);
     Client::Received message;
     while (twin.next(message, Clock::now() + kForever)) {
       if (message.type != type.name)
         throw ClientError(
             fmt::format("{} is {} now, not {}; start this again", topic, message.type, type.name));
-      std::string text;
-      const Status status = options.field.empty()
-                                ? type.cdr_to_yaml(message.cdr, text)
-                                : field_as_yaml(*type.description(), message.cdr, options.field, text);
-      if (!status) throw ClientError(status.why());
-      print_line("{}---\n", text);
-      if (options.once) break;
+      std::string whole;
+      if (filter && !(type.cdr_to_yaml(message.cdr, whole) && filter->holds(whole))) continue;
+      print_out(echo_text(type, message.cdr, options, is_plain));
+      if (left > 0 && --left == 0) break;
     }
   } catch (const Interrupted&) {
     return 0;  // Ctrl-C is the normal end
@@ -173,8 +190,11 @@ int delay(Shell& shell, const RateOptions& options) {
   if (fields.empty() || fields.front().type == nullptr ||
       fields.front().type->name != std_msgs::msg::Header::kType)
     throw_usage_error(fmt::format("{} is a {}, which has no header with a stamp", topic, type.name));
+  constexpr double kSimulatedDelay = 1e6;  // s: no network, but another clock
+  const Client& twin = shell.twin();
   std::deque<double> delays;
   std::optional<Time> clock;
+  bool hinted = false;
   const std::size_t window = options.window > 0 ? options.window : 10'000;
   const auto add = [&](Clock::time_point, const Client::Received& message) {
     if (options.sim_time && message.topic == "/clock")
@@ -182,6 +202,11 @@ int delay(Shell& shell, const RateOptions& options) {
     if (!options.sim_time) clock = std::chrono::system_clock::now().time_since_epoch();
     if (!clock || message.topic != topic) return;
     delays.push_back(to_seconds(*clock - header_stamp(message.cdr)));
+    if (!options.sim_time && !hinted && std::abs(delays.back()) > kSimulatedDelay &&
+        twin.topics().contains("/clock")) {
+      hinted = true;
+      print_note("note: the stamps are simulated time and the present time is not; add --use-sim-time");
+    }
     if (delays.size() > window) delays.pop_front();
   };
   const auto report = [&] {
@@ -347,7 +372,7 @@ void declare_name(CLI::App& verb, TopicInfoOptions& options) {
 void add_rates(CLI::App& group, int& exit_code) {
   const auto declare = [](CLI::App& verb, RateOptions& options) {
     verb.add_option("topic", options.topic, "Topic name")->required();
-    verb.add_option("-w,--window", options.window, "Window size in messages")->check(CLI::PositiveNumber);
+    verb.add_option("-w,--window", options.window, "Window size in messages")->check(positive_number());
   };
   add_verb<RateOptions>(group, "hz", "Print the publishing rate", "doppel topic hz /joint_states", exit_code,
                         declare, hz);
@@ -375,13 +400,13 @@ void add_pub(CLI::App& group, int& exit_code) {
         verb.add_option("values", options.yaml, "Message as YAML; omitted fields have their default");
         verb.add_flag("-1,--once", options.once, "Publish once, as soon as there is a subscriber");
         verb.add_option("-r,--rate", options.rate, "Messages per second (default 1)")
-            ->check(CLI::PositiveNumber);
+            ->check(positive_number());
         verb.add_option("-t,--times", options.times, "Publish this many messages");
         verb.add_option("-w,--wait-matching-subscriptions", options.wait_for,
                         "Wait for this many subscribers first")
-            ->check(CLI::NonNegativeNumber);
+            ->check(non_negative_number());
         verb.add_option("--max-wait-time-secs", options.timeout, "Seconds to wait for them (default 5)")
-            ->check(CLI::PositiveNumber);
+            ->check(positive_number());
       },
       pub);
 }
@@ -389,7 +414,9 @@ void add_pub(CLI::App& group, int& exit_code) {
 }  // namespace
 
 void add_topic(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "topic", "List, print and publish topics");
+  CLI::App& group = add_group(app, "topic", "List, print and publish topics",
+                              "doppel topic list -t\n  doppel topic echo /joint_states --field position\n  "
+                              "doppel topic hz /joint_states");
   add_verb<ListOptions>(
       group, "list", "List topics", "doppel topic list -t", exit_code,
       [](CLI::App& verb, ListOptions& options) {
@@ -401,12 +428,29 @@ void add_topic(CLI::App& app, int& exit_code) {
       },
       list_topics);
   add_verb<EchoOptions>(
-      group, "echo", "Print messages", "doppel topic echo /joint_states --field position", exit_code,
+      group, "echo", "Print messages",
+      "doppel topic echo /joint_states --field position\n  doppel topic echo /joint_states --csv --field "
+      "position -n 100 > positions.csv\n  doppel topic echo /joint_states --filter 'm.position[0] > 0.5'",
+      exit_code,
       [](CLI::App& verb, EchoOptions& options) {
         verb.add_option("topic", options.topic, "Topic name")->required();
-        verb.add_flag("--once", options.once, "Print one message and exit");
-        verb.add_option("--field", options.field,
+        CLI::Option* const once = verb.add_flag("--once", options.once, "Print one message and exit");
+        verb.add_option("-n,--count", options.count, "Print this many messages and exit")
+            ->check(positive_number())
+            ->excludes(once);
+        verb.add_option("--field", options.format.field,
                         "Print only this field: position, header.stamp, transforms[0].child_frame_id");
+        verb.add_option(
+            "--filter", options.filter,
+            "Print only messages for which this Python expression about m is true: 'm.position[0] > "
+            "0.5'");
+        CLI::Option* const csv = verb.add_flag("--csv", options.format.csv,
+                                               "Print values only, separated by commas, one line each");
+        verb.add_flag("--flow-style", options.format.flow, "Print each message as one line of YAML")
+            ->excludes(csv);
+        verb.add_flag("--no-arr", options.format.no_arrays,
+                      "Print the type and length of lists instead of them");
+        verb.add_flag("--no-str", options.format.no_strings, "Print the length of texts instead of them");
       },
       echo_topic);
   add_rates(group, exit_code);

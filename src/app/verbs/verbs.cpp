@@ -18,6 +18,7 @@ void add_verbs(CLI::App& app, const RosArguments& ros, int& exit_code) {
         add_doctor, add_world,     add_base,   add_snapshot, add_sensor,    add_worlds}) {
     add(app, exit_code);
   }
+  add_names(app, exit_code);
 }
 
 void group_verbs(CLI::App& app) {
@@ -26,9 +27,9 @@ void group_verbs(CLI::App& app) {
        {"up", "view", "move", "teleop", "stop", "spawn", "delete", "robots", "worlds", "sensor", "snapshot"}},
       {"ROS 2's verbs", {"topic", "control", "tf", "node", "service", "param", "action", "interface"}},
       {"Descriptions",
-       {"new", "xacro", "tree", "info", "mass", "convert", "overlay", "diff", "calibrate", "check", "world"}},
+       {"new", "check", "xacro", "tree", "info", "mass", "convert", "overlay", "diff", "calibrate", "world"}},
       {"Physics", {"verify", "base", "engines", "compare-engines"}},
-      {"This machine", {"doctor", "completion", "man"}}};
+      {"This machine", {"doctor", "completion", "man", "help"}}};
   for (const auto& [group, verbs] : groups) {
     for (const std::string& verb : verbs) app.get_subcommand(verb)->group(group);
   }

@@ -52,5 +52,6 @@ void add_worlds(CLI::App& app, int& exit_code);
 void add_base(CLI::App& app, int& exit_code);      // drives a twin of its own
 void add_snapshot(CLI::App& app, int& exit_code);  // of a twin of its own
 void add_sensor(CLI::App& app, int& exit_code);
+void add_names(CLI::App& app, int& exit_code);  // for completion
 
 }  // namespace doppel::app

@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "doppel/core/names.h"
+#include "doppel/core/near_names.h"
 
 namespace doppel {
 namespace {
@@ -15,7 +15,7 @@ const Entry& find(const std::map<std::string, Entry>& entries, const std::string
   if (found != entries.end()) return found->second;
   std::vector<std::string> names;
   for (const auto& [known, entry] : entries) names.push_back(known);
-  throw ClientError(fmt::format("there is no {} {}{}", what, name, did_you_mean(name, names)));
+  throw ClientError(fmt::format("there is no {} {}{}", what, name, names_near(name, names)));
 }
 
 }  // namespace

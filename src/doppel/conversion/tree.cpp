@@ -1,6 +1,7 @@
 #include "doppel/conversion/tree.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <map>
@@ -60,11 +61,11 @@ std::string topic_of(const Joint& joint) {
   return joint.type == JointType::fixed ? "/tf_static" : "/tf";
 }
 
-std::string dot_document(const RobotDescription& robot, const std::string& body) {
+std::string dot_document(const std::string& name, const std::string& body) {
   return fmt::format(
       "digraph {} {{\n  node [shape=box, style=\"rounded\", fontname=\"Helvetica\"];\n"
       "  edge [fontname=\"Helvetica\", fontsize=10];\n{}}}\n",
-      dot_string(robot.name), body);
+      dot_string(name), body);
 }
 
 }  // namespace
@@ -137,7 +138,7 @@ std::string tree_dot(const RobotDescription& robot) {
     body += fmt::format("  {} -> {} [label={}];\n", dot_string(joint.parent), dot_string(joint.child),
                         dot_string(label));
   }
-  return dot_document(robot, body);
+  return dot_document(robot.name, body);
 }
 
 std::string frames_dot(const RobotDescription& robot) {
@@ -148,7 +149,19 @@ std::string frames_dot(const RobotDescription& robot) {
         fmt::format("  {} -> {} [label={}];\n", dot_string(node.joint->parent), dot_string(node.joint->child),
                     dot_string("Broadcaster: robot_state_publisher\n" + topic_of(*node.joint)));
   }
-  return dot_document(robot, body);
+  return dot_document(robot.name, body);
+}
+
+std::string tree_dot(const std::string& name, const std::vector<TreeCard>& cards) {
+  std::string body;
+  for (std::size_t i = 0; i < cards.size(); ++i) {
+    const TreeCard& card = cards[i];
+    body += fmt::format("  n{} [label={}];\n", i, dot_string(fmt::format("{}", fmt::join(card.node, "\n"))));
+    if (card.parent < 0) continue;
+    body += fmt::format("  n{} -> n{} [label={}];\n", card.parent, i,
+                        dot_string(fmt::format("{}", fmt::join(card.edge, "\n"))));
+  }
+  return dot_document(name, body);
 }
 
 }  // namespace doppel

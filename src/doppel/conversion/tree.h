@@ -34,4 +34,14 @@ DOPPEL_API std::string frames_dot(const RobotDescription& robot);
 DOPPEL_API Drawing tree_drawing(const RobotDescription& robot);
 DOPPEL_API Drawing frames_drawing(const RobotDescription& robot);
 
+// A node of any other tree, with what stands on the line from its parent: frames of a running twin, controllers.
+struct TreeCard {
+  std::vector<std::string> node;  // lines of text, the first one is its title
+  std::vector<std::string> edge;  // empty: an unlabelled line
+  Tone tone = Tone::fixed;        // of the line
+  int parent = -1;                // index of an earlier card; -1: a root
+};
+DOPPEL_API std::string tree_dot(const std::string& name, const std::vector<TreeCard>& cards);
+DOPPEL_API Drawing tree_drawing(const std::string& title, const std::vector<TreeCard>& cards);
+
 }  // namespace doppel

@@ -284,4 +284,16 @@ Drawing frames_drawing(const RobotDescription& robot) {
   return drawing_of(fmt::format("Frames of {}", robot.name), labels);
 }
 
+Drawing tree_drawing(const std::string& title, const std::vector<TreeCard>& cards) {
+  const auto lines = [](const std::vector<std::string>& texts) {
+    std::vector<Line> out;
+    for (const std::string& text : texts) out.push_back({text, out.empty()});
+    return out;
+  };
+  std::vector<Label> labels;
+  for (const TreeCard& card : cards)
+    labels.push_back({lines(card.node), lines(card.edge), card.tone, false, card.parent});
+  return drawing_of(title, labels);
+}
+
 }  // namespace doppel

@@ -22,8 +22,9 @@ namespace fs = std::filesystem;
                      "choose another name, or another folder with --in");
   }
   std::string remedy = "choose another folder with --in";
-  std::error_code none;
-  if (reason == ENOENT && !fs::exists(folder.parent_path(), none))
+  // A file system without new folders, as /proc, reports the same for a folder that exists.
+  std::error_code unknown;
+  if (reason == ENOENT && !fs::exists(folder.parent_path(), unknown))
     remedy = fmt::format("make the folder first: mkdir -p '{}'", folder.parent_path().string());
   if (reason == ENOSPC || reason == EDQUOT) remedy = "make room on the disk; nothing has been written";
   throw InputError("new.unwritable", make_location(shown_path(folder)),

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "doppel/core/names.h"
+#include "doppel/core/near_names.h"
 
 namespace doppel {
 namespace {
@@ -73,7 +74,7 @@ Status refusal(const Scene& scene, const std::string& name, const std::vector<st
   }
   const std::string& wrong = scope >= 0 ? parts[1] : parts.front();
   return Status::refused(fmt::format("there is no entity '{}'{}", name.substr(0, kMaxNameLength),
-                                     did_you_mean(wrong.substr(0, kMaxNameLength), names)));
+                                     names_near(wrong.substr(0, kMaxNameLength), names)));
 }
 
 }  // namespace

@@ -24,6 +24,7 @@ namespace {
 constexpr const char* kCommand = "joint_command";
 constexpr const char* kViewerLogOrigin = "joint_state_publisher";
 constexpr Duration kIdlePublishPeriod{100'000'000};  // between two publications while nothing moves
+constexpr double kClampSlack = 1e-6;                 // rad or m: a limit written with six digits
 constexpr std::size_t kMaxWarnings = 50;             // so that unknown names in commands cannot fill the log
 
 // A joint's position clamped to its limits; for a continuous joint, within one turn.
@@ -146,6 +147,14 @@ struct Viewer::Impl {
         continue;
       }
       const double position = allowed(*joint, command.position[i]);
+      if (joint->type != JointType::continuous && std::abs(position - command.position[i]) > kClampSlack) {
+        warn_once(
+            joint->name + " is inside its limits",
+            fmt::format(
+                "the position {:.6g} of '{}' is outside its limits {:.6g} to {:.6g} {}; clamped to {:.6g}",
+                command.position[i], joint->name, joint->lower, joint->upper,
+                joint->type == JointType::prismatic ? "m" : "rad", position));
+      }
       changed = changed || q[joint->q] != position;
       q[joint->q] = position;
     }

@@ -5,6 +5,7 @@
 
 #include "doppel/xacro/detail/expression_functions.h"
 #include "doppel/xacro/detail/xacro.h"
+#include "doppel/xacro/detail/xacro_yaml.h"
 
 namespace doppel::xacro {
 namespace {

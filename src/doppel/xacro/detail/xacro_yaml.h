@@ -21,4 +21,7 @@ std::optional<Value> parse_simple_yaml(std::string_view text);
 // Any YAML, by yaml-cpp. Throws InputError.
 Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where);
 
+// The same value with the entries of every dict as attributes too.
+Value dotted(const Value& value);
+
 }  // namespace doppel::xacro
