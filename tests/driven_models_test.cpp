@@ -380,6 +380,27 @@ constexpr const char* kBall =
     "name='c'><geometry><sphere>"
     "<radius>0.1</radius></sphere></geometry></collision></link></model>";
 
+// A part that no joint connects is added after the robot; its failure must neither end the twin nor leave half a model.
+TEST_F(DrivenModels, PartThatCannotBeAddedRemovesSpawnedModel) {
+  start(kBall);
+  WorldObject taken;
+  taken.name = "cart::loose";
+  taken.shape = Sphere{0.1};
+  taken.X_WO.translation() << 5, 5, 5;
+  taken.mass = 1;
+  CollisionMeshes meshes;
+  twin_->engine().spawn(make_instance(taken, meshes, diagnostics_));
+  twin_->between_steps();
+  std::string cart = vehicle("cart", 0, diff_drive());
+  cart.insert(cart.find("<plugin"), box_link("loose", "0 0 1 0 0 0", "0.1 0.1 0.1", 1));
+  const std::string said = spawn("cart", cart);
+  EXPECT_THAT(said, HasSubstr("success: false"));
+  EXPECT_THAT(said, HasSubstr("cart::loose"));
+  EXPECT_FALSE(twin_->engine().find("cart"));
+  EXPECT_TRUE(twin_->robots().empty());
+  run(0.1);
+}
+
 TEST_F(DrivenModels, WorldServicesCreateMoveAndRemove) {
   start(kBall);
   const std::string sdf = std::string("sdf: \"<sdf version='1.9'>") + kBall + "</sdf>\"";

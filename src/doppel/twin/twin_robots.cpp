@@ -137,11 +137,11 @@ Status Twin::Impl::remove_robot(const std::string& name_space) {
   TwinRobot* const robot = find(name_space);
   if (robot == nullptr) return Status::refused(fmt::format("there is no robot '{}'", name_space));
   if (name_space.empty() && !robot->machine().setup().from_plugins) {
-    return Status::refused(
-        fmt::format("'{}' has no namespace, so its nodes and topics are those of the twin itself, and it "
-                    "cannot be deleted; "
-                    "a robot that is started in a namespace can be: doppel up --robot TARGET:NAMESPACE",
-                    robot->name()));
+    return Status::refused(fmt::format(
+        "'{}' is the robot without a namespace, so its nodes and topics are those of the twin itself, "
+        "and it cannot be deleted; a robot that is started in a namespace can be: doppel up --robot "
+        "TARGET:NAMESPACE",
+        robot->name()));
   }
   const std::string name = robot->name();
   gone_hash = mixed(gone_hash, robot->state_hash());
