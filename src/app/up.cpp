@@ -9,6 +9,7 @@
 #include <condition_variable>
 #include <future>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "app/browser.h"
@@ -141,7 +142,17 @@ std::string controllers_text(const std::vector<ControllerView>& controllers) {
     out += fmt::format("{}{} ({})", out.empty() ? "" : ", ", controller.name,
                        doppel::to_string(controller.state));
   }
-  return out.empty() ? "none: the joints are passive" : out;
+  return out;
+}
+
+// Joints that a controller can command.
+std::size_t driven_joints(const TwinRobot& robot) {
+  std::set<std::string> joints;
+  for (const InterfaceView& command : robot.controller_manager().command_interfaces()) {
+    const std::string joint = command.full_name.substr(0, command.full_name.find_last_of('/'));
+    if (robot.model().find_joint(joint) >= 0) joints.insert(joint);
+  }
+  return joints.size();
 }
 
 void print_gravity(const TwinRobot& robot) {
@@ -161,13 +172,13 @@ void print_robot(TwinRobot& robot) {
   const Model& model = robot.model();
   print_stderr("{}{}: {} links, {} joints ({} driven), {:.1f} g\n", model.name,
                robot.name_space().empty() ? "" : fmt::format(" in /{}", robot.name_space()),
-               model.links.size(), model.joints.size(), model.driven_joint_names().size(),
-               model.total_mass * 1e3);
+               model.links.size(), model.joints.size(), driven_joints(robot), model.total_mass * 1e3);
 }
 
 void print_controllers(TwinRobot& robot) {
-  print_stderr("  controllers  {}\n               from {}\n",
-               controllers_text(robot.controller_manager().controllers()), robot.controllers_origin());
+  const std::string text = controllers_text(robot.controller_manager().controllers());
+  if (text.empty()) return print_stderr("  controllers  none: the joints are passive\n");
+  print_stderr("  controllers  {}\n               from {}\n", text, robot.controllers_origin());
 }
 
 void print_sensors(const Twin& twin) {
@@ -230,7 +241,14 @@ int report_end(Twin& twin, Summary summary, bool json) {
     summary.last = take_snapshot(twin);
   }
   for (const auto& robot : twin.robots()) {
-    summary.robots.push_back({robot->name(), robot->rest(), robot->state_hash()});
+    robot->conclude_rest();
+    Summary::Robot& of = summary.robots.emplace_back();
+    of.name = robot->name();
+    of.rest = robot->rest();
+    of.rest_reason = robot->rest_reason();
+    of.state_hash = robot->state_hash();
+    if (robot->machine().instance().floating())
+      of.X_WB = robot->instance().link_pose(robot->machine().instance().base_link());
     for (OscillationReport found : robot->oscillations()) {
       if (twin.robots().size() > 1) found.joint = robot->name() + "::" + found.joint;
       summary.oscillations.push_back(std::move(found));

@@ -91,6 +91,8 @@ class DOPPEL_API SimulatorServices : public Tickable {
 
   void apply_due(Time now);
   [[nodiscard]] double effort_on(int instance, int joint, Time now) const;
+  [[nodiscard]] std::string effort_text(int instance, int joint,
+                                        const gazebo_msgs::srv::ApplyJointEffort::Request& request) const;
   // Efforts on a joint are added; a wrench replaces the one on the same link or object.
   Status add_load(Load load, const builtin_interfaces::msg::Time& start,
                   const builtin_interfaces::msg::Duration& duration);
