@@ -88,6 +88,35 @@ TEST_F(TwinReloadTest, TrajectoryContinuesThroughEditOfLimitsAndInertia) {
   EXPECT_NEAR(joint("Revolute 3").q, 1.4, 0.01);
 }
 
+TEST_F(TwinReloadTest, EffortLimitBelowLoadIsReported) {
+  std::string warnings;
+  log_.add_sink([&](const LogLine& line) {
+    if (line.severity == Severity::warning) warnings += line.text + '\n';
+  });
+  run(0.6);
+  edit("urdf/omarm.xacro", "velocity=\"5.2\"", "velocity=\"4.4\"");
+  reload();
+  EXPECT_EQ(warnings.find("is below its load"), std::string::npos) << warnings;
+  ASSERT_FALSE(twin_->robot().gravity_sag().empty());
+  std::string text;
+  {
+    std::ifstream in(folder_ / "urdf/omarm.xacro");
+    text = {std::istreambuf_iterator<char>(in), {}};
+  }
+  for (std::size_t at = text.find("effort=\"3.5\""); at != std::string::npos;
+       at = text.find("effort=\"3.5\""))
+    text.replace(at, 12, "effort=\"0.01\"");
+  std::ofstream(folder_ / "urdf/omarm.xacro") << text;
+  reload();
+  EXPECT_NE(warnings.find("after the edit, the effort limit 0.01 N m of 'Revolute 3' is below its load"),
+            std::string::npos)
+      << warnings;
+  const std::string once = warnings;
+  edit("urdf/omarm.xacro", "velocity=\"4.4\"", "velocity=\"5.2\"");
+  reload();
+  EXPECT_EQ(warnings, once) << "it is reported again";
+}
+
 TEST_F(TwinReloadTest, LostLimitIsRefused) {
   send_trajectory();
   run(3.0);

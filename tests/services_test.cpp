@@ -193,6 +193,13 @@ TEST_F(TwinServicesTest, JointEffortEndsAfterDuration) {
   EXPECT_LT(std::abs(joint("Revolute 1").v), 0.05);  // friction has stopped it: the effort has ended
 }
 
+TEST_F(TwinServicesTest, EffortOnHeldJointNamesItsDrive) {
+  bring_up("omarm_one");
+  const std::string answer = call("/gazebo/apply_joint_effort", "gazebo_msgs/srv/ApplyJointEffort",
+                                  "{joint_name: 'Revolute 1', effort: 0.5, duration: {sec: 1}}");
+  EXPECT_NE(answer.find("its drive holds its position with up to 3.5 N m"), std::string::npos) << answer;
+}
+
 TEST_F(TwinServicesTest, UnknownNamesAreAnsweredWithNearest) {
   bring_up("omarm_one");
   const std::string answer = call("/gazebo/apply_joint_effort", "gazebo_msgs/srv/ApplyJointEffort",

@@ -43,6 +43,19 @@ Json rest_of(const std::optional<RestReport>& rest) {
           {"base_angular", number(rest->base_angular)}};
 }
 
+Json base_of(const Pose& X_WB) {
+  const Eigen::Vector3d p = X_WB.translation();
+  const Eigen::Quaterniond q(X_WB.linear());
+  return {{"xyz", {number(p.x()), number(p.y()), number(p.z())}},
+          {"quaternion_xyzw", {number(q.x()), number(q.y()), number(q.z()), number(q.w())}}};
+}
+
+void add_robot(const Summary::Robot& robot, Json& out) {
+  out["rest"] = rest_of(robot.rest);
+  if (!robot.rest_reason.empty()) out["rest_reason"] = robot.rest_reason;
+  if (robot.X_WB) out["base"] = base_of(*robot.X_WB);
+}
+
 }  // namespace
 
 Snapshot take_snapshot(Twin& twin) {
@@ -83,12 +96,16 @@ std::string to_json(const Summary& summary) {
   }
   out["state_hash"] = fmt::format("{:016x}", summary.state_hash);
   out["peak_rss_mb"] = peak_rss_mb();
-  // Null: it ended before, no controllers were to start, or the robot was commanded.
-  out["rest"] = summary.robots.empty() ? Json(nullptr) : rest_of(summary.robots.front().rest);
+  // Null: the robot was commanded, or there is none.
+  if (summary.robots.empty()) {
+    out["rest"] = nullptr;
+  } else {
+    add_robot(summary.robots.front(), out);
+  }
   if (summary.robots.size() > 1) {
     for (const Summary::Robot& robot : summary.robots) {
-      out["robots"][robot.name] = {{"rest", rest_of(robot.rest)},
-                                   {"state_hash", fmt::format("{:016x}", robot.state_hash)}};
+      add_robot(robot, out["robots"][robot.name]);
+      out["robots"][robot.name]["state_hash"] = fmt::format("{:016x}", robot.state_hash);
     }
   }
   out["oscillations"] = Json::array();

@@ -31,7 +31,9 @@ struct Summary {
   Snapshot last;
   struct Robot {
     std::string name;
-    std::optional<RestReport> rest;
+    std::optional<RestReport> rest = {};
+    std::string rest_reason = {};   // why there is none, or why it is not complete; empty: it is complete
+    std::optional<Pose> X_WB = {};  // the root of a floating robot in the world
     std::uint64_t state_hash = 0;
   };
   std::vector<Robot> robots;

@@ -10,6 +10,7 @@
 #include <condition_variable>
 #include <future>
 #include <mutex>
+#include <set>
 #include <thread>
 
 #include "app/browser.h"
@@ -149,6 +150,16 @@ std::string controllers_text(const std::vector<ControllerView>& controllers) {
   return out;
 }
 
+// Joints that a controller can command.
+std::size_t driven_joints(const TwinRobot& robot) {
+  std::set<std::string> joints;
+  for (const InterfaceView& command : robot.controller_manager().command_interfaces()) {
+    const std::string joint = command.full_name.substr(0, command.full_name.find_last_of('/'));
+    if (robot.model().find_joint(joint) >= 0) joints.insert(joint);
+  }
+  return joints.size();
+}
+
 // Loads beyond an effort limit, and with `verbose` every load that a drive yields to.
 void print_gravity(const TwinRobot& robot, bool verbose) {
   bool heading = false;
@@ -173,7 +184,7 @@ void print_robot(TwinRobot& robot) {
   print_stderr("{}{}: {}, {} ({} driven), {}\n", model.name,
                robot.name_space().empty() ? "" : fmt::format(" in /{}", robot.name_space()),
                counted(model.links.size(), "link"), counted(model.joints.size(), "joint"),
-               model.driven_joint_names().size(), mass);
+               driven_joints(robot), mass);
 }
 
 void print_controllers(TwinRobot& robot) {
@@ -278,7 +289,14 @@ int report_end(Twin& twin, Summary summary, bool json) {
     summary.last = take_snapshot(twin);
   }
   for (const auto& robot : twin.robots()) {
-    summary.robots.push_back({robot->name(), robot->rest(), robot->state_hash()});
+    robot->conclude_rest();
+    Summary::Robot& of = summary.robots.emplace_back();
+    of.name = robot->name();
+    of.rest = robot->rest();
+    of.rest_reason = robot->rest_reason();
+    of.state_hash = robot->state_hash();
+    if (robot->machine().instance().floating())
+      of.X_WB = robot->instance().link_pose(robot->machine().instance().base_link());
     for (OscillationReport found : robot->oscillations()) {
       if (twin.robots().size() > 1) found.joint = robot->name() + "::" + found.joint;
       summary.oscillations.push_back(std::move(found));

@@ -14,7 +14,7 @@ constexpr std::chrono::seconds kSpawnTimeout{60};  // a robot with large meshes 
 
 struct SpawnOptions {
   std::vector<std::string> words;  // TARGET and its name:=value
-  std::string name_space, place = "0,0,0";
+  std::string name, name_space, place = "0,0,0", base = "auto";
 };
 
 struct DeleteOptions {
@@ -29,6 +29,13 @@ int call_and_print(Client& twin, const std::string& service, const typename S::R
   return 0;
 }
 
+// The request has no field for the base, so the description carries it.
+std::string with_base(std::string xml, const std::string& base) {
+  const std::size_t end = xml.rfind("</robot>");
+  if (base == "auto" || end == std::string::npos) return xml;
+  return xml.insert(end, "<gazebo><doppel:base>" + base + "</doppel:base></gazebo>");
+}
+
 int spawn(Shell& shell, const SpawnOptions& options) {
   const geometry_msgs::msg::Pose place = to_pose_msg(parse_place(options.place, "--at"));
   DescriptionTarget target = open_target(options.words);
@@ -39,9 +46,11 @@ int spawn(Shell& shell, const SpawnOptions& options) {
   const LoadedDescription loaded = load_target(target);
   using gazebo_msgs::srv::SpawnEntity;
   SpawnEntity::Request request;
-  request.name = options.name_space.empty() ? loaded.robot.name : options.name_space;
-  request.robot_namespace = request.name;
-  request.xml = loaded.robot.xml;
+  request.name = !options.name.empty()         ? options.name
+                 : !options.name_space.empty() ? options.name_space
+                                               : loaded.robot.name;
+  request.robot_namespace = options.name_space.empty() ? request.name : options.name_space;
+  request.xml = with_base(loaded.robot.xml, options.base);
   request.initial_pose = place;
   return call_and_print<SpawnEntity>(shell.twin(), "/spawn_entity", request);
 }
@@ -57,12 +66,20 @@ int delete_entity(Shell& shell, const DeleteOptions& options) {
 
 void add_spawn(CLI::App& app, int& exit_code) {
   add_verb<SpawnOptions>(
-      app, "spawn", "Spawn a robot with its controllers in a running twin",
+      app, "spawn",
+      "Spawn a robot with its controllers, or an object (a description without moving joints), in a running "
+      "twin",
       "doppel spawn omarm_one --ns right --at 0.8,0,0,0,0,3.14159", exit_code,
       [](CLI::App& verb, SpawnOptions& options) {
         add_target(verb, options.words);
         verb.add_option("--ns", options.name_space,
-                        "Namespace, also its name in the world (default: the name in the description)");
+                        "Namespace of a robot, also its name in the world (default: the name)");
+        verb.add_option("--name", options.name,
+                        "Name in the world (default: the namespace, or the name in the description)");
+        verb.add_option(
+                "--base", options.base,
+                "fixed to the world, floating, or auto: an object with a mass floats, a robot as with up")
+            ->check(CLI::IsMember({"auto", "fixed", "floating"}));
         verb.add_option("--at", options.place, "Pose of its root link: x,y,z[,roll,pitch,yaw], m and rad")
             ->capture_default_str();
       },

@@ -371,6 +371,9 @@ void ControllerManager::model_changed(const Model& model) {
 Duration ControllerManager::period() const {
   return impl_->period;
 }
+void ControllerManager::set_soft_limits(std::vector<SoftLimits> limits) {
+  impl_->limiter.set_soft_limits(std::move(limits));
+}
 void ControllerManager::tick(Time now) {
   impl_->tick(now);
 }

@@ -13,6 +13,7 @@
 #include "doppel/bus/parameter_file.h"
 #include "doppel/control/controller.h"
 #include "doppel/control/hardware.h"
+#include "doppel/control/soft_limits.h"
 #include "doppel/export.h"
 
 namespace doppel {
@@ -119,6 +120,8 @@ class DOPPEL_API ControllerManager {
   // Between steps: replaces the model by another one with the same joints. Controllers, claims and
   // trajectories continue under the new limits.
   void model_changed(const Model& model);
+  // Between steps: the soft limits of joints, in place of the former ones.
+  void set_soft_limits(std::vector<SoftLimits> limits);
 
   // The emergency stop, latched until it is reset: hardware brings its joints to rest and holds them,
   // regardless of commands; commanding controllers are deactivated and none can be activated. A reset

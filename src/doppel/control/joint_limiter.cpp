@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <numbers>
+#include <utility>
 
 #include "doppel/control/nan.h"
 
@@ -22,6 +23,23 @@ bool beyond(double asked, double limit) {
   return std::abs(asked) > limit + kSlack * std::max(1.0, limit);
 }
 
+struct Bounds {
+  double lower = -kInfinity, upper = kInfinity;
+};
+
+// Of positions: the limits, or the soft ones inside them.
+Bounds range_of(const ModelJoint& joint, const SoftLimits* soft) {
+  if (soft == nullptr || !soft->bounds_position()) return {joint.lower, joint.upper};
+  return {soft->lower, soft->upper};
+}
+
+// Of velocities at a position.
+Bounds soft_velocities(const ModelJoint& joint, const SoftLimits& soft, double position) {
+  if (!soft.bounds_position() || soft.k_position <= 0) return {-joint.velocity, joint.velocity};
+  return {std::clamp(-soft.k_position * (position - soft.lower), -joint.velocity, joint.velocity),
+          std::clamp(-soft.k_position * (position - soft.upper), -joint.velocity, joint.velocity)};
+}
+
 }  // namespace
 
 const ModelJoint* JointLimiter::find_joint(const std::string& name) const {
@@ -33,6 +51,19 @@ const ModelJoint* JointLimiter::find_joint(const std::string& name) const {
 void JointLimiter::model_changed(const Model& model) {
   model_ = &model;
   for (Entry& entry : entries_) entry.joint = find_joint(entry.joint_name);
+}
+
+const SoftLimits* JointLimiter::find_soft(const std::string& name) const {
+  const auto found = std::ranges::find(soft_, name, &SoftLimits::joint);
+  return found == soft_.end() ? nullptr : &*found;
+}
+
+void JointLimiter::set_soft_limits(std::vector<SoftLimits> limits) {
+  soft_ = std::move(limits);
+  for (Entry& entry : entries_) {
+    entry.soft = find_soft(entry.joint_name);
+    entry.episodes[kSoftRange] = {};  // its report would name the former limits
+  }
 }
 
 void JointLimiter::add(ResourceTable& table, std::size_t command) {
@@ -48,6 +79,9 @@ void JointLimiter::add(ResourceTable& table, std::size_t command) {
   entry.joint = find_joint(entry.joint_name);
   if (const auto state = table.find_state(description.prefix + "/" + kPosition))
     entry.position = &table.state(*state);
+  if (const auto state = table.find_state(description.prefix + "/" + kVelocity))
+    entry.velocity = &table.state(*state);
+  entry.soft = find_soft(entry.joint_name);
   entry.last_asked = entry.last_applied = kNaN;
   entries_.push_back(std::move(entry));
 }
@@ -98,7 +132,7 @@ void JointLimiter::apply(Entry& entry, Time now, double dt) const {
         value = limit_velocity(entry, asked, now, dt);
         break;
       case Quantity::effort:
-        value = limit_magnitude(entry, asked, entry.joint->effort, now);
+        value = limit_effort(entry, asked, now);
         break;
       case Quantity::other:
         break;
@@ -111,11 +145,14 @@ void JointLimiter::apply(Entry& entry, Time now, double dt) const {
 
 double JointLimiter::limit_position(Entry& entry, double asked, Time now, double dt) {
   const ModelJoint& joint = *entry.joint;
-  const double inside = std::clamp(asked, joint.lower, joint.upper);
+  const Bounds range = range_of(joint, entry.soft);
+  const double inside = std::clamp(asked, range.lower, range.upper);
+  const double hard = std::clamp(asked, joint.lower, joint.upper);
   // A trajectory begins where the joint is; under load that is a little outside of a limit on which it rests.
   const double measured = entry.position != nullptr ? *entry.position : inside;
   const bool joint_is_there = asked > inside ? asked <= measured + kSlack : asked >= measured - kSlack;
-  if (std::abs(inside - asked) > kSlack && !joint_is_there) note(entry.episodes[kRange], asked, now);
+  if (std::abs(hard - asked) > kSlack && !joint_is_there) note(entry.episodes[kRange], asked, now);
+  if (std::abs(inside - hard) > kSlack) note(entry.episodes[kSoftRange], asked, now);
   double from = std::isfinite(entry.last_applied) ? entry.last_applied
                 : entry.position != nullptr       ? *entry.position
                                                   : inside;
@@ -124,7 +161,13 @@ double JointLimiter::limit_position(Entry& entry, double asked, Time now, double
     from = inside - std::remainder(inside - from, 2.0 * std::numbers::pi);
     before = asked - std::remainder(asked - before, 2.0 * std::numbers::pi);
   }
-  const double most = joint.velocity * dt;
+  double speed = joint.velocity;
+  if (entry.soft != nullptr && entry.soft->bounds_position() && entry.soft->k_position > 0) {
+    const double distance = inside > from ? entry.soft->upper - from : from - entry.soft->lower;
+    // At the soft limit itself the way is over; a joint outside returns at its velocity limit.
+    if (distance > 0) speed = std::min(speed, entry.soft->k_position * distance);
+  }
+  const double most = speed * dt;
   if (!std::isfinite(most) || std::abs(inside - from) <= most) return inside;
   // The commanded velocity is the change of the command over its controller's period; in later ticks the
   // joint only catches up with the command, which is no violation.
@@ -140,10 +183,30 @@ double JointLimiter::limit_position(Entry& entry, double asked, Time now, double
 double JointLimiter::limit_velocity(Entry& entry, double asked, Time now, double dt) {
   const double value = limit_magnitude(entry, asked, entry.joint->velocity, now);
   if (entry.position == nullptr) return value;
-  const double lowest = std::min(0.0, (entry.joint->lower - *entry.position) / dt);
-  const double highest = std::max(0.0, (entry.joint->upper - *entry.position) / dt);
+  const Bounds range = range_of(*entry.joint, entry.soft);
+  double lowest = std::min(0.0, (range.lower - *entry.position) / dt);
+  double highest = std::max(0.0, (range.upper - *entry.position) / dt);
+  if (entry.soft != nullptr) {
+    const Bounds soft = soft_velocities(*entry.joint, *entry.soft, *entry.position);
+    lowest = std::max(lowest, std::min(0.0, soft.lower));
+    highest = std::min(highest, std::max(0.0, soft.upper));
+  }
   const double held = std::clamp(value, lowest, highest);
   if (std::abs(held - value) > kSlack) note(entry.episodes[kPastLimit], value, now);
+  return held;
+}
+
+double JointLimiter::limit_effort(Entry& entry, double asked, Time now) {
+  const double value = limit_magnitude(entry, asked, entry.joint->effort, now);
+  if (entry.soft == nullptr || entry.soft->k_velocity <= 0 || entry.velocity == nullptr ||
+      entry.position == nullptr)
+    return value;
+  const double v = *entry.velocity, most = entry.joint->effort;
+  const Bounds allowed = soft_velocities(*entry.joint, *entry.soft, *entry.position);
+  const double lower = std::clamp(-entry.soft->k_velocity * (v - allowed.lower), -most, most);
+  const double upper = std::clamp(-entry.soft->k_velocity * (v - allowed.upper), -most, most);
+  const double held = std::clamp(value, lower, upper);
+  if (std::abs(held - value) > kSlack) note(entry.episodes[kSoftRange], value, now);
   return held;
 }
 
@@ -178,12 +241,24 @@ std::string JointLimiter::sentence(const Entry& entry, Kind kind) {
       return fmt::format(
           "{}: command {:.4g} {} is outside the limits {:.4g} to {:.4g} {}; clamped to the limit", joint.name,
           asked, length, joint.lower, joint.upper, length);
+    case kSoftRange:
+      if (entry.quantity == Quantity::effort)
+        return fmt::format(
+            "{}: command {:.4g} {} is reduced by the k_velocity of its <safety_controller>, which brakes the "
+            "joint at its velocity limit and soft limits",
+            joint.name, asked, linear ? "N" : "N m");
+      return fmt::format(
+          "{}: command {:.4g} {} is outside the soft limits {:.4g} to {:.4g} {} of its <safety_controller>; "
+          "clamped to the soft limit",
+          joint.name, asked, length, entry.soft->lower, entry.soft->upper, length);
     case kRate:
       return fmt::format("{}: command {:.4g} {}/s is above the limit {:.4g} {}/s; clamped to the limit",
                          joint.name, asked, length, joint.velocity, length);
-    case kPastLimit:
+    case kPastLimit: {
+      const Bounds range = range_of(joint, entry.soft);
       return fmt::format("{}: command {:.4g} {}/s at the end of the range {:.4g} to {:.4g} {}; held there",
-                         joint.name, asked, length, joint.lower, joint.upper, length);
+                         joint.name, asked, length, range.lower, range.upper, length);
+    }
     default:
       break;
   }

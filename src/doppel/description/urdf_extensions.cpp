@@ -247,6 +247,10 @@ Transmission read_transmission(const XmlNode& node, Diagnostics& diagnostics) {
       element.mechanical_reduction = read.number_inside(*reduction);
     (child.is("joint") ? out.joints : out.actuators).push_back(std::move(element));
   }
+  // PR2's form: the reduction of its only joint is beside it.
+  const XmlNode* const reduction = node.first("mechanicalReduction");
+  if (reduction != nullptr && !out.joints.empty() && !out.joints.front().mechanical_reduction)
+    out.joints.front().mechanical_reduction = read.number_inside(*reduction);
   return out;
 }
 

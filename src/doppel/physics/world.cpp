@@ -129,7 +129,10 @@ class WorldReader {
     world.name = std::filesystem::path(*file_).stem().string();
     if (root["name"]) world.name = text(root["name"], "name");
     if (root["gravity"]) world.gravity = vector<3>(root["gravity"], "gravity");
-    if (root["step"]) world.step = step(root["step"]);
+    if (root["step"]) {
+      world.step = step(root["step"]);
+      world.step_is_given = true;
+    }
     if (root["integrator"]) world.integrator = integrator(root["integrator"]);
     if (root["ground"]) read_ground(root["ground"], world);
     if (root["friction_rule"]) {

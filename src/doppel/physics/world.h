@@ -58,6 +58,7 @@ struct WorldSettings {
   std::string name = "empty";
   Eigen::Vector3d gravity{0, 0, -9.81};  // m/s^2, world axes
   Duration step{1'000'000};              // 1 ms
+  bool step_is_given = false;            // by the file; else it may follow the rates of controllers
   Integrator integrator = Integrator::euler;
   bool ground = true;                             // an infinite plane at z = 0
   double ground_friction = 0.8;                   // Coulomb

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "doppel/core/names.h"
 #include "doppel/description/urdf_writer.h"
@@ -15,9 +16,12 @@
 namespace doppel {
 namespace {
 
-const char* root_name(const Model& model) {
-  const bool floats = !model.joints.empty() && model.joints.front().type == JointType::floating;
-  return model.links[floats ? 1 : 0].name.c_str();
+constexpr double kMinAirHeight = 0.01;  // m between the ground and a robot that nothing carries
+
+// Below the floating joint that a floating base is compiled with; a floating joint of the description has its own
+// parent, which is the root.
+const char* root_name(const Model& model, BaseKind base) {
+  return model.links[base == BaseKind::floating ? 1 : 0].name.c_str();
 }
 
 // The choices made on the user's behalf, with the height of a floating root.
@@ -29,14 +33,14 @@ void report_base(const RobotDescription& robot, const Instance& instance, const 
     diagnostics.note(
         "up.base_floating", robot.source,
         fmt::format("the base is floating because {}; it is placed on the ground, with '{}' at z = {:.3f} m",
-                    choice.reason, root_name(model), instance.link_pose(1).translation().z()),
+                    choice.reason, root_name(model, choice.kind), instance.link_pose(1).translation().z()),
         "--base fixed fixes it at the origin of the world");
     return;
   }
-  diagnostics.note(
-      "up.base_fixed", robot.source,
-      fmt::format("the root link '{}' is fixed to the world: {}", root_name(model), choice.reason),
-      "--base floating lets it move freely");
+  diagnostics.note("up.base_fixed", robot.source,
+                   fmt::format("the root link '{}' is fixed to the world: {}", root_name(model, choice.kind),
+                               choice.reason),
+                   "--base floating lets it move freely");
 }
 
 void report_wheels(const RobotDescription& robot, const Instance& instance, Diagnostics& diagnostics) {
@@ -56,6 +60,51 @@ void report_weightless(const RobotDescription& robot, const Model& model, Diagno
       "up.gravity_off", robot.find_link(names.front())->source,
       fmt::format("<gazebo> turns gravity off for '{}'{}: mass and inertia are kept", names.front(),
                   names.size() > 1 ? fmt::format(" and {} more links", names.size() - 1) : ""));
+}
+
+// Joints are driven directly: what a transmission says of gears and actuators is not simulated.
+void report_transmissions(const RobotDescription& robot, Diagnostics& diagnostics) {
+  for (const Transmission& transmission : robot.transmissions) {
+    const bool simple = transmission.type.empty() ||
+                        transmission.type == "transmission_interface/SimpleTransmission" ||
+                        transmission.type == "SimpleTransmission";
+    std::vector<std::string> ignored;
+    if (!simple) ignored.push_back(fmt::format("the type '{}'", transmission.type));
+    for (const auto* elements : {&transmission.joints, &transmission.actuators}) {
+      for (const Transmission::Element& element : *elements) {
+        if (element.mechanical_reduction && *element.mechanical_reduction != 1.0)
+          ignored.push_back(
+              fmt::format("mechanicalReduction {:g} of '{}'", *element.mechanical_reduction, element.name));
+      }
+    }
+    if (ignored.empty()) continue;
+    diagnostics.note(
+        "up.transmission", transmission.source,
+        fmt::format("{} in the transmission '{}' {} no effect: commands, states and limits are those of the "
+                    "joint, not of the actuator",
+                    fmt::join(ignored, ", "), transmission.name, ignored.size() == 1 ? "has" : "have"));
+  }
+}
+
+// An arm that a pose puts into the air, where nothing carries it.
+void report_height(const CompiledRobot& robot, const Instance& instance, Diagnostics& diagnostics) {
+  const ModelInstance& made = robot.instance();
+  const CompiledWorld& world = instance.engine().world();
+  if (made.floating() || !world.settings().ground || !(made.X_WR.translation().z() > kMinAirHeight)) return;
+  if (std::ranges::any_of(world.instances(), [](const ModelInstance& one) { return one.is_object(); }))
+    return;
+  double lowest = kInfinity;
+  for (std::size_t link = 0; link < made.shapes.size(); ++link) {
+    for (const CollisionShape& shape : made.shapes[link])
+      lowest = std::min(lowest, lowest_point(shape, instance.link_pose(static_cast<int>(link)) * shape.X_LS));
+  }
+  if (!(lowest > kMinAirHeight) || !std::isfinite(lowest)) return;
+  diagnostics.note(
+      "up.stands_in_air", robot.asked().source.known() ? robot.asked().source : robot.description().source,
+      fmt::format("'{}' is fixed with its lowest point {:.3g} m above the ground, and the world has nothing "
+                  "that carries it",
+                  robot.description().name, lowest),
+      "add a table or a pedestal to the world file, or set the z of the robot's pose to 0");
 }
 
 // Values of Gazebo's contacts for which the engine has its own.
@@ -272,6 +321,8 @@ void CompiledRobot::report_choices(const Instance& instance, Diagnostics& diagno
   report_wheels(description(), instance, diagnostics);
   report_weightless(description(), model(), diagnostics);
   report_contact_values(description(), diagnostics);
+  report_transmissions(description(), diagnostics);
+  report_height(*this, instance, diagnostics);
   hardware_ = hardware_of(*setup_, model(), diagnostics);
   report_rotors(description(), model(), servos(), hardware_, diagnostics);
 }

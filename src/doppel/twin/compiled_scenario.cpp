@@ -9,9 +9,11 @@
 #include <stdexcept>
 
 #include "doppel/bus/name_rules.h"
+#include "doppel/control/rates.h"
 #include "doppel/core/names.h"
 #include "doppel/description/plugin_values.h"
 #include "doppel/physics/engine_modules.h"
+#include "doppel/target/controllers_file.h"
 #include "doppel/twin/detail/model_plugins.h"
 #include "doppel/twin/robot_names.h"
 
@@ -185,6 +187,7 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
     std::ranges::copy_if(running->now, std::back_inserter(robots),
                          [](const auto& robot) { return robot->from_text(); });
   }
+  choose_step(diagnostics);
   std::vector<ModelInstance> instances;
   for (const auto& robot : robots) instances.push_back(robot->instance());
   const std::size_t robot_count = instances.size();
@@ -214,6 +217,32 @@ std::vector<SdfModel> CompiledScenario::read_world(const Scenario& scenario, Dia
   earth = read.earth;
   included = std::move(read.files);
   return std::move(read.models);
+}
+
+void CompiledScenario::choose_step(Diagnostics& diagnostics) {
+  if (world.step_is_given) return;
+  std::vector<double> rates;
+  const ControllersFile* uneven = nullptr;
+  std::vector<ControllersFile> files;
+  files.reserve(robots.size());
+  for (const auto& robot : robots) {
+    const ControllersFile& file = files.emplace_back(controllers_in(robot->setup().controllers));
+    if (!(file.update_rate > 0)) continue;
+    rates.push_back(file.update_rate);
+    const bool divides =
+        !differs(file.update_rate, rate_of(world.step * steps_per_period(file.update_rate, world.step)));
+    if (!divides && uneven == nullptr) uneven = &file;
+  }
+  if (uneven == nullptr) return;
+  const std::optional<Duration> step = step_for_rates(rates, world.step);
+  if (!step) return;  // each controller manager reports its rounded rate
+  diagnostics.note(
+      "control.step_chosen", uneven->rate_where,
+      fmt::format(
+          "the physics step is {:.9g} ms instead of {:g} ms, so that controllers run at their {:g} Hz",
+          to_seconds(*step) * 1e3, to_seconds(world.step) * 1e3, uneven->update_rate),
+      "`step:` in a world file sets another one");
+  world.step = *step;
 }
 
 // Models whose plugins drive them are robots of the world.

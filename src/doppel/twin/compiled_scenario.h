@@ -50,6 +50,8 @@ struct DOPPEL_API CompiledScenario {
 
  private:
   std::vector<SdfModel> read_world(const Scenario& scenario, Diagnostics& diagnostics);
+  // Without a step of the world's own, the one that the controllers' rates need.
+  void choose_step(Diagnostics& diagnostics);
   void find_driven(const std::vector<SdfModel>& models, const Scenario& scenario, Diagnostics& diagnostics);
 };
 

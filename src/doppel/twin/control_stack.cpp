@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <set>
 
 #include "doppel/control/joint_list.h"
@@ -122,12 +124,17 @@ Duration period_in_steps(double rate, Duration step, const SourceLocation& where
   const int steps = steps_per_period(rate, step);
   const Duration period = step * steps;
   if (differs(rate, rate_of(period))) {
+    const std::optional<Duration> suggested_step = step_for_rates(std::array{rate}, step);
     diagnostics.warning(
         "control.rate_rounded", where,
         fmt::format("{:g} Hz does not divide the physics rate of {:g} Hz; the controller "
                     "manager runs every {} step{}, at {:g} Hz",
                     rate, rate_of(step), steps, steps == 1 ? "" : "s", rate_of(period)),
-        fmt::format("choose a rate that divides {:g}, or another physics step", rate_of(step)));
+        suggested_step
+            ? fmt::format("write `step: {:.9f}` in the world file, or choose a rate that divides "
+                          "{:g}",
+                          to_seconds(*suggested_step), rate_of(step))
+            : fmt::format("choose a rate that divides {:g}, or another physics step", rate_of(step)));
   }
   return period;
 }
@@ -152,6 +159,7 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
   of_manager.enforce_limits = options.enforce_limits;
   manager_ = std::make_unique<ControllerManager>(bus, *model_, options.controllers, &controllers_, of_manager,
                                                  log, diagnostics);
+  manager_->set_soft_limits(soft_limits_of(machine.description(), *model_, diagnostics));
   add_hardware(machine, instance, options, diagnostics);
   diagnostics.throw_if_errors();
   if (options.former != nullptr) resume_sensors(*options.former);
@@ -373,6 +381,8 @@ ControllerSelection ControlStack::present_selection() const {
 
 void ControlStack::take_over(const CompiledRobot& machine, Instance now) {
   manager_->model_changed(machine.model());
+  Diagnostics reported_before;  // when the machine was prepared
+  manager_->set_soft_limits(soft_limits_of(machine.description(), machine.model(), reported_before));
   model_ = machine.shared_model();  // the former one is freed with its last user
   rebind(now);
   unbound_.clear();

@@ -153,8 +153,9 @@ std::string spawned_divergence(const Engine& engine) {
 }
 
 void EntityServices::spawn(Spawned what, const SpawnDone& done) {
-  if (const std::string robot = robot_in_xml(what.xml); !robot.empty()) return spawn_urdf(what, robot, done);
   try {
+    if (const std::string robot = robot_in_xml(what.xml); !robot.empty())
+      return spawn_urdf(what, robot, done);
     spawn_entity(what, done);
   } catch (const InputError& refused) {
     done(Status::refused(joined(refused.diagnostics())), "");
@@ -220,6 +221,7 @@ void EntityServices::spawn_urdf(const Spawned& what, const std::string& robot, c
   }
   if (wanted.name_space.starts_with('/')) wanted.name_space.erase(0, 1);
   wanted.name_space = free_name(wanted.name_space, what.rename);
+  wanted.base = base_in_xml(what.xml);
   Status status = near_enough(what.X_WE);
   if (status) status = check_name(wanted.name_space);
   if (!status) return done(status, "");

@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <memory>
 #include <numbers>
 #include <sstream>
+#include <utility>
 
 #include "doppel/core/names.h"
+#include "doppel/description/load.h"
 #include "doppel/description/urdf_reader.h"
 #include "doppel/math/pose.h"
 #include "doppel/physics/size_limits.h"
@@ -337,6 +340,79 @@ class UrdfEntityReader : private Reader {
   UrdfReader from_{attributes_};
 };
 
+bool is_rigid(const XmlNode& joint) {
+  return UrdfReader::optional(joint, "type") == "fixed" && joint.first("parent") != nullptr &&
+         joint.first("child") != nullptr;
+}
+
+// A URDF of which every part is simulated: with the <inertia> of its author, or of several links that fixed joints
+// connect.
+bool is_whole_body(const XmlNode& robot) {
+  std::size_t links = 0;
+  bool has_inertia = false;
+  for (const XmlNode& child : robot.children) {
+    if (child.is("joint") && !is_rigid(child)) return false;
+    if (!child.is("link")) continue;
+    ++links;
+    const XmlNode* const inertial = child.first("inertial");
+    has_inertia = has_inertia || (inertial != nullptr && inertial->first("inertia") != nullptr);
+  }
+  return links > 1 || has_inertia;
+}
+
+// The value of <gazebo><doppel:base>.
+const XmlNode* base_node(const XmlNode& robot) {
+  for (const XmlNode& child : robot.children) {
+    if (!child.is("gazebo")) continue;
+    if (const XmlNode* const base = child.first("doppel:base")) return base;
+  }
+  return nullptr;
+}
+
+std::optional<BaseKind> base_of(const XmlNode& robot) {
+  const XmlNode* const node = base_node(robot);
+  if (node == nullptr) return std::nullopt;
+  const std::string text = node->content();
+  if (text == "fixed") return BaseKind::fixed;
+  if (text == "floating") return BaseKind::floating;
+  throw InputError(kInvalid, node->where,
+                   fmt::format("<doppel:base> is '{}'; it can be fixed or floating", text.substr(0, 40)));
+}
+
+EntityText read_body(const XmlNode& root, const std::string& xml, const MeshFinder& find_mesh,
+                     Diagnostics& notes) {
+  PackageResolver nowhere;
+  Diagnostics said;
+  auto robot = std::make_shared<RobotDescription>(parse_urdf(xml, "xml", nowhere, said));
+  for (const Diagnostic& one : said.all()) {
+    if (one.severity == Severity::error) throw InputError(said.all());
+    if (!one.rule.starts_with("mesh.") && !one.rule.starts_with("package.")) notes.add(one);
+  }
+  // Only the files that a client may read.
+  const auto find = [&](Geometry& geometry) {
+    if (auto* const mesh = std::get_if<MeshGeometry>(&geometry)) mesh->path = find_mesh(mesh->uri).string();
+  };
+  bool has_mass = false;
+  for (Link& link : robot->links) {
+    for (Collision& collision : link.collisions) find(collision.geometry);
+    for (Visual& visual : link.visuals) {
+      find(visual.geometry);
+      if (visual.material) visual.material->texture_path.clear();
+    }
+    has_mass = has_mass || (link.inertial && link.inertial->mass > 0);
+  }
+  SdfModel model;
+  model.name = robot->name;
+  const bool stands = robot->find_link("world") != nullptr || !has_mass;
+  model.base = base_of(root).value_or(stands ? BaseKind::fixed : BaseKind::floating);
+  model.is_static = model.base == BaseKind::fixed;
+  model.source = root.where;
+  model.description = std::move(robot);
+  ModelCheck(find_mesh, notes).check(model);
+  const std::string name = model.name;
+  return {name, std::vector<SdfModel>{std::move(model)}};
+}
+
 }  // namespace
 
 EntityText read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, Diagnostics& notes) {
@@ -345,6 +421,7 @@ EntityText read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, Di
                      fmt::format("the xml has {} bytes; at most {} are read", xml.size(), kMaxTextBytes));
   const XmlNode root = parse_xml(xml, "xml");
   if (root.is("sdf")) return read_sdf(std::string(xml), find_mesh, notes);
+  if (root.is("robot") && is_whole_body(root)) return read_body(root, std::string(xml), find_mesh, notes);
   if (root.is("robot")) {
     WorldObject object = UrdfEntityReader(find_mesh, notes).read(root);
     return {object.name, object};
@@ -373,13 +450,24 @@ std::vector<ModelInstance> instances_of(const EntityText& entity, const std::str
   return out;
 }
 
+std::optional<BaseKind> base_in_xml(std::string_view xml) {
+  const XmlNode root = parse_xml(xml, "xml");
+  return root.is("robot") ? base_of(root) : std::nullopt;
+}
+
 std::string robot_in_xml(std::string_view xml) {
   if (xml.size() > kMaxTextBytes) return "";
   try {
     const XmlNode root = parse_xml(xml, "xml");
+    const auto moves = [](const XmlNode& child) {
+      const bool acts =
+          child.is("gazebo") && (child.first("plugin") != nullptr || child.first("sensor") != nullptr);
+      return child.is("ros2_control") || acts || (child.is("joint") && !is_rigid(child));
+    };
     const auto links =
         std::ranges::count_if(root.children, [](const XmlNode& child) { return child.is("link"); });
-    if (!root.is("robot") || (links < 2 && root.first("ros2_control") == nullptr)) return "";
+    const bool driven = root.first("ros2_control") != nullptr;
+    if (!root.is("robot") || (links < 2 && !driven) || std::ranges::none_of(root.children, moves)) return "";
     const std::string name = UrdfReader::optional(root, "name");
     return name.empty() ? "robot" : name;
   } catch (const InputError&) {

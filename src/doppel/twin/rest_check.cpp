@@ -23,7 +23,21 @@ std::string contact_of(BodyId body, const CompiledWorld& world, const std::vecto
   return "";
 }
 
-std::string cause_of(int index, const Instance& robot, const std::vector<Contact>& contacts) {
+// A joint that <ros2_control> leaves out, while it drives others.
+bool has_no_command(const RobotDescription& robot, const std::string& joint) {
+  bool drives = false;
+  for (const HardwareDescription& hardware : robot.hardware) {
+    for (const HardwareJointDescription& entry : hardware.joints) {
+      if (entry.command_interfaces.empty()) continue;
+      if (entry.name == joint) return false;
+      drives = true;
+    }
+  }
+  return drives;
+}
+
+std::string cause_of(int index, const RobotDescription& description, const Instance& robot,
+                     const std::vector<Contact>& contacts) {
   const Model& model = robot.model();
   const ModelJoint& joint = model.joints[static_cast<std::size_t>(index)];
   if (joint.mimics()) {
@@ -32,6 +46,8 @@ std::string cause_of(int index, const Instance& robot, const std::vector<Contact
                        q >= joint.upper || q <= joint.lower ? " and is at its own limit" : "");
   }
   const DriveMode mode = robot.drive(index);
+  if (mode == DriveMode::passive && has_no_command(description, joint.name))
+    return "it has no command interface in <ros2_control>";
   if (mode == DriveMode::passive) return "no active controller commands it";
   if (mode == DriveMode::effort) {
     return robot.drive_target(index) == 0 ? "its controller commands no effort"
@@ -114,7 +130,7 @@ std::vector<UnsettledJoint> find_unsettled_joints(const RobotDescription& robot,
     if (out.empty()) instance.engine().contacts(contacts);  // costs a solution of all constraints
     const Joint* source = robot.find_joint(joint.name);
     out.push_back({joint.name, model.links[static_cast<std::size_t>(joint.child_link)].name, q, v, beyond,
-                   strayed, cause_of(static_cast<int>(j), instance, contacts),
+                   strayed, cause_of(static_cast<int>(j), robot, instance, contacts),
                    source != nullptr ? source->source : SourceLocation{}});
   }
   return out;
@@ -141,10 +157,20 @@ bool RestCheck::commanded(const Instance& instance, const FollowedPosition& foll
 
 bool RestCheck::look(const RobotDescription& robot, const Instance& instance,
                      const FollowedPosition& followed) {
-  const Engine& engine = instance.engine();
-  if (looked_ || engine.time() < begin_ + kRestTime) return false;
+  if (looked_ || instance.engine().time() < begin_ + kRestTime) return false;
+  conclude(robot, instance, followed);
+  return true;
+}
+
+void RestCheck::conclude(const RobotDescription& robot, const Instance& instance,
+                         const FollowedPosition& followed) {
+  if (looked_) return;
   looked_ = true;
-  if (instance.q().size() != q0_.size() || commanded(instance, followed)) return true;
+  if (instance.q().size() == q0_.size() && !commanded(instance, followed)) make_report(robot, instance);
+}
+
+void RestCheck::make_report(const RobotDescription& robot, const Instance& instance) {
+  const Engine& engine = instance.engine();
   const Model& model = instance.model();
   RestReport& report = report_.emplace();
   report.at = engine.time();
@@ -169,7 +195,6 @@ bool RestCheck::look(const RobotDescription& robot, const Instance& instance,
                                                     : "it falls because it touches nothing");
     }
   }
-  return true;
 }
 
 }  // namespace doppel

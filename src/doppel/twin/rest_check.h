@@ -59,11 +59,18 @@ class DOPPEL_API RestCheck {
   // Between steps. True once, when kRestTime has passed and report() is set; a robot that was commanded
   // before gets no report.
   bool look(const RobotDescription& robot, const Instance& instance, const FollowedPosition& followed = {});
+  // The same at once, if it has not looked yet.
+  void conclude(const RobotDescription& robot, const Instance& instance,
+                const FollowedPosition& followed = {});
+  // Whether look() or conclude() found the robot commanded, so that it has no report.
+  [[nodiscard]] bool was_commanded() const { return looked_ && !report_; }
+  [[nodiscard]] Time begin() const { return begin_; }
   // nullopt: not yet, or the robot was commanded.
   [[nodiscard]] const std::optional<RestReport>& report() const { return report_; }
 
  private:
   [[nodiscard]] bool commanded(const Instance& instance, const FollowedPosition& followed) const;
+  void make_report(const RobotDescription& robot, const Instance& instance);
 
   Time begin_;
   std::vector<double> q0_;

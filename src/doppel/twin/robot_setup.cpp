@@ -230,7 +230,7 @@ void generate_controllers(const Scenario& scenario, const WorldRobot& robot, con
       diagnostics.note("up.controllers_of_others", description.source, setup.unused_files);
   } else if (joints.empty()) {
     diagnostics.note("up.nothing_to_drive", description.source, "no joint of this robot can be driven");
-  } else {
+  } else if (scenario.start_controllers) {
     diagnostics.note(
         "up.controllers_generated", description.source,
         fmt::format("no controllers' YAML of this robot was found; created a joint_state_broadcaster and a "

@@ -259,6 +259,22 @@ void SimulatorServices::answer_finished_steps() {
   }
 }
 
+// A drive that holds the joint resists the effort, so that the joint hardly moves.
+std::string SimulatorServices::effort_text(int index, int joint,
+                                           const gazebo_msgs::srv::ApplyJointEffort::Request& request) const {
+  const Instance instance = scene_.instance(index);
+  const bool slides = instance.model().joints[static_cast<std::size_t>(joint)].type == JointType::prismatic;
+  const char* const unit = slides ? "N" : "N m";
+  std::string out = fmt::format("{} {} act on '{}'", request.effort, unit, request.joint_name);
+  const DriveMode mode = instance.drive(joint);
+  if (mode != DriveMode::position && mode != DriveMode::velocity) return out;
+  const double limit = instance.made_of().servos[static_cast<std::size_t>(joint)].effort;
+  return out + fmt::format(
+                   "; its drive {} with up to {:.4g} {}, so it moves little: deactivate the controller "
+                   "that commands it to let it move",
+                   mode == DriveMode::position ? "holds its position" : "keeps its velocity", limit, unit);
+}
+
 void SimulatorServices::offer_joint_efforts() {
   using gazebo_msgs::srv::ApplyJointEffort;
   node_.serve<ApplyJointEffort>(
@@ -270,7 +286,7 @@ void SimulatorServices::offer_joint_efforts() {
         if (status) status = check_effort(request.joint_name, load);
         if (status) status = add_load(load, request.start_time, request.duration);
         respond(answer<ApplyJointEffort::Response>(
-            status, fmt::format("{} N m act on '{}'", request.effort, request.joint_name)));
+            status, status ? effort_text(load.body.instance, load.joint, request) : ""));
       });
   using gazebo_msgs::srv::JointRequest;
   const auto clear = [this](const JointRequest::Request& request, Responder<JointRequest::Response> respond) {

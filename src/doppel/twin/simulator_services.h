@@ -106,6 +106,8 @@ class DOPPEL_API SimulatorServices : public Tickable {
   // The effort with those that already act or will act on the joint.
   [[nodiscard]] Status check_effort(const std::string& name, const Load& load) const;
   [[nodiscard]] Status can_take_steps() const;
+  [[nodiscard]] std::string effort_text(int instance, int joint,
+                                        const gazebo_msgs::srv::ApplyJointEffort::Request& request) const;
   // Efforts on a joint are added; a wrench replaces the one on the same link or object.
   Status add_load(Load load, const builtin_interfaces::msg::Time& start,
                   const builtin_interfaces::msg::Duration& duration);

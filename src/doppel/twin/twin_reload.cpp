@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <map>
+#include <set>
+#include <string>
+
 #include "doppel/bus/stage.h"
 #include "doppel/core/thrown.h"
 #include "doppel/target/controllers_search.h"
@@ -104,6 +108,7 @@ class Twin::Impl::RobotReplacement {
       : twin_(twin), machine_(compiled), stage_(twin.bus) {
     refuse_real_hardware();
     kept_robots_.reserve(compiled->robots.size());
+    for (const auto& robot : twin_.robots) overloaded_[robot->name_space()] = robot->overloaded_joints();
     std::swap(twin_.machine, machine_);
     *twin_.earth = twin_.machine->earth;
     former_ = std::exchange(twin_.robots, {});
@@ -137,6 +142,7 @@ class Twin::Impl::RobotReplacement {
     twin_.publish_state();
     stage_->commit();
     done_ = true;
+    for (const auto& robot : twin_.robots) robot->report_overloads(overloaded_[robot->name_space()]);
     return same;
   }
 
@@ -241,6 +247,7 @@ class Twin::Impl::RobotReplacement {
   std::optional<BusStage> stage_;
   std::vector<std::unique_ptr<TwinRobot>> former_;
   std::vector<KeptRobot> kept_robots_;
+  std::map<std::string, std::set<std::string>> overloaded_;  // by namespace: joints before the edit
   bool done_ = false;
 };
 

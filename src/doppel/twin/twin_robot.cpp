@@ -256,10 +256,41 @@ std::vector<SagReport> TwinRobot::gravity_sag() const {
   static_sag(model(), data, machine_->servos(), q, machine_->gravity_R(), found);
   std::vector<SagReport> out;
   for (const Sag& sag : found.sags) {
+    // Only a drive that holds a position sags: an effort has no stiffness, and a passive joint none either.
+    if (instance_.drive(sag.joint) != DriveMode::position) continue;
     out.push_back({model().joints[static_cast<std::size_t>(sag.joint)].name, sag.torque, sag.sag, sag.least,
                    sag.most, sag.margin});
   }
   return out;
+}
+
+std::set<std::string> TwinRobot::overloaded_joints() const {
+  std::set<std::string> out;
+  for (const SagReport& sag : gravity_sag()) {
+    if (sag.margin < 0) out.insert(sag.joint);
+  }
+  return out;
+}
+
+// The start's check of efforts, after an edit.
+void TwinRobot::report_overloads(const std::set<std::string>& known) {
+  for (const SagReport& sag : gravity_sag()) {
+    if (sag.margin >= 0 || known.contains(sag.joint)) continue;
+    const Joint* const joint = description().find_joint(sag.joint);
+    const bool slides = joint != nullptr && joint->type == JointType::prismatic;
+    const int index = model().find_joint(sag.joint);
+    log_diagnostic(
+        log(), kRestOrigin,
+        {Severity::warning, "reload.overload",
+         fmt::format("after the edit, the effort limit {:.3g} {} of '{}' is below its load of {:.3g} {}: its "
+                     "drive cannot hold it",
+                     machine_->servos()[static_cast<std::size_t>(index)].effort, slides ? "N" : "N m",
+                     sag.joint, std::abs(sag.torque), slides ? "N" : "N m"),
+         joint == nullptr ? SourceLocation{}
+         : joint->limits  ? joint->limits->source
+                          : joint->source,
+         "raise `effort` in its <limit>, or reduce the masses that it carries"});
+  }
 }
 
 // What an edit leaves as it was is not repeated, wherever it is now in the file.
@@ -271,6 +302,22 @@ void TwinRobot::report_unbound() {
       log_diagnostic(log(), component, finding);
   }
   history_.unbound = std::move(present);
+}
+
+std::string TwinRobot::rest_reason() const {
+  if (history_.rest.was_commanded()) return "the robot was commanded before it was checked";
+  if (!rest()) return "it is not checked yet";
+  if (!around_.scenario.start_controllers)
+    return fmt::format("no controllers were to start; this is the state after {:g} s",
+                       to_seconds(rest()->at - history_.rest.begin()));
+  if (rest()->at < history_.rest.begin() + kRestTime)
+    return fmt::format("the run ended {:g} s after the start, before the check at {:g} s",
+                       to_seconds(rest()->at - history_.rest.begin()), to_seconds(kRestTime));
+  return "";
+}
+
+void TwinRobot::conclude_rest() {
+  history_.rest.conclude(description(), instance_, followed_by_controllers(*this));
 }
 
 void TwinRobot::report_rest() {

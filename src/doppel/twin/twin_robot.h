@@ -144,7 +144,15 @@ class DOPPEL_API TwinRobot {
   [[nodiscard]] const std::optional<RestReport>& rest() const { return history_.rest.report(); }
   // The joints so far that oscillated while held by their drives.
   [[nodiscard]] const std::vector<OscillationReport>& oscillations() const { return history_.oscillations; }
-  [[nodiscard]] std::vector<SagReport> gravity_sag() const;  // at the present pose
+  // At the present pose, of the drives that hold a position.
+  [[nodiscard]] std::vector<SagReport> gravity_sag() const;
+  // Those whose load exceeds their effort limit; between steps, a warning for each that is not `known`.
+  [[nodiscard]] std::set<std::string> overloaded_joints() const;
+  void report_overloads(const std::set<std::string>& known);
+  // What is known of the rest at the end of a run, if kRestTime has not passed; does nothing after it.
+  void conclude_rest();
+  // Why there is no complete report; empty: there is one.
+  [[nodiscard]] std::string rest_reason() const;
   // A hash over the bits of every q, v and drive effort of every step so far, and of the sensors that controllers read.
   [[nodiscard]] std::uint64_t state_hash() const { return history_.hash; }
 

@@ -175,6 +175,7 @@ void Document::read_physics(const XmlNode& node, SdfWorld& out) {
   if (!step) return;
   if (*step >= kMinStep && *step <= kMaxStep) {
     out.settings.step = from_seconds(*step);
+    out.settings.step_is_given = true;
     return;
   }
   elements_.diagnostics.warning("sdf.step", node.first("max_step_size")->where,

@@ -1,13 +1,14 @@
 #pragma once
 // Limits between controllers and hardware: positions are kept inside [lower, upper] and within the velocity
-// limit, velocities and efforts within theirs, and a value that is not finite is rejected. Each kind of
-// intervention is reported once per episode, between steps.
+// limit, velocities and efforts within theirs, soft limits (soft_limits.h) are approached as they prescribe, and a
+// value that is not finite is rejected. Each kind of intervention is reported once per episode, between steps.
 
 #include <array>
 #include <string>
 #include <vector>
 
 #include "doppel/control/detail/resource_table.h"
+#include "doppel/control/soft_limits.h"
 #include "doppel/core/log.h"
 #include "doppel/kinematics/model.h"
 
@@ -28,6 +29,8 @@ class JointLimiter {
   void forget(std::size_t command);
   // Another model with the same joints: their limits are looked up again.
   void model_changed(const Model& model);
+  // Replaces all soft limits.
+  void set_soft_limits(std::vector<SoftLimits> limits);
   // Applies a last command (for example a velocity of zero) and removes the controller.
   void release(std::size_t command, Time now, Duration tick);
   // Logs the interventions since the last call; about every 50 ms of simulated time.
@@ -38,7 +41,7 @@ class JointLimiter {
 
  private:
   enum class Quantity { position, velocity, effort, other };
-  enum Kind : std::size_t { kRange, kRate, kMagnitude, kPastLimit, kNotFinite, kKinds };
+  enum Kind : std::size_t { kRange, kRate, kMagnitude, kPastLimit, kSoftRange, kNotFinite, kKinds };
   struct Episode {
     bool open = false, reported = false;
     Time began{}, last{};
@@ -50,7 +53,10 @@ class JointLimiter {
     Quantity quantity = Quantity::other;
     const double* asked = nullptr;
     double* applied = nullptr;
-    const double* position = nullptr;  // state interface; nullptr: there is none
+    const SoftLimits* soft = nullptr;  // nullptr: none
+    // State interfaces; nullptr: there is none.
+    const double* position = nullptr;
+    const double* velocity = nullptr;
     bool claimed = false;
     int ticks = 1;
     double last_asked = 0, last_applied = 0;  // NaN: none yet
@@ -59,13 +65,16 @@ class JointLimiter {
 
   [[nodiscard]] const ModelJoint* find_joint(const std::string& name) const;
   void apply(Entry& entry, Time now, double dt) const;
+  [[nodiscard]] const SoftLimits* find_soft(const std::string& name) const;
   static double limit_position(Entry& entry, double asked, Time now, double dt);
   static double limit_velocity(Entry& entry, double asked, Time now, double dt);
+  static double limit_effort(Entry& entry, double asked, Time now);
   static double limit_magnitude(Entry& entry, double asked, double limit, Time now);
   static void note(Episode& episode, double asked, Time now);
   [[nodiscard]] static std::string sentence(const Entry& entry, Kind kind);
 
   const Model* model_;
+  std::vector<SoftLimits> soft_;
   bool enforce_ = true;
   std::vector<Entry> entries_;
 };

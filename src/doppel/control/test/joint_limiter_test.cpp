@@ -67,6 +67,106 @@ TEST(JointLimiter, PositionOutsideIsClampedAndReportedOnce) {
   EXPECT_EQ(rig.lines.size(), 2u) << rig.said();
 }
 
+TEST(JointLimiter, PositionBeyondSoftLimitIsClampedAndReported) {
+  LimitRig rig({.name = "j 1", .lower = -1, .upper = 2}, "position");
+  rig.manager->set_soft_limits({{.joint = "j 1", .lower = -0.5, .upper = 0.5}});
+  rig.value = 0.9;
+  rig.run(100);
+  EXPECT_EQ(rig.applied(), 0.5);
+  EXPECT_EQ(rig.count(Severity::warning,
+                      "j 1: command 0.9 rad is outside the soft limits -0.5 to 0.5 rad of its "
+                      "<safety_controller>; clamped to the soft limit"),
+            1u)
+      << rig.said();
+  EXPECT_EQ(rig.lines.size(), 1u) << rig.said();
+  rig.value = -0.3;
+  rig.run(1);
+  EXPECT_EQ(rig.applied(), -0.3);
+}
+
+// By the definition: no faster than k_position times the distance to the soft limit.
+TEST(JointLimiter, SoftLimitIsApproachedEverSlower) {
+  LimitRig rig({.name = "j 1", .lower = -1, .upper = 2, .velocity = 1}, "position");
+  rig.manager->set_soft_limits({{.joint = "j 1", .lower = -0.5, .upper = 0.5, .k_position = 5}});
+  rig.value = 0.0;
+  rig.run(1);
+  rig.value = 0.9;
+  const double dt = to_seconds(rig.manager->period());
+  double before = 0;
+  for (int i = 0; i < 400; ++i) {
+    rig.run(1);
+    EXPECT_LE(rig.applied() - before, std::min(1.0, 5 * (0.5 - before)) * dt + 1e-12);
+    before = rig.applied();
+  }
+  EXPECT_NEAR(before, 0.5, 1e-3);
+  rig.value = 0.0;  // away from the limit, only the velocity limit counts
+  rig.run(10);
+  EXPECT_NEAR(rig.applied(), before - 10 * dt, 1e-9);
+}
+
+TEST(JointLimiter, SoftLimitBoundsVelocityByDistance) {
+  LimitRig rig({.name = "j 1", .lower = -1, .upper = 2, .velocity = 1}, "velocity", "", 0.4);
+  rig.manager->set_soft_limits({{.joint = "j 1", .lower = -0.5, .upper = 0.5, .k_position = 5}});
+  rig.hardware->block("j 1");
+  rig.value = 1.0;
+  rig.run(1);
+  EXPECT_NEAR(rig.applied(), 0.5, 1e-12);  // 5 (0.5 - 0.4)
+  rig.value = -1.0;
+  rig.run(1);
+  EXPECT_EQ(rig.applied(), -1.0);
+  rig.hardware->set_position("j 1", 0.6);
+  rig.value = 0.2;
+  rig.run(1);
+  EXPECT_EQ(rig.applied(), 0.0);
+}
+
+TEST(JointLimiter, VelocityGainBoundsEffort) {
+  LimitRig rig({.name = "j 1", .lower = -1, .upper = 2, .velocity = 1, .effort = 30}, "effort", "", 0.3);
+  rig.manager->set_soft_limits(
+      {{.joint = "j 1", .lower = -0.5, .upper = 0.5, .k_position = 5, .k_velocity = 10}});
+  rig.hardware->set_velocity("j 1", 0.75);
+  rig.value = 20;
+  rig.run(1);
+  EXPECT_NEAR(rig.applied(), -10 * (0.75 - 1.0), 1e-12);  // v_max = min(1, 5 (0.5 - 0.3))
+  rig.hardware->set_position("j 1", 0.45);
+  rig.run(1);
+  EXPECT_NEAR(rig.applied(), -10 * (0.75 - 0.25), 1e-12);  // it brakes
+  rig.value = -3;
+  rig.hardware->set_velocity("j 1", 0);
+  rig.run(1);
+  EXPECT_EQ(rig.applied(), -3.0);
+}
+
+TEST(SoftLimits, OnlyEnforceableOnesAreTakenAndOthersReported) {
+  const Model model = fake_robot({{.name = "good", .lower = -1, .upper = 1},
+                                  {.name = "wheel", .type = JointType::continuous},
+                                  {.name = "turned", .lower = -1, .upper = 1},
+                                  {.name = "brake", .type = JointType::continuous}});
+  RobotDescription robot;
+  const auto add = [&](const std::string& name, SafetyController safety) {
+    Joint joint;
+    joint.name = name;
+    joint.type = model.joints[static_cast<std::size_t>(model.find_joint(name))].type;
+    joint.safety = std::move(safety);
+    robot.joints.push_back(std::move(joint));
+  };
+  add("good", {-0.5, 3, 10, 2, make_location("r.urdf", 4, 1)});
+  add("wheel", {-0.5, 0.5, 10, 2, make_location("r.urdf", 5, 1)});
+  add("turned", {0.5, -0.5, 10, 2, make_location("r.urdf", 6, 1)});
+  add("brake", {0, 0, 0, 2, make_location("r.urdf", 7, 1)});
+  Diagnostics diagnostics;
+  const auto limits = soft_limits_of(robot, model, diagnostics);
+  ASSERT_EQ(limits.size(), 2u);
+  EXPECT_EQ(limits[0].upper, 1.0) << "inside the limit";
+  EXPECT_EQ(limits[0].lower, -0.5);
+  EXPECT_FALSE(limits[1].bounds_position());
+  EXPECT_EQ(limits[1].k_velocity, 2.0);
+  ASSERT_EQ(diagnostics.all().size(), 2u);
+  EXPECT_THAT(diagnostics.all()[0].str(), testing::HasSubstr("r.urdf:5:1"));
+  EXPECT_THAT(diagnostics.all()[0].str(), testing::HasSubstr("a continuous joint has no range"));
+  EXPECT_THAT(diagnostics.all()[1].str(), testing::HasSubstr("is not below"));
+}
+
 TEST(JointLimiter, TrajectoryFromJointOutsideIsClampedWithoutReport) {
   LimitRig rig({.name = "j 1", .lower = -1, .upper = 2}, "position", "", 2.0);
   rig.hardware->set_offset("j 1", 0.01);  // it sags under load

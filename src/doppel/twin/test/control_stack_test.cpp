@@ -11,6 +11,7 @@
 #include <map>
 #include <thread>
 
+#include "doppel/control/rates.h"
 #include "doppel/messages/codec.h"
 #include "doppel/messages/std_msgs.h"
 #include "doppel/twin/runner.h"
@@ -420,6 +421,69 @@ TEST_F(FoundControllersTest, EmergencyStopSurvivesControllerRecreation) {
   ASSERT_TRUE(twin.robot().controller_manager().reset_stop().ok());
   for (const ControllerView& c : twin.robot().controller_manager().controllers())
     EXPECT_EQ(c.state, ControllerState::active) << c.name;
+}
+
+TEST_F(FoundControllersTest, FixedBaseIsNamedByRootAboveFloatingJoint) {
+  std::ofstream(folder_ / "arm.urdf") << "<robot name=\"f\">" + solid_link("stand") + solid_link("drone") +
+                                             "<joint name=\"j\" type=\"floating\"><parent "
+                                             "link=\"stand\"/><child link=\"drone\"/></joint></robot>";
+  Scenario scenario;
+  scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
+  Diagnostics diagnostics;
+  const Twin twin(scenario, log_, diagnostics);
+  const auto note = std::ranges::find(diagnostics.all(), "up.base_fixed", &Diagnostic::rule);
+  ASSERT_NE(note, diagnostics.all().end());
+  EXPECT_THAT(note->message, HasSubstr("the root link 'stand' is fixed"));
+}
+
+TEST_F(FoundControllersTest, TransmissionsWithoutEffectAreNoted) {
+  const std::string transmission =
+      "<transmission name=\"t\" type=\"pr2_mechanism_model/SimpleTransmission\"><actuator name=\"m\"/>"
+      "<joint name=\"elbow\"/><mechanicalReduction>12</mechanicalReduction></transmission>";
+  const std::string plain =
+      "<transmission name=\"p\"><type>transmission_interface/SimpleTransmission</type><joint name=\"elbow\"/>"
+      "<actuator name=\"m\"><mechanicalReduction>1</mechanicalReduction></actuator></transmission>";
+  up(manager(kBroadcaster), transmission + plain);
+  EXPECT_THAT(said_, HasSubstr("up.transmission: the type 'pr2_mechanism_model/SimpleTransmission', "
+                               "mechanicalReduction 12 of 'elbow' in the transmission 't' have no effect"));
+  EXPECT_THAT(said_, ::testing::Not(HasSubstr("transmission 'p'")));
+}
+
+TEST(StepForRates, StepDividesEveryPeriodOrThereIsNone) {
+  const Duration step(1'000'000);
+  const auto of = [&](std::vector<double> rates) { return step_for_rates(rates, step); };
+  EXPECT_EQ(of({225}), Duration(888'889));  // five in a period
+  EXPECT_EQ(of({200, 100}), step);
+  const auto both = of({225, 100});
+  ASSERT_TRUE(both.has_value());
+  EXPECT_EQ(*both, Duration(555'556));  // 1800 Hz
+  EXPECT_EQ(of({225, 223, 227}), std::nullopt);
+}
+
+TEST_F(FoundControllersTest, StepFollowsRateOfControllersUnlessWorldSetsIt) {
+  std::ofstream(folder_ / "arm.urdf") << kStackArm + "</robot>";
+  std::string yaml = manager(kBroadcaster + declared("arm", kJtc)) + trajectories("arm", "[shoulder, elbow]");
+  const std::size_t rate = yaml.find("update_rate: ");
+  ASSERT_NE(rate, std::string::npos) << yaml;
+  yaml.replace(rate, yaml.find('\n', rate) - rate, "update_rate: 225");
+  std::ofstream(folder_ / "config/controllers.yaml") << yaml;
+  Scenario scenario;
+  scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
+  {
+    Diagnostics diagnostics;
+    const Twin twin(scenario, log_, diagnostics);
+    EXPECT_EQ(twin.step_size(), Duration(888'889));
+    EXPECT_EQ(std::ranges::count(diagnostics.all(), "control.step_chosen", &Diagnostic::rule), 1);
+    EXPECT_EQ(std::ranges::count(diagnostics.all(), "control.rate_rounded", &Diagnostic::rule), 0);
+  }
+  std::ofstream(folder_ / "w.yaml") << "step: 0.001\n";
+  scenario.world = folder_ / "w.yaml";
+  Diagnostics diagnostics;
+  const Twin twin(scenario, log_, diagnostics);
+  EXPECT_EQ(twin.step_size(), Duration(1'000'000));
+  const auto rounded = std::ranges::find(diagnostics.all(), "control.rate_rounded", &Diagnostic::rule);
+  ASSERT_NE(rounded, diagnostics.all().end());
+  EXPECT_THAT(rounded->fix, HasSubstr("`step: 0.000888889`"));
 }
 
 TEST(PeriodInSteps, IndivisibleRateIsRoundedWithWarning) {

@@ -121,6 +121,67 @@ TEST(EntityXml, UrdfModelIsRead) {
   EXPECT_EQ(std::get<WorldObject>(fixed.made_of).mass, 0.0) << "expected a fixed entity: it has no inertia";
 }
 
+TEST(EntityXml, UrdfInertiaIsKept) {
+  const EntityText text = read(
+      "<robot name='rod'><link name='l'><inertial><origin xyz='0 0 0.4'/><mass value='2'/>"
+      "<inertia ixx='0.3' ixy='0' ixz='0' iyy='0.3' iyz='0' izz='0.01'/></inertial>"
+      "<collision><geometry><cylinder radius='0.05' length='1'/></geometry></collision></link></robot>");
+  EXPECT_EQ(text.name, "rod");
+  EXPECT_EQ(model_of(text).base, BaseKind::floating);
+  Diagnostics notes;
+  const auto made = instances_of(text, "my_rod", make_pose({0, 0, 1}, {0, 0, 0}), notes);
+  ASSERT_EQ(made.size(), 1u);
+  EXPECT_TRUE(notes.all().empty());
+  EXPECT_TRUE(made[0].is_object());
+  const MassProperties& inertia = *made[0].model->links[1].inertia;
+  EXPECT_EQ(inertia.mass, 2.0);
+  EXPECT_NEAR(inertia.com.z(), 0.4, 1e-12);
+  EXPECT_NEAR(made[0].q0[2], 1.0, 1e-12);
+}
+
+const std::string kTable =
+    "<robot name='table'><link name='top'><inertial><mass value='5'/><inertia ixx='0.3' ixy='0' ixz='0' "
+    "iyy='0.3' iyz='0' izz='0.3'/></inertial><collision><geometry><box size='1 1 0.05'/></geometry>"
+    "</collision></link><link name='leg'><collision><geometry><box size='0.1 0.1 0.7'/></geometry>"
+    "</collision></link><joint name='j' type='fixed'><parent link='top'/><child link='leg'/>"
+    "<origin xyz='0 0 -0.35'/></joint>MORE</robot>";
+
+std::string table(const std::string& more = "") {
+  std::string out = kTable;
+  return out.replace(out.find("MORE"), 4, more);
+}
+
+TEST(EntityXml, UrdfOfFixedJointsIsLooseObject) {
+  EXPECT_EQ(robot_in_xml(table()), "");
+  const EntityText text = read(table());
+  EXPECT_EQ(model_of(text).base, BaseKind::floating);
+  Diagnostics notes;
+  const auto made = instances_of(text, "table", Pose::Identity(), notes);
+  ASSERT_EQ(made.size(), 1u);
+  EXPECT_TRUE(made[0].is_object());
+  EXPECT_TRUE(made[0].floating());
+  std::size_t shapes = 0;
+  for (const auto& of_link : made[0].shapes) shapes += of_link.size();
+  EXPECT_EQ(shapes, 2u);
+}
+
+TEST(EntityXml, WhatActsIsRobot) {
+  EXPECT_EQ(robot_in_xml(table("<link name='d'/><joint name='k' type='revolute'><parent link='top'/>"
+                               "<child link='d'/></joint>")),
+            "table");
+  EXPECT_EQ(robot_in_xml(table("<gazebo reference='top'><sensor name='s' type='camera'/></gazebo>")),
+            "table");
+  EXPECT_EQ(robot_in_xml(table("<gazebo reference='top'><mu1>0.3</mu1></gazebo>")), "");
+}
+
+TEST(EntityXml, BaseIsThatOfItsElement) {
+  EXPECT_EQ(base_in_xml(table()), std::nullopt);
+  EXPECT_EQ(base_in_xml(table("<gazebo><doppel:base>fixed</doppel:base></gazebo>")), BaseKind::fixed);
+  EXPECT_EQ(model_of(read(table("<gazebo><doppel:base>fixed</doppel:base></gazebo>"))).base, BaseKind::fixed);
+  EXPECT_THAT(error_of(table("<gazebo><doppel:base>loose</doppel:base></gazebo>")),
+              HasSubstr("it can be fixed or floating"));
+}
+
 TEST(EntityXml, MeshIsRequested) {
   const EntityText part =
       read(link_model("<mesh><uri>package://p/a.stl</uri><scale>0.001 0.001 0.001</scale></mesh>"));

@@ -66,6 +66,33 @@ TEST(RestCheck, WeakDriveIsReportedAsCause) {
   EXPECT_THAT(report->unsettled[0], HasSubstr("its effort limit of 5 N m is too low for its load"));
 }
 
+TEST(RestCheck, EndOfShortRunReportsPresentState) {
+  const RobotDescription robot = bar(100);
+  Rig rig(robot);
+  rig.hold_all();
+  RestCheck check(rig.robot);
+  rig.run(0.2);
+  check.conclude(robot, rig.robot);
+  ASSERT_TRUE(check.report());
+  EXPECT_EQ(check.report()->at, rig.engine->time());
+  EXPECT_FALSE(check.was_commanded());
+  EXPECT_FALSE(check.look(robot, rig.robot));
+}
+
+TEST(RestCheck, JointWithoutCommandInterfaceIsNamedAsSuch) {
+  RobotDescription robot = bar(100);
+  robot.joints[0].limits->lower = -100;
+  robot.joints[0].limits->upper = 100;
+  HardwareJointDescription other;
+  other.name = "other";
+  other.command_interfaces.emplace_back().name = "position";
+  robot.hardware.emplace_back().joints = {other};
+  Rig rig(robot);
+  const auto report = rest_of(robot, rig);
+  ASSERT_TRUE(report);
+  EXPECT_THAT(report->unsettled, ElementsAre(HasSubstr("it has no command interface in <ros2_control>")));
+}
+
 TEST(RestCheck, CommandedRobotIsNotChecked) {
   const RobotDescription robot = bar(100);
   Rig rig(robot);
