@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "doppel/bus/detail/yaml_value.h"
+#include "doppel/core/files_read.h"
 #include "doppel/core/names.h"
 
 namespace doppel {
@@ -295,6 +296,7 @@ ParameterFile ParameterFile::load(const std::filesystem::path& file) {
                      "this parameter file cannot be read: it is not a regular file",
                      "write the parameters into a file: a pipe or a device cannot be read a second time");
   }
+  FilesRead::note(file);
   std::ifstream in(file, std::ios::binary);
   if (!in || std::filesystem::is_directory(status)) {
     throw InputError("yaml.unreadable", make_location(file.string()), "this parameter file cannot be read");
