@@ -13,6 +13,8 @@ namespace {
 
 constexpr std::chrono::milliseconds kMaxScheduleLag{100};  // further behind than this, the schedule is moved
 constexpr std::chrono::milliseconds kPausedPollInterval{2};
+// Of the loop's time, for requests of edges: they get more while a step waits for its time anyway.
+constexpr double kEdgeShareWithIdleTime = 0.1, kMinEdgeShare = 0.02;
 constexpr std::uint64_t kStepsAtOnce = 100;  // while paused, between two calls of between_steps()
 
 void sleep_until(std::chrono::steady_clock::time_point due) {
@@ -66,12 +68,14 @@ Runner::Clock::time_point Runner::keep_pace(Clock::time_point now) {
     meter_.restart(anchor_wall_, anchor_steps_, phases());
     now = anchor_wall_;
   }
+  twin_.bus().set_edge_share(kMinEdgeShare);
   if (anchor_speed_ <= 0.0) return now;
   const double simulated_ns =
       static_cast<double>(twin_.steps() - anchor_steps_) * static_cast<double>(twin_.step_size().count());
   const auto due =
       anchor_wall_ + std::chrono::nanoseconds(static_cast<std::int64_t>(simulated_ns / anchor_speed_));
   if (now < due) {
+    twin_.bus().set_edge_share(kEdgeShareWithIdleTime);
     sleep_until(due);
     now = Clock::now();
   }
@@ -121,6 +125,7 @@ void Runner::publish_status(Clock::time_point now) {
 
 void Runner::rest_while_paused(const std::atomic<bool>& stop) {
   const auto paused_at = Clock::now();
+  twin_.bus().set_edge_share(kEdgeShareWithIdleTime);
   view_.paused.store(true, std::memory_order_relaxed);
   view_.real_time_factor.store(0.0, std::memory_order_relaxed);
   meter_.restart(paused_at, twin_.steps(), phases());
@@ -175,6 +180,7 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
   }
   if (statistics_.end == RunEnd::duration_reached)
     keep_pace(Clock::now());  // the duration of the last step has to pass, too
+  twin_.bus().set_edge_share(0);
   statistics_.wall += Clock::now() - begin_wall;
   statistics_.steps = twin_.steps() - begin_steps;
   statistics_.simulated = Duration(static_cast<std::int64_t>(statistics_.steps * step_ns));
