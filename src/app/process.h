@@ -16,7 +16,8 @@ double peak_rss_mb();
 // same descriptor, and be written to.
 void fill_standard_files();
 
-// From now on SIGINT and SIGTERM do not end the process; they set the flag that is returned.
+// From now on SIGINT, SIGTERM and SIGHUP (the terminal is closed) do not end the process; they set the flag
+// that is returned.
 const std::atomic<bool>& stop_on_signals();
 
 }  // namespace doppel::app
