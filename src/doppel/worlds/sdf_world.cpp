@@ -137,7 +137,7 @@ SdfWorld load_sdf(const fs::path& given, PackageResolver& resolver, Diagnostics&
     }
   }
   resolver.add_context(file);
-  const ModelSearch search(file, resolver);
+  ModelSearch search(file, resolver);
   const fs::path folder = fs::absolute(file, none).lexically_normal().parent_path();
   if (lowered(file.extension().string()) == ".xacro") {
     ExpandedDescription expanded = expand_description(file, {}, resolver, diagnostics);
@@ -154,8 +154,8 @@ SdfWorld load_sdf(const fs::path& given, PackageResolver& resolver, Diagnostics&
 SdfWorld parse_sdf(const std::string& text, const std::string& name, const fs::path& folder,
                    PackageResolver& resolver, Diagnostics& diagnostics) {
   if (folder.empty())
-    return read(text, name, folder, static_cast<const ModelSearch*>(nullptr), resolver, diagnostics);
-  const ModelSearch search(folder, resolver);
+    return read(text, name, folder, static_cast<ModelSearch*>(nullptr), resolver, diagnostics);
+  ModelSearch search(folder, resolver);
   return read(text, name, folder, &search, resolver, diagnostics);
 }
 
@@ -194,7 +194,7 @@ void add_world_names(const fs::path& folder, bool stems, std::vector<std::string
 fs::path find_world(const std::string& name, PackageResolver& resolver) {
   std::error_code none;
   if (fs::exists(name, none)) return name;
-  const ModelSearch search(fs::current_path(none) / "none.sdf", resolver);
+  ModelSearch search(fs::current_path(none) / "none.sdf", resolver);
   std::vector<std::string> tried{name};
   for (const std::string& as : {name, name + ".sdf", name + ".world", "worlds/" + name,
                                 "worlds/" + name + ".sdf", "worlds/" + name + ".world"}) {
