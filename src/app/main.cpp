@@ -46,6 +46,7 @@ void refuse_elsewhere(const CLI::App& app, const char* option) {
 
 int run(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size is then an error of write()
   CLI::App app("doppel turns a robot description into a digital twin.", "doppel");
   app.set_version_flag("-v,--version", "doppel " + std::string(doppel::version()));
   app.require_subcommand(1);
@@ -98,7 +99,7 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   doppel::app::fill_standard_files();
   doppel::ros2::forget_statistics();
-  const int exit_code = run(argc, argv);
+  const int exit_code = doppel::app::with_output_written(run(argc, argv));
   if (doppel::has_abandoned_thread()) {
     std::fflush(nullptr);
     std::_Exit(exit_code);

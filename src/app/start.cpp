@@ -28,6 +28,7 @@ using doppel::app::kBadInput;
 
 int expand(int argc, char** argv) {
   std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
   CLI::App app("Expand xacro files.", "doppel");
   app.require_subcommand(1);
   int exit_code = 0;

@@ -92,26 +92,38 @@ void deliver_encoded(Topic& topic, const std::shared_ptr<const Bytes>& cdr, Time
 using bus_detail::Endpoint;
 using bus_detail::Topic;
 
-Topic& Bus::Impl::make_topic(const std::string& name, const TypeSupport& support) {
-  auto topic = std::make_unique<Topic>();
+std::shared_ptr<Topic> Bus::Impl::make_topic(const std::string& name, const TypeSupport& support) {
+  auto topic = std::make_shared<Topic>();
   topic->report = &report;
-  topic->id = static_cast<TopicId>(topics.size() + 1);
+  topic->id = next_topic++;
   topic->name = name;
   topic->support = &support;
-  by_name[name] = topic.get();
-  topics.push_back(std::move(topic));
-  return *topics.back();
+  by_name[name] = topic;
+  topics[topic->id] = topic;
+  return topic;
+}
+
+void Bus::Impl::free_if_unused(TopicId id) {
+  const auto found = topics.find(id);
+  if (found == topics.end() || before_stage != nullptr) return;
+  const Topic& topic = *found->second;
+  if (is_listed(topic) || topic.delivering > 0 || !topic.links.empty() || !topic.locals.empty()) return;
+  const auto named = by_name.find(topic.name);
+  const bool is_present = named != by_name.end() && named->second == found->second;
+  if (found->second.use_count() > (is_present ? 2 : 1)) return;  // a publisher may outlive its node
+  if (is_present) by_name.erase(named);
+  topics.erase(found);
 }
 
 // An edge's type of a topic is replaced if a node uses another one, because external messages must not
 // prevent a node.
-Topic& Bus::Impl::topic_for_node(const std::string& name, const bus_detail::TopicOps& ops,
-                                 const std::string& node) {
+std::shared_ptr<Topic> Bus::Impl::topic_for_node(const std::string& name, const bus_detail::TopicOps& ops,
+                                                 const std::string& node) {
   const TypeSupport& support = ops.support();
   register_type(support);
   const std::lock_guard lock(mutex);
   const auto found = by_name.find(name);
-  Topic* topic = found == by_name.end() ? nullptr : found->second;
+  std::shared_ptr<Topic> topic = found == by_name.end() ? nullptr : found->second;
   if (topic != nullptr && topic->support->name != support.name) {
     for (const auto* endpoints : {&topic->publishers, &topic->subscribers}) {
       const auto holder = std::ranges::find_if(*endpoints, &Endpoint::is_node);
@@ -123,18 +135,18 @@ Topic& Bus::Impl::topic_for_node(const std::string& name, const bus_detail::Topi
     if (is_listed(*topic)) graph_changed();
     topic = nullptr;
   }
-  if (topic == nullptr) topic = &make_topic(name, support);
+  if (topic == nullptr) topic = make_topic(name, support);
   topic->ops = &ops;
-  return *topic;
+  return topic;
 }
 
-Topic* Bus::Impl::topic_for_edge(const std::string& name, const TypeSupport& support) {
+std::shared_ptr<Topic> Bus::Impl::topic_for_edge(const std::string& name, const TypeSupport& support) {
   const std::lock_guard lock(mutex);
   const auto found = by_name.find(name);
-  if (found == by_name.end()) return &make_topic(name, support);
+  if (found == by_name.end()) return make_topic(name, support);
   if (found->second->support->name == support.name) return found->second;
   if (is_listed(*found->second)) return nullptr;
-  return &make_topic(name, support);
+  return make_topic(name, support);
 }
 
 template <class Change>
@@ -166,17 +178,24 @@ void Bus::Impl::add_endpoint(Topic& topic, bool publishes, Endpoint endpoint) {
 }
 
 void Bus::Impl::subscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link) {
-  if (id == 0 || id > topics.size()) return;
-  Topic& topic = *topics[id - 1];
-  if (std::ranges::find(topic.links, link) != topic.links.end()) return;
-  topic.links.push_back(link);
-  add_endpoint(topic, false, {link.get(), {link->name(), link->name(), {}}});
-  deliver_last(topic, link);
+  const auto found = topics.find(id);
+  if (found == topics.end() || !link->is_wanted(id) || link->is_removed()) return;
+  const std::shared_ptr<Topic> topic = found->second;
+  // A link that is subscribed already has asked again before its end of the subscription was served: the last
+  // message of a latched topic is sent again.
+  if (std::ranges::find(topic->links, link) == topic->links.end()) {
+    topic->links.push_back(link);
+    add_endpoint(*topic, false, {link.get(), {link->name(), link->name(), {}}});
+  }
+  deliver_last(id, link);
 }
 
 // A latched message that finds the ring full is sent again at the next step, because it is
 // published only once.
-void Bus::Impl::deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link) {
+void Bus::Impl::deliver_last(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link) {
+  const auto found = topics.find(id);
+  if (found == topics.end()) return;
+  const Topic& topic = *found->second;
   const bool subscribed = std::ranges::find(topic.links, link) != topic.links.end();
   if (topic.last.empty() || !subscribed || !link->wants_from(topic.last_from)) return;
   const auto room = link->begin(topic, topic.last_stamp, topic.last.size());
@@ -184,18 +203,33 @@ void Bus::Impl::deliver_last(Topic& topic, const std::shared_ptr<bus_detail::Edg
     std::ranges::copy(topic.last, room.begin());
     link->commit(topic.last.size());
   } else if (link->fits_in_ring(topic.last.size())) {
-    bus.post([this, &topic, link] { deliver_last(topic, link); });
+    bus.post([this, id, link] { deliver_last(id, link); });
   }
 }
 
-void Bus::Impl::unsubscribe_link(TopicId id, const bus_detail::EdgeLink* link) {
-  if (id == 0 || id > topics.size()) return;
-  Topic& topic = *topics[id - 1];
+void Bus::Impl::unsubscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link) {
+  const auto found = topics.find(id);
+  if (found == topics.end() || link->is_wanted(id)) return;
+  Topic& topic = *found->second;
   const std::lock_guard lock(mutex);
   change_endpoints(topic, [&] {
-    std::erase_if(topic.links, [link](const auto& l) { return l.get() == link; });
-    std::erase_if(topic.subscribers, [link](const Endpoint& e) { return e.owner == link; });
+    std::erase_if(topic.links, [&link](const auto& l) { return l == link; });
+    std::erase_if(topic.subscribers, [&link](const Endpoint& e) { return e.owner == link.get(); });
   });
+  free_if_unused(id);
+}
+
+void Bus::Impl::remove_publisher(const std::string& topic, const void* owner, const std::string& node) {
+  const std::lock_guard lock(mutex);
+  const auto found = by_name.find(topic);
+  if (found == by_name.end()) return;
+  const TopicId id = found->second->id;
+  Topic& left = *found->second;
+  change_endpoints(left, [&] {
+    std::erase_if(left.publishers,
+                  [&](const Endpoint& e) { return e.owner == owner && e.info.node == node; });
+  });
+  free_if_unused(id);
 }
 
 void Bus::Impl::remove_owner(const void* owner) {
@@ -203,21 +237,24 @@ void Bus::Impl::remove_owner(const void* owner) {
   std::vector<std::shared_ptr<const void>> garbage;
   const std::lock_guard lock(mutex);
   const auto owned = [owner](const Endpoint& e) { return e.owner == owner; };
-  for (const auto& topic : topics) {
-    if (std::ranges::none_of(topic->publishers, owned) && std::ranges::none_of(topic->subscribers, owned))
-      continue;
-    change_endpoints(*topic, [&] {
-      std::erase_if(topic->publishers, owned);
-      std::erase_if(topic->subscribers, owned);
-      std::erase_if(topic->links, [owner](const auto& link) { return link.get() == owner; });
-      if (topic->last_from == owner) topic->last_from = nullptr;
-      for (auto& local : topic->locals) {
-        if (local.node == owner) garbage.push_back(std::exchange(local.callback, nullptr));
-      }
-      if (topic->delivering == 0)
-        std::erase_if(topic->locals, [](const auto& local) { return !local.callback; });
-    });
+  std::vector<TopicId> unused;  // also those whose publishers have outlived an earlier owner
+  for (const auto& [id, topic] : topics) {
+    if (std::ranges::any_of(topic->publishers, owned) || std::ranges::any_of(topic->subscribers, owned)) {
+      change_endpoints(*topic, [&] {
+        std::erase_if(topic->publishers, owned);
+        std::erase_if(topic->subscribers, owned);
+        std::erase_if(topic->links, [owner](const auto& link) { return link.get() == owner; });
+        if (topic->last_from == owner) topic->last_from = nullptr;
+        for (auto& local : topic->locals) {
+          if (local.node == owner) garbage.push_back(std::exchange(local.callback, nullptr));
+        }
+        if (topic->delivering == 0)
+          std::erase_if(topic->locals, [](const auto& local) { return !local.callback; });
+      });
+    }
+    if (!is_listed(*topic)) unused.push_back(id);
   }
+  for (const TopicId id : unused) free_if_unused(id);
   for (const auto& [name, entry] : services) {
     if (entry->node == owner) garbage.push_back(entry);
   }
@@ -269,12 +306,43 @@ Node* Bus::Impl::find_node(std::string_view name, std::string_view parameter) co
   return any;
 }
 
+Edge::SharedParameters Bus::Impl::all_parameters() {
+  const std::uint64_t graph = bus.graph_version(), changes = Parameters::changes();
+  if (parameters_ == nullptr || graph != graph_of_parameters_ || changes != changes_of_parameters_) {
+    auto all = std::make_shared<std::vector<NamedParameter>>();
+    for (Node* node : nodes) {
+      for (const auto& declared : node->parameters().all())
+        all->push_back({node->name(), declared.name, declared.value});
+    }
+    parameters_ = std::move(all);
+    graph_of_parameters_ = graph;
+    changes_of_parameters_ = changes;
+  }
+  return parameters_;
+}
+
 Bus::Bus(BusOptions options)
     : names_(std::move(options.names)),
       sim_time_(options.sim_time),
       twists_(options.twists),
       impl_(std::make_unique<Impl>(*this, std::move(options))) {}
 Bus::~Bus() = default;
+
+std::size_t Bus::run_tasks() {
+  if (edge_share_ <= 0) return inbox_.run();
+  // Unused time is not saved up, so that a burst of requests delays no step by more than the former; and a
+  // request that took long delays the others no longer than the latter.
+  constexpr std::chrono::milliseconds kMaxUnused{2}, kMaxDelay{50};
+  const auto share = [this](std::chrono::nanoseconds time) {
+    return std::chrono::nanoseconds(
+        static_cast<std::int64_t>(edge_share_ * static_cast<double>(time.count())));
+  };
+  const auto now = std::chrono::steady_clock::now();
+  const auto since = std::min<std::chrono::nanoseconds>(now - allowed_until_, kMaxUnused + kMaxDelay);
+  allowed_until_ = now;
+  allowance_ = std::clamp(allowance_ + share(since), -share(kMaxDelay), share(kMaxUnused));
+  return inbox_.run(&allowance_);
+}
 
 namespace {
 

@@ -101,8 +101,8 @@ class Publisher {
 
  private:
   friend class Node;
-  explicit Publisher(bus_detail::Topic* topic) : topic_(topic) {}
-  bus_detail::Topic* topic_ = nullptr;  // valid as long as the bus
+  explicit Publisher(std::shared_ptr<bus_detail::Topic> topic) : topic_(std::move(topic)) {}
+  std::shared_ptr<bus_detail::Topic> topic_;
 };
 
 // A named participant: "/omarm_arm_controller". Its destructor removes its topics, services and parameters.
@@ -134,7 +134,8 @@ class DOPPEL_API Node {
   [[nodiscard]] Parameters& parameters() { return parameters_; }
 
  private:
-  bus_detail::Topic* advertise_topic(std::string_view topic, const bus_detail::TopicOps& ops, Qos qos);
+  std::shared_ptr<bus_detail::Topic> advertise_topic(std::string_view topic, const bus_detail::TopicOps& ops,
+                                                     Qos qos);
   void subscribe_topic(std::string_view topic, const bus_detail::TopicOps& ops,
                        std::function<void(const void*)> callback, Qos qos);
   void serve_entry(std::string_view service, bus_detail::ServiceEntry entry);
@@ -158,7 +159,18 @@ class DOPPEL_API Edge {
  public:
   virtual ~Edge() = default;
 
-  // Takes effect at the loop's next step. Latched topics then deliver their last message.
+  // The requests below run on the loop's thread in their order, within the time that the loop has for edges
+  // (Bus::set_edge_share). An edge for many clients gives each an own lane, because lanes get equal shares
+  // of this time. make_lane() is a lane that wakes the edge after its tasks while wake_when_served() is
+  // set. act_for: the lane of all following requests; nullptr: the edge's own.
+  [[nodiscard]] virtual std::shared_ptr<Inbox::Lane> make_lane() = 0;
+  virtual void act_for(std::shared_ptr<Inbox::Lane> lane) = 0;
+  virtual void wake_when_served(bool on) = 0;
+  // Runs a task on the loop's thread, after the earlier requests of its lane.
+  virtual void post(std::function<void()> task) = 0;
+
+  // Takes effect at the loop's next step. Latched topics then deliver their last message. The last of these
+  // calls is valid, in whatever lane.
   virtual void subscribe(TopicId topic) = 0;
   virtual void unsubscribe(TopicId topic) = 0;
 
@@ -175,18 +187,26 @@ class DOPPEL_API Edge {
   // A file descriptor for event loops that becomes readable when there is a message; drained by next().
   [[nodiscard]] virtual int readable_fd() const = 0;
   [[nodiscard]] virtual std::uint64_t dropped() const = 0;
+  [[nodiscard]] virtual std::size_t waiting_bytes() const = 0;  // of messages that next() has not taken
 
   // Publishes a message on the bus as node `from`. Refuses an unknown type, a type other than the topic's,
   // and malformed bytes. Subscribers get it at the loop's next step; this edge too, unless
   // EdgeOptions::receives_own is false.
   virtual Status publish(std::string_view from, std::string_view topic, std::string_view type,
                          std::span<const std::byte> cdr) = 0;
+  // Node `from` publishes no longer on the topic. A topic that no one uses any more is freed.
+  virtual void unadvertise(std::string_view from, std::string_view topic) = 0;
   // Calls a service; `reply` is called on the loop's thread with the response's CDR, or the reason
   // for its absence.
   virtual void call(std::string_view service, std::span<const std::byte> request_cdr,
                     std::function<void(Status, Bytes)> reply) = 0;
-  // Parameters of nodes, "/node" and "name"; `reply` is called on the loop's thread.
-  virtual void get_parameters(std::function<void(std::vector<NamedParameter>)> reply) = 0;
+  // Parameters of nodes, "/node" and "name"; `reply` is called on the loop's thread. All of them are one
+  // copy, shared by all edges until a parameter changes; of the requested ones, those that do not exist are
+  // absent.
+  using SharedParameters = std::shared_ptr<const std::vector<NamedParameter>>;
+  virtual void get_parameters(std::function<void(const SharedParameters&)> reply) = 0;
+  virtual void get_parameters(std::vector<std::pair<std::string, std::string>> nodes_and_names,
+                              std::function<void(const SharedParameters&)> reply) = 0;
   virtual void set_parameter(std::string_view node, std::string_view name, const ParameterValue& value,
                              std::function<void(Status)> reply) = 0;
 };
@@ -216,9 +236,12 @@ class DOPPEL_API Bus {
   Bus& operator=(const Bus&) = delete;
 
   // -- the loop's thread
-  // Runs the tasks of edges and other threads and returns their number. Called between steps. The fast path
-  // is one load.
-  std::size_t spin() { return inbox_.run(); }
+  // Runs the tasks of other threads, and those of edges within their share of time; returns their number.
+  // Called between steps. The fast path is one load.
+  std::size_t spin() { return inbox_.empty() ? 0 : run_tasks(); }
+  // The share of the thread's time for the requests of edges, which otherwise could delay the loop; those
+  // beyond it wait for a later spin(). 0, the default: all run at once.
+  void set_edge_share(double share) { edge_share_ = share; }
   // For a loop without steps: waits until spin() has a task, or the time is over (false).
   bool wait(std::chrono::nanoseconds at_most) { return inbox_.wait(at_most); }
   void set_now(Time now) { now_ = now; }
@@ -256,11 +279,16 @@ class DOPPEL_API Bus {
  private:
   friend class Node;
   friend class BusStage;
+  std::size_t run_tasks();
+
   NameRules names_;
   const bool sim_time_;
   const TwistPolicy twists_;
   std::map<std::string, std::uint32_t> logger_levels_;
   Inbox inbox_;
+  double edge_share_ = 0;
+  std::chrono::nanoseconds allowance_{};  // for the requests of edges; negative after a slow one
+  std::chrono::steady_clock::time_point allowed_until_{};
   Time now_{};
   Duration stamp_offset_{};
   std::atomic<std::uint64_t> graph_version_{0};

@@ -68,7 +68,11 @@ void handle(const bus_detail::ServiceEntry& entry, const void* request,
 class EdgeImpl : public Edge {
  public:
   EdgeImpl(Bus& bus, Bus::Impl& impl, std::string name, const EdgeOptions& options)
-      : bus_(bus), impl_(impl), link_(std::make_shared<EdgeLink>(bus, std::move(name), options)) {}
+      : bus_(bus),
+        impl_(impl),
+        link_(std::make_shared<EdgeLink>(bus, std::move(name), options)),
+        own_lane_(make_lane_of(link_)),
+        lane_(own_lane_) {}
 
   ~EdgeImpl() override {
     {
@@ -76,14 +80,27 @@ class EdgeImpl : public Edge {
       liveness_->alive = false;
     }
     // The task keeps the link, so that its ring is freed by a thread that posts and not by the loop.
-    bus_.post([&impl = impl_, link = link_] { impl.remove_owner(link.get()); });
+    lane_ = own_lane_;
+    post_bytes(0, [&impl = impl_, link = link_] {
+      link->set_removed();
+      impl.remove_owner(link.get());
+    });
   }
 
+  [[nodiscard]] std::shared_ptr<Inbox::Lane> make_lane() override { return make_lane_of(link_); }
+  void act_for(std::shared_ptr<Inbox::Lane> lane) override {
+    lane_ = lane != nullptr ? std::move(lane) : own_lane_;
+  }
+  void wake_when_served(bool on) override { link_->wake_when_served(on); }
+  void post(std::function<void()> task) override { post_bytes(0, std::move(task)); }
+
   void subscribe(TopicId topic) override {
-    bus_.post([&impl = impl_, link = link_, topic] { impl.subscribe_link(topic, link); });
+    link_->set_wanted(topic, true);
+    post([&impl = impl_, link = link_, topic] { impl.subscribe_link(topic, link); });
   }
   void unsubscribe(TopicId topic) override {
-    bus_.post([&impl = impl_, link = link_, topic] { impl.unsubscribe_link(topic, link.get()); });
+    link_->set_wanted(topic, false);
+    post([&impl = impl_, link = link_, topic] { impl.unsubscribe_link(topic, link); });
   }
 
   bool next(Incoming& message) override {
@@ -125,11 +142,15 @@ class EdgeImpl : public Edge {
     return link_->fd();
   }
   [[nodiscard]] std::uint64_t dropped() const override { return link_->ring().dropped(); }
+  [[nodiscard]] std::size_t waiting_bytes() const override { return link_->waiting_bytes(); }
 
   Status publish(std::string_view from, std::string_view topic, std::string_view type,
                  std::span<const std::byte> cdr) override;
+  void unadvertise(std::string_view from, std::string_view topic) override;
   void call(std::string_view service, std::span<const std::byte> request_cdr, Reply reply) override;
-  void get_parameters(std::function<void(std::vector<NamedParameter>)> reply) override;
+  void get_parameters(std::function<void(const SharedParameters&)> reply) override;
+  void get_parameters(std::vector<std::pair<std::string, std::string>> nodes_and_names,
+                      std::function<void(const SharedParameters&)> reply) override;
   void set_parameter(std::string_view node, std::string_view name, const ParameterValue& value,
                      std::function<void(Status)> reply) override;
 
@@ -161,9 +182,17 @@ class EdgeImpl : public Edge {
     return true;
   }
 
+  static std::shared_ptr<Inbox::Lane> make_lane_of(const std::shared_ptr<EdgeLink>& link) {
+    return std::make_shared<Inbox::Lane>([link] { link->served(); });
+  }
+  void post_bytes(std::size_t bytes, std::function<void()> task) {
+    impl_.inbox().post(lane_, std::move(task), bytes);
+  }
+
   Bus& bus_;
   Bus::Impl& impl_;
   std::shared_ptr<EdgeLink> link_;
+  std::shared_ptr<Inbox::Lane> own_lane_, lane_;  // lane_: of the following requests
   std::shared_ptr<Liveness> liveness_ = std::make_shared<Liveness>();
   bus_detail::SharedCdr shared_;  // the message that next() returned, if it was encoded already
   bool taken_ = false;            // the record at the ring's front was returned by next()
@@ -214,9 +243,10 @@ Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::str
   Bytes bytes;
   status = ops != nullptr ? ops->decode(cdr, message) : support->recode(cdr, bytes);
   if (!status) return status;
-  bus_.post([&impl = impl_, link = link_, from = std::string(from), name, support,
-             message = std::move(message), bytes = std::move(bytes)] {
-    bus_detail::Topic* target = impl.topic_for_edge(name, *support);
+  post_bytes(cdr.size(), [&impl = impl_, link = link_, from = std::string(from), name, support,
+                          message = std::move(message), bytes = std::move(bytes)] {
+    if (link->is_removed()) return;
+    const auto target = impl.topic_for_edge(name, *support);
     if (target == nullptr) return;  // a node has used the name with another type since
     impl.add_endpoint(*target, true, {link.get(), {from, link->name(), {}}});
     impl.receive(*target, bytes, message, link.get());
@@ -229,18 +259,26 @@ Status EdgeImpl::publish_twist(std::string_view from, const std::string& topic, 
   const bool refused = bus_.twists() == TwistPolicy::explain;
   Bytes checked;
   if (Status valid = convert_twist(type, cdr, {}, checked); !valid) return valid;
-  bus_.post([&bus = bus_, &impl = impl_, link = link_, from = std::string(from), topic,
-             came = std::string(type), &read, refused, received = Bytes(cdr.begin(), cdr.end())] {
-    if (!link->reports_conversions()) impl.explain_twist(from, topic, came);
-    bus_detail::Topic* target = refused ? nullptr : impl.topic_for_edge(topic, read);
-    if (target == nullptr) return;
-    Bytes converted;
-    static_cast<void>(
-        convert_twist(came, received, to_time_msg(bus.ros_now()), converted));  // checked before
-    impl.add_endpoint(*target, true, {link.get(), {from, link->name(), {}}});
-    impl.receive(*target, converted, nullptr, link.get());
-  });
+  post_bytes(cdr.size(),
+             [&bus = bus_, &impl = impl_, link = link_, from = std::string(from), topic,
+              came = std::string(type), &read, refused, received = Bytes(cdr.begin(), cdr.end())] {
+               if (link->is_removed()) return;
+               if (!link->reports_conversions()) impl.explain_twist(from, topic, came);
+               const auto target = refused ? nullptr : impl.topic_for_edge(topic, read);
+               if (target == nullptr) return;
+               Bytes converted;
+               static_cast<void>(
+                   convert_twist(came, received, to_time_msg(bus.ros_now()), converted));  // checked before
+               impl.add_endpoint(*target, true, {link.get(), {from, link->name(), {}}});
+               impl.receive(*target, converted, nullptr, link.get());
+             });
   return refused ? Status::refused(twist_conversion_text(from, topic, type, true)) : Status{};
+}
+
+void EdgeImpl::unadvertise(std::string_view from, std::string_view topic) {
+  post([&impl = impl_, link = link_, from = std::string(from), topic = std::string(topic)] {
+    impl.remove_publisher(topic, link.get(), from);
+  });
 }
 
 EdgeImpl::Target EdgeImpl::find_target(std::string_view name, std::string& why) const {
@@ -265,8 +303,8 @@ void EdgeImpl::call(std::string_view service, std::span<const std::byte> request
     }
   }
   auto pending = std::make_shared<EdgeReply>(liveness_, std::string(service), std::move(reply));
-  bus_.post([&impl = impl_, name = std::string(service), why, target, request = std::move(request),
-             pending = std::move(pending)]() mutable {
+  post_bytes(request_cdr.size(), [&impl = impl_, name = std::string(service), why, target,
+                                  request = std::move(request), pending = std::move(pending)]() mutable {
     const auto reply_to = std::move(pending);  // moved out of the task, which is destroyed on another thread
     if (!why.empty()) {
       reply_to->answer(Status::refused(why), {});
@@ -276,22 +314,29 @@ void EdgeImpl::call(std::string_view service, std::span<const std::byte> request
   });
 }
 
-void EdgeImpl::get_parameters(std::function<void(std::vector<NamedParameter>)> reply) {
-  bus_.post([&impl = impl_, edge = liveness_, reply = std::move(reply)] {
-    std::vector<NamedParameter> parameters;
-    for (Node* node : impl.nodes) {
-      for (const auto& declared : node->parameters().all()) {
-        parameters.push_back({node->name(), declared.name, declared.value});
-      }
+void EdgeImpl::get_parameters(std::function<void(const SharedParameters&)> reply) {
+  post([&impl = impl_, edge = liveness_, reply = std::move(reply)] {
+    edge->if_alive([&] { reply(impl.all_parameters()); });
+  });
+}
+
+void EdgeImpl::get_parameters(std::vector<std::pair<std::string, std::string>> nodes_and_names,
+                              std::function<void(const SharedParameters&)> reply) {
+  post([&impl = impl_, edge = liveness_, requested = std::move(nodes_and_names), reply = std::move(reply)] {
+    const auto found = std::make_shared<std::vector<NamedParameter>>();
+    for (const auto& [node, name] : requested) {
+      Node* const owner = impl.find_node(node, name);
+      const auto* const declared = owner != nullptr ? owner->parameters().find(name) : nullptr;
+      if (declared != nullptr) found->push_back({node, name, declared->value});
     }
-    edge->if_alive([&] { reply(std::move(parameters)); });
+    edge->if_alive([&] { reply(found); });
   });
 }
 
 void EdgeImpl::set_parameter(std::string_view node, std::string_view name, const ParameterValue& value,
                              std::function<void(Status)> reply) {
-  bus_.post([&impl = impl_, &bus = bus_, edge = liveness_, node = std::string(node), name = std::string(name),
-             value, reply = std::move(reply)] {
+  post([&impl = impl_, &bus = bus_, edge = liveness_, node = std::string(node), name = std::string(name),
+        value, reply = std::move(reply)] {
     Node* target = impl.find_node(node, name);
     Status status =
         target != nullptr

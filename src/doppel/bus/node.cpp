@@ -19,23 +19,23 @@ Node::~Node() {
   bus_.impl_->remove_owner(this);
 }
 
-bus_detail::Topic* Node::advertise_topic(std::string_view name, const bus_detail::TopicOps& ops, Qos qos) {
+std::shared_ptr<bus_detail::Topic> Node::advertise_topic(std::string_view name,
+                                                         const bus_detail::TopicOps& ops, Qos qos) {
   Bus::Impl& impl = *bus_.impl_;
-  bus_detail::Topic& topic =
-      impl.topic_for_node(bus_.names().resolve(NameKind::topic, name, name_), ops, name_);
+  auto topic = impl.topic_for_node(bus_.names().resolve(NameKind::topic, name, name_), ops, name_);
   {
     const std::lock_guard lock(impl.mutex);
-    topic.latched = topic.latched || qos.latched;
+    topic->latched = topic->latched || qos.latched;
   }
-  impl.add_endpoint(topic, true, {this, {name_, "", qos}});
-  return &topic;
+  impl.add_endpoint(*topic, true, {this, {name_, "", qos}});
+  return topic;
 }
 
 void Node::subscribe_topic(std::string_view name, const bus_detail::TopicOps& ops,
                            std::function<void(const void*)> callback, Qos qos) {
   Bus::Impl& impl = *bus_.impl_;
-  bus_detail::Topic& topic =
-      impl.topic_for_node(bus_.names().resolve(NameKind::topic, name, name_), ops, name_);
+  const auto held = impl.topic_for_node(bus_.names().resolve(NameKind::topic, name, name_), ops, name_);
+  bus_detail::Topic& topic = *held;
   auto shared = std::make_shared<std::function<void(const void*)>>(std::move(callback));
   topic.locals.push_back({this, shared});
   impl.add_endpoint(topic, false, {this, {name_, "", qos}});

@@ -9,6 +9,7 @@
 #include <iterator>
 
 #include "doppel/bus/detail/yaml_value.h"
+#include "doppel/core/files_read.h"
 #include "doppel/core/names.h"
 #include "doppel/core/yaml_fix.h"
 
@@ -298,6 +299,7 @@ ParameterFile ParameterFile::load(const std::filesystem::path& file) {
                      "this parameter file cannot be read: it is not a regular file",
                      "write the parameters into a file: a pipe or a device cannot be read a second time");
   }
+  FilesRead::note(file);
   std::ifstream in(file, std::ios::binary);
   if (!in || std::filesystem::is_directory(status)) {
     const bool folder = std::filesystem::is_directory(status);

@@ -4,6 +4,7 @@
 #include <yaml-cpp/yaml.h>
 
 #include <algorithm>
+#include <atomic>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -132,6 +133,12 @@ std::optional<ParameterValue> converted(const ParameterValue& current, Parameter
   return std::nullopt;
 }
 
+std::atomic<std::uint64_t> parameter_changes{0};
+
+void count_change() {
+  parameter_changes.fetch_add(1, std::memory_order_relaxed);
+}
+
 bool fits_options(const ParameterOptions& options, const ParameterValue& value) {
   if (options.range && !check_range(*options.range, value)) return false;
   return !options.check || options.check(value).ok();
@@ -187,6 +194,7 @@ ParameterValue Parameters::declare(std::string name, ParameterValue initial, Par
   Declared* before = find_mine(name);
   if (before == nullptr) {
     declared_.push_back({std::move(name), std::move(initial), std::move(options)});
+    count_change();
     if (on_event_) on_event_({{&declared_.back()}, {}, {}});
     return declared_.back().value;
   }
@@ -274,6 +282,7 @@ Status Parameters::check_undeclared(std::string_view name, std::size_t more) con
 
 void Parameters::store(const std::string& name, const ParameterValue& value, Event& event,
                        std::list<Declared>& gone) {
+  count_change();
   const auto found = std::ranges::find(declared_, name, &Declared::name);
   const bool deletes = std::holds_alternative<std::monostate>(value);
   if (found == declared_.end()) {
@@ -300,7 +309,12 @@ void Parameters::update_read_only(std::string_view name, ParameterValue value) {
   Declared* declared = find_mine(name);
   if (declared == nullptr || declared->value == value) return;
   declared->value = std::move(value);
+  count_change();
   if (on_event_) on_event_({{}, {declared}, {}});
+}
+
+std::uint64_t Parameters::changes() {
+  return parameter_changes.load(std::memory_order_relaxed);
 }
 
 std::vector<std::string> Parameters::names() const {

@@ -85,6 +85,8 @@ class DOPPEL_API Parameters {
   void on_event(std::function<void(const Event&)> listener) { on_event_ = std::move(listener); }
   [[nodiscard]] const std::list<Declared>& all() const { return declared_; }
   [[nodiscard]] std::vector<std::string> names() const;
+  // Increases with every declaration and change in this process, so that copies are made only after one.
+  [[nodiscard]] static std::uint64_t changes();
 
  private:
   // Refuses with the reason why `value` cannot be set; converts it to the stored type.

@@ -76,7 +76,7 @@ void put(NodesOfTopic& nodes, Topic& topic) {
 }  // namespace
 
 struct BusStage::Saved {
-  std::vector<NodesOfTopic> topics;  // by id - 1
+  std::vector<std::pair<std::shared_ptr<Topic>, NodesOfTopic>> topics;
   decltype(Bus::Impl::by_name) by_name;
   decltype(Bus::Impl::services) services;
   std::vector<Node*> nodes;
@@ -86,8 +86,8 @@ BusStage::BusStage(Bus& bus) : bus_(bus), saved_(std::make_unique<Saved>()) {
   Bus::Impl& impl = *bus.impl_;
   const std::lock_guard lock(impl.mutex);
   std::vector<NodesOfTopic> only_edges;
-  for (const auto& topic : impl.topics) {
-    saved_->topics.push_back(nodes_of(*topic));
+  for (const auto& [id, topic] : impl.topics) {
+    saved_->topics.emplace_back(topic, nodes_of(*topic));
     NodesOfTopic& rest = only_edges.emplace_back();
     rest.ops = topic->ops;
     std::ranges::remove_copy_if(topic->publishers, std::back_inserter(rest.publishers), &Endpoint::is_node);
@@ -98,7 +98,7 @@ BusStage::BusStage(Bus& bus) : bus_(bus), saved_(std::make_unique<Saved>()) {
   saved_->nodes = impl.nodes;
   impl.before_stage = std::make_unique<const Bus::Impl::GraphReport>(impl.graph_report());
   impl.stages = std::this_thread::get_id();
-  for (std::size_t i = 0; i < only_edges.size(); ++i) put(only_edges[i], *impl.topics[i]);
+  for (std::size_t i = 0; i < only_edges.size(); ++i) put(only_edges[i], *saved_->topics[i].first);
   impl.services.clear();
   impl.nodes.clear();
   impl.graph_changed();
@@ -108,10 +108,8 @@ BusStage::~BusStage() {
   if (saved_ == nullptr) return;
   Bus::Impl& impl = *bus_.impl_;
   const std::lock_guard lock(impl.mutex);
-  for (std::size_t i = 0; i < saved_->topics.size(); ++i) {
-    // No edge was added or removed meanwhile, because their requests run in spin().
-    put(saved_->topics[i], *impl.topics[i]);
-  }
+  // No edge was added or removed meanwhile, because their requests run in spin().
+  for (auto& [topic, nodes] : saved_->topics) put(nodes, *topic);
   impl.by_name.swap(saved_->by_name);
   impl.services.swap(saved_->services);
   impl.nodes.swap(saved_->nodes);
@@ -124,12 +122,12 @@ void BusStage::commit() {
   std::unique_ptr<Saved> replaced = std::make_unique<Saved>(), former;  // freed outside the lock
   std::unique_ptr<const Bus::Impl::GraphReport> graph;
   const std::lock_guard lock(impl.mutex);
-  for (std::size_t i = 0; i < saved_->topics.size(); ++i)
-    replaced->topics.push_back(joined(saved_->topics[i], *impl.topics[i]));
+  for (const auto& [topic, before] : saved_->topics)
+    replaced->topics.emplace_back(topic, joined(before, *topic));
   replaced->services = impl.services;
   for (const auto& [name, entry] : saved_->services) replaced->services.try_emplace(name, entry);
   replaced->nodes = joined(saved_->nodes, impl.nodes);
-  for (std::size_t i = 0; i < replaced->topics.size(); ++i) put(replaced->topics[i], *impl.topics[i]);
+  for (auto& [topic, all] : replaced->topics) put(all, *topic);
   impl.services.swap(replaced->services);
   impl.nodes.swap(replaced->nodes);
   graph = std::move(impl.before_stage);

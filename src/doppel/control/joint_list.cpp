@@ -38,7 +38,12 @@ bool is_reference(const Model& model, const std::string& name) {
 SourceLocation place_of(const ControllerContext& context, std::string_view parameter, std::size_t index) {
   if (context.overrides == nullptr) return {};
   const ParameterOverride* found = context.overrides->find(parameter);
-  if (found == nullptr) return {};
+  if (found == nullptr) {
+    // What is missing has no place; another value of the controller leads to its section in the file.
+    const auto& all = context.overrides->all();
+    const auto written = std::ranges::find_if(all, [](const auto& o) { return o.source.known(); });
+    return written != all.end() ? written->source : SourceLocation();
+  }
   return index < found->elements.size() ? found->elements[index] : found->source;
 }
 

@@ -61,6 +61,32 @@ std::string package_uri(const fs::path& file) {
   return "";
 }
 
+// Files and folders that did not exist before; the destructor removes them, unless they are kept.
+class NewFiles {
+ public:
+  NewFiles() = default;
+  NewFiles(const NewFiles&) = delete;
+  NewFiles& operator=(const NewFiles&) = delete;
+  ~NewFiles() {
+    std::error_code none;
+    for (auto file = paths_.rbegin(); file != paths_.rend(); ++file) fs::remove(*file, none);
+  }
+  void add(const fs::path& file) {
+    std::error_code none;
+    if (!fs::exists(file, none)) paths_.push_back(file);
+  }
+  void add_folders(const fs::path& folder) {
+    std::error_code none;
+    if (fs::exists(folder, none)) return;
+    if (folder.has_parent_path() && folder != folder.parent_path()) add_folders(folder.parent_path());
+    paths_.push_back(folder);
+  }
+  void keep() { paths_.clear(); }
+
+ private:
+  std::vector<fs::path> paths_;  // a folder before what is in it
+};
+
 }  // namespace
 
 MeshFiles::MeshFiles(MeshPlacement placement) : placement_(std::move(placement)) {
@@ -101,8 +127,10 @@ std::string MeshFiles::reference(const MeshGeometry& mesh, const std::vector<std
 }
 
 void MeshFiles::write() const {
+  NewFiles written;  // removed again if one of them cannot be written
   for (const auto& [to, planned] : planned_) {
     std::error_code failed;
+    written.add_folders(to.parent_path());
     fs::create_directories(to.parent_path(), failed);
     if (failed) {
       throw InputError("output.unwritable", make_location(to.parent_path().string()),
@@ -110,9 +138,11 @@ void MeshFiles::write() const {
                        "choose another with --copy-meshes DIR");
     }
     if (!planned.as_obj && fs::equivalent(planned.from, to, failed)) continue;
+    written.add(to);
     write_whole(to,
                 planned.as_obj ? obj_text(planned.from) : read_file(planned.from.string(), kMaxMeshBytes));
   }
+  written.keep();
 }
 
 }  // namespace doppel

@@ -26,6 +26,11 @@ class DOPPEL_API ByteRing {
   [[nodiscard]] std::span<const std::byte> front();
   void pop();
 
+  // The bytes of the records that wait, with their headers. Any thread.
+  [[nodiscard]] std::size_t used() const {
+    const std::size_t read = read_.load(std::memory_order_acquire);
+    return written_.load(std::memory_order_acquire) - read;
+  }
   [[nodiscard]] std::uint64_t dropped() const { return dropped_.load(std::memory_order_relaxed); }
 
  private:

@@ -19,8 +19,14 @@ namespace fs = std::filesystem;
 
 [[noreturn]] void refuse(const fs::path& file, int reason) {
   std::string fix = "choose another location";
-  if (reason == ENOENT) fix = fmt::format("create the folder '{}' first", file.parent_path().string());
+  std::error_code none;
+  if (reason == ENOENT && file.is_relative() && fs::current_path(none).empty()) {
+    fix = "change to a folder that exists: the working directory does not exist any more";
+  } else if (reason == ENOENT) {
+    fix = fmt::format("create the folder '{}' first", file.parent_path().string());
+  }
   if (reason == ENOSPC || reason == EDQUOT) fix = "free disk space; the previous file is unchanged";
+  if (reason == EFBIG) fix = "permit larger files: ulimit -f unlimited";
   if (reason == ENAMETOOLONG) fix = "choose a shorter name";
   if (reason == ELOOP) fix = "the links lead in a circle; give the path of a file";
   if (reason == EISDIR) fix = "give the path of a file";

@@ -2,6 +2,7 @@
 // The text of an exception of foreign code, such as a plugin library.
 
 #include <exception>
+#include <new>
 #include <string>
 
 namespace doppel {
@@ -10,6 +11,8 @@ namespace doppel {
 inline std::string thrown_text() {
   try {
     throw;
+  } catch (const std::bad_alloc&) {
+    return "there is not enough memory";
   } catch (const std::exception& problem) {
     return problem.what();
   } catch (...) {

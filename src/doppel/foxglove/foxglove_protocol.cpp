@@ -14,7 +14,7 @@ using wire::Malformed;
 
 enum ServerOpcode : std::uint8_t { kMessageData = 1, kTime = 2, kServiceResponse = 3, kAssetResponse = 4 };
 enum AssetStatus : std::uint8_t { kAssetFound = 0, kAssetRefused = 1 };
-enum ClientOpcode : std::uint8_t { kClientData = 1, kServiceCall = 2 };
+enum ClientOpcode : std::uint8_t { kClientData = kClientDataOpcode, kServiceCall = 2 };
 
 json schema_object(const std::string& type, const char* part, const std::string& schema) {
   return {{"encoding", kCdr}, {"schemaName", type + part}, {"schemaEncoding", kRos2Msg}, {"schema", schema}};
@@ -125,6 +125,10 @@ std::string to_frame(const ParameterValues& values) {
   json frame{{"op", "parameterValues"}, {"parameters", wire::parameters_to_json(values.parameters)}};
   if (!values.id.empty()) frame["id"] = values.id;
   return wire::dump(frame);
+}
+
+std::string with_id(const std::string& frame, const std::string& id) {
+  return id.empty() ? frame : "{\"id\":" + wire::dump(id) + "," + frame.substr(1);
 }
 
 std::string to_frame(const GraphUpdate& update) {

@@ -118,11 +118,14 @@ DOPPEL_API std::string to_frame(const RemovedChannels& removed);
 DOPPEL_API std::string to_frame(const Services& services);
 DOPPEL_API std::string to_frame(const RemovedServices& removed);
 DOPPEL_API std::string to_frame(const ParameterValues& values);
+// The frame of values without an id, with the id of a request: clients share the text of the values.
+DOPPEL_API std::string with_id(const std::string& frame, const std::string& id);
 DOPPEL_API std::string to_frame(const GraphUpdate& update);
 DOPPEL_API std::string to_frame(const ServiceFailure& failure);
 DOPPEL_API FrameBytes to_frame(const TimeMessage& time);
 DOPPEL_API FrameBytes to_frame(const ServiceResponse& response);
 DOPPEL_API FrameBytes to_frame(const AssetFailure& failure);
+constexpr std::uint8_t kClientDataOpcode = 1;  // the first byte of a client's message
 // The bytes before the payload, separate so that clients share one payload.
 constexpr std::size_t kDataHeadSize = 13;
 DOPPEL_API std::array<std::byte, kDataHeadSize> data_head(std::uint32_t subscription, Time stamp);

@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <sstream>
 
+#include "doppel/core/files_read.h"
 #include "doppel/core/names.h"
 #include "doppel/packages/package_folder.h"
 
@@ -179,6 +180,7 @@ PackageResolver::Resolved PackageResolver::resolve(const std::string& uri, const
   Resolved out;
   std::error_code none;
   const auto take = [&](const fs::path& candidate) {
+    FilesRead::note(candidate);
     out.tried.push_back(candidate.lexically_normal().string());
     if (fs::exists(candidate, none)) out.path = candidate.lexically_normal();
     return !out.path.empty();

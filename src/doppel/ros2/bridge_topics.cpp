@@ -165,7 +165,7 @@ bool BridgedTopics::follow(const std::vector<TopicInfo>& infos, SteadyTime now) 
 void BridgedTopics::subscribe(TopicId id, Topic& topic) {
   topic.subscribed = true;
   edge_.subscribe(id);
-  bus_.post([listening = topic.listening] { listening->store(true, std::memory_order_release); });
+  edge_.post([listening = topic.listening] { listening->store(true, std::memory_order_release); });
 }
 
 // Drops samples for late readers that would be outdated when these appear.
@@ -226,7 +226,7 @@ bool BridgedTopics::take_from(Topic& topic, std::size_t which) {
       rejections_.add(topic.name, writer, status.why());
     }
   }
-  if (handed) bus_.post([share] { share->end(); });
+  if (handed) edge_.post([share] { share->end(); });
   return more;
 }
 

@@ -97,7 +97,7 @@ bool BridgedTwists::take() {
         rejections_.add(key.first, sample_.identity.writer, status.why());
       }
     }
-    if (handed) bus_.post([share] { share->end(); });
+    if (handed) edge_.post([share] { share->end(); });
     more = more || left;
   }
   return more;

@@ -6,7 +6,6 @@
 #include <chrono>
 
 #include "doppel/bus/twist_conversion.h"
-#include "doppel/foxglove/parameter_name.h"
 
 namespace doppel {
 
@@ -17,6 +16,10 @@ namespace {
 // From the bus, before clients are written to again: otherwise many large messages after a delay would
 // overflow the queue of a client that is fast enough.
 constexpr std::size_t kMaxBytesAtOnce = 16384;
+// While the clients' messages fill the way from the bus faster than the clients read it, each client's
+// share of it: a command still passes.
+constexpr std::size_t kMaxMessagesPerTick = 8;
+constexpr std::size_t kCongestedPart = 16;              // of the ring
 constexpr std::size_t kMaxJson = std::size_t{1} << 20;  // bytes, of one payload
 
 bool is_topic_name(std::string_view name) {
@@ -95,6 +98,7 @@ Hub::ClientId Hub::join(ClientLink& link) {
   Client client;
   client.link = &link;
   client.node = fmt::format("/_client_{}", id);
+  client.lane = edge_->make_lane();
   clients_.emplace(id, std::move(client));
   return id;
 }
@@ -105,26 +109,51 @@ void Hub::leave(ClientId id) {
   while (!found->second.subscriptions.empty()) {
     unsubscribe_one(found->second, id, found->second.subscriptions.begin()->first);
   }
+  const Client left = std::move(found->second);
   clients_.erase(found);
+  edge_->act_for(left.lane);
+  for (const auto& [channel_id, channel] : left.advertised) stop_publishing(channel.topic);
+  edge_->act_for(nullptr);
+  if (clients_.empty()) end_unused_subscriptions();  // there are no further ticks
 }
 
-Status Hub::on_text(ClientId id, std::string_view frame) {
+bool Hub::is_ready(ClientId id, bool is_message) const {
+  const auto found = clients_.find(id);
+  if (found == clients_.end()) return true;
+  const Client& client = found->second;
+  if (client.lane->pending() >= options_.max_unserved || client.reads >= options_.max_reads) return false;
+  if (is_message && client.messages >= kMaxMessagesPerTick &&
+      edge_->waiting_bytes() > options_.ring_bytes / kCongestedPart)
+    return false;
+  std::size_t bytes = 0;
+  for (const auto& [other, each] : clients_) bytes += each.lane->pending_bytes();
+  return bytes < options_.max_unserved_bytes;
+}
+
+void Hub::on_text(ClientId id, std::string_view frame) {
   foxglove::ClientMessage message;
   const Status read = foxglove::read_client_text(frame, message);
-  return read ? dispatch(id, message) : read;
+  return read ? dispatch(id, message) : reject(id, read);
 }
 
-Status Hub::on_binary(ClientId id, foxglove::ByteView frame) {
+void Hub::on_binary(ClientId id, foxglove::ByteView frame) {
   foxglove::ClientMessage message;
   const Status read = foxglove::read_client_binary(frame, message);
-  return read ? dispatch(id, message) : read;
+  return read ? dispatch(id, message) : reject(id, read);
 }
 
-Status Hub::dispatch(ClientId id, const foxglove::ClientMessage& message) {
+void Hub::reject(ClientId id, const Status& why) {
   const auto found = clients_.find(id);
-  if (found == clients_.end()) return {};
+  if (found != clients_.end())
+    say(found->second, StatusLevel::error, fmt::format("frame rejected: {}", why.why()));
+}
+
+void Hub::dispatch(ClientId id, const foxglove::ClientMessage& message) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end()) return;
+  edge_->act_for(found->second.lane);
   std::visit([&](const auto& operation) { handle(found->second, id, operation); }, message);
-  return {};
+  edge_->act_for(nullptr);
 }
 
 void Hub::say(Client& client, StatusLevel level, std::string message) {
@@ -156,8 +185,8 @@ void Hub::subscribe_one(Client& client, ClientId id, const foxglove::Subscribe::
   }
   client.subscriptions[item.id] = item.channel;
   channel.subscribers.emplace_back(id, item.id);
-  if (channel.subscribers.size() == 1) {
-    edge_->subscribe(item.channel);  // the bus then delivers what is latched
+  if (!channel.from_bus) {
+    subscribe_on_bus(item.channel, channel);  // the bus then delivers what is latched
   } else if (channel.last != nullptr) {
     send_data(channel, client, item.id, channel.last_stamp, channel.last);
   }
@@ -178,12 +207,7 @@ void Hub::unsubscribe_one(Client& client, ClientId id, std::uint32_t subscriptio
   client.subscriptions.erase(subscription);
   const auto found = channels_.find(channel_id);
   if (found == channels_.end()) return;
-  ChannelState& channel = found->second;
-  std::erase_if(channel.subscribers, [id](const auto& s) { return s.first == id; });
-  if (channel.subscribers.empty()) {
-    channel.last = nullptr;
-    if (channel_id != clock_) edge_->unsubscribe(channel_id);
-  }
+  std::erase_if(found->second.subscribers, [id](const auto& s) { return s.first == id; });
   follow_clock();
 }
 
@@ -219,10 +243,22 @@ void Hub::handle(Client& client, ClientId, const foxglove::Advertise& advertise)
 
 void Hub::handle(Client& client, ClientId, const foxglove::Unadvertise& unadvertise) {
   for (const std::uint32_t channel : unadvertise.ids) {
-    if (client.advertised.erase(channel) == 0) {
+    if (const auto found = client.advertised.extract(channel)) {
+      stop_publishing(found.mapped().topic);
+    } else {
       say(client, StatusLevel::warning, fmt::format("there is no client channel {}", channel));
     }
   }
+}
+
+void Hub::stop_publishing(const std::string& topic) {
+  const auto uses = [&topic](const auto& channel) { return channel.second.topic == topic; };
+  const auto publishes = [&uses](const auto& client) {
+    return std::ranges::any_of(client.second.advertised, uses);
+  };
+  if (!published_.contains(topic) || std::ranges::any_of(clients_, publishes)) return;
+  published_.erase(topic);
+  edge_->unadvertise(kEdgeName, topic);
 }
 
 void Hub::handle(Client& client, ClientId, const foxglove::ClientData& data) {
@@ -231,9 +267,11 @@ void Hub::handle(Client& client, ClientId, const foxglove::ClientData& data) {
     return say(client, StatusLevel::error, fmt::format("there is no client channel {}", data.channel));
   }
   const foxglove::ClientChannel& channel = found->second;
+  ++client.messages;
   Bytes cdr;
   Status status = to_cdr_form(channel.encoding, *find_type(channel.schema_name), data.payload, cdr);
   if (status) status = edge_->publish(kEdgeName, channel.topic, channel.schema_name, cdr);
+  if (status) published_.insert(channel.topic);
   if (!status)
     say(client, StatusLevel::error, fmt::format("{}: message rejected: {}", channel.topic, status.why()));
 }
@@ -288,70 +326,6 @@ void Hub::finish_call(ClientId id, const foxglove::ServiceCall& call, const Stat
       foxglove::to_frame(foxglove::ServiceResponse{call.service, call.call, call.encoding, payload})));
 }
 
-void Hub::handle(Client&, ClientId id, const foxglove::GetParameters& get) {
-  send_parameters(id, get.names, get.id);
-}
-
-void Hub::send_parameters(ClientId id, std::vector<std::string> names, std::string request) {
-  edge_->get_parameters([this, id, names = std::move(names), request = std::move(request)](const auto& all) {
-    foxglove::ParameterValues values{.parameters = {}, .id = request};
-    const std::set<std::string> wanted(names.begin(), names.end());
-    for (const NamedParameter& parameter : all) {
-      std::string full = foxglove::parameter_name(parameter.node, parameter.name);
-      if (!wanted.empty() && !wanted.contains(full)) continue;
-      values.parameters.push_back({std::move(full), parameter.value});
-    }
-    post_([this, id, values = std::move(values)] {
-      const auto found = clients_.find(id);
-      if (found != clients_.end()) found->second.link->send(make_frame(foxglove::to_frame(values)));
-    });
-  });
-}
-
-void Hub::handle(Client& client, ClientId id, const foxglove::SetParameters& set) {
-  std::vector<std::string> names;
-  for (const foxglove::Parameter& parameter : set.parameters) {
-    std::string node, name;
-    if (!foxglove::split_parameter_name(parameter.name, node, name)) {
-      say(client, StatusLevel::error,
-          fmt::format("'{:.256}' is not a parameter; names have the form /node.parameter", parameter.name));
-      continue;
-    }
-    names.push_back(foxglove::parameter_name(node, name));
-    if (std::holds_alternative<std::monostate>(parameter.value)) {
-      say(client, StatusLevel::error, fmt::format("{:.256}: parameters cannot be removed", parameter.name));
-      continue;
-    }
-    edge_->set_parameter(node, name, parameter.value, [this, id, full = names.back()](const Status& status) {
-      if (status) return;
-      post_([this, id, text = fmt::format("{}: {}", full, status.why())] {
-        const auto found = clients_.find(id);
-        if (found != clients_.end()) say(found->second, StatusLevel::error, text);
-      });
-    });
-  }
-  if (!set.id.empty())
-    send_parameters(id, names.empty() ? std::vector<std::string>{""} : std::move(names), set.id);
-  poll_parameters();
-}
-
-void Hub::handle(Client& client, ClientId, const foxglove::WatchParameters& watch) {
-  if (watch.names.empty()) {
-    client.watches_all_parameters = watch.on;
-    if (!watch.on) client.watched_parameters.clear();
-  }
-  for (const std::string& name : watch.names) {
-    if (!watch.on) {
-      client.watched_parameters.erase(name);
-    } else if (client.watched_parameters.size() < options_.max_advertisements) {
-      client.watched_parameters.insert(name);
-    } else {
-      return say(client, StatusLevel::error, "too many parameters are watched");
-    }
-  }
-  poll_parameters();
-}
-
 void Hub::send_data(const ChannelState& channel, Client& client, std::uint32_t subscription, Time stamp,
                     const std::shared_ptr<const Bytes>& payload) {
   OutgoingFrame frame;
@@ -371,8 +345,9 @@ bool Hub::pump(std::size_t most) {
     if (!edge_->next(message)) return false;
     now_ = message.stamp;
     const auto found = channels_.find(message.topic);
-    if (found == channels_.end() || found->second.subscribers.empty()) continue;
+    if (found == channels_.end()) continue;
     ChannelState& channel = found->second;
+    if (channel.subscribers.empty() && !channel.latched) continue;
     passed += message.cdr.size();
     const auto payload = std::make_shared<const Bytes>(message.cdr.begin(), message.cdr.end());
     if (channel.latched) {

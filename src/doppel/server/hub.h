@@ -44,9 +44,13 @@ class DOPPEL_API ClientLink {
 struct HubOptions {
   std::string name;  // for serverInfo
   std::size_t ring_bytes = std::size_t{32} << 20;
-  std::size_t max_calls = 256;                                  // of one client, unanswered
-  std::size_t max_advertisements = 1024;                        // of one client
-  std::size_t max_fetches = 4096;                               // of one client, unanswered
+  std::size_t max_calls = 256;            // of one client, unanswered: of services and for parameters
+  std::size_t max_advertisements = 1024;  // of one client
+  std::size_t max_fetches = 4096;         // of one client, unanswered
+  // Beyond these, is_ready() is false: requests of one client that the loop has not served, answers to
+  // reads of parameters that it has not got, and the bytes of all clients' requests that the loop has not
+  // served.
+  std::size_t max_unserved = 16, max_reads = 16, max_unserved_bytes = std::size_t{32} << 20;
   std::shared_ptr<AssetLibrary> assets;                         // the files of fetchAsset; nullptr: none
   std::vector<std::pair<std::string, std::string>> metadata{};  // for serverInfo
 };
@@ -68,10 +72,15 @@ class DOPPEL_API Hub {
   void leave(ClientId id);
   [[nodiscard]] std::size_t clients() const { return clients_.size(); }
 
-  // Refused: the frame violates the protocol, and the connection should be closed with the reason. A
-  // well-formed request that cannot be fulfilled gets a status message.
-  Status on_text(ClientId id, std::string_view frame);
-  Status on_binary(ClientId id, foxglove::ByteView frame);
+  // Whether the client's next frame is taken now. Otherwise the client is not read until it is, so that its
+  // requests wait in its socket and not here; asked again after wake-ups of the bus and after tick().
+  [[nodiscard]] bool is_ready(ClientId id, bool is_message) const;
+  // Wakes readable_fd() when the loop has served requests.
+  void wake_when_served(bool on) { edge_->wake_when_served(on); }
+
+  // A frame that is not of the protocol, or cannot be fulfilled, gets a status message with the reason.
+  void on_text(ClientId id, std::string_view frame);
+  void on_binary(ClientId id, foxglove::ByteView frame);
 
   // Frames to this client were written: sends further requested files.
   void has_room(ClientId id);
@@ -98,13 +107,17 @@ class DOPPEL_API Hub {
     std::map<std::uint32_t, foxglove::ClientChannel> advertised;
     std::set<std::string> watched_parameters;
     bool watches_all_parameters = false, watches_graph = false;
-    std::size_t calls = 0;
+    bool waits_for_graph = false;
+    std::size_t calls = 0, reads = 0;  // unanswered; each read is a call, too
+    std::size_t messages = 0;          // since the last tick
+    std::shared_ptr<Inbox::Lane> lane;
     std::deque<foxglove::FetchAsset> fetches;  // waiting
     bool fetching = false;
   };
   struct ChannelState {
     foxglove::Channel offer;
     bool latched = false, seen = false;
+    bool from_bus = false;  // subscribed to; ends with a tick without subscribers
     std::vector<std::pair<ClientId, std::uint32_t>> subscribers;  // client, subscription
     std::shared_ptr<const Bytes> last;                            // of a latched topic
     Time last_stamp{};
@@ -134,13 +147,20 @@ class DOPPEL_API Hub {
   void handle(Client& client, ClientId id, const foxglove::WatchGraph& watch);
   void finish_call(ClientId id, const foxglove::ServiceCall& call, const Status& status,
                    const Bytes& response);
-  Status dispatch(ClientId id, const foxglove::ClientMessage& message);
+  void dispatch(ClientId id, const foxglove::ClientMessage& message);
+  void reject(ClientId id, const Status& why);
   void subscribe_one(Client& client, ClientId id, const foxglove::Subscribe::Item& item);
   void unsubscribe_one(Client& client, ClientId id, std::uint32_t subscription);
   void send_data(const ChannelState& channel, Client& client, std::uint32_t subscription, Time stamp,
                  const std::shared_ptr<const Bytes>& payload);
   static void say(Client& client, foxglove::StatusLevel level, std::string message);
-  void send_parameters(ClientId id, std::vector<std::string> names, std::string request);
+  void stop_publishing(const std::string& topic);
+
+  // hub_parameters.cpp
+  void send_parameters(Client& client, ClientId id, const std::vector<std::string>& names,
+                       std::string request);
+  void finish_read(ClientId id, const Edge::SharedParameters& values, const std::string& request, bool all);
+  [[nodiscard]] OutgoingFrame frame_of_all(const Edge::SharedParameters& values, const std::string& request);
 
   // hub_assets.cpp: files
   void handle(Client& client, ClientId id, const foxglove::FetchAsset& fetch);
@@ -152,12 +172,15 @@ class DOPPEL_API Hub {
   void refresh_channels();
   void refresh_services();
   void refresh_graph();
+  void send_graph(Client& client);
+  void subscribe_on_bus(std::uint32_t id, ChannelState& channel);
+  void end_unused_subscriptions();
   [[nodiscard]] Graph read_graph() const;
   void broadcast(std::string text);
   void follow_clock();
   void send_time();
   void poll_parameters();
-  void report_parameters(const std::vector<NamedParameter>& now);
+  void report_parameters(const Edge::SharedParameters& now);
 
   Bus& bus_;
   HubOptions options_;
@@ -170,8 +193,16 @@ class DOPPEL_API Hub {
   OutgoingFrame channels_frame_, services_frame_;   // for new clients
   std::uint64_t seen_version_ = ~std::uint64_t{0};
   Graph graph_;                                       // as sent to clients
+  OutgoingFrame graph_frame_;                         // all of it; empty: not made yet
+  std::size_t graphs_ = 0;                            // compared with the bus since the last tick
+  std::set<std::string> published_;                   // topics
   std::map<std::string, ParameterValue> parameters_;  // as sent to watching clients
-  std::uint32_t clock_ = 0;                           // the topic followed for the time, 0: none
+  Edge::SharedParameters reported_;                   // the same
+  bool polling_ = false, poll_again_ = false;
+  Edge::SharedParameters framed_;                          // the values of the next two
+  std::string all_parameters_;                             // a frame without a request's id
+  std::map<std::string, OutgoingFrame> parameter_frames_;  // by the request's id
+  std::uint32_t clock_ = 0;                                // the topic followed for the time, 0: none
   Time now_{}, time_sent_{-1};
   std::uint64_t ticks_ = 0;
   AssetReader assets_;

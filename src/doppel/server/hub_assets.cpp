@@ -8,12 +8,18 @@
 // that requests all files and reads none occupies no more memory than that.
 
 namespace doppel {
+namespace {
+
+constexpr std::size_t kMaxUri = 4096;  // bytes, as a path of Linux
+
+}  // namespace
 
 void Hub::handle(Client& client, ClientId id, const foxglove::FetchAsset& fetch) {
   const auto fail = [&](std::string why) {
     client.link->send(make_frame(foxglove::to_frame(foxglove::AssetFailure{fetch.request, std::move(why)})));
   };
   if (!assets_.offers()) return fail("this server has no files");
+  if (fetch.uri.size() > kMaxUri) return fail(fmt::format("a URI has at most {} bytes", kMaxUri));
   if (client.fetches.size() >= options_.max_fetches)
     return fail(fmt::format("the maximum of {} pending file requests is reached", options_.max_fetches));
   client.fetches.push_back(fetch);

@@ -1,15 +1,14 @@
 #include <algorithm>
 
-#include "doppel/foxglove/parameter_name.h"
 #include "doppel/server/hub.h"
 
-// The bus's graph in the Foxglove protocol: channels, services and their nodes; the clock
-// and watched parameters.
+// The bus's graph in the Foxglove protocol: channels, services and their nodes; the clock.
 
 namespace doppel {
 namespace {
 
 constexpr std::uint64_t kTicksPerGraph = 2, kTicksPerParameters = 5;
+constexpr std::size_t kMaxGraphsPerTick = 4;  // comparisons with the bus, for requests of clients
 
 foxglove::Channel describe(const TopicInfo& topic) {
   const TypeSupport* type = find_type(topic.type);
@@ -77,7 +76,7 @@ void Hub::refresh_channels() {
     removed.ids.push_back(id);
     for (const auto& [client, subscription] : channel.subscribers)
       clients_.at(client).subscriptions.erase(subscription);
-    if (!channel.subscribers.empty() || id == clock_) edge_->unsubscribe(id);
+    if (channel.from_bus) edge_->unsubscribe(id);
     if (id == clock_) clock_ = 0;
   }
   std::erase_if(channels_, [](const auto& channel) { return !channel.second.seen; });
@@ -156,6 +155,7 @@ void Hub::refresh_graph() {
     if (!now.services.contains(name)) update.removed_services.push_back(name);
   }
   graph_ = std::move(now);
+  graph_frame_ = {};
   const bool changed = !update.published.empty() || !update.subscribed.empty() || !update.services.empty() ||
                        !update.removed_services.empty();
   if (!changed) return;
@@ -166,16 +166,43 @@ void Hub::refresh_graph() {
 }
 
 void Hub::handle(Client& client, ClientId, const foxglove::WatchGraph& watch) {
-  client.watches_graph = false;
+  client.watches_graph = client.waits_for_graph = false;
   if (!watch.on) return;
+  if (++graphs_ > kMaxGraphsPerTick) {  // many requests at once are answered by the next tick
+    client.waits_for_graph = true;
+    return;
+  }
   refresh_offers();
   refresh_graph();  // for the others; the new client gets the whole graph
-  foxglove::GraphUpdate all;
-  all.published = changes({}, graph_.published);
-  all.subscribed = changes({}, graph_.subscribed);
-  all.services = changes({}, graph_.services);
-  client.link->send(make_frame(foxglove::to_frame(all)));
+  send_graph(client);
+}
+
+void Hub::send_graph(Client& client) {
+  if (graph_frame_.size() == 0) {
+    foxglove::GraphUpdate all;
+    all.published = changes({}, graph_.published);
+    all.subscribed = changes({}, graph_.subscribed);
+    all.services = changes({}, graph_.services);
+    graph_frame_ = make_frame(foxglove::to_frame(all));
+  }
+  client.link->send(graph_frame_);
   client.watches_graph = true;
+  client.waits_for_graph = false;
+}
+
+void Hub::subscribe_on_bus(std::uint32_t id, ChannelState& channel) {
+  if (std::exchange(channel.from_bus, true)) return;
+  edge_->subscribe(id);
+}
+
+// A client that subscribes and unsubscribes continuously costs the loop no more than two requests a tick.
+void Hub::end_unused_subscriptions() {
+  for (auto& [id, channel] : channels_) {
+    if (!channel.from_bus || id == clock_ || !channel.subscribers.empty()) continue;
+    channel.from_bus = false;
+    channel.last = nullptr;
+    edge_->unsubscribe(id);
+  }
 }
 
 // Subscribes to the clock while a client is subscribed to any topic: without subscribers the loop does
@@ -185,7 +212,6 @@ void Hub::follow_clock() {
       std::ranges::any_of(clients_, [](const auto& client) { return !client.second.subscriptions.empty(); });
   if (wanted == (clock_ != 0)) return;
   if (!wanted) {
-    if (channels_.at(clock_).subscribers.empty()) edge_->unsubscribe(clock_);
     clock_ = 0;
     return;
   }
@@ -193,7 +219,7 @@ void Hub::follow_clock() {
       channels_, [](const auto& channel) { return channel.second.offer.topic == "/clock"; });
   if (found == channels_.end()) return;
   clock_ = found->first;
-  if (found->second.subscribers.empty()) edge_->subscribe(clock_);
+  subscribe_on_bus(clock_, found->second);
 }
 
 void Hub::send_time() {
@@ -206,50 +232,22 @@ void Hub::send_time() {
   }
 }
 
-void Hub::poll_parameters() {
-  const bool watched = std::ranges::any_of(clients_, [](const auto& client) {
-    return client.second.watches_all_parameters || !client.second.watched_parameters.empty();
-  });
-  if (!watched) {
-    parameters_.clear();
-    return;
-  }
-  edge_->get_parameters([this](std::vector<NamedParameter> all) {
-    post_([this, all = std::move(all)] { report_parameters(all); });
-  });
-}
-
-void Hub::report_parameters(const std::vector<NamedParameter>& now) {
-  const bool first = parameters_.empty();
-  std::vector<foxglove::Parameter> changed;
-  for (const NamedParameter& parameter : now) {
-    const std::string name = foxglove::parameter_name(parameter.node, parameter.name);
-    const auto [entry, is_new] = parameters_.try_emplace(name, parameter.value);
-    if (!is_new && entry->second == parameter.value) continue;
-    entry->second = parameter.value;
-    if (!first) changed.push_back({name, parameter.value});
-  }
-  if (changed.empty()) return;
-  for (auto& [id, client] : clients_) {
-    foxglove::ParameterValues values;
-    for (const foxglove::Parameter& parameter : changed) {
-      if (client.watches_all_parameters || client.watched_parameters.contains(parameter.name)) {
-        values.parameters.push_back(parameter);
-      }
-    }
-    if (!values.parameters.empty()) client.link->send(make_frame(foxglove::to_frame(values)));
-  }
-}
-
 void Hub::tick() {
   ++ticks_;
+  graphs_ = 0;
+  for (auto& [id, client] : clients_) client.messages = 0;
   refresh_offers();
   follow_clock();
+  end_unused_subscriptions();
   send_time();
-  const bool graph_watched =
-      std::ranges::any_of(clients_, [](const auto& client) { return client.second.watches_graph; });
-  if (graph_watched && ticks_ % kTicksPerGraph == 0) refresh_graph();
-  if (ticks_ % kTicksPerParameters == 0) poll_parameters();
+  const auto watches = [](const auto& client) { return client.second.watches_graph; };
+  const auto waits = [](const auto& client) { return client.second.waits_for_graph; };
+  const bool waited_for = std::ranges::any_of(clients_, waits);
+  if (waited_for || (std::ranges::any_of(clients_, watches) && ticks_ % kTicksPerGraph == 0)) refresh_graph();
+  for (auto& [id, client] : clients_) {
+    if (client.waits_for_graph) send_graph(client);
+  }
+  if (poll_again_ || ticks_ % kTicksPerParameters == 0) poll_parameters();
 }
 
 }  // namespace doppel

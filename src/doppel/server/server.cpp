@@ -58,11 +58,17 @@ struct Server::Impl {
         admission(options.host, address.is_loopback(), token, port),
         files(options.assets, [this](std::function<void()> task) { asio::post(io, std::move(task)); }),
         hub(bus, {.name = options.name, .assets = options.assets, .metadata = options.metadata},
-            [this](std::function<void()> task) { asio::post(io, std::move(task)); }),
+            [this](std::function<void()> task) {
+              asio::post(io, [this, task = std::move(task)] {
+                task();
+                resume_waiting();
+              });
+            }),
         bus_readable(io, dup(hub.readable_fd())),
         tick_timer(io) {
     context.url = fmt::format("ws://{}:{}", reachable_host(address), port);
     context.joined = [this] { start_ticking(); };
+    context.resume = [this] { resume_waiting(); };
     accept();
     follow_bus();
     thread = guarded_thread(
@@ -131,9 +137,23 @@ struct Server::Impl {
   void drain_bus() {
     if (stopping) return;
     bool more = false;
-    catch_errors([&] { more = hub.pump(kMaxMessagesAtOnce); });
+    catch_errors([&] {
+      more = hub.pump(kMaxMessagesAtOnce);
+      resume_waiting();
+    });
     if (!more) return follow_bus();
     asio::post(io, [this] { drain_bus(); });
+  }
+
+  // Passes on the frames of clients for which the hub is ready by now: one of each, so that they take turns.
+  void resume_waiting() {
+    if (stopping) return;
+    for (std::size_t left = context.waiting.size(); left > 0; --left) {
+      const std::shared_ptr<WebSocketSession> client = std::move(context.waiting.front());
+      context.waiting.pop_front();
+      if (!client->resume()) context.waiting.push_back(client);
+    }
+    hub.wake_when_served(!context.waiting.empty());
   }
 
   void start_ticking() {
@@ -146,7 +166,10 @@ struct Server::Impl {
     tick_timer.async_wait([this](error_code failed) {
       ticking = !failed && !stopping && hub.clients() > 0;
       if (!ticking) return;
-      catch_errors([this] { hub.tick(); });
+      catch_errors([this] {
+        hub.tick();
+        resume_waiting();
+      });
       tick();
     });
   }
@@ -159,6 +182,7 @@ struct Server::Impl {
     accept_retry.cancel();
     tick_timer.cancel();
     bus_readable.close(ignored);
+    context.waiting.clear();
     for (WebSocketSession* client : context.clients) {
       client->close(websocket::close_code::going_away, "the twin has ended");
     }

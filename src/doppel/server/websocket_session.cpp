@@ -9,8 +9,9 @@
 namespace doppel::net {
 namespace {
 
-constexpr std::size_t kAnswersBeforePause = std::size_t{4}
-                                            << 20;  // unsent; above it the client's requests are not read
+// Unsent answers of one client, and of all together; above its share of the latter a client's requests are
+// not read.
+constexpr std::size_t kAnswersBeforePause = std::size_t{4} << 20, kAllAnswers = std::size_t{32} << 20;
 
 constexpr std::size_t kBufferKept = std::size_t{1} << 20;  // for the next frame, after a large one
 
@@ -121,10 +122,39 @@ void WebSocketSession::received() {
   const auto data = buffer_.cdata();
   const std::span frame(static_cast<const std::byte*>(data.data()), data.size());
   if (!within_limits(frame.size())) return;
-  const Status status = hand_on(frame);
+  if (is_hub_ready()) return hand_over();
+  holding_ = true;
+  context_.waiting.push_back(shared_from_this());
+  context_.hub.wake_when_served(true);
+  // What the client waits for may have happened before the wake-up was requested.
+  asio::post(socket_.get_executor(), context_.resume);
+}
+
+bool WebSocketSession::is_hub_ready() const {
+  const auto data = buffer_.cdata();
+  const bool is_message = !socket_.got_text() && data.size() > 0 &&
+                          *static_cast<const std::uint8_t*>(data.data()) == foxglove::kClientDataOpcode;
+  return context_.hub.is_ready(id_, is_message);
+}
+
+bool WebSocketSession::resume() {
+  if (closing_ || ended_) return true;
+  if (!is_hub_ready()) return false;
+  holding_ = false;
+  or_end([this] { hand_over(); });
+  return true;
+}
+
+void WebSocketSession::hand_over() {
+  const auto data = buffer_.cdata();
+  const std::span frame(static_cast<const std::byte*>(data.data()), data.size());
+  if (socket_.got_text()) {
+    context_.hub.on_text(id_, {reinterpret_cast<const char*>(frame.data()), frame.size()});
+  } else {
+    context_.hub.on_binary(id_, frame);
+  }
   buffer_.consume(buffer_.size());
   if (buffer_.capacity() > kBufferKept) buffer_.shrink_to_fit();
-  if (!status) return close(websocket::close_code::protocol_error, status.why());
   read_on();
 }
 
@@ -143,14 +173,13 @@ bool WebSocketSession::within_limits(std::size_t bytes) {
   return !closing_;
 }
 
-Status WebSocketSession::hand_on(std::span<const std::byte> frame) {
-  if (!socket_.got_text()) return context_.hub.on_binary(id_, frame);
-  return context_.hub.on_text(id_, {reinterpret_cast<const char*>(frame.data()), frame.size()});
+std::size_t WebSocketSession::max_unsent() const {
+  return std::min(kAnswersBeforePause, kAllAnswers / std::max<std::size_t>(1, context_.clients.size()));
 }
 
 // The requests of a client that does not read its responses are not read until it does.
 void WebSocketSession::read_on() {
-  if (!reading_ && !closing_ && !ended_ && queue_.answer_bytes() < kAnswersBeforePause) read();
+  if (!reading_ && !holding_ && !closing_ && !ended_ && queue_.answer_bytes() < max_unsent()) read();
 }
 
 void WebSocketSession::write() {

@@ -3,17 +3,23 @@
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/inotify.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstring>
+#include <utility>
 
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
+using std::chrono::steady_clock;
 
 constexpr std::uint32_t kSaved = IN_CLOSE_WRITE | IN_MOVED_TO | IN_DELETE | IN_MOVED_FROM;
+constexpr std::uint32_t kMoved = IN_DELETE_SELF | IN_MOVE_SELF;  // of a folder
+constexpr std::uint32_t kMade = IN_CREATE | IN_MOVED_TO;         // in it
 
 fs::path plain(const fs::path& file) {
   std::error_code none;
@@ -32,55 +38,143 @@ FileWatcher::~FileWatcher() {
   if (stop_ >= 0) close(stop_);
 }
 
-void FileWatcher::watch(const std::vector<fs::path>& files) {
-  std::set<fs::path> wanted;
-  files_.clear();
-  const auto add = [&](const fs::path& file) {
-    files_.insert(file);
-    wanted.insert(file.parent_path());
+FileWatcher::Version FileWatcher::version_of(const fs::path& file) {
+  struct stat found {};
+  if (stat(file.c_str(), &found) != 0) return {};
+  return {.modified_ns = found.st_mtim.tv_sec * std::int64_t{1'000'000'000} + found.st_mtim.tv_nsec,
+          .inode = found.st_ino,
+          .size = static_cast<std::uint64_t>(found.st_size)};
+}
+
+// A file that was watched before keeps its version, so that a change since the last event is not lost.
+void FileWatcher::add(const fs::path& file, const std::map<fs::path, Version>& former) {
+  const auto insert = [&](const fs::path& path) {
+    const auto known = former.find(path);
+    files_.emplace(path, known != former.end() ? known->second : version_of(path));
   };
-  for (const fs::path& file : files) {
-    add(plain(file));
-    std::error_code none;
-    if (fs::is_symlink(file, none)) add(plain(fs::canonical(file, none)));  // an installed link to the source
+  insert(plain(file));
+  std::error_code none;
+  if (!fs::is_symlink(file, none)) return;
+  const fs::path source = fs::canonical(file, none);  // of an installed link
+  if (!none) insert(plain(source));
+}
+
+void FileWatcher::watch(const std::vector<fs::path>& files) {
+  const auto former = std::exchange(files_, {});
+  for (const fs::path& file : files) add(file, former);
+  if (read_ != nullptr) {
+    for (const fs::path& file : read_->take()) add(file, former);
   }
-  std::erase_if(folders_, [&](const auto& entry) {
-    if (wanted.erase(entry.second) > 0) return false;
-    inotify_rm_watch(inotify_, entry.first);
-    return true;
-  });
-  for (const fs::path& folder : wanted) {
-    const int watch = inotify_add_watch(inotify_, folder.c_str(), kSaved);
-    if (watch >= 0) folders_[watch] = folder;
+  set_watches();
+}
+
+void FileWatcher::watch_what_was_read() {
+  if (read_ == nullptr) return;
+  const std::size_t before = files_.size();
+  for (const fs::path& file : read_->take()) add(file, {});
+  if (files_.size() != before) set_watches();
+}
+
+void FileWatcher::set_watches() {
+  // A folder may be made while the watches are set: then those of a further round include it.
+  constexpr int kMaxRounds = 5;
+  for (int round = 0; round < kMaxRounds; ++round) {
+    std::map<fs::path, std::uint32_t> wanted;
+    awaited_.clear();
+    std::error_code none;
+    for (const auto& [file, version] : files_) {
+      fs::path folder = file.parent_path();
+      std::uint32_t events = kSaved;
+      for (; !fs::is_directory(folder, none) && folder != folder.parent_path();
+           folder = folder.parent_path()) {
+        awaited_.insert(folder);
+        events = kMade;
+      }
+      wanted[folder] |= events | kMoved;
+      while (folder != folder.parent_path()) wanted[folder = folder.parent_path()] |= kMoved;
+    }
+    std::unordered_map<int, fs::path> watched;
+    for (const auto& [folder, events] : wanted) {
+      const int watch = inotify_add_watch(inotify_, folder.c_str(), events | IN_ONLYDIR);
+      if (watch >= 0) watched[watch] = folder;
+    }
+    for (const auto& [watch, folder] : folders_) {
+      if (!watched.contains(watch)) inotify_rm_watch(inotify_, watch);
+    }
+    folders_ = std::move(watched);
+    if (std::ranges::none_of(awaited_,
+                             [&](const fs::path& folder) { return fs::is_directory(folder, none); }))
+      return;
   }
 }
 
-bool FileWatcher::read_events(int timeout_ms, std::set<fs::path>& changed) {
+void FileWatcher::compare(std::set<fs::path>& changed) {
+  for (auto& [file, version] : files_) {
+    const Version now = version_of(file);
+    if (now == version) continue;
+    version = now;
+    changed.insert(file);
+  }
+}
+
+void FileWatcher::renew(std::set<fs::path>& changed) {
+  set_watches();
+  compare(changed);
+}
+
+FileWatcher::Events FileWatcher::read_events(std::chrono::nanoseconds timeout, std::set<fs::path>& changed) {
   std::array<pollfd, 2> waited{pollfd{inotify_, POLLIN, 0}, pollfd{stop_, POLLIN, 0}};
-  if (poll(waited.data(), waited.size(), timeout_ms) <= 0 || (waited[1].revents & POLLIN) != 0) return false;
+  const timespec time{.tv_sec = timeout / std::chrono::seconds(1),
+                      .tv_nsec = timeout % std::chrono::seconds(1) / std::chrono::nanoseconds(1)};
+  const bool forever = timeout < std::chrono::nanoseconds(0);
+  const int ready = ppoll(waited.data(), waited.size(), forever ? nullptr : &time, nullptr);
+  if ((waited[1].revents & POLLIN) != 0) return Events::stopped;
+  if (ready <= 0) return Events::none;
   alignas(inotify_event) std::array<char, 16384> buffer;
   const ssize_t size = read(inotify_, buffer.data(), buffer.size());
-  for (ssize_t at = 0; at < size;) {
+  std::set<fs::path> reported;
+  bool is_outdated = false;
+  for (ssize_t offset = 0; offset < size;) {
     inotify_event event;
-    std::memcpy(&event, buffer.data() + at, sizeof event);
+    std::memcpy(&event, buffer.data() + offset, sizeof event);
     const auto folder = folders_.find(event.wd);
-    if (folder != folders_.end() && event.len > 0) {
-      const fs::path file = folder->second / (buffer.data() + at + sizeof event);
-      if (files_.contains(file)) changed.insert(file);
+    // IN_IGNORED: the watch has ended, with its folder or its file system. A full queue has lost events.
+    if ((event.mask & (IN_Q_OVERFLOW | kMoved | IN_UNMOUNT)) != 0) is_outdated = true;
+    if ((event.mask & IN_IGNORED) != 0 && folder != folders_.end()) {
+      folders_.erase(folder);
+      is_outdated = true;
+    } else if (folder != folders_.end() && event.len > 0) {
+      const fs::path file = folder->second / (buffer.data() + offset + sizeof event);
+      if (files_.contains(file)) reported.insert(file);
+      is_outdated = is_outdated || awaited_.contains(file);
     }
-    at += static_cast<ssize_t>(sizeof event + event.len);
+    offset += static_cast<ssize_t>(sizeof event + event.len);
   }
-  return true;
+  for (const fs::path& file : reported) files_[file] = version_of(file);
+  changed.insert(reported.begin(), reported.end());
+  if (is_outdated) renew(changed);
+  return Events::some;
 }
 
 std::vector<fs::path> FileWatcher::wait(std::chrono::milliseconds quiet,
                                         std::optional<std::chrono::milliseconds> at_most) {
-  const int timeout = at_most ? static_cast<int>(at_most->count()) : -1;
   std::set<fs::path> changed;
+  watch_what_was_read();
+  compare(changed);  // since the last change was reported
+  const auto give_up = steady_clock::now() + at_most.value_or(std::chrono::milliseconds(0));
   while (changed.empty()) {
-    if (!read_events(timeout, changed)) return {};
+    const std::chrono::nanoseconds left =
+        at_most ? give_up - steady_clock::now() : std::chrono::nanoseconds(-1);
+    if (at_most && left <= std::chrono::nanoseconds(0)) return {};
+    if (read_events(left, changed) == Events::stopped) return {};
   }
-  while (read_events(static_cast<int>(quiet.count()), changed)) {
+  const auto latest = steady_clock::now() + kMaxWait;
+  auto end = steady_clock::now() + quiet;
+  for (auto now = steady_clock::now(); now < std::min(end, latest); now = steady_clock::now()) {
+    std::set<fs::path> further;
+    if (read_events(std::min(end, latest) - now, further) == Events::stopped) return {};
+    if (!further.empty()) end = steady_clock::now() + quiet;
+    changed.merge(further);
   }
   return {changed.begin(), changed.end()};
 }

@@ -1,15 +1,21 @@
 #pragma once
 // Reports changes of a set of files. Folders are watched instead of files, because editors replace a file by
-// a new one.
+// a new one; and the folders above them, because a folder may be removed and made again. The kernel watches
+// folders themselves and not their names, so the watches are renewed whenever one of these folders is
+// moved, removed or made.
 
 #include <chrono>
+#include <cstdint>
 #include <filesystem>
+#include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
 
+#include "doppel/core/files_read.h"
 #include "doppel/export.h"
 
 namespace doppel {
@@ -22,21 +28,43 @@ class DOPPEL_API FileWatcher {
   FileWatcher& operator=(const FileWatcher&) = delete;
 
   [[nodiscard]] bool works() const { return inotify_ >= 0; }
-  // Replaces the set of watched files. Files may not exist yet.
+  // Replaces the set of watched files. Files and their folders may not exist yet.
   void watch(const std::vector<std::filesystem::path>& files);
-  // Waits for a change and then until nothing more changes for `quiet`, because an editor may write several
-  // times. Empty: stop() was called, or nothing has changed in the time `at_most`.
+  // Also watches the files that are recorded there, from the next wait() on.
+  void watch_read(std::shared_ptr<FilesRead> files) { read_ = std::move(files); }
+  // Waits for a change and then until none of the files changes for `quiet`, because an editor may write
+  // several times; at most kMaxWait after the first change. Empty: stop() was called, or nothing has
+  // changed in the time `at_most`.
   std::vector<std::filesystem::path> wait(std::chrono::milliseconds quiet,
                                           std::optional<std::chrono::milliseconds> at_most = std::nullopt);
   void stop();  // from any thread
+  static constexpr std::chrono::milliseconds kMaxWait{250};
 
  private:
-  // Adds the changes that the kernel reports to `changed`; false: none within the timeout, or stop().
-  bool read_events(int timeout_ms, std::set<std::filesystem::path>& changed);
+  // What tells the versions of a file apart; all zero: there is no file.
+  struct Version {
+    std::int64_t modified_ns = 0;
+    std::uint64_t inode = 0, size = 0;
+    bool operator==(const Version&) const = default;
+  };
+  enum class Events : std::uint8_t { stopped, none, some };
+
+  static Version version_of(const std::filesystem::path& file);
+  // Adds the changes that the kernel reports within the time to `changed`.
+  Events read_events(std::chrono::nanoseconds timeout, std::set<std::filesystem::path>& changed);
+  // Watches the folders as they are now, and adds the files that differ from their known version.
+  void renew(std::set<std::filesystem::path>& changed);
+  void set_watches();
+  void compare(std::set<std::filesystem::path>& changed);
+
+  void add(const std::filesystem::path& file, const std::map<std::filesystem::path, Version>& former);
+  void watch_what_was_read();
 
   int inotify_ = -1, stop_ = -1;
+  std::shared_ptr<FilesRead> read_;
   std::unordered_map<int, std::filesystem::path> folders_;  // by watch
-  std::set<std::filesystem::path> files_;
+  std::map<std::filesystem::path, Version> files_;          // with the version that was reported last
+  std::set<std::filesystem::path> awaited_;                 // folders that do not exist yet
 };
 
 }  // namespace doppel

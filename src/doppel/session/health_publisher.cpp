@@ -158,6 +158,18 @@ HealthPublisher::~HealthPublisher() {
   }
 }
 
+void HealthPublisher::retire() {
+  publishers_.reset();
+  const std::lock_guard lock(shared_->mutex);
+  shared_->ending = true;
+  shared_->change.notify_all();
+}
+
+bool HealthPublisher::has_ended() const {
+  const std::lock_guard lock(shared_->mutex);
+  return shared_->ending && !shared_->busy;
+}
+
 void HealthPublisher::look_at(const RobotDescription& robot) {
   SourcePlaces places = source_places(robot);
   {

@@ -42,6 +42,11 @@ class DOPPEL_API HealthPublisher {
   HealthPublisher(const HealthPublisher&) = delete;
   HealthPublisher& operator=(const HealthPublisher&) = delete;
 
+  // The loop's thread: ends the topics and further audits without waiting for the present one. The
+  // destructor does not wait once has_ended() is true.
+  void retire();
+  [[nodiscard]] bool has_ended() const;
+
   // The loop's thread: runs the audit again for the running `robot` and publishes both topics.
   void look_at(const RobotDescription& robot);
 

@@ -33,8 +33,10 @@ std::string names_of(const std::vector<std::filesystem::path>& files) {
 
 Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> before,
                       std::function<void()> afterwards) {
-  const auto begin = [&twin, before = std::move(before)]() -> Reloadable::Build {
-    return [&twin, before, running = twin.running()](Diagnostics& said) -> Reloadable::TakeOver {
+  const auto files_read = std::make_shared<FilesRead>();
+  const auto begin = [&twin, before = std::move(before), files_read]() -> Reloadable::Build {
+    return [&twin, before, files_read, running = twin.running()](Diagnostics& said) -> Reloadable::TakeOver {
+      const FilesRead::Recording recording(*files_read);
       return [&twin, before, fresh = twin.prepare(running, said)] {
         before(*fresh);
         return twin.replace(fresh) == Twin::Reload::controllers_kept
@@ -43,13 +45,15 @@ Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> 
       };
     };
   };
-  return {twin.bus(), [&twin] { return twin.files(); }, begin, std::move(afterwards)};
+  return {twin.bus(), [&twin] { return twin.files(); }, begin, std::move(afterwards), files_read};
 }
 
 Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replacement&)> before,
                       std::function<void()> afterwards) {
-  const auto begin = [&viewer, before = std::move(before)]() -> Reloadable::Build {
-    return [&viewer, before](Diagnostics& said) -> Reloadable::TakeOver {
+  const auto files_read = std::make_shared<FilesRead>();
+  const auto begin = [&viewer, before = std::move(before), files_read]() -> Reloadable::Build {
+    return [&viewer, before, files_read](Diagnostics& said) -> Reloadable::TakeOver {
+      const FilesRead::Recording recording(*files_read);
       return [&viewer, before, fresh = viewer.prepare(said)] {
         before(*fresh);
         viewer.replace(fresh);
@@ -57,7 +61,7 @@ Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replaceme
       };
     };
   };
-  return {viewer.bus(), [&viewer] { return viewer.files(); }, begin, std::move(afterwards)};
+  return {viewer.bus(), [&viewer] { return viewer.files(); }, begin, std::move(afterwards), files_read};
 }
 
 Reloader::Reloader(Reloadable what, const Log& log) : what_(std::move(what)), log_(log) {
@@ -65,6 +69,7 @@ Reloader::Reloader(Reloadable what, const Log& log) : what_(std::move(what)), lo
     log.warning(kOrigin, "file notifications are not available; edits are not reloaded");
     return;
   }
+  watcher_.watch_read(what_.files_read);
   watcher_.watch(what_.files());
   thread_ = guarded_thread([this] { run(); },
                            [this](const std::string& thrown) {

@@ -13,6 +13,7 @@
 
 #include "doppel/bus/bus.h"
 #include "doppel/core/diagnostic.h"
+#include "doppel/core/files_read.h"
 #include "doppel/core/log.h"
 #include "doppel/export.h"
 #include "doppel/session/file_watcher.h"
@@ -30,7 +31,8 @@ struct Reloadable {
   Bus& bus;
   std::function<std::vector<std::filesystem::path>()> files;  // to watch; the loop's thread
   std::function<Build()> begin;
-  std::function<void()> afterwards;  // after an accepted or rejected edit; the loop's thread
+  std::function<void()> afterwards;                 // after an accepted or rejected edit; the loop's thread
+  std::shared_ptr<FilesRead> files_read = nullptr;  // by builds: watched, too
 };
 // before: called with a replacement that may still be rejected; the loop's thread.
 DOPPEL_API Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> before,

@@ -70,7 +70,14 @@ std::unique_ptr<HealthPublisher> TwinSession::make_publisher(const WorldRobot& r
 }
 
 void TwinSession::remove_stale_publishers() {
-  std::erase_if(health_, [this](const auto& entry) { return twin_.find_robot(entry.first) == nullptr; });
+  for (auto& [name_space, publisher] : health_) {
+    if (twin_.find_robot(name_space) != nullptr) continue;
+    publisher->retire();
+    retired_.push_back(std::move(publisher));
+  }
+  std::erase_if(health_, [](const auto& entry) { return entry.second == nullptr; });
+  // The loop does not wait for the audit of a robot that was deleted.
+  std::erase_if(retired_, [](const auto& publisher) { return publisher->has_ended(); });
 }
 
 ViewSession::ViewSession(Viewer& viewer, const WorldRobot& robot, const SessionOptions& options,

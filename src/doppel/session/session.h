@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "doppel/core/log.h"
 #include "doppel/export.h"
@@ -69,6 +70,7 @@ class DOPPEL_API TwinSession : public Session {
   Twin& twin_;
   const Log& log_;
   std::map<std::string, std::unique_ptr<HealthPublisher>> health_;  // by namespace
+  std::vector<std::unique_ptr<HealthPublisher>> retired_;  // of deleted robots, until their audits end
   std::optional<Reloader> reloader_;
 };
 

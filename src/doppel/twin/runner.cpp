@@ -20,7 +20,9 @@ namespace {
 constexpr std::chrono::milliseconds kMaxScheduleLag{100};  // further behind than this, the schedule is moved
 constexpr std::chrono::milliseconds kPausedPollInterval{2};
 constexpr std::chrono::milliseconds kMaxSleep{20};  // with a slow pace, between two looks at requests
-constexpr std::uint64_t kStepsAtOnce = 100;         // while paused, between two calls of between_steps()
+// Of the loop's time, for requests of edges: they get more while a step waits for its time anyway.
+constexpr double kEdgeShareWithIdleTime = 0.1, kMinEdgeShare = 0.02;
+constexpr std::uint64_t kStepsAtOnce = 100;  // while paused, between two calls of between_steps()
 
 void sleep_until(std::chrono::steady_clock::time_point due) {
   const auto since = due.time_since_epoch();
@@ -160,6 +162,7 @@ Runner::Clock::time_point Runner::keep_pace(Clock::time_point now, const std::at
     meter_.restart(anchor_wall_, anchor_steps_, phases());
     now = anchor_wall_;
   }
+  twin_.bus().set_edge_share(kMinEdgeShare);
   if (anchor_speed_ <= 0.0) return now;
   while (due_time() - now > kMaxSleep) {
     sleep_until(now + kMaxSleep);
@@ -171,6 +174,7 @@ Runner::Clock::time_point Runner::keep_pace(Clock::time_point now, const std::at
   }
   const auto due = due_time();
   if (now < due) {
+    twin_.bus().set_edge_share(kEdgeShareWithIdleTime);
     sleep_until(due);
     now = Clock::now();
   }
@@ -221,6 +225,7 @@ void Runner::publish_status(Clock::time_point now) {
 
 void Runner::rest_while_paused(const std::atomic<bool>& stop) {
   const auto paused_at = Clock::now();
+  twin_.bus().set_edge_share(kEdgeShareWithIdleTime);
   view_.paused.store(true, std::memory_order_relaxed);
   view_.real_time_factor.store(0.0, std::memory_order_relaxed);
   meter_.restart(paused_at, twin_.steps(), phases());
@@ -275,6 +280,7 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
   }
   if (statistics_.end == RunEnd::duration_reached)
     keep_pace(Clock::now(), stop);  // the duration of the last step has to pass, too
+  twin_.bus().set_edge_share(0);
   statistics_.wall += Clock::now() - begin_wall;
   statistics_.steps = twin_.steps() - begin_steps;
   statistics_.simulated = simulated_ + static_cast<std::int64_t>(twin_.steps() - counted_) * step_size_;

@@ -146,7 +146,7 @@ ModelSearch::ModelSearch(const fs::path& world, PackageResolver& resolver) : res
   }
 }
 
-const FoundFile& ModelSearch::find(const std::string& uri, const fs::path& folder) const {
+const FoundFile& ModelSearch::find(const std::string& uri, const fs::path& folder) {
   std::string key = uri + '\n' + folder.string();
   const auto known = known_.find(key);
   if (known != known_.end()) return known->second;

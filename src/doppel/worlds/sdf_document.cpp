@@ -22,8 +22,8 @@ namespace {
 
 constexpr int kMaxDepth = 50;                             // of nested and included models
 constexpr std::size_t kMaxBytes = std::size_t{64} << 20;  // of a file
-constexpr std::size_t kMaxItems = 200'000;                // of a world with all that it includes
-constexpr std::size_t kMaxPlaces = 12;                    // named in a message
+constexpr std::size_t kMaxItems = 200'000;  // elements of models, of a world with all that it includes
+constexpr std::size_t kMaxPlaces = 12;      // named in a message
 const Eigen::Vector4d kWarningColour{1.0, 0.2, 0.7, 1.0};
 
 std::pair<int, int> sdf_version(const std::string& text) {
@@ -188,9 +188,12 @@ void Document::read_items(const XmlNode& node, const Source& source, Scope& scop
                           int depth) {
   for (const XmlNode& child : node.children) {
     if (child.kind != XmlNode::Kind::element) continue;
-    if (scope.items.size() > kMaxItems)
-      throw InputError("sdf.too_much", child.where,
-                       fmt::format("'{}' has more than {} parts", scope.name, kMaxItems));
+    if (++elements_read_ > kMaxItems) {
+      throw InputError(
+          "sdf.too_much", child.where,
+          fmt::format("the world has more than {} elements, with all that it includes", kMaxItems),
+          "remove an <include>, or what the included models include");
+    }
     if (child.is("model")) {
       read_model(child, source, scope, nullptr, depth + 1);
     } else if (child.is("include")) {

@@ -156,7 +156,7 @@ SdfWorld load_sdf(const fs::path& given, PackageResolver& resolver, Diagnostics&
     }
   }
   resolver.add_context(file);
-  const ModelSearch search(file, resolver);
+  ModelSearch search(file, resolver);
   const fs::path folder = fs::absolute(file, none).lexically_normal().parent_path();
   if (lowered(file.extension().string()) == ".xacro") {
     ExpandedDescription expanded = expand_description(file, {}, resolver, diagnostics);
@@ -173,8 +173,8 @@ SdfWorld load_sdf(const fs::path& given, PackageResolver& resolver, Diagnostics&
 SdfWorld parse_sdf(const std::string& text, const std::string& name, const fs::path& folder,
                    PackageResolver& resolver, Diagnostics& diagnostics) {
   if (folder.empty())
-    return read(text, name, folder, static_cast<const ModelSearch*>(nullptr), resolver, diagnostics);
-  const ModelSearch search(folder, resolver);
+    return read(text, name, folder, static_cast<ModelSearch*>(nullptr), resolver, diagnostics);
+  ModelSearch search(folder, resolver);
   return read(text, name, folder, &search, resolver, diagnostics);
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "doppel/core/names.h"
+#include "doppel/core/files_read.h"
 #include "doppel/xacro/detail/xacro_expander.h"
 
 namespace doppel::xacro {
@@ -66,6 +67,7 @@ std::vector<fs::path> Expander::included_files(std::string_view name, const Tree
                            fmt::format("no file matches '{}'", path.string()));
     return out;
   }
+  FilesRead::note(path);
   std::error_code none;
   if (fs::exists(path, none)) return {path};
   if (optional) return {};

@@ -11,6 +11,7 @@
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/file_descriptor.h"
+#include "doppel/core/files_read.h"
 #include "doppel/xml/xml_tree.h"
 
 namespace doppel {
@@ -81,6 +82,7 @@ std::string read_file(const std::string& file, std::size_t largest) {
     throw InputError("file.unreadable", make_location(file),
                      fmt::format("'{}' cannot be read: {}", file, why));
   };
+  FilesRead::note(file);
   // Not blocking, because the path may be a pipe without a writer.
   const FileDescriptor in(open(file.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK));
   struct stat status {};

@@ -6,9 +6,9 @@
 
 #include <algorithm>
 #include <cstring>
-#include <deque>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <set>
 #include <system_error>
 #include <thread>
@@ -69,6 +69,31 @@ class EdgeLink {
   [[nodiscard]] int fd() const { return fd_; }
   [[nodiscard]] ByteRing& ring() { return ring_; }
   [[nodiscard]] const ByteRing& ring() const { return ring_; }
+  // Whether a topic is to be delivered: the edge's last request, which may overtake earlier ones in another
+  // lane.
+  void set_wanted(TopicId topic, bool on) {
+    const std::lock_guard lock(topics_mutex_);
+    if (on) {
+      topics_.insert(topic);
+    } else {
+      topics_.erase(topic);
+    }
+  }
+  [[nodiscard]] bool is_wanted(TopicId topic) {
+    const std::lock_guard lock(topics_mutex_);
+    return topics_.contains(topic);
+  }
+  // The loop: whether the edge still exists; a request in another lane than its end may come later.
+  [[nodiscard]] bool is_removed() const { return removed_; }
+  void set_removed() { removed_ = true; }
+  void wake_when_served(bool on) { waits_for_service_ = on; }
+  // The loop: wakes the edge if it waits for its requests to be served.
+  void served() {
+    if (waits_for_service_.load()) signal();
+  }
+  [[nodiscard]] std::size_t waiting_bytes() const {
+    return ring_.used() + shared_bytes_.load(std::memory_order_relaxed);
+  }
   [[nodiscard]] bool fits_in_ring(std::size_t size) const { return size + 64 < options_.ring_bytes; }
   [[nodiscard]] bool reports_conversions() const { return options_.reports_conversions; }
   [[nodiscard]] bool wants_from(const EdgeLink* sender) const {
@@ -134,6 +159,10 @@ class EdgeLink {
   ByteRing ring_;
   const int fd_;
   std::atomic<bool> armed_{true};
+  std::atomic<bool> waits_for_service_{false};
+  bool removed_ = false;
+  std::mutex topics_mutex_;
+  std::set<TopicId> topics_;
   std::atomic<std::size_t> shared_bytes_{0};  // of records that share their messages
 };
 
@@ -162,9 +191,9 @@ struct Bus::Impl {
   const std::function<void(const std::string&)> advise;   // BusOptions::advise
   std::set<std::pair<std::string, std::string>> advised;  // topic, publisher
   mutable std::mutex mutex;                               // publish() never takes it
-  std::deque<std::unique_ptr<Topic>>
-      topics;  // by id - 1; never removed, as publishers may outlive their node
-  std::map<std::string, Topic*, std::less<>> by_name;  // the present topic of a name
+  std::map<TopicId, std::shared_ptr<Topic>> topics;  // also held by publishers, which may outlive their node
+  TopicId next_topic = 1;
+  std::map<std::string, std::shared_ptr<Topic>, std::less<>> by_name;  // the present topic of a name
   ServiceEntries services;
   ServiceId next_service = 1;
   std::vector<Node*> nodes;
@@ -180,17 +209,20 @@ struct Bus::Impl {
   }
 
   // The loop's thread; all take the mutex.
-  Topic& topic_for_node(const std::string& name, const bus_detail::TopicOps& ops, const std::string& node);
+  std::shared_ptr<Topic> topic_for_node(const std::string& name, const bus_detail::TopicOps& ops,
+                                        const std::string& node);
   // nullptr: nodes use the topic with another type.
-  Topic* topic_for_edge(const std::string& name, const TypeSupport& support);
+  std::shared_ptr<Topic> topic_for_edge(const std::string& name, const TypeSupport& support);
+  void remove_publisher(const std::string& topic, const void* owner, const std::string& node);
   void add_endpoint(Topic& topic, bool publishes, bus_detail::Endpoint endpoint);
   void subscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link);
-  void unsubscribe_link(TopicId id, const bus_detail::EdgeLink* link);
+  void unsubscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link);
   void remove_owner(const void* owner);  // a node or a link, with all of its endpoints
   void receive(Topic& topic, std::span<const std::byte> cdr, std::shared_ptr<const void> message,
                const bus_detail::EdgeLink* from);
   void explain_twist(const std::string& who, const std::string& topic, std::string_view came);
-  void deliver_last(Topic& topic, const std::shared_ptr<bus_detail::EdgeLink>& link);
+  void deliver_last(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link);
+  Edge::SharedParameters all_parameters();
 
   // The service that an edge has found or, if that was removed, the present one of the same name and type.
   // The loop's thread.
@@ -199,16 +231,23 @@ struct Bus::Impl {
                                               decltype(ServiceEntry::decode) decode) const;
   // The part of the node that has the parameter; without one, any part; nullptr: no such node.
   Node* find_node(std::string_view name, std::string_view parameter) const;
+  [[nodiscard]] Inbox& inbox() const { return bus.inbox_; }
   void graph_changed() { bus.graph_version_.fetch_add(1, std::memory_order_acq_rel); }
   static void update_wanted(Topic& topic);
 
  private:
-  Topic& make_topic(const std::string& name, const TypeSupport& support);
+  std::shared_ptr<Topic> make_topic(const std::string& name, const TypeSupport& support);
+  // Frees the topic if no node, edge or publisher has it any more. The mutex is held.
+  void free_if_unused(TopicId id);
   template <class Change>
   void change_endpoints(Topic& topic, Change change);
   static bool is_listed(const Topic& topic) {
     return !topic.publishers.empty() || !topic.subscribers.empty();
   }
+
+  Edge::SharedParameters
+      parameters_;  // the copy for edges, of these versions of the graph and of all parameters
+  std::uint64_t graph_of_parameters_ = 0, changes_of_parameters_ = 0;
 };
 
 std::unique_ptr<Edge> make_edge(Bus& bus, Bus::Impl& impl, std::string name, const EdgeOptions& options);

@@ -6,6 +6,8 @@
 #include <gtest/gtest.h>
 #include <poll.h>
 
+#include <thread>
+
 #include "doppel/messages/sensor_msgs.h"
 #include "doppel/messages/std_srvs.h"
 
@@ -65,6 +67,75 @@ struct Answer {
     };
   }
 };
+
+TEST(Bus, RequestsBeyondTheEdgeShareWaitInOrder) {
+  Bus bus;
+  const auto edge = bus.attach("/edge");
+  int served = 0;
+  bool own = false, ordered = true;
+  for (int i = 0; i < 100; ++i) {
+    edge->post([&, i] {
+      ordered = ordered && served++ == i;
+      std::this_thread::sleep_for(std::chrono::microseconds(200));
+    });
+  }
+  bus.post([&own] { own = true; });
+  bus.set_edge_share(0.01);
+  bus.spin();
+  EXPECT_TRUE(own);
+  EXPECT_LT(served, 100);
+  bus.set_edge_share(0);
+  bus.spin();
+  EXPECT_EQ(served, 100);
+  EXPECT_TRUE(ordered);
+}
+
+TEST(Bus, TopicsThatNothingUsesAreFreed) {
+  Bus bus;
+  const auto edge = bus.attach("/edge");
+  const auto publish = [&] {
+    EXPECT_TRUE(edge->publish("/client", "/mine", "std_msgs/msg/Float64", to_cdr(Float64{1})));
+    bus.spin();
+    return topic(bus, "/mine").id;
+  };
+  const TopicId first = publish();
+  EXPECT_EQ(publish(), first);
+  edge->unadvertise("/client", "/mine");
+  bus.spin();
+  EXPECT_EQ(topic(bus, "/mine").id, 0u);
+  const TopicId second = publish();
+  EXPECT_NE(second, first) << "expected a new topic, because the former one was freed";
+  edge->subscribe(second);
+  edge->unadvertise("/client", "/mine");
+  bus.spin();
+  EXPECT_EQ(topic(bus, "/mine").id, second) << "expected a subscriber to keep the topic";
+  edge->unsubscribe(second);
+  bus.spin();
+  EXPECT_EQ(topic(bus, "/mine").id, 0u);
+}
+
+TEST(Bus, TopicOfPublisherThatOutlivesItsNodeIsKept) {
+  Bus bus;
+  const auto edge = bus.attach("/edge");
+  Publisher<Float64> late;
+  TopicId id = 0;
+  {
+    Node node(bus, "/a");
+    late = node.advertise<Float64>("~/value");
+    id = topic(bus, "/a/value").id;
+  }
+  EXPECT_EQ(topic(bus, "/a/value").id, 0u);
+  edge->subscribe(id);
+  bus.spin();
+  late.publish({3}, Time(0));
+  EXPECT_EQ(take_all<Float64>(*edge, id).size(), 1u);
+  late = {};
+  edge->unsubscribe(id);
+  bus.spin();
+  Node again(bus, "/a");
+  again.advertise<Float64>("~/value");
+  EXPECT_NE(topic(bus, "/a/value").id, id);
+}
 
 TEST(Bus, ResolvesNamesAndListsGraph) {
   Bus bus;

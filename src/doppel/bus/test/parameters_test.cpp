@@ -229,7 +229,7 @@ TEST_F(ParameterServices, EdgeCallsServices) {
   EXPECT_EQ(std::get<double>(part.parameters().find("more")->value), 2.0);
   edge_->set_parameter("/m", "rate", 7.0, [&](Status s) { status = std::move(s); });
   std::size_t count = 0;
-  edge_->get_parameters([&](const auto& parameters) { count = parameters.size(); });
+  edge_->get_parameters([&](const auto& parameters) { count = parameters->size(); });
   bus_.spin();
   EXPECT_THAT(status.why(), HasSubstr("there is no node /m"));
   EXPECT_EQ(count, 6U);

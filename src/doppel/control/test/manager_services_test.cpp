@@ -58,7 +58,8 @@ struct ServiceRig : ManagerRig {
   bool load(const std::string& name) { return call<srv::LoadController>("load_controller", {name}).ok; }
   std::string value(const std::string& its_node, const std::string& name) {
     std::string found = "none";
-    edge->get_parameters([&](const std::vector<NamedParameter>& all) {
+    edge->get_parameters([&](const Edge::SharedParameters& values) {
+      const std::vector<NamedParameter>& all = *values;
       for (const auto& p : all) {
         if (p.node == its_node && p.name == name) found = to_string(p.value);
       }

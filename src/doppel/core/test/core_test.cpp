@@ -95,6 +95,59 @@ TEST(Inbox, TasksOfManyThreadsRunInOrder) {
   EXPECT_TRUE(inbox.empty());
 }
 
+TEST(Inbox, LanesTakeTurns) {
+  Inbox inbox;
+  const auto busy = std::make_shared<Inbox::Lane>(), polite = std::make_shared<Inbox::Lane>();
+  std::string order;
+  for (int i = 0; i < 50; ++i)
+    inbox.post(
+        busy, [&] { order += 'b'; }, 100);
+  inbox.post(polite, [&] { order += 'p'; });
+  inbox.post([&] { order += 'o'; });
+  EXPECT_EQ(busy->pending(), 50u);
+  EXPECT_EQ(busy->pending_bytes(), 5000u);
+  EXPECT_EQ(inbox.run(), 52u);
+  EXPECT_EQ(order.substr(0, 3), "obp") << "expected a lane not to wait for all tasks of another one";
+  EXPECT_EQ(busy->pending() + busy->pending_bytes() + polite->pending(), 0u);
+}
+
+TEST(Inbox, TasksBeyondTheAllowanceWait) {
+  Inbox inbox;
+  const auto lane = std::make_shared<Inbox::Lane>();
+  std::vector<int> order;
+  for (int i = 0; i < 10; ++i) {
+    inbox.post(lane, [&order, i] {
+      order.push_back(i);
+      std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    });
+  }
+  for (int runs = 1; runs <= 10; ++runs) {
+    auto allowance = std::chrono::nanoseconds(std::chrono::milliseconds(1));
+    EXPECT_EQ(inbox.run(&allowance), 1u);
+    EXPECT_LT(allowance.count(), 0);
+    EXPECT_EQ(inbox.empty(), runs == 10);
+  }
+  EXPECT_TRUE(std::ranges::is_sorted(order));
+  inbox.post(lane, [] {});
+  auto none = std::chrono::nanoseconds(-1);
+  EXPECT_EQ(inbox.run(&none), 0u);
+  inbox.post([] {});
+  EXPECT_EQ(inbox.run(&none), 1u) << "expected tasks without a lane to run in any case";
+}
+
+TEST(Inbox, WaitingTasksAreFreedWithTheInbox) {
+  const auto kept = std::make_shared<int>(1);
+  {
+    Inbox inbox;
+    const auto lane = std::make_shared<Inbox::Lane>();
+    for (int i = 0; i < 3; ++i) inbox.post(lane, [kept] {});
+    auto none = std::chrono::nanoseconds(0);
+    inbox.run(&none);
+    EXPECT_EQ(kept.use_count(), 4);
+  }
+  EXPECT_EQ(kept.use_count(), 1);
+}
+
 TEST(Inbox, WaitEndsOnPost) {
   Inbox inbox;
   EXPECT_FALSE(inbox.wait(std::chrono::milliseconds(1)));

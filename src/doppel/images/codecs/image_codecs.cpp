@@ -65,13 +65,15 @@ struct JpegHandle {
   tjhandle handle;
 };
 
+constexpr const char* kDamagedJpeg = "its JPEG data is damaged or incomplete";
+
 bool decode_jpeg(std::string_view bytes, Bitmap& image, std::string& problem) {
   const JpegHandle jpeg(tjInitDecompress());
   const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
   int subsampling = 0, space = 0;
   if (tjDecompressHeader3(jpeg.handle, data, bytes.size(), &image.width, &image.height, &subsampling,
                           &space) != 0) {
-    problem = tjGetErrorStr2(jpeg.handle);
+    problem = kDamagedJpeg;
     return false;
   }
   if (refuse_size(static_cast<std::size_t>(image.width), static_cast<std::size_t>(image.height), problem))
@@ -83,7 +85,7 @@ bool decode_jpeg(std::string_view bytes, Bitmap& image, std::string& problem) {
                                    image.height, image.channels == 1 ? TJPF_GRAY : TJPF_RGB, 0);
   // A warning (a file with a few bytes too many) still gives the whole picture.
   if (failed != 0 && tjGetErrorCode(jpeg.handle) != TJERR_WARNING) {
-    problem = tjGetErrorStr2(jpeg.handle);
+    problem = kDamagedJpeg;
     return false;
   }
   return true;

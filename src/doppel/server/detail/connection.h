@@ -9,7 +9,9 @@
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
 #include <boost/beast/websocket.hpp>
+#include <deque>
 #include <functional>
+#include <memory>
 #include <set>
 #include <string>
 
@@ -46,6 +48,9 @@ struct Context {
   std::atomic<std::uint64_t> skipped{0};
   std::set<WebSocketSession*> clients{};
   std::set<HttpSession*> visitors{};  // connections that are not clients (yet)
+  // Clients with a frame for which the hub is not ready, the longest waiting first; they are not read.
+  std::deque<std::shared_ptr<WebSocketSession>> waiting{};
+  std::function<void()> resume = [] {};
 };
 
 }  // namespace doppel::net

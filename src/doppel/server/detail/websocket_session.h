@@ -21,12 +21,16 @@ class WebSocketSession : public ClientLink, public std::enable_shared_from_this<
   void send(OutgoingFrame frame) override;
   [[nodiscard]] std::size_t unsent_assets() const override { return queue_.assets(); }
   void close(websocket::close_code code, std::string_view reason);
+  // Passes on the frame that was received while the hub was not ready for it; false: it still is not.
+  [[nodiscard]] bool resume();
 
  private:
   void read();
   void received();
+  [[nodiscard]] bool is_hub_ready() const;
+  void hand_over();
   [[nodiscard]] bool within_limits(std::size_t bytes);
-  Status hand_on(std::span<const std::byte> frame);
+  [[nodiscard]] std::size_t max_unsent() const;
   void read_on();
   void write();
   void write_soon();
@@ -48,6 +52,7 @@ class WebSocketSession : public ClientLink, public std::enable_shared_from_this<
   Hub::ClientId id_ = 0;
   bool reading_ = false, writing_ = false, closing_ = false, ended_ = false;
   bool gathering_ = false;  // messages wait for the bundle's timer
+  bool holding_ = false;  // a received frame, until the hub is ready for it
 };
 
 }  // namespace doppel::net

@@ -28,6 +28,10 @@ class FakeTwin {
   [[nodiscard]] Bus& bus() { return bus_; }
   [[nodiscard]] int received() const { return received_; }
   [[nodiscard]] double last_value() const { return last_value_; }
+  // The loop's thread.
+  void add_parameters(int count) {
+    for (int i = 0; i < count; ++i) node_->parameters().declare("more.p" + std::to_string(i), 1.0 * i);
+  }
   // Runs a task on the loop's thread and waits for it.
   void on_loop(std::function<void()> task) {
     std::atomic<bool> done = false;
@@ -41,6 +45,7 @@ class FakeTwin {
  private:
   void run() {
     Node node(bus_, "/arm");
+    node_ = &node;
     const auto states = node.advertise<sensor_msgs::msg::JointState>("/joint_states");
     const auto clock = node.advertise<rosgraph_msgs::msg::Clock>("/clock");
     const auto about =
@@ -74,6 +79,7 @@ class FakeTwin {
 
   const std::size_t padding_;
   Bus bus_;
+  Node* node_ = nullptr;
   std::atomic<bool> running_ = false;
   std::atomic<int> received_ = 0;
   std::atomic<double> last_value_ = 0;

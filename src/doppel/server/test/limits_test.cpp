@@ -1,6 +1,8 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cstring>
 #include <fstream>
 #include <thread>
@@ -9,6 +11,7 @@
 #include "doppel/server/server.h"
 #include "doppel/server/test/fake_twin.h"
 #include "doppel/server/test/raw_client.h"
+#include "doppel/server/test/resident_memory.h"
 
 namespace doppel {
 namespace {
@@ -120,6 +123,67 @@ TEST_F(ClientLimitsTest, GrowingJsonIsRefused) {
         << text.substr(0, 40);
   }
   EXPECT_TRUE(is_served());
+}
+
+// Each sends many requests without waiting for their answers; all are answered, in the order of each
+// client, and what waits is bounded.
+TEST_F(ClientLimitsTest, PipelinedParameterRequestsOfManyClientsAreAnswered) {
+  constexpr int kClients = 8, kRequests = 1000;
+  constexpr long kMaxGrowth = 60'000;  // kB; 2,000 answers of 120 kB unbounded are 240 MB
+  twin_.on_loop([this] { twin_.add_parameters(2000); });
+  join();
+  const long before = resident_kilobytes();
+  std::vector<std::thread> threads;
+  std::atomic<int> in_order = 0;
+  for (int c = 0; c < kClients; ++c) {
+    threads.emplace_back([&] {
+      const auto client = another();
+      std::thread sender([&] {
+        for (int i = 0; i < kRequests; ++i) {
+          const char* const value = i % 2 == 0 ? "1.5" : "2.5";
+          client->send(i % 4 == 3
+                           ? fmt::format(R"({{"op":"getParameters","parameterNames":[],"id":"{}"}})", i)
+                           : fmt::format(R"({{"op":"setParameters","id":"{}","parameters":)"
+                                         R"([{{"name":"/arm.gains.p","value":{}}}]}})",
+                                         i, value));
+          std::this_thread::sleep_for(std::chrono::microseconds(200));
+        }
+      });
+      for (int i = 0; i < kRequests; ++i) {
+        if (client->receive_op("parameterValues")["id"] == std::to_string(i)) ++in_order;
+      }
+      sender.join();
+    });
+  }
+  for (int i = 0; i < 20; ++i) EXPECT_TRUE(is_served());
+  for (std::thread& thread : threads) thread.join();
+  EXPECT_EQ(in_order, kClients * kRequests);
+  EXPECT_LT(resident_kilobytes() - before, kMaxGrowth);
+}
+
+TEST_F(ClientLimitsTest, TopicOfClientEndsWithItsLastPublisher) {
+  const auto watcher = join();
+  const auto publish = [](test::RawClient& client) {
+    client.send(
+        R"({"op":"advertise","channels":[{"id":1,"topic":"/mine","encoding":"cdr","schemaName":"std_msgs/msg/Float64"}]})");
+    client.send_binary(std::string("\x01\x01\0\0\0\x00\x01\0\0", 9) + std::string(8, '\0'));
+    client.send(R"({"op":"getParameters","parameterNames":["/arm.rate"],"id":"x"})");
+    client.receive_op("parameterValues");
+  };
+  const auto has_topic = [this] {
+    return std::ranges::any_of(twin_.bus().topics(), [](const TopicInfo& t) { return t.name == "/mine"; });
+  };
+  const auto first = another();
+  publish(*first);
+  {
+    const auto second = another();
+    publish(*second);
+    first->send(R"({"op":"unadvertise","channelIds":[1]})");
+    publish(*second);
+    EXPECT_TRUE(has_topic()) << "expected the topic of the other publisher to stay";
+  }
+  for (int i = 0; i < 1000 && has_topic(); ++i) std::this_thread::sleep_for(milliseconds(10));
+  EXPECT_FALSE(has_topic());
 }
 
 class AssetFetchTest : public ClientLimitsTest {

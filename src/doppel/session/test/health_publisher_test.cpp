@@ -48,6 +48,23 @@ TEST_F(HealthPublisherTest, LastOfManyRequestsIsAudited) {
   EXPECT_TRUE(becomes("50")) << health_;
 }
 
+TEST_F(HealthPublisherTest, RetiredPublisherEndsWithoutBeingWaitedFor) {
+  std::atomic<bool> is_auditing{false}, may_end{false};
+  HealthPublisher publisher(bus_, "", [&] {
+    is_auditing = true;
+    while (!may_end) std::this_thread::yield();
+    return std::string("late");
+  });
+  publisher.look_at(robot_);
+  while (!is_auditing) std::this_thread::yield();
+  publisher.retire();
+  EXPECT_FALSE(publisher.has_ended()) << "expected the audit to go on";
+  may_end = true;
+  while (!publisher.has_ended()) std::this_thread::yield();
+  bus_.spin();
+  EXPECT_EQ(health_, "") << "expected no report of a retired publisher";
+}
+
 TEST_F(HealthPublisherTest, AuditOutlastingPublisherIsAbandoned) {
   std::atomic<bool> is_auditing{false}, may_end{false}, has_ended{false};
   {

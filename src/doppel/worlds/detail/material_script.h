@@ -28,7 +28,7 @@ DOPPEL_API std::map<std::string, ScriptedMaterial> parse_material_script(std::st
 class MaterialScripts {
  public:
   // `search` nullptr: nothing is found.
-  explicit MaterialScripts(const ModelSearch* search) : search_(search) {}
+  explicit MaterialScripts(ModelSearch* search) : search_(search) {}
 
   struct Found {
     std::optional<Eigen::Vector4d> diffuse;
@@ -44,7 +44,7 @@ class MaterialScripts {
   using Materials = std::map<std::string, ScriptedMaterial>;
   const Materials& read(const std::filesystem::path& place);
 
-  const ModelSearch* search_;
+  ModelSearch* search_;
   std::map<std::filesystem::path, Materials> read_;
 };
 

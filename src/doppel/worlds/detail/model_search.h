@@ -26,7 +26,7 @@ class DOPPEL_API ModelSearch {
   ModelSearch(const std::filesystem::path& world, PackageResolver& resolver);
 
   // `folder`: of the file that contains the URI.
-  [[nodiscard]] const FoundFile& find(const std::string& uri, const std::filesystem::path& folder) const;
+  [[nodiscard]] const FoundFile& find(const std::string& uri, const std::filesystem::path& folder);
   // The places in which a model's name is searched.
   [[nodiscard]] const std::vector<std::filesystem::path>& roots() const { return roots_; }
 
@@ -37,7 +37,7 @@ class DOPPEL_API ModelSearch {
 
   PackageResolver& resolver_;
   std::vector<std::filesystem::path> roots_, fuel_;
-  mutable std::map<std::string, FoundFile> known_;
+  std::map<std::string, FoundFile> known_;
 };
 
 // The SDF or URDF file of a model's folder: that of the newest version in its model.config, else model.sdf, else the

@@ -61,6 +61,7 @@ class Document {
   std::vector<std::unique_ptr<Source>> texts_;
   std::vector<std::filesystem::path> read_files_, including_;
   std::map<std::string, int> stand_ins_;  // by URI
+  std::size_t elements_read_ = 0;         // of all models
 };
 
 }  // namespace doppel::sdf

@@ -20,17 +20,17 @@ namespace doppel::sdf {
 class Files {
  public:
   // `search` nullptr: nothing is searched.
-  Files(const ModelSearch* search, Diagnostics& diagnostics) : search_(search), diagnostics_(diagnostics) {}
+  Files(ModelSearch* search, Diagnostics& diagnostics) : search_(search), diagnostics_(diagnostics) {}
   // Files other than models by a function that throws InputError, which becomes an error at the URI's place.
   Files(SdfMeshFinder finder, Diagnostics& diagnostics)
       : search_(nullptr), finder_(std::move(finder)), diagnostics_(diagnostics) {}
   std::string find(const std::string& uri, const std::filesystem::path& folder, const SourceLocation& where);
   [[nodiscard]] const std::vector<std::string>& missing() const { return missing_; }
   void add_missing(const std::string& uri);
-  [[nodiscard]] const ModelSearch* search() const { return search_; }
+  [[nodiscard]] ModelSearch* search() const { return search_; }
 
  private:
-  const ModelSearch* search_;
+  ModelSearch* search_;
   SdfMeshFinder finder_;
   Diagnostics& diagnostics_;
   std::vector<std::string> missing_;

@@ -152,6 +152,29 @@ TEST_F(SdfFiles, FileIncludingItselfIsRefused) {
   EXPECT_THROW(load("w.sdf"), InputError);
 }
 
+// Seven models, each of which includes ten of the next: ten million links.
+TEST_F(SdfFiles, IncludesThatMultiplyAreRefused) {
+  for (int level = 0; level < 7; ++level) {
+    const std::string name = "m" + std::to_string(level);
+    std::string text = "<sdf version='1.9'><model name='" + name + "'><link name='l'/>";
+    for (int i = 0; level < 6 && i < 10; ++i) {
+      text += "<include><uri>model://m" + std::to_string(level + 1) + "</uri><name>n" + std::to_string(i) +
+              "</name></include>";
+    }
+    write(name + "/model.sdf", text + "</model></sdf>");
+  }
+  std::string world = "<sdf version='1.9'><world name='w'>";
+  for (int i = 0; i < 10; ++i)
+    world += "<include><uri>model://m0</uri><name>n" + std::to_string(i) + "</name></include>";
+  write("w.sdf", world + "</world></sdf>");
+  try {
+    load("w.sdf");
+    ADD_FAILURE() << "expected the world to be refused";
+  } catch (const InputError& error) {
+    EXPECT_EQ(error.diagnostics().front().rule, "sdf.too_much");
+  }
+}
+
 TEST_F(SdfFiles, XacroIsExpandedAndKeepsItsPlaces) {
   const std::filesystem::path file = std::filesystem::path(::testing::TempDir()) / "arena.sdf.xacro";
   std::ofstream(file)

@@ -1,0 +1,38 @@
+#pragma once
+// The files that a task tries to read, whether they exist or not: when the task fails, a change of one of
+// them is the reason to repeat it, also of a file that the task did not read before.
+
+#include <filesystem>
+#include <mutex>
+#include <set>
+
+#include "doppel/export.h"
+
+namespace doppel {
+
+class DOPPEL_API FilesRead {
+ public:
+  // While it exists, what its thread tries to read is recorded.
+  class DOPPEL_API Recording {
+   public:
+    explicit Recording(FilesRead& files);
+    ~Recording();
+    Recording(const Recording&) = delete;
+    Recording& operator=(const Recording&) = delete;
+
+   private:
+    FilesRead* const before_;
+  };
+
+  // Called by those who read or look for files of the user.
+  static void note(const std::filesystem::path& file);
+  // What was recorded since the last call. Any thread.
+  [[nodiscard]] std::set<std::filesystem::path> take();
+
+ private:
+  static constexpr std::size_t kMaxFiles = 10'000;
+  std::mutex mutex_;
+  std::set<std::filesystem::path> files_;
+};
+
+}  // namespace doppel
