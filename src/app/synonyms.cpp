@@ -124,8 +124,8 @@ struct Replacement {
   const char* ros2;  // a sentence
 };
 
-// Types that ROS 2 does not have under the name with msg/ in the middle. Sources: the packages' migration notes,
-// index.ros.org.
+// Types that ROS 2 does not have under the name with msg/ in the middle. Sources: the packages' migration
+// notes, index.ros.org.
 constexpr std::array kReplacements = std::to_array<Replacement>({
     {"pr2_controllers_msgs/Pr2GripperCommand",
      "use control_msgs/msg/GripperCommand on /CONTROLLER/command: {position: 0.08, max_effort: 100.0}"},

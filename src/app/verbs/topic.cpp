@@ -69,7 +69,8 @@ struct EchoOptions {
   std::size_t count = 0;  // 0: no end
 };
 
-// The message as the options print it. `is_plain`: as YAML in block style, in which texts are quoted where necessary.
+// The message as the options print it. `is_plain`: as YAML in block style, in which texts are quoted where
+// necessary.
 std::string echo_text(const TypeSupport& type, const Bytes& cdr, const EchoOptions& options, bool is_plain) {
   std::string text;
   const Status status =
