@@ -1,5 +1,6 @@
 #pragma once
-// Checks of numbers in options whose messages name the bound that matters; CLI11's own print the largest double.
+// Checks of numbers in options whose messages name the bound that matters; CLI11's own print the largest
+// double.
 
 #include <CLI/CLI.hpp>
 

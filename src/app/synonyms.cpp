@@ -124,8 +124,8 @@ struct Replacement {
   const char* ros2;  // a sentence
 };
 
-// Types that ROS 2 does not have under the name with msg/ in the middle. Sources: the packages' migration notes,
-// index.ros.org.
+// Types that ROS 2 does not have under the name with msg/ in the middle. Sources: the packages' migration
+// notes, index.ros.org.
 constexpr std::array kReplacements = std::to_array<Replacement>({
     {"pr2_controllers_msgs/Pr2GripperCommand",
      "use control_msgs/msg/GripperCommand on /CONTROLLER/command: {position: 0.08, max_effort: 100.0}"},
@@ -150,12 +150,16 @@ constexpr std::array kReplacements = std::to_array<Replacement>({
 }  // namespace
 
 std::string replacement_of_ros1_type(std::string_view type) {
-  // The types of an action are those of the action with a suffix.
-  for (const std::string_view suffix : {"Goal", "Result", "Feedback"}) {
-    if (type.ends_with(std::string("Action") + std::string(suffix))) type.remove_suffix(suffix.size());
+  // The messages of an action are named after it: GripperAction, GripperActionGoal, GripperGoal.
+  std::string action(type);
+  for (const char* suffix : {"Goal", "Result", "Feedback"}) {
+    if (!action.ends_with(suffix)) continue;
+    action.resize(action.size() - std::string_view(suffix).size());
+    if (!action.ends_with("Action")) action += "Action";
+    break;
   }
-  const auto found =
-      std::ranges::find_if(kReplacements, [&](const Replacement& r) { return type == r.ros1; });
+  const auto found = std::ranges::find_if(
+      kReplacements, [&](const Replacement& r) { return type == r.ros1 || action == r.ros1; });
   return found == kReplacements.end() ? "" : found->ros2;
 }
 

@@ -76,8 +76,10 @@ int print_help(const CLI::App& app, const std::vector<std::string>& path, bool a
     }
     command = *next;
   }
-  deliver(path.empty() && !all ? short_help(app)
-                               : command->help(command == &app ? "" : path_of(*command->get_parent())));
+  // App::help() would print that of the verb "help", which is being run.
+  deliver(path.empty() && !all
+              ? short_help(app)
+              : command->get_formatter()->make_help(command, path_of(*command), CLI::AppFormatMode::Normal));
   return 0;
 }
 
@@ -110,8 +112,9 @@ void add_help(CLI::App& app, int& exit_code) {
 int report_usage(const CLI::App& app, const CLI::ParseError& error) {
   if (error.get_exit_code() == 0) return app.exit(error);
   const CLI::App* command = &app;
-  while (!command->get_subcommands().empty()) command = command->get_subcommands().back();
-  for (const std::string& word : app.remaining(true)) {
+  while (command->remaining().empty() && !command->get_subcommands().empty())
+    command = command->get_subcommands().back();
+  for (const std::string& word : command->remaining()) {
     if (word == "--") continue;
     if (word.starts_with('-') && word.size() > 1) {
       print_stderr("{}", unknown_option(*command, word));

@@ -10,7 +10,8 @@
 namespace doppel::app {
 
 const char* joint_unit(const ModelJoint& joint);  // "rad" or "m"
-// The way from one position to the other, rad or m; a continuous joint takes the shorter one. joint: may be nullptr.
+// The way from one position to the other, rad or m; a continuous joint takes the shorter one. joint: may be
+// nullptr.
 double distance_to(const ModelJoint* joint, double from, double to);
 
 class Arrival {

@@ -1,4 +1,5 @@
-// doppel control view_controller_chains: which controller commands which, and their interfaces of the hardware.
+// doppel control view_controller_chains: which controller commands which, and their interfaces of the
+// hardware.
 
 #include <algorithm>
 #include <deque>

@@ -22,7 +22,8 @@ struct GoalOutcome {
 
 class ActionGoal {
  public:
-  // Sends the goal; throws ClientError if the action does not exist, or with the reason if it rejects the goal.
+  // Sends the goal; throws ClientError if the action does not exist, or with the reason if it rejects the
+  // goal.
   ActionGoal(Client& twin, std::string action, const ActionSupport& type,
              std::span<const std::byte> goal_cdr);
 

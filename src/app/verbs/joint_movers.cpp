@@ -84,7 +84,7 @@ class GripperMover final : public ActionMover {
   GripperMover(std::string controller, Positions targets, std::string action, const ActionSupport& type,
                double max_effort)
       : ActionMover(std::move(controller), std::move(targets), std::move(action), type),
-        is_parallel_(&type == &action_support<ParallelGripperCommand>()),
+        is_parallel_(type.name == action_support<ParallelGripperCommand>().name),
         max_effort_(max_effort) {}
   [[nodiscard]] bool is_timed() const override { return false; }
 
@@ -155,6 +155,7 @@ class ForwardMover final : public JointMover {
       message.data.push_back(from_[i] + part * (to - from_[i]));
     }
     twin_->publish(topic_, std::string(std_msgs::msg::Float64MultiArray::kType), to_cdr(message));
+    if (part >= 1) twin_->sync();
     part_ = part;
   }
 
@@ -182,8 +183,8 @@ std::unique_ptr<JointMover> gripper(Client& twin, const RobotWatch& robot, const
   const std::string type = find_action_type(twin, action);
   const ActionSupport* support = find_action(type);
   const bool is_usable =
-      support == &action_support<GripperCommand>() || support == &action_support<ParallelGripperCommand>();
-  if (!is_usable)
+      type == action_support<GripperCommand>().name || type == action_support<ParallelGripperCommand>().name;
+  if (support == nullptr || !is_usable)
     throw ClientError(fmt::format("{} has the action type {}, which moves no gripper", action, type));
   double effort = parameter_or(twin, node, "max_effort", 0.0);
   const ModelJoint* joint = robot.find(targets.begin()->first);

@@ -38,8 +38,9 @@ class JointMover {
   Positions targets_;
 };
 
-// The movers for the targets. `only`: the name of the controller to use; empty: any. Throws InputError for a joint that
-// no controller can bring to a position, ClientError if the controller that could is not active, with the reason.
+// The movers for the targets. `only`: the name of the controller to use; empty: any. Throws InputError for a
+// joint that no controller can bring to a position, ClientError if the controller that could is not active,
+// with the reason.
 std::vector<std::unique_ptr<JointMover>> assign_movers(Client& twin, const RobotWatch& robot,
                                                        const std::string& manager, const Positions& targets,
                                                        const std::string& only);

@@ -1,5 +1,6 @@
 #pragma once
-// Lines of /rosout, by which a verb quotes the reason of a refusal: most services and actions answer only with yes or no.
+// Lines of /rosout, by which a verb quotes the reason of a refusal: most services and actions answer only
+// with yes or no.
 
 #include <map>
 #include <string>

@@ -15,7 +15,8 @@ MotionKind motion_kind(const controller_manager_msgs::msg::ControllerState& cont
 // Whether the controller, once it is active, brings the joint to positions.
 bool moves(const controller_manager_msgs::msg::ControllerState& controller, const std::string& joint);
 
-// Throws ClientError with the nearest name if `only` is not the name of a controller that moves joints; "" is none.
+// Throws ClientError with the nearest name if `only` is not the name of a controller that moves joints; "" is
+// none.
 void check_controller(const std::vector<controller_manager_msgs::msg::ControllerState>& controllers,
                       const std::string& only);
 

@@ -53,7 +53,8 @@ class Shell {
   [[nodiscard]] bool is_remote() const { return connection_.remote; }  // a ROS 2 graph
   // The address of the twin's page. Throws ClientError if no twin is running, InputError with --remote.
   [[nodiscard]] std::string page_url() const;
-  // The running twins of this user, newest first; empty with --port, DOPPEL_PORT or --remote, which select one.
+  // The running twins of this user, newest first; empty with --port, DOPPEL_PORT or --remote, which select
+  // one.
   [[nodiscard]] std::vector<RunningTwin> unselected_twins() const;
   static std::unique_ptr<Client> connect(const RunningTwin& twin);
   // From now on Ctrl-C ends waits with Interrupted instead of ending the program.
@@ -85,15 +86,16 @@ const std::string& robot_namespace();
 std::string absolute(std::string_view name);             // with its leading slash
 bool is_hidden(std::string_view name);                   // a part of it begins with an underscore
 const TypeSupport& known_type(const std::string& name);  // throws InputError with the nearest
-// Throws InputError with the type of ROS 2 that has replaced a type of ROS 1, or with the nearest one. kind: "message type".
+// Throws InputError with the type of ROS 2 that has replaced a type of ROS 1, or with the nearest one. kind:
+// "message type".
 [[noreturn]] void throw_unknown_type(const std::string& name, const char* kind,
                                      const std::vector<std::string>& names);
 std::string find_node_name(Client& twin, const std::string& name);
 std::vector<std::string> node_names(Client& twin, bool hidden);
 Bytes to_request(const TypeSupport& type, std::string_view yaml);  // throws InputError
 
-// Saves the next message of a topic; `file` empty: named by the topic. A file that cannot be written is refused before the
-// twin is asked for the topic. Returns the exit code.
+// Saves the next message of a topic; `file` empty: named by the topic. A file that cannot be written is
+// refused before the twin is asked for the topic. Returns the exit code.
 using TopicFinder = std::function<std::string(Client&)>;
 int save_topic(Shell& shell, const TopicFinder& find_topic, const std::string& file);
 

@@ -1,5 +1,5 @@
-// The emergency stop from the shell: of every controller manager of every twin of this user, independent of the source of
-// commands.
+// The emergency stop from the shell: of every controller manager of every twin of this user, independent of
+// the source of commands.
 
 #include <algorithm>
 #include <future>

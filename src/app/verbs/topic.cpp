@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "app/number_checks.h"
+#include "app/synonyms.h"
 #include "app/verbs/field_value.h"
 #include "app/verbs/saved_message.h"
 #include "app/verbs/shell.h"
@@ -68,7 +69,8 @@ struct EchoOptions {
   std::size_t count = 0;  // 0: no end
 };
 
-// The message as the options print it. `is_plain`: as YAML in block style, in which texts are quoted where necessary.
+// The message as the options print it. `is_plain`: as YAML in block style, in which texts are quoted where
+// necessary.
 std::string echo_text(const TypeSupport& type, const Bytes& cdr, const EchoOptions& options, bool is_plain) {
   std::string text;
   const Status status =
@@ -326,6 +328,7 @@ void wait_for_subscribers(Client& twin, const std::string& topic, std::size_t co
 // The definition of an unknown type is taken from the subscribers of the topic.
 const TypeSupport& type_to_publish(Shell& shell, const std::string& topic, const std::string& name) {
   if (const TypeSupport* known = find_type(name)) return *known;
+  if (!replacement_of_ros1_type(name).empty()) return known_type(name);
   const auto& topics = shell.twin().topics();
   const auto there = topics.find(topic);
   return there != topics.end() && there->second.type == name ? shell.twin().message_type(topic)

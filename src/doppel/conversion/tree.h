@@ -34,7 +34,8 @@ DOPPEL_API std::string frames_dot(const RobotDescription& robot);
 DOPPEL_API Drawing tree_drawing(const RobotDescription& robot);
 DOPPEL_API Drawing frames_drawing(const RobotDescription& robot);
 
-// A node of any other tree, with what stands on the line from its parent: frames of a running twin, controllers.
+// A node of any other tree, with what stands on the line from its parent: frames of a running twin,
+// controllers.
 struct TreeCard {
   std::vector<std::string> node;  // lines of text, the first one is its title
   std::vector<std::string> edge;  // empty: an unlabelled line

@@ -11,7 +11,7 @@ constexpr const char* kState =
     "header:\n  stamp:\n    sec: 3\n    nanosec: 0\n  frame_id: base\nname:\n- a\n- b\nposition:\n- 0.25\n- "
     "-1.5\n";
 
-TEST(Condition, AFieldOfAListIsCompared) {
+TEST(Condition, FieldOfListIsCompared) {
   EXPECT_TRUE(Condition("m.position[0] > 0.2", "m").holds(kState));
   EXPECT_FALSE(Condition("m.position[1] > 0.2", "m").holds(kState));
 }
@@ -20,15 +20,15 @@ TEST(Condition, NestedFieldsAreAttributes) {
   EXPECT_TRUE(Condition("m.header.stamp.sec == 3 and 'b' in m.name", "m").holds(kState));
 }
 
-TEST(Condition, FieldsOfMessagesInAListAreAttributes) {
+TEST(Condition, FieldsOfListedMessagesAreAttributes) {
   EXPECT_TRUE(Condition("m.points[1].x < 0", "m").holds("points:\n- x: 1.0\n- x: -1.0\n"));
 }
 
-TEST(Condition, AnUnfinishedExpressionIsRefused) {
+TEST(Condition, UnfinishedExpressionIsRefused) {
   EXPECT_THROW(Condition("m.position[", "m"), InputError);
 }
 
-TEST(Condition, AnUnknownFieldIsRefusedWithTheNearest) {
+TEST(Condition, UnknownFieldIsRefusedWithNearest) {
   const Condition condition("m.postion[0] > 0", "m");
   try {
     static_cast<void>(condition.holds(kState));
