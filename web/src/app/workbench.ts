@@ -58,7 +58,7 @@ export function startWorkbench(app: App, layout: Layout): void {
   const right: Panel[] = [jointsPanel(app), healthPanel(app), controlPanel(app), toolPanel(app, driver, handle, jog, pusher), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
   const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   layout.mount(right, bottom);
-  const hints = makeHints(app);
+  const hints = makeHints();
   if (hints) app.world.stage.host.append(hints);
   app.openPanel = (id) => layout.open(id);
   // A lost twin keeps its tabs.
