@@ -50,7 +50,8 @@ bool check_density(const Link& link, const LinkShape& shape, SuspectUnits& suspe
   return true;
 }
 
-// The centre of mass with the fewest changed signs with which it is inside the shape, as of the other side's part.
+// The centre of mass with the fewest changed signs with which it is inside the shape, as of the other side's
+// part.
 std::optional<Eigen::Vector3d> inside_with_other_signs(const Link& link, const LinkShape& shape) {
   for (const int signs : {1, 2, 4, 3, 5, 6, 7}) {
     Link changed = link;
@@ -151,7 +152,8 @@ void check_gyration(const Link& link, const LinkShape& shape, Findings& out) {
   } else if (gyration < kConcentrated * reach &&
              gyration < kConcentrated * reach_of_collisions(link, shape) &&
              gyration < kMatchingGyration * expected_gyration(shape)) {
-    // A tensor that matches the volume is right; a stray piece of a mesh reaches far and has hardly any volume.
+    // A tensor that matches the volume is right; a stray piece of a mesh reaches far and has hardly any
+    // volume.
     out.add("inertia.gyration", subject(link), inertial.source,
             fmt::format("they imply all mass within {:.2g} mm of its centre, but its shape extends {:.3g} mm",
                         gyration * 1e3, reach * 1e3));

@@ -134,8 +134,9 @@ double joints_outside(const RobotDescription& robot, const Link& link, const Lin
 
 enum class Mirroring { unknown, mistake, confirmed };
 
-// A mistake where the centre of mass is inside of the link only without the signs of its scales. Confirmed where the
-// joints that it carries fit the mirrored meshes better: then it is the centre of mass that is wrong.
+// A mistake where the centre of mass is inside of the link only without the signs of its scales. Confirmed
+// where the joints that it carries fit the mirrored meshes better: then it is the centre of mass that is
+// wrong.
 Mirroring mirroring_of(const RobotDescription& robot, const Link& link) {
   const Link straight = unmirrored(link);
   const auto written = link_shape(link), meant = link_shape(straight);

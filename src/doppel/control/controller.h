@@ -118,8 +118,8 @@ class DOPPEL_API Controller {
   // another parent of it; nullptr: none.
   [[nodiscard]] virtual const BaseTransform* base_transform() const { return nullptr; }
 
-  // In the loop: the value that the controller follows for "joint/position", rad or m, if it is not a command or
-  // reference interface; NaN: none.
+  // In the loop: the value that the controller follows for "joint/position", rad or m, if it is not a command
+  // or reference interface; NaN: none.
   [[nodiscard]] virtual double followed_value(std::string_view /*interface*/) const { return kNaN; }
 
   // Filled by the controller manager before on_activate, emptied after on_deactivate.

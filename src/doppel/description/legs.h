@@ -22,8 +22,9 @@ class DOPPEL_API JointPaths {
   std::unordered_map<std::string_view, const Joint*> above_;  // by the child link
 };
 
-// Joints or links that are named as a part of a leg (knee, thigh, foot, ..., or "lower" behind a hip) and have two or
-// more moving joints, their own included, between them and the root, which excludes the feet of a stand.
+// Joints or links that are named as a part of a leg (knee, thigh, foot, ..., or "lower" behind a hip) and
+// have two or more moving joints, their own included, between them and the root, which excludes the feet of a
+// stand.
 DOPPEL_API std::vector<std::string> legs_of(const RobotDescription& robot);
 
 // The words of a name: "LHipYawPitch" and "l_hip_yaw_pitch" are both l, hip, yaw, pitch.

@@ -114,7 +114,8 @@ struct PackageResolver::Search {
     const PackageIndex& index = resolver.index_of(root);
     if (const auto here = index.packages.find(name); here != index.packages.end()) out.path = here->second;
   }
-  // A folder that bears the name, or the package of that name in it, as in a repository named after its package.
+  // A folder that bears the name, or the package of that name in it, as in a repository named after its
+  // package.
   void guess(const fs::path& folder) {
     std::error_code none;
     if (found() || !fs::is_directory(folder, none)) return;
@@ -206,10 +207,11 @@ PackageResolver::Resolved PackageResolver::resolve(const std::string& uri, const
   const Resolved package = find_package(name);
   if (package.path.empty()) {
     // Exporters write package:///part.stl and package://part.stl for files beside the description.
-    const std::string beside = rest.substr(std::min(rest.find_first_not_of('/'), rest.size()));
-    const bool named = !name.empty() && slash != std::string::npos;
-    if (!named && !beside.empty() && take(base / beside)) return out;
-    if (name.empty() && beside.find('/') != std::string::npos) return resolve(kind + "://" + beside, base);
+    const std::string file_name = rest.substr(std::min(rest.find_first_not_of('/'), rest.size()));
+    const bool has_package = !name.empty() && slash != std::string::npos;
+    if (!has_package && !file_name.empty() && take(base / file_name)) return out;
+    if (name.empty() && file_name.find('/') != std::string::npos)
+      return resolve(kind + "://" + file_name, base);
     out.tried.insert(out.tried.end(), package.tried.begin(), package.tried.end());
     out.tried.push_back("(no package '" + name + "')");
     out.nearest = package.nearest;

@@ -17,10 +17,11 @@ class DOPPEL_API PackageResolver {
  public:
   // Search order for a package: those of add_package(); then, walking up from `add_context`'s files, folders
   // with a package.xml of that name (the ancestor itself, its siblings, src/, install/, share/); then the
-  // whole workspaces or repositories around them, as colcon crawls them (package_index.h); then ROS_PACKAGE_PATH
-  // (crawled, too), AMENT_PREFIX_PATH, COLCON_PREFIX_PATH, GZ_SIM_RESOURCE_PATH, IGN_GAZEBO_RESOURCE_PATH,
-  // GAZEBO_MODEL_PATH; then ancestors and their siblings of that name without a package.xml, as in downloaded
-  // collections, which may be called so by chance; last the robots bundled with doppel.
+  // whole workspaces or repositories around them, as colcon crawls them (package_index.h); then
+  // ROS_PACKAGE_PATH (crawled, too), AMENT_PREFIX_PATH, COLCON_PREFIX_PATH, GZ_SIM_RESOURCE_PATH,
+  // IGN_GAZEBO_RESOURCE_PATH, GAZEBO_MODEL_PATH; then ancestors and their siblings of that name without a
+  // package.xml, as in downloaded collections, which may be called so by chance; last the robots bundled with
+  // doppel.
   PackageResolver();
 
   void add_package(std::string name, std::filesystem::path folder);
@@ -33,9 +34,9 @@ class DOPPEL_API PackageResolver {
     std::string nearest;             // a file or package with nearly this name; may be empty
   };
   [[nodiscard]] Resolved find_package(const std::string& name) const;
-  // uri as in a URDF; `base` is the folder of the file that contains it. Does not throw if nothing is found. Without
-  // a package (package:///part.stl, package://part.stl) the file is searched in `base`, and after an empty name the
-  // first folder of the path can be the package.
+  // uri as in a URDF; `base` is the folder of the file that contains it. Does not throw if nothing is found.
+  // Without a package (package:///part.stl, package://part.stl) the file is searched in `base`, and after an
+  // empty name the first folder of the path can be the package.
   [[nodiscard]] Resolved resolve(const std::string& uri, const std::filesystem::path& base) const;
   [[nodiscard]] std::vector<std::string> package_names() const;
 

@@ -16,8 +16,8 @@
 // Velocity limit: while the reference of a position moves at the limit, half of its velocity is used as v_ref, so that the
 // joint approaches the limit without overshooting it.
 //
-// Effort commands: the commanded effort, which falls to zero over the last percent below the velocity limit, as that of
-// a motor at its no-load speed; it does not brake a joint that something else moves faster.
+// Effort commands: the commanded effort, which falls to zero over the last percent below the velocity limit,
+// as that of a motor at its no-load speed; it does not brake a joint that something else moves faster.
 //
 // Wind-up: the reference is never further ahead of the joint than effort / stiffness, so that a blocked joint
 // is not thrown when it is released.

@@ -197,7 +197,8 @@ class Fitter {
     found_.push_back(std::move(best));
   }
 
-  // A round shape at a knee does not roll: the shank reaches further from the axis, or it is high above the ground.
+  // A round shape at a knee does not roll: the shank reaches further from the axis, or it is high above the
+  // ground.
   [[nodiscard]] bool rolls_on_ground(const RollingPart& wheel, const Axis& axis_L,
                                      const CollisionShape* shape_of_wheel) const {
     const auto own = static_cast<std::size_t>(wheel.link);

@@ -41,8 +41,9 @@ struct ControllersSearch {
 // the description's package, else of the packages next to it, whose controllers list most of the robot's
 // joints. Ties are resolved in this order: the fewest joints that the robot does not have; a path with the
 // robot's name; a launch file of its package refers to it; a usual name (ros2_controllers.yaml,
-// controllers.yaml); most words in common between its path and the robot's name and the description's file. A file
-// none of whose controllers finds its command interfaces in <ros2_control> is not used. Does not throw InputError.
+// controllers.yaml); most words in common between its path and the robot's name and the description's file. A
+// file none of whose controllers finds its command interfaces in <ros2_control> is not used. Does not throw
+// InputError.
 DOPPEL_API ControllersSearch find_controllers_files(const RobotDescription& robot, const Target& target,
                                                     const PackageResolver& resolver);
 

@@ -79,8 +79,8 @@ std::optional<double> round_about(const Geometry& geometry, const Pose& X_JS, co
   return radius;
 }
 
-// The radius of a wheel: a round shape about the axis of the joint that carries it, from which no other shape of
-// the links that are fixed to it protrudes, as the foot does from a round knee.
+// The radius of a wheel: a round shape about the axis of the joint that carries it, from which no other shape
+// of the links that are fixed to it protrudes, as the foot does from a round knee.
 std::optional<double> wheel_radius(const RobotDescription& robot, const Joint& joint) {
   if (!(joint.axis.norm() > 0)) return std::nullopt;
   const Eigen::Vector3d axis = joint.axis.normalized();

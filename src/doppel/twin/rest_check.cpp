@@ -11,9 +11,8 @@ namespace doppel {
 namespace {
 
 constexpr double kSameTarget = 1e-6;  // rad or m: tolerance of an unchanged target, up to whole turns
-constexpr double kDragged =
-    1e-3;  // rad or m by which a load beyond the effort limit moves the drive's reference
-constexpr double kAtLimit = 0.98;  // of the effort limit: the drive is saturated
+constexpr double kDragged = 1e-3;     // rad or m, of a drive's reference by a load beyond its effort limit
+constexpr double kAtLimit = 0.98;     // of the effort limit: the drive is saturated
 
 std::string contact_of(BodyId body, const CompiledWorld& world, const std::vector<Contact>& contacts) {
   for (const Contact& contact : contacts) {
@@ -97,7 +96,8 @@ double strayed_from_leader(const Model& model, const ModelJoint& joint, std::spa
                   joint.mimic_multiplier * q[static_cast<std::size_t>(leader.q)]);
 }
 
-// The joints of casters: they are without a drive and carry a wheel, and their turning is not unrest of the robot.
+// The joints of casters: they are without a drive and carry a wheel, and their turning is not unrest of the
+// robot.
 std::vector<bool> passive_casters(const Instance& robot) {
   const Model& model = robot.model();
   std::vector<bool> out(model.joints.size(), false);

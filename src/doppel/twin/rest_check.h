@@ -19,7 +19,8 @@ inline constexpr Duration kRestTime{500'000'000};  // after the start
 inline constexpr double kRestSpeed = 0.1;          // rad/s or m/s
 inline constexpr double kBeyondLimit = 0.01;       // rad or m: a loaded drive sags slightly beyond its limit
 
-// The position that the controller of a joint that is commanded by velocity or effort follows, rad or m; NaN: none.
+// The position that the controller of a joint that is commanded by velocity or effort follows, rad or m; NaN:
+// none.
 using FollowedPosition = std::function<double(int joint)>;
 
 // A scalar joint that moves, is beyond its limits, or is not where its leader in a <mimic> puts it.

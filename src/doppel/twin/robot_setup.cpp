@@ -58,8 +58,8 @@ bool offers_velocities(const RobotDescription& robot, const std::vector<std::str
 
 constexpr std::array<std::string_view, 4> kCasterNames{"caster", "castor", "swivel", "wheel"};
 
-// A joint that turns freely below the base: it carries a wheel, or is named as one. The continuous joints of an arm on
-// the base are none.
+// A joint that turns freely below the base: it carries a wheel, or is named as one. The continuous joints of
+// an arm on the base are none.
 bool is_caster(const ModelInstance& made, const Joint& joint) {
   if (joint.type != JointType::continuous) return false;
   const std::string names = lowered(joint.name + ' ' + joint.child);

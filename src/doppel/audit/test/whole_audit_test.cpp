@@ -265,7 +265,8 @@ TEST_F(AuditDescriptionTest, SuspectShapeGivesNoInertiaFinding) {
   EXPECT_EQ(sign->severity, N);
 }
 
-// The joint behind the link is at the end of the mirrored mesh, so the centre of mass is what is on the wrong side.
+// The joint behind the link is at the end of the mirrored mesh, so the centre of mass is what is on the wrong
+// side.
 TEST_F(AuditDescriptionTest, CentreOfMassIsBlamedWhereJointFitsMirroredMesh) {
   write("m.obj", cube(100));
   const std::string mesh =

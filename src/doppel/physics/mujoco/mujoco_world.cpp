@@ -179,10 +179,11 @@ void MujocoWorld::collect_joints() {
   drive_of_joint.resize(static_cast<std::size_t>(joints), -1);
 }
 
-// MuJoCo scales the softness of a row by the inverse inertia of its joints as if each of them were free: a leader
-// without inertia would make its couplings and limits yield to any load. Each joint of a coupled group gets the
-// inverse inertia of the whole group instead. A coupling is written in the unit of the joint that moves further, so
-// that the sum of the two inverses, which MuJoCo uses, is that of the row within a factor of two.
+// MuJoCo scales the softness of a row by the inverse inertia of its joints as if each of them were free: a
+// leader without inertia would make its couplings and limits yield to any load. Each joint of a coupled group
+// gets the inverse inertia of the whole group instead. A coupling is written in the unit of the joint that
+// moves further, so that the sum of the two inverses, which MuJoCo uses, is that of the row within a factor
+// of two.
 void MujocoWorld::couple_mimics(int index) {
   const Model& model = *instance(index).model;
   if (std::ranges::none_of(model.joints, [](const ModelJoint& joint) { return joint.mimics(); })) return;

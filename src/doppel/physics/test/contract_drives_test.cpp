@@ -334,7 +334,8 @@ TEST_P(DrivesContract, FrictionReducesEffort) {
   EXPECT_NEAR(engine->instance(0).v()[0], 0.5 / 0.250001 * 0.2, 2e-3);
 }
 
-// Without gravity 5 N m turn 0.25 kg m^2 up to the limit in 5 ms, and hold it there; the reverse effort brakes at once.
+// Without gravity 5 N m turn 0.25 kg m^2 up to the limit in 5 ms, and hold it there; the reverse effort
+// brakes at once.
 TEST_P(DrivesContract, EffortAcceleratesUpToVelocityLimit) {
   WorldSettings in = settings();
   in.gravity.setZero();

@@ -77,6 +77,7 @@ TEST(Ros1Controllers, DiffDriveIsMappedWithDimensionsOfDescription) {
   const Mapped mapped(kDiffDrive);
   ASSERT_TRUE(mapped.file);
   const ControllersFile file = controllers_in(*mapped.file);
+  EXPECT_TRUE(file.of_ros1);
   EXPECT_TRUE(file.for_ros2);
   ASSERT_EQ(file.controllers.size(), 2U);
   EXPECT_EQ(file.controllers[0].type, "joint_state_broadcaster/JointStateBroadcaster");
@@ -177,6 +178,7 @@ TEST(Ros1Controllers, FileOfRos2WithoutManagerDeclaresItsTypedSections) {
       "[left]}\n",
       "base.yaml", rover(), diagnostics);
   const ControllersFile found = controllers_in(file);
+  EXPECT_FALSE(found.of_ros1);
   EXPECT_TRUE(found.for_ros2);
   ASSERT_EQ(found.controllers.size(), 1U);
   EXPECT_EQ(found.controllers[0].type, "diff_drive_controller/DiffDriveController");

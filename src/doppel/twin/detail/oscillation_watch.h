@@ -17,7 +17,8 @@ inline constexpr Duration kOscillationTime{200'000'000};  // tolerated duration
 inline constexpr double kOscillationSags = 10.0;          // tolerated amplitude, in multiples of the sag
 // Smaller amplitudes are not reported, because encoders of hobby servos do not resolve them.
 inline constexpr double kMinOscillation = 1e-4, kMinSlideOscillation = 1e-5;  // rad, m
-// The same while a floating base moves, which shakes what it carries, and where the gains of a controller of efforts or velocities hold the joint, whatever the sag is.
+// The same while a floating base moves, which shakes what it carries, and where the gains of a controller of
+// efforts or velocities hold the joint, whatever the sag is.
 inline constexpr double kMinLoopOscillation = 1e-3, kMinSlideLoopOscillation = 1e-4;  // rad, m
 inline constexpr double kStillBase = 5e-4;                                            // rad/s or m/s
 
