@@ -42,6 +42,11 @@ bool contact_rules_change_nothing(const Engine& engine) {
   return changes_nothing(engine, true);
 }
 
+bool mujoco_error_unwinds(const Engine& engine) {
+  using Raise = bool (*)(const Engine&);
+  return reinterpret_cast<Raise>(plugin_symbol(kModule, "doppel_mujoco_error_unwinds"))(engine);  // NOLINT
+}
+
 double difference_of_islands(const Engine& engine) {
   using Compare = double (*)(const Engine&);
   return reinterpret_cast<Compare>(plugin_symbol(kModule, "doppel_mujoco_island_difference"))(  // NOLINT

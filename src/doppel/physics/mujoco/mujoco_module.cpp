@@ -119,6 +119,17 @@ extern "C" DOPPEL_API double doppel_mujoco_island_difference(const doppel::Engin
   return difference / largest;
 }
 
+extern "C" DOPPEL_API bool doppel_mujoco_error_unwinds(const doppel::Engine& engine) {
+  const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
+  const doppel::DataHandle copy = doppel::make_data(at.m());
+  const auto held = std::make_shared<int>(0);
+  const bool whole = doppel::guarded([&copy, &held] {
+    const std::shared_ptr<int> in_frame = held;
+    mj_stackAlloc(copy.get(), copy->nstack + 1);
+  });
+  return !whole && held.use_count() == 1;
+}
+
 extern "C" DOPPEL_API double doppel_mujoco_bare_step_rate(const doppel::Engine& engine, int steps) {
   const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
   const doppel::DataHandle copy = doppel::make_data(at.m());

@@ -319,5 +319,11 @@ TEST(Engine, BareRateIsMeasuredOnCopy) {
   EXPECT_EQ(q, std::vector<double>(rig.robot.q().begin(), rig.robot.q().end()));
 }
 
+// An error deep in MuJoCo reaches the engine as a result, and leaves every frame above it properly.
+TEST(MujocoEngine, ErrorInsideMujocoReleasesFrames) {
+  const Rig rig(test::make_pendulum(1.0, 0.5));
+  EXPECT_TRUE(mujoco_error_unwinds(*rig.engine));
+}
+
 }  // namespace
 }  // namespace doppel
