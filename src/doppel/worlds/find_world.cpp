@@ -96,7 +96,7 @@ std::string first_sentence(const fs::path& file) {
 fs::path find_world(const std::string& name, PackageResolver& resolver) {
   std::error_code none;
   if (fs::exists(name, none)) return name;
-  const ModelSearch search(fs::current_path(none) / "none.sdf", resolver);
+  ModelSearch search(fs::current_path(none) / "none.sdf", resolver);
   for (const std::string& candidate : {name, name + ".sdf", name + ".world", "worlds/" + name,
                                        "worlds/" + name + ".sdf", "worlds/" + name + ".world"}) {
     const FoundFile& found = search.find(candidate, fs::current_path(none));
