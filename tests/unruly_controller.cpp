@@ -18,7 +18,7 @@ class Unruly : public doppel::Controller {
   }
   [[nodiscard]] doppel::InterfaceConfiguration state_interfaces() const override { return {}; }
   void update(doppel::Time /*now*/, doppel::Duration /*period*/) override {
-    if (++updates_ < 10) return;
+    if (++updates_ < 10) return command_handles[0].set(0.05);
     if (fault_ == "throw") throw std::runtime_error("no solution");
     if (fault_ == "throw_number") throw 42;  // NOLINT: no std::exception
     if (fault_ == "give_nan") command_handles[0].set(std::numeric_limits<double>::quiet_NaN());
