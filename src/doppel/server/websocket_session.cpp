@@ -1,6 +1,7 @@
 #include "doppel/server/detail/websocket_session.h"
 
 #include <fmt/format.h>
+#include <poll.h>
 
 #include <boost/asio/post.hpp>
 
@@ -137,8 +138,18 @@ bool WebSocketSession::is_hub_ready() const {
   return context_.hub.is_ready(id_, is_message);
 }
 
+// A client that is not read is not noticed to be gone, and would keep its place among the clients.
+bool WebSocketSession::is_reset() {
+  pollfd connection{beast::get_lowest_layer(socket_).socket().native_handle(), 0, 0};
+  return poll(&connection, 1, 0) > 0 && (connection.revents & (POLLERR | POLLHUP)) != 0;
+}
+
 bool WebSocketSession::resume() {
   if (closing_ || ended_) return true;
+  if (is_reset()) {
+    end();
+    return true;
+  }
   if (!is_hub_ready()) return false;
   holding_ = false;
   or_end([this] { hand_over(); });

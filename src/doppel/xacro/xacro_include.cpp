@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "doppel/core/names.h"
 #include "doppel/core/files_read.h"
+#include "doppel/core/names.h"
 #include "doppel/xacro/detail/xacro_expander.h"
 
 namespace doppel::xacro {

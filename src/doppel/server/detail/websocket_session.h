@@ -28,6 +28,7 @@ class WebSocketSession : public ClientLink, public std::enable_shared_from_this<
   void read();
   void received();
   [[nodiscard]] bool is_hub_ready() const;
+  [[nodiscard]] bool is_reset();
   void hand_over();
   [[nodiscard]] bool within_limits(std::size_t bytes);
   [[nodiscard]] std::size_t max_unsent() const;
