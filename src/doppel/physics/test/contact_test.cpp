@@ -155,16 +155,19 @@ double acceleration_on_box(const Geometry& shape, const Eigen::Matrix3d& R_SO, d
 
 TEST(Contacts, SlidingAndRollingOnBoxFollowClosedForms) {
   const Eigen::Matrix3d upright = Eigen::Matrix3d::Identity(),
-                        lying = Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX()).toRotationMatrix();
+                        lying = Eigen::AngleAxisd(std::numbers::pi / 2, Eigen::Vector3d::UnitX())
+                                    .toRotationMatrix();
   for (const FrictionRule rule : {FrictionRule::larger, FrictionRule::smaller}) {
     for (const auto& [degrees, friction] : {std::pair{20.0, 0.3}, {20.0, 0.355}, {10.0, 0.1}, {30.0, 0.5}}) {
       const double angle = degrees * std::numbers::pi / 180,
                    exact = 9.81 * (std::sin(angle) - friction * std::cos(angle));
-      EXPECT_NEAR(acceleration_on_box(Box{{0.2, 0.2, 0.2}}, upright, angle, friction, rule), exact, 3e-3 * exact)
+      EXPECT_NEAR(acceleration_on_box(Box{{0.2, 0.2, 0.2}}, upright, angle, friction, rule), exact,
+                  3e-3 * exact)
           << degrees << " degrees, friction " << friction;
     }
     const double angle = 10 * std::numbers::pi / 180, fall = 9.81 * std::sin(angle);
-    EXPECT_NEAR(acceleration_on_box(Cylinder{0.1, 0.2}, lying, angle, 0.8, rule), 2.0 / 3.0 * fall, 1e-4 * fall);
+    EXPECT_NEAR(acceleration_on_box(Cylinder{0.1, 0.2}, lying, angle, 0.8, rule), 2.0 / 3.0 * fall,
+                1e-4 * fall);
     EXPECT_NEAR(acceleration_on_box(Sphere{0.1}, upright, angle, 0.8, rule), 5.0 / 7.0 * fall, 1e-4 * fall);
   }
 }
