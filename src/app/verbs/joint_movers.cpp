@@ -195,14 +195,14 @@ std::unique_ptr<JointMover> gripper(Client& twin, const RobotWatch& robot, const
 std::unique_ptr<JointMover> make_mover(Client& twin, const RobotWatch& robot, const std::string& manager,
                                        const ControllerState& controller, Positions targets) {
   const std::string node = expand_name(controller.name, manager);
-  switch (motion_kind(controller)) {
-    case MotionKind::trajectory:
+  switch (mover_kind(controller)) {
+    case MoverKind::trajectory:
       return std::make_unique<TrajectoryMover>(controller.name, std::move(targets),
                                                node + "/follow_joint_trajectory", joints_of(controller));
-    case MotionKind::gripper:
+    case MoverKind::gripper:
       return gripper(twin, robot, node, controller, std::move(targets));
-    case MotionKind::forward:
-    case MotionKind::none:
+    case MoverKind::forward:
+    case MoverKind::none:
       break;
   }
   return std::make_unique<ForwardMover>(controller.name, std::move(targets), node + "/commands",

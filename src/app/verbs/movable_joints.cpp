@@ -57,20 +57,20 @@ std::vector<std::string> command_interfaces(Client& twin, const std::string& man
 
 }  // namespace
 
-MotionKind motion_kind(const ControllerState& controller) {
+MoverKind mover_kind(const ControllerState& controller) {
   const std::string& type = controller.type;
-  if (type.find("JointTrajectoryController") != std::string::npos) return MotionKind::trajectory;
-  if (type.find("GripperActionController") != std::string::npos) return MotionKind::gripper;
+  if (type.find("JointTrajectoryController") != std::string::npos) return MoverKind::trajectory;
+  if (type.find("GripperActionController") != std::string::npos) return MoverKind::gripper;
   if (type == "forward_command_controller/ForwardCommandController" ||
       type == "position_controllers/JointGroupPositionController")
-    return MotionKind::forward;
-  return MotionKind::none;
+    return MoverKind::forward;
+  return MoverKind::none;
 }
 
 bool moves(const ControllerState& controller, const std::string& joint) {
-  const MotionKind kind = motion_kind(controller);
-  if (kind == MotionKind::none || !claims(controller, joint)) return false;
-  if (kind != MotionKind::forward) return true;
+  const MoverKind kind = mover_kind(controller);
+  if (kind == MoverKind::none || !claims(controller, joint)) return false;
+  if (kind != MoverKind::forward) return true;
   return std::ranges::find(interfaces_of(controller), fmt::format("{}/{}", joint, kPosition)) !=
          interfaces_of(controller).end();
 }
@@ -78,7 +78,7 @@ bool moves(const ControllerState& controller, const std::string& joint) {
 void check_controller(const std::vector<ControllerState>& controllers, const std::string& only) {
   std::vector<std::string> names;
   for (const ControllerState& controller : controllers) {
-    if (motion_kind(controller) != MotionKind::none) names.push_back(controller.name);
+    if (mover_kind(controller) != MoverKind::none) names.push_back(controller.name);
   }
   if (only.empty() || std::ranges::find(names, only) != names.end()) return;
   throw ClientError(

@@ -9,9 +9,9 @@
 
 namespace doppel::app {
 
-enum class MotionKind { none, trajectory, gripper, forward };
+enum class MoverKind { none, trajectory, gripper, forward };
 
-MotionKind motion_kind(const controller_manager_msgs::msg::ControllerState& controller);
+MoverKind mover_kind(const controller_manager_msgs::msg::ControllerState& controller);
 // Whether the controller, once it is active, brings the joint to positions.
 bool moves(const controller_manager_msgs::msg::ControllerState& controller, const std::string& joint);
 
