@@ -68,7 +68,7 @@ struct Answer {
   }
 };
 
-TEST(Bus, RequestsBeyondTheEdgeShareWaitInOrder) {
+TEST(Bus, RequestsBeyondEdgeShareWaitInOrder) {
   Bus bus;
   const auto edge = bus.attach("/edge");
   int served = 0;

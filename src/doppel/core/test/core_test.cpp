@@ -111,7 +111,7 @@ TEST(Inbox, LanesTakeTurns) {
   EXPECT_EQ(busy->pending() + busy->pending_bytes() + polite->pending(), 0u);
 }
 
-TEST(Inbox, TasksBeyondTheAllowanceWait) {
+TEST(Inbox, TasksBeyondAllowanceWait) {
   Inbox inbox;
   const auto lane = std::make_shared<Inbox::Lane>();
   std::vector<int> order;
@@ -135,7 +135,7 @@ TEST(Inbox, TasksBeyondTheAllowanceWait) {
   EXPECT_EQ(inbox.run(&none), 1u) << "expected tasks without a lane to run in any case";
 }
 
-TEST(Inbox, WaitingTasksAreFreedWithTheInbox) {
+TEST(Inbox, WaitingTasksAreFreedWithInbox) {
   const auto kept = std::make_shared<int>(1);
   {
     Inbox inbox;

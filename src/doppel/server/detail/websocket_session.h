@@ -53,7 +53,7 @@ class WebSocketSession : public ClientLink, public std::enable_shared_from_this<
   Hub::ClientId id_ = 0;
   bool reading_ = false, writing_ = false, closing_ = false, ended_ = false;
   bool gathering_ = false;  // messages wait for the bundle's timer
-  bool holding_ = false;  // a received frame, until the hub is ready for it
+  bool holding_ = false;    // a received frame, until the hub is ready for it
 };
 
 }  // namespace doppel::net
