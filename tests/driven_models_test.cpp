@@ -380,7 +380,8 @@ constexpr const char* kBall =
     "name='c'><geometry><sphere>"
     "<radius>0.1</radius></sphere></geometry></collision></link></model>";
 
-// A part that no joint connects is added after the robot; its failure must neither end the twin nor leave half a model.
+// A part that no joint connects is added after the robot; its failure must neither end the twin nor leave
+// half a model.
 TEST_F(DrivenModels, PartThatCannotBeAddedRemovesSpawnedModel) {
   start(kBall);
   WorldObject taken;

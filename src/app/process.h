@@ -17,8 +17,9 @@ double peak_rss_mb();
 // same descriptor, and be written to.
 void fill_standard_files();
 
-// From now on the first SIGINT, SIGTERM or SIGHUP (the terminal is closed) does not end the process; it sets the flag that
-// is returned. A second one ends the process at once, with the exit code of a shell: 128 plus the signal's number.
+// From now on the first SIGINT, SIGTERM or SIGHUP (the terminal is closed) does not end the process; it sets
+// the flag that is returned. A second one ends the process at once, with the exit code of a shell: 128 plus
+// the signal's number.
 const std::atomic<bool>& stop_on_signals();
 
 // An argument, quoted for a shell where it needs it.

@@ -25,8 +25,8 @@ inline bool differs(double rate, double real) {
   return std::abs(rate - real) > 1e-6 * rate;
 }
 
-// The longest step from half of `step` to `step` of which every period of `rates` (Hz) is a multiple; nullopt: there is
-// none.
+// The longest step from half of `step` to `step` of which every period of `rates` (Hz) is a multiple;
+// nullopt: there is none.
 inline std::optional<Duration> step_for_rates(std::span<const double> rates, Duration step) {
   if (rates.empty()) return step;
   // Every such step is a whole part of the shortest period.

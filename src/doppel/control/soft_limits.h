@@ -22,8 +22,8 @@ struct SoftLimits {
   [[nodiscard]] bool bounds_position() const { return lower > -kInfinity; }
 };
 
-// The soft limits that can be enforced. A warning for those that cannot: reversed, outside of the joint's limits, on a
-// joint without a range, on one that mimics another or has no single degree of freedom.
+// The soft limits that can be enforced. A warning for those that cannot: reversed, outside of the joint's
+// limits, on a joint without a range, on one that mimics another or has no single degree of freedom.
 DOPPEL_API std::vector<SoftLimits> soft_limits_of(const RobotDescription& robot, const Model& model,
                                                   Diagnostics& diagnostics);
 

@@ -18,8 +18,8 @@
 
 namespace doppel {
 
-// The constraints of the twin's own model (physics/mujoco/mjcf.cpp): MuJoCo's own defaults let joints creep under friction
-// and sink into their limits. A time constant of twice the step is the stiffest stable one.
+// The constraints of the twin's own model (physics/mujoco/mjcf.cpp): MuJoCo's own defaults let joints creep
+// under friction and sink into their limits. A time constant of twice the step is the stiffest stable one.
 XmlNode mjcf_defaults(double step) {
   const std::string hard = decimal(2 * step) + " 1", soft = decimal(5 * step) + " 1";
   const char *const holds = "0.9999 0.9999 0.001 0.5 2", *const yields = "0.95 0.99 0.001 0.5 2";

@@ -28,7 +28,8 @@ struct CollisionShape {
   std::variant<Box, Cylinder, Capsule, Sphere, Ellipsoid, SharedHull, SharedField> geometry;
   Pose X_LS = Pose::Identity();  // shape in the link frame
   Friction friction = {};
-  // Speed after an impact over that before, 0..1; nullopt: not written, so that the other shape of a pair decides.
+  // Speed after an impact over that before, 0..1; nullopt: not written, so that the other shape of a pair
+  // decides.
   std::optional<double> restitution = {};
 };
 

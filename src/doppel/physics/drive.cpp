@@ -63,10 +63,10 @@ void Drive::set_target(double target) {
   steps_since_target_ = 0;
 }
 
-// The share of the reference's velocity that enters the damper. A joint lags behind a moving reference by
-// (1 - share) v D / K, so a share that grows makes the joint faster than its reference. It grows at the rate
-// at which the joint stays within its velocity limit, which is not at all while the reference moves at the limit,
-// and shrinks at a rate that costs a twentieth of the speed.
+// The share of the reference's velocity that enters the damper. A joint lags behind a moving reference by (1
+// - share) v D / K, so a share that grows makes the joint faster than its reference. It grows at the rate at
+// which the joint stays within its velocity limit, which is not at all while the reference moves at the
+// limit, and shrinks at a rate that costs a twentieth of the speed.
 void Drive::advance_share() {
   if (steps_since_target_ > spread_steps_) return;  // no stream: the rest of the way is gone as it was begun
   const double rate = servo_.damping > 0 ? servo_.stiffness * step_ / servo_.damping : 0.0;

@@ -245,8 +245,8 @@ class DOPPEL_API Engine {
   // True from the first step whose result is not finite or too large. That step and all later ones leave
   // state and time unchanged.
   [[nodiscard]] virtual bool diverged() const = 0;
-  // Contacts and constraint rows since the last reset for which the engine had no room. Bodies may have sunk into each
-  // other there.
+  // Contacts and constraint rows since the last reset for which the engine had no room. Bodies may have sunk
+  // into each other there.
   [[nodiscard]] virtual std::int64_t dropped_contacts() const { return 0; }
   virtual void clear_applied() = 0;  // joint efforts and wrenches on all instances
 

@@ -307,7 +307,8 @@ bool ModelInstance::is_object() const {
 
 namespace {
 
-// Light links are common in descriptions, as frames with a mass that other tools ask for; heavy ones are mistakes.
+// Light links are common in descriptions, as frames with a mass that other tools ask for; heavy ones are
+// mistakes.
 void refuse_extremes(const RobotDescription& description, const ModelInstance& instance) {
   Diagnostics errors;
   for (const ModelLink& link : instance.model->links) {

@@ -25,8 +25,8 @@ DOPPEL_API bool empty_contact_rules_change_nothing(const Engine& engine);
 // The same with the rules of the engine's world.
 DOPPEL_API bool contact_rules_change_nothing(const Engine& engine);
 
-// Raises an error inside MuJoCo, on a copy of the engine's data, below a frame that holds something. True: the error
-// became a result, and the frame was left properly.
+// Raises an error inside MuJoCo, on a copy of the engine's data, below a frame that holds something. True:
+// the error became a result, and the frame was left properly.
 DOPPEL_API bool mujoco_error_unwinds(const Engine& engine);
 
 // The largest difference of the accelerations of the next step, solved island by island (mujoco/islands.h) and

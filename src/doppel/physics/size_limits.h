@@ -1,6 +1,7 @@
 #pragma once
-// The range of sizes, masses and distances that can be simulated, the same for every source of bodies: world files,
-// SDF, URDF, and what is spawned. Beyond it collision detection of the engines may not end, and a step diverges.
+// The range of sizes, masses and distances that can be simulated, the same for every source of bodies: world
+// files, SDF, URDF, and what is spawned. Beyond it collision detection of the engines may not end, and a step
+// diverges.
 
 #include "doppel/core/diagnostic.h"
 #include "doppel/description/robot_description.h"

@@ -51,8 +51,8 @@ DOPPEL_API Eigen::Vector3f unit_or_up(const Eigen::Vector3f& normal);
 class DOPPEL_API SceneBuilder {
  public:
   SceneBuilder();
-  // For pictures, not for sensors: a visual whose mesh file was not found is drawn as its link's collision shapes, or
-  // without any as a hatched red box.
+  // For pictures, not for sensors: a visual whose mesh file was not found is drawn as its link's collision
+  // shapes, or without any as a hatched red box.
   void mark_missing_meshes() { marks_missing_ = true; }
   // Bodies that follow are parts of this model.
   void begin_model(const std::string& name);

@@ -35,7 +35,8 @@ class DOPPEL_API SampleSchedule {
   [[nodiscard]] SampleSchedule continued(double rate, Duration step, Time now) const {
     SampleSchedule out(rate, step);
     out.next_ = next_;
-    // Samples at a rate keep their times; those of every step have none that a longer or shorter step could keep.
+    // Samples at a rate keep their times; those of every step have none that a longer or shorter step could
+    // keep.
     const bool keeps_times = rate > 0 && !limited_ && !out.limited_;
     out.start_ =
         keeps_times || step.count() == step_

@@ -49,8 +49,8 @@ class DOPPEL_API Reloader {
   Reloader& operator=(const Reloader&) = delete;
 
  private:
-  // A build of the present files on a thread of its own, which may never end: a mesh of a billion triangles, a folder on
-  // a network that is gone, a physics engine in an endless loop.
+  // A build of the present files on a thread of its own, which may never end: a mesh of a billion triangles,
+  // a folder on a network that is gone, a physics engine in an endless loop.
   struct Attempt;
   void run();
   // The text that a new machine gives, or the reason why it cannot be used, in the log.

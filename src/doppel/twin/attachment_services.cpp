@@ -30,8 +30,8 @@ class AttachmentServices::Device {
   virtual void between_steps(Time now) = 0;
   virtual void reset() = 0;
 
-  // What a device knows of the past, for the one that replaces it after an edit: `key` is the same as long as it
-  // is the same device to its user.
+  // What a device knows of the past, for the one that replaces it after an edit: `key` is the same as long as
+  // it is the same device to its user.
   struct Memory {
     std::string key;
     std::optional<Wanted> held;
@@ -307,8 +307,8 @@ void AttachmentServices::reset(Time /*now*/) {
   }
 }
 
-// Makes the devices of new instances, which continue those of instances that a reload replaced, and restores what was
-// attached to replaced instances.
+// Makes the devices of new instances, which continue those of instances that a reload replaced, and restores
+// what was attached to replaced instances.
 void AttachmentServices::instances_changed() {
   const auto& instances = scene_.engine().world().instances();
   std::vector<std::pair<std::string, Device::Memory>> former;  // by instance

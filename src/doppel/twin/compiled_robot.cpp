@@ -18,8 +18,8 @@ namespace {
 
 constexpr double kMinAirHeight = 0.01;  // m between the ground and a robot that nothing carries
 
-// Below the floating joint that a floating base is compiled with; a floating joint of the description has its own
-// parent, which is the root.
+// Below the floating joint that a floating base is compiled with; a floating joint of the description has its
+// own parent, which is the root.
 const char* root_name(const Model& model, BaseKind base) {
   return model.links[base == BaseKind::floating ? 1 : 0].name.c_str();
 }

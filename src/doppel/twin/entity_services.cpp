@@ -245,7 +245,8 @@ void EntityServices::spawn_robot(WorldRobot robot, SpawnedText text, std::vector
       });
 }
 
-// The parts of a spawned model that no joint connects with its robot; without them the robot is removed again.
+// The parts of a spawned model that no joint connects with its robot; without them the robot is removed
+// again.
 Status EntityServices::add_parts(const std::string& robot, const std::vector<ModelInstance>& parts) {
   try {
     add_objects(parts);

@@ -345,8 +345,8 @@ bool is_rigid(const XmlNode& joint) {
          joint.first("child") != nullptr;
 }
 
-// A URDF of which every part is simulated: with the <inertia> of its author, or of several links that fixed joints
-// connect.
+// A URDF of which every part is simulated: with the <inertia> of its author, or of several links that fixed
+// joints connect.
 bool is_whole_body(const XmlNode& robot) {
   std::size_t links = 0;
   bool has_inertia = false;

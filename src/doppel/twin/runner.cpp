@@ -36,8 +36,8 @@ void sleep_until(std::chrono::steady_clock::time_point due) {
 
 }  // namespace
 
-// A thread that notices that the loop makes no progress: a controller, a hardware component or a request blocks it, which
-// nothing in the loop itself can report.
+// A thread that notices that the loop makes no progress: a controller, a hardware component or a request
+// blocks it, which nothing in the loop itself can report.
 class Runner::StallWatch {
  public:
   explicit StallWatch(const Runner& runner) : runner_(runner) {

@@ -37,11 +37,11 @@ class DOPPEL_API LatenessHistogram {
 struct RunnerOptions {
   double speed = 1.0;                // simulated seconds per wall second; 0: as fast as possible
   std::optional<Duration> duration;  // simulated; none: until stopped
-  // The run ends when the physics diverges. Otherwise the twin is paused at its last finite state, so that clients can
-  // look at it and reset it.
+  // The run ends when the physics diverges. Otherwise the twin is paused at its last finite state, so that
+  // clients can look at it and reset it.
   bool ends_at_divergence = false;
-  // Called from another thread when the loop makes no progress for kLoopStall of wall-clock time, with what it is in, and
-  // when it goes on. Empty: not watched.
+  // Called from another thread when the loop makes no progress for kLoopStall of wall-clock time, with what
+  // it is in, and when it goes on. Empty: not watched.
   std::function<void(const std::string&)> report_stall = {};
 };
 inline constexpr std::chrono::milliseconds kLoopStall{2000};
@@ -92,7 +92,8 @@ class DOPPEL_API Runner {
   [[nodiscard]] bool duration_reached() const;
   [[nodiscard]] bool ends_diverged() const { return options_.ends_at_divergence && twin_.diverged(); }
   void step_and_measure();
-  // Sleeps until the next step is due and returns the time then. Requests are handled meanwhile if the wait is long.
+  // Sleeps until the next step is due and returns the time then. Requests are handled meanwhile if the wait
+  // is long.
   Clock::time_point keep_pace(Clock::time_point now, const std::atomic<bool>& stop);
   // When the step after those taken so far is due.
   [[nodiscard]] Clock::time_point due_time() const;
@@ -109,8 +110,8 @@ class DOPPEL_API Runner {
   Clock::time_point anchor_wall_;
   std::uint64_t anchor_steps_ = 0;
   double anchor_speed_ = 1.0;
-  // An edit may change the size of a step: `counted_` steps have simulated `simulated_` in this run, later ones take
-  // `step_size_`.
+  // An edit may change the size of a step: `counted_` steps have simulated `simulated_` in this run, later
+  // ones take `step_size_`.
   Duration step_size_{}, simulated_{};
   std::uint64_t counted_ = 0;
   LoopMeter meter_;

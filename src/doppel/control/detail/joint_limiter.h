@@ -1,7 +1,8 @@
 #pragma once
 // Limits between controllers and hardware: positions are kept inside [lower, upper] and within the velocity
-// limit, velocities and efforts within theirs, soft limits (soft_limits.h) are approached as they prescribe, and a
-// value that is not finite is rejected. Each kind of intervention is reported once per episode, between steps.
+// limit, velocities and efforts within theirs, soft limits (soft_limits.h) are approached as they prescribe,
+// and a value that is not finite is rejected. Each kind of intervention is reported once per episode, between
+// steps.
 
 #include <array>
 #include <string>

@@ -1,5 +1,5 @@
-// Hardware on its own thread: commands from before a stop, an activation or a switch of controllers are never written
-// after it, although the thread writes more often than the loop.
+// Hardware on its own thread: commands from before a stop, an activation or a switch of controllers are never
+// written after it, although the thread writes more often than the loop.
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

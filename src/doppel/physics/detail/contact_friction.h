@@ -21,8 +21,8 @@ ContactSurface surface_of(const RobotDescription& robot, const std::string& link
 Friction friction_of(const ContactSurface& surface, const Model& model, const Collision& collision,
                      Diagnostics& diagnostics);
 
-// The restitution of a collision with this surface; nullopt: it has none. One that is not from 0 to 1 is a warning
-// and without effect.
+// The restitution of a collision with this surface; nullopt: it has none. One that is not from 0 to 1 is a
+// warning and without effect.
 std::optional<double> restitution_of(const ContactSurface& surface, const Collision& collision,
                                      Diagnostics& diagnostics);
 

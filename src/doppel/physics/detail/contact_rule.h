@@ -17,7 +17,8 @@ struct PairFriction {
   int directed = -1;             // 0 or 1: the shape whose direction counts; -1: `along` holds in every one
 };
 
-// The smaller of the two, as in Gazebo and ODE; a shape without one takes that of the other. nullopt: neither has one.
+// The smaller of the two, as in Gazebo and ODE; a shape without one takes that of the other. nullopt: neither
+// has one.
 inline std::optional<double> combine(const std::optional<double>& a, const std::optional<double>& b) {
   return a && b ? std::min(a, b) : a ? a : b;
 }
@@ -30,16 +31,16 @@ struct Impact {
   double pull = 0;         // m/s^2: the acceleration with which gravity closes the contact, not negative
 };
 
-// Approaches below this speed, m/s, end without a rebound, so that bodies come to rest: 2 cm/s and what gravity adds in
-// two steps.
+// Approaches below this speed, m/s, end without a rebound, so that bodies come to rest: 2 cm/s and what
+// gravity adds in two steps.
 inline double min_rebound_speed(const Eigen::Vector3d& gravity, double step) {
   return 0.02 + 2.0 * gravity.norm() * step;
 }
 
-// The velocity along the normal, m/s, with which the step has to end so that the surfaces part with the restitution times
-// the speed with which they meet. The step conserves v^2 / 2 + g x - h g v / 2, so the impact, which is seen up to a
-// step late (or, with a distance, early), adds no energy; without that, bodies would never come to rest. What rises
-// back out of a penetration is slower for it.
+// The velocity along the normal, m/s, with which the step has to end so that the surfaces part with the
+// restitution times the speed with which they meet. The step conserves v^2 / 2 + g x - h g v / 2, so the
+// impact, which is seen up to a step late (or, with a distance, early), adds no energy; without that, bodies
+// would never come to rest. What rises back out of a penetration is slower for it.
 inline double rebound_speed(const Impact& impact, double h) {
   const double fallen = h * impact.pull;
   const double met = std::max(
@@ -49,8 +50,8 @@ inline double rebound_speed(const Impact& impact, double h) {
   return parting <= 0 ? 0.0 : std::sqrt(0.25 * fallen * fallen + parting) - 0.5 * fallen;
 }
 
-// In which a penetration that an impact leaves is removed, in steps: at a hundredth of the speed of the impact, so that
-// it adds no rebound.
+// The number of steps in which the penetration that an impact leaves is removed: the bodies part at a hundredth
+// of the speed of the impact, which adds no rebound.
 inline constexpr double kRecoverySteps = 100.0;
 
 // The rule of the world: the larger or the smaller coefficient of the two. A shape that decides takes

@@ -8,8 +8,8 @@
 namespace doppel {
 namespace {
 
-// Regularisation of a hard row, of the inverse inertia that it sees. MuJoCo's contacts have 0.01 to 0.05, which would
-// be missing in the rebound.
+// Regularisation of a hard row, of the inverse inertia that it sees. MuJoCo's contacts have 0.01 to 0.05,
+// which would be missing in the rebound.
 constexpr double kSoftness = 1e-4;
 // m/s^2: the reference of a contact that must not act.
 constexpr double kOpen = -1e9;

@@ -1,7 +1,7 @@
 #pragma once
-// Private to the MuJoCo back end: impacts with a restitution. MuJoCo's contacts are springs and dampers, whose rebound
-// depends on the step. Here the velocity along the normal that a step arrives at is that of Newton's law, -e times
-// the one that it begins with, whatever the step.
+// Private to the MuJoCo back end: impacts with a restitution. MuJoCo's contacts are springs and dampers,
+// whose rebound depends on the step. Here the velocity along the normal that a step arrives at is that of
+// Newton's law, -e times the one that it begins with, whatever the step.
 
 #include <mujoco/mujoco.h>
 
@@ -18,13 +18,13 @@ class Bounces {
 
   // No shape has a restitution: these functions change nothing.
   [[nodiscard]] bool empty() const { return restitutions_.empty(); }
-  // Whether a contact with a restitution closes faster than it may without a rebound. Such a step has to be euler's:
-  // an impact is of first order, and stages within the step would begin it more than once.
+  // Whether a contact with a restitution closes faster than it may without a rebound. Such a step has to be
+  // euler's: an impact is of first order, and stages within the step would begin it more than once.
   [[nodiscard]] bool impacts(const mjModel& model, const mjData& data) const;
   // Hardens the rows of contacts with a restitution, before mj_referenceConstraint.
   void harden(const mjModel& model, mjData& data) const;
-  // Writes the reference of the contacts that close, after mj_referenceConstraint. A stage that does not begin the
-  // step opens them: they are met by the next step.
+  // Writes the reference of the contacts that close, after mj_referenceConstraint. A stage that does not
+  // begin the step opens them: they are met by the next step.
   void rebound(const mjModel& model, mjData& data, bool begins_step) const;
 
  private:

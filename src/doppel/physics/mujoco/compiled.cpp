@@ -30,8 +30,8 @@ thread_local char error_text[256] = "";
 
 namespace {
 
-// MuJoCo's frames hold nothing that has to be released, and have the unwind tables that the ABI requires of every
-// function, so an exception passes them; the frames of this program that lie between are left properly.
+// MuJoCo's frames hold nothing that has to be released, and have the unwind tables that the ABI requires of
+// every function, so an exception passes them; the frames of this program that lie between are left properly.
 [[noreturn]] void on_error(const char* text) {
   std::snprintf(error_text, sizeof error_text, "%s", text);
   throw MujocoError(text);

@@ -41,12 +41,13 @@ class ContactRules {
   // without wheels moves as it does in a world without robots that have some. They do not allocate.
   // Writes the friction and the tangents.
   void apply(mjData& data) const;
-  // The two functions below also act on the contacts of a robot with a body that two of its links hold (grasp.h), and
-  // this one on the contacts of objects among themselves and with the ground. It changes only contacts that slide.
-  // MuJoCo's friction is a convex optimisation, whose contacts open with the speed mu v while they slide with
-  // the speed v, and so hop. Subtracting it from the reference of the normal gives Coulomb's law (de Saxce
-  // and Feng, International Journal of Engineering Science 29, 1991). v is what the friction leaves of it at the
-  // end of the step: nothing of a wheel that grips at once, which otherwise would lift off and spin.
+  // The two functions below also act on the contacts of a robot with a body that two of its links hold
+  // (grasp.h), and this one on the contacts of objects among themselves and with the ground. It changes only
+  // contacts that slide. MuJoCo's friction is a convex optimisation, whose contacts open with the speed mu v
+  // while they slide with the speed v, and so hop. Subtracting it from the reference of the normal gives
+  // Coulomb's law (de Saxce and Feng, International Journal of Engineering Science 29, 1991). v is what the
+  // friction leaves of it at the end of the step: nothing of a wheel that grips at once, which otherwise
+  // would lift off and spin.
   void keep_sliding_contacts(mjData& data) const;
   // MuJoCo's friction is a stiff damper, so that a load creeps. On a slope of 80 % of the friction a parked base
   // creeps by 0.25 mm a minute; a hundred times stiffer, by 0.003 mm. A pair with slip is as soft as that slip asks.
@@ -77,8 +78,8 @@ class ContactRules {
 };
 
 // mj_step1 with the rules, island by island. With empty rules and one island the result is bit-identical to
-// that of mj_step1 unless a robot holds something. begins_step: the state is one that a step begins with, and not one
-// of a further stage.
+// that of mj_step1 unless a robot holds something. begins_step: the state is one that a step begins with, and
+// not one of a further stage.
 void compute_contacts_and_constraints(const mjModel* model, mjData* data, const ContactRules& rules,
                                       const Bounces& bounces, IslandSolver& islands, bool begins_step = true);
 

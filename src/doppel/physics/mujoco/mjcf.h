@@ -49,9 +49,9 @@ struct MjcfSizes {
   std::size_t contacts = 0, rows = 0;
 };
 inline constexpr std::size_t kRowsOfRobot = 400, kRowsOfLooseShape = 24;
-// MuJoCo compiles with a matrix of all rows by all rows, which states do not have. They have this many times the
-// contacts and rows, as long as a matrix of all rows by all velocities needs no more than kMaxRowBytes; memory that no
-// contact needs is not touched.
+// MuJoCo compiles with a matrix of all rows by all rows, which states do not have. They have this many times
+// the contacts and rows, as long as a matrix of all rows by all velocities needs no more than kMaxRowBytes;
+// memory that no contact needs is not touched.
 inline constexpr std::size_t kRoomOfStates = 5;
 inline constexpr double kMaxRowBytes = 512e6;
 MjcfSizes sizes_of(std::span<const ModelInstance> instances);

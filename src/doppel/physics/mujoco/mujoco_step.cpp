@@ -254,8 +254,8 @@ void MujocoEngine::finish_step() {
                                    islands_);
 }
 
-// After a step that diverged. MuJoCo may have reset itself to its zero pose; the state before the step is the last
-// valid one, and poses of bodies and contacts, which clients read, are computed from it again.
+// After a step that diverged. MuJoCo may have reset itself to its zero pose; the state before the step is the
+// last valid one, and poses of bodies and contacts, which clients read, are computed from it again.
 void MujocoEngine::leave_at_last_state() {
   diverged_ = true;
   d()->pstack = 0;  // the error may have left a call with the stack in use

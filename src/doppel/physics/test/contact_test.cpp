@@ -300,8 +300,8 @@ TEST(Contacts, FingersLiftBoxByFriction) {
   EXPECT_LT(later.translation().z(), 0.03) << "expected a released object to fall";
 }
 
-// 125 cubes that are pressed together touch in 325 pairs at four points each; 8 contacts for each cube and 100 for the
-// robot would be too few.
+// 125 cubes that are pressed together touch in 325 pairs at four points each; 8 contacts for each cube and
+// 100 for the robot would be too few.
 TEST(Contact, BlockOfCubesLosesNoContact) {
   World world;
   constexpr double kSide = 0.05, kGap = -1e-5;

@@ -134,7 +134,8 @@ TEST_P(BounceContract, BouncesEndAfterGeometricSeries) {
   EXPECT_LT(engine->instance(0).base_velocity().linear_W.norm(), 1e-3);
 }
 
-// Two balls that meet head-on in empty space: momentum is kept, and they part with e times the speed at which they meet.
+// Two balls that meet head-on in empty space: momentum is kept, and they part with e times the speed at which
+// they meet.
 TEST_P(BounceContract, CollisionOfTwoBallsFollowsNewtonsLaw) {
   WorldSettings in = settings();
   in.gravity.setZero();
@@ -151,7 +152,8 @@ TEST_P(BounceContract, CollisionOfTwoBallsFollowsNewtonsLaw) {
               0.03);
 }
 
-// The smallest speed with which a box rests is not a rebound, and an impact without a restitution remains as it was.
+// The smallest speed with which a box rests is not a rebound, and an impact without a restitution remains as
+// it was.
 TEST_P(BounceContract, BoxWithRestitutionRests) {
   const auto engine = make(ground(), {bouncing("low", Box{{0.2, 0.2, 0.1}}, at(0, 0, 0.051), 1.0, 0.9),
                                       bouncing("high", Box{{0.1, 0.1, 0.1}}, at(0, 0, 0.152), 0.5, 0.9)});

@@ -81,9 +81,9 @@ TEST_P(DrivesContract, HoldingAccelerationTakesInverseDynamicsEffort) {
                 within().holding * data.tau.cwiseAbs().maxCoeff());
 }
 
-// Targets that move at the velocity limit, as a limiter or a trajectory at the limit sends them, from 0 to 2.3 rad:
-// the reference passes the binades 0.125, 0.25, 0.5, 1 and 2, where rounding changes. A critically damped drive that
-// starts at once is at most 1 + exp(-2) times as fast as its reference.
+// Targets that move at the velocity limit, as a limiter or a trajectory at the limit sends them, from 0 to
+// 2.3 rad: the reference passes the binades 0.125, 0.25, 0.5, 1 and 2, where rounding changes. A critically
+// damped drive that starts at once is at most 1 + exp(-2) times as fast as its reference.
 TEST_P(DrivesContract, TargetsAtVelocityLimitMoveJointEvenly) {
   constexpr double kLimit = 2.0, kEnd = 2.3;
   for (const double hertz : {100.0, 500.0, 1000.0}) {
@@ -115,7 +115,8 @@ TEST_P(DrivesContract, TargetsAtVelocityLimitMoveJointEvenly) {
   }
 }
 
-// A reference that reaches the limit gradually, by 4 rad/s^2, and stays there: the joint neither lags nor exceeds.
+// A reference that reaches the limit gradually, by 4 rad/s^2, and stays there: the joint neither lags nor
+// exceeds.
 TEST_P(DrivesContract, TrajectoryToVelocityLimitKeepsSpeed) {
   constexpr double kLimit = 2.0, kRamp = 4.0;
   WorldSettings in = settings();
@@ -141,7 +142,8 @@ TEST_P(DrivesContract, TrajectoryToVelocityLimitKeepsSpeed) {
   }
 }
 
-// Targets that run away from the limited reference: it is late when they stop, and the joint does not pass the end.
+// Targets that run away from the limited reference: it is late when they stop, and the joint does not pass
+// the end.
 TEST_P(DrivesContract, TargetsBeyondVelocityLimitDoNotOvershootEnd) {
   constexpr double kLimit = 2.0, kEnd = 1.5;
   WorldSettings in = settings();

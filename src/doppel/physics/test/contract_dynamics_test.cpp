@@ -158,8 +158,8 @@ TEST_P(DynamicsContract, TumblingBodyKeepsItsAngularMomentum) {
   EXPECT_LT((momentum() - before).norm(), 0.01 * before.norm());
 }
 
-// A plate that spins about its middle axis at 10 rad/s, at the default step: its flips are those of Euler's equations,
-// which the test integrates by itself, and nothing feeds it.
+// A plate that spins about its middle axis at 10 rad/s, at the default step: its flips are those of Euler's
+// equations, which the test integrates by itself, and nothing feeds it.
 TEST_P(DynamicsContract, TumblingBodyKeepsItsEnergyAtDefaultStep) {
   if (!can().floating) GTEST_SKIP() << "the engine has no floating bodies";
   if (GetParam() == "analytic") GTEST_SKIP() << "the reference engine has an explicit gyroscopic term";

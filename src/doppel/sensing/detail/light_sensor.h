@@ -101,8 +101,8 @@ class LightSensor {
  protected:
   static constexpr std::size_t kRangeBit = kMaxOutlets;  // in LightSample::wanted, above the outlets
 
-  // The topic of an output; `own`: that of its kind. Returns the outlet's index. Throws InputError for more than
-  // kMaxOutlets.
+  // The topic of an output; `own`: that of its kind. Returns the outlet's index. Throws InputError for more
+  // than kMaxOutlets.
   template <Message M>
   std::size_t add_outlet(Node& node, const std::string& output, const std::string& own);
   void check_outlets() const;  // throws InputError if there is no room for another one

@@ -48,8 +48,8 @@ class RigWorker {
   RigWorker(const RigWorker&) = delete;
   RigWorker& operator=(const RigWorker&) = delete;
 
-  // Memory for jobs of this size, so that the loop allocates none: of the free slots now, of the others when they are
-  // released. Between steps.
+  // Memory for jobs of this size, so that the loop allocates none: of the free slots now, of the others when
+  // they are released. Between steps.
   void reserve(std::size_t samples, std::size_t bodies);
 
   // -- the loop

@@ -1,9 +1,9 @@
 #pragma once
 // An entity of the world from the text that /spawn_entity gets: SDF with one <model>, read as everywhere
-// (worlds/sdf_world.h), or a URDF without moving joints. A URDF with an <inertia> or with several links is read as a
-// description, with all of its shapes. The only link of any other has one shape, which collides: that of its
-// <collision>, or of its <visual> where there is none; its mass is distributed evenly over it. Elements without
-// effect are notes.
+// (worlds/sdf_world.h), or a URDF without moving joints. A URDF with an <inertia> or with several links is
+// read as a description, with all of its shapes. The only link of any other has one shape, which collides:
+// that of its <collision>, or of its <visual> where there is none; its mass is distributed evenly over it.
+// Elements without effect are notes.
 
 #include <optional>
 #include <string>
@@ -33,11 +33,11 @@ EntityText read_entity_xml(std::string_view xml, const MeshFinder& find_mesh, Di
 std::vector<ModelInstance> instances_of(const EntityText& entity, const std::string& name, const Pose& X_WE,
                                         Diagnostics& notes);
 
-// The name of the robot that the text describes: a URDF with a joint that moves, with <ros2_control>, or with sensors or
-// plugins. Empty: an object, or invalid text.
+// The name of the robot that the text describes: a URDF with a joint that moves, with <ros2_control>, or with
+// sensors or plugins. Empty: an object, or invalid text.
 std::string robot_in_xml(std::string_view xml);
-// <gazebo><doppel:base>fixed or floating</doppel:base></gazebo> of a URDF, as `doppel spawn --base` sends it; nullopt:
-// not written. Throws InputError for another value.
+// <gazebo><doppel:base>fixed or floating</doppel:base></gazebo> of a URDF, as `doppel spawn --base` sends it;
+// nullopt: not written. Throws InputError for another value.
 std::optional<BaseKind> base_in_xml(std::string_view xml);
 
 }  // namespace doppel

@@ -1,7 +1,7 @@
 #pragma once
-// The ranges of what clients may apply to a machine or write into its state by services. They follow from the machine
-// (effort limits, masses, inertias, velocity limits), leave room for any test of a real one, and keep a mistyped
-// exponent from making the physics diverge (docs/simulator.md lists them).
+// The ranges of what clients may apply to a machine or write into its state by services. They follow from the
+// machine (effort limits, masses, inertias, velocity limits), leave room for any test of a real one, and keep
+// a mistyped exponent from making the physics diverge (docs/simulator.md lists them).
 
 #include "doppel/core/status.h"
 #include "doppel/physics/engine.h"
@@ -14,14 +14,15 @@ inline constexpr double kMaxTravel = 1e4;            // m of a joint without lim
 inline constexpr double kMaxLimitFactor = 10;        // of a joint's effort or velocity limit
 inline constexpr double kMaxLoadAcceleration = 1e4;  // m/s^2 or rad/s^2 that a load gives to what it acts on
 
-// rad/s or m/s: kMaxLimitFactor times the velocity limit, at most kMaxEntitySpeed unless the limit itself is higher.
+// rad/s or m/s: kMaxLimitFactor times the velocity limit, at most kMaxEntitySpeed unless the limit itself is
+// higher.
 [[nodiscard]] double max_speed(const ModelJoint& joint);
-// N m or N: kMaxLimitFactor times the effort limit, or the effort that accelerates the inertia that the joint moves at
-// present by kMaxLoadAcceleration, whichever is larger. Precondition: joints[joint] is scalar.
+// N m or N: kMaxLimitFactor times the effort limit, or the effort that accelerates the inertia that the joint
+// moves at present by kMaxLoadAcceleration, whichever is larger. Precondition: joints[joint] is scalar.
 [[nodiscard]] double max_effort(const Instance& instance, int joint);
 
-// Of a wrench on a link: the force that accelerates the whole instance by kMaxLoadAcceleration, and that force at four
-// times its radius of gyration.
+// Of a wrench on a link: the force that accelerates the whole instance by kMaxLoadAcceleration, and that
+// force at four times its radius of gyration.
 struct WrenchRange {
   double force = 0, moment = 0;  // N, N m
 };

@@ -66,8 +66,8 @@ struct Twin::Impl {
   // -- twin_reload.cpp
   class RobotReplacement;
   Reload replace(Replacement& fresh);
-  // Continues with the machine before the last edit, if that was applied shortly before. False: it was not, or that
-  // fails.
+  // Continues with the machine before the last edit, if that was applied shortly before. False: it was not,
+  // or that fails.
   bool take_back_edit(const std::string& cause);
   [[nodiscard]] std::map<std::string, ControllerSelection> present_selections() const;
 

@@ -1,6 +1,7 @@
 #pragma once
-// Calls of the simulator's services with extreme numbers, chosen by bytes: for the fuzz target and for a test with
-// seeded bytes. A twin that is called so stays finite, or is paused with a cause, and goes on after a reset.
+// Calls of the simulator's services with extreme numbers, chosen by bytes: for the fuzz target and for a test
+// with seeded bytes. A twin that is called so stays finite, or is paused with a cause, and goes on after a
+// reset.
 
 #include <fmt/format.h>
 

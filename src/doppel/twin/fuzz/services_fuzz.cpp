@@ -1,4 +1,5 @@
-// Fuzz target: calls of the simulator's services with extreme numbers. The twin stays finite, or is paused with a cause.
+// Fuzz target: calls of the simulator's services with extreme numbers. The twin stays finite, or is paused
+// with a cause.
 #include <algorithm>
 #include <cstdint>
 #include <cstdio>
