@@ -70,7 +70,8 @@ void fill_standard_files() {
 const std::atomic<bool>& stop_on_signals() {
   static std::atomic<bool> requested{false};
   struct sigaction action {};
-  // What handles the first one, or loads a model, may take long; a second one does not wait for it.
+  // The handling of the first one, or the loading of a model, may take long; a second one does not wait for
+  // it.
   action.sa_handler = [](int signal) {
     if (!requested.exchange(true)) return;
     constexpr char kShowCursor[] = "\x1b[?25h";  // the live table hides it

@@ -6,10 +6,12 @@
 
 namespace doppel::app {
 
-// What to type instead of the verb `word` of `group` ("" for the program itself); "": the word has no entry.
+// The verb to type instead of the verb `word` of `group` ("" for the program itself); "": the word has no
+// entry.
 std::string pointer_for(std::string_view group, std::string_view word);
 
-// What to use in ROS 2 instead of a type of ROS 1, as a sentence; "": the type is not known to have been one.
+// The type to use in ROS 2 instead of a type of ROS 1, as a sentence; "": the type is not known to have been
+// one.
 std::string replacement_of_ros1_type(std::string_view type);
 
 }  // namespace doppel::app

@@ -265,7 +265,7 @@ void print_twin_banner(Twin& twin, const std::string& engine, bool verbose) {
   print_sensors(twin);
 }
 
-// What is known about a robot that comes with doppel, such as the choice of its base, is printed on request
+// Notes about a robot that comes with doppel, such as the choice of its base, are printed on request
 // only.
 bool is_note_about_bundled_robot(const Diagnostic& diagnostic) {
   static const std::string kFolder = (data_folder() / "robots").string() + "/";

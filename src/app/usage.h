@@ -1,5 +1,6 @@
 #pragma once
-// What the program prints about itself: the short help, that of a verb, and errors of the command line.
+// The texts that the program prints about itself: the short help, that of a verb, and errors of the command
+// line.
 
 #include <string>
 #include <vector>

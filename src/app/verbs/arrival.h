@@ -1,5 +1,5 @@
 #pragma once
-// Whether joints have arrived at their targets, and if not, the cause that their states show.
+// Checks whether joints have arrived at their targets; if not, names the cause that their states show.
 
 #include <chrono>
 #include <functional>

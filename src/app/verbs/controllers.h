@@ -19,7 +19,7 @@ void declare_manager(CLI::App& verb, std::string& manager);
 
 std::vector<controller_manager_msgs::msg::ControllerState> list_controllers(Client& twin,
                                                                             const std::string& manager);
-// Whether the manager publishes that its emergency stop is on.
+// True if the manager publishes that its emergency stop is on.
 bool is_stopped(Client& twin, const std::string& manager);
 // The joints whose interfaces an active controller claims, or an inactive one requires, each once.
 std::vector<std::string> joints_of(const controller_manager_msgs::msg::ControllerState& controller);

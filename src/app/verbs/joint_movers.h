@@ -21,13 +21,13 @@ class JointMover {
 
   [[nodiscard]] const std::string& controller() const { return controller_; }
   [[nodiscard]] const Positions& targets() const { return targets_; }
-  // Whether the duration of the motion is that of the command; a gripper moves at a speed of its own.
+  // True if the duration of the motion is that of the command; a gripper moves at a speed of its own.
   [[nodiscard]] virtual bool is_timed() const { return true; }
-  // Whether commands are sent until the end of the motion, not only at its start.
+  // True if commands are sent until the end of the motion, not only at its start.
   [[nodiscard]] virtual bool sends_all_the_way() const { return false; }
   // Throws ClientError with the reason if the controller refuses the command.
   virtual void start(Client& twin, const RobotWatch& robot, double seconds) = 0;
-  // Whether the command is completed; called with every state of the joints.
+  // True if the command is completed; called with every state of the joints.
   virtual bool is_finished(const RobotWatch& robot) = 0;
   virtual void cancel(const RobotWatch& robot) = 0;
   // After the end: what the controller reports as an error; "": success.

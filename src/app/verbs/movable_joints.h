@@ -12,7 +12,7 @@ namespace doppel::app {
 enum class MoverKind { none, trajectory, gripper, forward };
 
 MoverKind mover_kind(const controller_manager_msgs::msg::ControllerState& controller);
-// Whether the controller, once it is active, brings the joint to positions.
+// True if the controller, once it is active, brings the joint to positions.
 bool moves(const controller_manager_msgs::msg::ControllerState& controller, const std::string& joint);
 
 // Throws ClientError with the nearest name if `only` is not the name of a controller that moves joints; "" is

@@ -1,6 +1,6 @@
 #pragma once
-// What a client has to know of a robot before and while it moves joints: positions, the model, the emergency
-// stop.
+// The state of a robot that a client needs before and while it moves joints: positions, the model, the
+// emergency stop.
 
 #include <limits>
 #include <map>

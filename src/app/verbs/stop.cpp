@@ -17,7 +17,7 @@ struct StopOptions {
   bool reset = false, all = false;
 };
 
-// What happened in one twin.
+// The outcome in one twin.
 struct Stopped {
   std::vector<std::string> lines, problems;
 };

@@ -123,7 +123,7 @@ int tree(Shell& shell, const TfOptions&) {
   return 0;
 }
 
-// What view_frames of tf2_tools prints about a transform, without the frame that it leads to.
+// The text that view_frames of tf2_tools prints about a transform, without the frame that it leads to.
 std::vector<std::string> transform_lines(const TfFrames& frames, const TfFrame& frame) {
   const double span = to_seconds(frame.stamp - frame.first_stamp);
   std::vector<std::string> lines = {

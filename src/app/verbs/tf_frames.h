@@ -16,7 +16,7 @@ struct TfFrame {
   Pose X_PF = Pose::Identity();  // this frame in its parent
   Time stamp{};
   bool fixed = false;
-  // Of the received messages.
+  // Statistics of the received messages.
   std::size_t count = 0;
   Time first_stamp{};
 };

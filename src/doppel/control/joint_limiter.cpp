@@ -27,13 +27,13 @@ struct Bounds {
   double lower = -kInfinity, upper = kInfinity;
 };
 
-// Of positions: the limits, or the soft ones inside them.
+// The range of positions: the limits, or the soft ones inside them.
 Bounds range_of(const ModelJoint& joint, const SoftLimits* soft) {
   if (soft == nullptr || !soft->bounds_position()) return {joint.lower, joint.upper};
   return {soft->lower, soft->upper};
 }
 
-// Of velocities at a position.
+// The range of velocities at a position.
 Bounds soft_velocities(const ModelJoint& joint, const SoftLimits& soft, double position) {
   if (!soft.bounds_position() || soft.k_position <= 0) return {-joint.velocity, joint.velocity};
   return {std::clamp(-soft.k_position * (position - soft.lower), -joint.velocity, joint.velocity),
@@ -167,8 +167,8 @@ double JointLimiter::limit_position(Entry& entry, double asked, Time now, double
     // At the soft limit itself the way is over; a joint outside returns at its velocity limit.
     if (distance > 0) speed = std::min(speed, entry.soft->k_position * distance);
   }
-  const double most = speed * dt;
-  if (!std::isfinite(most) || std::abs(inside - from) <= most) return inside;
+  const double max_change = speed * dt;
+  if (!std::isfinite(max_change) || std::abs(inside - from) <= max_change) return inside;
   // The commanded velocity is the change of the command over its controller's period; in later ticks the
   // joint only catches up with the command, which is no violation.
   const double rate = std::abs(asked - before) / (entry.ticks * dt);
@@ -177,7 +177,7 @@ double JointLimiter::limit_position(Entry& entry, double asked, Time now, double
       (episode.open && now - episode.last <= 2 * from_seconds(entry.ticks * dt))) {
     note(episode, rate, now);
   }
-  return from + std::copysign(most, inside - from);
+  return from + std::copysign(max_change, inside - from);
 }
 
 double JointLimiter::limit_velocity(Entry& entry, double asked, Time now, double dt) {
@@ -201,10 +201,10 @@ double JointLimiter::limit_effort(Entry& entry, double asked, Time now) {
   if (entry.soft == nullptr || entry.soft->k_velocity <= 0 || entry.velocity == nullptr ||
       entry.position == nullptr)
     return value;
-  const double v = *entry.velocity, most = entry.joint->effort;
+  const double v = *entry.velocity, limit = entry.joint->effort;
   const Bounds allowed = soft_velocities(*entry.joint, *entry.soft, *entry.position);
-  const double lower = std::clamp(-entry.soft->k_velocity * (v - allowed.lower), -most, most);
-  const double upper = std::clamp(-entry.soft->k_velocity * (v - allowed.upper), -most, most);
+  const double lower = std::clamp(-entry.soft->k_velocity * (v - allowed.lower), -limit, limit);
+  const double upper = std::clamp(-entry.soft->k_velocity * (v - allowed.upper), -limit, limit);
   const double held = std::clamp(value, lower, upper);
   if (std::abs(held - value) > kSlack) note(entry.episodes[kSoftRange], value, now);
   return held;

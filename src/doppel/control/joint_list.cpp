@@ -39,7 +39,7 @@ SourceLocation place_of(const ControllerContext& context, std::string_view param
   if (context.overrides == nullptr) return {};
   const ParameterOverride* found = context.overrides->find(parameter);
   if (found == nullptr) {
-    // What is missing has no place; another value of the controller leads to its section in the file.
+    // A missing parameter has no place; another value of the controller leads to its section in the file.
     const auto& all = context.overrides->all();
     const auto written = std::ranges::find_if(all, [](const auto& o) { return o.source.known(); });
     return written != all.end() ? written->source : SourceLocation();

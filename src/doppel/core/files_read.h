@@ -26,7 +26,7 @@ class DOPPEL_API FilesRead {
 
   // Called by those who read or look for files of the user.
   static void note(const std::filesystem::path& file);
-  // What was recorded since the last call. Any thread.
+  // The files recorded since the last call. Any thread.
   [[nodiscard]] std::set<std::filesystem::path> take();
 
  private:

@@ -9,7 +9,7 @@
 
 namespace doppel {
 
-// As did_you_mean(); where no name is near, the three nearest ones: "; the nearest are 'a', 'b', 'c'".
+// Like did_you_mean(); where no name is near, the three nearest ones: "; the nearest are 'a', 'b', 'c'".
 DOPPEL_API std::string names_near(std::string_view name, std::span<const std::string> candidates);
 
 }  // namespace doppel

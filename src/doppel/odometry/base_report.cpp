@@ -19,7 +19,7 @@ constexpr double kSettle = 1.0;        // s, until the base stands
 constexpr double kRunUp = 1.0;         // s, after which casters have swung round
 constexpr double kStartTimeout = 3.0;  // s, in which a base that can move has moved
 constexpr double kMoved = 0.005;       // m or rad
-constexpr double kLongest = 300;       // s of a motion
+constexpr double kMaxMotion = 300;     // s of a motion
 constexpr double kCheck = 0.1;         // s, between two looks
 constexpr double kArcRadius = 1.5;     // m, of a base that cannot turn on the spot
 constexpr int kFitPasses = 20;
@@ -87,7 +87,7 @@ class Survey {
       const PlanarPose now = base_.truth();
       const double moved =
           std::hypot(now.x - start.x, now.y - start.y) + std::abs(now.heading - start.heading);
-      if ((t > kStartTimeout && moved < kMoved) || t > kLongest) refuse(v, w, t);
+      if ((t > kStartTimeout && moved < kMoved) || t > kMaxMotion) refuse(v, w, t);
     }
   }
   [[noreturn]] void refuse(double v, double w, double seconds) const {

@@ -43,7 +43,7 @@ struct BaseMultipliers {
 struct BaseReport {
   std::string robot, controller, type;
   std::vector<BaseLeg> legs;  // straight, left turn, right turn, left square, right square
-  // Of the straight: true distance over the distance of the odometry, less one; m and rad off the line.
+  // On the straight: true distance over the distance of the odometry, less one; m and rad off the line.
   double slip = 0, drift = 0, drift_heading = 0;
   bool turns_on_spot = true;  // else turns and corners are arcs
   // Of diff_drive_controller alone.

@@ -78,7 +78,7 @@ bool is_from(const IncludedOverlay& overlay, const std::vector<std::string>& fil
   return std::ranges::find_first_of(files, overlay.descriptions) != files.end();
 }
 
-// Whether an element comes from `inner` by way of `outer`.
+// True if an element comes from `inner` by way of `outer`.
 bool is_inside(const IncludedOverlay& inner, const IncludedOverlay& outer, const XmlNode& root) {
   return std::ranges::any_of(root.children, [&](const XmlNode& child) {
     const std::vector<std::string> files = files_of_place(child.where);
@@ -123,7 +123,7 @@ std::vector<NamedElement> targets_of(const std::vector<Operation>& operations) {
   return out;
 }
 
-// What the sources contain before their expansion: it tells a prefix from a coincidence of names.
+// The text of the sources before their expansion: it distinguishes a prefix from a coincidence of names.
 class WrittenValues {
  public:
   explicit WrittenValues(const ExpandedDescription& expanded) {
@@ -226,7 +226,7 @@ Operation with_prefix(Operation operation, const std::string& prefix) {
   return operation;
 }
 
-// Where the robot stands and its name belong to the file that includes it.
+// The place and the name of the robot belong to the file that includes it.
 bool belongs_to_outer_file(const Operation& operation) {
   const auto* renaming = std::get_if<Rename>(&operation.action);
   return std::holds_alternative<AttachToWorld>(operation.action) ||

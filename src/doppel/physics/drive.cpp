@@ -12,7 +12,8 @@ namespace {
 constexpr double kIdealStiffness = 1000.0;
 constexpr double kSpeedMargin = 0.01;  // of the velocity limit, over which an effort falls to zero
 constexpr double kMinInertia = 1e-6;   // kg m^2 or kg
-// Of the velocity of a reference that starts at once: the joint approaches the limit without exceeding it.
+// The share of the velocity of a reference that starts at once: the joint approaches the limit without
+// exceeding it.
 constexpr double kShareOfStep = 0.5;
 constexpr double kShareLoss = 0.05;
 constexpr double kSameSpeed = 1e-6;  // relative: rounding of targets and of the reference

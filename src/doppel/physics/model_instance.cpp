@@ -117,11 +117,11 @@ class ShapeReader {
   void check_hull(const Collision& collision, const CollisionShape& shape) {
     const auto* const hull = std::get_if<std::shared_ptr<const CollisionHull>>(&shape.geometry);
     if (hull == nullptr || *hull == nullptr) return;
-    double most = 0;
+    double distance = 0;
     for (const Eigen::Vector3f& p : (*hull)->vertices)
-      most = std::max(most, static_cast<double>(p.cwiseAbs().maxCoeff()));
-    check_range("distance of a vertex from the mesh's origin", most, 0, kMaxShapeSize, "m", "physics.size",
-                collision.source, errors_);
+      distance = std::max(distance, static_cast<double>(p.cwiseAbs().maxCoeff()));
+    check_range("distance of a vertex from the mesh's origin", distance, 0, kMaxShapeSize, "m",
+                "physics.size", collision.source, errors_);
   }
 
   // A terrain without heights was reported when it was read.

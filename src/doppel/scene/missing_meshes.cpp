@@ -4,7 +4,7 @@
 
 #include "doppel/scene/scene_builder.h"
 
-// What pictures show instead of meshes that were not found.
+// The shapes that pictures show instead of meshes that were not found.
 
 namespace doppel {
 namespace {

@@ -23,7 +23,7 @@ double cpu_seconds() {
 RigWorker::RigWorker(const std::vector<std::shared_ptr<LightSensor>>& sensors, int threads,
                      MakeScene make_scene)
     : sensors_(sensors), make_scene_(std::move(make_scene)) {
-  // What a job throws is reported with it; nothing else on these threads throws.
+  // An exception of a job is reported with it; nothing else on these threads throws.
   const auto nothing_else = [](const std::string& /*why*/) {};
   try {
     for (int i = 1; i < threads; ++i)

@@ -72,7 +72,7 @@ class DOPPEL_API Hub {
   void leave(ClientId id);
   [[nodiscard]] std::size_t clients() const { return clients_.size(); }
 
-  // Whether the client's next frame is taken now. Otherwise the client is not read until it is, so that its
+  // True if the client's next frame is taken now. Otherwise the client is not read until it is, so that its
   // requests wait in its socket and not here; asked again after wake-ups of the bus and after tick().
   [[nodiscard]] bool is_ready(ClientId id, bool is_message) const;
   // Wakes readable_fd() when the loop has served requests.

@@ -127,7 +127,7 @@ void WebSocketSession::received() {
   holding_ = true;
   context_.waiting.push_back(shared_from_this());
   context_.hub.wake_when_served(true);
-  // What the client waits for may have happened before the wake-up was requested.
+  // The event that the client waits for may have happened before the wake-up was requested.
   asio::post(socket_.get_executor(), context_.resume);
 }
 

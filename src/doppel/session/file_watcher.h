@@ -41,7 +41,7 @@ class DOPPEL_API FileWatcher {
   static constexpr std::chrono::milliseconds kMaxWait{250};
 
  private:
-  // What tells the versions of a file apart; all zero: there is no file.
+  // Distinguishes the versions of a file; all zero: there is no file.
   struct Version {
     std::int64_t modified_ns = 0;
     std::uint64_t inode = 0, size = 0;

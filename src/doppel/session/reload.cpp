@@ -35,9 +35,10 @@ Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> 
                       std::function<void()> afterwards) {
   const auto files_read = std::make_shared<FilesRead>();
   const auto begin = [&twin, before = std::move(before), files_read]() -> Reloadable::Build {
-    return [&twin, before, files_read, running = twin.running()](Diagnostics& said) -> Reloadable::TakeOver {
+    return [&twin, before, files_read,
+            running = twin.running()](Diagnostics& diagnostics) -> Reloadable::TakeOver {
       const FilesRead::Recording recording(*files_read);
-      return [&twin, before, fresh = twin.prepare(running, said)] {
+      return [&twin, before, fresh = twin.prepare(running, diagnostics)] {
         before(*fresh);
         return twin.replace(fresh) == Twin::Reload::controllers_kept
                    ? "joints and controllers kept their state"
@@ -52,9 +53,9 @@ Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replaceme
                       std::function<void()> afterwards) {
   const auto files_read = std::make_shared<FilesRead>();
   const auto begin = [&viewer, before = std::move(before), files_read]() -> Reloadable::Build {
-    return [&viewer, before, files_read](Diagnostics& said) -> Reloadable::TakeOver {
+    return [&viewer, before, files_read](Diagnostics& diagnostics) -> Reloadable::TakeOver {
       const FilesRead::Recording recording(*files_read);
-      return [&viewer, before, fresh = viewer.prepare(said)] {
+      return [&viewer, before, fresh = viewer.prepare(diagnostics)] {
         before(*fresh);
         viewer.replace(fresh);
         return "joints keep their positions";
@@ -87,7 +88,7 @@ struct Reloader::Attempt {
   // The build's thread keeps what it uses, because it may outlive the reloader.
   struct Work {
     Reloadable::Build build;
-    Diagnostics said;
+    Diagnostics diagnostics;
     Reloadable::TakeOver take_over;
     std::exception_ptr thrown;
     std::promise<void> done;
@@ -156,7 +157,7 @@ void Reloader::begin_attempt(std::vector<std::filesystem::path> changed) {
     if (!on_loop([&] { work->build = what_.begin(); })) return;
     const auto build = [work] {
       try {
-        work->take_over = work->build(work->said);
+        work->take_over = work->build(work->diagnostics);
       } catch (...) {
         work->thrown = std::current_exception();
       }
@@ -231,7 +232,7 @@ void Reloader::take_over() {
       std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - attempt.begin);
   log_.note(kOrigin, fmt::format("{} applied in {} ms; {}", names_of(attempt.changed),
                                  (took + kDebounceTime).count(), outcome));
-  for (const Diagnostic& diagnostic : attempt.work->said.all()) {
+  for (const Diagnostic& diagnostic : attempt.work->diagnostics.all()) {
     if (diagnostic.severity != Severity::note) log_.warning(kOrigin, diagnostic.str());
   }
 }
@@ -241,7 +242,7 @@ void Reloader::report_refusal() {
   log_.error(kOrigin, fmt::format("{} cannot be used; the previous model keeps running\n{}",
                                   names_of(attempt_->changed), thrown_text()));
   // An unknown attribute is often the cause.
-  for (const Diagnostic& diagnostic : attempt_->work->said.all()) {
+  for (const Diagnostic& diagnostic : attempt_->work->diagnostics.all()) {
     if (diagnostic.rule.starts_with("schema.")) log_.warning(kOrigin, diagnostic.str());
   }
 }

@@ -55,7 +55,7 @@ struct Candidate {
   }
 };
 
-// Whether <ros2_control> offers "joint/interface".
+// True if <ros2_control> offers "joint/interface".
 bool offers(const RobotDescription& robot, const std::string& joint, const std::string& interface) {
   return std::ranges::any_of(robot.hardware, [&](const HardwareDescription& hardware) {
     return std::ranges::any_of(hardware.joints, [&](const HardwareJointDescription& one) {
@@ -112,7 +112,7 @@ ControllersFile usable_file(const SideFile& read, const RobotDescription& robot)
   return controllers_in(file);
 }
 
-// Whether a file of ROS 1 drives a base. Those of arms are not taken: their gains are of another simulator.
+// True if a file of ROS 1 drives a base. Those of arms are not taken: their gains are of another simulator.
 bool drives_base_of_ros1(const std::string& text) {
   return text.find("ros__parameters") == std::string::npos &&
          std::ranges::any_of(kRos1Bases,

@@ -30,7 +30,7 @@ class AttachmentServices::Device {
   virtual void between_steps(Time now) = 0;
   virtual void reset() = 0;
 
-  // What a device knows of the past, for the one that replaces it after an edit: `key` is the same as long as
+  // The state of a device, for the one that replaces it after an edit: `key` is the same as long as
   // it is the same device to its user.
   struct Memory {
     std::string key;

@@ -382,10 +382,10 @@ std::optional<BaseKind> base_of(const XmlNode& robot) {
 EntityText read_body(const XmlNode& root, const std::string& xml, const MeshFinder& find_mesh,
                      Diagnostics& notes) {
   PackageResolver nowhere;
-  Diagnostics said;
-  auto robot = std::make_shared<RobotDescription>(parse_urdf(xml, "xml", nowhere, said));
-  for (const Diagnostic& one : said.all()) {
-    if (one.severity == Severity::error) throw InputError(said.all());
+  Diagnostics findings;
+  auto robot = std::make_shared<RobotDescription>(parse_urdf(xml, "xml", nowhere, findings));
+  for (const Diagnostic& one : findings.all()) {
+    if (one.severity == Severity::error) throw InputError(findings.all());
     if (!one.rule.starts_with("mesh.") && !one.rule.starts_with("package.")) notes.add(one);
   }
   // Only the files that a client may read.

@@ -44,7 +44,7 @@ struct RestReport {
   std::string base;                          // the complaint about a floating root that moves; "": none
 };
 
-// Whether the joint's drive is at its effort limit.
+// True if the joint's drive is at its effort limit.
 DOPPEL_API bool at_effort_limit(const Instance& robot, int joint);
 
 // The joints that are not at rest now. Allocates only if there are any.
@@ -63,7 +63,7 @@ class DOPPEL_API RestCheck {
   // The same at once, if it has not looked yet.
   void conclude(const RobotDescription& robot, const Instance& instance,
                 const FollowedPosition& followed = {});
-  // Whether look() or conclude() found the robot commanded, so that it has no report.
+  // True if look() or conclude() found the robot commanded, so that it has no report.
   [[nodiscard]] bool was_commanded() const { return looked_ && !report_; }
   [[nodiscard]] Time begin() const { return begin_; }
   // nullopt: not yet, or the robot was commanded.

@@ -20,7 +20,7 @@ namespace {
 constexpr std::chrono::milliseconds kMaxScheduleLag{100};  // further behind than this, the schedule is moved
 constexpr std::chrono::milliseconds kPausedPollInterval{2};
 constexpr std::chrono::milliseconds kMaxSleep{20};  // with a slow pace, between two looks at requests
-// Of the loop's time, for requests of edges: they get more while a step waits for its time anyway.
+// The share of the loop's time for requests of edges: they get more while a step waits for its time anyway.
 constexpr double kEdgeShareWithIdleTime = 0.1, kMinEdgeShare = 0.02;
 constexpr std::uint64_t kStepsAtOnce = 100;  // while paused, between two calls of between_steps()
 

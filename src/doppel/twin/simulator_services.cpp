@@ -144,14 +144,14 @@ Status SimulatorServices::check_effort(const std::string& name, const Load& load
     if (other.body.instance == load.body.instance && other.joint == load.joint && other.end > scene_.now())
       sum += other.effort;
   }
-  const double most = max_effort(scene_.instance(load.body.instance), load.joint);
-  if (std::abs(sum) <= most) return {};
+  const double limit = max_effort(scene_.instance(load.body.instance), load.joint);
+  if (std::abs(sum) <= limit) return {};
   return Status::refused(
       fmt::format("the effort on '{}' {} {:g}; it can be from {:.3g} to {:.3g} ({:g} times the effort limit, "
                   "or {:g} rad/s^2 or "
                   "m/s^2 by the inertia that the joint moves)",
-                  name, sum == load.effort ? "is" : "would be, with those that act already,", sum, -most,
-                  most, kMaxLimitFactor, kMaxLoadAcceleration));
+                  name, sum == load.effort ? "is" : "would be, with those that act already,", sum, -limit,
+                  limit, kMaxLimitFactor, kMaxLoadAcceleration));
 }
 
 Status SimulatorServices::add_load(Load load, const builtin_interfaces::msg::Time& start,

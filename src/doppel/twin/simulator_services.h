@@ -46,7 +46,7 @@ class DOPPEL_API SimulatorServices : public Tickable {
 
   void pause() { time_control_.paused = true; }
   Status resume();  // refused while the physics is diverged
-  // Of a paused simulation. Refused as resume().
+  // Steps a paused simulation. Refused in the cases of resume().
   Status step(std::uint32_t steps);
   // The efforts and wrenches that act now, for a message: "1e+06 N m act on joint 'elbow'". Empty: none.
   [[nodiscard]] std::string loads_text() const;

@@ -149,7 +149,7 @@ class DOPPEL_API TwinRobot {
   // Those whose load exceeds their effort limit; between steps, a warning for each that is not `known`.
   [[nodiscard]] std::set<std::string> overloaded_joints() const;
   void report_overloads(const std::set<std::string>& known);
-  // What is known of the rest at the end of a run, if kRestTime has not passed; does nothing after it.
+  // Concludes the rest check at the end of a run, if kRestTime has not passed; does nothing after it.
   void conclude_rest();
   // Why there is no complete report; empty: there is one.
   [[nodiscard]] std::string rest_reason() const;

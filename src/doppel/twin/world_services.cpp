@@ -86,7 +86,8 @@ Status WorldServices::name_of(const ros_gz_interfaces::msg::Entity& entity, std:
   return {};
 }
 
-// As in gz-sim, whose steps of a paused world follow its reset; a time to run to applies to what follows.
+// The order of gz-sim, whose steps of a paused world follow its reset; a time to run to applies to what
+// follows.
 Status WorldServices::control(const Control& wanted) {
   if (wanted.reset.time_only) {
     return Status::refused(

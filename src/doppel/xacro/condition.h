@@ -16,7 +16,7 @@ class DOPPEL_API Condition {
   Condition(const Condition&) = delete;
   Condition& operator=(const Condition&) = delete;
 
-  // Whether the condition is true for a value that is given as YAML; its entries are attributes and items.
+  // True if the condition is true for a value that is given as YAML; its entries are attributes and items.
   // Throws InputError where the expression cannot be evaluated, as for an entry that the value does not have.
   [[nodiscard]] bool holds(const std::string& yaml) const;
 

@@ -69,7 +69,7 @@ class EdgeLink {
   [[nodiscard]] int fd() const { return fd_; }
   [[nodiscard]] ByteRing& ring() { return ring_; }
   [[nodiscard]] const ByteRing& ring() const { return ring_; }
-  // Whether a topic is to be delivered: the edge's last request, which may overtake earlier ones in another
+  // True if a topic is to be delivered: the edge's last request, which may overtake earlier ones in another
   // lane.
   void set_wanted(TopicId topic, bool on) {
     const std::lock_guard lock(topics_mutex_);

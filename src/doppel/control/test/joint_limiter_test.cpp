@@ -84,7 +84,7 @@ TEST(JointLimiter, PositionBeyondSoftLimitIsClampedAndReported) {
   EXPECT_EQ(rig.applied(), -0.3);
 }
 
-// By the definition: no faster than k_position times the distance to the soft limit.
+// The definition of soft limits: no faster than k_position times the distance to the soft limit.
 TEST(JointLimiter, SoftLimitIsApproachedEverSlower) {
   LimitRig rig({.name = "j 1", .lower = -1, .upper = 2, .velocity = 1}, "position");
   rig.manager->set_soft_limits({{.joint = "j 1", .lower = -0.5, .upper = 0.5, .k_position = 5}});

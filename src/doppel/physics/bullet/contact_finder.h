@@ -21,7 +21,7 @@ struct PiecePair {
   int first = -1, second = -1;
 };
 
-// Of a contact point whose restitution was written; Bullet's own flags are below.
+// The flag of a contact point whose restitution was written; Bullet's own flags are below.
 inline constexpr int kHasRestitution = 1 << 20;
 
 class ContactFinder {

@@ -173,7 +173,7 @@ void StepSolver::add_floating_damping(int instance) {
   }
 }
 
-// Of the bodies that move freely and are alone (detail/gyroscopic.h).
+// The gyroscopic torques of the bodies that move freely and are alone (detail/gyroscopic.h).
 void StepSolver::add_gyroscopic_corrections(int instance) {
   const BulletInstance& of = compiled(instance);
   for (const RigidGroup& group : of.articulation.groups) {

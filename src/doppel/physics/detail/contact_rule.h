@@ -50,8 +50,8 @@ inline double rebound_speed(const Impact& impact, double h) {
   return parting <= 0 ? 0.0 : std::sqrt(0.25 * fallen * fallen + parting) - 0.5 * fallen;
 }
 
-// The number of steps in which the penetration that an impact leaves is removed: the bodies part at a hundredth
-// of the speed of the impact, which adds no rebound.
+// The number of steps in which the penetration that an impact leaves is removed: the bodies part at a
+// hundredth of the speed of the impact, which adds no rebound.
 inline constexpr double kRecoverySteps = 100.0;
 
 // The rule of the world: the larger or the smaller coefficient of the two. A shape that decides takes

@@ -13,12 +13,12 @@ namespace doppel {
 class Bounces {
  public:
   Bounces() = default;
-  // Of each shape of MuJoCo's model; nullopt: it has none.
+  // The restitution of each shape of MuJoCo's model; nullopt: it has none.
   explicit Bounces(std::vector<std::optional<double>> restitutions);
 
   // No shape has a restitution: these functions change nothing.
   [[nodiscard]] bool empty() const { return restitutions_.empty(); }
-  // Whether a contact with a restitution closes faster than it may without a rebound. Such a step has to be
+  // True if a contact with a restitution closes faster than it may without a rebound. Such a step has to be
   // euler's: an impact is of first order, and stages within the step would begin it more than once.
   [[nodiscard]] bool impacts(const mjModel& model, const mjData& data) const;
   // Hardens the rows of contacts with a restitution, before mj_referenceConstraint.

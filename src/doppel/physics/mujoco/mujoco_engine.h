@@ -51,7 +51,7 @@ class ModelView {
   std::vector<double> armature_, positions_, rotations_;
 };
 
-// Of MuJoCo's warnings those of a state or an acceleration that is not finite or too large.
+// The number of MuJoCo's warnings of a state or an acceleration that is not finite or too large.
 inline constexpr int kRunaway[] = {mjWARN_BADQPOS, mjWARN_BADQVEL, mjWARN_BADQACC};
 
 class MujocoEngine final : public Engine {

@@ -120,8 +120,8 @@ extern "C" DOPPEL_API double doppel_mujoco_island_difference(const doppel::Engin
 }
 
 extern "C" DOPPEL_API bool doppel_mujoco_error_unwinds(const doppel::Engine& engine) {
-  const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
-  const doppel::DataHandle copy = doppel::make_data(at.m());
+  const auto& state = static_cast<const doppel::MujocoEngine&>(engine);
+  const doppel::DataHandle copy = doppel::make_data(state.m());
   const auto held = std::make_shared<int>(0);
   const bool whole = doppel::guarded([&copy, &held] {
     const std::shared_ptr<int> in_frame = held;
@@ -131,13 +131,13 @@ extern "C" DOPPEL_API bool doppel_mujoco_error_unwinds(const doppel::Engine& eng
 }
 
 extern "C" DOPPEL_API double doppel_mujoco_bare_step_rate(const doppel::Engine& engine, int steps) {
-  const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
-  const doppel::DataHandle copy = doppel::make_data(at.m());
-  doppel::copy_data(at.m(), copy.get(), at.d());
+  const auto& state = static_cast<const doppel::MujocoEngine&>(engine);
+  const doppel::DataHandle copy = doppel::make_data(state.m());
+  doppel::copy_data(state.m(), copy.get(), state.d());
   const auto start = std::chrono::steady_clock::now();
   for (int i = 0; i < steps; ++i) {
-    at.write_present_efforts(*copy);
-    mj_step(at.m(), copy.get());
+    state.write_present_efforts(*copy);
+    mj_step(state.m(), copy.get());
   }
   const std::chrono::duration<double> taken = std::chrono::steady_clock::now() - start;
   return steps / taken.count();
@@ -145,11 +145,12 @@ extern "C" DOPPEL_API double doppel_mujoco_bare_step_rate(const doppel::Engine& 
 
 extern "C" DOPPEL_API void doppel_mujoco_inverse_dynamics(const doppel::Engine& engine,
                                                           const double* acceleration, double* tau) {
-  const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
-  const doppel::DataHandle copy = doppel::make_data(at.m());
-  doppel::copy_data(at.m(), copy.get(), at.d());
-  std::copy_n(acceleration, at.m()->nv, copy->qacc);
-  mj_inverse(at.m(), copy.get());
-  for (int v = 0; v < at.m()->nv; ++v)
-    tau[v] = copy->qfrc_inverse[v] - at.m()->dof_armature[v] * copy->qacc[v] + at.joint_damping_effort(v);
+  const auto& state = static_cast<const doppel::MujocoEngine&>(engine);
+  const doppel::DataHandle copy = doppel::make_data(state.m());
+  doppel::copy_data(state.m(), copy.get(), state.d());
+  std::copy_n(acceleration, state.m()->nv, copy->qacc);
+  mj_inverse(state.m(), copy.get());
+  for (int v = 0; v < state.m()->nv; ++v)
+    tau[v] =
+        copy->qfrc_inverse[v] - state.m()->dof_armature[v] * copy->qacc[v] + state.joint_damping_effort(v);
 }

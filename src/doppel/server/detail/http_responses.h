@@ -40,7 +40,7 @@ struct ServedFile {
 };
 
 [[nodiscard]] bool accepts_gzip(std::string_view accept_encoding);
-// Whether the client has the file, in either form.
+// True if the client has the file, in either form.
 [[nodiscard]] bool is_known(const ServedFile& file, const HttpRequest& question);
 HttpResponse file_response(const ServedFile& file, const HttpRequest& question);
 

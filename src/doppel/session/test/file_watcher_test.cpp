@@ -1,4 +1,4 @@
-// What the kernel reports about folders that are moved, removed and made again, and what it does not report.
+// Folders that are moved, removed and made again: the events that the kernel reports, and those it does not.
 #include "doppel/session/file_watcher.h"
 
 #include <gmock/gmock.h>

@@ -8,8 +8,8 @@
 
 namespace doppel {
 
-// What moves fastest, each joint and free body measured by what is fast for it: "the fastest is joint 'elbow'
-// of 'arm' at 2e+09 rad/s". Empty: nothing moves.
+// The part that moves fastest, each joint and free body measured by what is fast for it: "the fastest is
+// joint 'elbow' of 'arm' at 2e+09 rad/s". Empty: nothing moves.
 [[nodiscard]] std::string fastest_motion(const Engine& engine);
 
 // Steps a copy of the state for `duration` with the drives and loads that it has. Empty: it stays finite;

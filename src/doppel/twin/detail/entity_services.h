@@ -26,7 +26,7 @@ namespace doppel {
 
 inline constexpr std::size_t kMaxObjects = 200;
 
-// Whether the world diverges within a few steps, as when something is spawned deep inside of another body:
+// True if the world diverges within a few steps, as when something is spawned deep inside of another body:
 // when, and what moves. Empty: it does not, or had diverged before.
 [[nodiscard]] std::string spawned_divergence(const Engine& engine);
 

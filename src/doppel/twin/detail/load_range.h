@@ -21,8 +21,8 @@ inline constexpr double kMaxLoadAcceleration = 1e4;  // m/s^2 or rad/s^2 that a 
 // moves at present by kMaxLoadAcceleration, whichever is larger. Precondition: joints[joint] is scalar.
 [[nodiscard]] double max_effort(const Instance& instance, int joint);
 
-// Of a wrench on a link: the force that accelerates the whole instance by kMaxLoadAcceleration, and that
-// force at four times its radius of gyration.
+// The range of a wrench on a link: the force that accelerates the whole instance by kMaxLoadAcceleration, and
+// that force at four times its radius of gyration.
 struct WrenchRange {
   double force = 0, moment = 0;  // N, N m
 };

@@ -22,7 +22,7 @@ namespace doppel {
 inline constexpr Duration kEditProbation{
     1'000'000'000};  // simulated: an edit that diverges within it is taken back
 
-// What a machine is made from besides files; shared, because a build on another thread may outlive the twin.
+// The inputs of a machine besides files; shared, because a build on another thread may outlive the twin.
 struct TwinSources {
   Scenario scenario;
   ControllerRegistry controllers;

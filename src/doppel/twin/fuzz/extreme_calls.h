@@ -72,7 +72,7 @@ inline constexpr std::array kExtremeCalls{
     ExtremeCall{"/delete_entity", "gazebo_msgs/srv/DeleteEntity", "{name: '@'}"},
 };
 
-// As YAML spells them.
+// The spelling of YAML.
 inline constexpr std::array kExtremeNumbers{
     ".nan",  ".inf", "-.inf", "0",    "-0.0", "5e-324", "1e300", "-1e300", "1e20",    "-1e20", "1e9",
     "-1e9",  "1e6",  "-1e6",  "1e4",  "-1e4", "300",    "-300",  "30",     "-3",      "1",     "0.3",
@@ -148,7 +148,7 @@ class ExtremeCalls {
     twin_->between_steps();
   }
 
-  // As the runner does, with few steps.
+  // Does the same as the runner, with few steps.
   void loop() {
     TimeControl& time = twin_->time_control();
     for (int i = 0; i < 8; ++i) {
