@@ -379,6 +379,20 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
   return report_end(twin, std::move(summary), options.json);
 }
 
+constexpr const char* kUpExamples =
+    "Examples:\n"
+    "  doppel up omarm_one\n"
+    "  doppel up my_arm.urdf.xacro use_gripper:=true --speed 2\n"
+    "  doppel up --robot omarm_one:left --robot omarm_one:right@0.8,0,0,0,0,3.14159 --world "
+    "worlds/table.yaml\n"
+    "  doppel up omarm_one --world my_world.sdf\n"
+    "  doppel up --world my_world.sdf          # without a robot\n"
+    "  doppel up ~/ros2_ws --controllers ~/ros2_ws/src/my_arm/config/controllers.yaml\n"
+    "  doppel up omarm_one --ros-args -r __ns:=/left -r /clock:=clock -p robot_state_publisher:"
+    "frame_prefix:=left/\n"
+    "  doppel up omarm_one --host 0.0.0.0      # for a tablet beside the robot: open the printed address\n"
+    "  doppel up omarm_zero --headless --duration 10 --speed max --json";
+
 }  // namespace
 
 void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
@@ -434,19 +448,7 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   up->add_flag("--headless", options->headless, "Log lines only: no live table, no browser");
   up->add_flag("--json", options->json, "Print a JSON summary to stdout at the end");
   add_edge_options(*up, options->edges);
-  up->footer(
-      "Examples:\n"
-      "  doppel up omarm_one\n"
-      "  doppel up my_arm.urdf.xacro use_gripper:=true --speed 2\n"
-      "  doppel up --robot omarm_one:left --robot omarm_one:right@0.8,0,0,0,0,3.14159 --world "
-      "worlds/table.yaml\n"
-      "  doppel up omarm_one --world my_world.sdf\n"
-      "  doppel up --world my_world.sdf          # without a robot\n"
-      "  doppel up ~/ros2_ws --controllers ~/ros2_ws/src/my_arm/config/controllers.yaml\n"
-      "  doppel up omarm_one --ros-args -r __ns:=/left -r /clock:=clock -p robot_state_publisher:"
-      "frame_prefix:=left/\n"
-      "  doppel up omarm_one --host 0.0.0.0      # for a tablet beside the robot: open the printed address\n"
-      "  doppel up omarm_zero --headless --duration 10 --speed max --json");
+  up->footer(kUpExamples);
   up->callback([options, &ros, &exit_code] { exit_code = run_up(*options, ros); });
 }
 

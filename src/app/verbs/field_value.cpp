@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "doppel/core/names.h"
 
@@ -151,10 +153,18 @@ std::string flow_scalar(const Value& value) {
   const auto is_plain = [](char c) {
     return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '_' || c == '/' || c == '.';
   };
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
+  // YAML 1.1 reads these, in any case, as values that are not texts.
+  static const std::set<std::string> kReserved{"y",   "n",  "yes",  "no",   "true", "false",
+                                               "off", "on", "null", ".nan", ".inf"};
   const std::string& text = value.scalar;
+  std::string lower = text;
+  for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
   if (!value.is_text || (!text.empty() && std::isalpha(static_cast<unsigned char>(text.front())) != 0 &&
-                         std::ranges::all_of(text, is_plain)))
+                         std::ranges::all_of(text, is_plain) && !kReserved.contains(lower)))
     return text;
+  if (std::ranges::any_of(text, is_control))
+    return nlohmann::json(text).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   std::string out = "'";
   for (const char c : text) out += c == '\'' ? std::string("''") : std::string(1, c);
   return out + "'";
@@ -170,9 +180,10 @@ std::string flow_text(const Value& value) {
   return value.is_list ? "[" + out + "]" : "{" + out + "}";
 }
 
-void write_csv(const Value& value, std::string& out) {
-  for (const Value& child : value.children) write_csv(child, out);
-  if (!value.is_list && !value.is_message) out += (out.empty() ? "" : ",") + value.scalar;
+// The values without their structure, in order.
+void add_cells(const Value& value, std::vector<std::string>& cells) {
+  for (const Value& child : value.children) add_cells(child, cells);
+  if (!value.is_list && !value.is_message) cells.push_back(value.scalar);
 }
 
 const FieldDescription* find_field(const TypeDescription& type, const std::string& name) {
@@ -223,24 +234,25 @@ Status format_message(const TypeDescription& type, std::span<const std::byte> cd
   }
   TreeBuilder builder;
   if (Status status = walk_cdr(type, cdr, builder); !status) return status;
-  Value* at = &builder.root;
+  Value* value = &builder.root;
   for (const Step& step : steps) {
-    at = &*std::ranges::find(at->children, step.name, &Value::name);
+    value = &*std::ranges::find(value->children, step.name, &Value::name);
     for (const std::size_t index : step.indices) {
-      if (index >= at->children.size()) {
+      if (index >= value->children.size()) {
         return Status::refused(fmt::format("{} has {} elements; index {} is out of range", step.name,
-                                           at->children.size(), index));
+                                           value->children.size(), index));
       }
-      at = &at->children[index];
+      value = &value->children[index];
     }
   }
-  hide_contents(*at, format.no_arrays, format.no_strings);
+  hide_contents(*value, format.no_arrays, format.no_strings);
   out.clear();
   if (format.csv) {
-    write_csv(*at, out);
-    out += '\n';
+    std::vector<std::string> cells;
+    add_cells(*value, cells);
+    out = fmt::format("{}\n", fmt::join(cells, ","));
   } else {
-    out = format.flow ? flow_text(*at) + "\n" : value_as_yaml(*at);
+    out = format.flow ? flow_text(*value) + "\n" : value_as_yaml(*value);
   }
   return {};
 }

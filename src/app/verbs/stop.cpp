@@ -69,8 +69,9 @@ std::vector<Stopped> in_each(const std::vector<RunningTwin>& twins,
   return done;
 }
 
-// A stop is reset where it was set: several are not reset by one command that names none of them.
-std::vector<RunningTwin> to_reset(const std::vector<RunningTwin>& twins, bool all) {
+// A stop is reset where it was set: several are not reset by one command that names none of them. Twins that
+// do not respond are printed, and `unknown` is set.
+std::vector<RunningTwin> to_reset(const std::vector<RunningTwin>& twins, bool all, bool& unknown) {
   const std::vector<Stopped> states = in_each(twins, [](Client& twin) {
     Stopped state;
     for (const std::string& manager : find_managers(twin)) {
@@ -81,6 +82,8 @@ std::vector<RunningTwin> to_reset(const std::vector<RunningTwin>& twins, bool al
   std::vector<RunningTwin> stopped;
   std::string names;
   for (std::size_t i = 0; i < twins.size(); ++i) {
+    for (const std::string& problem : states[i].problems) print_note(label(twins[i]) + ": " + problem);
+    unknown = unknown || !states[i].problems.empty();
     if (states[i].lines.empty()) continue;
     stopped.push_back(twins[i]);
     names += (names.empty() ? "" : ", ") + label(twins[i]);
@@ -98,12 +101,13 @@ std::vector<RunningTwin> to_reset(const std::vector<RunningTwin>& twins, bool al
 int stop(Shell& shell, const StopOptions& options) {
   std::vector<RunningTwin> twins = shell.unselected_twins();
   if (twins.size() > 1) {
-    if (options.reset) twins = to_reset(twins, options.all);
+    bool unknown = false;
+    if (options.reset) twins = to_reset(twins, options.all, unknown);
     if (twins.empty()) {
-      print_line("The emergency stop is not active in any twin.\n");
-      return 0;
+      print_line("The emergency stop is not active in any twin{}.\n", unknown ? " that responds" : "");
+      return unknown ? 1 : 0;
     }
-    int exit_code = 0;
+    int exit_code = unknown ? 1 : 0;
     const std::vector<Stopped> done =
         in_each(twins, [&](Client& twin) { return call_managers(twin, options); });
     for (std::size_t i = 0; i < twins.size(); ++i) {

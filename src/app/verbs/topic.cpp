@@ -414,22 +414,7 @@ void add_pub(CLI::App& group, int& exit_code) {
       pub);
 }
 
-}  // namespace
-
-void add_topic(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(app, "topic", "List, print and publish topics",
-                              "doppel topic list -t\n  doppel topic echo /joint_states --field position\n  "
-                              "doppel topic hz /joint_states");
-  add_verb<ListOptions>(
-      group, "list", "List topics", "doppel topic list -t", exit_code,
-      [](CLI::App& verb, ListOptions& options) {
-        verb.add_flag("-t,--show-types", options.types, "Show their types");
-        verb.add_flag("-v,--verbose", options.verbose,
-                      "Show types and numbers of publishers and subscribers");
-        verb.add_flag("-c,--count-topics", options.count, "Print only their number");
-        verb.add_flag("-a,--include-hidden-topics", options.hidden, "Include those of actions");
-      },
-      list_topics);
+void add_echo(CLI::App& group, int& exit_code) {
   add_verb<EchoOptions>(
       group, "echo", "Print messages",
       "doppel topic echo /joint_states --field position\n  doppel topic echo /joint_states --csv --field "
@@ -456,6 +441,25 @@ void add_topic(CLI::App& app, int& exit_code) {
         verb.add_flag("--no-str", options.format.no_strings, "Print the length of texts instead of them");
       },
       echo_topic);
+}
+
+}  // namespace
+
+void add_topic(CLI::App& app, int& exit_code) {
+  CLI::App& group = add_group(app, "topic", "List, print and publish topics",
+                              "doppel topic list -t\n  doppel topic echo /joint_states --field position\n  "
+                              "doppel topic hz /joint_states");
+  add_verb<ListOptions>(
+      group, "list", "List topics", "doppel topic list -t", exit_code,
+      [](CLI::App& verb, ListOptions& options) {
+        verb.add_flag("-t,--show-types", options.types, "Show their types");
+        verb.add_flag("-v,--verbose", options.verbose,
+                      "Show types and numbers of publishers and subscribers");
+        verb.add_flag("-c,--count-topics", options.count, "Print only their number");
+        verb.add_flag("-a,--include-hidden-topics", options.hidden, "Include those of actions");
+      },
+      list_topics);
+  add_echo(group, exit_code);
   add_rates(group, exit_code);
   add_verb<TopicInfoOptions>(
       group, "info", "Print type, publishers and subscribers of a topic",

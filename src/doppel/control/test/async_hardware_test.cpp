@@ -20,7 +20,7 @@ using testing::Each;
 using testing::IsNan;
 using Names = std::vector<std::string>;
 
-constexpr const char* kTwoGroups = R"(controller_manager:
+constexpr const char* kReleasedGroups = R"(controller_manager:
   ros__parameters:
     left: {type: position_controllers/JointGroupPositionController}
     other: {type: position_controllers/JointGroupPositionController}
@@ -79,7 +79,7 @@ class RecordingHardware : public FakeHardware {
 
 // Joint a on a device that is read and written at 1000 Hz; the manager ticks only when the test says so.
 struct AsyncRig {
-  AsyncRig() : model(fake_robot({{"a"}})), file(ParameterFile::parse(kTwoGroups, "test.yaml")) {
+  AsyncRig() : model(fake_robot({{"a"}})), file(ParameterFile::parse(kReleasedGroups, "test.yaml")) {
     manager = std::make_unique<ControllerManager>(bus, model, registry, &file, ControllerManagerOptions{},
                                                   log, diagnostics);
     FakeHardwareOptions options;
