@@ -1,6 +1,7 @@
 // Tables of bounces, sliding, rolling and drives at their limit, each beside its closed form.
 //   build/bin/bench_truth [engine]
-//   build/bin/bench_truth motion URDF fall|hold   the motion of a robot in JSON, for tests/mujoco3/compare.mjs
+//   build/bin/bench_truth motion URDF fall|hold
+// The latter prints the motion of a robot in JSON, for tests/mujoco3/compare.mjs.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -350,7 +350,8 @@ TEST_F(GraspTest, ReloadKeepsWhatVacuumHolds) {
 TEST_F(GraspTest, ReloadKeepsWhatClassicGripperHolds) {
   bring_up_hand(0.15, R"(<gazebo><gripper name='grip'><grasp_check><attach_steps>100</attach_steps>
 <detach_steps>100</detach_steps><min_contact_count>2</min_contact_count></grasp_check>
-<gripper_link>left_finger</gripper_link><gripper_link>right_finger</gripper_link><palm_link>palm</palm_link></gripper></gazebo>)");
+<gripper_link>left_finger</gripper_link><gripper_link>right_finger</gripper_link>
+<palm_link>palm</palm_link></gripper></gazebo>)");
   move_hand(0, 0.03, 1.0);
   move_hand(0.15, 0.03, 2.0);
   ASSERT_NEAR(height(), 0.165, 2e-3);
@@ -365,7 +366,8 @@ TEST_F(GraspTest, ClassicGripperAttachesWhatItsLinksHold) {
   // Friction alone would not hold it.
   bring_up_hand(0.15, R"(<gazebo><gripper name='grip'><grasp_check><attach_steps>100</attach_steps>
 <detach_steps>100</detach_steps><min_contact_count>2</min_contact_count></grasp_check>
-<gripper_link>left_finger</gripper_link><gripper_link>right_finger</gripper_link><palm_link>palm</palm_link></gripper></gazebo>)");
+<gripper_link>left_finger</gripper_link><gripper_link>right_finger</gripper_link>
+<palm_link>palm</palm_link></gripper></gazebo>)");
   EXPECT_THAT(twin_->engine().attachments(), IsEmpty());
   move_hand(0, 0.03, 1.0);
   move_hand(0.15, 0.03, 2.0);
@@ -380,7 +382,8 @@ TEST_F(GraspTest, MisspeltLinkOfPluginIsReported) {
     if (line.origin == "attach") warnings += line.text;
   });
   bring_up_hand(0.8, R"(<gazebo><plugin filename='ignition-gazebo-detachable-joint-system' name='x'>
-<parent_link>pal</parent_link><child_model>cube</child_model><child_link>body</child_link></plugin></gazebo>)");
+<parent_link>pal</parent_link><child_model>cube</child_model><child_link>body</child_link>
+</plugin></gazebo>)");
   EXPECT_THAT(warnings, HasSubstr("hand.urdf:"));
   EXPECT_THAT(warnings, HasSubstr("<parent_link> is 'pal', which is no link of 'hand'"));
   EXPECT_THAT(warnings, HasSubstr("did you mean 'palm'"));

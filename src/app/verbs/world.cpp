@@ -38,7 +38,7 @@ struct OpenedWorld {
 
 void open_sdf(const std::string& name, OpenedWorld& out) {
   out.resolver.add_bundled(data_folder() / "robots");
-  out.file = find_world(name, out.resolver);
+  out.file = find_world(name, out.resolver, true);
   if (!is_sdf(out.file)) {
     throw InputError("world.not_sdf", make_location(out.file.string()),
                      "the verbs of `doppel world` are for SDF files",

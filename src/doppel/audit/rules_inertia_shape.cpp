@@ -19,7 +19,6 @@ constexpr double kMatchingGyration = 0.3;  // of that of the shape's volume
 constexpr double kPlaceholder = 0.005;     // m: boxes of a millimetre represent frames, not parts
 constexpr int kDirections = 60;
 
-// The distance of a point from the hull, m; 0 or less: inside, within the resolution of the directions.
 double furthest(const LinkShape& shape, const Eigen::Vector3d& p) {
   double out = 0;
   for (const Eigen::Vector3d& corner : shape.hull) out = std::max(out, (corner - p).norm());

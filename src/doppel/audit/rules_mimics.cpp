@@ -50,21 +50,25 @@ bool is_driven(const RobotDescription& robot, const std::string& name) {
   });
 }
 
-bool same_ranges(const Joint& a, const Joint& b) {
+// The range of b is that of a times the sign, 1 or -1.
+bool same_ranges(const Joint& a, const Joint& b, double sign) {
   if (!has_range(a) || !has_range(b)) return false;
-  const double range = a.limits->upper - a.limits->lower;
-  return std::abs(range - (b.limits->upper - b.limits->lower)) <= 1e-3 * range;
+  const double tolerance = 1e-3 * (a.limits->upper - a.limits->lower);
+  const double lower = sign > 0 ? a.limits->lower : -a.limits->upper;
+  const double upper = sign > 0 ? a.limits->upper : -a.limits->lower;
+  return std::abs(b.limits->lower - lower) <= tolerance && std::abs(b.limits->upper - upper) <= tolerance;
 }
 
-// Both joints are on one link, their links are called left and right, and their axes are parallel: the sign
-// by which one follows the other. 0: they are no such pair.
+// Both joints are on one link, their links are called left and right, their axes are parallel, and their
+// ranges fit: the sign by which one follows the other. 0: they are no such pair.
 double mirrored_sign(const Joint& a, const Joint& b) {
-  if (a.parent != b.parent || a.type != b.type || a.mimic || b.mimic || !same_ranges(a, b)) return 0;
+  if (a.parent != b.parent || a.type != b.type || a.mimic || b.mimic) return 0;
   if (!is_gripper_part(a.child) || mirrored_name(a.child) != lowered(b.child)) return 0;
   const double parallel = (rotation_from_rpy(a.origin.rpy) * a.axis.normalized())
                               .dot(rotation_from_rpy(b.origin.rpy) * b.axis.normalized());
   if (std::abs(parallel) < 0.99) return 0;
-  return parallel < 0 ? 1 : -1;
+  const double sign = parallel < 0 ? 1 : -1;
+  return same_ranges(a, b, sign) ? sign : 0;
 }
 
 void suggest_mimics(const AuditInput& in, Findings& out) {

@@ -238,7 +238,8 @@ void Bus::Impl::remove_owner(const void* owner) {
   const std::lock_guard lock(mutex);
   const auto owned = [owner](const Endpoint& e) { return e.owner == owner; };
   std::vector<TopicId> unused;  // also those whose publishers have outlived an earlier owner
-  for (const auto& [id, topic] : topics) {
+  for (const auto& entry : topics) {
+    const auto& topic = entry.second;
     if (std::ranges::any_of(topic->publishers, owned) || std::ranges::any_of(topic->subscribers, owned)) {
       change_endpoints(*topic, [&] {
         std::erase_if(topic->publishers, owned);
@@ -252,7 +253,7 @@ void Bus::Impl::remove_owner(const void* owner) {
           std::erase_if(topic->locals, [](const auto& local) { return !local.callback; });
       });
     }
-    if (!is_listed(*topic)) unused.push_back(id);
+    if (!is_listed(*topic)) unused.push_back(entry.first);
   }
   for (const TopicId id : unused) free_if_unused(id);
   for (const auto& [name, entry] : services) {

@@ -22,8 +22,8 @@ DOPPEL_API std::string to_world_sdf(const SdfWorld& world, MeshFiles& meshes, Di
 DOPPEL_API std::string to_world_yaml(const SdfWorld& world, MeshFiles& meshes, Diagnostics& diagnostics);
 
 // Names are "model/name"; joints have no actuators. MuJoCo takes the larger friction of a pair and SDF the smaller, which
-// is noted where coefficients differ ("world.friction_rule"). Warnings: "world.lost" for sensors and plugins, and
-// those of to_mjcf().
+// is noted where coefficients differ ("world.friction_rule"). Warnings: "world.lost" for sensors, plugins and
+// restitution, and those of to_mjcf().
 DOPPEL_API std::string to_world_mjcf(const SdfWorld& world, MeshFiles& meshes, Diagnostics& diagnostics);
 
 }  // namespace doppel

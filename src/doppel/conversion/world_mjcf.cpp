@@ -81,6 +81,12 @@ XmlNode light_element(const Light& light) {
   return out;
 }
 
+SourceLocation place_of(const SdfWorld& world) {
+  SourceLocation where;
+  where.file = std::make_shared<const std::string>(world.files.empty() ? "" : world.files.front().string());
+  return where;
+}
+
 void note_friction(const SdfWorld& world, Diagnostics& diagnostics) {
   std::set<double> coefficients;
   if (world.settings.ground) coefficients.insert(world.settings.ground_friction);
@@ -91,12 +97,24 @@ void note_friction(const SdfWorld& world, Diagnostics& diagnostics) {
     }
   }
   if (coefficients.size() < 2) return;
-  SourceLocation where;
-  where.file = std::make_shared<const std::string>(world.files.empty() ? "" : world.files.front().string());
-  diagnostics.note("world.friction_rule", where,
+  diagnostics.note("world.friction_rule", place_of(world),
                    "of two shapes that touch MuJoCo takes the larger friction and SDF the smaller; the "
                    "coefficients differ",
                    "write <pair> elements for contacts whose friction matters");
+}
+
+void lose_restitution(const SdfWorld& world, WorldLosses& losses) {
+  if (world.settings.ground && world.settings.ground_restitution.value_or(0.0) > 0)
+    losses.lose(place_of(world), "the restitution of the ground");
+  for (const SdfModel& model : world.models) {
+    for (const Link& link : model.description->links) {
+      const auto bounces = std::ranges::find_if(link.collisions, [](const Collision& collision) {
+        return collision.surface.restitution.value_or(0.0) > 0;
+      });
+      if (bounces == link.collisions.end()) continue;
+      losses.lose(link.source, fmt::format("the restitution of '{}' of '{}'", link.name, model.name));
+    }
+  }
 }
 
 }  // namespace
@@ -124,6 +142,7 @@ std::string to_world_mjcf(const SdfWorld& world, MeshFiles& meshes, Diagnostics&
   WorldLosses losses("MJCF", diagnostics);
   losses.lose_plugins(world);
   losses.lose_environment(world);
+  lose_restitution(world, losses);
   for (const SdfModel& model : world.models) {
     losses.lose_sensors_and_plugins(model);
     const Model compiled = compile_model(*model.description, model.base, diagnostics);

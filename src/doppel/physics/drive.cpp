@@ -15,7 +15,7 @@ constexpr double kMinInertia = 1e-6;   // kg m^2 or kg
 // The share of the velocity of a reference that starts at once: the joint approaches the limit without
 // exceeding it.
 constexpr double kShareOfStep = 0.5;
-constexpr double kShareLoss = 0.05;
+constexpr double kShareLoss = 0.05;  // of K / D: its rate of decrease while commands run ahead
 constexpr double kSameSpeed = 1e-6;  // relative: rounding of targets and of the reference
 
 }  // namespace
@@ -64,9 +64,9 @@ void Drive::set_target(double target) {
   steps_since_target_ = 0;
 }
 
-// The share of the reference's velocity that enters the damper. A joint lags behind a moving reference by (1
-// - share) v D / K, so a share that grows makes the joint faster than its reference. It grows at the rate at
-// which the joint stays within its velocity limit, which is not at all while the reference moves at the
+// The share of the reference's velocity that enters the damper. A joint lags behind a moving reference by
+// (1 - share) v D / K, so a share that grows makes the joint faster than its reference. It grows at the rate
+// at which the joint stays within its velocity limit, which is not at all while the reference moves at the
 // limit, and shrinks at a rate that costs a twentieth of the speed.
 void Drive::advance_share() {
   if (steps_since_target_ > spread_steps_) return;  // no stream: the rest of the way is gone as it was begun

@@ -13,8 +13,8 @@
 // Velocity commands: the reference moves at the commanded velocity, within the joint's limit, and v_ref is that
 // velocity: the servo is a PI controller of the velocity, which also holds a standing wheel on a slope.
 //
-// Velocity limit: while the reference of a position moves at the limit, half of its velocity is used as v_ref, so that the
-// joint approaches the limit without overshooting it.
+// Velocity limit: v_ref is a share of the reference's velocity, 1/2 after a step command, rising to 1
+// (docs/physics.md), so that the joint approaches the limit without overshooting it.
 //
 // Effort commands: the commanded effort, which falls to zero over the last percent below the velocity limit,
 // as that of a motor at its no-load speed; it does not brake a joint that something else moves faster.

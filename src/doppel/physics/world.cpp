@@ -322,10 +322,10 @@ class WorldReader {
     check_shape(shape, object.shape);
   }
 
-  // 0: fixed to the world. A mass that is too small is refused when the object is made.
+  // 0: fixed to the world.
   double mass(const YAML::Node& node) {
     const double value = not_negative(node, "mass");
-    if (value > kMinBodyMass) check_mass(value, "world.invalid", at(node.Mark()), errors_);
+    if (value > 0) check_mass(value, "world.invalid", at(node.Mark()), errors_);
     return value;
   }
 

@@ -209,7 +209,8 @@ class Search {
   static std::vector<fs::path> yaml_files(const fs::path& package, Diagnostics& skipped);
   [[nodiscard]] std::size_t words_shared(const std::string& path) const;
   void choose(std::vector<Candidate> all);
-  void report_others(const std::vector<Candidate>& others);
+  void report_others(std::vector<Candidate> others);
+  void report_blocked(const std::vector<Candidate>& files);
 
   const RobotDescription& robot_;
   const Target& target_;
@@ -355,7 +356,7 @@ void Search::choose(std::vector<Candidate> all) {
             [](const Candidate& a, const Candidate& b) { return a.order() < b.order(); });
   std::stable_partition(all.begin(), all.end(), [](const Candidate& c) { return c.fits(); });
   if (all.empty()) return;
-  if (!all.front().fits()) return report_others(all);
+  if (!all.front().fits()) return report_others(std::move(all));
   std::erase_if(all, [](const Candidate& c) { return !c.fits(); });
   if (all.size() > 1) {
     found_.choices.note("up.controllers_chosen", make_location(all.front().file.path.string()),
@@ -366,19 +367,25 @@ void Search::choose(std::vector<Candidate> all) {
   found_.files.push_back(std::move(all.front().file));
 }
 
-void Search::report_others(const std::vector<Candidate>& others) {
+void Search::report_blocked(const std::vector<Candidate>& files) {
+  const bool one = files.size() == 1;
+  found_.choices.note(
+      "up.controllers_of_others", robot_.source,
+      fmt::format("{} file{} with controllers of this robot {} ignored because <ros2_control> has no command "
+                  "interface '{}':{}",
+                  files.size(), one ? "" : "s", one ? "is" : "are", files.front().obstacle, listed(files)),
+      "add the <command_interface>, or give a file with --controllers FILE");
+}
+
+void Search::report_others(std::vector<Candidate> others) {
+  const auto rest = std::stable_partition(others.begin(), others.end(),
+                                          [](const Candidate& c) { return !c.obstacle.empty(); });
+  const std::vector<Candidate> blocked(others.begin(), rest);
+  if (!blocked.empty()) report_blocked(blocked);
+  others.erase(others.begin(), rest);
+  if (others.empty()) return;
   const std::set<std::string>& foreign = others.front().foreign;
   const bool one = others.size() == 1;
-  if (!others.front().obstacle.empty()) {
-    found_.choices.note(
-        "up.controllers_of_others", robot_.source,
-        fmt::format(
-            "{} file{} with controllers of this robot {} ignored because <ros2_control> has no command "
-            "interface '{}':{}",
-            others.size(), one ? "" : "s", one ? "is" : "are", others.front().obstacle, listed(others)),
-        "add the <command_interface>, or give a file with --controllers FILE");
-    return;
-  }
   found_.choices.note(
       "up.controllers_of_others", robot_.source,
       fmt::format("{} file{} with controllers {} ignored because {} of another robot{}:{}", others.size(),

@@ -125,7 +125,7 @@ void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const
   std::string others;  // becomes part of the note about generated controllers
   for (const Diagnostic& d : said.all()) {
     if (d.rule == "up.controllers_of_others") {
-      others = d.message;
+      others += (others.empty() ? "" : "; ") + d.message;
     } else {
       diagnostics.add(d);
     }

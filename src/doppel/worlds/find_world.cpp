@@ -34,13 +34,20 @@ void add_world_names(const fs::path& folder, bool stems, std::vector<std::string
   }
 }
 
+// The files that a name may mean, in the order of their priority.
+std::vector<std::string> files_named(const std::string& name, bool sdf_first) {
+  if (sdf_first) return {name, name + ".sdf", name + ".world", name + ".yaml", name + ".yml"};
+  return {name, name + ".yaml", name + ".yml", name + ".sdf", name + ".world"};
+}
+
 // "kate_lab", "kate_lab.sdf" and "worlds/kate_lab.sdf" are the same bundled world. Empty: there is none.
-fs::path find_bundled_world(const fs::path& name) {
+fs::path find_bundled_world(const fs::path& name, bool sdf_first) {
   if (name.has_parent_path() && name.parent_path() != "worlds") return {};
   fs::path by_stem;
   for (const BundledWorld& world : bundled_worlds()) {
     if (world.file.filename() == name.filename()) return world.file;
-    if (world.file.stem() == name.filename()) by_stem = world.file;  // a YAML file follows an SDF file
+    if (world.file.stem() != name.filename()) continue;
+    if (by_stem.empty() || is_sdf(world.file) == sdf_first) by_stem = world.file;
   }
   return by_stem;
 }
@@ -93,16 +100,20 @@ std::string first_sentence(const fs::path& file) {
 
 }  // namespace
 
-fs::path find_world(const std::string& name, PackageResolver& resolver) {
+fs::path find_world(const std::string& name, PackageResolver& resolver, bool sdf_first) {
   std::error_code none;
   if (fs::exists(name, none)) return name;
   ModelSearch search(fs::current_path(none) / "none.sdf", resolver);
-  for (const std::string& candidate : {name, name + ".sdf", name + ".world", "worlds/" + name,
-                                       "worlds/" + name + ".sdf", "worlds/" + name + ".world"}) {
-    const FoundFile& found = search.find(candidate, fs::current_path(none));
-    if (!found.path.empty()) return found.path;
-  }
-  if (fs::path bundled = find_bundled_world(name); !bundled.empty()) return bundled;
+  const auto find_file = [&](const std::string& named) {
+    for (const std::string& candidate : files_named(named, sdf_first)) {
+      const FoundFile& found = search.find(candidate, fs::current_path(none));
+      if (!found.path.empty()) return found.path;
+    }
+    return fs::path();
+  };
+  if (fs::path found = find_file(name); !found.empty()) return found;
+  if (fs::path bundled = find_bundled_world(name, sdf_first); !bundled.empty()) return bundled;
+  if (fs::path found = find_file("worlds/" + name); !found.empty()) return found;
   refuse_world(name, search);
 }
 

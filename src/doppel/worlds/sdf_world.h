@@ -94,9 +94,11 @@ DOPPEL_API SdfWorld parse_sdf(const std::string& text, const std::string& name,
 DOPPEL_API bool is_sdf(const std::filesystem::path& file);
 
 // The file of a world's or model's name as the command line gives it: a file, a folder, a name on the
-// search path, or that of a bundled world, with or without "worlds/" and extension. Throws InputError
+// search path, or that of a bundled world, with or without "worlds/" and extension. A name without an
+// extension is a YAML file before an SDF file, or the other way round if `sdf_first`. Throws InputError
 // "world.not_found" with the nearest names.
-DOPPEL_API std::filesystem::path find_world(const std::string& name, PackageResolver& resolver);
+DOPPEL_API std::filesystem::path find_world(const std::string& name, PackageResolver& resolver,
+                                            bool sdf_first = false);
 
 // A world that comes with doppel.
 struct BundledWorld {

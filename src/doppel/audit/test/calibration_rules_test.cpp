@@ -83,10 +83,10 @@ TEST_F(CalibrationRules, EstimatedMassOfTonsIsError) {
 }
 
 std::string finger(const std::string& name, const std::string& link, const std::string& axis,
-                   const std::string& more = "") {
+                   const std::string& more = "", const std::string& range = "lower=\"0\" upper=\"1\"") {
   return "<link name=\"" + link + "\">" + kInertial + "</link><joint name=\"" + name +
          "\" type=\"revolute\"><parent link=\"arm\"/><child link=\"" + link + "\"/><axis xyz=\"" + axis +
-         "\"/><limit lower=\"0\" upper=\"1\" effort=\"1\" velocity=\"1\"/>" + more + "</joint>";
+         "\"/><limit " + range + " effort=\"1\" velocity=\"1\"/>" + more + "</joint>";
 }
 
 Parts gripper(const std::string& right_axis, const std::string& more = "") {
@@ -101,7 +101,10 @@ TEST_F(GripperRules, MirroredFingersWithoutMimicGiveNoteWithSign) {
   ASSERT_NE(found, nullptr) << report_text(opposite);
   EXPECT_EQ(found->severity, Severity::note);
   EXPECT_THAT(found->fix, HasSubstr("add_mimic \"b\" leader=\"a\" multiplier=1"));
-  const AuditReport parallel = check(robot(gripper("0 0 1")));
+  Parts mirrored;
+  mirrored.more = finger("a", "finger_left", "0 0 1") +
+                  finger("b", "finger_right", "0 0 1", "", "lower=\"-1\" upper=\"0\"");
+  const AuditReport parallel = check(robot(mirrored));
   ASSERT_NE(find(parallel, "mimic.missing"), nullptr);
   EXPECT_THAT(find(parallel, "mimic.missing")->fix, HasSubstr("multiplier=-1"));
 }
@@ -109,6 +112,8 @@ TEST_F(GripperRules, MirroredFingersWithoutMimicGiveNoteWithSign) {
 TEST_F(GripperRules, FingersThatMimicOrAreNoPairAreNoFinding) {
   EXPECT_EQ(find(check(robot(gripper("0 0 -1", "<mimic joint=\"a\"/>"))), "mimic.missing"), nullptr);
   EXPECT_EQ(find(check(robot(gripper("0 1 0"))), "mimic.missing"), nullptr) << "the axes are not parallel";
+  EXPECT_EQ(find(check(robot(gripper("0 0 1"))), "mimic.missing"), nullptr)
+      << "the one's range is not the other's with the sign -1";
   Parts legs;
   legs.more = finger("a", "leg_left", "0 0 1") + finger("b", "leg_right", "0 0 1");
   EXPECT_EQ(find(check(robot(legs)), "mimic.missing"), nullptr) << "legs move independently";

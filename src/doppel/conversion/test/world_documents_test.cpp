@@ -21,33 +21,41 @@ const std::string kWorldOfAll = R"(<sdf version="1.9"><world name="w"><gravity>0
 <scene><ambient>0.1 0.2 0.3 1</ambient><background>0.4 0.5 0.6 1</background><shadows>false</shadows>
   <sky><time>12.5</time><sunrise>5</sunrise><sunset>21</sunset></sky></scene>
 <light name="sun" type="directional"><direction>0 0 -1</direction></light>
-<light name="lamp" type="spot"><pose>1 2 3 1.5 0 0</pose><diffuse>0.9 0.8 0.7 1</diffuse><specular>0.2 0.3 0.4 1</specular>
+<light name="lamp" type="spot"><pose>1 2 3 1.5 0 0</pose><diffuse>0.9 0.8 0.7 1</diffuse>
+  <specular>0.2 0.3 0.4 1</specular>
   <direction>0 1 0</direction><cast_shadows>true</cast_shadows><intensity>0.6</intensity>
   <attenuation><range>7</range><constant>0.5</constant><linear>0.02</linear><quadratic>0.003</quadratic></attenuation>
   <spot><inner_angle>0.2</inner_angle><outer_angle>0.8</outer_angle><falloff>1.5</falloff></spot></light>
 <plugin filename="libwind.so" name="wind"><force>2</force></plugin>
-<model name="floor"><static>true</static><link name="l"><collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry>
+<model name="floor"><static>true</static><link name="l"><collision name="c">
+  <geometry><plane><normal>0 0 1</normal></plane></geometry>
   <surface><friction><ode><mu>0.5</mu></ode></friction>
     <bounce><restitution_coefficient>0.75</restitution_coefficient></bounce></surface></collision></link></model>
 <frame name="corner"><pose>1 0 0 0 0 1.57079632679</pose></frame>
 <model name="ball"><pose relative_to="corner">2 0 1 0 0 0</pose><link name="l"><inertial auto="true"/>
   <collision name="c"><density>500</density><geometry><sphere><radius>0.1</radius></sphere></geometry></collision></link></model>
-<model name="rod"><pose>0 -1 2 0.1 0.2 0.3</pose><link name="l"><inertial><mass>2</mass><inertia><ixx>9</ixx><iyy>9</iyy><izz>9</izz></inertia></inertial>
+<model name="rod"><pose>0 -1 2 0.1 0.2 0.3</pose><link name="l">
+  <inertial><mass>2</mass><inertia><ixx>9</ixx><iyy>9</iyy><izz>9</izz></inertia></inertial>
   <collision name="c"><geometry><capsule><radius>0.1</radius><length>0.5</length></capsule></geometry>
-  <surface><friction><ode><mu>0.7</mu><mu2>0.2</mu2><fdir1 gz:expressed_in="l">0 1 0</fdir1><slip1>0.01</slip1><slip2>0.02</slip2></ode>
+  <surface><friction><ode><mu>0.7</mu><mu2>0.2</mu2>
+      <fdir1 gz:expressed_in="l">0 1 0</fdir1><slip1>0.01</slip1><slip2>0.02</slip2></ode>
     <torsional><coefficient>0.4</coefficient><patch_radius>0.03</patch_radius></torsional></friction>
     <bounce><restitution_coefficient>0.25</restitution_coefficient></bounce>
-    <contact><ode><kp>1e6</kp><kd>100</kd><max_vel>0.1</max_vel><min_depth>0.002</min_depth></ode></contact></surface></collision></link></model>
+    <contact><ode><kp>1e6</kp><kd>100</kd><max_vel>0.1</max_vel><min_depth>0.002</min_depth></ode></contact>
+  </surface></collision></link></model>
 <model name="table"><static>true</static><pose>3 0 0 0 0 0</pose><link name="l">
   <collision name="top"><pose>0 0 0.7 0 0 0</pose><geometry><box><size>1 1 0.1</size></box></geometry></collision>
-  <collision name="leg"><pose>0 0 0.3 0 0 0</pose><geometry><cylinder><radius>0.05</radius><length>0.6</length></cylinder></geometry></collision>
-  <collision name="hat"><pose>0 0 1 0 0 0</pose><geometry><cone><radius>0.1</radius><length>0.2</length></cone></geometry></collision></link></model>
+  <collision name="leg"><pose>0 0 0.3 0 0 0</pose>
+    <geometry><cylinder><radius>0.05</radius><length>0.6</length></cylinder></geometry></collision>
+  <collision name="hat"><pose>0 0 1 0 0 0</pose>
+    <geometry><cone><radius>0.1</radius><length>0.2</length></cone></geometry></collision></link></model>
 <model name="door"><pose>5 0 0 0 0 0</pose><link name="post"><inertial><mass>1</mass></inertial></link>
   <link name="leaf"><pose>0.5 0 0 0 0 0</pose><inertial><mass>1</mass></inertial>
   <collision name="c"><geometry><box><size>1 0.05 2</size></box></geometry></collision></link>
   <joint name="fix" type="fixed"><parent>world</parent><child>post</child></joint>
   <joint name="hinge" type="revolute"><parent>post</parent><child>leaf</child><axis><xyz>0 0 1</xyz></axis></joint></model>
-<model name="camera"><static>true</static><pose>0 5 0 0 0 0</pose><link name="l"><visual name="v"><geometry><sphere><radius>0.1</radius></sphere></geometry></visual>
+<model name="camera"><static>true</static><pose>0 5 0 0 0 0</pose><link name="l">
+  <visual name="v"><geometry><sphere><radius>0.1</radius></sphere></geometry></visual>
   <sensor name="eye" type="camera"><pose relative_to="__model__">0 0 1 0 0 0</pose><update_rate>30</update_rate></sensor></link>
   <plugin filename="libsee.so" name="see"/></model>
 <include><uri>stand.urdf</uri><pose>0 4 0 0 0 1.57079632679</pose></include>
@@ -268,10 +276,12 @@ TEST_F(WorldDocuments, MjcfReportsWhatItLoses) {
   for (const Diagnostic& one : diagnostics_.all()) {
     if (one.rule == "world.lost") lost += one.message + "\n";
   }
-  for (const char* what : {"the plugin 'wind'", "the plugin 'see' of 'camera'",
-                           "the sensor 'eye' of 'camera'", "the sensor 'height' of 'stand'"})
+  for (const char* what :
+       {"the plugin 'wind'", "the plugin 'see' of 'camera'", "the sensor 'eye' of 'camera'",
+        "the sensor 'height' of 'stand'", "the restitution of the ground", "the restitution of 'l' of 'rod'"})
     EXPECT_THAT(lost, HasSubstr(std::string(what) + " cannot be written to MJCF"));
   EXPECT_THAT(lost, ::testing::Not(HasSubstr("light")));
+  EXPECT_THAT(lost, ::testing::Not(HasSubstr("of 'ball'")));
 }
 
 }  // namespace

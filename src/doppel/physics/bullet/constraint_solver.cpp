@@ -135,11 +135,7 @@ void ConstraintSolver::add_row(const JointRow& row) {
   m_data.m_deltaVelocitiesUnitImpulse.resize(out.m_jacAindex + size, 0.0);
   const btScalar* const velocity = body.getVelocityVector();
   m_data.m_jacobians[out.m_jacAindex + row.place_a] = row.factor_a;
-  double present = row.factor_a * velocity[row.place_a];
-  if (row.place_b >= 0) {
-    m_data.m_jacobians[out.m_jacAindex + row.place_b] += row.factor_b;
-    present += row.factor_b * velocity[row.place_b];
-  }
+  const double present = row.factor_a * velocity[row.place_a];
   const double response = replace_response(&body, out.m_jacAindex);
   out.m_jacDiagABInv = response > 0 ? 1.0 / response : 0.0;
   out.m_rhs = (row.target - present) * out.m_jacDiagABInv;

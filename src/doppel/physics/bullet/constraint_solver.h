@@ -10,12 +10,11 @@
 
 namespace doppel {
 
-// One constraint row: factor_a * v_a + factor_b * v_b = target, by an impulse within the bounds. Both degrees
-// of freedom are in the same tree.
+// One constraint row: factor_a * v_a = target, by an impulse within the bounds.
 struct JointRow {
   int tree = -1;
-  int place_a = -1, place_b = -1;  // -1: none
-  double factor_a = 1, factor_b = 0;
+  int place_a = -1;  // -1: none
+  double factor_a = 1;
   double target = 0;         // rad/s or m/s
   double low = 0, high = 0;  // N m s or N s
 };

@@ -122,12 +122,22 @@ extern "C" DOPPEL_API double doppel_mujoco_island_difference(const doppel::Engin
 extern "C" DOPPEL_API bool doppel_mujoco_error_unwinds(const doppel::Engine& engine) {
   const auto& state = static_cast<const doppel::MujocoEngine&>(engine);
   const doppel::DataHandle copy = doppel::make_data(state.m());
-  const auto held = std::make_shared<int>(0);
-  const bool whole = doppel::guarded([&copy, &held] {
-    const std::shared_ptr<int> in_frame = held;
+  // Destroyed only if the error unwinds the frame that holds it.
+  struct Flag {
+    explicit Flag(bool& flag) : flag_(flag) {}
+    Flag(const Flag&) = delete;
+    Flag& operator=(const Flag&) = delete;
+    ~Flag() { flag_ = true; }
+
+   private:
+    bool& flag_;
+  };
+  bool unwound = false;
+  const bool whole = doppel::guarded([&copy, &unwound] {
+    const Flag in_frame(unwound);
     mj_stackAlloc(copy.get(), copy->nstack + 1);
   });
-  return !whole && held.use_count() == 1;
+  return !whole && unwound;
 }
 
 extern "C" DOPPEL_API double doppel_mujoco_bare_step_rate(const doppel::Engine& engine, int steps) {

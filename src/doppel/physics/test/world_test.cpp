@@ -101,6 +101,8 @@ TEST(WorldFile, InvalidObjectsAreRefused) {
   EXPECT_THAT(error_of("objects:\n  - {name: a, cylinder: {radius: 1}}"), HasSubstr("needs a length"));
   EXPECT_THAT(error_of("objects:\n  - {name: a, sphere: {radius: 1}, mass: -1}"),
               HasSubstr("cannot be negative"));
+  EXPECT_THAT(error_of("objects:\n  - {name: a, sphere: {radius: 1}, mass: 1e-7}"),
+              HasSubstr("the mass is 1e-07 kg; it must be from 1e-06"));
   EXPECT_THAT(error_of("objects:\n  - {name: a, sphere: {radius: 1}}\n  - {name: a, sphere: {radius: 1}}"),
               HasSubstr("the first is at"));
   EXPECT_THAT(error_of("objects:\n  - {name: ground, sphere: {radius: 1}}"), HasSubstr("reserved"));

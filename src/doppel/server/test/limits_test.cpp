@@ -165,7 +165,8 @@ TEST_F(ClientLimitsTest, TopicOfClientEndsWithItsLastPublisher) {
   const auto watcher = join();
   const auto publish = [](test::RawClient& client) {
     client.send(
-        R"({"op":"advertise","channels":[{"id":1,"topic":"/mine","encoding":"cdr","schemaName":"std_msgs/msg/Float64"}]})");
+        R"({"op":"advertise","channels":[{"id":1,"topic":"/mine","encoding":"cdr",
+            "schemaName":"std_msgs/msg/Float64"}]})");
     client.send_binary(std::string("\x01\x01\0\0\0\x00\x01\0\0", 9) + std::string(8, '\0'));
     client.send(R"({"op":"getParameters","parameterNames":["/arm.rate"],"id":"x"})");
     client.receive_op("parameterValues");

@@ -72,6 +72,29 @@ TEST_F(ControllersSearchTest, FileOfOtherRobotIsNotTaken) {
   EXPECT_FALSE(diagnostics_.has_errors());
 }
 
+TEST_F(ControllersSearchTest, FileWithoutItsInterfaceIsNotedApartFromThoseOfOtherRobots) {
+  HardwareJointDescription& shoulder = robot_.hardware.emplace_back().joints.emplace_back();
+  shoulder.name = "shoulder";
+  shoulder.command_interfaces.emplace_back().name = "position";
+  write("arm_description/config/velocity.yaml",
+        "controller_manager:\n  ros__parameters:\n"
+        "    c: {type: velocity_controllers/JointGroupVelocityController}\n"
+        "c:\n  ros__parameters:\n    joints: [shoulder]\n");
+  package("rover");
+  write("rover/config/a.yaml", yaml("wheel"));
+  EXPECT_EQ(chosen(), "");
+  std::vector<std::string> notes;
+  for (const Diagnostic& d : diagnostics_.all()) {
+    if (d.rule == "up.controllers_of_others") notes.push_back(d.message);
+  }
+  ASSERT_EQ(notes.size(), 2U);
+  EXPECT_THAT(notes[0], HasSubstr("1 file with controllers of this robot is ignored"));
+  EXPECT_THAT(notes[0], HasSubstr("no command interface 'shoulder/velocity'"));
+  EXPECT_THAT(notes[0], HasSubstr("velocity.yaml"));
+  EXPECT_THAT(notes[1], HasSubstr("'wheel' is not a joint here"));
+  EXPECT_THAT(notes[1], HasSubstr("a.yaml"));
+}
+
 TEST_F(ControllersSearchTest, FileOfRos1WithBaseIsTakenWhereThereIsNoneOfRos2) {
   package("arm_control");
   write("arm_control/config/control.yaml",
