@@ -77,7 +77,7 @@ points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 
 }
 
 TEST_F(Allocation, PushOnObjectDoesNotAllocate) {
-  bring_up("lab_arm");
+  bring_up("omarm_one");  // steps of 1 ms
   WorldObject ball;
   ball.name = "a ball whose name is too long to be kept without memory of its own";
   ball.shape = Sphere{0.05};

@@ -1,4 +1,5 @@
 // A twin whose physics diverges: nothing that comes from outside ends it.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <filesystem>
@@ -44,10 +45,11 @@ TEST_F(Divergence, LiveTwinIsPausedWithCauseAndContinuesAfterReset) {
   twin_->time_control().pauses_at_divergence = true;
   run(0.1);
   const double q = joint("j1").q;
+  const std::string step = fmt::format("in step {} (t = 0.100 s)", twin_->steps() + 1);
   tear();
   twin_->between_steps();
   EXPECT_TRUE(twin_->time_control().paused);
-  EXPECT_THAT(twin_->time_control().divergence, HasSubstr("the physics diverged in step 101 (t = 0.100 s)"));
+  EXPECT_THAT(twin_->time_control().divergence, HasSubstr("the physics diverged " + step));
   EXPECT_THAT(logged_, HasSubstr("/gazebo/reset_simulation continues"));
   EXPECT_EQ(joint("j1").q, q) << "expected the last finite state";
   EXPECT_THAT(call("/gazebo/step", "doppel_msgs/srv/Step", "{steps: 5}"),
@@ -60,7 +62,7 @@ TEST_F(Divergence, LiveTwinIsPausedWithCauseAndContinuesAfterReset) {
   EXPECT_EQ(twin_->time_control().divergence, "");
   EXPECT_FALSE(twin_->diverged());
   run(0.2);
-  EXPECT_EQ(twin_->now(), Time(from_seconds(0.2)));
+  EXPECT_NEAR(to_seconds(twin_->now()), 0.2, to_seconds(twin_->step_size()));
 }
 
 TEST_F(Divergence, PosesOfLastFiniteStateAreComputedAgain) {

@@ -137,7 +137,8 @@ TEST_F(SessionTest, ViewHasServer) {
   Viewer viewer(scenario, log_, diagnostics);
   ViewSession session(viewer, scenario.robots.front(), options_, log_);
   session.begin();
-  EXPECT_THAT(session.banner(), HasSubstr(session.server().server().page_url()));
+  EXPECT_THAT(session.banner(), HasSubstr(session.server().server().url()));
+  EXPECT_THAT(session.page_line(), HasSubstr(session.server().server().page_url()));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "app/command_tree.h"
+#include "app/man_page.h"
 #include "app/verbs/output.h"
 #include "app/verbs/robots.h"
 #include "doppel/core/installation.h"
@@ -181,7 +182,10 @@ void add_positional_values(const CLI::App& app, const CLI::Option& option, const
   if (name == "targets") out.text += names_directive("targets", typed.remote);
   if (name == "parent" || name == "child") out.text += names_directive("frames", typed.remote);
   if (name == "controller") out.text += names_directive("controllers", typed.remote);
-  if (name == "VERB") {
+  if (name == "PAGE") {
+    for (const std::string& page : document_names()) out.add(page, "a page of the documentation");
+  }
+  if (name == "VERB" || name == "PAGE") {
     const CLI::App* described = &app;  // help topic ...: the verbs of topic
     for (const std::string& word : typed.described) {
       const auto verbs = verbs_of(*described);

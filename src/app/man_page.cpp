@@ -234,6 +234,12 @@ std::string help_line(const InputError& error) {
   return "";
 }
 
+std::vector<std::string> document_names() {
+  std::vector<std::string> names;
+  for (const auto& [name, file] : documents()) names.push_back(name);
+  return names;
+}
+
 void add_man(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<ManOptions>();
   CLI::App* verb =

@@ -3,6 +3,7 @@
 // documentation; and what an error means.
 
 #include <string>
+#include <vector>
 
 #include "doppel/core/diagnostic.h"
 
@@ -11,6 +12,9 @@ class App;
 }
 
 namespace doppel::app {
+
+// The pages of the documentation, as `doppel man` takes them.
+std::vector<std::string> document_names();
 
 void add_man(CLI::App& app, int& exit_code);
 

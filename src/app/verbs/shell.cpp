@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cerrno>
 #include <charconv>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <system_error>
 
 #include "app/number_checks.h"
 #include "app/print_stderr.h"
@@ -116,8 +118,12 @@ bool is_remote_by_default() {
 }  // namespace
 
 void print_out(std::string_view text) {
-  if (std::fwrite(text.data(), 1, text.size(), stdout) != text.size() || std::fflush(stdout) != 0)
-    throw OutputClosed();
+  errno = 0;
+  if (std::fwrite(text.data(), 1, text.size(), stdout) == text.size() && std::fflush(stdout) == 0) return;
+  const int reason = errno;
+  if (reason != EPIPE) throw std::system_error(reason, std::generic_category(), "stdout");
+  std::clearerr(stdout);  // a reader that closes early is not a failure
+  throw OutputClosed();
 }
 
 void print_note(std::string_view text) {

@@ -110,11 +110,14 @@ int stop(Shell& shell, const StopOptions& options) {
     int exit_code = unknown ? 1 : 0;
     const std::vector<Stopped> done =
         in_each(twins, [&](Client& twin) { return call_managers(twin, options); });
+    bool has_manager = false;
     for (std::size_t i = 0; i < twins.size(); ++i) {
+      has_manager = has_manager || !done[i].lines.empty() || !done[i].problems.empty();
       if (done[i].lines.empty() && done[i].problems.empty())
         print_note(label(twins[i]) + ": no controller manager, nothing to stop");
       exit_code = std::max(exit_code, print(done[i], label(twins[i]) + ": "));
     }
+    if (!has_manager) throw ClientError("there is no controller manager to stop");
     return exit_code;
   }
   const Stopped done = call_managers(shell.twin(), options);

@@ -202,6 +202,7 @@ PackageManifest read_manifest(const fs::path& file) {
     }
   }
   for (const XmlNode& child : root.children) {
+    if (child.is("version")) out.version = child.content();
     if (child.is("license")) out.licenses.push_back({child.content(), child.where});
     if (child.is("buildtool_depend") && child.content() == "catkin") out.catkin = true;
     for (const char* kind : {"depend", "exec_depend", "run_depend", "test_depend"}) {

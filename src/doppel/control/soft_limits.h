@@ -14,7 +14,7 @@ namespace doppel {
 // With x and v of the joint, as in ROS (wiki.ros.org/pr2_controller_manager/safety_limits) and ros2_control:
 //   v_min = -k_position (x - lower), v_max = -k_position (x - upper), each within the velocity limit;
 //   an effort is from -k_velocity (v - v_min) to -k_velocity (v - v_max), within the effort limit.
-struct SoftLimits {
+struct DOPPEL_API SoftLimits {
   std::string joint;
   double lower = -kInfinity, upper = kInfinity;  // rad or m; infinite: positions have no soft limits
   double k_position = 0;  // 1/s; 0: positions are clamped, and the velocity is not reduced before

@@ -43,7 +43,7 @@ void OmniWheelDriveController::on_init(ControllerContext& context) {
   joints_ = declare_omni_wheels(context);
   declare<double>(parameters, written, kOmniOffset, 0.0,
                   {"rad, from the base's x axis to the first wheel", true, {}});
-  if (!place_of(context, kOmniOffset).known())
+  if (written == nullptr || written->find(kOmniOffset) == nullptr)
     refuse_base_parameter(context, kOmniOffset, "is not set",
                           "write the angle from the base's x axis to the first wheel, in radians");
   for (const char* name : {"robot_radius", "wheel_radius"}) {

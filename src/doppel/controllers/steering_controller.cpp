@@ -150,7 +150,7 @@ void SteeringController::on_init(ControllerContext& context) {
       parameters, written, "velocity_rolling_window_size", 10,
       {.description = "velocities in the mean of the odometry", .range = ParameterRange{1, 10000}});
   for (const char* name : {"pose_covariance_diagonal", "twist_covariance_diagonal"}) {
-    if (place_of(context, name).known()) continue;
+    if (written != nullptr && written->find(name) != nullptr) continue;
     context.log->note(context.name,
                       fmt::format("'{}' has the default of ros2_controllers, [0, 7, 14, 21, 28, 35]: "
                                   "write variances for state estimators",

@@ -22,6 +22,6 @@ DOPPEL_API std::string to_mjcf(const RobotDescription& robot, const Model& model
                                Diagnostics& diagnostics);
 
 // The <default> of such a document for a step, s.
-XmlNode mjcf_defaults(double step);
+DOPPEL_API XmlNode mjcf_defaults(double step);
 
 }  // namespace doppel

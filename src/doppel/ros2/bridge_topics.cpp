@@ -110,23 +110,37 @@ void BridgedTopics::choose_carrier(TopicId id, Topic& topic) {
   topic.carrier = next;
 }
 
-// Ends the endpoints of a former topic of the same name at once, without a grace period, because on the
+// The bus frees a topic with its last endpoint and gives the next one of that name another id. If the type is the
+// same, the endpoints continue under the new id; otherwise they end at once, without a grace period, because on the
 // network a name has only one type.
-void BridgedTopics::end_retyped(const std::vector<TopicInfo>& infos) {
-  std::map<std::string_view, TopicId> owners;
+void BridgedTopics::follow_ids(const std::vector<TopicInfo>& infos) {
+  std::map<std::string_view, const TopicInfo*> owners;
   for (const TopicInfo& info : infos) {
-    if (!info.publishers.empty() || !info.subscribers.empty()) owners[info.name] = info.id;
+    if (!info.publishers.empty() || !info.subscribers.empty()) owners[info.name] = &info;
   }
-  std::erase_if(topics_, [&](const auto& entry) {
-    const auto owner = owners.find(entry.second.name);
-    if (owner == owners.end() || owner->second == entry.first) return false;
-    for (const auto& reader : entry.second.readers) lost_by_gone_ += reader.end->lost();
-    return true;
-  });
+  std::vector<decltype(topics_)::node_type> renumbered;
+  for (auto it = topics_.begin(); it != topics_.end();) {
+    const auto owner = owners.find(it->second.name);
+    if (owner == owners.end() || owner->second->id == it->first) {
+      ++it;
+      continue;
+    }
+    auto entry = topics_.extract(it++);
+    Topic& topic = entry.mapped();
+    if (topic.type != owner->second->type) {
+      for (const auto& reader : topic.readers) lost_by_gone_ += reader.end->lost();
+      continue;
+    }
+    topic.subscribed = false;  // the subscription ended with the former id
+    topic.listening = std::make_shared<std::atomic<bool>>(false);
+    entry.key() = owner->second->id;
+    renumbered.push_back(std::move(entry));
+  }
+  for (auto& entry : renumbered) topics_.insert(std::move(entry));
 }
 
 bool BridgedTopics::follow(const std::vector<TopicInfo>& infos, SteadyTime now) {
-  end_retyped(infos);
+  follow_ids(infos);
   std::set<TopicId> seen;
   bool waits = false;
   for (const TopicInfo& info : infos) {

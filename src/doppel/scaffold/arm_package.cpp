@@ -14,7 +14,7 @@ namespace {
 constexpr std::string_view kManifest = R"x(<?xml version="1.0"?>
 <package format="3">
   <name>@package@</name>
-  <version>0.1.0</version>
+  <version>0.0.0</version>
   <description>@robot@: @summary@.</description>
   <maintainer email="@email@">@author@</maintainer>
   <license>@licence@</license>

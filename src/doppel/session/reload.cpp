@@ -20,7 +20,8 @@ constexpr std::chrono::milliseconds kDebounceTime{20};  // after an editor's las
 constexpr std::chrono::seconds kBuildDeadline{
     2};  // after it the build is reported, and a new edit replaces it
 constexpr std::chrono::milliseconds kPollInterval{20};
-constexpr int kMaxBuilds = 3;  // of one edit, repeated when robots were added or removed meanwhile
+constexpr int kMaxUnfinished = 2;  // builds at once; more would take the processors from the loop
+constexpr int kMaxBuilds = 3;      // of one edit, repeated when robots were added or removed meanwhile
 constexpr const char* kRobotsChanged = "reload.robots_changed";
 
 std::string names_of(const std::vector<std::filesystem::path>& files) {
@@ -53,9 +54,10 @@ Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replaceme
                       std::function<void()> afterwards) {
   const auto files_read = std::make_shared<FilesRead>();
   const auto begin = [&viewer, before = std::move(before), files_read]() -> Reloadable::Build {
-    return [&viewer, before, files_read](Diagnostics& diagnostics) -> Reloadable::TakeOver {
+    return [&viewer, before, files_read,
+            scenario = viewer.scenario()](Diagnostics& diagnostics) -> Reloadable::TakeOver {
       const FilesRead::Recording recording(*files_read);
-      return [&viewer, before, fresh = viewer.prepare(diagnostics)] {
+      return [&viewer, before, fresh = Viewer::prepare(*scenario, diagnostics)] {
         before(*fresh);
         viewer.replace(fresh);
         return "joints keep their positions";
@@ -147,20 +149,27 @@ bool Reloader::on_loop(const std::function<void()>& task) {
 
 void Reloader::begin_attempt(std::vector<std::filesystem::path> changed) {
   if (!attempt_) {
-    attempt_ = std::make_shared<Attempt>();
+    attempt_ = std::make_unique<Attempt>();
     attempt_->changed = std::move(changed);
   }
   ++attempt_->builds;
   const auto work = attempt_->work = std::make_shared<Attempt::Work>();
   attempt_->done = work->done.get_future();
   try {
+    if (*unfinished_ >= kMaxUnfinished) {
+      throw InputError("reload.unfinished", {},
+                       fmt::format("{} earlier edits are still being read", kMaxUnfinished),
+                       "restart doppel to apply this edit");
+    }
     if (!on_loop([&] { work->build = what_.begin(); })) return;
-    const auto build = [work] {
+    const auto build = [work, unfinished = unfinished_] {
+      ++*unfinished;
       try {
         work->take_over = work->build(work->diagnostics);
       } catch (...) {
         work->thrown = std::current_exception();
       }
+      --*unfinished;
       work->done.set_value();
     };
     attempt_->thread = std::thread(build);

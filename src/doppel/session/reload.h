@@ -53,7 +53,7 @@ class DOPPEL_API Reloader {
   // a folder on a network that is gone, a physics engine in an endless loop.
   struct Attempt;
   void run();
-  // The text that a new machine gives, or the reason why it cannot be used, in the log.
+  // Starts a build of the present files; `changed` is for messages, and empty repeats the present attempt.
   void begin_attempt(std::vector<std::filesystem::path> changed);
   // True: the attempt has ended, and its machine runs or was refused.
   bool finish_attempt();
@@ -67,7 +67,9 @@ class DOPPEL_API Reloader {
   const Log& log_;
   FileWatcher watcher_;
   std::atomic<bool> ending_{false};
-  std::shared_ptr<Attempt> attempt_;  // the thread's; nullptr: none is under way
+  // Builds whose threads have not ended, which those that were abandoned may never do.
+  std::shared_ptr<std::atomic<int>> unfinished_ = std::make_shared<std::atomic<int>>(0);
+  std::unique_ptr<Attempt> attempt_;  // the thread's; nullptr: none is under way
   std::thread thread_;
 };
 

@@ -96,19 +96,18 @@ double strayed_from_leader(const Model& model, const ModelJoint& joint, std::spa
                   joint.mimic_multiplier * q[static_cast<std::size_t>(leader.q)]);
 }
 
-// The joints of casters: they are without a drive and carry a wheel, and their turning is not unrest of the
-// robot.
-std::vector<bool> passive_casters(const Instance& robot) {
+// True if the joint is that of a caster: it has no drive and carries a wheel, so it may turn while the robot rests.
+bool is_passive_caster(const Instance& robot, int joint) {
+  if (robot.drive(joint) != DriveMode::passive) return false;
   const Model& model = robot.model();
-  std::vector<bool> out(model.joints.size(), false);
   for (const RollingPart& part : robot.made_of().rolling) {
-    for (int joint = part.joint; joint >= 0;) {
-      const auto at = static_cast<std::size_t>(joint);
-      if (model.joints[at].scalar() && robot.drive(joint) == DriveMode::passive) out[at] = true;
-      joint = model.links[static_cast<std::size_t>(model.joints[at].parent_link)].joint;
+    for (int above = part.joint; above >= 0;) {
+      if (above == joint) return true;
+      const ModelJoint& carrying = model.joints[static_cast<std::size_t>(above)];
+      above = model.links[static_cast<std::size_t>(carrying.parent_link)].joint;
     }
   }
-  return out;
+  return false;
 }
 
 }  // namespace
@@ -117,7 +116,6 @@ std::vector<UnsettledJoint> find_unsettled_joints(const RobotDescription& robot,
   const Model& model = instance.model();
   std::vector<UnsettledJoint> out;
   std::vector<Contact> contacts;
-  const std::vector<bool> casters = passive_casters(instance);
   for (std::size_t j = 0; j < model.joints.size(); ++j) {
     const ModelJoint& joint = model.joints[j];
     if (!joint.scalar()) continue;
@@ -125,7 +123,7 @@ std::vector<UnsettledJoint> find_unsettled_joints(const RobotDescription& robot,
     const double v = instance.v()[static_cast<std::size_t>(joint.v)];
     const double beyond = std::max({joint.lower - q, q - joint.upper, 0.0});
     const double strayed = strayed_from_leader(model, joint, instance.q());
-    const bool still = casters[j] || std::abs(v) <= kRestSpeed;
+    const bool still = std::abs(v) <= kRestSpeed || is_passive_caster(instance, static_cast<int>(j));
     if (still && beyond <= kBeyondLimit && strayed <= kBeyondLimit) continue;
     if (out.empty()) instance.engine().contacts(contacts);  // costs a solution of all constraints
     const Joint* source = robot.find_joint(joint.name);

@@ -165,6 +165,7 @@ Runner::Clock::time_point Runner::keep_pace(Clock::time_point now, const std::at
   twin_.bus().set_edge_share(kMinEdgeShare);
   if (anchor_speed_ <= 0.0) return now;
   while (due_time() - now > kMaxSleep) {
+    twin_.bus().set_edge_share(kEdgeShareWithIdleTime);
     sleep_until(now + kMaxSleep);
     handle_requests();
     notice_step_size();
@@ -172,6 +173,7 @@ Runner::Clock::time_point Runner::keep_pace(Clock::time_point now, const std::at
     publish_status(now);
     if (stop.load(std::memory_order_relaxed) || twin_.time_control().paused || pace_changed()) return now;
   }
+  twin_.bus().set_edge_share(kMinEdgeShare);
   const auto due = due_time();
   if (now < due) {
     twin_.bus().set_edge_share(kEdgeShareWithIdleTime);
@@ -274,6 +276,7 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
     step_and_measure();
     if (on_first_step_) {
       const auto held = twin_.hold();
+      enter(Activity::requests);  // the network starts here, which may take longer than a step
       std::exchange(on_first_step_, nullptr)();
     }
     publish_status(measured_);

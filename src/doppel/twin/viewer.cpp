@@ -65,7 +65,7 @@ struct Viewer::Replacement {
 
 struct Viewer::Impl {
   Impl(Scenario the_scenario, const Log& the_log, Diagnostics& diagnostics)
-      : scenario(std::move(the_scenario)), log(the_log) {
+      : shared_scenario(std::make_shared<const Scenario>(std::move(the_scenario))), log(the_log) {
     states = node.advertise<sensor_msgs::msg::JointState>("joint_states");
     make_standard(node);
     node.subscribe<sensor_msgs::msg::JointState>(
@@ -181,7 +181,8 @@ struct Viewer::Impl {
     if (changed || now < published || now - published >= kIdlePublishPeriod) publish(now);
   }
 
-  const Scenario scenario;
+  const std::shared_ptr<const Scenario> shared_scenario;  // with builds that may outlive the viewer
+  const Scenario& scenario = *shared_scenario;
   const Log& log;
   Bus bus{{.names = scenario.ros.names, .sim_time = false}};
   Node node{bus, "/joint_state_publisher"};
@@ -205,9 +206,13 @@ void Viewer::step(Time now) {
   impl_->step(now);
 }
 
-std::shared_ptr<Viewer::Replacement> Viewer::prepare(Diagnostics& diagnostics) const {
+std::shared_ptr<const Scenario> Viewer::scenario() const {
+  return impl_->shared_scenario;
+}
+
+std::shared_ptr<Viewer::Replacement> Viewer::prepare(const Scenario& scenario, Diagnostics& diagnostics) {
   auto fresh = std::make_shared<Replacement>();
-  fresh->picture = std::make_unique<ViewerPicture>(impl_->scenario, diagnostics);
+  fresh->picture = std::make_unique<ViewerPicture>(scenario, diagnostics);
   return fresh;
 }
 

@@ -33,8 +33,11 @@ class DOPPEL_API Viewer {
 
   // -- reload of the sources, as in a twin (twin/twin.h)
   struct Replacement;
+  // The input of prepare(), which may outlive the viewer. The loop's thread.
+  [[nodiscard]] std::shared_ptr<const Scenario> scenario() const;
   // On any thread. Throws InputError if the files cannot be used.
-  [[nodiscard]] std::shared_ptr<Replacement> prepare(Diagnostics& diagnostics) const;
+  [[nodiscard]] static std::shared_ptr<Replacement> prepare(const Scenario& scenario,
+                                                            Diagnostics& diagnostics);
   // The loop's thread. Joints of the same name and type keep their positions, clamped to the new limits.
   void replace(const std::shared_ptr<Replacement>& replacement);
   // The description of a replacement, before replace().

@@ -13,7 +13,7 @@
 namespace doppel {
 
 struct PackageManifest {
-  std::string name, build_type;
+  std::string name, version, build_type;
   std::vector<std::string> dependencies;  // needed at run time: depend, exec_depend, run_depend
   struct License {
     std::string text;

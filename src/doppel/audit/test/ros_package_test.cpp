@@ -494,17 +494,18 @@ TEST_F(ContactRulesTest, LinkWithoutCollisionIsReported) {
 
 TEST_F(PackageRulesTest, LicenceThatPermitsNothingIsNote) {
   write("urdf/r.urdf", robot(good_hardware()));
-  const auto with_license = [&](const std::string& license) {
-    write("package.xml",
-          "<package format=\"3\"><name>r_description</name><version>1.0.0</version><description>d"
-          "</description><maintainer email=\"a@b.c\">m</maintainer><license>" +
-              license + "</license></package>");
+  const auto with_license = [&](const std::string& license, const std::string& version = "1.0.0") {
+    write("package.xml", "<package format=\"3\"><name>r_description</name><version>" + version +
+                             "</version><description>d"
+                             "</description><maintainer email=\"a@b.c\">m</maintainer><license>" +
+                             license + "</license></package>");
     return AuditRig::of("package.license");
   };
   const auto placeholder = with_license("TODO: License declaration");
   ASSERT_THAT(placeholder, SizeIs(1));
   EXPECT_EQ(placeholder[0].severity, Severity::note);
   EXPECT_THAT(placeholder[0].message, HasSubstr("a placeholder"));
+  EXPECT_THAT(with_license("TODO: License declaration", "0.0.0"), IsEmpty()) << "a new package";
   EXPECT_THAT(with_license("CC-BY-NC-4.0"), SizeIs(1));
   for (const char* permits : {"Apache-2.0", "BSD", "MIT", "CC-BY-4.0"})
     EXPECT_THAT(with_license(permits), IsEmpty());

@@ -124,7 +124,7 @@ class BridgedTopics {
   template <class End>
   bool end_ends(std::vector<Endpoint<End>>& ends, SteadyTime now);
   void choose_carrier(TopicId id, Topic& topic);
-  void end_retyped(const std::vector<TopicInfo>& infos);
+  void follow_ids(const std::vector<TopicInfo>& infos);
   [[nodiscard]] EndpointSpec spec(const Topic& topic, const Qos& qos) const;
   void subscribe(TopicId id, Topic& topic);
   void unsubscribe(TopicId id, Topic& topic);
