@@ -109,6 +109,7 @@ test('a robot that is not selected is drawn at its true pose, and a click select
   // The view of a robot that has just been selected may still move to it: it is placed until it stays.
   const place = () => page.evaluate(async () => {
     const { world } = doppel;
+    world.camera.controls.dispatchEvent({ type: 'start' }); // a drag, which ends the move of the view to the robot
     const root = world.stage.scene.children.find((one) => one.userData.robot === '/rover');
     world.camera.controls.target.setFromMatrixPosition(root.children[0].matrix);
     world.camera.controls.target.z += 0.17; // its body
