@@ -59,8 +59,9 @@ class ActionClient {
           for (const auto& of_goal : message.status_list) {
             const auto goal = find(*goals, of_goal.goal_info.goal_id.uuid);
             const auto status = static_cast<GoalStatus>(of_goal.status);
-            if (goal != nullptr && !is_terminal(status))
-              goal->status_ = status;  // the result has the final status
+            // The result has the final status, and may overtake the messages of earlier ones.
+            if (goal != nullptr && !is_terminal(status) && !is_terminal(goal->status_))
+              goal->status_ = status;
           }
         },
         {.depth = 1, .latched = true});
