@@ -63,6 +63,8 @@ class Client:
                         return json.loads(data)
                     if opcode == 2:
                         return data
+                    if opcode == 9:  # the server closes connections that do not answer its pings
+                        self.send(data, 10)
                     if opcode == 8:
                         raise OSError("closed: " + data[2:].decode(errors="replace"))
                     continue
