@@ -56,11 +56,14 @@ bool is_stopped(Client& twin, const std::string& manager) {
   return false;
 }
 
+const std::vector<std::string>& command_interfaces_of(const msg::ControllerState& controller) {
+  return controller.claimed_interfaces.empty() ? controller.required_command_interfaces
+                                               : controller.claimed_interfaces;
+}
+
 std::vector<std::string> joints_of(const msg::ControllerState& controller) {
-  const auto& interfaces = controller.claimed_interfaces.empty() ? controller.required_command_interfaces
-                                                                 : controller.claimed_interfaces;
   std::vector<std::string> joints;
-  for (const std::string& interface : interfaces) {
+  for (const std::string& interface : command_interfaces_of(controller)) {
     std::string joint = interface.substr(0, interface.rfind('/'));
     if (std::ranges::find(joints, joint) == joints.end()) joints.push_back(std::move(joint));
   }

@@ -19,15 +19,10 @@ struct ChainOptions {
   bool dot = false;
 };
 
-const std::vector<std::string>& commanded_by(const ControllerState& controller) {
-  return controller.claimed_interfaces.empty() ? controller.required_command_interfaces
-                                               : controller.claimed_interfaces;
-}
-
 // The command interfaces of `controller` that belong to `other`, which takes them as references.
 std::vector<std::string> references(const ControllerState& controller, const ControllerState& other) {
   std::vector<std::string> out;
-  for (const std::string& interface : commanded_by(controller)) {
+  for (const std::string& interface : command_interfaces_of(controller)) {
     if (interface.starts_with(other.name + "/")) out.push_back(interface);
   }
   return out;
@@ -36,7 +31,7 @@ std::vector<std::string> references(const ControllerState& controller, const Con
 std::vector<std::string> hardware_interfaces_of(const ControllerState& controller,
                                                 const std::vector<ControllerState>& all) {
   std::vector<std::string> out;
-  for (const std::string& interface : commanded_by(controller)) {
+  for (const std::string& interface : command_interfaces_of(controller)) {
     const bool is_reference = std::ranges::any_of(
         all, [&](const ControllerState& other) { return interface.starts_with(other.name + "/"); });
     if (!is_reference) out.push_back(interface);

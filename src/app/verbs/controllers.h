@@ -21,6 +21,9 @@ std::vector<controller_manager_msgs::msg::ControllerState> list_controllers(Clie
                                                                             const std::string& manager);
 // True if the manager publishes that its emergency stop is on.
 bool is_stopped(Client& twin, const std::string& manager);
+// The command interfaces that an active controller claims, or an inactive one requires.
+const std::vector<std::string>& command_interfaces_of(
+    const controller_manager_msgs::msg::ControllerState& controller);
 // The joints whose interfaces an active controller claims, or an inactive one requires, each once.
 std::vector<std::string> joints_of(const controller_manager_msgs::msg::ControllerState& controller);
 

@@ -10,11 +10,6 @@ namespace {
 
 using controller_manager_msgs::msg::ControllerState;
 
-const std::vector<std::string>& interfaces_of(const ControllerState& controller) {
-  return controller.claimed_interfaces.empty() ? controller.required_command_interfaces
-                                               : controller.claimed_interfaces;
-}
-
 bool claims(const ControllerState& controller, const std::string& joint) {
   const std::vector<std::string> joints = joints_of(controller);
   return std::ranges::find(joints, joint) != joints.end();
@@ -71,8 +66,8 @@ bool moves(const ControllerState& controller, const std::string& joint) {
   const MoverKind kind = mover_kind(controller);
   if (kind == MoverKind::none || !claims(controller, joint)) return false;
   if (kind != MoverKind::forward) return true;
-  return std::ranges::find(interfaces_of(controller), fmt::format("{}/{}", joint, kPosition)) !=
-         interfaces_of(controller).end();
+  const std::vector<std::string>& interfaces = command_interfaces_of(controller);
+  return std::ranges::find(interfaces, fmt::format("{}/{}", joint, kPosition)) != interfaces.end();
 }
 
 void check_controller(const std::vector<ControllerState>& controllers, const std::string& only) {

@@ -169,7 +169,7 @@ class Motion {
         targets_(targets),
         progress_(targets) {}
 
-  // Where one controller refuses its command, those that were started before are stopped.
+  // If one controller refuses its command, those that were started before are stopped.
   void start(double seconds) {
     std::size_t started = 0;
     try {

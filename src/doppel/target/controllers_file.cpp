@@ -4,6 +4,7 @@
 #include <array>
 
 #include "doppel/control/hardware.h"
+#include "doppel/target/ros1_controllers.h"
 
 namespace doppel {
 namespace {
@@ -168,7 +169,7 @@ bool is_controller_manager(std::string_view node) {
 ControllersFile controllers_in(const ParameterFile& file) {
   ControllersFile out;
   out.path = file.name();
-  out.of_ros1 = !file.text().empty() && file.text().find("ros__parameters") == std::string::npos;
+  out.of_ros1 = !file.text().empty() && !has_ros2_parameters(file.text());
   const std::vector<std::string> nodes = file.nodes();
   out.for_ros2 = std::any_of(nodes.begin(), nodes.end(), is_controller_manager);
   for (const ParameterOverrides& manager : managers_of(file)) {

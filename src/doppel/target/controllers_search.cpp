@@ -114,9 +114,9 @@ ControllersFile usable_file(const SideFile& read, const RobotDescription& robot)
 
 // True if a file of ROS 1 drives a base. Those of arms are not taken: their gains are of another simulator.
 bool drives_base_of_ros1(const std::string& text) {
-  return text.find("ros__parameters") == std::string::npos &&
-         std::ranges::any_of(kRos1Bases,
-                             [&](std::string_view type) { return text.find(type) != std::string::npos; });
+  return !has_ros2_parameters(text) && std::ranges::any_of(kRos1Bases, [&](std::string_view type) {
+    return text.find(type) != std::string::npos;
+  });
 }
 
 int rank_of(const std::string& stem) {
@@ -269,9 +269,9 @@ std::optional<Candidate> Search::candidate(const fs::path& path, Diagnostics& sk
   const auto text = read(path, skipped);
   if (!text) return std::nullopt;
   const bool of_ros1 = drives_base_of_ros1(text->text);
-  if (!of_ros1 && (text->text.find("ros__parameters") == std::string::npos ||
-                   (text->text.find("controller_manager") == std::string::npos &&
-                    text->text.find("_controller/") == std::string::npos)))
+  if (!of_ros1 &&
+      (!has_ros2_parameters(text->text) || (text->text.find("controller_manager") == std::string::npos &&
+                                            text->text.find("_controller/") == std::string::npos)))
     return std::nullopt;
   auto file = usable(*text, nullptr);
   if (!file || !file->for_ros2) return std::nullopt;

@@ -81,9 +81,13 @@ void report_mapping(const Ros1Controller& from, const Ros1Mapping& mapping,
 
 }  // namespace
 
+bool has_ros2_parameters(const std::string& yaml) {
+  return yaml.find("ros__parameters") != std::string::npos;
+}
+
 std::optional<ParameterFile> ros1_controllers(const std::string& yaml, const std::string& name,
                                               const RobotDescription& robot, Diagnostics& diagnostics) {
-  if (yaml.find("ros__parameters") != std::string::npos) return std::nullopt;
+  if (has_ros2_parameters(yaml)) return std::nullopt;
   std::vector<ParameterOverride> all = read_plain_parameters(yaml, name).all();
   std::set<std::string> arguments;
   for (ParameterOverride& value : all) empty_arguments(value.value, arguments);

@@ -15,6 +15,9 @@
 
 namespace doppel {
 
+// True if the text contains a section of parameters in the form of ROS 2.
+DOPPEL_API bool has_ros2_parameters(const std::string& yaml);
+
 // The file `name` with the text `yaml`; nullopt: it declares no controller of ROS 1. Controllers may be at the top
 // level or below a namespace, which is not kept. A wheel separation or radius that is not given follows from the
 // description, as in ROS 1: from the origins of the first wheels' joints, and the cylinder or sphere of the wheel.

@@ -43,7 +43,7 @@ void OscillationWatch::restart(Watched& watched, Time now) {
   open_window(watched, now);
 }
 
-// Where a controller holds the joint by efforts or velocities, its position is the target, which is reached
+// If a controller holds the joint by efforts or velocities, its position is the target, which is reached
 // at once.
 DriveState OscillationWatch::state_of(const Instance& robot, int joint) const {
   DriveState out = robot.drive_state(joint);

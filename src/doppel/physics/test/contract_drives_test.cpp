@@ -61,6 +61,14 @@ class DrivesContract : public Contract {
     }
     return out;
   }
+  // limit: of the velocity, rad/s.
+  auto make_weightless_arm(double limit) {
+    WorldSettings in = settings();
+    in.gravity.setZero();
+    InstanceOptions options;
+    options.gravity.setZero();
+    return make(in, {robot(arm(300, limit), options)});
+  }
 };
 DOPPEL_FOR_EVERY_ENGINE(DrivesContract);
 
@@ -119,11 +127,7 @@ TEST_P(DrivesContract, TargetsAtVelocityLimitMoveJointEvenly) {
 // exceeds.
 TEST_P(DrivesContract, TrajectoryToVelocityLimitKeepsSpeed) {
   constexpr double kLimit = 2.0, kRamp = 4.0;
-  WorldSettings in = settings();
-  in.gravity.setZero();
-  InstanceOptions options;
-  options.gravity.setZero();
-  const auto engine = make(in, {robot(arm(300, kLimit), options)});
+  const auto engine = make_weightless_arm(kLimit);
   Instance pendulum = engine->instance(0);
   set(pendulum, {-2.5});
   hold_all(pendulum);
@@ -146,11 +150,7 @@ TEST_P(DrivesContract, TrajectoryToVelocityLimitKeepsSpeed) {
 // the end.
 TEST_P(DrivesContract, TargetsBeyondVelocityLimitDoNotOvershootEnd) {
   constexpr double kLimit = 2.0, kEnd = 1.5;
-  WorldSettings in = settings();
-  in.gravity.setZero();
-  InstanceOptions options;
-  options.gravity.setZero();
-  const auto engine = make(in, {robot(arm(300, kLimit), options)});
+  const auto engine = make_weightless_arm(kLimit);
   Instance pendulum = engine->instance(0);
   set(pendulum, {0.0});
   hold_all(pendulum);
