@@ -95,7 +95,7 @@ class ControllerSensors : public TwinFixture {
   Twin::Reload reload(std::string robot) {
     save(std::move(robot));
     Diagnostics said;
-    return twin_->replace(twin_->prepare(twin_->running(), said));
+    return twin_->replace(Twin::prepare(twin_->running(), said));
   }
   // kRobot with another text in the place of one that it has.
   static std::string edited(const std::string& from, const std::string& to, std::string robot = kRobot) {

@@ -250,7 +250,7 @@ class EditedWorld : public Divergence {
   }
   void reload() {
     Diagnostics said;
-    twin_->replace(twin_->prepare(twin_->running(), said));
+    twin_->replace(Twin::prepare(twin_->running(), said));
   }
   [[nodiscard]] double gravity() const { return twin_->engine().world().settings().gravity.z(); }
 

@@ -346,7 +346,7 @@ TEST_F(DrivenModels, ReloadKeepsControllersPoseAndDeletion) {
   write_world(vehicle("one", 0, diff_drive()) + vehicle("two", 2, diff_drive()) +
               vehicle("three", 4, diff_drive()));
   Diagnostics said;
-  const auto next = twin_->prepare(twin_->running(), said);
+  const auto next = Twin::prepare(twin_->running(), said);
   twin_->replace(next);
   EXPECT_THAT(namespaces(), testing::ElementsAre("one", "three"));
   EXPECT_NEAR(place("one").x(), before, 1e-9);

@@ -414,7 +414,7 @@ class WorldEntitiesTest : public EntityStateTest {
   }
   void reload() {
     Diagnostics said;
-    twin_->replace(twin_->prepare(twin_->running(), said));
+    twin_->replace(Twin::prepare(twin_->running(), said));
   }
 
   std::filesystem::path world_;

@@ -84,7 +84,7 @@ class FaultInjectionTest : public TwinFixture, public ::testing::WithParamInterf
     Diagnostics said;
     arm(GetParam(), n);
     try {
-      const auto fresh = twin_->prepare(twin_->running(), said);
+      const auto fresh = Twin::prepare(twin_->running(), said);
       twin_->replace(fresh);
       disarm();
       return true;
@@ -100,7 +100,7 @@ class FaultInjectionTest : public TwinFixture, public ::testing::WithParamInterf
     Twin other(scenario(), quiet_, diagnostics_);
     Diagnostics said;
     arm(GetParam(), 0);
-    const auto fresh = other.prepare(other.running(), said);
+    const auto fresh = Twin::prepare(other.running(), said);
     other.replace(fresh);
     return disarm();
   }

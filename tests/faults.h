@@ -21,5 +21,7 @@ bool strikes(Fault fault);
 void register_faulty_engine();
 // The compilations of worlds for "faulty" on this thread so far.
 std::uint64_t compilations_here();
+// While true, no compilation of a world for "faulty" on another thread than the caller's ends.
+void hang_compilations(bool hang);
 
 }  // namespace doppel::test

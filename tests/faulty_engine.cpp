@@ -1,6 +1,9 @@
 // MuJoCo behind calls that may fail, like an engine with errors.
 
+#include <atomic>
+#include <chrono>
 #include <stdexcept>
+#include <thread>
 
 #include "doppel/physics/engine_modules.h"
 #include "faults.h"
@@ -9,6 +12,7 @@ namespace doppel::test {
 namespace {
 
 thread_local std::uint64_t compiled_here = 0;
+std::atomic<std::thread::id> only_thread;  // that may compile; none: all
 
 void call() {
   if (strikes(Fault::engine)) throw std::runtime_error("injected fault in a call of the engine");
@@ -119,6 +123,8 @@ void FaultyEngine::become(std::shared_ptr<const CompiledWorld> world, std::span<
 std::shared_ptr<const CompiledWorld> compile(WorldSettings settings, std::vector<ModelInstance> instances,
                                              Diagnostics& diagnostics) {
   call();
+  while (only_thread.load() != std::thread::id() && only_thread.load() != std::this_thread::get_id())
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
   ++compiled_here;
   return std::make_shared<const FaultyWorld>(
       engine_module(kDefaultEngine).compile(std::move(settings), std::move(instances), diagnostics));
@@ -128,6 +134,10 @@ std::shared_ptr<const CompiledWorld> compile(WorldSettings settings, std::vector
 
 std::uint64_t compilations_here() {
   return compiled_here;
+}
+
+void hang_compilations(bool hang) {
+  only_thread = hang ? std::this_thread::get_id() : std::thread::id();
 }
 
 void register_faulty_engine() {

@@ -254,7 +254,7 @@ TEST_F(GraspTest, JointDetachedOnRequestStaysDetachedAfterReload) {
     std::ofstream(folder_ / "hand.urdf")
         << replaced(text, "<mass value='0.", std::string("<mass value='") + mass);
     Diagnostics said;
-    twin_->replace(twin_->prepare(twin_->running(), said));
+    twin_->replace(Twin::prepare(twin_->running(), said));
     run(0.2);
   };
   reload_heavier("1.");
@@ -339,7 +339,7 @@ TEST_F(GraspTest, ReloadKeepsWhatVacuumHolds) {
   move_hand(0.15, 0, 2.0);
   ASSERT_NEAR(height(), 0.165, 1e-3);
   Diagnostics notes;
-  twin_->replace(twin_->prepare(twin_->running(), notes));
+  twin_->replace(Twin::prepare(twin_->running(), notes));
   run(1.0);
   EXPECT_NEAR(height(), 0.165, 2e-3);
   call("/cell/suck", "std_srvs/srv/SetBool", "{data: false}");
@@ -356,7 +356,7 @@ TEST_F(GraspTest, ReloadKeepsWhatClassicGripperHolds) {
   move_hand(0.15, 0.03, 2.0);
   ASSERT_NEAR(height(), 0.165, 2e-3);
   Diagnostics notes;
-  twin_->replace(twin_->prepare(twin_->running(), notes));
+  twin_->replace(Twin::prepare(twin_->running(), notes));
   EXPECT_THAT(twin_->engine().attachments(), SizeIs(1));
   run(1.0);
   EXPECT_NEAR(height(), 0.165, 2e-3);

@@ -37,7 +37,7 @@ class TwinReloadTest : public TwinFixture {
 
   Twin::Reload reload() {
     Diagnostics said;
-    const auto fresh = twin_->prepare(twin_->running(), said);
+    const auto fresh = Twin::prepare(twin_->running(), said);
     return twin_->replace(fresh);
   }
 

@@ -135,7 +135,7 @@ TEST_F(RobotSensorsInTwin, RevisionChangesWithValuesOfItsSensorOnly) {
     std::string text = kRobot;
     text.replace(text.find(from), from.size(), to);
     std::ofstream(file_) << text;
-    twin_->replace(twin_->prepare(twin_->running(), diagnostics_));
+    twin_->replace(Twin::prepare(twin_->running(), diagnostics_));
     twin_->between_steps();
     return revisions();
   };

@@ -200,7 +200,7 @@ TEST_F(SdfWorldTest, EditedWorldIsReloaded) {
   edited.replace(edited.find("<mass>1</mass>"), 14, "<mass>3</mass>");
   write(edited);
   Diagnostics found;
-  twin_->replace(twin_->prepare(twin_->running(), found));
+  twin_->replace(Twin::prepare(twin_->running(), found));
   EXPECT_EQ(find("ball").model().total_mass, 3);
   EXPECT_NEAR(find("ball").base_pose().translation().z(), 0.1, 2e-3) << "expected it where it had fallen";
 }

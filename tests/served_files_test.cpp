@@ -85,7 +85,7 @@ TEST_F(ServedFilesTest, SpawnedMeshesAreServedAfterReload) {
               ::testing::HasSubstr("success: true"));
   expect_all_can_be_had({"beside", "packed", "p", "f"});
   Diagnostics said;
-  const auto fresh = twin_->prepare(twin_->running(), said);
+  const auto fresh = Twin::prepare(twin_->running(), said);
   library_.offer(both(doppel::served_files(Twin::instances(*fresh)), served_files()));
   twin_->replace(fresh);
   expect_all_can_be_had({"beside", "packed", "p", "f"});

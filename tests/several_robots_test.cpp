@@ -291,7 +291,7 @@ TEST_F(RobotSpawnTest, SpawnAndDeleteKeepOthersBitIdentical) {
   asked.name_space = "guest";
   asked.X_WR = make_pose({5, 0, 0}, {0, 0, 0});
   Diagnostics said;
-  twin_->add_robot(twin_->prepare_robot(twin_->running(), asked, described("omarm_one"), said));
+  twin_->add_robot(Twin::prepare_robot(twin_->running(), asked, described("omarm_one"), said));
   EXPECT_EQ(state(), before);
   EXPECT_TRUE(twin_->remove_robot("guest").ok());
   EXPECT_EQ(state(), before);
@@ -326,12 +326,12 @@ TEST_F(RobotSpawnTest, ReloadKeepsSpawnedAndOmitsDeletedRobots) {
   run(0.5);
   const double before = q("left", "Revolute 1");
   Diagnostics said;
-  EXPECT_EQ(twin_->replace(twin_->prepare(twin_->running(), said)), Twin::Reload::controllers_kept);
+  EXPECT_EQ(twin_->replace(Twin::prepare(twin_->running(), said)), Twin::Reload::controllers_kept);
   EXPECT_EQ(twin_->name(), "left, guest");
   EXPECT_NEAR(q("left", "Revolute 1"), before, 1e-12);
   run(0.3);
   EXPECT_NEAR(q("left", "Revolute 1"), 1.0, 0.02);
-  const auto stale = twin_->prepare(twin_->running(), said);
+  const auto stale = Twin::prepare(twin_->running(), said);
   ASSERT_TRUE(twin_->remove_robot("guest").ok());
   EXPECT_THROW(static_cast<void>(twin_->replace(stale)), InputError);
 }

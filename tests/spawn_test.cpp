@@ -4,6 +4,7 @@
 #include <chrono>
 #include <thread>
 
+#include "doppel/core/abandoned_thread.h"
 #include "doppel/core/thrown.h"
 #include "doppel/messages/gazebo_msgs.h"
 #include "faults.h"
@@ -67,7 +68,7 @@ class SpawnTest : public TwinFixture {
     WorldRobot asked;
     asked.name_space = "guest";
     asked.X_WR = make_pose({3, 0, 0}, {0, 0, 0});
-    const auto joining = twin_->prepare_robot(twin_->running(), asked, xml_, diagnostics_);
+    const auto joining = Twin::prepare_robot(twin_->running(), asked, xml_, diagnostics_);
     Twin undisturbed(scenario("first"), log_, diagnostics_);
     while (undisturbed.now() < twin_->now()) {
       undisturbed.between_steps();
@@ -130,6 +131,16 @@ TEST_F(SpawnTest, SpawnSucceedsInChangingWorld) {
   });
   EXPECT_NE(twin_->find_robot("guest"), nullptr);
   EXPECT_TRUE(twin_->engine().find("ball_" + std::to_string(balls)));
+}
+
+TEST_F(SpawnTest, TwinEndsWithoutBuildThatHangs) {
+  hang_compilations(true);
+  ask_for_guest();
+  edge_.reset();
+  twin_.reset();
+  EXPECT_TRUE(has_abandoned_thread());
+  EXPECT_FALSE(answered_);
+  hang_compilations(false);
 }
 
 TEST_F(SpawnTest, EngineFailureChangesNothing) {

@@ -224,7 +224,7 @@ TEST_F(WorldSensors, TopicOfTwoSensorsIsReported) {
     said.clear();
     write(more);
     Diagnostics found;
-    twin_->replace(twin_->prepare(twin_->running(), found));
+    twin_->replace(Twin::prepare(twin_->running(), found));
     twin_->between_steps();
     return said.find("publish on the same topic /camera_info") != std::string::npos;
   };
@@ -249,7 +249,7 @@ TEST_F(WorldSensors, EditTurnsSensorOfLightIntoPhysicalOneOnSameTopic) {
   for (const std::string type : {"imu", "gpu_lidar"}) {
     write(type);
     Diagnostics found;
-    twin_->replace(twin_->prepare(twin_->running(), found));
+    twin_->replace(Twin::prepare(twin_->running(), found));
     twin_->between_steps();
     ASSERT_EQ(twin_->sensors().size(), 1U) << errors;
     EXPECT_EQ(twin_->sensors()[0].sensor.type, type);
@@ -284,7 +284,7 @@ TEST_F(WorldSensors, ReloadWithOtherFieldOfViewIsInNextFrame) {
   const auto topics = topics_of();
   write("1.4");
   Diagnostics said;
-  twin_->replace(twin_->prepare(twin_->running(), said));
+  twin_->replace(Twin::prepare(twin_->running(), said));
   EXPECT_EQ(topics_of(), topics) << "as soon as the loop goes on";
   run(0.06);
   EXPECT_EQ(topics_of(), topics);

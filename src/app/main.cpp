@@ -15,10 +15,10 @@
 #include "app/verbs/verbs.h"
 #include "app/view.h"
 #include "doppel/bus/ros_arguments.h"
+#include "doppel/core/abandoned_thread.h"
 #include "doppel/core/diagnostic.h"
 #include "doppel/core/installation.h"
 #include "doppel/ros2/environment.h"
-#include "doppel/session/abandoned_thread.h"
 #include "doppel/version.h"
 
 namespace {

@@ -58,20 +58,24 @@ void ControllerManager::Impl::describe_controllers(DiagnosticStatus& status) con
 
 void ControllerManager::Impl::describe_hardware(DiagnosticStatus& status) const {
   Values values(status);
-  bool all = true, failed = false;
+  bool all = true, failed = false, finite = true;
   for (const auto& c : resources.components()) {
     values.add(c->name, to_string(c->state));
     if (!c->why.empty()) values.add(c->name + " fault", c->why);
     all = all && c->state == HardwareState::active;
     failed = failed || !c->why.empty();
+    if (!c->not_finite) continue;
+    values.add(c->name + " not finite", c->state_names[*c->not_finite]);
+    finite = false;
   }
   const bool none = resources.components().empty();
-  status.level = none || failed ? DiagnosticStatus::ERROR
-                 : all          ? DiagnosticStatus::OK
-                                : DiagnosticStatus::WARN;
-  status.message = none  ? "No hardware components are loaded!"
-                   : all ? "All hardware components are active"
-                         : "Not all hardware components are active";
+  status.level = none || failed  ? DiagnosticStatus::ERROR
+                 : all && finite ? DiagnosticStatus::OK
+                                 : DiagnosticStatus::WARN;
+  status.message = none      ? "No hardware components are loaded!"
+                   : !finite ? "A joint's state is not finite"
+                   : all     ? "All hardware components are active"
+                             : "Not all hardware components are active";
 }
 
 void ControllerManager::Impl::describe_manager(DiagnosticStatus& status) const {

@@ -127,6 +127,7 @@ Status ControllerManager::Impl::pass_towards(ResourceTable::Component& c, Hardwa
   const Status status = pass(c, target, "activated", [&] { return hardware.on_activate(); });
   if (!status) return status;
   note_fault(c, "");
+  c.not_finite_reported = false;
   if (stopped) stop_component(c);
   resources.read_all(now);
   return {};
@@ -172,7 +173,21 @@ void ControllerManager::Impl::note_fault(ResourceTable::Component& c, const std:
   parameters.update_read_only(kFault, why);
 }
 
+// Controllers read such a state as it is: only they know which of their joints they can do without.
+void ControllerManager::Impl::report_not_finite() {
+  for (const ResourceTable::Component* c : resources.take_not_finite()) {
+    const std::size_t state = *c->not_finite;
+    log.warning(
+        options.name,
+        fmt::format("hardware '{}' reads {} of '{}'; controllers that use this state stand still or fail "
+                    "until it is finite again (check the encoder and its wiring, or export no state "
+                    "that the driver does not measure)",
+                    c->name, c->states[state], c->state_names[state]));
+  }
+}
+
 void ControllerManager::Impl::settle(Time the_time) {
+  if (resources.has_not_finite()) report_not_finite();
   if (!resources.has_fault() && !controller_failed) return;
   now = the_time;
   settle_controllers();

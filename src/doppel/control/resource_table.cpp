@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <utility>
 
@@ -16,6 +17,10 @@ std::optional<std::size_t> lookup(const std::map<std::string, std::size_t, std::
                                   std::string_view name) {
   const auto found = index.find(name);
   return found == index.end() ? std::nullopt : std::optional(found->second);
+}
+
+bool is_of_joint(const InterfaceDescription& state) {
+  return state.name == kPosition || state.name == kVelocity || state.name == kEffort;
 }
 
 }  // namespace
@@ -74,7 +79,11 @@ ResourceTable::Component& ResourceTable::add(std::unique_ptr<HardwareComponent> 
   };
   enter(component->state_descriptions, state_index_, states_, component->state_names, "state");
   enter(component->command_descriptions, command_index_, commands_, component->command_names, "command");
-  for (const auto& state : component->state_descriptions) component->states.push_back(state.initial);
+  for (const auto& state : component->state_descriptions) {
+    if (is_of_joint(state) && component->type != "sensor")
+      component->joint_states.push_back(component->states.size());
+    component->states.push_back(state.initial);
+  }
   for (const auto& command : component->command_descriptions) component->asked.push_back(command.initial);
   component->applied = component->asked;
   component->claimed_by.assign(component->asked.size(), "");
@@ -231,6 +240,12 @@ void ResourceTable::guarded(Component& c, const char* during, const Call& call) 
 void ResourceTable::read(Component& c, Time now) {
   if (!c.is_read() || c.fault.any()) return;
   guarded(c, "read", [&] { return c.hardware->read(now, c.period, c.states); });
+  // A driver may not know a state before it is active.
+  if (c.state != HardwareState::active) return;
+  const auto bad =
+      std::ranges::find_if(c.joint_states, [&](std::size_t i) { return !std::isfinite(c.states[i]); });
+  c.not_finite = bad == c.joint_states.end() ? std::nullopt : std::optional(*bad);
+  has_not_finite_ = has_not_finite_ || (c.not_finite && !c.not_finite_reported);
 }
 
 void ResourceTable::write(Component& c, Time now) {
@@ -267,6 +282,15 @@ void ResourceTable::call(Component& c, const char* during,
 void ResourceTable::forget_commands(Component& c) {
   for (std::size_t i = 0; i < c.asked.size(); ++i) c.asked[i] = c.command_descriptions[i].initial;
   c.applied = c.asked;
+}
+
+std::vector<ResourceTable::Component*> ResourceTable::take_not_finite() {
+  std::vector<Component*> out;
+  for (const auto& c : components_) {
+    if (c->not_finite && !std::exchange(c->not_finite_reported, true)) out.push_back(c.get());
+  }
+  has_not_finite_ = false;
+  return out;
 }
 
 std::vector<std::pair<ResourceTable::Component*, HardwareFault>> ResourceTable::take_faults() {

@@ -16,11 +16,13 @@ FilesRead::Recording::~Recording() {
 
 void FilesRead::note(const std::filesystem::path& file) {
   if (recorder == nullptr) return;
+  const FileVersion version = FileVersion::of(file);
   const std::lock_guard lock(recorder->mutex_);
-  if (recorder->files_.size() < kMaxFiles) recorder->files_.insert(file);
+  // The first version stays: what was read then may differ from what is there now.
+  if (recorder->files_.size() < kMaxFiles) recorder->files_.emplace(file, version);
 }
 
-std::set<std::filesystem::path> FilesRead::take() {
+std::map<std::filesystem::path, FileVersion> FilesRead::take() {
   const std::lock_guard lock(mutex_);
   return std::exchange(files_, {});
 }

@@ -1,11 +1,13 @@
 #pragma once
 // The files that a task tries to read, whether they exist or not: when the task fails, a change of one of
-// them is the reason to repeat it, also of a file that the task did not read before.
+// them is the reason to repeat it, also of a file that the task did not read before. Each is recorded with its
+// version before it is read, so that a change while the task runs is seen as well.
 
 #include <filesystem>
+#include <map>
 #include <mutex>
-#include <set>
 
+#include "doppel/core/file_version.h"
 #include "doppel/export.h"
 
 namespace doppel {
@@ -24,15 +26,15 @@ class DOPPEL_API FilesRead {
     FilesRead* const before_;
   };
 
-  // Called by those who read or look for files of the user.
+  // Called by those who read or look for files of the user, before they do.
   static void note(const std::filesystem::path& file);
   // The files recorded since the last call. Any thread.
-  [[nodiscard]] std::set<std::filesystem::path> take();
+  [[nodiscard]] std::map<std::filesystem::path, FileVersion> take();
 
  private:
   static constexpr std::size_t kMaxFiles = 10'000;
   std::mutex mutex_;
-  std::set<std::filesystem::path> files_;
+  std::map<std::filesystem::path, FileVersion> files_;
 };
 
 }  // namespace doppel

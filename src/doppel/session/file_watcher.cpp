@@ -3,7 +3,6 @@
 #include <poll.h>
 #include <sys/eventfd.h>
 #include <sys/inotify.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -38,41 +37,28 @@ FileWatcher::~FileWatcher() {
   if (stop_ >= 0) close(stop_);
 }
 
-FileWatcher::Version FileWatcher::version_of(const fs::path& file) {
-  struct stat found {};
-  if (stat(file.c_str(), &found) != 0) return {};
-  return {.modified_ns = found.st_mtim.tv_sec * std::int64_t{1'000'000'000} + found.st_mtim.tv_nsec,
-          .inode = found.st_ino,
-          .size = static_cast<std::uint64_t>(found.st_size)};
-}
-
-// A file that was watched before keeps its version, so that a change since the last event is not lost.
-void FileWatcher::add(const fs::path& file, const std::map<fs::path, Version>& former) {
-  const auto insert = [&](const fs::path& path) {
-    const auto known = former.find(path);
-    files_.emplace(path, known != former.end() ? known->second : version_of(path));
-  };
-  insert(plain(file));
+void FileWatcher::add(const fs::path& file, const FileVersion& version) {
+  files_.emplace(plain(file), version);
   std::error_code none;
   if (!fs::is_symlink(file, none)) return;
   const fs::path source = fs::canonical(file, none);  // of an installed link
-  if (!none) insert(plain(source));
+  if (!none) files_.emplace(plain(source), version);
+}
+
+void FileWatcher::add_what_was_read() {
+  if (read_ == nullptr) return;
+  for (const auto& [file, version] : read_->take()) add(file, version);
 }
 
 void FileWatcher::watch(const std::vector<fs::path>& files) {
   const auto former = std::exchange(files_, {});
-  for (const fs::path& file : files) add(file, former);
-  if (read_ != nullptr) {
-    for (const fs::path& file : read_->take()) add(file, former);
+  add_what_was_read();
+  for (const fs::path& file : files) add(file, FileVersion::of(file));
+  // A file that was watched before keeps its version, so that a change since the last event is not lost.
+  for (auto& [file, version] : files_) {
+    if (const auto known = former.find(file); known != former.end()) version = known->second;
   }
   set_watches();
-}
-
-void FileWatcher::watch_what_was_read() {
-  if (read_ == nullptr) return;
-  const std::size_t before = files_.size();
-  for (const fs::path& file : read_->take()) add(file, {});
-  if (files_.size() != before) set_watches();
 }
 
 void FileWatcher::set_watches() {
@@ -110,7 +96,7 @@ void FileWatcher::set_watches() {
 
 void FileWatcher::compare(std::set<fs::path>& changed) {
   for (auto& [file, version] : files_) {
-    const Version now = version_of(file);
+    const FileVersion now = FileVersion::of(file);
     if (now == version) continue;
     version = now;
     changed.insert(file);
@@ -150,7 +136,7 @@ FileWatcher::Events FileWatcher::read_events(std::chrono::nanoseconds timeout, s
     }
     offset += static_cast<ssize_t>(sizeof event + event.len);
   }
-  for (const fs::path& file : reported) files_[file] = version_of(file);
+  for (const fs::path& file : reported) files_[file] = FileVersion::of(file);
   changed.insert(reported.begin(), reported.end());
   if (is_outdated) renew(changed);
   return Events::some;
@@ -159,7 +145,9 @@ FileWatcher::Events FileWatcher::read_events(std::chrono::nanoseconds timeout, s
 std::vector<fs::path> FileWatcher::wait(std::chrono::milliseconds quiet,
                                         std::optional<std::chrono::milliseconds> at_most) {
   std::set<fs::path> changed;
-  watch_what_was_read();
+  const std::size_t before = files_.size();
+  add_what_was_read();
+  if (files_.size() != before) set_watches();
   compare(changed);  // since the last change was reported
   const auto give_up = steady_clock::now() + at_most.value_or(std::chrono::milliseconds(0));
   while (changed.empty()) {

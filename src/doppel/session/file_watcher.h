@@ -41,15 +41,8 @@ class DOPPEL_API FileWatcher {
   static constexpr std::chrono::milliseconds kMaxWait{250};
 
  private:
-  // Distinguishes the versions of a file; all zero: there is no file.
-  struct Version {
-    std::int64_t modified_ns = 0;
-    std::uint64_t inode = 0, size = 0;
-    bool operator==(const Version&) const = default;
-  };
   enum class Events : std::uint8_t { stopped, none, some };
 
-  static Version version_of(const std::filesystem::path& file);
   // Adds the changes that the kernel reports within the time to `changed`.
   Events read_events(std::chrono::nanoseconds timeout, std::set<std::filesystem::path>& changed);
   // Watches the folders as they are now, and adds the files that differ from their known version.
@@ -57,13 +50,13 @@ class DOPPEL_API FileWatcher {
   void set_watches();
   void compare(std::set<std::filesystem::path>& changed);
 
-  void add(const std::filesystem::path& file, const std::map<std::filesystem::path, Version>& former);
-  void watch_what_was_read();
+  void add(const std::filesystem::path& file, const FileVersion& version);
+  void add_what_was_read();
 
   int inotify_ = -1, stop_ = -1;
   std::shared_ptr<FilesRead> read_;
   std::unordered_map<int, std::filesystem::path> folders_;  // by watch
-  std::map<std::filesystem::path, Version> files_;          // with the version that was reported last
+  std::map<std::filesystem::path, FileVersion> files_;      // with the version that was reported last
   std::set<std::filesystem::path> awaited_;                 // folders that do not exist yet
 };
 

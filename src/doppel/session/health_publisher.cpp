@@ -10,10 +10,10 @@
 #include <optional>
 
 #include "doppel/audit/report_places.h"
+#include "doppel/core/abandoned_thread.h"
 #include "doppel/core/guarded_thread.h"
 #include "doppel/core/shown_path.h"
 #include "doppel/messages/std_msgs.h"
-#include "doppel/session/abandoned_thread.h"
 #include "doppel/twin/robot_names.h"
 
 namespace doppel {

@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
+#include "doppel/core/abandoned_thread.h"
 #include "doppel/core/guarded_thread.h"
-#include "doppel/session/abandoned_thread.h"
 
 namespace doppel {
 namespace {
@@ -39,7 +39,7 @@ Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> 
     return [&twin, before, files_read,
             running = twin.running()](Diagnostics& diagnostics) -> Reloadable::TakeOver {
       const FilesRead::Recording recording(*files_read);
-      return [&twin, before, fresh = twin.prepare(running, diagnostics)] {
+      return [&twin, before, fresh = Twin::prepare(running, diagnostics)] {
         before(*fresh);
         return twin.replace(fresh) == Twin::Reload::controllers_kept
                    ? "joints and controllers kept their state"

@@ -87,7 +87,7 @@ Twin::Impl::Impl(Twin& the_twin, Scenario the_scenario, const Log& the_log, Diag
 }
 
 Twin::Impl::~Impl() {
-  if (builder.joinable()) builder.join();
+  end_build();
 }
 
 std::unique_ptr<TwinRobot> Twin::Impl::make_robot(std::shared_ptr<const CompiledRobot> robot,

@@ -57,7 +57,8 @@ class DOPPEL_API Twin {
   // uncontended. Recursive. The loop's thread.
   [[nodiscard]] std::unique_lock<LoopGate> hold();
 
-  // The running machine as input of prepare_robot() and prepare(); opaque. The loop's thread.
+  // The running machine as input of prepare_robot() and prepare(), which may outlive the twin; opaque. The
+  // loop's thread.
   struct Running;
   [[nodiscard]] std::shared_ptr<const Running> running() const;
 
@@ -65,9 +66,9 @@ class DOPPEL_API Twin {
   // Prepares a robot on any thread while the twin runs: description, model, shapes, the world compiled with
   // it, and its controllers rehearsed. `text`: a URDF, or a model of SDF that its plugins drive. Throws InputError.
   struct JoiningRobot;
-  [[nodiscard]] std::shared_ptr<JoiningRobot> prepare_robot(const std::shared_ptr<const Running>& running,
-                                                            const WorldRobot& robot, const SpawnedText& text,
-                                                            Diagnostics& diagnostics) const;
+  [[nodiscard]] static std::shared_ptr<JoiningRobot> prepare_robot(
+      const std::shared_ptr<const Running>& running, const WorldRobot& robot, const SpawnedText& text,
+      Diagnostics& diagnostics);
   // The loop's thread, between steps. The state of the other robots stays bit-identical. Compiles only if
   // instances were added or removed since running(). Throws InputError if its name is already used or its
   // controllers cannot be started; nothing has changed then.
@@ -83,8 +84,8 @@ class DOPPEL_API Twin {
   // A machine made from the scenario's current files, built beside the running machine; opaque.
   struct Replacement;
   // On any thread. Throws InputError if the files cannot be used; the running machine is not affected.
-  [[nodiscard]] std::shared_ptr<Replacement> prepare(const std::shared_ptr<const Running>& running,
-                                                     Diagnostics& diagnostics) const;
+  [[nodiscard]] static std::shared_ptr<Replacement> prepare(const std::shared_ptr<const Running>& running,
+                                                            Diagnostics& diagnostics);
   // The loop's thread, between steps: the replacement continues from the present time and joint state. The
   // controllers of robots with the same links, joints, interfaces and controllers' YAML continue; those of
   // other robots are recreated, and formerly active ones activated again. Throws InputError if that fails, or

@@ -168,8 +168,10 @@ class Twin::Impl::RobotReplacement {
            machine_->engine->world().settings().step == twin_.machine->world.step;
   }
 
-  // From the present state, with the drives as they are now.
+  // From the present state, with the drives as they are now. Not beside real hardware, whose loop waits
+  // meanwhile: there an edit that diverges is only taken back afterwards.
   void refuse_divergence() const {
+    if (twin_.find_robot_with_loop() != nullptr) return;
     const std::string why = divergence_within(*twin_.machine->engine, kRehearsal);
     if (!why.empty())
       throw InputError("reload.diverges", {}, "with this edit " + why,
@@ -312,7 +314,7 @@ std::shared_ptr<const Twin::Running> Twin::running() const {
 }
 
 std::shared_ptr<Twin::Replacement> Twin::prepare(const std::shared_ptr<const Running>& running,
-                                                 Diagnostics& diagnostics) const {
+                                                 Diagnostics& diagnostics) {
   const TwinSources& from = *running->sources;
   auto fresh = std::make_shared<Replacement>();
   fresh->running = running;

@@ -2,7 +2,11 @@
 
 #include <fmt/format.h>
 
+#include <atomic>
+#include <utility>
+
 #include "doppel/bus/name_rules.h"
+#include "doppel/core/abandoned_thread.h"
 #include "doppel/core/guarded_thread.h"
 #include "doppel/core/thrown.h"
 #include "doppel/physics/engine_modules.h"
@@ -14,7 +18,10 @@ namespace doppel {
 namespace {
 
 constexpr const char* kSpawnLogOrigin = "gazebo";
-constexpr int kMaxBuilds = 3;  // of one robot, repeated when other robots are added or removed meanwhile
+constexpr int kMaxBuilds = 3;      // of one robot, repeated when other robots are added or removed meanwhile
+constexpr int kMaxUnfinished = 2;  // builds at once; more would take the processors from the loop
+constexpr std::chrono::seconds kSpawnDeadline{10};  // after it another robot may be spawned instead
+constexpr std::chrono::seconds kBuildEndTime{1};    // in which a build may end when the twin does
 
 // Meshes and controllers' files outside of packages are not read, so that a client cannot read arbitrary
 // files of the machine by a service. Throws InputError.
@@ -46,8 +53,8 @@ void refuse_taken(const std::string& name_space) {
 
 std::shared_ptr<Twin::JoiningRobot> Twin::prepare_robot(const std::shared_ptr<const Running>& running,
                                                         const WorldRobot& robot, const SpawnedText& text,
-                                                        Diagnostics& diagnostics) const {
-  const Impl& twin = *impl_;
+                                                        Diagnostics& diagnostics) {
+  const TwinSources& from = *running->sources;
   if (const Status fine = check_namespace("/" + robot.name_space); !fine) {
     throw InputError(
         "up.namespace", robot.source,
@@ -58,7 +65,7 @@ std::shared_ptr<Twin::JoiningRobot> Twin::prepare_robot(const std::shared_ptr<co
     if (known->name_space() == robot.name_space) refuse_taken(robot.name_space);
   }
   PackageResolver resolver;
-  resolver.add_bundled(twin.scenario.bundled_robots);
+  resolver.add_bundled(from.scenario.bundled_robots);
   for (const auto& known : running->robots.now) {
     if (!known->asked().target.empty()) resolver.add_context(known->setup().target.description);
   }
@@ -67,25 +74,25 @@ std::shared_ptr<Twin::JoiningRobot> Twin::prepare_robot(const std::shared_ptr<co
   CollisionMeshes meshes;
   std::shared_ptr<CompiledRobot> machine;
   if (const auto* const model = std::get_if<SdfModel>(&text)) {
-    machine = std::make_shared<CompiledRobot>(robot, twin.scenario, world, *model, model->name, meshes,
+    machine = std::make_shared<CompiledRobot>(robot, from.scenario, world, *model, model->name, meshes,
                                               diagnostics);
   } else {
     RobotDescription description =
         parse_urdf(std::get<std::string>(text), robot.name_space + ".urdf", resolver, diagnostics);
     diagnostics.throw_if_errors();
     keep_to_packages(description, resolver);
-    machine = std::make_shared<CompiledRobot>(robot, twin.scenario, world, std::move(description), meshes,
+    machine = std::make_shared<CompiledRobot>(robot, from.scenario, world, std::move(description), meshes,
                                               diagnostics);
   }
-  const auto alone = compile_world(twin.scenario.engine, static_cast<const WorldSettings&>(world),
+  const auto alone = compile_world(from.scenario.engine, static_cast<const WorldSettings&>(world),
                                    {machine->instance()}, diagnostics)
                          ->make_engine();
   const Instance instance = instance_of(*alone, *machine);
   machine->report_choices(instance, diagnostics);
   const auto start = [&](ControlStack& control, const Log& quiet) {
-    if (twin.scenario.start_controllers) control.start(control.selection_of(robot.activate), quiet);
+    if (from.scenario.start_controllers) control.start(control.selection_of(robot.activate), quiet);
   };
-  rehearse(*machine, instance, twin.scenario, twin.controllers, twin.hardware, start, diagnostics);
+  rehearse(*machine, instance, from.scenario, from.controllers, from.hardware, start, diagnostics);
   auto joining = std::make_shared<JoiningRobot>();
   joining->machine = machine;
   joining->compile_into(running->world);
@@ -95,8 +102,8 @@ std::shared_ptr<Twin::JoiningRobot> Twin::prepare_robot(const std::shared_ptr<co
 void Twin::JoiningRobot::compile_into(std::shared_ptr<const CompiledWorld> world) {
   std::vector<ModelInstance> instances = world->instances();
   instances.push_back(machine->instance());
-  Diagnostics said_before;
-  with = world->with(std::move(instances), said_before);
+  Diagnostics reported_before;
+  with = world->with(std::move(instances), reported_before);
   without = std::move(world);
 }
 
@@ -162,64 +169,123 @@ struct Twin::Impl::Spawning {
   std::shared_ptr<const Running> running;      // at the call
   std::shared_ptr<const CompiledWorld> world;  // to which it is added
   std::shared_ptr<JoiningRobot> joining;
-  Diagnostics said;
+  Diagnostics notes;
   std::string why;  // the reason if it cannot be spawned
   int builds = 0;
+  std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
+  std::atomic<bool> is_built{false};
 };
 
+// The only access of a build's thread to the twin, because the thread may outlive it.
+struct Twin::Impl::BuildResults {
+  std::mutex mutex;
+  Impl* twin = nullptr;  // nullptr: there is no twin any more
+};
+
+std::shared_ptr<Twin::Impl::BuildResults> Twin::Impl::make_build_results() {
+  auto results = std::make_shared<BuildResults>();
+  results->twin = this;
+  return results;
+}
+
 void Twin::Impl::spawn_robot(WorldRobot robot, SpawnedText text, std::function<void(const Status&)> done) {
-  if (building)
+  if (spawning != nullptr && std::chrono::steady_clock::now() - spawning->begin < kSpawnDeadline)
     return done(Status::refused("another robot is being spawned; call again when it is in the world"));
-  auto spawning = std::make_shared<Spawning>();
-  spawning->robot = std::move(robot);
-  spawning->text = std::move(text);
-  spawning->done = std::move(done);
-  spawning->running = twin.running();
-  build(spawning);
-  building = true;
+  if (spawning != nullptr) abandon_build();
+  if (*unfinished_builds >= kMaxUnfinished) {
+    return done(Status::refused(fmt::format(
+        "{} earlier robots are still being built; restart doppel to spawn another one", kMaxUnfinished)));
+  }
+  auto fresh = std::make_shared<Spawning>();
+  fresh->robot = std::move(robot);
+  fresh->text = std::move(text);
+  fresh->done = std::move(done);
+  fresh->running = twin.running();
+  build(fresh);
+  spawning = std::move(fresh);
 }
 
 // On a separate thread; then settle() on the loop's thread.
-void Twin::Impl::build(const std::shared_ptr<Spawning>& spawning) {
+void Twin::Impl::build(const std::shared_ptr<Spawning>& of) {
   if (builder.joinable()) builder.join();
-  ++spawning->builds;
-  const auto work = [this, spawning] {
+  ++of->builds;
+  of->is_built = false;
+  const auto work = [results = build_results, unfinished = unfinished_builds, of] {
     try {
-      if (spawning->joining == nullptr) {
-        spawning->joining =
-            twin.prepare_robot(spawning->running, spawning->robot, spawning->text, spawning->said);
+      if (of->joining == nullptr) {
+        of->joining = Twin::prepare_robot(of->running, of->robot, of->text, of->notes);
       } else {
-        spawning->joining->compile_into(spawning->world);
+        of->joining->compile_into(of->world);
       }
     } catch (...) {
-      spawning->why = thrown_text();
+      of->why = thrown_text();
     }
-    bus.post([this, spawning] { settle(spawning); });
+    --*unfinished;
+    of->is_built = true;
+    const std::lock_guard lock(results->mutex);
+    if (results->twin == nullptr) return;
+    results->twin->bus.post([twin = results->twin, of] { twin->settle(of); });
   };
-  builder = guarded_thread(work, [this](const std::string& why) {
-    log.error(kSpawnLogOrigin, "a spawned robot is ready, but could not be passed to the loop: " + why);
+  builder = guarded_thread(work, [results = build_results](const std::string& why) {
+    const std::lock_guard lock(results->mutex);
+    if (results->twin == nullptr) return;
+    results->twin->log.error(kSpawnLogOrigin,
+                             "a spawned robot is ready, but could not be passed to the loop: " + why);
   });
+  ++*unfinished_builds;
 }
 
-void Twin::Impl::settle(const std::shared_ptr<Spawning>& spawning) {
+void Twin::Impl::settle(const std::shared_ptr<Spawning>& of) {
+  if (of != spawning) return;  // it was abandoned
   try {
-    if (spawning->why.empty()) {
-      spawning->world = machine->engine->compiled();
-      if (spawning->joining->without != spawning->world && spawning->builds < kMaxBuilds)
-        return build(spawning);
-      add_robot(*spawning->joining);
-      for (const Diagnostic& one : spawning->said.all()) log.line(one.severity, kSpawnLogOrigin, one.str());
+    if (of->why.empty()) {
+      of->world = machine->engine->compiled();
+      if (of->joining->without != of->world && of->builds < kMaxBuilds) return build(of);
+      add_robot(*of->joining);
+      for (const Diagnostic& one : of->notes.all()) log.line(one.severity, kSpawnLogOrigin, one.str());
     }
   } catch (...) {
-    spawning->why = thrown_text();
+    of->why = thrown_text();
   }
-  building = false;
+  spawning = nullptr;
+  answer(*of, of->why.empty() ? Status() : Status::refused(of->why));
+}
+
+void Twin::Impl::answer(const Spawning& of, const Status& status) {
   try {
-    spawning->done(spawning->why.empty() ? Status() : Status::refused(spawning->why));
+    of.done(status);
   } catch (...) {
     log.error(kSpawnLogOrigin, fmt::format("the answer to the spawning of '{}' failed: {}",
-                                           spawning->robot.name_space, thrown_text()));
+                                           of.robot.name_space, thrown_text()));
   }
+}
+
+// The thread continues, if it ever does, with what it has, and its result is dropped.
+void Twin::Impl::abandon_build() {
+  const auto abandoned = std::exchange(spawning, nullptr);
+  if (abandoned->is_built) {
+    builder.join();
+  } else {
+    mark_thread_abandoned();
+    builder.detach();
+  }
+  answer(*abandoned, Status::refused(fmt::format(
+                         "the robot took longer than {} s to build, and another one is spawned instead",
+                         kSpawnDeadline.count())));
+}
+
+void Twin::Impl::end_build() {
+  {
+    const std::lock_guard lock(build_results->mutex);
+    build_results->twin = nullptr;
+  }
+  if (!builder.joinable()) return;
+  const auto end = std::chrono::steady_clock::now() + kBuildEndTime;
+  while (spawning != nullptr && !spawning->is_built && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  if (spawning == nullptr || spawning->is_built) return builder.join();
+  mark_thread_abandoned();
+  builder.detach();
 }
 
 void Twin::add_robot(const std::shared_ptr<JoiningRobot>& joining) {

@@ -183,6 +183,7 @@ struct ControllerManager::Impl {
   void settle(Time now);
   void settle(ResourceTable::Component& component, const HardwareFault& fault);
   void settle_controllers();
+  void report_not_finite();
   void deactivate_all(const std::vector<LoadedController*>& controllers);
   void start_fallbacks(const std::vector<LoadedController*>& failed);
   void shut_down_hardware();

@@ -47,6 +47,9 @@ class ResourceTable {
     double rw_rate = 0;  // Hz; of an asynchronous one, that of its own thread
     HardwareFault fault;
     std::string why;  // the reason why it left its initial state; empty: nothing has failed
+    std::vector<std::size_t> joint_states;  // those of `states` that a joint always has a finite value of
+    std::optional<std::size_t> not_finite;  // the first of them that is NaN or infinite since the last read
+    bool not_finite_reported = false;       // since its activation
     [[nodiscard]] bool is_read() const {
       return state == HardwareState::inactive || state == HardwareState::active;
     }
@@ -100,6 +103,11 @@ class ResourceTable {
   // Returns and clears the faults of all components.
   [[nodiscard]] std::vector<std::pair<Component*, HardwareFault>> take_faults();
 
+  // Whether a component has read a joint's state that is not finite, which is not reported yet.
+  [[nodiscard]] bool has_not_finite() const { return has_not_finite_; }
+  // Returns those components and takes them as reported until their next activation.
+  [[nodiscard]] std::vector<Component*> take_not_finite();
+
   // Between ticks: the commands of a component get their initial values again, because those from before a
   // stop or before its activation must not be written afterwards.
   static void forget_commands(Component& component);
@@ -131,7 +139,7 @@ class ResourceTable {
   std::vector<std::unique_ptr<Component>> references_;  // one interface each, without hardware
   std::vector<Place> commands_, states_;
   std::map<std::string, std::size_t, std::less<>> command_index_, state_index_;
-  bool has_fault_ = false, stopped_ = false;
+  bool has_fault_ = false, has_not_finite_ = false, stopped_ = false;
 };
 
 }  // namespace doppel

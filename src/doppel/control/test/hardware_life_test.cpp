@@ -150,6 +150,26 @@ TEST(HardwareLifecycle, LostHardwareStartsFallbackControllers) {
   EXPECT_EQ(rig.count(Severity::warning, "'spare' replaces 'left'"), 1u) << rig.said();
 }
 
+TEST(HardwareLifecycle, StateThatIsNotFiniteIsReportedOncePerActivation) {
+  ManagerRig rig(kOneGroup);
+  rig.manager->start(Names{"left"});
+  diagnostic_msgs::msg::DiagnosticArray last;
+  Node listener(rig.bus, "/listener");
+  listener.subscribe<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", [&](const auto& m) { last = m; });
+  rig.run(101);
+  EXPECT_EQ(last.status[1].message, "All hardware components are active");
+  const std::string expected = "hardware 'FakeSystem' reads nan of 'a/position'";
+  EXPECT_EQ(rig.count(Severity::warning, expected), 0u);
+  rig.hardware->set_offset("a", std::nan(""));
+  rig.run(101);
+  EXPECT_EQ(rig.count(Severity::warning, expected), 1u) << rig.said();
+  EXPECT_EQ(last.status[1].level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
+  EXPECT_EQ(last.status[1].message, "A joint's state is not finite");
+  rig.hardware->set_offset("a", 0);
+  rig.run(101);
+  EXPECT_EQ(last.status[1].level, diagnostic_msgs::msg::DiagnosticStatus::OK);
+}
+
 TEST(HardwareLifecycle, FaultIsPublishedInDiagnosticsAndParameter) {
   TwoSystems rig;
   rig.manager->start(Names{"left", "right"});

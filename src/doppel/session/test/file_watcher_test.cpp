@@ -125,6 +125,24 @@ TEST_F(FileWatcherTest, FilesThatWereReadAreWatchedUntilNextSet) {
   EXPECT_THAT(watcher_.wait(kQuiet, milliseconds(100)), IsEmpty());
 }
 
+TEST_F(FileWatcherTest, ChangeSinceFileWasReadIsReported) {
+  const auto read = std::make_shared<FilesRead>();
+  const fs::path included = folder_ / "robot/urdf/new.xacro", second = folder_ / "robot/urdf/second.xacro";
+  watcher_.watch_read(read);
+  save("robot/urdf/new.xacro", "1");
+  save("robot/urdf/second.xacro", "1");
+  const auto note_and_change = [&](const fs::path& path) {
+    const FilesRead::Recording recording(*read);
+    FilesRead::note(path);
+    save(fs::relative(path, folder_), "22");
+  };
+  note_and_change(included);  // by a build that fails
+  EXPECT_THAT(next(), ElementsAre(included));
+  note_and_change(second);  // by one that is applied
+  watcher_.watch({file(), second});
+  EXPECT_THAT(next(), ElementsAre(second));
+}
+
 TEST_F(FileWatcherTest, StopEndsWait) {
   std::thread stopper([this] { watcher_.stop(); });
   EXPECT_THAT(watcher_.wait(kQuiet), IsEmpty());

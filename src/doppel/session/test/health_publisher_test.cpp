@@ -5,8 +5,8 @@
 #include <atomic>
 #include <thread>
 
+#include "doppel/core/abandoned_thread.h"
 #include "doppel/messages/std_msgs.h"
-#include "doppel/session/abandoned_thread.h"
 #include "doppel/session/audit_result.h"
 
 namespace doppel {

@@ -7,7 +7,7 @@
 #include <fstream>
 #include <mutex>
 
-#include "doppel/session/abandoned_thread.h"
+#include "doppel/core/abandoned_thread.h"
 #include "doppel/session/health_publisher.h"
 
 namespace doppel {

@@ -3,6 +3,7 @@
 // running machine (twin_reload.cpp), and spawned and deleted robots (twin_robots.cpp).
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <map>
 #include <mutex>
@@ -75,9 +76,14 @@ struct Twin::Impl {
   void add_robot(JoiningRobot& joining);
   Status remove_robot(const std::string& name_space);
   struct Spawning;
+  struct BuildResults;
   void spawn_robot(WorldRobot robot, SpawnedText text, std::function<void(const Status&)> done);
-  void build(const std::shared_ptr<Spawning>& spawning);
-  void settle(const std::shared_ptr<Spawning>& spawning);
+  void build(const std::shared_ptr<Spawning>& of);
+  void settle(const std::shared_ptr<Spawning>& of);
+  void answer(const Spawning& of, const Status& status);
+  void abandon_build();
+  void end_build();
+  std::shared_ptr<BuildResults> make_build_results();
 
   Twin& twin;
   const std::shared_ptr<TwinSources> sources;
@@ -115,7 +121,9 @@ struct Twin::Impl {
   std::optional<Edited> edited;
 
   std::function<void()> robots_changed;
-  bool building = false;  // a robot is being prepared by `builder`
+  std::shared_ptr<Spawning> spawning;  // by `builder`; nullptr: none
+  const std::shared_ptr<BuildResults> build_results = make_build_results();
+  const std::shared_ptr<std::atomic<int>> unfinished_builds = std::make_shared<std::atomic<int>>(0);
   std::thread builder;
 };
 

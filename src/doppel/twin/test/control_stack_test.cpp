@@ -82,7 +82,7 @@ class FoundControllersTest : public ::testing::Test {
     std::map<std::string, std::vector<std::string>> out;
     for (const ControllerView& c : twin.robot().controller_manager().controllers()) out[c.name] = c.claimed;
     // Generated controllers are generated again after an edit.
-    const auto replacement = twin.prepare(twin.running(), diagnostics);
+    const auto replacement = Twin::prepare(twin.running(), diagnostics);
     static_cast<void>(twin.replace(replacement));
     EXPECT_EQ(twin.robot().controller_manager().controllers().size(), out.size());
     return out;
@@ -102,7 +102,7 @@ class FoundControllersTest : public ::testing::Test {
     const std::size_t before = twin.robot().controller_manager().controllers().size();
     std::ofstream(folder_ / "config/controllers.yaml") << edited;
     for (int i = 0; i < 2; ++i) {  // what one edit keeps, the next one keeps as well
-      const auto replacement = twin.prepare(twin.running(), diagnostics);
+      const auto replacement = Twin::prepare(twin.running(), diagnostics);
       static_cast<void>(twin.replace(replacement));
       std::ofstream(folder_ / "config/controllers.yaml") << edited + "# once more\n";
     }
@@ -321,7 +321,7 @@ TEST_F(FoundControllersTest, RegisteredPluginIsRealAndOthersAreSimulated) {
   twin.bus().post([&] { commands.publish({{}, {0.5, 0.25}}, twin.now()); });
   EXPECT_TRUE(reaches(0.5, 0.25));
   twin.bus().post([&] {
-    const auto replacement = twin.prepare(twin.running(), diagnostics);
+    const auto replacement = Twin::prepare(twin.running(), diagnostics);
     EXPECT_EQ(twin.replace(replacement), Twin::Reload::controllers_kept);
   });
   twin.bus().post([&] { commands.publish({{}, {-0.5, -0.25}}, twin.now()); });
@@ -357,7 +357,7 @@ TEST_F(FoundControllersTest, HardwareLoopOfReloadStartsAfterReload) {
   constexpr auto kManyTicks = std::chrono::milliseconds(100);
   write(system_of("Real", "doppel/Loopback", "shoulder"));
   twin.bus().post([&] {
-    twin.replace(twin.prepare(twin.running(), diagnostics));
+    twin.replace(Twin::prepare(twin.running(), diagnostics));
     received();
     std::this_thread::sleep_for(kManyTicks);
     EXPECT_EQ(received(), 0);
@@ -415,7 +415,7 @@ TEST_F(FoundControllersTest, EmergencyStopSurvivesControllerRecreation) {
   Twin twin(scenario, log_, diagnostics);
   twin.robot().controller_manager().stop("the test");
   std::ofstream(folder_ / "config/controllers.yaml") << yaml + "# edited\n";
-  const auto replacement = twin.prepare(twin.running(), diagnostics);
+  const auto replacement = Twin::prepare(twin.running(), diagnostics);
   ASSERT_EQ(twin.replace(replacement), Twin::Reload::controllers_recreated);
   EXPECT_TRUE(twin.robot().controller_manager().is_stopped());
   ASSERT_TRUE(twin.robot().controller_manager().reset_stop().ok());

@@ -1,4 +1,4 @@
-#include "doppel/session/abandoned_thread.h"
+#include "doppel/core/abandoned_thread.h"
 
 #include <atomic>
 
