@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <CLI/CLI.hpp>
 #include <csignal>
@@ -42,6 +43,15 @@ void refuse_elsewhere(const CLI::App& app, const char* option) {
   if (verb->get_option_no_throw(option) != nullptr) return;
   throw doppel::InputError("cli.use", {}, fmt::format("'{}' does not work on a ROS 2 graph", path),
                            fmt::format("omit {}", option));
+}
+
+// An engine's state is one block of many megabytes, most of which is never touched. glibc moves its threshold
+// up when such a block is freed; later ones then come from the heap, on pages that are in use, and hundreds of
+// edits leave it in pieces. A fixed threshold keeps these blocks apart from the heap.
+void keep_large_blocks_apart() {
+  constexpr int kLargeBlock = 1 << 20, kSpareTop = 1 << 22;
+  mallopt(M_MMAP_THRESHOLD, kLargeBlock);
+  mallopt(M_TRIM_THRESHOLD, kSpareTop);
 }
 
 int run(int argc, char** argv) {
@@ -97,6 +107,7 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  keep_large_blocks_apart();
   doppel::app::fill_standard_files();
   doppel::ros2::forget_statistics();
   const int exit_code = doppel::app::with_output_written(run(argc, argv));

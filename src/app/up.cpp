@@ -278,7 +278,7 @@ void print_start_diagnostics(const Diagnostics& diagnostics, bool verbose) {
   for (const Diagnostic& diagnostic : diagnostics.all()) {
     if (verbose || !is_note_about_bundled_robot(diagnostic)) shown.add(diagnostic);
   }
-  print_diagnostics(shown, true);
+  print_diagnostics(shown, true, verbose ? kAllOfRule : kFewOfRule);
 }
 
 // Reports the end of the run; returns the exit code.

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
-#include <map>
 #include <utility>
 
 #include "app/print_stderr.h"
@@ -71,17 +70,9 @@ FoundControllers find_controllers(const RobotDescription& robot, const Descripti
   return found;
 }
 
-void print_diagnostics(const Diagnostics& diagnostics, bool notes) {
-  std::map<std::pair<std::string_view, std::string_view>, std::size_t> places;
-  for (const Diagnostic& diagnostic : diagnostics.all()) ++places[{diagnostic.rule, diagnostic.message}];
-  for (const Diagnostic& diagnostic : diagnostics.all()) {
-    if (diagnostic.severity == Severity::note && !notes) continue;
-    // The same message for several places is printed once.
-    const std::size_t many = std::exchange(places[{diagnostic.rule, diagnostic.message}], 0);
-    if (many == 0) continue;
-    Diagnostic shown = diagnostic;
-    if (many > 1) shown.message = fmt::format("at {} places: {}", many, diagnostic.message);
-    print_stderr("{}\n", shown.str());
+void print_diagnostics(const Diagnostics& diagnostics, bool notes, std::size_t most_of_rule) {
+  for (const Diagnostic& diagnostic : condensed(diagnostics, most_of_rule)) {
+    if (diagnostic.severity != Severity::note || notes) print_stderr("{}\n", diagnostic.str());
   }
 }
 

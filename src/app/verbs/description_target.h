@@ -44,6 +44,7 @@ FoundControllers find_controllers(const RobotDescription& robot, const Descripti
 std::pair<std::string, std::string> split_argument(const std::string& text);
 
 // Warnings and errors to stderr, and notes if requested.
-void print_diagnostics(const Diagnostics& diagnostics, bool notes = false);
+void print_diagnostics(const Diagnostics& diagnostics, bool notes = false,
+                       std::size_t most_of_rule = kAllOfRule);
 
 }  // namespace doppel::app

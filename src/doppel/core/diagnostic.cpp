@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <utility>
 
 namespace doppel {
 namespace {
@@ -57,6 +59,32 @@ void Diagnostics::note(std::string rule, SourceLocation where, std::string messa
 std::size_t Diagnostics::count(Severity severity) const {
   return static_cast<std::size_t>(
       std::count_if(all_.begin(), all_.end(), [&](const Diagnostic& d) { return d.severity == severity; }));
+}
+
+std::vector<Diagnostic> condensed(const Diagnostics& diagnostics, std::size_t most) {
+  std::map<std::pair<std::string_view, std::string_view>, std::size_t> places;
+  for (const Diagnostic& d : diagnostics.all()) ++places[{d.rule, d.message}];
+  std::map<std::string_view, std::size_t> messages;  // of notes and warnings, by rule
+  for (const auto& [text, count] : places) ++messages[text.first];
+  std::map<std::string_view, std::size_t> shown;
+  std::vector<Diagnostic> out;
+  for (const Diagnostic& d : diagnostics.all()) {
+    const std::size_t count = std::exchange(places[{d.rule, d.message}], 0);
+    if (count == 0) continue;
+    const std::size_t of_rule = messages[d.rule], before = shown[d.rule]++;
+    const bool is_limited = d.severity != Severity::error && of_rule > most + 1;
+    if (is_limited && before > most) continue;
+    out.push_back(d);
+    if (is_limited && before == most) {
+      out.back().where = {};
+      out.back().message = fmt::format("{} more {}s of this kind; 'doppel check' lists them", of_rule - most,
+                                       to_string(d.severity));
+      out.back().fix.clear();
+    } else if (count > 1) {
+      out.back().message = fmt::format("at {} places: {}", count, d.message);
+    }
+  }
+  return out;
 }
 
 void Diagnostics::throw_if_errors() const {

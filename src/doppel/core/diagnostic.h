@@ -46,6 +46,11 @@ class DOPPEL_API Diagnostics {
   std::vector<Diagnostic> all_;
 };
 
+// For the terminal: equal messages are one, with the number of their places. Of more than `most` + 1 notes and
+// warnings of one rule, the first `most` are followed by one that counts the others.
+inline constexpr std::size_t kAllOfRule = 1'000'000, kFewOfRule = 3;
+DOPPEL_API std::vector<Diagnostic> condensed(const Diagnostics& diagnostics, std::size_t most = kAllOfRule);
+
 // Input that cannot be used. what() is the complete text for the terminal, one diagnostic after another.
 class DOPPEL_API InputError : public std::runtime_error {
  public:

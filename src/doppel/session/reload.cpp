@@ -241,7 +241,7 @@ void Reloader::take_over() {
       std::chrono::duration_cast<std::chrono::milliseconds>(std::chrono::steady_clock::now() - attempt.begin);
   log_.note(kOrigin, fmt::format("{} applied in {} ms; {}", names_of(attempt.changed),
                                  (took + kDebounceTime).count(), outcome));
-  for (const Diagnostic& diagnostic : attempt.work->diagnostics.all()) {
+  for (const Diagnostic& diagnostic : condensed(attempt.work->diagnostics, kFewOfRule)) {
     if (diagnostic.severity != Severity::note) log_.warning(kOrigin, diagnostic.str());
   }
 }
