@@ -95,7 +95,10 @@ class Twin:
         for _ in range(600):
             try:
                 socket.create_connection(("127.0.0.1", port), timeout=1).close()
-                return
+                time.sleep(0.3)  # in which it would end if another twin had the port
+                if self.process.poll() is None:
+                    return
+                break
             except OSError:
                 if self.process.poll() is not None:
                     break

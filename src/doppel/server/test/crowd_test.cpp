@@ -24,12 +24,12 @@ constexpr std::size_t kMessages = 600, kReaders = 25, kSleepers = 25;
 constexpr std::size_t kPadding =
     12'000;  // bytes of a message: 7 MB in total for each client, more than sockets can buffer
 #if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-constexpr auto kPeriod = milliseconds(25);   // readers take five times as long
-constexpr long kMaxCrowdGrowth = 2'000'000;  // kB; sanitizers delay freeing
+constexpr auto kPeriod = milliseconds(25);  // readers take five times as long
 #else
 constexpr auto kPeriod = milliseconds(5);
-constexpr long kMaxCrowdGrowth = 80'000;  // kB: a queue of 1 MiB each, the messages in transit, and a margin
 #endif
+// kB: a queue of 1 MiB each, the messages in transit, and a margin.
+constexpr long kMaxCrowdGrowth = growth_bound(80'000);
 
 long waits_of_this_thread() {
   rusage usage{};

@@ -129,7 +129,7 @@ TEST_F(ClientLimitsTest, GrowingJsonIsRefused) {
 // client, and what waits is bounded.
 TEST_F(ClientLimitsTest, PipelinedParameterRequestsOfManyClientsAreAnswered) {
   constexpr int kClients = 8, kRequests = 1000;
-  constexpr long kMaxGrowth = 60'000;  // kB; 2,000 answers of 120 kB unbounded are 240 MB
+  constexpr long kMaxGrowth = growth_bound(60'000);  // kB; 2,000 answers of 120 kB unbounded are 240 MB
   twin_.on_loop([this] { twin_.add_parameters(2000); });
   join();
   const long before = resident_kilobytes();

@@ -466,11 +466,7 @@ TEST_F(ServerTest, HttpRequestIsAnswered) {
   EXPECT_EQ(get("/", "evil.example.org").result_int(), 403u);
 }
 
-#if defined(__SANITIZE_THREAD__) || defined(__SANITIZE_ADDRESS__)
-constexpr long kMaxSleeperGrowth = 2'000'000;  // sanitizers delay freeing
-#else
-constexpr long kMaxSleeperGrowth = 60'000;
-#endif
+constexpr long kMaxSleeperGrowth = growth_bound(60'000);
 
 class LargeMessagesTest : public ServerTest {
  protected:
