@@ -30,6 +30,11 @@ export function fill(parent: Element, ...children: Child[]): void {
   append(parent, children);
 }
 
+// A name of ROS that is broken after its '/', '_' and '.' where its line is too short.
+export function breakable(name: string): Child[] {
+  return name.split(/(?<=[/_.])/).flatMap((part, i) => (i === 0 ? [part] : [h('wbr'), part]));
+}
+
 // Sets a text only if it has changed, to avoid layout.
 export function say(node: Node, text: string): void {
   if (node.textContent !== text) node.textContent = text;

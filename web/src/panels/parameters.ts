@@ -1,7 +1,7 @@
 // Nodes and their parameters, each with an editor of its type; the reason why a node rejects a value is shown in its
 // row.
 import type { App, Panel } from '../app/app';
-import { button, fill, h, say } from '../app/dom';
+import { breakable, button, fill, h, say } from '../app/dom';
 import { showPage } from '../app/narrow';
 import { kindOf, splitName, textOf, type Descriptor, type Kind, type Parameters } from '../app/parameters';
 
@@ -75,7 +75,7 @@ export function parametersPanel(app: App, parameters: Parameters): Panel {
     const row: Row = {
       full, kind, input, error, waiting: false,
       element: h('div', { class: 'parameter' },
-        h('span', { class: 'parameter-name', title: full }, name), h('span', { class: 'parameter-value' }, descriptor?.readOnly ? h('span', { class: 'num', title: 'read only' }, textOf(parameter.value) || '–') : input),
+        h('span', { class: 'parameter-name', title: full }, breakable(name)), h('span', { class: 'parameter-value' }, descriptor?.readOnly ? h('span', { class: 'num', title: 'read only' }, textOf(parameter.value) || '–') : input),
         h('span', { class: 'muted' }, kind), h('span', { class: 'muted parameter-about' }, about), error),
     };
     input.addEventListener('change', () => void commit(row));
@@ -98,7 +98,7 @@ export function parametersPanel(app: App, parameters: Parameters): Panel {
         chosen = node;
         showPage(element, 'detail');
         build();
-      } }, h('span', { class: 'topic-name' }, node), h('span', { class: 'num muted' }, String(names.length))))));
+      } }, h('span', { class: 'topic-name' }, breakable(node)), h('span', { class: 'num muted' }, String(names.length))))));
     const names = found.get(chosen) ?? [];
     const node = chosen;
     say(nodeName, node);

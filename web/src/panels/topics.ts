@@ -1,6 +1,6 @@
 // Topics with their rates, the last message as a tree or an image, a form to publish one; services, called with a form.
 import type { App, Panel } from '../app/app';
-import { button, fill, h, say, toast } from '../app/dom';
+import { breakable, button, fill, h, say, toast } from '../app/dom';
 import { ImagePainter, isImage } from '../app/image';
 import { formFields, invalid } from '../app/form';
 import { blank, isNumbers, type Message, type Value } from '../protocol/cdr';
@@ -39,7 +39,7 @@ export function topicsPanel(app: App): Panel {
   const rates = new Map<string, { out: HTMLElement; count: number; at: number }>();
 
   function entry(name: string, title: string, pick: () => void, more: HTMLElement | null): HTMLElement {
-    return h('li', {}, h('button', { type: 'button', role: 'option', 'aria-selected': String(name === chosen), title: `${name}\n${title}`, onclick: pick }, h('span', { class: 'topic-name' }, name), more));
+    return h('li', {}, h('button', { type: 'button', role: 'option', 'aria-selected': String(name === chosen), title: `${name}\n${title}`, onclick: pick }, h('span', { class: 'topic-name' }, breakable(name)), more));
   }
 
   function build(): void {
