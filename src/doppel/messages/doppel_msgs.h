@@ -22,9 +22,10 @@ struct TwinStatus {
   double time_control = 0, time_physics = 0, time_publish = 0, time_bus = 0, time_idle = 0;
   std::uint64_t overruns = 0;  // how often the loop was 100 ms late and its schedule was moved
   std::uint64_t skipped = 0;   // messages that were skipped for slow clients
+  std::string divergence;      // why the physics is paused at its last finite state; empty: it is not
   DOPPEL_MESSAGE("doppel_msgs/msg/TwinStatus", sim_time, wall_time, steps, real_time_factor, paused, speed,
                  lateness_p50, lateness_p99, lateness_max, time_control, time_physics, time_publish, time_bus,
-                 time_idle, overruns, skipped)
+                 time_idle, overruns, skipped, divergence)
 };
 
 // The load of each driven joint; N m or N. One element of each list per joint.

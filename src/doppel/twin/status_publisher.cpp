@@ -29,8 +29,8 @@ StatusPublisher::StatusPublisher(Bus& bus, std::string robot, WallTime now)
 }
 
 void StatusPublisher::publish_due(const Loop& loop, WallTime now) {
-  const bool changed =
-      loop.control.paused != status_.paused || loop.control.speed != status_.speed || loop.time < last_time_;
+  const bool changed = loop.control.paused != status_.paused || loop.control.speed != status_.speed ||
+                       loop.control.divergence != status_.divergence || loop.time < last_time_;
   last_time_ = loop.time;
   if (changed || now >= next_status_) {
     publish_status(loop, now);
@@ -51,6 +51,7 @@ void StatusPublisher::publish_status(const Loop& loop, WallTime now) {
   status_.real_time_factor = averages.real_time_factor;
   status_.paused = loop.control.paused;
   status_.speed = loop.control.speed;
+  status_.divergence = loop.control.divergence;
   status_.lateness_p50 = seconds(lateness.percentile(0.5));
   status_.lateness_p99 = seconds(lateness.percentile(0.99));
   status_.lateness_max = seconds(lateness.worst());

@@ -1,24 +1,15 @@
 // The bar at the top: the robot, connection, time and its controls, theme, and the emergency stop at the right end.
-import type { Message } from '../protocol/cdr';
 import type { App } from './app';
 import { button, fill, h, say, toast } from './dom';
 import { icon, setIcon } from './icons';
 import { set, settings, settingsChanged } from './settings';
+import { callSimulation, resetSimulation } from './simulation';
 import { seconds } from './units';
 
 const SPEEDS: [string, number][] = [['0.1×', 0.1], ['0.25×', 0.25], ['0.5×', 0.5], ['1×', 1], ['2×', 2], ['5×', 5], ['max', 0]];
 
 export function makeBar(app: App, openSettings: () => void): { element: HTMLElement; update: () => void } {
   const { twin, commander } = app;
-  const call = (service: string, request: Message = {}, then: (answer: Message) => void = () => {}): void => {
-    twin.client.call(service, request).then(
-      (answer) => {
-        if (answer['success'] === false) toast(String(answer['message']), 'warning');
-        else then(answer);
-      },
-      (problem: Error) => toast(problem.message, 'error'),
-    );
-  };
   const name = h('strong', { class: 'robot-name' }, 'doppel');
   // Shown instead of the name where there are several robots.
   const robot = h('select', { 'aria-label': 'Robot of the panels and commands', title: 'Robot of the panels and commands', id: 'robot', hidden: true, onchange: () => twin.selectRobot(robot.value) });
@@ -31,17 +22,12 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
   twin.selectedRobot.on(listRobots);
   const link = h('span', { class: 'link', role: 'status' }, 'connecting');
   const play = button(icon('pause'), 'Pause (P)', () => {
-    call(twin.paused ? '/gazebo/unpause_physics' : '/gazebo/pause_physics');
+    callSimulation(twin, twin.paused ? '/gazebo/unpause_physics' : '/gazebo/pause_physics');
   }, { class: 'icon', id: 'play' });
   const step = button(icon('step'), 'One step of physics, 1 ms; with shift a tenth of a second', () => {}, { class: 'icon', id: 'step' });
-  step.addEventListener('click', (event) => call('/gazebo/step', { steps: event.shiftKey ? 100 : 1 }, (answer) => twin.knowTime(Number(answer['sim_time']))));
-  const reset = button(icon('reset'), 'Reset: time and joints back to the start', () => {
-    app.hardware.confirm('Reset', 'Time and joints go back to the start.', () => {
-      app.world.trace.clear();
-      call('/gazebo/reset_simulation');
-    });
-  }, { class: 'icon', id: 'reset' });
-  const speed = h('select', { 'aria-label': 'Speed of simulated time', title: 'Speed of simulated time', id: 'speed', onchange: () => call('/gazebo/set_speed', { factor: Number(speed.value) }) },
+  step.addEventListener('click', (event) => callSimulation(twin, '/gazebo/step', { steps: event.shiftKey ? 100 : 1 }, (answer) => twin.knowTime(Number(answer['sim_time']))));
+  const reset = button(icon('reset'), 'Reset: time and joints back to the start', () => resetSimulation(app), { class: 'icon', id: 'reset' });
+  const speed = h('select', { 'aria-label': 'Speed of simulated time', title: 'Speed of simulated time', id: 'speed', onchange: () => callSimulation(twin, '/gazebo/set_speed', { factor: Number(speed.value) }) },
     ...SPEEDS.map(([label, value]) => h('option', { value: String(value), selected: value === 1 }, label)));
   const other = h('option', { hidden: true }); // a speed that another client has set
   speed.append(other);

@@ -1,6 +1,7 @@
 // The controls over the picture: views, layers, the box with the values of the selection, notes.
 import type { App } from './app';
 import { makeDetails } from './details';
+import { makeDivergedBanner } from './diverged';
 import { button, h, say } from './dom';
 import { closedByEscape } from './escape';
 import { LayerToggles, type LayerChoice } from './layer_toggles';
@@ -58,6 +59,7 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
   const noteLink = button('Health', 'Show the findings about the description', () => app.openPanel('health'), { class: 'plain link-button', hidden: true });
   const note = h('div', { class: 'stage-note', role: 'status', hidden: true }, noteText, ' ', noteLink);
   const lost = makeLostBanner(app);
+  const diverged = makeDivergedBanner(app);
   const undrawn = h('div', { class: 'undrawn', role: 'status', hidden: world.stage.drawable }, h('strong', {}, 'This browser does not draw WebGL 2.'),
     h('p', {}, 'The panels and STOP work; only the picture is missing. Turn on hardware acceleration in the settings of the browser, or use another browser.'));
   const stopped = h('div', { class: 'stopped-note', role: 'alert' }, 'Stopped. Commands of this page are rejected until the stop is released.');
@@ -65,6 +67,7 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
   function update(): void {
     details.update();
     lost.update();
+    diverged.update();
     const { view } = world;
     const text = twin.client.phase === 'lost' ? ''
       : !view ? (twin.client.phase !== 'open' ? 'Connecting.' : twin.withoutRobots ? failures(world.failed) : `Waiting for ${twin.own('/robot_description')}.`)
@@ -76,5 +79,5 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
     noteLink.hidden = !view || view.loading > 0 || view.failed.length + world.failed.length === 0;
   }
 
-  return { elements: [views, layers, details.element, undrawn, note, stopped, lost.element], update };
+  return { elements: [views, layers, details.element, undrawn, note, stopped, lost.element, diverged.element], update };
 }

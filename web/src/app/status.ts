@@ -13,6 +13,7 @@ export interface Status {
   times: Record<LoopPhase, number>; // mean microseconds of wall-clock time per step
   overruns: number;
   skipped: number; // messages skipped for slow clients
+  divergence: string; // why the physics is paused at its last finite state; '': it is not
 }
 
 export interface Load {
@@ -36,6 +37,7 @@ export function readStatus(m: Message): Status {
     times: Object.fromEntries(PHASES.map((phase) => [phase, number(`time_${phase}`)])) as Record<LoopPhase, number>,
     overruns: number('overruns'),
     skipped: number('skipped'),
+    divergence: String(m['divergence'] ?? ''),
   };
 }
 

@@ -39,6 +39,16 @@ check('a pause, the speed and where the time goes are what the twin says', 10, a
   assert.equal(await page.evaluate(() => document.getElementById('speed').selectedOptions[0].textContent), '0.75×');
 });
 
+check('a divergence is shown with its cause and a way to go on until it is over', 10, async (page, stub) => {
+  await waitFor(page, () => doppel.twin.status !== null);
+  assert.equal(await page.locator('.diverged-note').isVisible(), false);
+  stub.tell({ paused: true, divergence: "the physics diverged in step 7 (t = 0.007 s): joint 'joint_3' moves at 1e9 rad/s" });
+  await page.locator('.diverged-note').waitFor();
+  assert.match(await page.locator('.diverged-note').textContent(), /The physics diverged in step 7 .*'joint_3' moves.*last finite state.*Reset/s);
+  stub.tell({ paused: false, divergence: '' });
+  await page.locator('.diverged-note').waitFor({ state: 'hidden' });
+});
+
 check('loads are shown in words, and only asked for while somebody looks', 10, async (page, stub) => {
   await page.evaluate(() => doppel.layout.open('health'));
   await waitFor(page, () => document.querySelectorAll('.loads .gauge').length === 10 && doppel.twin.loads.size === 10);

@@ -95,6 +95,18 @@ TEST_F(StatusPublisherTest, StatusIsPublishedAtFourHzAndOnChange) {
   EXPECT_EQ(received<TwinStatus>("/doppel/status").size(), 4u) << "expected a status while paused, too";
 }
 
+TEST_F(StatusPublisherTest, DivergenceIsPublishedAtOnceAndUntilItIsOver) {
+  publish();
+  control_.divergence = "the physics diverged in step 7";
+  publish();
+  control_.divergence.clear();
+  publish();
+  const auto all = received<TwinStatus>("/doppel/status");
+  ASSERT_EQ(all.size(), 3u);
+  EXPECT_EQ(all[1].divergence, "the physics diverged in step 7");
+  EXPECT_EQ(all[2].divergence, "");
+}
+
 TEST_F(StatusPublisherTest, SkippedStepsAreCounted) {
   bus_.add_skipped(3);
   publish();

@@ -1,0 +1,20 @@
+// The banner over the picture while the physics is paused because it has diverged: the cause, and how to go on.
+import type { App } from './app';
+import { button, h, say } from './dom';
+import { resetSimulation } from './simulation';
+
+export function makeDivergedBanner(app: App): { element: HTMLElement; update: () => void } {
+  const { twin } = app;
+  const cause = h('p', {});
+  const element = h('div', { class: 'lost-note diverged-note', role: 'alert', hidden: true }, h('strong', {}, 'The physics has diverged.'), cause,
+    h('p', {}, 'Time is paused at the last finite state. Reset the world, or correct the file that caused it and save it.'),
+    h('div', { class: 'row' }, button('Reset', 'Reset: time and joints back to the start', () => resetSimulation(app))));
+  return {
+    element,
+    update: () => {
+      const text = twin.client.phase === 'open' ? twin.status?.divergence ?? '' : '';
+      element.hidden = text === '';
+      say(cause, text === '' ? '' : `${text[0]!.toUpperCase()}${text.slice(1)}.`);
+    },
+  };
+}
