@@ -89,7 +89,11 @@ class TextFile {
 
 ModelHandle compile_mjcf(const std::string& mjcf, std::string& message) {
   static std::timed_mutex one_at_a_time;  // MuJoCo keeps the last parsed text in a global
+#ifdef __SANITIZE_THREAD__                // of GCC 12, which does not see what is locked by the steady clock
+  const std::unique_lock lock(one_at_a_time, std::chrono::system_clock::now() + kMaxCompileWait);
+#else
   const std::unique_lock lock(one_at_a_time, kMaxCompileWait);
+#endif
   if (!lock) {
     message = "another model has been compiled for seconds, and this one waits for it; try again later";
     return nullptr;
