@@ -14,9 +14,11 @@ void add_edge_options(CLI::App& verb, EdgeOptions& options) {
   verb.add_option(
       "--host", options.server.host,
       "Address to listen on; on any address other than 127.0.0.1, clients need the token in the printed URL");
-  verb.add_option("--token", options.server.token,
-                  "Token that clients must present, at least 16 characters (default: generated where --host "
-                  "needs one)")
+  verb.add_option(
+          "--token", options.server.token,
+          "Token that clients must present, at least 16 characters (default: that of DOPPEL_TOKEN, which "
+          "other users of this machine cannot read, or generated where --host needs one)")
+      ->envname("DOPPEL_TOKEN")
       ->check([](const std::string& token) {
         const Status usable = check_token(token);
         return usable ? std::string() : usable.why();
