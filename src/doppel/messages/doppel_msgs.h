@@ -23,9 +23,10 @@ struct TwinStatus {
   std::uint64_t overruns = 0;  // how often the loop was 100 ms late and its schedule was moved
   std::uint64_t skipped = 0;   // messages that were skipped for slow clients
   std::string divergence;      // why the physics is paused at its last finite state; empty: it is not
+  std::vector<std::string> real_hardware;  // namespaces of the robots that drive it; "": without namespace
   DOPPEL_MESSAGE("doppel_msgs/msg/TwinStatus", sim_time, wall_time, steps, real_time_factor, paused, speed,
                  lateness_p50, lateness_p99, lateness_max, time_control, time_physics, time_publish, time_bus,
-                 time_idle, overruns, skipped, divergence)
+                 time_idle, overruns, skipped, divergence, real_hardware)
 };
 
 // The load of each driven joint; N m or N. One element of each list per joint.

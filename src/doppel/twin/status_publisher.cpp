@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "doppel/twin/runner.h"
+#include "doppel/twin/twin_robot.h"
 
 namespace doppel {
 namespace {
@@ -52,6 +53,10 @@ void StatusPublisher::publish_status(const Loop& loop, WallTime now) {
   status_.paused = loop.control.paused;
   status_.speed = loop.control.speed;
   status_.divergence = loop.control.divergence;
+  status_.real_hardware.clear();
+  for (const auto& robot : loop.robots) {
+    if (robot->has_loop()) status_.real_hardware.push_back(robot->name_space());
+  }
   status_.lateness_p50 = seconds(lateness.percentile(0.5));
   status_.lateness_p99 = seconds(lateness.percentile(0.99));
   status_.lateness_max = seconds(lateness.worst());

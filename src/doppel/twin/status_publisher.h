@@ -4,6 +4,8 @@
 // (diagnostic_msgs/msg/DiagnosticArray, 1 Hz).
 
 #include <chrono>
+#include <memory>
+#include <span>
 
 #include "doppel/bus/bus.h"
 #include "doppel/export.h"
@@ -15,6 +17,7 @@ namespace doppel {
 
 struct RunStatistics;
 struct TimeControl;
+class TwinRobot;
 
 class DOPPEL_API StatusPublisher {
  public:
@@ -30,6 +33,7 @@ class DOPPEL_API StatusPublisher {
     const TimeControl& control;
     const LoopMeter& meter;
     const RunStatistics& run;
+    std::span<const std::unique_ptr<TwinRobot>> robots{};
   };
   // Called often on the loop's thread, between steps: publishes what is due. Costs a
   // few comparisons otherwise.

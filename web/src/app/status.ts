@@ -14,6 +14,7 @@ export interface Status {
   overruns: number;
   skipped: number; // messages skipped for slow clients
   divergence: string; // why the physics is paused at its last finite state; '': it is not
+  hardware: ReadonlySet<string>; // namespaces of the robots that drive real hardware, as '/left' or ''
 }
 
 export interface Load {
@@ -38,6 +39,7 @@ export function readStatus(m: Message): Status {
     overruns: number('overruns'),
     skipped: number('skipped'),
     divergence: String(m['divergence'] ?? ''),
+    hardware: new Set((m['real_hardware'] as string[] | undefined ?? []).map((name) => (name === '' ? '' : `/${name}`))),
   };
 }
 

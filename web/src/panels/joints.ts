@@ -158,7 +158,7 @@ export function jointsPanel(app: App): Panel {
     commander.setMany((twin.tree?.moving ?? []).filter((j) => !j.mimic).map((j) => [j, value(j)]));
   }
 
-  // All joints at once: a robot that may be real is asked about first.
+  // All joints at once: on hardware after a confirmation.
   function allAtOnce(what: string, move: () => void): () => void {
     return () => app.hardware.confirm(what, `All joints move at once, with ${Math.round(settings.speedShare * 100)} % of their velocity limits.`, move);
   }
@@ -189,8 +189,10 @@ export function jointsPanel(app: App): Panel {
       const joint = twin.tree?.jointByName.get(name);
       if (joint && joint.index >= 0) known.push([joint, value]);
     }
-    commander.setMany(known);
-    toast(`${known.length} of ${pose.size} joints of the clipboard are here.`);
+    allAtOnce('Paste', () => {
+      commander.setMany(known);
+      toast(`${known.length} of ${pose.size} joints of the clipboard are here.`);
+    })();
   }
 
   const unit = (label: string, degrees: boolean): HTMLButtonElement => button(label, degrees ? 'Angles in degrees' : 'Angles in radians', () => set('degrees', degrees), { 'aria-pressed': String(settings.degrees === degrees) });

@@ -26,7 +26,7 @@ const SCHEMAS = {
     + part('geometry_msgs/Transform', 'geometry_msgs/Vector3 translation', 'geometry_msgs/Quaternion rotation') + VECTOR
     + part('geometry_msgs/Quaternion', 'float64 x', 'float64 y', 'float64 z', 'float64 w') + HEADER,
   'doppel_msgs/msg/TwinStatus': ['sim_time', 'wall_time'].map((f) => `float64 ${f}\n`).join('') + 'uint64 steps\nfloat64 real_time_factor\nbool paused\nfloat64 speed\n'
-    + ['lateness_p50', 'lateness_p99', 'lateness_max', ...TIMES.map((t) => `time_${t}`)].map((f) => `float64 ${f}\n`).join('') + 'uint64 overruns\nuint64 skipped\nstring divergence\n',
+    + ['lateness_p50', 'lateness_p99', 'lateness_max', ...TIMES.map((t) => `time_${t}`)].map((f) => `float64 ${f}\n`).join('') + 'uint64 overruns\nuint64 skipped\nstring divergence\nstring[] real_hardware\n',
   'doppel_msgs/msg/JointLoads': `std_msgs/Header header\nstring[] joint_names\n${['efforts', 'gravity_torques', 'sags', 'margins', 'effort_limits'].map((f) => `float64[] ${f}\n`).join('')}${HEADER}`,
   'gazebo_msgs/msg/ContactsState': `std_msgs/Header header\ngazebo_msgs/ContactState[] states\n${part('gazebo_msgs/ContactState', 'string info', 'string collision1_name', 'string collision2_name',
     'geometry_msgs/Wrench[] wrenches', 'geometry_msgs/Wrench total_wrench', 'geometry_msgs/Vector3[] contact_positions', 'geometry_msgs/Vector3[] contact_normals', 'float64[] depths')}`
@@ -51,7 +51,7 @@ export function comb(joints, teeth = Math.ceil(joints / 10)) {
 export class Stub {
   joints = [];
   status = { sim_time: 0, wall_time: 0, steps: 0n, real_time_factor: 1, paused: false, speed: 1, lateness_p50: 1e-5, lateness_p99: 2e-4, lateness_max: 1e-3,
-    time_control: 40, time_physics: 300, time_publish: 20, time_bus: 10, time_idle: 630, overruns: 3n, skipped: 0n, divergence: '' };
+    time_control: 40, time_physics: 300, time_publish: 20, time_bus: 10, time_idle: 630, overruns: 3n, skipped: 0n, divergence: '', real_hardware: [] };
   positions = new Map();
   #server = new protocol.FoxgloveServer({ name: 'stub', capabilities: ['clientPublish'], supportedEncodings: ['cdr'] });
   #channels = new Map();

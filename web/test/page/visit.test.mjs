@@ -232,7 +232,7 @@ check('on hardware, what moves or releases the whole robot is confirmed; STOP wo
   await page.evaluate(() => doppel.commander.set(doppel.twin.tree.moving[0], 0.3));
   await page.getByRole('button', { name: 'All joints to zero' }).click();
   assert.ok(Math.abs((await target()) - 0.3) < 0.01, 'nothing is sent before the confirmation');
-  assert.match(await page.locator('dialog.confirm').textContent(), /doppel\/Loopback/);
+  assert.match(await page.locator('dialog.confirm').textContent(), /drives real hardware/);
   await page.click('#confirm');
   await waitFor(page, () => Math.abs(doppel.twin.target[0]) < 0.001);
   await page.evaluate(() => doppel.layout.open('control'));

@@ -41,7 +41,7 @@ class StatusPublisherTest : public ::testing::Test {
     }
     bus_.spin();
   }
-  void publish() { publisher_.publish_due({sim_, steps_, control_, meter_, run_}, now_); }
+  void publish() { publisher_.publish_due({sim_, steps_, control_, meter_, run_, {}}, now_); }
   template <class M>
   std::vector<M> received(const std::string& topic) {
     std::vector<M> out;
