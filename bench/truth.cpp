@@ -1,4 +1,4 @@
-// Tables of bounces, sliding, rolling and drives at their limit, each beside its closed form.
+// Tables of bounces, sliding, rolling, spinning wheels and drives at their limit, each beside its closed form.
 //   build/bin/bench_truth [engine]
 //   build/bin/bench_truth motion URDF fall|hold
 // The latter prints the motion of a robot in JSON, for tests/mujoco3/compare.mjs.
@@ -228,6 +228,108 @@ void drives() {
   }
 }
 
+// -- wheels
+
+constexpr double kWheelRadius = 0.1, kCaster = 0.3, kCentre = 0.1;  // m, the last two before the axle
+constexpr double kBodyMass = 10.0, kWheelMass = 0.5;                // kg
+
+doppel::Link link_of(const std::string& name, double mass, const Eigen::Vector3d& centre,
+                     const Eigen::Vector3d& moments) {
+  doppel::Link out;
+  out.name = name;
+  doppel::Inertial& inertial = out.inertial.emplace();
+  inertial.mass = mass;
+  inertial.origin.xyz = centre;
+  inertial.ixx = moments.x();
+  inertial.iyy = moments.y();
+  inertial.izz = moments.z();
+  return out;
+}
+
+doppel::Joint joint_of(const doppel::Link& child, doppel::JointType type, const Eigen::Vector3d& at) {
+  doppel::Joint out;
+  out.name = child.name + "_joint";
+  out.type = type;
+  out.parent = "base_link";
+  out.child = child.name;
+  out.origin.xyz = at;
+  out.axis = Eigen::Vector3d::UnitY();
+  return out;
+}
+
+// Two driven wheels, and a ball before them, which the acceleration relieves.
+doppel::RobotDescription base_on_wheels(double friction) {
+  doppel::RobotDescription out;
+  out.name = "base";
+  out.links.push_back(link_of("base_link", kBodyMass, {kCentre, 0, 0}, {0.1, 0.2, 0.2}));
+  doppel::Link ball = link_of("ball", 0.1, {0, 0, 0}, {1e-4, 1e-4, 1e-4});
+  ball.collisions.push_back({"", {}, doppel::Sphere{0.05}, {}});
+  out.joints.push_back(joint_of(ball, doppel::JointType::fixed, {kCaster, 0, 0.05 - kWheelRadius}));
+  out.links.push_back(ball);
+  const double along = kWheelMass * kWheelRadius * kWheelRadius / 2;
+  for (const double side : {1.0, -1.0}) {
+    doppel::Link wheel =
+        link_of(side > 0 ? "left" : "right", kWheelMass, {0, 0, 0}, {along / 2, along, along / 2});
+    wheel.collisions.push_back(
+        {"", {{}, {std::numbers::pi / 2, 0, 0}, {}}, doppel::Cylinder{kWheelRadius, 0.04}, {}});
+    out.joints.push_back(joint_of(wheel, doppel::JointType::continuous, {0, 0.2 * side, 0}));
+    out.links.push_back(wheel);
+    doppel::GazeboExtension surface;
+    surface.reference = wheel.name;
+    surface.surface.mu = friction;
+    out.gazebo.push_back(surface);
+  }
+  return out;
+}
+
+void spinning_wheels() {
+  fmt::print("a base of 11.1 kg whose wheels spin at 4 m/s, by friction times load\n");
+  for (const double friction : {0.2, 0.3, 0.5}) {
+    doppel::Diagnostics diagnostics;
+    doppel::CollisionMeshes meshes;
+    const auto described = std::make_shared<const doppel::RobotDescription>(base_on_wheels(friction));
+    const auto model = std::make_shared<const doppel::Model>(
+        doppel::compile_model(*described, doppel::BaseKind::floating, diagnostics));
+    doppel::WorldSettings settings;
+    settings.ground_friction = friction;
+    doppel::InstanceOptions options;
+    options.set_on_ground = true;
+    const auto engine =
+        doppel::compile_world(engine_name, settings,
+                              {doppel::make_instance(described, model, options, meshes, diagnostics)},
+                              diagnostics)
+            ->make_engine();
+    Instance base = engine->instance(0);
+    for (int i = 0; i < 300; ++i) engine->step();
+    const int left = model->find_joint("left_joint");
+    for (const int wheel : {left, model->find_joint("right_joint")}) {
+      base.set_drive(wheel, doppel::DriveMode::velocity);
+      base.set_target(wheel, 4 / kWheelRadius);
+    }
+    double before = 0, least = doppel::kInfinity, most = 0;
+    for (int i = 0; i < 600; ++i) {
+      if (i == 400) before = base.base_velocity().linear_W.x();
+      engine->step();
+      if (i < 400) continue;
+      const double effort = base.drive_effort()[static_cast<std::size_t>(left)];
+      least = std::min(least, effort);
+      most = std::max(most, effort);
+    }
+    // N_ball = m (g centre - a height) / kCaster,  m a = mu (m g - N_ball) - 0.05 N_ball
+    const double mass = kBodyMass + 2 * kWheelMass + 0.1, both = (friction + 0.05) / kCaster;
+    const double centre = (kBodyMass * kCentre + 0.1 * kCaster) / mass;
+    const double height = kWheelRadius - 0.1 * (kWheelRadius - 0.05) / mass;
+    const double a = kGravity * (friction - both * centre) / (1 - both * height);
+    const double load = mass * (kGravity - (kGravity * centre - a * height) / kCaster);
+    row(fmt::format("friction {}, acceleration, m/s^2", friction), a,
+        (base.base_velocity().linear_W.x() - before) / 0.2);
+    row(fmt::format("friction {}, least effort of a wheel, N m", friction),
+        friction * load * kWheelRadius / 2, least);
+    row(fmt::format("friction {}, largest effort of a wheel, N m", friction),
+        friction * load * kWheelRadius / 2, most);
+  }
+}
+
 // -- the motion of a robot
 
 int print_motion(const std::string& file, const std::string& kind) {
@@ -289,6 +391,7 @@ int main(int argc, char** argv) {
   bounces();
   sliding();
   rolling();
+  spinning_wheels();
   drives();
   return 0;
 }

@@ -70,15 +70,23 @@ void BulletEngine::reset(int instance) {
   solver_->load(instance, state);
 }
 
-void BulletEngine::step() {
-  if (diverged_) return;
-  for (InstanceState& state : states_) {
+namespace {
+
+void advance_drives(std::vector<InstanceState>& states) {
+  for (InstanceState& state : states) {
     for (std::size_t k = 0; k < state.drives.size(); ++k) {
       state.drives[k].advance(state.q[static_cast<std::size_t>(state.springs[k].q)],
                               state.v[static_cast<std::size_t>(state.springs[k].v)]);
       state.drives[k].write_law(state.springs[k]);
     }
   }
+}
+
+}  // namespace
+
+void BulletEngine::step() {
+  if (diverged_) return;
+  advance_drives(states_);
   if (solver_->solve(states_)) {
     solver_->integrate(states_);
     ++steps_;
@@ -88,11 +96,11 @@ void BulletEngine::step() {
   load_all();
 }
 
+// Those of the next step, in a copy. With the law of the last step, a drive that moves its reference would lag,
+// and a wheel that spins would carry less than its load.
 void BulletEngine::contacts(std::vector<Contact>& out) const {
   std::vector<InstanceState> copy = states_;
-  for (InstanceState& state : copy) {
-    for (std::size_t k = 0; k < state.drives.size(); ++k) state.drives[k].write_law(state.springs[k]);
-  }
+  advance_drives(copy);
   if (solver_->solve(copy)) {
     solver_->contacts(out);
   } else {

@@ -10,8 +10,18 @@
 namespace doppel {
 namespace {
 
-constexpr double kStiffer = 100;       // friction, than MuJoCo's with the impedance ratio of the world
+constexpr double kStiffer = 100;         // friction, than MuJoCo's with the impedance ratio of the world
+constexpr double kSlipTolerance = 1e-3;  // of the acceleration of the contact by its own force
+constexpr double kLeastFactor = 0.25, kMostFactor = 16;  // of a correction, of the secant method
 constexpr double kAlongNormal = 1e-6;  // squared length of a direction's projection that has no direction
+
+std::size_t at_row(int row) {
+  return static_cast<std::size_t>(row);
+}
+
+double square(double x) {
+  return x * x;
+}
 
 }  // namespace
 
@@ -114,31 +124,100 @@ void ContactRules::stiffen_friction(mjData& data) const {
 namespace {
 
 // N, of the contact's compliance at its depth: the load on it as long as it neither sinks nor rises.
-double elastic_force(const mjData& data, const mjContact& contact) {
-  const int row = contact.efc_address;
+double elastic_force(const mjData& data, int row) {
   const double stiffness = data.efc_KBIP[4 * row] * data.efc_KBIP[4 * row + 2] * data.efc_D[row];
   return stiffness * std::max(data.efc_margin[row] - data.efc_pos[row], 0.0);
 }
 
+// Calls visit(row of the normal, contact) for each contact with friction of the island or world.
+template <class Visit>
+void for_each_cone(const mjData& data, Visit visit) {
+  for (int row = 0; row < data.nefc;) {
+    if (data.efc_type[row] != mjCNSTR_CONTACT_ELLIPTIC) {
+      ++row;
+      continue;
+    }
+    const mjContact& contact = data.contact[data.efc_id[row]];
+    visit(row, contact);
+    row += contact.dim;
+  }
+}
+
+// m/s^2: of the slip that friction does not stop while the contact carries its elastic force.
+double unstopped_slip(const mjData& data, const mjContact& contact, int row) {
+  const double load = elastic_force(data, row);
+  double squares = 0.0;
+  for (int k = 1; k < contact.dim; ++k) {
+    const double friction = contact.friction[k - 1];
+    const double stopped = friction * load * data.efc_diagApprox[row + k];
+    squares += square(friction * std::max(std::abs(data.efc_aref[row + k]) - stopped, 0.0));
+  }
+  return std::sqrt(squares);
+}
+
+// m/s^2: of the slip at these accelerations of the rows; `loaded`: and at the forces of the solution.
+double slip_at(const mjData& data, const mjContact& contact, int row, const double* acceleration,
+               bool loaded) {
+  double squares = 0.0;
+  for (int k = row + 1; k < row + contact.dim; ++k) {
+    const double yielding = loaded ? data.efc_R[k] * data.efc_force[k] : 0.0;
+    squares += square(contact.friction[k - row - 1] * (acceleration[k] - data.efc_aref[k] + yielding));
+  }
+  return std::sqrt(squares);
+}
+
 }  // namespace
 
-void ContactRules::keep_sliding_contacts(mjData& data) const {
-  if (empty() && grips_.empty() && loose_.empty()) return;
-  for (int i = 0; i < data.ncon; ++i) {
-    const mjContact& contact = data.contact[i];
-    if (contact.efc_address < 0 || !(between_objects(contact) || slides_by_coulomb(data, contact))) continue;
-    const int row = contact.efc_address;
-    double* const reference = data.efc_aref + row;
-    const double load = elastic_force(data, contact);
-    double squares = 0.0;
-    for (int k = 1; k < contact.dim; ++k) {
-      const double friction = contact.friction[k - 1];
-      const double stopped = friction * load * data.efc_diagApprox[row + k];
-      const double slip = friction * std::max(std::abs(reference[k]) - stopped, 0.0);
-      squares += slip * slip;
-    }
-    reference[0] -= std::sqrt(squares);
-  }
+void ContactRules::expect_slip(const mjModel& model, mjData& data, SlidingRows& sliding) const {
+  if (!correct_slips()) return;
+  bool slides = false;
+  for_each_cone(data, [&](int row, const mjContact& contact) {
+    const bool obeys = obeys_coulomb(data, contact);
+    sliding.reference[at_row(row)] = data.efc_aref[row];
+    sliding.slip[at_row(row)] = sliding.earlier_slip[at_row(row)] =
+        obeys ? unstopped_slip(data, contact, row) : 0.0;
+    slides = slides || sliding.slip[at_row(row)] > 0;
+  });
+  if (!slides) return;
+  // A contact that friction stops within the step begins without slip: a wheel of large friction grips, and would
+  // otherwise lift off and spin, which is a solution, too. Other slips mostly go on as in the step before.
+  mj_mulJacVec(&model, &data, sliding.acceleration.data(), data.qacc_warmstart);
+  for_each_cone(data, [&](int row, const mjContact& contact) {
+    double& slip = sliding.slip[at_row(row)];
+    if (slip > 0) slip = slip_at(data, contact, row, sliding.acceleration.data(), false);
+    sliding.earlier_slip[at_row(row)] = slip;
+    data.efc_aref[row] -= slip;
+  });
+}
+
+// Each contact is corrected by the secant method. By repeated substitution, a light wheel of large friction would
+// take tens of solutions. The law need not hold at a contact that is open and parts.
+bool ContactRules::correct_slip(const mjModel& model, mjData& data, SlidingRows& sliding) const {
+  if (!correct_slips()) return false;
+  bool computed = false, changed = false;
+  for_each_cone(data, [&](int row, const mjContact& contact) {
+    double& slip = sliding.slip[at_row(row)];
+    double& earlier = sliding.earlier_slip[at_row(row)];
+    double& earlier_gap = sliding.earlier_gap[at_row(row)];
+    const bool sticks = data.efc_state[row] == mjCNSTRSTATE_QUADRATIC;
+    if ((sticks && slip == 0) || !obeys_coulomb(data, contact)) return;
+    if (!std::exchange(computed, true)) mj_mulJacVec(&model, &data, sliding.acceleration.data(), data.qacc);
+    const double parting = sliding.acceleration[at_row(row)] - sliding.reference[at_row(row)];
+    const bool open = data.efc_state[row] == mjCNSTRSTATE_SATISFIED;
+    if (open && parting >= 0) return;
+    const double solved = sticks ? 0.0 : slip_at(data, contact, row, sliding.acceleration.data(), true);
+    const double gap = solved - slip;
+    const double pressed = data.efc_diagApprox[row] * data.efc_force[row];
+    if (std::abs(gap) <= kSlipTolerance * std::max(pressed, 1.0)) return;
+    const double rate = slip == earlier ? -1.0 : (gap - earlier_gap) / (slip - earlier);
+    const double factor = rate < 0 ? std::clamp(-1.0 / rate, kLeastFactor, kMostFactor) : 1.0;
+    earlier_gap = gap;
+    earlier = slip;
+    slip = std::max(slip + factor * gap, 0.0);
+    data.efc_aref[row] = sliding.reference[at_row(row)] - slip;
+    changed = changed || slip != earlier;
+  });
+  return changed;
 }
 
 namespace {
@@ -179,7 +258,6 @@ void compute_contacts_and_constraints(const mjModel* m, mjData* d, const Contact
   islands.refer(*m, *d);
   bounces.rebound(*m, *d, begins_step);
   mj_rne(m, d, 0, d->qfrc_bias);
-  rules.keep_sliding_contacts(*d);
 }
 
 }  // namespace doppel

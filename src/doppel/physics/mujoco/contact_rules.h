@@ -10,6 +10,7 @@
 #include "doppel/physics/detail/contact_rule.h"
 #include "doppel/physics/mujoco/bounces.h"
 #include "doppel/physics/mujoco/islands.h"
+#include "doppel/physics/mujoco/sliding.h"
 
 namespace doppel {
 
@@ -41,17 +42,21 @@ class ContactRules {
   // without wheels moves as it does in a world without robots that have some. They do not allocate.
   // Writes the friction and the tangents.
   void apply(mjData& data) const;
-  // The two functions below also act on the contacts of a robot with a body that two of its links hold
-  // (grasp.h), and this one on the contacts of objects among themselves and with the ground. It changes only
-  // contacts that slide. MuJoCo's friction is a convex optimisation, whose contacts open with the speed mu v
-  // while they slide with the speed v, and so hop. Subtracting it from the reference of the normal gives
-  // Coulomb's law (de Saxce and Feng, International Journal of Engineering Science 29, 1991). v is what the
-  // friction leaves of it at the end of the step: nothing of a wheel that grips at once, which otherwise
-  // would lift off and spin.
-  void keep_sliding_contacts(mjData& data) const;
+  // The functions below also act on the contacts of a robot with a body that two of its links hold (grasp.h).
   // MuJoCo's friction is a stiff damper, so that a load creeps. On a slope of 80 % of the friction a parked base
   // creeps by 0.25 mm a minute; a hundred times stiffer, by 0.003 mm. A pair with slip is as soft as that slip asks.
   void stiffen_friction(mjData& data) const;
+
+  // MuJoCo's friction is a convex optimisation, whose contacts open with the speed mu v while they slide with
+  // the speed v, and so hop. Subtracting it from the reference of the normal gives Coulomb's law (de Saxce and
+  // Feng, International Journal of Engineering Science 29, 1991). v is that at the end of the step, which the
+  // solution determines: the two functions below estimate it before the constraints of an island are solved,
+  // and correct it afterwards. They change only contacts that slide, and also act on those of objects among
+  // themselves and with the ground.
+  [[nodiscard]] bool correct_slips() const { return !empty() || !grips_.empty() || !loose_.empty(); }
+  void expect_slip(const mjModel& model, mjData& data, SlidingRows& sliding) const;
+  // False: every slip is that of the solution. True: the constraints have to be solved again.
+  bool correct_slip(const mjModel& model, mjData& data, SlidingRows& sliding) const;
 
  private:
   [[nodiscard]] bool ruled(const mjContact& contact) const;
@@ -68,6 +73,9 @@ class ContactRules {
   [[nodiscard]] bool between_objects(const mjContact& contact) const {
     return !loose_.empty() && loose_[static_cast<std::size_t>(contact.geom1)] &&
            loose_[static_cast<std::size_t>(contact.geom2)];
+  }
+  [[nodiscard]] bool obeys_coulomb(const mjData& data, const mjContact& contact) const {
+    return between_objects(contact) || slides_by_coulomb(data, contact);
   }
   [[nodiscard]] double slip_of(const mjContact& contact) const;  // m/s per N
   void apply(const mjData& data, mjContact& contact) const;

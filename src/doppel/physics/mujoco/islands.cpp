@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cstddef>
 
+#include "doppel/physics/mujoco/contact_rules.h"
+
 namespace doppel {
 namespace {
+
+constexpr int kMostCorrections = 10;  // of the slip of contacts, in a step
 
 std::size_t place(int n) {
   return static_cast<std::size_t>(n);
@@ -22,8 +26,8 @@ void scatter(T* to, const T* from, const std::vector<int>& indices) {
 
 }  // namespace
 
-IslandSolver::IslandSolver(const mjModel& model, const IslandLayout& layout)
-    : layout_(&layout), model_(model) {
+IslandSolver::IslandSolver(const mjModel& model, const IslandLayout& layout, const ContactRules& rules)
+    : layout_(&layout), rules_(&rules), model_(model), sliding_(rules.correct_slips() ? model.njmax : 0) {
   int moving = 0;
   for (int i = 0; i < layout.instances(); ++i) moving += layout.dofs(i) > 0 ? 1 : 0;
   if (moving < 2) return;
@@ -159,6 +163,7 @@ void IslandSolver::take_rows(const mjModel& model, const mjData& data) {
   gather(own.efc_frictionloss, data.efc_frictionloss, rows_);
   gather(own.efc_D, data.efc_D, rows_);
   gather(own.efc_R, data.efc_R, rows_);
+  gather(own.efc_diagApprox, data.efc_diagApprox, rows_);
   for (int i = 0; i < own.nefc; ++i) {
     std::copy_n(data.efc_KBIP + 4 * rows_[place(i)], 4, own.efc_KBIP + 4 * i);
     own.ne += own.efc_type[i] == mjCNSTR_EQUALITY ? 1 : 0;
@@ -233,9 +238,17 @@ void IslandSolver::refer(const mjModel& model, mjData& data) {
   }
 }
 
+// Most steps need no correction: the slip changes little from step to step.
+void IslandSolver::solve_rows(const mjModel& model, mjData& data) {
+  rules_->expect_slip(model, data, sliding_);
+  mj_fwdConstraint(&model, &data);
+  for (int i = 0; i < kMostCorrections && rules_->correct_slip(model, data, sliding_); ++i)
+    mj_fwdConstraint(&model, &data);
+}
+
 void IslandSolver::solve(const mjModel& model, mjData& data) {
   if (!divide(model, data)) {
-    mj_fwdConstraint(&model, &data);
+    solve_rows(model, data);
     return;
   }
   // Instances without constraints are not entered.
@@ -258,7 +271,8 @@ void IslandSolver::solve_island(mjData& data) {
   gather(own.qfrc_smooth, data.qfrc_smooth, dofs_);
   gather(own.qacc_warmstart, data.qacc_warmstart, dofs_);
   own.pstack = 0;
-  mj_fwdConstraint(&model_, &own);
+  solve_rows(model_, own);
+  scatter(data.efc_aref, own.efc_aref, rows_);
   scatter(data.qacc, own.qacc, dofs_);
   scatter(data.qfrc_constraint, own.qfrc_constraint, dofs_);
   scatter(data.efc_force, own.efc_force, rows_);

@@ -9,9 +9,12 @@
 
 #include <vector>
 
+#include "doppel/physics/mujoco/sliding.h"
 #include "doppel/physics/mujoco/state_data.h"
 
 namespace doppel {
+
+class ContactRules;
 
 // The instances in MuJoCo's indices; immutable.
 struct IslandLayout {
@@ -26,12 +29,13 @@ struct IslandLayout {
 // Scratch of one state: nothing is kept from one call to the next. Allocates only when it is made.
 class IslandSolver {
  public:
-  // `layout` has to outlive this.
-  IslandSolver(const mjModel& model, const IslandLayout& layout);
+  // `layout` and `rules` have to outlive this.
+  IslandSolver(const mjModel& model, const IslandLayout& layout, const ContactRules& rules);
 
   // mj_referenceConstraint. Precondition: the rows belong to the present positions.
   void refer(const mjModel& model, mjData& data);
-  // mj_fwdConstraint. Precondition: qacc_smooth is that of the present efforts.
+  // mj_fwdConstraint, with Coulomb's law where the rules have it: the references of the normals of contacts that
+  // slide are changed. Precondition: qacc_smooth is that of the present efforts.
   void solve(const mjModel& model, mjData& data);
 
  private:
@@ -51,8 +55,10 @@ class IslandSolver {
   void take_row(const mjModel& model, const mjData& data, int to);
   void transpose_rows();
   void solve_island(mjData& data);
+  void solve_rows(const mjModel& model, mjData& data);
 
   const IslandLayout* layout_;
+  const ContactRules* rules_;
   mjModel model_;    // of the entered island: its sizes, and its part of the mass matrix
   DataHandle data_;  // of the entered island; none where there is at most one instance that moves
   std::vector<int> parent_id_, mass_row_, simple_;  // [nv] of model_
@@ -60,6 +66,7 @@ class IslandSolver {
   std::vector<int> row_instance_, next_row_;        // [njmax] an instance of the row, -1: none moves; list
   std::vector<Island> islands_;                     // [instances] at their roots
   std::vector<int> dofs_, rows_;                    // of the entered island, in the whole
+  SlidingRows sliding_;                             // of the entered island
   std::vector<int> column_;                         // [nv] of the whole in the entered island
 };
 

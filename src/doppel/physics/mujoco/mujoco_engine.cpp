@@ -111,7 +111,7 @@ MujocoEngine::MujocoEngine(std::shared_ptr<const MujocoWorld> world)
     : Engine(world),
       view_(*world->m()),
       data_(make_data(world->m())),
-      islands_(*world->m(), world->islands),
+      islands_(*world->m(), world->islands, world->contact_rules),
       drives_(world->drives),
       springs_(world->springs),
       q_(size(m()->nq)),
@@ -122,6 +122,7 @@ MujocoEngine::MujocoEngine(std::shared_ptr<const MujocoWorld> world)
       linear_damping_(size(m()->nv)),
       linear_stiffness_(size(m()->nv)),
       move_(size(m()->nv)),
+      references_(size(m()->njmax)),
       momentum_(size(m()->nv)),
       wrenches_(size(m()->nbody)) {
   for (const CompiledStop& stop : world->stops) springs_.push_back(stop.spring);
@@ -139,7 +140,7 @@ MujocoEngine::MujocoEngine(const MujocoEngine& other)
     : Engine(other),
       view_(other.view_),
       data_(make_data(other.m())),
-      islands_(*other.m(), other.compiled_world().islands),
+      islands_(*other.m(), other.compiled_world().islands, other.compiled_world().contact_rules),
       roots_(other.roots_),
       drives_(other.drives_),
       springs_(other.springs_),
@@ -154,6 +155,7 @@ MujocoEngine::MujocoEngine(const MujocoEngine& other)
       k_q_(other.k_q_),
       k_v_(other.k_v_),
       move_(other.move_),
+      references_(other.references_.size()),
       momentum_(other.momentum_),
       asked_(other.asked_),
       wanted_(other.wanted_),

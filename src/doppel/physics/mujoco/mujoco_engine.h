@@ -163,6 +163,7 @@ class MujocoEngine final : public Engine {
   std::vector<double> linear_damping_, linear_stiffness_;
   std::array<std::vector<double>, kMaxStages> k_q_, k_v_;
   std::vector<double> move_;
+  std::vector<double> references_;        // [njmax] of the constraints, before slip is subtracted
   mutable std::vector<double> momentum_;  // [nv] scratch
   std::vector<double> asked_, wanted_;    // [springs] law of the stages, weighted; effort without bounds
   std::vector<AppliedWrench> wrenches_;   // [MuJoCo's bodies]

@@ -85,10 +85,15 @@ extern "C" DOPPEL_API bool doppel_mujoco_same_contacts(const doppel::Engine& eng
   doppel::copy_data(m, ruled.get(), at.d());
   mj_step1(m, own.get());
   const doppel::MujocoWorld& world = at.compiled_world();
-  doppel::IslandSolver islands(*m, world.islands);
-  doppel::compute_contacts_and_constraints(m, ruled.get(),
-                                           rules_of_world ? world.contact_rules : doppel::ContactRules{},
+  const doppel::ContactRules none;
+  const doppel::ContactRules& rules = rules_of_world ? world.contact_rules : none;
+  doppel::IslandSolver islands(*m, world.islands, rules);
+  doppel::compute_contacts_and_constraints(m, ruled.get(), rules,
                                            rules_of_world ? world.bounces : doppel::Bounces{}, islands);
+  // The rules change the references of sliding contacts while they are solved.
+  at.write_present_efforts(*ruled);
+  mj_fwdAcceleration(m, ruled.get());
+  islands.solve(*m, *ruled);
   const mjData &a = *own, &b = *ruled;
   return a.ncon == b.ncon && a.nefc == b.nefc &&
          std::equal(a.contact, a.contact + a.ncon, b.contact, same_contact) &&
@@ -103,7 +108,8 @@ extern "C" DOPPEL_API double doppel_mujoco_island_difference(const doppel::Engin
   const auto& at = static_cast<const doppel::MujocoEngine&>(engine);
   const mjModel* const m = at.m();
   const doppel::DataHandle whole = doppel::make_data(m), divided = doppel::make_data(m);
-  doppel::IslandSolver islands(*m, at.compiled_world().islands);
+  const doppel::ContactRules none;
+  doppel::IslandSolver islands(*m, at.compiled_world().islands, none);
   for (mjData* const data : {whole.get(), divided.get()}) {
     doppel::copy_data(m, data, at.d());
     at.write_present_efforts(*data);

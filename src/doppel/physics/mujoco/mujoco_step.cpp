@@ -162,6 +162,7 @@ void MujocoEngine::add_gyroscopic_corrections() {
 
 bool MujocoEngine::solve_stage(int i) {
   mj_fwdAcceleration(m(), d());
+  std::copy_n(d()->efc_aref, d()->nefc, references_.data());
   islands_.solve(*m(), *d());
   const double h = to_seconds(settings().step) * scheme_->diagonal;
   bool sane = true;
@@ -226,7 +227,11 @@ bool MujocoEngine::take_stages() {
     std::copy_n(kept_.data() + m()->nq + m()->nv, m()->nv, d()->qacc_warmstart);
     const bool changed = write_armature();
     for (int i = 0; i < scheme_->stages; ++i) {
-      if (i > 0 || changed || (pass > 0 && scheme_->stages > 1)) enter_stage(i);
+      if (i > 0 || changed || (pass > 0 && scheme_->stages > 1)) {
+        enter_stage(i);
+      } else if (pass > 0) {
+        std::copy_n(references_.data(), d()->nefc, d()->efc_aref);
+      }
       write_stage_efforts(i);
       if (!solve_stage(i)) return false;
     }

@@ -1,12 +1,14 @@
 // The contract for every engine that has contacts: what is in contact, with which forces, and what a ray
 // hits.
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <random>
 
 #include "contract_rig.h"
+#include "doppel/physics/test/mobile_base.h"
 
 namespace doppel::test {
 namespace {
@@ -218,6 +220,89 @@ TEST_P(ContactContract, FrictionHoldsInsideConeAndSlidesOutside) {
 
 // Boxes that touch with a face, parallel except for rounding: no contact is deeper than the boxes overlap.
 // MuJoCo 2.2.2 alone reports decimetres for some of those that are turned about an edge only.
+// A base that drives towards its ball. Its wheels spin and push with mu times their load, from which the
+// acceleration takes off what it puts on the ball, or gives what it takes off it.
+class SpinningBase : public ContactContract {
+ protected:
+  static constexpr double kMass = 10.0, kWheelMass = 0.5;  // kg
+  static constexpr double kCentre = 0.1, kBall = 0.3;      // m, of the body and of the ball from the axle
+  static constexpr double kRimSpeed = 8.0;                 // m/s
+  struct Expected {
+    double acceleration, load, effort;  // m/s^2; N on both wheels; N m of each
+  };
+  struct Range {
+    double least = kInfinity, most = -kInfinity;
+    void enter(double x) {
+      least = std::min(least, x);
+      most = std::max(most, x);
+    }
+  };
+  static BaseShape shape_of(double friction) {
+    BaseShape out;
+    out.body_mass = kMass;
+    out.wheel_mass = kWheelMass;
+    out.friction = friction;
+    return out;
+  }
+  static RobotDescription description(const BaseShape& shape) {
+    RobotDescription out = make_base(shape);
+    Inertial& body = *std::ranges::find(out.links, "base_link", &Link::name)->inertial;
+    body.origin.xyz = {-kCentre, 0, 0};
+    body.iyy = 0.2;
+    std::ranges::find(out.joints, "ball_joint", &Joint::name)->origin.xyz.x() = -kBall;
+    for (Joint& joint : out.joints) {
+      if (joint.limits) joint.limits->velocity = 1000;
+    }
+    return out;
+  }
+  static Expected closed_form(const BaseShape& of) {
+    const double mass = of.body_mass + 2 * of.wheel_mass, ball = kCasterFriction;
+    const double behind = kCentre * of.body_mass / mass, height = of.radius;
+    // N_ball = m (g behind - a height) / kBall,  m a = mu (m g - N_ball) - mu_ball N_ball
+    const double both = (of.friction + ball) / kBall;
+    const double a = kGravity * (of.friction - both * behind) / (1 - both * height);
+    const double load = mass * (kGravity - (kGravity * behind - a * height) / kBall);
+    return {a, load, of.friction * load * of.radius / 2};
+  }
+};
+DOPPEL_FOR_EVERY_ENGINE(SpinningBase);
+
+TEST_P(SpinningBase, SpinningWheelsPushEvenlyWithFrictionTimesLoad) {
+  for (const double friction : {0.2, 0.5}) {
+    const BaseShape shape = shape_of(friction);
+    const Expected expected = closed_form(shape);
+    WorldSettings world = ground();
+    world.ground_friction = friction;
+    const auto engine = make(
+        world, {robot(description(shape), DrivenBase::options_for(Pose::Identity()), BaseKind::floating)});
+    Instance base = engine->instance(0);
+    const Model& model = base.model();
+    run(*engine, 0.2);
+    const int left = model.find_joint("left_wheel_joint"), right = model.find_joint("right_wheel_joint");
+    for (const int wheel : {left, right}) {
+      base.set_drive(wheel, DriveMode::velocity);
+      base.set_target(wheel, -kRimSpeed / shape.radius);
+    }
+    run(*engine, 0.4);
+    const BodyId wheel{base.index(), model.find_link("left_wheel")};
+    const double before = base.base_velocity().linear_W.x();
+    Range effort, rim, load;
+    for (int i = 0; i < 200; ++i) {
+      engine->step();
+      effort.enter(-base.drive_effort()[static_cast<std::size_t>(left)]);
+      rim.enter(-shape.radius * base.v()[static_cast<std::size_t>(model.joints[left].v)]);
+      load.enter(2 * force_on(*engine, wheel).z());
+    }
+    const double acceleration = (before - base.base_velocity().linear_W.x()) / 0.2;
+    EXPECT_NEAR(acceleration, expected.acceleration, 0.005 * expected.acceleration) << friction;
+    for (const double of : {effort.least, effort.most})
+      EXPECT_NEAR(of, expected.effort, 0.02 * expected.effort) << friction;
+    for (const double of : {rim.least, rim.most}) EXPECT_NEAR(of, kRimSpeed, 0.02) << friction;
+    for (const double of : {load.least, load.most})
+      EXPECT_NEAR(of, expected.load, 0.02 * expected.load) << friction;
+  }
+}
+
 TEST_P(ContactContract, BarelyTouchingBoxesAreNoDeeperThanTheyOverlap) {
   const unsigned seed = 7;
   std::mt19937 random(seed);

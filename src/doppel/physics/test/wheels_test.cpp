@@ -381,13 +381,13 @@ TEST(ContactRules, SlidingContactStaysClosed) {
     rig.engine->contacts(contacts);
     double force = 0;
     for (const Contact& contact : contacts) force += std::abs(contact.force_W.z());
-    if (i > 20) {
+    if (i > 100) {
       least = std::min(least, force);
       most = std::max(most, force);
     }
   }
-  EXPECT_NEAR(least, 2 * kGravity, 0.05 * 2 * kGravity);
-  EXPECT_NEAR(most, 2 * kGravity, 0.05 * 2 * kGravity);
+  EXPECT_NEAR(least, 2 * kGravity, 0.005 * 2 * kGravity);
+  EXPECT_NEAR(most, 2 * kGravity, 0.005 * 2 * kGravity);
   EXPECT_NEAR(rig.object("box").base_velocity().linear_W.x(), 2.0 - 0.3 * kGravity * 0.5, 0.02);
 }
 
