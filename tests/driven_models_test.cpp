@@ -1,6 +1,7 @@
 // Models of SDF that are robots by their plugins, and gz-sim's services of a world.
 #include <gmock/gmock.h>
 
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -123,7 +124,8 @@ class DrivenModels : public TwinFixture {
       out = status ? "" : status.why();
       if (status) static_cast<void>(service->response->cdr_to_yaml(response, out));
     });
-    for (int i = 0; i < 200000 && out == "no answer"; ++i) run(0.001);
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+    while (out == "no answer" && std::chrono::steady_clock::now() < end) run(0.001);
     return out;
   }
   std::string world(const std::string& service, const std::string& type, const std::string& yaml) {
@@ -338,6 +340,19 @@ TEST_F(DrivenModels, SpawnedModelDrivesAndIsDeleted) {
   run(0.1);
 }
 
+// By its name, the robot is a part of the object.
+TEST_F(DrivenModels, DeletedModelTakesItsDrivenPart) {
+  start("<model name='cart'>" + box_link("loose", "0 2 0.05 0 0 0", "0.1 0.1 0.1", 1) + "</model>" +
+        vehicle("cart::drive", 0, diff_drive()));
+  ASSERT_THAT(namespaces(), SizeIs(1)) << said_;
+  const std::size_t objects = twin_->engine().world().instances().size();
+  EXPECT_THAT(call("/delete_entity", "gazebo_msgs/srv/DeleteEntity", "{name: cart}"),
+              HasSubstr("success: true"));
+  EXPECT_THAT(namespaces(), IsEmpty());
+  EXPECT_EQ(twin_->engine().world().instances().size(), objects - 2);
+  run(0.1);
+}
+
 TEST_F(DrivenModels, ReloadKeepsControllersPoseAndDeletion) {
   start(vehicle("one", 0, diff_drive()) + vehicle("two", 2, diff_drive()));
   drive("/model/one/cmd_vel", 0.5, 1.0);
@@ -482,6 +497,16 @@ TEST_F(DrivenModels, ControlPausesStepsAndResets) {
   EXPECT_THAT(world("control", "ControlWorld", "{world_control: {reset: {all: true}}}"),
               HasSubstr("success: true"));
   EXPECT_EQ(twin_->now(), Time{});
+}
+
+TEST_F(DrivenModels, SeedOfControlIsReportedOnceAsWithoutEffect) {
+  start(kBall);
+  for (int i = 0; i < 2; ++i)
+    EXPECT_THAT(world("control", "ControlWorld", "{world_control: {seed: 1}}"), HasSubstr("success: true"));
+  const std::string note =
+      "the physics has no random numbers, and those of sensors follow from the seed at the start";
+  ASSERT_THAT(logged_, HasSubstr(note));
+  EXPECT_EQ(logged_.find(note), logged_.rfind(note));
 }
 
 TEST_F(DrivenModels, RunToSimTimePausesThere) {

@@ -289,6 +289,29 @@ TEST_F(AuditDescriptionTest, CentreOfMassIsBlamedWhereJointFitsMirroredMesh) {
   EXPECT_NE(centre->message.find("at 0 0 -0.05 it is inside"), std::string::npos) << centre->message;
 }
 
+// Pieces far from a cube, as an exporter leaves them behind, reach far and have hardly any volume.
+TEST_F(AuditDescriptionTest, StrayPieceOfMeshIsNotBlamedOnInertia) {
+  const std::string corners = "v 3 3 3\nv 3.001 3 3\nv 3 3.001 3\nv 3 3 3.001\n";
+  write("clean.obj", cube(0.1));
+  write("triangle.obj", cube(0.1) + corners + "f 9 11 10\n");
+  write("tetrahedron.obj", cube(0.1) + corners + "f 9 11 10\nf 9 10 12\nf 9 12 11\nf 10 11 12\n");
+  const auto mesh = [](const std::string& file) {
+    return "<origin xyz=\"-0.05 -0.05 0.05\"/><geometry><mesh filename=\"" + file + "\"/></geometry>";
+  };
+  const auto is_blamed = [&](const std::string& visual, const std::string& collision,
+                             const std::string& six) {
+    Parts p = with(&Parts::inertial, tensor(six));
+    p.visual = "<visual>" + mesh(visual) + "</visual>";
+    p.collision = "<collision>" + mesh(collision) + "</collision>";
+    const AuditReport report = check(robot(p));
+    return find(report, "inertia.gyration") != nullptr;
+  };
+  const std::string right = "0.0017 0 0 0.0017 0 0.0017", small = "0.00002 0 0 0.00002 0 0.00002";
+  EXPECT_FALSE(is_blamed("triangle.obj", "clean.obj", right));
+  EXPECT_FALSE(is_blamed("tetrahedron.obj", "tetrahedron.obj", right));
+  EXPECT_TRUE(is_blamed("tetrahedron.obj", "tetrahedron.obj", small));
+}
+
 TEST_F(AuditDescriptionTest, MissingFileNamesNearest) {
   write("wrist.obj", cube(0.1));
   Parts p;

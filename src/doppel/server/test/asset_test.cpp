@@ -2,9 +2,13 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <chrono>
 #include <fstream>
+#include <future>
 
+#include "doppel/core/test/system_faults.h"
 #include "doppel/server/asset_library.h"
+#include "doppel/server/asset_reader.h"
 
 namespace doppel {
 namespace {
@@ -302,6 +306,31 @@ TEST(AssetFiles, FilesAreTakenFromDescription) {
   ASSERT_EQ(files.meshes.size(), 1u) << "expected only the mesh that was found";
   EXPECT_EQ(files.meshes[0].file, "/robots/arm/a.dae");
   EXPECT_EQ(files.textures, std::vector<std::string>{"package://arm/t.png"});
+}
+
+TEST(AssetReaderTest, FetchWithoutThreadGetsReason) {
+  AssetReader reader(std::make_shared<AssetLibrary>());
+  std::string why;
+  const auto keep = [&why](const AssetLibrary::Answer& answer) { why = answer.why; };
+  {
+    const ThreadShortage shortage(0);
+    reader.fetch("package://arm/meshes/a.stl", keep);
+  }
+  EXPECT_THAT(why, HasSubstr("no thread can be started to read files"));
+}
+
+TEST(AssetReaderTest, ReaderIsStartedByNextFetchAfterShortage) {
+  AssetReader reader(std::make_shared<AssetLibrary>());
+  {
+    const ThreadShortage shortage(0);
+    reader.fetch("package://arm/meshes/a.stl", [](const AssetLibrary::Answer&) {});
+  }
+  std::promise<std::string> why;
+  reader.fetch("package://arm/meshes/a.stl",
+               [&why](const AssetLibrary::Answer& answer) { why.set_value(answer.why); });
+  std::future<std::string> answer = why.get_future();
+  ASSERT_EQ(answer.wait_for(std::chrono::seconds(10)), std::future_status::ready);
+  EXPECT_THAT(answer.get(), testing::Not(HasSubstr("no thread")));
 }
 
 }  // namespace

@@ -126,6 +126,16 @@ class HardwareContract : public ::testing::TestWithParam<Component> {
     return manager_->switch_controllers(start, stop, Strictness::strict);
   }
   [[nodiscard]] HardwareView hardware() const { return manager_->hardware().front(); }
+  HardwareState bring_to(const char* state) {
+    controller_manager_msgs::srv::SetHardwareComponentState::Request request;
+    request.name = "ArmSystem";
+    request.target_state.label = state;
+    bus_.set_now(now_);
+    bus_.attach("client")->call("/controller_manager/set_hardware_component_state", to_cdr(request),
+                                [](Status, Bytes) {});
+    bus_.spin();
+    return hardware().state;
+  }
 
   Bus bus_;
   ParameterFile file_;
@@ -240,16 +250,6 @@ TEST_P(HardwareContract, StopDuringMotionHoldsPosition) {
 
 TEST_P(HardwareContract, HardwareCanBeReactivated) {
   bring_up({"states"});
-  bus_.set_now(now_);
-  const auto edge = bus_.attach("client");
-  const auto bring_to = [&](const char* state) {
-    controller_manager_msgs::srv::SetHardwareComponentState::Request request;
-    request.name = "ArmSystem";
-    request.target_state.label = state;
-    edge->call("/controller_manager/set_hardware_component_state", to_cdr(request), [](Status, Bytes) {});
-    bus_.spin();
-    return hardware().state;
-  };
   EXPECT_EQ(bring_to("inactive"), HardwareState::inactive);
   run(0.1);
   EXPECT_TRUE(std::isfinite(q("j 1")));
@@ -375,6 +375,44 @@ TEST_P(LoopbackFaults, DelayedCommandArrivesLate) {
   EXPECT_EQ(q("j 1"), 0.0);
   run(0.03);
   EXPECT_EQ(q("j 1"), 0.02);
+}
+
+TEST_P(LoopbackFaults, DelayedCommandOfStoppedControllerMovesNothing) {
+  description_.params = {{"delay", "0.1"}};
+  bring_up({"positions"});
+  run(0.05);
+  command("positions", {0.02, 0.0});
+  run(0.05);
+  ASSERT_TRUE(switch_to({}, {"positions"}).ok());
+  ASSERT_TRUE(switch_to({"positions"}, {}).ok());
+  run(0.5);
+  EXPECT_EQ(q("j 1"), 0.0);
+}
+
+TEST_P(LoopbackFaults, DelayedCommandFromBeforeReactivationMovesNothing) {
+  description_.params = {{"delay", "0.1"}};
+  bring_up({"positions"});
+  run(0.05);
+  command("positions", {0.02, 0.0});
+  run(0.05);
+  ASSERT_TRUE(switch_to({}, {"positions"}).ok());
+  EXPECT_EQ(bring_to("inactive"), HardwareState::inactive);
+  EXPECT_EQ(bring_to("active"), HardwareState::active);
+  ASSERT_TRUE(switch_to({"positions"}, {}).ok());
+  run(0.5);
+  EXPECT_EQ(q("j 1"), 0.0);
+}
+
+TEST_P(LoopbackFaults, DeactivatedDeviceHasNoVelocity) {
+  description_.params = {};
+  bring_up({"speeds"});
+  command("speeds", {1.0, 0.0});
+  run(0.1);
+  ASSERT_NEAR(v("j 1"), 1.0, 1e-9);
+  ASSERT_TRUE(switch_to({}, {"speeds"}).ok());
+  EXPECT_EQ(bring_to("inactive"), HardwareState::inactive);
+  run(0.1);
+  EXPECT_EQ(v("j 1"), 0.0);
 }
 
 TEST_P(LoopbackFaults, UnknownParametersAreRefusedWithNearest) {

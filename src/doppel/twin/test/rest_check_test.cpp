@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/test/mobile_base.h"
 
 namespace doppel {
 namespace {
@@ -141,6 +142,24 @@ TEST(RestCheck, FallingBaseIsReported) {
   const auto report = rest_of(robot, rig);
   ASSERT_TRUE(report);
   EXPECT_THAT(report->base, HasSubstr("it falls because it touches nothing"));
+}
+
+TEST(RestCheck, PassiveWheelMayTurnAndDrivenOneIsReported) {
+  const auto unsettled_of = [](DriveMode mode) {
+    RobotDescription robot = test::make_base();
+    test::DrivenBase base(robot);
+    const int left = base.joint("left_wheel_joint");
+    base.robot.set_drive(left, mode);
+    base.robot.set_drive(base.joint("right_wheel_joint"), DriveMode::velocity);
+    std::vector<double> v(static_cast<std::size_t>(base.model.nv), 0.0);
+    v[static_cast<std::size_t>(base.model.joints[static_cast<std::size_t>(left)].v)] = 1.0;
+    base.robot.set_state(base.robot.q(), v);
+    return find_unsettled_joints(robot, base.robot);
+  };
+  EXPECT_THAT(unsettled_of(DriveMode::passive), IsEmpty());
+  const auto driven = unsettled_of(DriveMode::velocity);
+  ASSERT_THAT(driven, ::testing::SizeIs(1));
+  EXPECT_EQ(driven[0].joint, "left_wheel_joint");
 }
 
 TEST(RestCheck, JointBeyondItsLimitIsReported) {
