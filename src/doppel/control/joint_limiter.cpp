@@ -252,8 +252,11 @@ std::string JointLimiter::sentence(const Entry& entry, Kind kind) {
           "clamped to the soft limit",
           joint.name, asked, length, entry.soft->lower, entry.soft->upper, length);
     case kRate:
-      return fmt::format("{}: command {:.4g} {}/s is above the limit {:.4g} {}/s; clamped to the limit",
-                         joint.name, asked, length, joint.velocity, length);
+      return fmt::format(
+          "{}: the position command requires {:.4g} {}/s, above the velocity limit {:.4g} {}/s; the joint "
+          "moves "
+          "to it at the limit",
+          joint.name, asked, length, joint.velocity, length);
     case kPastLimit: {
       const Bounds range = range_of(joint, entry.soft);
       return fmt::format("{}: command {:.4g} {}/s at the end of the range {:.4g} to {:.4g} {}; held there",

@@ -216,22 +216,24 @@ RobotSetup set_up_model(const Scenario& scenario, const WorldRobot& robot, const
 void generate_controllers(const Scenario& scenario, const WorldRobot& robot, const ModelInstance& made,
                           RobotSetup& setup, Diagnostics& diagnostics) {
   const RobotDescription& description = setup.description.robot;
-  auto base = map_base_plugin(description, PluginTopics::relative, diagnostics);
+  Diagnostics unused;  // of controllers that are not started
+  Diagnostics& notes = scenario.start_controllers ? diagnostics : unused;
+  auto base = map_base_plugin(description, PluginTopics::relative, notes);
   if (!base) {
-    base = base_for_wheels(base_wheels(made), description, kBaseController, diagnostics);
+    base = base_for_wheels(base_wheels(made), description, kBaseController, notes);
     if (base)
-      diagnostics.note("up.base_generated", description.source, generated_base_text(*base),
-                       "declare your own controllers with --controllers FILE");
+      notes.note("up.base_generated", description.source, generated_base_text(*base),
+                 "declare your own controllers with --controllers FILE");
   }
   auto joints = joints_to_drive(description);
   if (base) setup.free_joints = leave_to_base(made, description, *base, joints);
   if (joints.empty() && base) {
     if (!setup.unused_files.empty())
-      diagnostics.note("up.controllers_of_others", description.source, setup.unused_files);
+      notes.note("up.controllers_of_others", description.source, setup.unused_files);
   } else if (joints.empty()) {
     diagnostics.note("up.nothing_to_drive", description.source, "no joint of this robot can be driven");
-  } else if (scenario.start_controllers) {
-    diagnostics.note(
+  } else {
+    notes.note(
         "up.controllers_generated", description.source,
         fmt::format("no controllers' YAML of this robot was found; created a joint_state_broadcaster and a "
                     "joint_trajectory_controller with {} joint{}{}{}",

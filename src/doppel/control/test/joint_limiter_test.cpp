@@ -197,7 +197,8 @@ TEST(JointLimiter, PositionRateIsClampedToVelocityLimit) {
   rig.run(60);
   EXPECT_EQ(rig.applied(), 0.513);
   EXPECT_EQ(rig.count(Severity::warning,
-                      "j 1: command 1.3 rad/s is above the limit 0.2 rad/s; clamped to the limit"),
+                      "j 1: the position command requires 1.3 rad/s, above the velocity limit 0.2 rad/s; the "
+                      "joint moves to it at the limit"),
             1u)
       << rig.said();
   EXPECT_EQ(rig.lines.size(), 1u);

@@ -65,6 +65,7 @@ class BaseWheelsTest : public ::testing::Test {
         << "</robot>";
     Scenario scenario;
     scenario.robots = {{.target = (folder_ / "rover.urdf").string()}};
+    scenario.start_controllers = start_controllers_;
     if (!controllers.empty()) {
       std::ofstream(folder_ / "controllers.yaml") << controllers;
       scenario.robots.front().controllers = folder_ / "controllers.yaml";
@@ -107,6 +108,7 @@ class BaseWheelsTest : public ::testing::Test {
   [[nodiscard]] Pose pose() const { return twin_->robot().instance().base_pose(); }
 
   fs::path folder_;
+  bool start_controllers_ = true;
   Log log_;
   std::unique_ptr<Twin> twin_;
   std::unique_ptr<Edge> edge_;
@@ -125,6 +127,18 @@ TEST_F(BaseWheelsTest, ContinuousJointOfArmOnBaseIsHeld) {
   const Instance robot = twin_->robot().instance();
   EXPECT_EQ(robot.drive(robot.model().find_joint("roll")), DriveMode::position);
   EXPECT_EQ(robot.drive(robot.model().find_joint("swivel")), DriveMode::passive);
+}
+
+TEST_F(BaseWheelsTest, StartWithoutControllersHasNoNoteOfGeneratedOnes) {
+  const std::string parts =
+      text_of({"left", 0, 0.2}) + text_of({"right", 0, -0.2}) + fork_text("turret", "revolute", 0.1, 0);
+  up(parts);
+  EXPECT_THAT(said_, HasSubstr("up.base_generated"));
+  EXPECT_THAT(said_, HasSubstr("up.controllers_generated"));
+  start_controllers_ = false;
+  up(parts);
+  EXPECT_THAT(said_, Not(HasSubstr("up.base_generated")));
+  EXPECT_THAT(said_, Not(HasSubstr("up.controllers_generated")));
 }
 
 TEST_F(BaseWheelsTest, TwoWheelsAndCasterGetDiffDrive) {
