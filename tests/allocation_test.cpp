@@ -78,23 +78,18 @@ points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 
 
 TEST_F(Allocation, PushOnObjectDoesNotAllocate) {
   bring_up("omarm_one");  // steps of 1 ms
-  WorldObject ball;
-  ball.name = "a ball whose name is too long to be kept without memory of its own";
-  ball.shape = Sphere{0.05};
-  ball.X_WO.translation() << 1, 0, 10;
-  ball.mass = 1;
-  CollisionMeshes meshes;
-  twin_->engine().spawn(make_instance(ball, meshes, diagnostics_));
+  const std::string name = "a ball whose name is too long to be kept without memory of its own";
+  spawn_ball(name, {1, 0, 10});
   twin_->between_steps();
   const std::string said =
       call("/gazebo/apply_link_wrench", "gazebo_msgs/srv/ApplyLinkWrench",
-           "{link_name: '" + ball.name + "', wrench: {force: {x: 1}}, duration: {nanosec: 50000000}}");
+           "{link_name: '" + name + "', wrench: {force: {x: 1}}, duration: {nanosec: 50000000}}");
   EXPECT_NE(said.find("success: true"), std::string::npos) << said;
   EXPECT_EQ(heap_touches_of([&] {
               for (int i = 0; i < 100; ++i) twin_->step();
             }),
             0u);
-  const FrameVelocity velocity = twin_->engine().find(ball.name).value().base_velocity();
+  const FrameVelocity velocity = twin_->engine().find(name).value().base_velocity();
   EXPECT_NEAR(velocity.linear_W.x(), 0.05, 1e-6) << "expected the push to act for its duration only";
 }
 
@@ -103,20 +98,7 @@ TEST_F(Allocation, SensorsDoNotAllocateAfterSpawn) {
   bring_up("kate");
   for (const TopicInfo& topic : twin_->bus().topics()) edge_->subscribe(topic.id);
   run(0.5);
-  CollisionMeshes meshes;
-  for (int i = 0; i < 30; ++i) {
-    WorldObject ball;
-    ball.name = "ball_" + std::to_string(i);
-    ball.shape = Sphere{0.05};
-    ball.X_WO.translation() << 3 + 0.2 * i, 3, 0.05;
-    ball.mass = 1;
-    twin_->engine().spawn(make_instance(ball, meshes, diagnostics_));
-  }
-  for (int i = 0; i < 20; ++i) {  // all slots of the sensors' thread are released, and get room
-    twin_->between_steps();
-    for (int k = 0; k < 20; ++k) twin_->step();
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  }
+  for (int i = 0; i < 30; ++i) spawn_ball("ball_" + std::to_string(i), {3 + 0.2 * i, 3, 0.05});
   std::size_t touched = 0;
   for (int i = 0; i < 10; ++i) {
     twin_->between_steps();

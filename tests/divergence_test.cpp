@@ -230,9 +230,7 @@ TEST_F(Divergence, LastRobotInNamespaceCanBeDeleted) {
 class EditedWorld : public Divergence {
  protected:
   void SetUp() override {
-    folder_ = fs::path(::testing::TempDir()) / "divergence" /
-              ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::create_directories(folder_);
+    folder_ = make_folder("divergence");
     save("gravity: [0, 0, -9.81]\n");
     scenario_.world = folder_ / "world.yaml";
     scenario_.robots = {{.target = "lab_arm"}};

@@ -76,10 +76,7 @@ std::string classic_drive(const std::string& ros) {
 class DrivenModels : public TwinFixture {
  protected:
   void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::path(::testing::TempDir()) / "driven_models" / info->name();
-    std::filesystem::remove_all(folder_);
-    std::filesystem::create_directories(folder_);
+    folder_ = make_folder("driven_models");
     log_.add_sink([this](const LogLine& line) { logged_ += line.text + "\n"; });
   }
   void write_world(const std::string& models) const {
@@ -399,13 +396,7 @@ constexpr const char* kBall =
 // half a model.
 TEST_F(DrivenModels, PartThatCannotBeAddedRemovesSpawnedModel) {
   start(kBall);
-  WorldObject taken;
-  taken.name = "cart::loose";
-  taken.shape = Sphere{0.1};
-  taken.X_WO.translation() << 5, 5, 5;
-  taken.mass = 1;
-  CollisionMeshes meshes;
-  twin_->engine().spawn(make_instance(taken, meshes, diagnostics_));
+  spawn_ball("cart::loose", {5, 5, 5});
   twin_->between_steps();
   std::string cart = vehicle("cart", 0, diff_drive());
   cart.insert(cart.find("<plugin"), box_link("loose", "0 0 1 0 0 0", "0.1 0.1 0.1", 1));

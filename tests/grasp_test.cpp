@@ -67,9 +67,7 @@ std::string replaced(std::string text, const std::string& what, const std::strin
 class GraspTest : public TwinFixture {
  protected:
   void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::path(::testing::TempDir()) / "grasp" / info->name();
-    std::filesystem::create_directories(folder_);
+    folder_ = make_folder("grasp");
     log_.add_sink([this](const LogLine& line) {
       if (line.severity != Severity::note && line.origin == "grasp") warnings_ += line.text + "\n";
     });

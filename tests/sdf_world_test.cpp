@@ -43,9 +43,7 @@ constexpr const char* kRoom = R"(<sdf version='1.9'><world name='room'>
 class SdfWorldTest : public TwinFixture {
  protected:
   void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = std::filesystem::path(::testing::TempDir()) / "sdf_world" / info->name();
-    std::filesystem::create_directories(folder_);
+    folder_ = make_folder("sdf_world");
     write(kRoom);
   }
   void write(const std::string& text) const { std::ofstream(folder_ / "room.sdf") << text; }

@@ -20,9 +20,7 @@ using visualization_msgs::msg::MarkerArray;
 class ServedFilesTest : public TwinFixture {
  protected:
   void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(::testing::TempDir()) / "offered" / info->name();
-    fs::remove_all(folder_);
+    folder_ = make_folder("offered");
     fs::create_directories(folder_ / "meshes");
     fs::copy_file(robot_ / "meshes/base_link.stl", folder_ / "meshes/table top.stl");
     std::ofstream(folder_ / "world.yaml")

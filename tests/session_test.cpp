@@ -24,9 +24,7 @@ using ::testing::Not;
 class SessionTest : public TwinFixture {
  protected:
   void SetUp() override {
-    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(::testing::TempDir()) / "session" / info->name();
-    fs::remove_all(folder_);
+    folder_ = make_folder("session");
     fs::create_directories(folder_ / "urdf");
     write("1.0");
     bring_up((folder_ / "urdf/arm.urdf").string());

@@ -53,15 +53,6 @@ class SpawnTest : public TwinFixture {
     }
     EXPECT_TRUE(answer_.success) << answer_.status_message;
   }
-  void put_in(const std::string& name) {
-    WorldObject ball;
-    ball.name = name;
-    ball.shape = Sphere{0.05};
-    ball.X_WO.translation() << -3, 0, 1;
-    ball.mass = 1;
-    CollisionMeshes meshes;
-    twin_->engine().spawn(make_instance(ball, meshes, diagnostics_));
-  }
 
   // The nth fault of the kind is injected while the robot is spawned, until spawning succeeds.
   void expect_that_refusals_change_nothing(Fault kind) {
@@ -114,7 +105,7 @@ TEST_F(SpawnTest, CompilationRunsOutsideLoop) {
 
 TEST_F(SpawnTest, ChangedWorldIsCompiledAgainOutsideLoop) {
   ask_for_guest();
-  put_in("ball");
+  spawn_ball("ball", {-3, 0, 1});
   const std::uint64_t before = compilations_here();
   run_until_answered([] {});
   EXPECT_NE(twin_->find_robot("guest"), nullptr);
@@ -127,7 +118,7 @@ TEST_F(SpawnTest, SpawnSucceedsInChangingWorld) {
   int balls = 0;
   run_until_answered([&] {
     if (balls > 0) twin_->engine().remove("ball_" + std::to_string(balls));
-    put_in("ball_" + std::to_string(++balls));
+    spawn_ball("ball_" + std::to_string(++balls), {-3, 0, 1});
   });
   EXPECT_NE(twin_->find_robot("guest"), nullptr);
   EXPECT_TRUE(twin_->engine().find("ball_" + std::to_string(balls)));

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
@@ -25,6 +26,25 @@ class TwinFixture : public ::testing::Test {
     Scenario scenario;
     scenario.robots = {{.target = target}};
     bring_up(scenario);
+  }
+
+  // An empty folder of the test that runs.
+  static std::filesystem::path make_folder(const std::string& of) {
+    const auto* info = ::testing::UnitTest::GetInstance()->current_test_info();
+    std::filesystem::path out = std::filesystem::path(::testing::TempDir()) / of / info->name();
+    std::filesystem::remove_all(out);
+    std::filesystem::create_directories(out);
+    return out;
+  }
+  // Adds a ball of 1 kg to the engine; `at` in the world, m.
+  void spawn_ball(const std::string& name, const Eigen::Vector3d& at, double radius = 0.05) {
+    WorldObject ball;
+    ball.name = name;
+    ball.shape = Sphere{radius};
+    ball.X_WO.translation() = at;
+    ball.mass = 1;
+    CollisionMeshes meshes;
+    twin_->engine().spawn(make_instance(ball, meshes, diagnostics_));
   }
 
   void run(double seconds) {

@@ -18,9 +18,7 @@ using ::testing::HasSubstr;
 class UnrulyPlugins : public TwinFixture {
  protected:
   void SetUp() override {
-    folder_ = fs::path(::testing::TempDir()) / "unruly" /
-              ::testing::UnitTest::GetInstance()->current_test_info()->name();
-    fs::create_directories(folder_);
+    folder_ = make_folder("unruly");
     log_.add_sink([this](const LogLine& line) {
       const std::lock_guard lock(mutex_);
       logged_ += line.text + '\n';

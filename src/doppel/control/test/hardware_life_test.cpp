@@ -60,6 +60,31 @@ struct TwoSystems : ManagerRig {
   FakeHardware* other = nullptr;
 };
 
+// Calls the service of the controller manager for FakeSystem, and ticks once; false if the call fails.
+bool bring_hardware_to(ManagerRig& rig, const std::string& label) {
+  controller_manager_msgs::srv::SetHardwareComponentState::Request request;
+  request.name = "FakeSystem";
+  request.target_state.label = label;
+  bool ok = false;
+  const auto edge = rig.bus.attach("client");
+  edge->call("/controller_manager/set_hardware_component_state", to_cdr(request),
+             [&](Status status, Bytes) { ok = status.ok(); });
+  rig.run(1);
+  return ok;
+}
+
+// The group 'left' has commanded 0.5 and is inactive again.
+struct CommandedRig : ManagerRig {
+  CommandedRig() : ManagerRig(kOneGroup) {
+    manager->start(Names{"left"});
+    Node node(bus, "/speaker");
+    node.advertise<std_msgs::msg::Float64MultiArray>("/left/commands").publish({{}, {0.5}}, now);
+    run(2);
+    EXPECT_EQ(hardware->last_command("a/position"), 0.5);
+    EXPECT_TRUE(manager->switch_controllers({}, Names{"left"}, Strictness::strict).ok());
+  }
+};
+
 TEST(HardwareLifecycle, StartInitialisesConfiguresAndActivates) {
   ManagerRig rig("");
   EXPECT_THAT(rig.hardware->calls, ElementsAre("on_init", "on_configure", "on_activate"));
@@ -253,16 +278,7 @@ TEST(HardwareLifecycle, SetStateReactivatesComponentAndClearsFault) {
   rig.run(1);
   rig.hardware->read_answer = HardwareReturn::ok;
   rig.hardware->calls.clear();
-  const auto edge = rig.bus.attach("client");
-  namespace srv = controller_manager_msgs::srv;
-  srv::SetHardwareComponentState::Request request;
-  request.name = "FakeSystem";
-  request.target_state.label = "active";
-  bool ok = false;
-  edge->call("/controller_manager/set_hardware_component_state", to_cdr(request),
-             [&](Status status, Bytes) { ok = status.ok(); });
-  rig.run(1);
-  EXPECT_TRUE(ok);
+  EXPECT_TRUE(bring_hardware_to(rig, "active"));
   EXPECT_THAT(rig.hardware->calls, ElementsAre("on_configure", "on_activate"));
   EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::active);
   EXPECT_THAT(rig.view("FakeSystem").fault, IsEmpty());
@@ -334,14 +350,8 @@ TEST(EmergencyStop, StopIsLatchedUntilReset) {
 }
 
 TEST(EmergencyStop, ResetForgetsCommandOfControllerThatEndedBefore) {
-  ManagerRig rig(kOneGroup);
-  rig.manager->start(Names{"left"});
-  Node node(rig.bus, "/speaker");
-  node.advertise<std_msgs::msg::Float64MultiArray>("/left/commands").publish({{}, {0.5}}, rig.now);
+  CommandedRig rig;
   rig.run(2);
-  ASSERT_TRUE(rig.manager->switch_controllers({}, Names{"left"}, Strictness::strict).ok());
-  rig.run(2);
-  ASSERT_EQ(rig.hardware->last_command("a/position"), 0.5);
   rig.manager->stop("the test");
   ASSERT_TRUE(rig.manager->reset_stop().ok());
   rig.run(1);
@@ -349,20 +359,8 @@ TEST(EmergencyStop, ResetForgetsCommandOfControllerThatEndedBefore) {
 }
 
 TEST(HardwareLifecycle, ActivationForgetsCommandFromBefore) {
-  ManagerRig rig(kOneGroup);
-  rig.manager->start(Names{"left"});
-  Node node(rig.bus, "/speaker");
-  node.advertise<std_msgs::msg::Float64MultiArray>("/left/commands").publish({{}, {0.5}}, rig.now);
-  rig.run(2);
-  ASSERT_TRUE(rig.manager->switch_controllers({}, Names{"left"}, Strictness::strict).ok());
-  const auto edge = rig.bus.attach("client");
-  for (const char* label : {"inactive", "active"}) {
-    controller_manager_msgs::srv::SetHardwareComponentState::Request request;
-    request.name = "FakeSystem";
-    request.target_state.label = label;
-    edge->call("/controller_manager/set_hardware_component_state", to_cdr(request), [](Status, Bytes) {});
-    rig.run(1);
-  }
+  CommandedRig rig;
+  for (const char* label : {"inactive", "active"}) EXPECT_TRUE(bring_hardware_to(rig, label));
   EXPECT_EQ(rig.hardware->calls.back(), "on_activate");
   EXPECT_TRUE(std::isnan(rig.hardware->last_command("a/position")));
 }
@@ -373,12 +371,7 @@ TEST(EmergencyStop, HardwareActivatedDuringStopIsHeld) {
       "[FakeSystem]}}}");
   rig.manager->stop("the test");
   EXPECT_THAT(rig.hardware->calls, ElementsAre("on_init", "on_configure"));
-  const auto edge = rig.bus.attach("client");
-  controller_manager_msgs::srv::SetHardwareComponentState::Request request;
-  request.name = "FakeSystem";
-  request.target_state.label = "active";
-  edge->call("/controller_manager/set_hardware_component_state", to_cdr(request), [](Status, Bytes) {});
-  rig.run(1);
+  bring_hardware_to(rig, "active");
   EXPECT_EQ(rig.hardware->calls.back(), "on_stop");
 }
 

@@ -403,18 +403,6 @@ TEST_P(LoopbackFaults, DelayedCommandFromBeforeReactivationMovesNothing) {
   EXPECT_EQ(q("j 1"), 0.0);
 }
 
-TEST_P(LoopbackFaults, DeactivatedDeviceHasNoVelocity) {
-  description_.params = {};
-  bring_up({"speeds"});
-  command("speeds", {1.0, 0.0});
-  run(0.1);
-  ASSERT_NEAR(v("j 1"), 1.0, 1e-9);
-  ASSERT_TRUE(switch_to({}, {"speeds"}).ok());
-  EXPECT_EQ(bring_to("inactive"), HardwareState::inactive);
-  run(0.1);
-  EXPECT_EQ(v("j 1"), 0.0);
-}
-
 TEST_P(LoopbackFaults, UnknownParametersAreRefusedWithNearest) {
   description_.params = {{"faut", "error"}, {"delay", "soon"}, {"unclaimed", "fre"}};
   try {
