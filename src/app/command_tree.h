@@ -11,7 +11,7 @@ namespace doppel::app {
 std::vector<const CLI::App*> verbs_of(const CLI::App& command);
 std::vector<const CLI::Option*> options_of(const CLI::App& command);
 std::vector<const CLI::Option*> positionals_of(const CLI::App& command);
-// Whether a word follows it on the command line.
+// True if a word follows it on the command line.
 bool takes_value(const CLI::Option& option);
 
 }  // namespace doppel::app

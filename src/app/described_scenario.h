@@ -1,5 +1,5 @@
 #pragma once
-// What the command line of `up` and `view` specifies about a robot.
+// The robot that the command line of `up` and `view` specifies.
 
 #include <string>
 #include <vector>

@@ -16,7 +16,7 @@ namespace {
 
 constexpr int kBarWidth = 10;
 
-// How many columns a UTF-8 text takes; the table uses no wide or combining characters.
+// The number of columns that a UTF-8 text takes; the table uses no wide or combining characters.
 std::size_t columns(std::string_view text) {
   std::size_t count = 0;
   bool escape = false;

@@ -34,7 +34,7 @@ bool parse_time(const char* begin, const char* end, timespec& out) {
   return std::from_chars(point + 1, point + 10, out.tv_nsec).ec == std::errc{};
 }
 
-// Whether doppel-start is built from it: the modules that it links, the command line, and the build files.
+// True if doppel-start is built from it: the modules that it links, the command line, and the build files.
 bool makes_xacro(std::string_view path) {
   if (!path.starts_with("src/")) return !path.starts_with("web/");
   path.remove_prefix(4);

@@ -1,5 +1,5 @@
 #pragma once
-// Whether the program has to be rebuilt before it starts.
+// A check that tells if the program has to be rebuilt before it starts.
 
 #include <string>
 

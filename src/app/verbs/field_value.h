@@ -13,10 +13,10 @@ namespace doppel::app {
 // style. Refused: a field that the type does not have (with the nearest), an index outside the list.
 Status field_as_yaml(const TypeDescription& type, std::span<const std::byte> cdr, std::string_view path,
                      std::string& out);
-// Whether the type has such a field, before there is any message.
+// Refuses a field that the type does not have, before there is any message.
 Status check_field_path(const TypeDescription& type, std::string_view path);
 
-// How a message, or a field of it, is printed: by default as YAML in block style.
+// The format in which a message, or a field of it, is printed: by default as YAML in block style.
 struct MessageFormat {
   std::string field;                           // its path; empty: the whole message
   bool csv = false;                            // all values on one line, separated by commas

@@ -31,7 +31,7 @@ class ActionGoal {
   [[nodiscard]] std::string feedback_topic() const { return action_ + "/_action/feedback"; }
   // The feedback in a message of that topic as YAML; "" if it is of another topic or goal.
   [[nodiscard]] std::string feedback_yaml(const Client::Received& message) const;
-  // Whether the result has arrived; it is requested when the goal is sent.
+  // True if the result has arrived; it is requested when the goal is sent.
   bool take_outcome(GoalOutcome& outcome);
   void cancel();
 

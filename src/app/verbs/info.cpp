@@ -24,7 +24,7 @@ struct RobotInfoOptions {
   bool json = false;
 };
 
-// How many operations of one overlay are effective.
+// The number of operations of one overlay that are effective.
 struct OverlayState {
   std::filesystem::path file;
   std::string prefix;

@@ -26,7 +26,7 @@ int open_joystick(const std::string& device) {
   return open(device.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
 }
 
-// As the kernel describes the device; a recording has no description, and is in SDL's order.
+// The state as the kernel describes the device; a recording has no description, and is in SDL's order.
 JoystickState described_state(int fd) {
   std::uint8_t axes = 0, buttons = 0;
   std::array<std::uint8_t, ABS_CNT> codes{};

@@ -154,7 +154,7 @@ int dump(Shell& shell, const ParamOptions& options) {
   return 0;
 }
 
-// As many as possible; rejected ones are reported and set exit code 1.
+// Loads as many as possible; rejected ones are reported and set exit code 1.
 int load_parameters(Shell& shell, const ParamOptions& options) {
   const ParameterFile file = ParameterFile::load(options.value);
   Client& twin = shell.twin();

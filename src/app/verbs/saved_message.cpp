@@ -137,7 +137,7 @@ Bitmap without_opacity(const Bitmap& from) {
 
 // -- point clouds
 
-// Where a field is in a point; it has 4 bytes within the point.
+// The offset of a field in a point; it has 4 bytes within the point.
 std::optional<std::size_t> offset_of(const saved::PointCloud2& cloud, const std::string& name) {
   for (const auto& field : cloud.fields) {
     if (field.name != name) continue;

@@ -20,7 +20,7 @@ using doppel_msgs::msg::Sensors;
 
 constexpr auto kAnswerTime = std::chrono::seconds(5);
 
-// By its whole name, or the last part of it where that is unique.
+// The sensor with this whole name, or with this last part of its name where that is unique.
 Sensor sensor_named(Client& twin, const std::string& name) {
   const Sensors all = sensors_of(twin);
   std::vector<const Sensor*> found;
@@ -98,7 +98,7 @@ Time stamp_of(const Client::Received& message) {
   return Time{std::int64_t{stamp.sec} * 1'000'000'000 + stamp.nanosec};
 }
 
-// By a straight line through the samples, because each stamp is on the nearest step of the physics.
+// Hz, from a straight line through the samples, because each stamp is on the nearest step of the physics.
 double rate_of(const std::vector<double>& times) {
   const auto n = static_cast<double>(times.size());
   double mean = 0, spread = 0, product = 0;
@@ -128,7 +128,7 @@ int sensor_rate(Shell& shell, const SensorOptions& options) {
       times.push_back(to_seconds(stamp - *first));
     }
   } catch (const Interrupted&) {
-    // What has come so far is printed.
+    // The messages received so far are printed.
   }
   if (times.size() < 2) throw ClientError(fmt::format("{} brought {} messages in 5 s", topic, times.size()));
   print_line("{}: {:.3f} Hz of simulated time over {} samples; {} asked for\n", sensor.name, rate_of(times),

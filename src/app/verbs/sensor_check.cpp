@@ -114,7 +114,7 @@ std::set<std::string> frames_of(Client& twin) {
   return out;
 }
 
-// Whether a sensor has had the time for a message, by what the twin says of its time and its samples.
+// Tells if a sensor has had the time for a message, from the time and the samples that the twin reports.
 class SensorProgress {
  public:
   explicit SensorProgress(const doppel_msgs::msg::Sensor& sensor)

@@ -1,5 +1,5 @@
 #pragma once
-// What the verbs of `doppel sensor` share.
+// Functions that the verbs of `doppel sensor` share.
 
 #include "app/verbs/shell.h"
 #include "doppel/messages/doppel_msgs.h"

@@ -92,7 +92,7 @@ void report_key(const TeleopKeys& keys, KeyEffect effect, const TeleopArm& arm, 
   if (index >= arm.joints().size()) print_note(fmt::format("there is no joint {}", index + 1));
 }
 
-// What arrives while keys are awaited: the clock, states of the arm's joints.
+// Receives messages while keys are awaited: the clock, states of the arm's joints.
 void receive_messages(Client& twin, std::optional<VelocityPublisher>& base, TeleopArm& arm) {
   if (base) return base->receive([&](const auto& received) { arm.take(received); });
   Client::Received message;

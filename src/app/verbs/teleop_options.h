@@ -26,7 +26,7 @@ struct TeleopOptions {
 // The context of the nodes. params_file: with less priority than --ros-args; "": none.
 std::unique_ptr<ros2::Context> open_context(const TeleopOptions& options,
                                             const std::string& params_file = "");
-// Whether the node that drives publishes TwistStamped: by its parameter, where it is written, then by --type.
+// True if the node that drives publishes TwistStamped: by its parameter, where it is written, then by --type.
 std::optional<bool> asked_stamped(const TeleopOptions& options, ParameterOverrides& written,
                                   const char* parameter);
 // The topic by the verb's option, then by a remapping rule of the node's "cmd_vel", else the one that the base reads.

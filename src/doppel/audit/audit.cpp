@@ -103,7 +103,7 @@ std::optional<Model> compile(const RobotDescription& robot, const XmlNode& root,
   }
 }
 
-// By the functions of a running twin, so that both report the same.
+// Uses the functions of a running twin, so that both report the same.
 void check_sensors(const RobotDescription& robot, const Model& model, Diagnostics& out) {
   const RobotSensors sensors = find_sensors(robot, model, out);
   const HardwareRegistry hardware_types = HardwareRegistry::with_builtin();

@@ -1,4 +1,4 @@
-// What a CMakeLists.txt installs, as far as it can be read without running CMake.
+// The files that a CMakeLists.txt installs, as far as it can be read without running CMake.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -162,7 +162,7 @@ void check_unused(const Arguments& arguments, Findings& out) {
   }
 }
 
-// Whether the switch has an effect: both expansions are compared, where the defaults suffice for them.
+// Checks that the switch has an effect: both expansions are compared, where the defaults suffice for them.
 void check_switches(const AuditInput& in, const Arguments& arguments, Findings& out) {
   int tried = 0;
   for (const auto& [name, where] : arguments.declared) {

@@ -34,7 +34,8 @@ void check_licenses(const PackageManifest& manifest, Findings& out) {
     if (license.text.empty() || has(license.text, {"todo", "license declaration", "tbd", "unknown"})) {
       if (unreleased) continue;
       out.add("package.license", subject, license.source,
-              fmt::format("its licence is '{}', a placeholder: nobody else may use or pass on the model",
+              fmt::format("its licence is '{}', a placeholder, which permits no use and no distribution of "
+                          "the model by others",
                           license.text),
               "write the SPDX identifier of the licence, for example Apache-2.0");
     } else if (has(license.text, {"noncommercial", "non-commercial", "by-nc", "research only", "academic"})) {

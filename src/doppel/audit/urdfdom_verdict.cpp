@@ -11,7 +11,7 @@
 namespace doppel {
 namespace {
 
-// Whether one number consumes the whole stream: blanks before it, none behind.
+// True if one number consumes the whole stream: blanks before it, none behind.
 bool is_double(std::string_view text) {
   return !text.empty() && std::string_view(" \t\r\n").find(text.back()) == std::string_view::npos &&
          parse_number(text).has_value();

@@ -147,7 +147,7 @@ class DOPPEL_API Node {
 
 struct EdgeOptions {
   std::size_t ring_bytes = std::size_t{8} << 20;  // how much it may lag before messages are dropped for it
-  // Whether an edge that subscribes to a topic also gets its own messages. A network must not get them back.
+  // True if an edge that subscribes to a topic also gets its own messages. A network must not get them back.
   bool receives_own = true;
   // The edge logs converted messages itself, by the names of their publishers behind it (BusOptions::advise).
   bool reports_conversions = false;
@@ -217,7 +217,7 @@ enum class TwistPolicy { refuse, explain, convert };
 
 struct BusOptions {
   NameRules names = {};
-  // Whether messages are stamped with simulated time, which is published on /clock; else with wall-clock
+  // True if messages are stamped with simulated time, which is published on /clock; else with wall-clock
   // time. All times within the process (now(), update(), publish()) are simulated time in both cases.
   bool sim_time = true;
   // Called with the text of the first exception of each topic's subscribers, and the loop continues. Empty:

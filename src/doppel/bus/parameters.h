@@ -24,7 +24,7 @@ using ParameterValue =
 // "double array" and so on, for messages.
 DOPPEL_API std::string_view parameter_type_name(const ParameterValue& value);
 DOPPEL_API std::string to_string(const ParameterValue& value);
-// As YAML 1.2 reads a scalar or a flow sequence: "1" int, "1.0" double, "true" bool, "[a, b]" strings.
+// Reads a scalar or a flow sequence as YAML 1.2 does: "1" int, "1.0" double, "true" bool, "[a, b]" strings.
 DOPPEL_API ParameterValue parse_parameter(std::string_view text);
 
 struct NamedParameter {

@@ -15,10 +15,10 @@
 
 namespace doppel {
 
-// Whether messages of type `came` can be converted for readers of type `read`.
+// True if messages of type `came` can be converted for readers of type `read`.
 DOPPEL_API bool is_convertible_twist(std::string_view came, std::string_view read);
 
-// What users should know: "/teleop publishes geometry_msgs/msg/Twist on /base/cmd_vel, where ...". `who`: the
+// The text for users: "/teleop publishes geometry_msgs/msg/Twist on /base/cmd_vel, where ...". `who`: the
 // publisher; `refused`: its messages are not converted.
 DOPPEL_API std::string twist_conversion_text(std::string_view who, std::string_view topic,
                                              std::string_view came, bool refused);

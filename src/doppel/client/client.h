@@ -30,7 +30,7 @@ class DOPPEL_API Client {
   // One node's endpoint of a topic. Empty fields: the protocol does not provide them.
   struct Endpoint {
     std::string node, type, type_hash, gid;
-    // As `ros2 topic info -v` lists them: {"Reliability", "RELIABLE"}, ...
+    // The qualities as `ros2 topic info -v` lists them: {"Reliability", "RELIABLE"}, ...
     std::vector<std::pair<std::string, std::string>> qos;
   };
   struct Topic {
@@ -55,7 +55,7 @@ class DOPPEL_API Client {
 
   virtual ~Client() = default;
 
-  // As last received; updated during waits.
+  // The topics as last received; updated during waits.
   [[nodiscard]] virtual const std::map<std::string, Topic>& topics() const = 0;
   [[nodiscard]] virtual const std::map<std::string, Service>& services() const = 0;
   // Full names, sorted; a name of several nodes is repeated.

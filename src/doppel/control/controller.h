@@ -104,7 +104,7 @@ class DOPPEL_API Controller {
   // Between steps, while simulated time is paused or was set back: a broadcaster publishes the present state,
   // because update() is not called.
   virtual void publish_state(Time /*now*/) {}
-  // How often housekeeping runs, Hz of simulated time.
+  // The rate of housekeeping, Hz of simulated time.
   [[nodiscard]] virtual double housekeeping_rate() const { return 20.0; }
 
   // A chainable controller takes commands from other controllers: its reference interfaces, "joint/position",

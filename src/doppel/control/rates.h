@@ -20,7 +20,7 @@ inline double rate_of(Duration period) {
   return 1.0 / to_seconds(period);
 }
 
-// Whether two rates (Hz) differ by more than rounding.
+// True if two rates (Hz) differ by more than rounding.
 inline bool differs(double rate, double real) {
   return std::abs(rate - real) > 1e-6 * rate;
 }

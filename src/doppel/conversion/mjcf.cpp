@@ -262,7 +262,7 @@ class MjcfWriter final : private MjcfNaming {
     return out;
   }
 
-  // Where zero is outside of a joint's limits, MuJoCo's default start is too.
+  // MuJoCo's default start is zero, also where zero is outside of a joint's limits.
   void add_home(XmlNode& root) const {
     const Eigen::VectorXd q = model_.neutral();
     const bool plain = std::all_of(model_.joints.begin(), model_.joints.end(),

@@ -8,7 +8,7 @@ struct CodeLocation {
   const char* function = "";  // its bare name, as __func__
   int line = 0;               // 1-based; 0: unknown
 
-  // As a default argument: the place of the call.
+  // The place of the call, if it is a default argument.
   static constexpr CodeLocation current(const char* file = __builtin_FILE(),
                                         const char* function = __builtin_FUNCTION(),
                                         int line = __builtin_LINE()) {

@@ -64,7 +64,7 @@ void Inbox::post(std::shared_ptr<Lane> lane, Task task, std::size_t bytes) {
     lane->pending_bytes_.fetch_add(bytes);
   }
   push(head_, new Node{std::move(task), std::move(lane), bytes});
-  // By sequential consistency either this thread reads `asleep_`, or the waiting one finds the task.
+  // Sequential consistency ensures that either this thread reads `asleep_`, or the waiting one finds the task.
   std::atomic_thread_fence(std::memory_order_seq_cst);
   if (!asleep_.load(std::memory_order_relaxed)) return;
   { const std::lock_guard lock(mutex_); }

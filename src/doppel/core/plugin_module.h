@@ -8,7 +8,7 @@
 
 namespace doppel {
 
-// Whether lib<name>.so exists in plugin_module_folder().
+// True if lib<name>.so exists in plugin_module_folder().
 DOPPEL_API bool plugin_module_exists(const std::string& name);
 
 // The address of `symbol` in lib<name>.so, which stays loaded. Throws std::runtime_error with the reason.

@@ -13,7 +13,7 @@
 
 namespace doppel {
 
-// How the numbers in the child elements of a node are read, with the diagnostics of the calling reader. A child
+// Reads the numbers in the child elements of a node, with the diagnostics of the calling reader. A child
 // that is missing or cannot be read is nullopt.
 struct ElementNumbers {
   std::function<std::optional<double>(const XmlNode& parent, std::string_view child)> number;

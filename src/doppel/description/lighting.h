@@ -37,7 +37,7 @@ struct Sky {
   double time = 10, sunrise = 6, sunset = 20;  // hours of the day
 };
 
-// What surrounds the shapes of a world.
+// The surroundings of the shapes of a world.
 struct Environment {
   Eigen::Vector4d ambient{0.4, 0.4, 0.4, 1}, background{0.7, 0.7, 0.7, 1};  // 0..1
   bool shadows = true;

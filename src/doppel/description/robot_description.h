@@ -274,9 +274,9 @@ struct DOPPEL_API RobotDescription {
   [[nodiscard]] const Joint* find_joint(std::string_view joint_name) const;
 };
 
-// Whether the joint's axis is not zero.
+// True if the joint's axis is not zero.
 DOPPEL_API bool has_direction(const Joint& joint);
-// Whether the joint has one position: revolute, continuous or prismatic, with a direction.
+// True if the joint has one position: revolute, continuous or prismatic, with a direction.
 DOPPEL_API bool is_scalar(const Joint& joint);
 // The joint that `joint` mimics. nullptr without <mimic>, or if it has no effect: the named joint does not
 // exist, one of the two is not scalar, or the chain of mimics leads back to `joint`.

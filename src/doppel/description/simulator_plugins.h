@@ -23,17 +23,17 @@ DOPPEL_API std::span<const SimulatorPlugin> simulator_plugins();
 DOPPEL_API const SimulatorPlugin* find_simulator_plugin(std::string_view name);
 
 enum class AttachmentPlugin { detachable_joint, vacuum_gripper };
-// By the filename and the name of a <plugin>; nullopt: it does not attach anything.
+// The plugin with this filename and name; nullopt: it does not attach anything.
 DOPPEL_API std::optional<AttachmentPlugin> find_attachment_plugin(std::string_view filename,
                                                                   std::string_view name);
 
-// Whether it is a sensor by itself, outside of a <sensor>, by the filename of a <plugin> of Gazebo classic.
+// True if it is a sensor by itself, outside of a <sensor>, by the filename of a <plugin> of Gazebo classic.
 DOPPEL_API bool is_sensor_plugin(std::string_view filename);
 
-// Whether it is gz-sim's Label, the class of a model in pictures of labels.
+// True if it is gz-sim's Label, the class of a model in pictures of labels.
 DOPPEL_API bool is_label_plugin(std::string_view filename, std::string_view name);
 
-// Whether it drives a mobile base, by the filename and the name of a <plugin>.
+// True if it drives a mobile base, by the filename and the name of a <plugin>.
 DOPPEL_API bool drives_base(std::string_view filename, std::string_view name);
 
 // Those of a <model> that drive its joints or publish them: gz-sim's JointPositionController, JointController,

@@ -20,7 +20,7 @@ fs::path package_of(const fs::path& description) {
   return package_around(fs::absolute(description, none));
 }
 
-// Whether a file is a complete description: a <robot> with a name, and a link, a macro call or an include. A
+// True if a file is a complete description: a <robot> with a name, and a link, a macro call or an include. A
 // pipe or an unreadable file is not.
 bool stands_alone(const fs::path& file) {
   std::string xml;

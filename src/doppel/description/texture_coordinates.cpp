@@ -32,7 +32,7 @@ void add_side(const TriangleCorners& p, const Cone& cone, std::vector<Eigen::Vec
   }
 }
 
-// How far along the outline a corner of the extrusion is, m.
+// The distance of a corner of the extrusion along the outline, m.
 float along_outline(const Extrusion& shape, const Eigen::Vector3f& corner) {
   double length = 0;
   const std::size_t n = shape.outline.size();

@@ -1,5 +1,5 @@
 #pragma once
-// Where a texture lies on shapes that are made of triangles.
+// Positions of a texture on shapes that are made of triangles.
 
 #include <Eigen/Core>
 #include <vector>

@@ -17,7 +17,7 @@ namespace doppel {
 DOPPEL_API RobotDescription read_urdf(const XmlNode& root, const std::filesystem::path& base,
                                       const PackageResolver& resolver, Diagnostics& diagnostics);
 
-// What to do about a root element that is not <robot>.
+// The fix for a root element that is not <robot>.
 DOPPEL_API std::string fix_of_root(const XmlNode& root);
 
 // Checks the tree of links and joints: one root, no loops, known names, mimics with an effect.

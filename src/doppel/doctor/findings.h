@@ -1,5 +1,5 @@
 #pragma once
-// What the facts mean for a twin. Judging reads nothing but its argument.
+// The meaning of the facts for a twin. Judging reads nothing but its argument.
 
 #include <string>
 #include <vector>

@@ -1,5 +1,5 @@
 #pragma once
-// What `doppel doctor` looks at, as plain facts: gathered by gather_facts(), judged by findings.h.
+// The facts that `doppel doctor` looks at: gathered by gather_facts(), judged by findings.h.
 
 #include <cstdint>
 #include <filesystem>

@@ -43,7 +43,7 @@ bool is_taken(int type, std::uint32_t address, int port) {
   const FileDescriptor socket(::socket(AF_INET, type | SOCK_CLOEXEC, 0));
   if (!socket.is_open()) return false;
   const int on = 1;
-  // As the server binds: a port whose last connections are only being wound up is free.
+  // Binds as the server does: a port whose last connections are only being wound up is free.
   if (type == SOCK_STREAM) setsockopt(socket.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   sockaddr_in where{};
   where.sin_family = AF_INET;

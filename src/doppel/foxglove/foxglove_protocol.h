@@ -200,7 +200,7 @@ using ClientMessage =
 DOPPEL_API Status read_client_text(std::string_view frame, ClientMessage& out);
 DOPPEL_API Status read_client_binary(ByteView frame, ClientMessage& out);
 
-// Whether a payload is well-formed JSON.
+// True if a payload is well-formed JSON.
 DOPPEL_API bool is_json(std::string_view text);
 
 DOPPEL_API std::string to_frame(const Subscribe& subscribe);

@@ -15,7 +15,7 @@
 
 namespace doppel {
 
-// Whether it is a primitive with positive dimensions, or a mesh with a file.
+// True if it is a primitive with positive dimensions, or a mesh with a file.
 DOPPEL_API bool has_extent(const Geometry& geometry);
 
 enum class CollisionDetail {

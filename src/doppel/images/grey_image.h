@@ -1,5 +1,5 @@
 #pragma once
-// What the plugin module for images returns.
+// The picture that the plugin module for images returns.
 
 #include <cstdint>
 #include <string>

@@ -14,7 +14,7 @@ struct DOPPEL_API GeographicPoint {
   double altitude = 0;                 // m above the ellipsoid
 };
 
-// Where a world is on Earth, and the magnetic field there.
+// The position of a world on Earth, and the magnetic field there.
 struct DOPPEL_API EarthFrame {
   bool is_given = false;   // by the world; false: the origin below stands in
   GeographicPoint origin;  // of the world's frame, whose z is up

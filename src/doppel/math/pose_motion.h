@@ -11,7 +11,7 @@ struct DOPPEL_API PoseMotion {
   Eigen::Vector3d linear_W = Eigen::Vector3d::Zero();   // m/s, of the frame's origin
   Eigen::Vector3d angular_W = Eigen::Vector3d::Zero();  // rad/s
 
-  // Whether it moves by more than 1e-6 m or rad in this time, s: less is not seen.
+  // True if it moves by more than 1e-6 m or rad in this time, s: less is not seen.
   [[nodiscard]] bool moves_in(double seconds) const {
     return (linear_W.norm() + angular_W.norm()) * seconds > 1e-6;
   }

@@ -23,7 +23,7 @@ namespace {
 constexpr std::size_t kMaxNameLength = 255, kMaxDepth = 64;
 constexpr double kMaxInitialValue = 9e15;  // whole numbers beyond it are not exact in a double
 
-// By rosidl's ids; `message` also stands for those that no ROS 2 type has: long double, fixed strings.
+// Kinds by rosidl's ids; `message` also stands for those that no ROS 2 type has: long double, fixed strings.
 constexpr FieldKind kKinds[] = {
     FieldKind::message, FieldKind::message,   FieldKind::int8,           FieldKind::uint8,
     FieldKind::int16,   FieldKind::uint16,    FieldKind::int32,          FieldKind::uint32,

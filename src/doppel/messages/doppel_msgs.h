@@ -88,7 +88,7 @@ struct Light {
   DOPPEL_CONSTANTS(POINT, DIRECTIONAL, SPOT)
 };
 
-// What a marker of /doppel/objects cannot express of its material. Maps are URIs, empty: none.
+// The properties of a material that a marker of /doppel/objects cannot express. Maps are URIs, empty: none.
 struct PhysicalMaterial {
   std::int32_t marker = 0;  // the marker's id
   std_msgs::msg::ColorRGBA emissive;
@@ -113,7 +113,7 @@ struct Terrain {
                  normal_maps, texture_sizes, blend_heights, blend_distances)
 };
 
-// How the world is drawn beside the markers of /doppel/objects.
+// The appearance of the world beside the markers of /doppel/objects.
 struct Scene {
   bool has_environment =
       false;  // false: the world has no <scene>, and the fields up to `sunset` are not used

@@ -11,7 +11,7 @@ namespace {
 
 using type_description_interfaces::msg::IndividualTypeDescription;
 
-// As Python's json.dumps with its usual separators. Names of types and fields need no escapes.
+// Writes JSON as Python's json.dumps does with its usual separators. Names of types and fields need no escapes.
 void write(const IndividualTypeDescription& type, std::string& json) {
   json += fmt::format(R"({{"type_name": "{}", "fields": [)", std::string_view(type.type_name));
   const char* separator = "";

@@ -10,7 +10,7 @@
 namespace doppel {
 namespace {
 
-// Whether PyYAML (its YAML 1.1 resolver) would read the plain text as another type.
+// True if PyYAML (its YAML 1.1 resolver) would read the plain text as another type.
 bool looks_like_another_type(std::string_view text) {
   static const std::regex pattern(
       "|~|null|Null|NULL|<<|=|yes|Yes|YES|no|No|NO|true|True|TRUE|false|False|FALSE|on|On|ON|off|Off|OFF"

@@ -40,9 +40,9 @@ class DOPPEL_API MjcfNaming {
   [[nodiscard]] virtual std::string joint_name(int joint, std::string_view part) const = 0;
   // Mass properties of the body alone, in the link frame; nullopt: no <inertial>.
   [[nodiscard]] virtual std::optional<MassProperties> inertia(int link) const = 0;
-  // Whether the position limits of a joint are written as MuJoCo limits.
+  // True if the position limits of a joint are written as MuJoCo limits.
   [[nodiscard]] virtual bool limits(const ModelJoint& /*joint*/) const { return true; }
-  // Whether a floating joint is a <freejoint>, which MuJoCo allows only on children of the world.
+  // True if a floating joint is a <freejoint>, which MuJoCo allows only on children of the world.
   [[nodiscard]] virtual bool free_joint(int /*joint*/) const { return false; }
   // Further attributes of a degree of freedom: damping, friction.
   virtual void complete(const ModelJoint& joint, XmlNode& dof) const = 0;

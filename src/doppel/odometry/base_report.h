@@ -1,5 +1,5 @@
 #pragma once
-// How far a base's odometry is from the truth, and the multipliers of its controller that minimise the
+// The error of a base's odometry, and the multipliers of its controller that minimise the
 // odometry error: the twin drives 5 m, 10 rad on the spot to each side, and a square of 4 m in each
 // direction (UMBmark, Borenstein and Feng 1994), by the base's own controller and its topics.
 

@@ -32,7 +32,7 @@ std::string effect(const TreeEdit& edit) {
   return out;
 }
 
-// How many attributes and elements of the expansion come from each place of the sources.
+// Counts the attributes and elements of the expansion that come from each place of the sources.
 void count_places(const XmlNode& node, std::map<std::string, int>& count) {
   ++count[node.where.place()];
   for (const XmlAttribute& a : node.attributes) {
@@ -114,7 +114,7 @@ std::string Baking::laid_out(const XmlNode& node, const std::string& indent) con
   return out;
 }
 
-// What "${upper}" refers to; empty for everything that is more than a name.
+// The name that "${upper}" refers to; empty for everything that is more than a name.
 std::string argument_name(std::string_view raw) {
   if (!raw.starts_with("${") || !raw.ends_with('}')) return "";
   const std::string_view name = raw.substr(2, raw.size() - 3);

@@ -30,7 +30,7 @@ DOPPEL_API std::vector<BakedFile> bake_in_place(const ExpandedDescription& plain
 // the end. Throws InputError.
 DOPPEL_API void write_baked(const std::vector<BakedFile>& files, const std::function<bool()>& holds);
 
-// Whether two trees have the same elements with the same values; the order of the children of
+// True if two trees have the same elements with the same values; the order of the children of
 // <robot> is ignored.
 DOPPEL_API bool same_expansion(const XmlNode& a, const XmlNode& b);
 

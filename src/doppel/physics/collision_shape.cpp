@@ -78,7 +78,7 @@ Vertices extreme_vertices(const Vertices& vertices) {
   return out;
 }
 
-// How far a shape reaches below its centre, m; up: the outer frame's z in the shape's axes.
+// The distance by which a shape reaches below its centre, m; up: the outer frame's z in the shape's axes.
 struct ReachBelow {
   Eigen::Vector3d up;  // unit
   [[nodiscard]] double across() const { return std::hypot(up.x(), up.y()); }

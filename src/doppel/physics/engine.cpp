@@ -243,7 +243,7 @@ Pose Engine::pose_of(BodyId body) const {
   return body.is_ground() ? Pose(Pose::Identity()) : instance(body.instance).link_pose(body.link);
 }
 
-// Whether a joint above the link moves.
+// True if a joint above the link moves.
 bool Engine::can_move(BodyId body) const {
   if (body.is_ground()) return false;
   const Model& model = instance(body.instance).model();

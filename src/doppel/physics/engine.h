@@ -99,7 +99,7 @@ struct ExcludedPair {
   bool at_start = false;  // found at the start; false: follows from the structure
 };
 
-// What drives a scalar joint. Mimic joints are moved by a physical coupling to their leader, never
+// The kind of drive of a scalar joint. Mimic joints are moved by a physical coupling to their leader, never
 // by a drive.
 enum class DriveMode {
   passive,   // nothing: the joint moves freely

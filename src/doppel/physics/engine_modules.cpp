@@ -21,7 +21,7 @@ std::string library_of(const std::string& engine) {
   return "doppel_engine_" + engine;
 }
 
-// What was loaded or registered so far.
+// The modules that are loaded or registered.
 struct Registry {
   std::mutex mutex;
   std::map<std::string, EngineModule> modules;

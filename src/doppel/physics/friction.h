@@ -29,7 +29,7 @@ struct DOPPEL_API Friction {
   bool written = false;  // the description has a coefficient
 
   [[nodiscard]] bool directed() const { return direction.squaredNorm() > 0; }
-  // Whether pairs of such shapes need no other rule than that of the larger friction.
+  // True if pairs of such shapes need no other rule than that of the larger friction.
   [[nodiscard]] bool plain() const { return !directed() && !decides && slip == 0; }
 };
 

@@ -17,11 +17,11 @@ inline bool opposed(const Eigen::Vector3d& normal_a, const Eigen::Vector3d& norm
   return normal_a.dot(normal_b) < kOpposedCosine;
 }
 
-// Whether an instance can be held: an object whose base moves freely.
+// True if an instance can be held: an object whose base moves freely.
 [[nodiscard]] inline bool can_be_held(const ModelInstance& instance) {
   return instance.is_object() && instance.floating();
 }
-// Whether the links of an instance count as fingers.
+// True if the links of an instance count as fingers.
 [[nodiscard]] inline bool has_fingers(const ModelInstance& instance) {
   return !instance.is_object();
 }

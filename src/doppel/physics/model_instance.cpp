@@ -171,7 +171,7 @@ class ShapeReader {
     }
   }
 
-  // What cannot be read collides with nothing.
+  // A shape that cannot be read collides with nothing.
   void leave_out(const Link& link, const Collision& collision, const InputError& error) {
     for (Diagnostic diagnostic : error.diagnostics()) {
       diagnostic.severity = Severity::warning;

@@ -19,7 +19,7 @@ DOPPEL_API double measure_bare_step_rate(const Engine& engine, int steps);
 DOPPEL_API void mujoco_inverse_dynamics(const Engine& engine, std::span<const double> acceleration,
                                         std::span<double> tau);
 
-// Whether the first half of a step with empty contact rules (mujoco/contact_rules.h) gives bit-identical
+// True if the first half of a step with empty contact rules (mujoco/contact_rules.h) gives bit-identical
 // contacts, constraints, inertia and bias to that of MuJoCo's own mj_step1, at the engine's state.
 DOPPEL_API bool empty_contact_rules_change_nothing(const Engine& engine);
 // The same with the rules of the engine's world.

@@ -64,7 +64,7 @@ struct WorldSettings {
   double ground_friction = 0.8;                   // Coulomb
   std::optional<double> ground_restitution = {};  // 0..1; nullopt: that of what touches it
   FrictionRule friction_rule = FrictionRule::larger;
-  // What is drawn; of no effect on the physics.
+  // The appearance; it has no effect on the physics.
   std::vector<Light> lights;               // empty: those of whoever draws
   std::optional<Environment> environment;  // nullopt: not written
 };

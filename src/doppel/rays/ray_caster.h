@@ -57,7 +57,7 @@ struct CameraPicture {
   std::vector<std::uint32_t> labels;  // SceneItem::label; 0: nothing
 };
 
-// What makes pictures of a scene: the caster below; in tests and benchmarks also a plain one in double
+// A renderer of pictures of a scene: the caster below; in tests and benchmarks also a plain one in double
 // precision and one on OpenGL. What a picture shows does not depend on how it is made:
 //  - Depth and label are those of the nearest surface between near and far on the ray of the first table.
 //  - Light is linear; each sample is limited to 0..1 before they are averaged. A surface sends back its emissive
@@ -81,7 +81,7 @@ class DOPPEL_API RayCaster : public CameraRenderer {
  public:
   // The nearest surface of each ray. A surface is hit from both sides.
   virtual void cast(const RayBatch& rays, HitBatch& out) const = 0;
-  // Whether no surface is on the segment from a to b (m, world): the line of sight.
+  // True if no surface is on the segment from a to b (m, world): the line of sight.
   [[nodiscard]] virtual bool sees(const Eigen::Vector3d& a_W, const Eigen::Vector3d& b_W) const = 0;
   // false: no surface, other than those of `except_body`, is within `radius` of p (m, world).
   [[nodiscard]] virtual bool may_be_near(const Eigen::Vector3d& p_W, double radius,

@@ -31,7 +31,7 @@ std::int64_t sequence(const std::uint8_t* bytes, bool little) {
   return static_cast<std::int64_t>(high << 32 | rtps::number(bytes + 4, 4, little));
 }
 
-// What follows a list of parameters; nothing where the list does not end.
+// The bytes that follow a list of parameters; nothing where the list does not end.
 std::optional<std::span<const std::uint8_t>> behind_parameters(std::span<const std::uint8_t> list,
                                                                bool little) {
   while (list.size() >= 4) {

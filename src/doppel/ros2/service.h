@@ -50,7 +50,7 @@ class DOPPEL_API ServiceClient {
 
   [[nodiscard]] const Writer& requests() const { return *requests_; }
   [[nodiscard]] const Reader& replies() const { return *replies_; }
-  // Whether a server is matched in both directions.
+  // True if a server is matched in both directions.
   [[nodiscard]] bool is_available() const;
   // The request's sequence number; nullopt if it could not be sent.
   std::optional<std::int64_t> send(std::span<const std::byte> cdr);

@@ -1,6 +1,7 @@
 #pragma once
-// What cameras, lidars and other sensors of light see: surfaces with materials, fixed to bodies, and lights. A scene
-// is immutable and shared; from frame to frame only the poses of its bodies change. Colours are sRGB, 0..1.
+// The scene that cameras, lidars and other sensors of light see: surfaces with materials, fixed to bodies, and
+// lights. A scene is immutable and shared; from frame to frame only the poses of its bodies change. Colours are
+// sRGB, 0..1.
 
 #include <Eigen/Core>
 #include <array>

@@ -20,7 +20,7 @@ using ros_gz_interfaces::msg::JointWrench;
 
 // Of one sensor; more of them allocate in the loop, and so do delayed messages until the first ones are sent.
 constexpr std::size_t kUsualPairs = 16, kUsualPoints = 16, kUsualName = 128;
-// What Gazebo's conversion of a URDF inserts where a link is merged into the one that carries it.
+// The text that Gazebo's conversion of a URDF inserts where a link is merged into the one that carries it.
 constexpr std::string_view kMerged = "_fixed_joint_lump__";
 
 // The names that Gazebo gives the collisions of a link: as written, else LINK_collision, LINK_collision_1.
@@ -40,7 +40,7 @@ std::string_view without_merged_prefix(std::string_view name) {
   return at == std::string_view::npos ? name : name.substr(at + kMerged.size());
 }
 
-// Whether a collision of this link is meant: by its name, or by the one that the conversion makes of the link's.
+// True if a collision of this link is meant: by its name, or by the one that the conversion makes of the link's.
 bool is_meant(const Link& link, std::string_view written) {
   const std::string_view name = without_merged_prefix(written);
   const std::string made = link.name + "_collision";

@@ -30,7 +30,7 @@ Origins origins_of(const RayBatch& rays) {
   return {(low + high) / 2, (high - low).norm() / 2};
 }
 
-// What is nearer than the sensor's range, but not its own housing, is -infinity (REP 117).
+// A surface nearer than the sensor's range, except its own housing, is -infinity (REP 117).
 void mark_near(const RayCaster& caster, RayBatch& rays, double near, int own_body, HitBatch& scratch,
                std::vector<float>& ranges) {
   if (near <= 0) return;

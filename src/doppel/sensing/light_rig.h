@@ -30,7 +30,7 @@ class DOPPEL_API LightRig {
   LightRig& operator=(const LightRig&) = delete;
 
   // -- between steps
-  // Where controllers read ranges of the sensors that set_sensors() makes afterwards.
+  // Sets the values from which controllers read ranges of the sensors that set_sensors() makes afterwards.
   void set_ranges(std::shared_ptr<RangeValues> ranges);
   // Replaces all sensors; those that stay keep their count of samples, and the messages that wait for a
   // latency if their values stay, too. Sensors of other kinds are left out, and with an error those whose
@@ -45,7 +45,7 @@ class DOPPEL_API LightRig {
   [[nodiscard]] std::vector<RigStatus> status() const;
   // Writes the present rates and counts into the list that status() gave; does not allocate.
   void refresh(std::span<doppel_msgs::msg::Sensor> list) const;
-  // How many samples of a sensor of that list have failed.
+  // The number of failed samples of a sensor of that list.
   [[nodiscard]] std::uint64_t failed(std::size_t sensor) const;
   [[nodiscard]] bool empty() const;
   [[nodiscard]] std::uint64_t rays_cast() const;

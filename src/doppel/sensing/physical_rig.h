@@ -50,7 +50,7 @@ class DOPPEL_API PhysicalRig {
 
   // -- between steps
   void between_steps(Time now);
-  // Where the world is, for the sensors that set_sensors() makes afterwards.
+  // Sets the position of the world on Earth, for the sensors that set_sensors() makes afterwards.
   void set_earth(const EarthFrame& earth);
   // Replaces all sensors; those that stay, with their name, type and rate, keep their count of samples and
   // their start, and the messages that wait for a latency if all their values stay. Sensors of other kinds

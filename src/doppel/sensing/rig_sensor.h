@@ -1,5 +1,5 @@
 #pragma once
-// What the rigs of sensors share: a sensor on an instance, and the options and status of a rig.
+// Types that the rigs of sensors share: a sensor on an instance, and the options and status of a rig.
 
 #include <cstdint>
 #include <string>

@@ -48,8 +48,8 @@ class DOPPEL_API SensorReadings {
   void read(const Engine& engine);
   // Of the last read(), in the order of reading_names(); NaN: the sensor's instance is not in the engine.
   [[nodiscard]] std::span<const double> values(std::size_t sensor) const;
-  // Whether the values are a function of the states and the seed. Not those of a range, which depend on when its sample is
-  // finished, without lockstep.
+  // True if the values are a function of the states and the seed. Not those of a range, which depend on when
+  // its sample is finished, without lockstep.
   [[nodiscard]] bool repeatable(std::size_t sensor) const;
 
  private:

@@ -25,7 +25,7 @@ class DOPPEL_API BiasWalk {
   double at(std::uint64_t n);
   // Random numbers drawn so far.
   [[nodiscard]] std::uint64_t draws() const { return draws_; }
-  // Whether two walks with the same random numbers have the same values.
+  // True if two walks with the same random numbers have the same values.
   [[nodiscard]] bool same_as(const BiasWalk& other) const {
     return first_ == other.first_ && deviation_ == other.deviation_ && decay_ == other.decay_;
   }

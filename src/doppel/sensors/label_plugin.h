@@ -18,7 +18,7 @@ namespace doppel {
 // of all visuals of the link, or with the attribute `name` of the visuals of that name.
 class DOPPEL_API VisualLabels {
  public:
-  // What cannot be read is a warning ("sensor.value") and counts as not written.
+  // A value that cannot be read is a warning ("sensor.value") and counts as not written.
   VisualLabels(const RobotDescription& robot, Diagnostics& diagnostics);
   // [visuals]; nullopt: it has none, or 0, which is the background.
   [[nodiscard]] std::vector<std::optional<std::uint16_t>> of(const Link& link) const;

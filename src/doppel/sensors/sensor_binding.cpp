@@ -50,7 +50,7 @@ std::array<SensorDescription, 7> ideal_sensors() {
           ideal("air_pressure", environment(EnvironmentKind::air_pressure))};
 }
 
-// Where a <param> puts a sensor.
+// The place where a <param> puts a sensor.
 struct Place {
   std::string written;  // <param name="link">hand</param>
   std::string name;     // hand

@@ -35,7 +35,8 @@ struct DOPPEL_API NoiseDescription {
   bool operator==(const NoiseDescription&) const = default;
 };
 
-// How a lens maps an angle theta from its axis to a distance r = f g(theta) from the centre of the picture.
+// The function by which a lens maps an angle theta from its axis to a distance r = f g(theta) from the centre
+// of the picture.
 enum class LensKind {
   pinhole,        // g = tan(theta)
   stereographic,  // 2 tan(theta / 2)
@@ -53,7 +54,7 @@ struct LensDescription {
   double cutoff_angle = 1.5707963267948966;     // rad from the axis, beyond which nothing is seen
   std::array<double, 5> distortion{};           // k1 k2 p1 p2 k3 of a pinhole (ROS's order), plumb_bob
   Eigen::Vector2d distortion_centre{0.5, 0.5};  // of the width and height
-  // As written in <lens><intrinsics>: pixels; s: skew.
+  // The values of <lens><intrinsics>: pixels; s: skew.
   struct Intrinsics {
     double fx = 0, fy = 0, cx = 0, cy = 0, s = 0;
     bool operator==(const Intrinsics&) const = default;
@@ -62,7 +63,7 @@ struct LensDescription {
   bool operator==(const LensDescription&) const = default;
 };
 
-// What the pictures contain: each kind publishes what its kind of Gazebo's sensors does.
+// The content of the pictures: each kind publishes what its kind of Gazebo's sensors does.
 enum class CameraKind { colour, depth, rgbd, segmentation, boundingbox };
 // <box_type>: around the visible pixels, around the whole object in the picture, or oriented in space.
 enum class BoxKind { visible_2d, full_2d, oriented_3d };

@@ -52,7 +52,7 @@ bool wants_best_effort(const XmlNode& plugin) {
   });
 }
 
-// What all of them have: namespace, frame, rate, quality of service.
+// Reads the values that all of them have: namespace, frame, rate, quality of service.
 void read_common(PluginReader& in) {
   PluginValues& values = in.values;
   in.sensor.name_space = values.ros_namespace();

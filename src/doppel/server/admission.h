@@ -48,9 +48,9 @@ DOPPEL_API std::string make_token();
 DOPPEL_API Status check_token(std::string_view token);
 constexpr std::size_t kMinTokenLength = 16;
 
-// Whether a Host header is one of this machine: "localhost:8700", "127.0.0.1", "[::1]:8700".
+// True if a Host header is one of this machine: "localhost:8700", "127.0.0.1", "[::1]:8700".
 DOPPEL_API bool is_local_host(std::string_view host);
-// Whether an Origin header is that of a page from this machine.
+// True if an Origin header is that of a page from this machine.
 DOPPEL_API bool is_local_origin(std::string_view origin);
 // The name or address in a Host header, without port and brackets; "": malformed.
 DOPPEL_API std::string_view name_in_host(std::string_view host);

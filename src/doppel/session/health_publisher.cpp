@@ -49,7 +49,7 @@ Json places_of(const std::vector<SourcePlaces::Named>& named) {
   return out;
 }
 
-// As a report of `doppel check --json` with one finding, which the page shows.
+// The failure as a report of `doppel check --json` with one finding, which the page shows.
 std::string failure_json(const std::string& what) {
   return to_json(refusal_report(
       InputError("health.failed", {}, "the description could not be checked: " + what), "the running twin"));

@@ -24,7 +24,7 @@ struct DOPPEL_API DeclaredController {
 
   [[nodiscard]] std::string subject() const { return "controller '" + name + "'"; }
   [[nodiscard]] bool broadcasts() const { return type.find("Broadcaster") != std::string::npos; }
-  // Whether interfaces() supports its type.
+  // True if interfaces() supports its type.
   [[nodiscard]] bool known_kind() const;
   // The strings of a parameter that is a list or one string, each with its place.
   [[nodiscard]] std::vector<PlacedName> texts(std::string_view parameter) const;

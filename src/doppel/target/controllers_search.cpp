@@ -304,7 +304,7 @@ std::vector<fs::path> Search::yaml_files(const fs::path& package, Diagnostics& s
   return out;
 }
 
-// How many of the words of the robot's name and of its description's file stand in the path.
+// The number of words of the robot's name and of its description's file that stand in the path.
 std::size_t Search::words_shared(const std::string& path) const {
   const std::set<std::string> there = words_with_digits(path);
   std::set<std::string> words = words_with_digits(robot_.name);

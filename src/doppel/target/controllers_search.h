@@ -50,7 +50,7 @@ DOPPEL_API ControllersSearch find_controllers_files(const RobotDescription& robo
 // Reports the result of a search as warnings (up.controllers_missing, up.controllers_unreadable) and notes.
 DOPPEL_API void report(const ControllersSearch& search, Diagnostics& diagnostics);
 
-// Whether the file exists, can be read and declares controllers for ROS 2.
+// True if the file exists, can be read and declares controllers for ROS 2.
 DOPPEL_API bool is_controllers_file(const std::filesystem::path& file);
 
 // A warning if the file declares controllers only for managers in other namespaces. `manager`: the full name

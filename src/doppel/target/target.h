@@ -27,7 +27,7 @@ struct OpenedTarget {
 DOPPEL_API OpenedTarget open_target(const std::string& word, XacroArguments arguments,
                                     const std::filesystem::path& bundled_robots);
 
-// Whether it is a xacro argument by which descriptions select simulator or hardware.
+// True if it is a xacro argument by which descriptions select simulator or hardware.
 DOPPEL_API bool switches_simulation(std::string_view argument);
 
 // The arguments for the expansion of a description: the given ones and, if it declares one that selects

@@ -34,7 +34,8 @@ struct JoySettings {
   std::int64_t enable_button = 5, enable_turbo_button = -1;
   std::string frame = "teleop_twist_joy";     // of TwistStamped
   std::optional<bool> publish_stamped_twist;  // where it is written
-  // By component: "x", "y", "z"; "yaw", "pitch", "roll". An axis of -1: none. Scales in m/s and rad/s.
+  // The axes and scales by component: "x", "y", "z"; "yaw", "pitch", "roll". An axis of -1: none. Scales in
+  // m/s and rad/s.
   std::map<std::string, std::int64_t> axis_linear{{"x", 5}, {"y", -1}, {"z", -1}},
       axis_angular{{"yaw", 2}, {"pitch", -1}, {"roll", -1}};
   std::map<std::string, double> scale_linear{{"x", 0.5}, {"y", 0}, {"z", 0}},
@@ -65,7 +66,7 @@ DOPPEL_API void check_replaceable(const std::filesystem::path& file);
 DOPPEL_API std::chrono::steady_clock::time_point next_repetition(const JoySettings& settings,
                                                                  std::chrono::steady_clock::time_point last);
 
-// Whether the dead-man button (or turbo) is pressed.
+// True if the dead-man button (or turbo) is pressed.
 DOPPEL_API bool is_enabled(const JoySettings& settings, const sensor_msgs::msg::Joy& joy);
 // The velocity of the base; zero while no button enables it.
 DOPPEL_API geometry_msgs::msg::Twist joy_twist(const JoySettings& settings, const sensor_msgs::msg::Joy& joy);

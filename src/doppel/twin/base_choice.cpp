@@ -38,7 +38,7 @@ bool turns_for_ever(const Joint& joint) {
          (!joint.limits || joint.limits->upper - joint.limits->lower > kFewTurns);
 }
 
-// Whether a wheel on this joint would roll on the ground: its axis is horizontal with all joints at zero.
+// True if a wheel on this joint would roll on the ground: its axis is horizontal with all joints at zero.
 bool lies(const JointPaths& paths, const Joint& joint) {
   Eigen::Vector3d axis = joint.axis.normalized();
   for (const Joint* at : paths.to_root(joint)) axis = at->origin.pose().linear() * axis;

@@ -98,7 +98,7 @@ struct Sides {
   Wheels left, right;
 };
 
-// By the side of the base that they are on, from the middle of their own track, each from front to rear.
+// Sorts wheels by the side of the base that they are on, from the middle of their own track, each from front to rear.
 Sides sides_of(const Wheels& wheels) {
   Sides out;
   const auto [right, left] =
@@ -115,7 +115,7 @@ Sides sides_of(const Wheels& wheels) {
   return out;
 }
 
-// What a controller for the wheels is to be, or why there is none.
+// The controller for the wheels, or the reason why there is none.
 struct Chosen {
   std::optional<MappedBase> base;
   std::string text;

@@ -237,7 +237,7 @@ std::string signature(const HardwareDescription& hardware) {
       for (const auto& i : part.state_interfaces) out += "state " + i.name + '\n';
     }
   }
-  // Where a sensor is bound; a joint's values may change while controllers continue.
+  // The place to which a sensor is bound must not change; a joint's values may change while controllers continue.
   for (const HardwareJointDescription& sensor : hardware.sensors) {
     for (const auto& [name, value] : sensor.params) out += "param " + name + '=' + value + '\n';
     for (const auto& i : sensor.state_interfaces)

@@ -68,7 +68,7 @@ class DOPPEL_API CompiledRobot {
   std::vector<HardwareDescription> hardware_;  // the description's, or a generated one
 };
 
-// Whether controllers made for `a` can continue with `b`: the same links, joints, interfaces and controllers'
+// True if controllers made for `a` can continue with `b`: the same links, joints, interfaces and controllers'
 // YAML; limits, inertia, geometry and poses may differ.
 DOPPEL_API bool same_structure(const CompiledRobot& a, const CompiledRobot& b);
 

@@ -302,7 +302,7 @@ void ControlStack::hold_unclaimed_joints(const ControllerSelection& selection, c
   }
 }
 
-// Where no controller that was found commands the wheels.
+// Starts the spare base controller if no controller that was found commands the wheels.
 void ControlStack::start_spare_base(const ControllerSelection& selection, const Log& log) {
   if (!spare_base_ || is_loaded(*manager_, spare_base_->name)) return;
   const Offer offer = offer_of(*manager_);

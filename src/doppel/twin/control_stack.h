@@ -109,7 +109,7 @@ class DOPPEL_API ControlStack {
   void hold(GeneratedController wanted, const Log& log);
   // Makes it as it was before an edit, with its remaining joints.
   void make_idle(GeneratedController idle, const Log& log);
-  // Whether it is now active, or inactive as requested; a warning has the reason otherwise.
+  // True if it is now active, or inactive as requested; a warning has the reason otherwise.
   bool make(const GeneratedController& controller, bool active, const Log& log);
 
   // The second one is the model with which the hardware was initialised, which may keep pointers to it.

@@ -30,7 +30,7 @@ std::vector<std::string> words_of(const std::string& text) {
   return {std::istream_iterator<std::string>(words), {}};
 }
 
-// Whether two texts have the same words, with numbers compared by value.
+// True if two texts have the same words, with numbers compared by value.
 bool same_text(const std::string& a, const std::string& b) {
   return std::ranges::equal(words_of(a), words_of(b), [](const std::string& x, const std::string& y) {
     const auto number = parse_number(x);

@@ -52,7 +52,7 @@ void GraspMonitor::look(Time now) {
   if (topic_.has_listeners()) publish_grasps(now);
 }
 
-// What is known of a grasp, continued from the last look.
+// The state of a grasp, continued from the last look.
 GraspMonitor::Held GraspMonitor::follow(const Grasp& grasp, Time now) const {
   const auto before = std::ranges::find_if(held_, [&](const Held& h) { return h.is(scene_, grasp); });
   Held out;
@@ -127,7 +127,7 @@ void GraspMonitor::report(const Grasp& grasp, Held& held) const {
                                          names_of_links(grasp), held.robot, cause_of(grasp)));
 }
 
-// What slips more slowly than kSmallSlip a look, and nevertheless far.
+// Reports a grasp that slips more slowly than kSmallSlip a look, and nevertheless far.
 void GraspMonitor::report_creep(const Grasp& grasp, Held& held) const {
   if (held.reported || held.creep_reported || held.slip < kReportedSlip) return;
   const double used = grasp.friction_used();

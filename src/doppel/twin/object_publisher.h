@@ -56,7 +56,7 @@ class DOPPEL_API ObjectPublisher : public Tickable {
   Publisher<doppel_msgs::msg::Scene> surroundings_;
   PublishSchedule due_{Duration{40'000'000}};
   visualization_msgs::msg::MarkerArray message_;  // first the objects, in the scene's order, then the deleted
-  // What a marker shows, at the same index.
+  // The shape of the marker at the same index.
   struct Part {
     int instance = 0, link = 0;
     Pose X_LS = Pose::Identity();   // the marker in the link

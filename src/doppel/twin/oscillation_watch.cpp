@@ -16,7 +16,7 @@ constexpr double kStillThere = 0.5;  // of the first half's amplitude: a faster 
 constexpr double kArrived = 1e-9;    // rad or m between reference and target
 constexpr double kNearStep = 0.2;    // of the step's rate: a higher frequency is caused by the step
 
-// Whether the link, or a link that it carries, is one of the two.
+// True if the link, or a link that it carries, is one of the two.
 bool carries(const Instance& robot, int link, const Contact& contact) {
   const Model& model = robot.model();
   for (const BodyId& body : {contact.a, contact.b}) {

@@ -158,7 +158,7 @@ ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, 
 
 namespace {
 
-// What the command line adds to the controllers' parameters, and in which namespace they are.
+// Adds the parameters of the command line to those of the controllers, and sets their namespace.
 void address(const Scenario& scenario, const WorldRobot& robot, RobotSetup& setup) {
   add_ros_parameters(scenario.ros, setup.controllers);
   setup.controllers.set_home(robot.name_space);

@@ -1,5 +1,5 @@
 #pragma once
-// What of a robot rolls and slides on the ground, for the start's notes and for programs: its wheels and
+// The parts of a robot that roll and slide on the ground, for the start's notes and for programs: its wheels and
 // casters, the load on each, and the track of a base with two driven wheels.
 
 #include <optional>

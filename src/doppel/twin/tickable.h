@@ -39,7 +39,7 @@ class DOPPEL_API Tickable {
   Tickable& operator=(const Tickable&) = delete;
 
   // -- in the loop: no allocation, no lock, no throw
-  // Whether before_step() and after_step() are called.
+  // True if before_step() and after_step() are called.
   [[nodiscard]] virtual bool at_every_step() const { return false; }
   virtual void before_step(Time /*now*/) {}
   virtual void after_step(Time /*now*/) {}

@@ -293,7 +293,7 @@ void TwinRobot::report_overloads(const std::set<std::string>& known) {
   }
 }
 
-// What an edit leaves as it was is not repeated, wherever it is now in the file.
+// A warning that an edit leaves as it was is not repeated, wherever it is now in the file.
 void TwinRobot::report_unbound() {
   std::set<std::string> present;
   for (const auto& [component, finding] : control_->unbound()) {

@@ -142,7 +142,7 @@ std::size_t predictable(const std::vector<ComparedEngine>& engines, MotionKind k
   return samples;
 }
 
-// Whether the engines agree when all of them run without the feature.
+// True if the engines agree when all of them run without the feature.
 bool agree_without(const Feature& feature, const std::vector<ComparedEngine>& engines, MotionKind kind,
                    const std::string& tool, const CompareOptions& options, std::size_t samples) {
   std::vector<ComparedEngine> changed = engines;

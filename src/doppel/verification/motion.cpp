@@ -147,7 +147,7 @@ std::unique_ptr<Engine> Motion::make_engine(Duration step) const {
   return compile_world(engine_, world, std::move(instances), diagnostics)->make_engine();
 }
 
-// Whether there is a contact on the straight path from the start that does not exist at the start.
+// True if there is a contact on the straight path from the start that does not exist at the start.
 bool Motion::touches(Engine& engine, const Eigen::VectorXd& goal) const {
   constexpr int kSamples = 10;
   const std::vector<double> rest(static_cast<std::size_t>(model().nv), 0.0);

@@ -14,7 +14,7 @@ struct NamedColour {
   double red, green, blue, opacity;
 };
 
-// By name.
+// The colours by name.
 constexpr NamedColour kColours[] = {
     {"Gazebo/Black", 0, 0, 0, 1},
     {"Gazebo/BlackTransparent", 0, 0, 0, 0.5},

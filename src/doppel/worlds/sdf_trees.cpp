@@ -18,13 +18,13 @@ namespace {
 constexpr const char* kWorldLink = "world";
 constexpr int kMaxJointsInChain = 500;  // algorithms on the tree are recursive
 
-// Whether the twin reads a plugin of a model.
+// True if the twin reads a plugin of a model.
 bool is_read(const std::string& filename, const std::string& name) {
   return find_attachment_plugin(filename, name) || drives_base(filename, name) ||
          find_joint_plugin(filename, name) || is_sensor_plugin(filename) || is_label_plugin(filename, name);
 }
 
-// Where there is something else for a plugin that is not loaded.
+// The replacement of a plugin that is not loaded, if there is one.
 std::string replacement_of(const std::string& filename) {
   static constexpr std::array<std::pair<std::string_view, const char*>, 4> kInstead{
       {{"pose-publisher", "poses are published on /tf and /doppel/objects"},

@@ -89,8 +89,8 @@ using SdfMeshFinder = std::function<std::filesystem::path(const std::string& uri
 DOPPEL_API SdfWorld parse_sdf(const std::string& text, const std::string& name,
                               const SdfMeshFinder& find_mesh, Diagnostics& diagnostics);
 
-// Whether it is an SDF file by its name: .sdf, .world, .model, these with .xacro behind them (which is expanded with the
-// defaults of its arguments), or a folder with a model.config.
+// True if it is an SDF file by its name: .sdf, .world, .model, these with .xacro behind them (which is
+// expanded with the defaults of its arguments), or a folder with a model.config.
 DOPPEL_API bool is_sdf(const std::filesystem::path& file);
 
 // The file of a world's or model's name as the command line gives it: a file, a folder, a name on the

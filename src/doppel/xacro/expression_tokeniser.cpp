@@ -34,7 +34,7 @@ int hex(char c) {
   return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
 }
 
-// By their first letter; keywords of statements are not names either.
+// The keywords by their first letter; keywords of statements are not names either.
 constexpr std::array<std::pair<std::string_view, Symbol>, 30> kKeywords{{
     {"False", Symbol::key_false}, {"None", Symbol::key_none},     {"True", Symbol::key_true},
     {"and", Symbol::key_and},     {"assert", Symbol::key_other},  {"await", Symbol::key_other},
@@ -48,7 +48,7 @@ constexpr std::array<std::pair<std::string_view, Symbol>, 30> kKeywords{{
     {"while", Symbol::key_other}, {"with", Symbol::key_other},    {"yield", Symbol::key_other},
 }};
 
-// Where the keywords of each first letter begin in the table.
+// The index in the table at which the keywords of each first letter begin.
 constexpr auto kFirstKeyword = [] {
   std::array<std::uint8_t, 129> out{};
   for (std::size_t c = 0; c < out.size(); ++c) {

@@ -44,7 +44,7 @@ bool substitution(std::string_view text) {
   return text.find("${") != std::string_view::npos || text.find("$(") != std::string_view::npos;
 }
 
-// Whether any text or attribute in it has to be evaluated.
+// True if any text or attribute in it has to be evaluated.
 bool has_substitution(const TreeNode& node) {
   if (node.constant || node.kind == TreeNode::Kind::comment || node.kind == TreeNode::Kind::instruction)
     return false;

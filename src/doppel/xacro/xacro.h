@@ -33,7 +33,7 @@ DOPPEL_API XacroResult expand_xacro(const std::filesystem::path& file,
                                     const std::vector<std::pair<std::string, std::string>>& arguments,
                                     const PackageResolver& resolver, Diagnostics& diagnostics);
 
-// Whether the tree needs expansion: it has an element or the namespace of xacro, ${...} or $(...).
+// True if the tree needs expansion: it has an element or the namespace of xacro, ${...} or $(...).
 DOPPEL_API bool needs_xacro(const XmlTree& tree);
 
 // The same text as ros/xacro writes: its layout, its order of attributes, its banner with `input` as the

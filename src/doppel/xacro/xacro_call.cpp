@@ -8,7 +8,8 @@
 
 namespace doppel::xacro {
 
-// By its whole name first; then through the namespaces in front of it, whose names are visible in the call.
+// Finds a macro by its whole name first; then through the namespaces in front of it, whose names are visible
+// in the call.
 std::shared_ptr<const Macro> Expander::resolve_macro(std::string_view name, Context& context) {
   if (auto macro = context.macros->find(name)) return macro;
   std::string_view rest = name;

@@ -91,7 +91,7 @@ class Lines {
     if (odd_ && !text_.empty()) throw NotSimple();
   }
 
-  // Where a comment begins, or the line ends; quotes may hold a '#'. The line is read to its end.
+  // The place where a comment begins, or the line ends; quotes may hold a '#'. The line is read to its end.
   const char* content_end(const char* const content) {
     char quote = 0;
     for (const char* at = content;; ++at) {
@@ -113,7 +113,7 @@ class Lines {
     }
   }
 
-  // Whether a line ends here; then reading continues behind it.
+  // True if a line ends here; then reading continues behind it.
   bool ends_line(const char* at) {
     at_ = at;
     if (at == end_) return true;

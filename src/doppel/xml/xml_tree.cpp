@@ -56,7 +56,7 @@ class Copier {
             static_cast<int>(where.offset - *(next - 1)) + 1, step(within)};
   }
 
-  // Where each line begins.
+  // The offset at which each line begins.
   const std::vector<std::uint32_t>& lines_of(const TreeSource& source) {
     if (&source == last_) return *last_lines_;
     const auto [at, anew] = lines_.try_emplace(&source);

@@ -115,7 +115,7 @@ struct DOPPEL_API XmlTree {
 // bytes that are not UTF-8. Source: the rules of TinyXML 2.6, verified with check_urdf.
 enum class XmlRules { strict, lenient };
 
-// As parse_xml and load_xml, with the same errors.
+// These read a text or a file as parse_xml and load_xml do, with the same errors.
 DOPPEL_API XmlTree parse_xml_tree(std::string text, const std::string& file,
                                   XmlContent keep = XmlContent::everything,
                                   XmlRules rules = XmlRules::strict);

@@ -1,4 +1,4 @@
-// What the parts of the page share.
+// The objects that the parts of the page share.
 import { Signal } from './signal';
 import type { Commander } from './commander';
 import type { Hardware } from './hardware';

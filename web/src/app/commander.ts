@@ -94,7 +94,7 @@ export class Commander {
     return !joint.mimic && (this.viewing || this.owner(joint) !== null);
   }
 
-  // Whether a controller, active or not, takes positions of the joint.
+  // True if a controller, active or not, takes positions of the joint.
   hasMover(joint: TreeJoint): boolean {
     const moved = joint.mimic?.joint ?? joint.name;
     return this.viewing || this.twin.controllers.some((c) => this.takesPositions(c) && c.joints.includes(moved));

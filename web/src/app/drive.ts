@@ -33,7 +33,7 @@ export class Drive {
     app.twin.selectedRobot.on(() => this.release());
   }
 
-  // Whether the robot has a base to drive, also while its controller is not active.
+  // True if the robot has a base to drive, also while its controller is not active.
   get applies(): boolean {
     return this.app.twin.controllers.some((c) => BASES.test(c.type)) || this.topic() !== null;
   }

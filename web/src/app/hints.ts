@@ -1,4 +1,4 @@
-// What a first visitor can do, over the picture until it is dismissed.
+// First steps for a new visitor, over the picture until they are dismissed.
 import { button, h } from './dom';
 import { icon } from './icons';
 import { set, settings } from './settings';

@@ -35,7 +35,7 @@ function problem(note: string): Picture {
   return { width: 0, height: 0, rgba: new Uint8ClampedArray(), note, most: 0 };
 }
 
-// What an image is drawn with, kept from one to the next: the memory of its pixels and the scale of its depths.
+// The tools that draw images, kept from one image to the next: the memory of its pixels and the scale of its depths.
 export class Pixels {
   readonly scale = new SteadyScale();
   private rgba = new Uint8ClampedArray();

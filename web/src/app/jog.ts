@@ -41,7 +41,7 @@ export class Jog {
     app.commander.stopChanged.on(() => this.held.clear());
   }
 
-  // Whether the key jogs.
+  // True if the key jogs.
   press(code: string): boolean {
     if (!(code in TOOL_KEYS) && code !== 'BracketLeft' && code !== 'BracketRight') return false;
     this.held.add(code);

@@ -1,4 +1,4 @@
-// What the first picture needs: bar, layout, the 3D part. Panels and tools are loaded after it.
+// The parts that the first picture needs: bar, layout, the 3D part. Panels and tools are loaded after it.
 import type { AssetStore } from '../robot/assets';
 import { World } from '../scene/world';
 import type { App } from './app';

@@ -16,7 +16,7 @@ export interface ObjectSpec {
 
 const NAME = /^[A-Za-z0-9_][A-Za-z0-9_ .-]{0,63}$/;
 
-// What is wrong with it, as text for the user; '' if nothing is.
+// The problem of the object, as text for the user; '' if there is none.
 export function objectProblem(spec: ObjectSpec): string {
   const { shape } = spec;
   const lengths = shape.kind === 'box' ? shape.size : shape.kind === 'ball' ? [shape.radius] : shape.kind === 'cylinder' ? [shape.radius, shape.length] : [shape.scale];

@@ -37,7 +37,7 @@ export function readSensors(message: Message): Sensor[] {
   }));
 }
 
-// Of several pictures of a topic's family, the one that is smallest on the wire: not the raw one beside a compressed
+// The picture topics, of each family only the one that is smallest on the wire: not the raw one beside a compressed
 // one, not the numbers of labels beside their colours.
 export function pictureTopics(topics: string[], schemaOf: (topic: string) => string): string[] {
   return topics.filter((topic) => {
@@ -49,7 +49,7 @@ export function pictureTopics(topics: string[], schemaOf: (topic: string) => str
   });
 }
 
-// What distinguishes topics of one sensor: "left" and "right" of "/stereo/left/image_raw/compressed".
+// The parts of names that distinguish the topics of a sensor: "left" and "right" of "/stereo/left/image_raw/compressed".
 export function shortTopics(topics: string[]): string[] {
   const parts = topics.map((topic) => topic.replace(/\/compressed$/, '').split('/'));
   const same = (at: (list: string[]) => string | undefined): boolean => parts.every((list) => list.length > 1 && at(list) === at(parts[0]!));

@@ -260,7 +260,7 @@ export class Twin {
     if (this.differs()) this.moved.emit();
   }
 
-  // Whether there was a visible motion.
+  // True if there was a visible motion.
   private differs(): boolean {
     let far = this.seen.length !== this.poses.length;
     for (let i = 0; i < this.poses.length && !far; i += 1) far = Math.abs(this.poses[i]! - this.seen[i]!) > 2e-5;

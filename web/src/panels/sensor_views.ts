@@ -1,4 +1,4 @@
-// What a sensor measures, as a picture, a plot of a scan, or numbers: one view for each type of message.
+// Views of the values of a sensor, one for each type of message: a picture, a plot of a scan, or numbers.
 import { COLOUR_MAP, colourStep, gradient, SteadyScale } from '../app/colour_map';
 import { openDialog } from '../app/dialog';
 import { fill, h, say } from '../app/dom';
@@ -224,7 +224,7 @@ function touchesView(): View {
   };
 }
 
-// By the type of the messages; undefined: the panel has no view of it.
+// The views by the type of the messages; undefined: the panel has no view of it.
 export const VIEWS: Record<string, ((name: string) => View) | undefined> = {
   'sensor_msgs/CompressedImage': pictureView,
   'sensor_msgs/Image': pictureView,

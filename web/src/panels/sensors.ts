@@ -104,7 +104,7 @@ export function sensorsPanel(app: App, sensors: Sensors): Panel {
   let cards = new Map<string, Card>();
   let visible = false;
 
-  // Of several robots, the sensors of the selected one come first.
+  // The sensors; those of the selected robot come first.
   function ordered(): Sensor[] {
     const { robots, space } = app.twin;
     const first = (sensor: Sensor): number => (robots.length > 1 && sensor.topics.some((topic) => topic.startsWith(`${space}/`)) ? 0 : 1);

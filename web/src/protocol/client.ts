@@ -38,7 +38,7 @@ export interface ClientOptions {
   connect?: (url: string, protocol: string) => SocketLike;
 }
 
-// By name; '/gazebo/step' in the page is '/left/gazebo/step' if the twin is in the namespace '/left'.
+// The services by name; '/gazebo/step' in the page is '/left/gazebo/step' if the twin is in the namespace '/left'.
 class Offers extends Map<string, Service> {
   space = '';
   override get(name: string): Service | undefined {
@@ -310,7 +310,7 @@ export class Client {
     return true;
   }
 
-  // Whether its schema can be read.
+  // True if its schema can be read.
   private addChannel(channel: Channel): boolean {
     this.channels.set(channel.id, channel);
     try {

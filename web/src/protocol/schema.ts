@@ -5,7 +5,7 @@
 
 import type { MessageDefinitionField } from '@foxglove/message-definition';
 
-// By their names in a schema; rosidl defines 'byte' and 'char' as 8-bit numbers.
+// Primitive types by their names in a schema; rosidl defines 'byte' and 'char' as 8-bit numbers.
 const PRIMITIVES = new Map<string, string>([
   ['byte', 'uint8'], ['char', 'uint8'],
   ...['bool', 'int8', 'uint8', 'int16', 'uint16', 'int32', 'uint32', 'int64', 'uint64', 'float32', 'float64', 'string', 'wstring']

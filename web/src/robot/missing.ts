@@ -1,4 +1,4 @@
-// What replaces a mesh file that cannot be loaded: the collision shapes of its link, or without any a hatched red box with
+// The replacement of a mesh file that cannot be loaded: the collision shapes of its link, or a hatched red box with
 // the file's name.
 import * as THREE from 'three';
 import { label } from './label';

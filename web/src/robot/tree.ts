@@ -199,8 +199,8 @@ export class Tree {
     }
   }
 
-  // What users usually mean by the tool: the link with the most moving joints above it that are neither mimic joints
-  // nor a side branch; names that suggest a tool are preferred.
+  // The link that users usually call the tool: the one with the most moving joints above it that are neither mimic
+  // joints nor a side branch; names that suggest a tool are preferred.
   toolLink(): number {
     const named = this.links.findIndex((name) => /(^|_)(tcp|tool0?|ee_link|end_effector|flange)(_|$|\d)/i.test(name));
     if (named >= 0) return named;

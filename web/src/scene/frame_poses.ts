@@ -1,4 +1,4 @@
-// Where frames of TF are in the picture, which shows robots at their true poses while TF may have the odometry's.
+// The poses of TF frames in the picture, which shows robots at their true poses while TF may have the odometry's.
 import type { Twin } from '../app/twin';
 import type { RobotFrames } from '../app/transforms';
 import { Signal } from '../app/signal';

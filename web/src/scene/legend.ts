@@ -1,4 +1,4 @@
-// What colours, arrows and lines of the picture mean, over it.
+// The legend over the picture: the meaning of its colours, arrows and lines.
 import { gradient } from '../app/colour_map';
 import { h, say } from '../app/dom';
 

@@ -20,7 +20,7 @@ const ACTION = { remove: 2, removeAll: 3 }; // visualization_msgs/Marker
 const PLANE = 0.001; // m, the thickness of a box that stands for a plane
 const MARKER = { cube: 1, sphere: 2, cylinder: 3, mesh: 10, triangles: 11 };
 
-// What one marker shows.
+// The drawn parts of one marker.
 interface Part {
   holder: THREE.Group;
   shape: string; // the marker that it was created from
@@ -239,7 +239,7 @@ export class ObjectLayer {
     this.app.world.stage.moved();
   }
 
-  // What is loaded, if the part has still the same shape then.
+  // Calls `then` with the loaded data if the part still has the same shape.
   private later<T>(part: Part, shape: string, coming: Promise<T>, uri: string, then: (loaded: T) => void): void {
     this.loading += 1;
     coming.then((loaded) => {
@@ -289,7 +289,7 @@ export class ObjectLayer {
     return this.placed !== null;
   }
 
-  // Whether the pointer is on the handle, or is dragging an object.
+  // True if the pointer is on the handle, or is dragging an object.
   get busy(): boolean {
     return this.controls !== null && this.selected !== null && (this.controls.dragging || this.controls.axis !== null);
   }

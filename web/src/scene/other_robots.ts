@@ -63,7 +63,7 @@ class OtherRobot {
     return out;
   }
 
-  // Whether it is drawn elsewhere than before.
+  // True if it is drawn elsewhere than before.
   private place(): boolean {
     const { tree, view } = this;
     const inTruth = this.inTruth();

@@ -1,4 +1,4 @@
-// What is under the pointer.
+// Finds the object under the pointer.
 import * as THREE from 'three';
 import type { World } from './world';
 

@@ -1,4 +1,4 @@
-// What contact sensors and force-torque sensors measure, as arrows: of contacts where they touch, of wrenches where
+// Arrows of the forces that contact and force-torque sensors measure: of contacts where they touch, of wrenches where
 // the sensor is, about which their torque is.
 import * as THREE from 'three';
 import type { App } from '../app/app';
@@ -120,7 +120,7 @@ export class SensorForces {
     this.app.world.stage.invalidate();
   }
 
-  // Where the sensor is: the frame of its header may be that of another link.
+  // The position of the sensor: the frame of its header may be that of another link.
   private originOf(name: string, topic: string): THREE.Vector3 | null {
     const sensor = this.sensors.list.find((one) => one.name === name);
     const pose = sensor ? this.frames.pose(sensor.originFrame, topic) : null;

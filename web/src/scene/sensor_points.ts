@@ -119,7 +119,7 @@ export class SensorPoints {
     this.follow();
   }
 
-  // Whether the sensor's points are of this layer: those of cameras have a CameraInfo.
+  // True if the sensor's points are of this layer: those of cameras have a CameraInfo.
   has(sensor: Sensor): boolean {
     const ofCamera = this.sensors.topicsOf(sensor, INFO).length > 0;
     return ofCamera === (this.layer === 'clouds') && this.sensors.topicsOf(sensor, CLOUD, SCAN).length > 0;

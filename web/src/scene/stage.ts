@@ -6,7 +6,7 @@ import { Signal } from '../app/signal';
 import { materialOf, useSimpleMaterials } from '../robot/materials';
 import { Ground } from './ground';
 
-// Whether WebGL is rendered by the processor; ?quality=high or low in the address overrides this.
+// True if WebGL is rendered by the processor; ?quality=high or low in the address overrides this.
 function isSoftware(context: WebGL2RenderingContext): boolean {
   const wanted = new URLSearchParams(location.search).get('quality');
   if (wanted === 'high' || wanted === 'low') return wanted === 'low';
@@ -35,7 +35,7 @@ function makeRenderer(): { renderer: THREE.WebGLRenderer; software: boolean; dra
   return { renderer, software, drawable: true };
 }
 
-// What the page uses of a renderer, for a browser without WebGL 2: panels and STOP work without the picture.
+// The members of a renderer that the page uses, for a browser without WebGL 2: panels and STOP work without it.
 function withoutPicture(): THREE.WebGLRenderer {
   const none = (): void => {};
   return {

@@ -75,7 +75,7 @@ function skyOf(scene: Message): THREE.Texture {
 }
 
 export class Surroundings {
-  // What metals show: without it they would be black.
+  // The surroundings that metals reflect; without them metals are black.
   reflection = skyOf({ time: 12, sunrise: 6, sunset: 20 });
   private readonly lamps: THREE.Object3D[] = [];
 

@@ -30,7 +30,7 @@ export function surfaceOf(terrain: Message): Surface {
   return { positions, uv, indices };
 }
 
-// How much of the texture of each point is seen, 0 to 1: it begins at `height` and is alone `distance` higher.
+// The share of the texture that is seen at each point, 0 to 1: it begins at `height` and is alone `distance` higher.
 export function coverage(positions: Float32Array, height: number, distance: number): Float32Array {
   const out = new Float32Array(positions.length / 3);
   for (let i = 0; i < out.length; i += 1) {

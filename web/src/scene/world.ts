@@ -160,7 +160,7 @@ export class World {
     if (!this.complete || !this.framed.containsBox(this.everything(this.view))) this.fit();
   }
 
-  // Where there is no robot, the picture is that of the world's objects.
+  // Shows the objects of a world that has no robot.
   fitObjects(box: THREE.Box3): void {
     if (this.view) return;
     if (!box.isEmpty()) this.frame(box);

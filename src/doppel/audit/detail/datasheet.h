@@ -1,5 +1,5 @@
 #pragma once
-// What an actuator can do, as its datasheet specifies: YAML with units written out, converted to SI here. And
+// The properties of an actuator in its datasheet: YAML with units written out, converted to SI here. And
 // which actuator drives which joint of an arm. Format: docs/datasheets.md.
 
 #include <filesystem>

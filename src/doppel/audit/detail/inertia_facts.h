@@ -18,7 +18,7 @@ Components components_of(const Inertial& inertial);
 Eigen::Matrix3d tensor_of(const Components& c);
 Eigen::Vector3d principal_moments(const Components& c);  // ascending
 
-// How far the largest moment exceeds the sum of the others, as a part of the largest; negative: it does not.
+// The excess of the largest moment over the sum of the others, as a part of the largest; negative: it does not.
 double triangle_excess(const Eigen::Vector3d& moments);
 bool possible(const Components& c);
 

@@ -43,7 +43,7 @@ double centre_outside(const Link& link, const LinkShape& shape);
 // The distance of a point from the hull of the shape, m; negative: inside.
 double distance_outside(const LinkShape& shape, const Eigen::Vector3d& p);
 
-// Whether the values of its <inertial> are numbers; an invalid one was reported by the parser and is 0.
+// True if the values of its <inertial> are numbers; an invalid one was reported by the parser and is 0.
 bool readable(const AuditInput& in, const Link& link, const Findings& out);
 
 // True where the moments fit the shape only about other axes. rules_inertia_axes.cpp

@@ -21,7 +21,7 @@ struct GazeboControlPlugin {
   std::string_view file, class_name, present_file, present_class;
 };
 std::span<const GazeboControlPlugin> gazebo_control_plugins();
-// By file name, with or without "lib" and ".so".
+// The plugin with this file name, with or without "lib" and ".so".
 const GazeboControlPlugin* find_gazebo_control_plugin(std::string_view file);
 std::string library_name(std::string_view file);  // "libgz_x-system.so" -> "gz_x-system"
 

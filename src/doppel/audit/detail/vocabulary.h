@@ -24,7 +24,7 @@ struct ElementKind {
   Content content = Content::elements;
 };
 
-// By the names from <robot> downwards, without <robot>; null: not in the vocabulary.
+// The kind of the element with the names from <robot> downwards, without <robot>; null: not in the vocabulary.
 const ElementKind* find_kind(const std::vector<std::string_view>& path);
 
 // Almost certainly a typo of `meant`: at most two letters differ, and less than half of the word.

@@ -8,7 +8,7 @@
 
 namespace doppel::bus_detail {
 
-// As take_ros_arguments(), and appends the text after each -r to `rules`.
+// Does the same as take_ros_arguments(), and appends the text after each -r to `rules`.
 RosArguments take_ros_arguments(std::vector<std::string>& words, NameRules names,
                                 std::vector<std::string>& rules);
 

@@ -123,7 +123,7 @@ struct ControllerManager::Impl {
   // -- manager_chain.cpp
   void offer_references(LoadedController& loaded);
   void withdraw_references(LoadedController& loaded);
-  // Whether `leader` commands a reference interface of `follower`.
+  // True if `leader` commands a reference interface of `follower`.
   [[nodiscard]] static bool commands_reference(const LoadedController& leader,
                                                const LoadedController& follower);
   enum class ChainOrder { leaders_first, followers_first };

@@ -5,7 +5,7 @@
 
 namespace doppel {
 
-// Whether ros2_controllers of Jazzy, or a package that comes with it, has a controller of this type.
+// True if ros2_controllers of Jazzy, or a package that comes with it, has a controller of this type.
 bool is_jazzy_type(std::string_view type);
 
 }  // namespace doppel

@@ -94,7 +94,7 @@ class ResourceTable {
   // In the loop: the components that are due. A component with a fault is skipped until the fault is handled.
   void read(Time now);
   void write(Time now);
-  // Whether a component has a fault that is not handled yet.
+  // True if a component has a fault that is not handled yet.
   [[nodiscard]] bool has_fault() const { return has_fault_; }
   // Between ticks: all components, due or not.
   void read_all(Time now);

@@ -21,7 +21,7 @@ struct DiffDriveSettings {
 
 // Throws InputError for missing wheels or sizes and for unknown joints, at their place in the YAML.
 void declare_diff_drive(ControllerContext& context);
-// Whether commands have stamps: `use_stamped_vel` of ROS 2 Humble, which Jazzy does not have. False: the
+// True if commands have stamps: `use_stamped_vel` of ROS 2 Humble, which Jazzy does not have. False: the
 // controller reads geometry_msgs/msg/Twist on ~/cmd_vel_unstamped. Reported where a user's file sets it.
 bool declare_stamped_commands(ControllerContext& context);
 // The present values.

@@ -16,7 +16,7 @@ namespace doppel {
 
 class OdometryPublisher {
  public:
-  // What differs between the controllers.
+  // The settings that differ between the controllers.
   struct Options {
     std::string odometry = "~/odom", transform = "/tf";            // topics
     std::vector<double> covariance = std::vector<double>(6, 0.0);  // default of both diagonals

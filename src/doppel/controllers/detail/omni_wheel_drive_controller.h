@@ -27,7 +27,7 @@ class OmniWheelDriveController : public VelocityBase {
   void drive(const PlanarVelocity& velocity) override;
 
  private:
-  // Where a wheel is on the circle.
+  // The position of a wheel on the circle.
   struct Wheel {
     double sine = 0, cosine = 0;
     double last = 0;  // rad, at the last update; NaN: none since it was configured

@@ -1,6 +1,6 @@
 #pragma once
-// What the controllers of bases with ~/reference (geometry_msgs/msg/TwistStamped) have in common: mecanum and the
-// steering controllers of ros2_controllers. A reference is valid for reference_timeout, and without one the wheels
+// The common parts of the controllers of bases with ~/reference (geometry_msgs/msg/TwistStamped): mecanum and
+// the steering controllers of ros2_controllers. A reference is valid for reference_timeout, and without one the wheels
 // are commanded to stop; with a time-out of zero a reference is used in one update. ~/odometry and ~/tf_odometry
 // are published at each update.
 

@@ -19,7 +19,7 @@ class TwistCommand {
   void receive(const geometry_msgs::msg::TwistStamped& message);
   void receive(const geometry_msgs::msg::Twist& message);  // given now
 
-  // Whether it is older than the time-out.
+  // True if it is older than the time-out.
   [[nodiscard]] bool is_stale(Time now) const { return timeout_ > Duration{} && now - stamp_ > timeout_; }
   // Whether the components that `finite` looks at are numbers is the caller's question: NaN until the first.
   [[nodiscard]] const geometry_msgs::msg::Twist& twist() const { return twist_; }

@@ -1,5 +1,5 @@
 #pragma once
-// What the controllers of bases with ~/cmd_vel (geometry_msgs/msg/TwistStamped) have in common: those of two
+// The common parts of the controllers of bases with ~/cmd_vel (geometry_msgs/msg/TwistStamped): those of two
 // sides of wheels and of omni wheels in ros2_controllers. A command holds for cmd_vel_timeout, then the
 // references are zero. Until the first command, or the end of the time-out, they are NaN and there is no odometry.
 

@@ -1,5 +1,5 @@
 #pragma once
-// How a shape looks and feels in SDF: <material>, <surface> and <heightmap>.
+// The appearance and contact of a shape in SDF: <material>, <surface> and <heightmap>.
 
 #include <optional>
 

@@ -1,5 +1,5 @@
 #pragma once
-// What the document of a world cannot express: warnings "world.lost", the same for all formats.
+// The content that the document of a world cannot express: warnings "world.lost", the same for all formats.
 
 #include <string>
 

@@ -60,7 +60,7 @@ class TextScanner {
   static bool blank(char c) {
     return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f' || c == '\0';
   }
-  // Whether a number out of range is an underflow, which is 0: exporters write 1e-320 for zero.
+  // True if a number out of range is an underflow, which is 0: exporters write 1e-320 for zero.
   static bool tiny(std::string_view word) {
     const std::size_t e = word.find_first_of("eE");
     return e == std::string_view::npos || (e + 1 < word.size() && word[e + 1] == '-');

@@ -1,4 +1,4 @@
-// What the module exports.
+// The exports of the module.
 
 #include <fmt/format.h>
 

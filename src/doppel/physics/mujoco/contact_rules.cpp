@@ -86,7 +86,7 @@ ContactRules::Touch ContactRules::touch_of(const mjContact& contact) const {
   return {};
 }
 
-// Whether another link of the robot touches the same body with an opposed normal.
+// True if another link of the robot touches the same body with an opposed normal.
 bool ContactRules::holds(const mjData& data, const mjContact& contact) const {
   const Touch own = touch_of(contact);
   if (own.held < 0) return false;

@@ -19,7 +19,7 @@ struct InstanceOffsets {
 };
 std::vector<InstanceOffsets> instance_offsets(std::span<const ModelInstance> instances);
 
-// By indices over all instances.
+// The names in MJCF, from indices over all instances.
 std::string mjcf_link_name(int link);
 std::string mjcf_joint_name(int joint);  // of the joint's first degree of freedom
 std::string mjcf_exclusion_name(std::size_t pair);

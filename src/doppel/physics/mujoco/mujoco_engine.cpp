@@ -75,7 +75,7 @@ void ModelView::set_welds(std::span<const Weld> welds, double step) {
       c.first.push_back(weld.a);
       c.second.push_back(weld.b);
       c.active.push_back(1);
-      // As the couplings of mimics (mjcf.cpp).
+      // The same values as for the couplings of mimics (mjcf.cpp).
       c.solref.insert(c.solref.end(), {2.0 * step, 1.0});
       c.solimp.insert(c.solimp.end(), {0.9999, 0.9999, 0.001, 0.5, 2.0});
       // The point in b, the same point in a, the rotation of b in a, the weight of rotations.

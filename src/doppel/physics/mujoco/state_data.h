@@ -15,7 +15,7 @@ struct DataDeleter {
 };
 using DataHandle = std::unique_ptr<mjData, DataDeleter>;
 
-// As after mj_resetData. For models of MuJoCo's primal solvers, without noslip. Throws std::bad_alloc.
+// Data as after mj_resetData. For models of MuJoCo's primal solvers, without noslip. Throws std::bad_alloc.
 DataHandle make_data(const mjModel* model);
 // Precondition: both were made for `model`. Does not allocate. The statistics of the solver's iterations
 // (mjData::solver) are not copied.

@@ -170,7 +170,7 @@ struct NearSearch {
   bool found = false;
 };
 
-// By the bounds of the triangle and by its plane, so that few are counted that are further.
+// Compares with the bounds of the triangle and with its plane, so that few are counted that are further.
 bool may_touch(const SurfaceMesh& mesh, unsigned triangle, const Eigen::Vector3f& p, float radius) {
   const auto& t = mesh.triangles[triangle];
   const Eigen::Vector3f &a = mesh.positions[t[0]], &b = mesh.positions[t[1]], &c = mesh.positions[t[2]];

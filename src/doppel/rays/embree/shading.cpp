@@ -128,7 +128,7 @@ Floats3 Shading::in_world(Ints hit, const RayHitPacket& rays, const Sameness& sa
 
 Floats3 Shading::triangle_normals(Ints hit, const RayHitPacket& rays) const {
   const Floats3 ng{load(rays.hit.Ng_x), load(rays.hit.Ng_y), load(rays.hit.Ng_z)};
-  // What stands still is in the world's axes already.
+  // Fixed surfaces are in the world's axes already.
   const Ints moving = hit & (load(rays.hit.instID[0]) != -1);
   return any(moving) ? select(moving, in_world(moving, rays, sameness(moving, rays), ng), ng) : ng;
 }

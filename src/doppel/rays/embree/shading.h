@@ -9,7 +9,7 @@
 
 namespace doppel::embree {
 
-// What is seen at the ends of the rays.
+// The surfaces at the ends of the rays.
 struct SurfacePacket {
   Floats3 p, n, ng;          // m, world; unit, towards the ray's origin: of shading and of the triangle
   Floats3 colour, emissive;  // linear
@@ -25,7 +25,7 @@ class Shading {
   // The light that each of the lanes sends back along its ray; `shadow_rays` grows by those that are cast.
   [[nodiscard]] Floats3 light(Ints hit, const RayHitPacket& rays, const SurfacePacket& surface,
                               std::uint64_t& shadow_rays) const;
-  // Where nothing is hit.
+  // The light from a direction in which nothing is hit.
   [[nodiscard]] Floats3 backdrop(const Floats3& direction_W) const;
   // World axes, not unit, towards the outside of the triangles that are hit.
   [[nodiscard]] Floats3 triangle_normals(Ints hit, const RayHitPacket& rays) const;

@@ -28,7 +28,7 @@ class BridgedServices {
         unbridged_(unbridged),
         post_to_bridge_(std::move(post_to_bridge)) {}
 
-  // As BridgedTopics::follow.
+  // See BridgedTopics::follow.
   bool follow(const std::vector<ServiceInfo>& services, SteadyTime now);
   // Requests to the bus, a limited number; true: there may be more.
   bool take();
@@ -100,11 +100,11 @@ class BridgedClients {
   void call(const std::shared_ptr<ClientCore>& core, std::uint64_t number, Bytes request);
   // Replies to the loop; true: there may be more.
   bool take();
-  // As BridgedTopics::is_held_back.
+  // See BridgedTopics::is_held_back.
   [[nodiscard]] bool is_held_back() const { return backlog_.is_full(); }
   void match();
   void announce(Announcement& announcement) const;
-  // Whether clients were added or removed since the last call.
+  // True if clients were added or removed since the last call.
   [[nodiscard]] bool has_changed() { return std::exchange(changed_, false); }
 
  private:

@@ -20,7 +20,7 @@ using SteadyTime = std::chrono::steady_clock::time_point;
 // The bridge's own name as an edge; hidden, as ROS 2 hides names with a leading underscore.
 inline constexpr const char* kBridgeName = "/_ros2";
 
-// How long an endpoint outlives its node: a controller that is loaded again keeps its own.
+// The time by which an endpoint outlives its node: a controller that is loaded again keeps its own.
 inline constexpr std::chrono::milliseconds kGracePeriod{250};
 
 // Counts refusals, and logs one for each topic and sender.

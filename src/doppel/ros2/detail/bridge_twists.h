@@ -37,7 +37,7 @@ class BridgedTwists {
   // From the network to the bus, a limited number; true: there may be more.
   bool take();
   [[nodiscard]] bool is_held_back() const { return backlog_.is_full(); }
-  // Whether it is the further participant.
+  // True if it is the further participant.
   [[nodiscard]] bool is_own(const Gid& gid) const {
     return participant_ != nullptr && participant_->gid() == gid;
   }

@@ -23,7 +23,7 @@ class NetworkWarnings {
   void say(const GraphEndpoint& own_end, const GraphEndpoint& other_end, const std::string& text);
   void compare(const std::string& topic, const GraphEndpoint& publisher, const GraphEndpoint& subscription,
                const Gid& own);
-  // Whether it was not logged before; recorded as long as the pair exists.
+  // True if it was not logged before; recorded as long as the pair exists.
   bool is_new(const GraphEndpoint& own_end, const GraphEndpoint& other_end);
 
   const Log& log_;

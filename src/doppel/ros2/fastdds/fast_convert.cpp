@@ -11,7 +11,7 @@ namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 using eprosima::fastrtps::Duration_t;
 
-// How long a keep-all writer waits for room in its history; long enough for another thread that is
+// The time for which a keep-all writer waits for room in its history; long enough for another thread that is
 // using the history.
 const Duration_t kMaxBlockingTime{0, 10'000'000};
 // The delay of a new reader's first ACKNACK, which requests missed samples; Fast DDS's default is 70 ms.

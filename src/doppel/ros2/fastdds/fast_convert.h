@@ -17,7 +17,8 @@ Gid gid_of(const eprosima::fastrtps::rtps::GUID_t& guid);
 SampleIdentity identity_of(const eprosima::fastrtps::rtps::SampleIdentity& identity);
 eprosima::fastrtps::rtps::SampleIdentity identity_of(const SampleIdentity& identity);
 
-// As rmw_fastrtps sets up its endpoints (qos.cpp, publisher.cpp, subscription.cpp of its branch jazzy).
+// The qualities of service with which rmw_fastrtps sets up its endpoints (qos.cpp, publisher.cpp,
+// subscription.cpp of its branch jazzy).
 eprosima::fastdds::dds::DataWriterQos writer_qos(const EndpointSpec& spec);
 eprosima::fastdds::dds::DataReaderQos reader_qos(const EndpointSpec& spec);
 

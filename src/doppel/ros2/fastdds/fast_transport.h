@@ -23,7 +23,7 @@ class ReceiveGate {
   explicit ReceiveGate(std::shared_ptr<Acknowledgements> acknowledgements)
       : acknowledgements_(std::move(acknowledgements)) {}
   void open();
-  // Whether Fast DDS may process the datagram. Waits for open(), but not forever: a participant whose
+  // True if Fast DDS may process the datagram. Waits for open(), but not forever: a participant whose
   // creation fails is destroyed unopened.
   bool admits(std::span<const std::uint8_t> datagram);
   [[nodiscard]] std::uint64_t refused() const { return refused_.load(std::memory_order_relaxed); }

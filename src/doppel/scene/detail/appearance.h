@@ -1,5 +1,5 @@
 #pragma once
-// What a mesh file looks like in a scene.
+// The appearance of a mesh file in a scene.
 
 #include "doppel/description/imported_mesh.h"
 #include "doppel/scene/scene_builder.h"

@@ -46,14 +46,14 @@ class ObjectLabels;
 inline constexpr std::size_t kMaxOutlets = 511;
 using OutletSet = std::bitset<kMaxOutlets + 1>;  // and the range
 
-// What the loop notes of a sample.
+// The data of a sample that the loop records.
 struct LightSample {
   std::size_t sensor = 0;  // in the rig
   std::uint64_t number = 0;
   OutletSet wanted = {};  // outlets that are read, and the range
   PoseMotion link = {};   // of the sensor
   int body = -1;          // of the link, in the scene
-  // By the worker: X_WB of all bodies, and what its scene's surfaces belong to.
+  // Written by the worker: X_WB of all bodies, and what its scene's surfaces belong to.
   std::span<const Pose> bodies = {};
   const ObjectLabels* objects = nullptr;
 };

@@ -61,7 +61,7 @@ class ObjectLabels {
   std::vector<int> object_of_;
 };
 
-// Whether classes of the scene's visuals do not suffice: it has no labels, and more of them than kMostClasses.
+// True if classes of the scene's visuals do not suffice: it has no labels, and more of them than kMostClasses.
 bool lacks_classes(const RenderScene& scene);
 
 // Around the visible pixels of each object. With `full`, around all of a visible object as far as it is in the picture,

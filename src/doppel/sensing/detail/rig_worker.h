@@ -27,7 +27,7 @@ struct RigJob {
   std::shared_ptr<const CompiledWorld> world;  // of which the poses are
   std::vector<Pose> poses;
   std::vector<LightSample> samples;
-  // By the worker: the messages of each sample, its cost in s, and why it failed.
+  // Written by the worker: the messages of each sample, its cost in s, and why it failed.
   std::vector<std::vector<LightMessage>> messages;
   std::vector<double> costs;
   std::vector<std::string> failures;  // empty: it did not

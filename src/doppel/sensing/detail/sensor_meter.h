@@ -1,5 +1,5 @@
 #pragma once
-// What one physical sensor measures, as numbers: the same for its topic and for controllers.
+// The values of one physical sensor, as numbers: the same for its topic and for controllers.
 
 #include <algorithm>
 #include <memory>
@@ -16,7 +16,7 @@
 
 namespace doppel {
 
-// What sensors are computed from, at the end of a step.
+// The state from which sensors are computed, at the end of a step.
 struct PhysicalState {
   const Engine& engine;
   Time now{}, stamp{};  // of the loop; of headers

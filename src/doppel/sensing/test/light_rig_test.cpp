@@ -371,7 +371,7 @@ TEST(LightRig, OutputsBeyondThe32ndAreReadAlone) {
   twin.read("/eyes/c10/camera_info", infos);  // the 33rd
   twin.run(0.1);
   EXPECT_GT(infos.size(), 0U);
-  EXPECT_EQ(twin.rig.rays_cast(), 0U) << "a picture that nobody reads is rendered";
+  EXPECT_EQ(twin.rig.rays_cast(), 0U) << "expected no rendering: the picture has no subscriber";
 }
 
 TEST(LightRig, SensorWithTooManyOutputsIsRejectedWithItsPlace) {

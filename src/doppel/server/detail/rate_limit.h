@@ -11,7 +11,7 @@ class RateLimit {
   using Clock = std::chrono::steady_clock;
   RateLimit(double per_second, double burst) : per_second_(per_second), burst_(burst), left_(burst) {}
 
-  // Whether `amount` is within the limit at `now`; if so, it is consumed. Precondition: `now`
+  // True if `amount` is within the limit at `now`; if so, it is consumed. Precondition: `now`
   // does not decrease.
   bool take(double amount, Clock::time_point now) {
     left_ = std::min(burst_, left_ + per_second_ * std::chrono::duration<double>(now - last_).count());

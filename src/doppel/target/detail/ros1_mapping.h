@@ -49,7 +49,7 @@ class Ros1Mapping {
   std::vector<ParameterOverride> values_;
 };
 
-// By the type of ROS 1; type stays empty where there is no counterpart.
+// Maps a controller by its ROS 1 type; type stays empty where there is no counterpart.
 void map_ros1_controller(std::string_view type, Ros1Mapping& out);
 
 }  // namespace doppel

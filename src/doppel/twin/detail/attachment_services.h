@@ -42,7 +42,7 @@ class AttachmentServices : public Tickable {
       return (a == one && b == other) || (a == other && b == one);
     }
   };
-  // What a plugin of an instance does; one class for each kind.
+  // The behaviour of a plugin of an instance; one class for each kind.
   class Device;
   class Joint;
   class Vacuum;
@@ -63,7 +63,7 @@ class AttachmentServices : public Tickable {
   [[nodiscard]] bool are_attached(BodyId a, BodyId b) const;
   Status attach(BodyId a, BodyId b);
   bool detach(BodyId a, BodyId b);
-  // What a client asked for outlives the plugin's device, which a reload makes again.
+  // A client's request outlives the plugin's device, which a reload makes again.
   void ask_to_detach(const LinkName& a, const LinkName& b);
   void ask_to_attach(const LinkName& a, const LinkName& b);
   [[nodiscard]] bool is_to_be_detached(const LinkName& a, const LinkName& b) const;

@@ -12,7 +12,7 @@
 
 namespace doppel {
 
-// Where the topics of a plugin are.
+// The namespace of the topics of a plugin.
 enum class PluginTopics {
   relative,  // in the robot's namespace: cmd_vel (geometry_msgs/msg/Twist) and odom, as of the usual ros_gz_bridge
   // Of a model of an SDF world, as Gazebo names them: /model/NAME/cmd_vel and /model/NAME/odometry of gz-sim, cmd_vel

@@ -27,7 +27,7 @@ struct EntityMotion {
 };
 
 [[nodiscard]] bool is_world(const std::string& frame);
-// Whether the name is that of an object or a part of one; false if there is none of this name.
+// True if the name is that of an object or a part of one; false if there is none of this name.
 [[nodiscard]] bool find_object(const Scene& scene, const std::string& name, Entity& entity);
 // "left::Revolute 1", or only the joint if one robot has it.
 [[nodiscard]] Status find_scalar_joint(const Scene& scene, const std::string& name, int& robot, int& joint);
@@ -44,7 +44,7 @@ struct LinkVisual {
   const Origin* origin = nullptr;      // in the link
   const Material* material = nullptr;  // nullptr: none
 };
-// What is drawn of an object, in the order of its links: its visuals, or its collisions where it has none.
+// The drawn shapes of an object, in the order of its links: its visuals, or its collisions where it has none.
 [[nodiscard]] std::vector<LinkVisual> visuals_of(const ModelInstance& object);
 // The present pose of its first visual shape in its base link; the identity if it has none.
 [[nodiscard]] Pose shape_in_object(const Instance& object);

@@ -37,7 +37,7 @@ class OscillationWatch {
 
   // After every step. Nothing is allocated.
   void look(const Instance& robot, Time now);
-  // Whether take() has a result.
+  // True if take() has a result.
   [[nodiscard]] bool found() const { return found_; }
   // The joints found since the last call; each is found once.
   std::vector<Oscillation> take();

@@ -14,7 +14,7 @@
 
 namespace doppel {
 
-// What is wrong with an expression; the caller adds the place.
+// The fault of an expression; the caller adds the place.
 class ExpressionError : public std::runtime_error {
  public:
   explicit ExpressionError(const std::string& what, std::string kind = "xacro.expression")
@@ -72,7 +72,7 @@ Value get_attribute(const Value& object, std::string_view name);
 // Python's format(value, spec).
 std::string format_value(const Value& value, std::string_view spec);
 
-// Whether too much of the stack is used for a deeper recursion; expressions, properties, macros and includes
+// Tells if too much of the stack is used for a deeper recursion; expressions, properties, macros and includes
 // nest within each other, so a single limit on depth is not enough.
 class StackGuard {
  public:

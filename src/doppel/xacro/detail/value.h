@@ -36,7 +36,7 @@ class ValueDict {
   void set(Value key, Value value);  // throws ExpressionError for a key that cannot be hashed
   void reserve(std::size_t entries);
   [[nodiscard]] const Value* find(const Value& key) const;
-  // By a text, without making a value of it.
+  // Finds an entry by a text, without making a value of it.
   template <std::convertible_to<std::string_view> Text>
   [[nodiscard]] const Value* find(const Text& key) const {
     return find_text(key);
@@ -181,7 +181,7 @@ class Value {
   static Value wrap(T v) {
     return Value(Wrapped(), std::move(v));
   }
-  // As the variant would; numbers and texts, the most frequent types, without a call.
+  // Copies or moves as the variant would; numbers and texts, the most frequent types, without a call.
   template <class From>
   static Data transferred(From&& from);
   static Data copied(const Data& from);
@@ -205,7 +205,7 @@ std::string format_real(double value);
 // digits, every script's decimal digits. False as well for a whole number of more than 64 bits.
 bool parse_integer(std::string_view text, std::int64_t& out, int base = 10);
 bool parse_real(std::string_view text, double& out);
-// As parse_integer, of up to 4096 bits. Null: no whole number, or a larger one.
+// Reads a number as parse_integer does, of up to 4096 bits. Null: no whole number, or a larger one.
 std::optional<Value> parse_whole(std::string_view text, int base = 10);
 
 // A number as most are, read in one scan: a sign, up to 18 digits, perhaps a point before, among or behind

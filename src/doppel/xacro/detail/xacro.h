@@ -142,7 +142,7 @@ class Interpreter {
   Value text(std::string_view text, Scope& scope, const TreePlace& where);
   // The same as a text, in the arena.
   std::string_view string(std::string_view text, Scope& scope, const TreePlace& where);
-  // Whether a condition's text is true.
+  // True if a condition's text is true.
   bool condition(std::string_view text, Scope& scope, const TreePlace& where);
 
   // The file that is being read: names in it are relative to its folder.
@@ -232,7 +232,7 @@ Value literal(std::string_view text);
 // A text as a literal; any other value unchanged.
 Value interpreted(Value value);
 
-// Whether a condition's value is true; nothing: it is not a truth value.
+// True if a condition's value is true; nothing: it is not a truth value.
 std::optional<bool> truth_of(const Value& value);
 
 // A YAML file as values, with !degrees, !radians and the other units of xacro, dotted. Throws InputError.
