@@ -49,7 +49,7 @@ export function pictureTopics(topics: string[], schemaOf: (topic: string) => str
   });
 }
 
-// The parts of names that distinguish the topics of a sensor: "left" and "right" of "/stereo/left/image_raw/compressed".
+// The parts of names that distinguish topics of a sensor: "left" and "right" of "/stereo/left/image_raw/compressed".
 export function shortTopics(topics: string[]): string[] {
   const parts = topics.map((topic) => topic.replace(/\/compressed$/, '').split('/'));
   const same = (at: (list: string[]) => string | undefined): boolean => parts.every((list) => list.length > 1 && at(list) === at(parts[0]!));
