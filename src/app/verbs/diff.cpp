@@ -87,12 +87,15 @@ class Printer {
       last = key;
     }
     std::string text;
-    for (const auto& [subject, count] : subjects)
+    int all = 0;
+    for (const auto& [subject, count] : subjects) {
+      all += count;
       text += fmt::format("{}{} {}{}", text.empty() ? "" : ", ", count, subject,
                           count == 1 || subject == "ros2_control" ? "" : "s");
+    }
     print_line("{}\n", changes_.empty() ? "the same machine"
                        : text.empty()   ? "the robot as a whole differs"
-                                        : text + " differ");
+                                        : text + (all == 1 ? " differs" : " differ"));
   }
 
   const std::vector<Change>& changes_;
