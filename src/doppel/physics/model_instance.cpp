@@ -81,7 +81,10 @@ class ShapeReader {
           restitution_of(overlaid(of_link, collision.surface), collision, diagnostics_);
       const std::size_t first = out.size();
       add_shapes(link, collision, friction, use, out);
-      for (std::size_t i = first; i < out.size(); ++i) out[i].restitution = restitution;
+      for (std::size_t i = first; i < out.size(); ++i) {
+        check_mesh_size(collision, out[i]);
+        out[i].restitution = restitution;
+      }
     }
     return out;
   }
@@ -106,7 +109,6 @@ class ShapeReader {
       if (mesh == nullptr) return;
     }
     out.push_back(shape_of(collision.geometry, mesh, collision.origin.pose(), friction));
-    check_hull(collision, out.back());
   }
 
   static bool is_scaled_badly(const Geometry& geometry) {
@@ -114,12 +116,16 @@ class ShapeReader {
     return mesh != nullptr && !(mesh->scale.cwiseAbs().maxCoeff() <= kMaxShapeSize);
   }
 
-  void check_hull(const Collision& collision, const CollisionShape& shape) {
-    const auto* const hull = std::get_if<std::shared_ptr<const CollisionHull>>(&shape.geometry);
-    if (hull == nullptr || *hull == nullptr) return;
-    double distance = 0;
-    for (const Eigen::Vector3f& p : (*hull)->vertices)
-      distance = std::max(distance, static_cast<double>(p.cwiseAbs().maxCoeff()));
+  // Of a shape that a mesh has given: its hull, or the box that replaces a flat one.
+  void check_mesh_size(const Collision& collision, const CollisionShape& shape) {
+    if (!std::holds_alternative<MeshGeometry>(collision.geometry)) return;
+    double distance = shape.X_LS.translation().cwiseAbs().maxCoeff();
+    if (const auto* const box = std::get_if<Box>(&shape.geometry)) {
+      distance = std::max(distance, box->size.maxCoeff());
+    } else if (const auto* const hull = std::get_if<SharedHull>(&shape.geometry); hull != nullptr && *hull) {
+      for (const Eigen::Vector3f& p : (*hull)->vertices)
+        distance = std::max(distance, static_cast<double>(p.cwiseAbs().maxCoeff()));
+    }
     check_range("distance of a vertex from the mesh's origin", distance, 0, kMaxShapeSize, "m",
                 "physics.size", collision.source, errors_);
   }

@@ -222,7 +222,8 @@ void Runner::publish_status(Clock::time_point now) {
   if (!twin_.time_control().paused && meter_.update(now, twin_.steps(), phases(), twin_.step_size()))
     view_.real_time_factor.store(meter_.averages().real_time_factor, std::memory_order_relaxed);
   const auto held = twin_.hold();
-  status_.publish_due({twin_.now(), twin_.steps(), twin_.time_control(), meter_, statistics_, twin_.robots()}, now);
+  status_.publish_due({twin_.now(), twin_.steps(), twin_.time_control(), meter_, statistics_, twin_.robots()},
+                      now);
 }
 
 void Runner::rest_while_paused(const std::atomic<bool>& stop) {

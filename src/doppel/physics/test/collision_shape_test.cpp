@@ -114,6 +114,19 @@ TEST(CollisionMesh, FlatMeshIsReported) {
   rig.run(0.1);
 }
 
+// The box in place of a flat mesh, too: the engine does not end with shapes of astronomical sizes.
+TEST(CollisionMesh, MeshBeyondLargestSizeIsRefused) {
+  for (const float height : {0.0f, 40.0f}) {
+    try {
+      const test::Rig rig(with_mesh(write_box("huge.stl", {2e9f, 1e9f, height})));
+      ADD_FAILURE() << "height " << height << " mm";
+    } catch (const InputError& refused) {
+      EXPECT_EQ(refused.diagnostics()[0].rule, "physics.size");
+      EXPECT_THAT(refused.what(), HasSubstr("robot.urdf:12:5: error: the distance of a vertex"));
+    }
+  }
+}
+
 TEST(CollisionMesh, MissingAndBrokenMeshesDoNotCollide) {
   test::Rig missing(with_mesh(""));
   EXPECT_TRUE(missing.diagnostics.all().empty()) << "expected no diagnostic: the description has reported it";
