@@ -6,7 +6,7 @@ import { resetSimulation } from './simulation';
 export function makeDivergedBanner(app: App): { element: HTMLElement; update: () => void } {
   const { twin } = app;
   const cause = h('p', {});
-  const element = h('div', { class: 'lost-note diverged-note', role: 'alert', hidden: true }, h('strong', {}, 'The physics has diverged.'), cause,
+  const element = h('div', { class: 'diverged-note', role: 'alert', hidden: true }, h('strong', {}, 'The physics has diverged.'), cause,
     h('p', {}, 'Time is paused at the last finite state. Reset the world, or correct the file that caused it and save it.'),
     h('div', { class: 'row' }, button('Reset', 'Reset: time and joints back to the start', () => resetSimulation(app))));
   return {
