@@ -206,25 +206,25 @@ void Twin::Impl::spawn_robot(WorldRobot robot, SpawnedText text, std::function<v
 }
 
 // On a separate thread; then settle() on the loop's thread.
-void Twin::Impl::build(const std::shared_ptr<Spawning>& of) {
+void Twin::Impl::build(const std::shared_ptr<Spawning>& job) {
   if (builder.joinable()) builder.join();
-  ++of->builds;
-  of->is_built = false;
-  const auto work = [results = build_results, unfinished = unfinished_builds, of] {
+  ++job->builds;
+  job->is_built = false;
+  const auto work = [results = build_results, unfinished = unfinished_builds, job] {
     try {
-      if (of->joining == nullptr) {
-        of->joining = Twin::prepare_robot(of->running, of->robot, of->text, of->notes);
+      if (job->joining == nullptr) {
+        job->joining = Twin::prepare_robot(job->running, job->robot, job->text, job->notes);
       } else {
-        of->joining->compile_into(of->world);
+        job->joining->compile_into(job->world);
       }
     } catch (...) {
-      of->why = thrown_text();
+      job->why = thrown_text();
     }
     --*unfinished;
-    of->is_built = true;
+    job->is_built = true;
     const std::lock_guard lock(results->mutex);
     if (results->twin == nullptr) return;
-    results->twin->bus.post([twin = results->twin, of] { twin->settle(of); });
+    results->twin->bus.post([twin = results->twin, job] { twin->settle(job); });
   };
   builder = guarded_thread(work, [results = build_results](const std::string& why) {
     const std::lock_guard lock(results->mutex);
@@ -235,28 +235,28 @@ void Twin::Impl::build(const std::shared_ptr<Spawning>& of) {
   ++*unfinished_builds;
 }
 
-void Twin::Impl::settle(const std::shared_ptr<Spawning>& of) {
-  if (of != spawning) return;  // it was abandoned
+void Twin::Impl::settle(const std::shared_ptr<Spawning>& job) {
+  if (job != spawning) return;  // it was abandoned
   try {
-    if (of->why.empty()) {
-      of->world = machine->engine->compiled();
-      if (of->joining->without != of->world && of->builds < kMaxBuilds) return build(of);
-      add_robot(*of->joining);
-      for (const Diagnostic& one : of->notes.all()) log.line(one.severity, kSpawnLogOrigin, one.str());
+    if (job->why.empty()) {
+      job->world = machine->engine->compiled();
+      if (job->joining->without != job->world && job->builds < kMaxBuilds) return build(job);
+      add_robot(*job->joining);
+      for (const Diagnostic& one : job->notes.all()) log.line(one.severity, kSpawnLogOrigin, one.str());
     }
   } catch (...) {
-    of->why = thrown_text();
+    job->why = thrown_text();
   }
   spawning = nullptr;
-  answer(*of, of->why.empty() ? Status() : Status::refused(of->why));
+  answer(*job, job->why.empty() ? Status() : Status::refused(job->why));
 }
 
-void Twin::Impl::answer(const Spawning& of, const Status& status) {
+void Twin::Impl::answer(const Spawning& job, const Status& status) {
   try {
-    of.done(status);
+    job.done(status);
   } catch (...) {
     log.error(kSpawnLogOrigin, fmt::format("the answer to the spawning of '{}' failed: {}",
-                                           of.robot.name_space, thrown_text()));
+                                           job.robot.name_space, thrown_text()));
   }
 }
 

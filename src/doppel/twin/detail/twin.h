@@ -78,9 +78,9 @@ struct Twin::Impl {
   struct Spawning;
   struct BuildResults;
   void spawn_robot(WorldRobot robot, SpawnedText text, std::function<void(const Status&)> done);
-  void build(const std::shared_ptr<Spawning>& of);
-  void settle(const std::shared_ptr<Spawning>& of);
-  void answer(const Spawning& of, const Status& status);
+  void build(const std::shared_ptr<Spawning>& job);
+  void settle(const std::shared_ptr<Spawning>& job);
+  void answer(const Spawning& job, const Status& status);
   void abandon_build();
   void end_build();
   std::shared_ptr<BuildResults> make_build_results();
