@@ -1,5 +1,9 @@
 #include "app/edge_options.h"
 
+#include <fmt/format.h>
+
+#include <cstdlib>
+
 #include "app/process.h"
 #include "app/verbs/description_target.h"
 #include "doppel/core/installation.h"
@@ -18,7 +22,6 @@ void add_edge_options(CLI::App& verb, EdgeOptions& options) {
           "--token", options.server.token,
           "Token that clients must present, at least 16 characters (default: that of DOPPEL_TOKEN, which "
           "other users of this machine cannot read, or generated where --host needs one)")
-      ->envname("DOPPEL_TOKEN")
       ->check([](const std::string& token) {
         const Status usable = check_token(token);
         return usable ? std::string() : usable.why();
@@ -30,10 +33,26 @@ void add_edge_options(CLI::App& verb, EdgeOptions& options) {
       ->excludes(none);
 }
 
+namespace {
+
+// Not an option's variable of CLI11, which would check it for every verb, `stop` included.
+std::string token_of_environment() {
+  const char* const token = std::getenv("DOPPEL_TOKEN");
+  if (token == nullptr) return "";
+  if (const Status usable = check_token(token); !usable)
+    throw InputError("cli.token", {},
+                     fmt::format("the token in DOPPEL_TOKEN cannot be used: {}", usable.why()),
+                     "set one of at least 16 characters, or unset the variable");
+  return token;
+}
+
+}  // namespace
+
 SessionOptions session_options(const EdgeOptions& options, const RosArguments& ros) {
   Diagnostics diagnostics;
   SessionOptions out;
   out.server = options.server;
+  if (out.server.token.empty()) out.server.token = token_of_environment();
   out.server.page_folder = page_folder();
   check_address(out.server);
   out.server.metadata = {{"command", own_command_line()}, {"version", std::string(version())}};

@@ -176,7 +176,8 @@ void print_gravity(const TwinRobot& robot, bool verbose) {
 
 void print_robot(TwinRobot& robot) {
   const Model& model = robot.model();
-  const RobotDescription& written = robot.description();  // without the joint of a floating base to the world
+  const RobotDescription& description =
+      robot.description();  // without the joint of a floating base to the world
   const std::string mass = model.total_mass < 1 ? fmt::format("{:.1f} g", model.total_mass * 1e3)
                                                 : fmt::format("{:.4g} kg", model.total_mass);
   const auto counted = [](std::size_t count, const char* noun) {
@@ -184,7 +185,7 @@ void print_robot(TwinRobot& robot) {
   };
   print_stderr("{}{}: {}, {} ({} driven), {}\n", model.name,
                robot.name_space().empty() ? "" : fmt::format(" in /{}", robot.name_space()),
-               counted(written.links.size(), "link"), counted(written.joints.size(), "joint"),
+               counted(description.links.size(), "link"), counted(description.joints.size(), "joint"),
                driven_joints(robot), mass);
 }
 

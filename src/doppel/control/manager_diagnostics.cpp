@@ -64,7 +64,7 @@ void ControllerManager::Impl::describe_hardware(DiagnosticStatus& status) const 
     if (!c->why.empty()) values.add(c->name + " fault", c->why);
     all = all && c->state == HardwareState::active;
     failed = failed || !c->why.empty();
-    if (!c->not_finite) continue;
+    if (c->state != HardwareState::active || !c->not_finite) continue;
     values.add(c->name + " not finite", c->state_names[*c->not_finite]);
     finite = false;
   }

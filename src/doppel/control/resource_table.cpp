@@ -238,6 +238,7 @@ void ResourceTable::guarded(Component& c, const char* during, const Call& call) 
 }
 
 void ResourceTable::read(Component& c, Time now) {
+  c.not_finite.reset();
   if (!c.is_read() || c.fault.any()) return;
   guarded(c, "read", [&] { return c.hardware->read(now, c.period, c.states); });
   // A driver may not know a state before it is active.

@@ -62,16 +62,18 @@ std::size_t Diagnostics::count(Severity severity) const {
 }
 
 std::vector<Diagnostic> condensed(const Diagnostics& diagnostics, std::size_t most) {
-  std::map<std::pair<std::string_view, std::string_view>, std::size_t> places;
-  for (const Diagnostic& d : diagnostics.all()) ++places[{d.rule, d.message}];
-  std::map<std::string_view, std::size_t> messages;  // of notes and warnings, by rule
+  using Kind = std::pair<std::string_view, Severity>;  // the rule
+  std::map<std::pair<Kind, std::string_view>, std::size_t> places;
+  for (const Diagnostic& d : diagnostics.all()) ++places[{{d.rule, d.severity}, d.message}];
+  std::map<Kind, std::size_t> messages;
   for (const auto& [text, count] : places) ++messages[text.first];
-  std::map<std::string_view, std::size_t> shown;
+  std::map<Kind, std::size_t> shown;
   std::vector<Diagnostic> out;
   for (const Diagnostic& d : diagnostics.all()) {
-    const std::size_t count = std::exchange(places[{d.rule, d.message}], 0);
+    const Kind kind{d.rule, d.severity};
+    const std::size_t count = std::exchange(places[{kind, d.message}], 0);
     if (count == 0) continue;
-    const std::size_t of_rule = messages[d.rule], before = shown[d.rule]++;
+    const std::size_t of_rule = messages[kind], before = shown[kind]++;
     const bool is_limited = d.severity != Severity::error && of_rule > most + 1;
     if (is_limited && before > most) continue;
     out.push_back(d);

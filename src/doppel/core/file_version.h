@@ -14,7 +14,7 @@ struct DOPPEL_API FileVersion {
   std::uint64_t inode = 0, size = 0;
   bool operator==(const FileVersion&) const = default;
 
-  // Of the file as it is now. Links are followed.
+  // The version of the file that is there now. Links are followed.
   static FileVersion of(const std::filesystem::path& file);
 };
 

@@ -116,7 +116,7 @@ class ShapeReader {
     return mesh != nullptr && !(mesh->scale.cwiseAbs().maxCoeff() <= kMaxShapeSize);
   }
 
-  // Of a shape that a mesh has given: its hull, or the box that replaces a flat one.
+  // A mesh gives its hull, or the box that replaces a flat one.
   void check_mesh_size(const Collision& collision, const CollisionShape& shape) {
     if (!std::holds_alternative<MeshGeometry>(collision.geometry)) return;
     double distance = shape.X_LS.translation().cwiseAbs().maxCoeff();

@@ -191,11 +191,11 @@ std::shared_ptr<Twin::Impl::BuildResults> Twin::Impl::make_build_results() {
 void Twin::Impl::spawn_robot(WorldRobot robot, SpawnedText text, std::function<void(const Status&)> done) {
   if (spawning != nullptr && std::chrono::steady_clock::now() - spawning->begin < kSpawnDeadline)
     return done(Status::refused("another robot is being spawned; call again when it is in the world"));
-  if (spawning != nullptr) abandon_build();
   if (*unfinished_builds >= kMaxUnfinished) {
     return done(Status::refused(fmt::format(
         "{} earlier robots are still being built; restart doppel to spawn another one", kMaxUnfinished)));
   }
+  if (spawning != nullptr) abandon_build();
   auto fresh = std::make_shared<Spawning>();
   fresh->robot = std::move(robot);
   fresh->text = std::move(text);

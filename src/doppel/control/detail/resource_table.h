@@ -103,7 +103,7 @@ class ResourceTable {
   // Returns and clears the faults of all components.
   [[nodiscard]] std::vector<std::pair<Component*, HardwareFault>> take_faults();
 
-  // Whether a component has read a joint's state that is not finite, which is not reported yet.
+  // True: a component has read a joint's state that is not finite, which is not reported yet.
   [[nodiscard]] bool has_not_finite() const { return has_not_finite_; }
   // Returns those components and takes them as reported until their next activation.
   [[nodiscard]] std::vector<Component*> take_not_finite();

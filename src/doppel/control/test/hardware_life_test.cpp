@@ -190,6 +190,13 @@ TEST(HardwareLifecycle, StateThatIsNotFiniteIsReportedOncePerActivation) {
   EXPECT_EQ(rig.count(Severity::warning, expected), 1u) << rig.said();
   EXPECT_EQ(last.status[1].level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
   EXPECT_EQ(last.status[1].message, "A joint's state is not finite");
+  ASSERT_TRUE(rig.manager->switch_controllers({}, Names{"left"}, Strictness::strict).ok());
+  bring_hardware_to(rig, "inactive");
+  rig.run(101);
+  EXPECT_EQ(last.status[1].message, "Not all hardware components are active");
+  bring_hardware_to(rig, "active");
+  rig.run(101);
+  EXPECT_EQ(rig.count(Severity::warning, expected), 2u) << rig.said();
   rig.hardware->set_offset("a", 0);
   rig.run(101);
   EXPECT_EQ(last.status[1].level, diagnostic_msgs::msg::DiagnosticStatus::OK);

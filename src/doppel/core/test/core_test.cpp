@@ -33,6 +33,7 @@ TEST(Diagnostics, CondensedCountsEqualMessagesAndThoseBeyondMostOfRule) {
   for (int i = 0; i < 40; ++i) all.warning("mesh.missing", {}, "mesh " + std::to_string(i), "add it");
   for (int i = 0; i < 4; ++i) all.warning("urdf.limit", {}, "limit " + std::to_string(i));
   for (int i = 0; i < 3; ++i) all.note("up.use_sim", {}, "use_sim");
+  all.note("mesh.missing", {}, "a note of the same rule");
   for (int i = 0; i < 9; ++i) all.error("urdf.name", {}, "name " + std::to_string(i));
   std::string text;
   for (const Diagnostic& d : condensed(all, 3)) text += d.rule + " " + d.message + "\n";
@@ -40,10 +41,10 @@ TEST(Diagnostics, CondensedCountsEqualMessagesAndThoseBeyondMostOfRule) {
             "mesh.missing mesh 0\nmesh.missing mesh 1\nmesh.missing mesh 2\n"
             "mesh.missing 37 more warnings of this kind; 'doppel check' lists them\n"
             "urdf.limit limit 0\nurdf.limit limit 1\nurdf.limit limit 2\nurdf.limit limit 3\n"
-            "up.use_sim at 3 places: use_sim\n"
+            "up.use_sim at 3 places: use_sim\nmesh.missing a note of the same rule\n"
             "urdf.name name 0\nurdf.name name 1\nurdf.name name 2\nurdf.name name 3\nurdf.name name 4\n"
             "urdf.name name 5\nurdf.name name 6\nurdf.name name 7\nurdf.name name 8\n");
-  EXPECT_EQ(condensed(all).size(), 40u + 4 + 1 + 9);
+  EXPECT_EQ(condensed(all).size(), 40u + 4 + 1 + 1 + 9);
 }
 
 TEST(Diagnostics, ThrowIfErrorsThrowsAllErrors) {

@@ -6,11 +6,11 @@
 
 namespace doppel {
 
-// By rows of the constraints; of a contact, the row of its normal counts. Scratch.
+// The scratch of a solution, by the rows of the constraints. A contact has the row of its normal.
 struct SlidingRows {
   explicit SlidingRows(int rows) {
-    for (std::vector<double>* const of : {&reference, &slip, &earlier_slip, &earlier_gap, &acceleration})
-      of->resize(static_cast<std::size_t>(rows));
+    for (std::vector<double>* const row : {&reference, &slip, &earlier_slip, &earlier_gap, &acceleration})
+      row->resize(static_cast<std::size_t>(rows));
   }
   std::vector<double> reference;     // m/s^2 of the normal, without the slip
   std::vector<double> slip;          // m/s^2, subtracted from it

@@ -218,8 +218,6 @@ TEST_P(ContactContract, FrictionHoldsInsideConeAndSlidesOutside) {
   }
 }
 
-// Boxes that touch with a face, parallel except for rounding: no contact is deeper than the boxes overlap.
-// MuJoCo 2.2.2 alone reports decimetres for some of those that are turned about an edge only.
 // A base that drives towards its ball. Its wheels spin and push with mu times their load, from which the
 // acceleration takes off what it puts on the ball, or gives what it takes off it.
 class SpinningBase : public ContactContract {
@@ -255,14 +253,14 @@ class SpinningBase : public ContactContract {
     }
     return out;
   }
-  static Expected closed_form(const BaseShape& of) {
-    const double mass = of.body_mass + 2 * of.wheel_mass, ball = kCasterFriction;
-    const double behind = kCentre * of.body_mass / mass, height = of.radius;
+  static Expected closed_form(const BaseShape& base) {
+    const double mass = base.body_mass + 2 * base.wheel_mass, ball = kCasterFriction;
+    const double behind = kCentre * base.body_mass / mass, height = base.radius;
     // N_ball = m (g behind - a height) / kBall,  m a = mu (m g - N_ball) - mu_ball N_ball
-    const double both = (of.friction + ball) / kBall;
-    const double a = kGravity * (of.friction - both * behind) / (1 - both * height);
+    const double both = (base.friction + ball) / kBall;
+    const double a = kGravity * (base.friction - both * behind) / (1 - both * height);
     const double load = mass * (kGravity - (kGravity * behind - a * height) / kBall);
-    return {a, load, of.friction * load * of.radius / 2};
+    return {a, load, base.friction * load * base.radius / 2};
   }
 };
 DOPPEL_FOR_EVERY_ENGINE(SpinningBase);
@@ -295,14 +293,16 @@ TEST_P(SpinningBase, SpinningWheelsPushEvenlyWithFrictionTimesLoad) {
     }
     const double acceleration = (before - base.base_velocity().linear_W.x()) / 0.2;
     EXPECT_NEAR(acceleration, expected.acceleration, 0.005 * expected.acceleration) << friction;
-    for (const double of : {effort.least, effort.most})
-      EXPECT_NEAR(of, expected.effort, 0.02 * expected.effort) << friction;
-    for (const double of : {rim.least, rim.most}) EXPECT_NEAR(of, kRimSpeed, 0.02) << friction;
-    for (const double of : {load.least, load.most})
-      EXPECT_NEAR(of, expected.load, 0.02 * expected.load) << friction;
+    for (const double measured : {effort.least, effort.most})
+      EXPECT_NEAR(measured, expected.effort, 0.02 * expected.effort) << friction;
+    for (const double measured : {rim.least, rim.most}) EXPECT_NEAR(measured, kRimSpeed, 0.02) << friction;
+    for (const double measured : {load.least, load.most})
+      EXPECT_NEAR(measured, expected.load, 0.02 * expected.load) << friction;
   }
 }
 
+// Boxes that touch with a face, parallel except for rounding: no contact is deeper than the boxes overlap.
+// MuJoCo 2.2.2 alone reports decimetres for some of those that are turned about an edge only.
 TEST_P(ContactContract, BarelyTouchingBoxesAreNoDeeperThanTheyOverlap) {
   const unsigned seed = 7;
   std::mt19937 random(seed);

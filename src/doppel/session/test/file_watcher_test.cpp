@@ -127,10 +127,13 @@ TEST_F(FileWatcherTest, FilesThatWereReadAreWatchedUntilNextSet) {
 
 TEST_F(FileWatcherTest, ChangeSinceFileWasReadIsReported) {
   const auto read = std::make_shared<FilesRead>();
-  const fs::path included = folder_ / "robot/urdf/new.xacro", second = folder_ / "robot/urdf/second.xacro";
+  // In folders that are not watched yet, so that the kernel has no event of them.
+  const fs::path included = folder_ / "parts/new.xacro", second = folder_ / "others/second.xacro";
   watcher_.watch_read(read);
-  save("robot/urdf/new.xacro", "1");
-  save("robot/urdf/second.xacro", "1");
+  for (const fs::path& path : {included, second}) {
+    fs::create_directories(path.parent_path());
+    save(fs::relative(path, folder_), "1");
+  }
   const auto note_and_change = [&](const fs::path& path) {
     const FilesRead::Recording recording(*read);
     FilesRead::note(path);

@@ -75,7 +75,8 @@ class MaterialScriptsTest : public ::testing::Test {
         "test.sdf", folder_, resolver, said_);
     return world.models.front().description->links.front().visuals.front().material.value();
   }
-  std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) / "material_scripts";
+  std::filesystem::path folder_ = std::filesystem::path(::testing::TempDir()) / "material_scripts" /
+                                  ::testing::UnitTest::GetInstance()->current_test_info()->name();
   Diagnostics said_;
 };
 
