@@ -2,6 +2,7 @@
 // Hardware for tests: every joint has command and state interfaces, and follows its command perfectly, with a
 // first-order lag, or with a constant offset. Failures can be injected.
 
+#include <atomic>
 #include <map>
 #include <optional>
 #include <string>
@@ -64,7 +65,8 @@ class FakeHardware : public HardwareComponent {
   std::string refuse_activation;
   bool refuse_recovery = false;  // on_error fails
   std::string throw_in;          // "on_configure", "on_stop", "read" ...: it throws "lost the port"
-  HardwareReturn read_answer = HardwareReturn::ok, write_answer = HardwareReturn::ok;
+  // Atomic, because an asynchronous component is read and written by its own thread.
+  std::atomic<HardwareReturn> read_answer = HardwareReturn::ok, write_answer = HardwareReturn::ok;
   std::vector<std::string> calls;  // of the life cycle, in order: "on_init" ...
   bool active = false;
   int reads = 0, writes = 0;
