@@ -303,6 +303,14 @@ class LoopbackFaults : public HardwareContract {
     description_.params = {{"fault", fault}};
     description_.params.insert(description_.params.end(), more.begin(), more.end());
   }
+  // Half of its delay is over afterwards.
+  void send_delayed_command() {
+    description_.params = {{"delay", "0.1"}};
+    bring_up({"positions"});
+    run(0.05);
+    command("positions", {0.02, 0.0});
+    run(0.05);
+  }
 };
 
 TEST_P(LoopbackFaults, ErrorAtNthReadStopsController) {
@@ -367,22 +375,15 @@ TEST_P(LoopbackFaults, SilentDeviceKeepsOldStates) {
 }
 
 TEST_P(LoopbackFaults, DelayedCommandArrivesLate) {
-  description_.params = {{"delay", "0.1"}};
-  bring_up({"positions"});
+  send_delayed_command();
   run(0.05);
-  command("positions", {0.02, 0.0});
-  run(0.1);
   EXPECT_EQ(q("j 1"), 0.0);
   run(0.03);
   EXPECT_EQ(q("j 1"), 0.02);
 }
 
 TEST_P(LoopbackFaults, DelayedCommandOfStoppedControllerMovesNothing) {
-  description_.params = {{"delay", "0.1"}};
-  bring_up({"positions"});
-  run(0.05);
-  command("positions", {0.02, 0.0});
-  run(0.05);
+  send_delayed_command();
   ASSERT_TRUE(switch_to({}, {"positions"}).ok());
   ASSERT_TRUE(switch_to({"positions"}, {}).ok());
   run(0.5);
@@ -390,11 +391,7 @@ TEST_P(LoopbackFaults, DelayedCommandOfStoppedControllerMovesNothing) {
 }
 
 TEST_P(LoopbackFaults, DelayedCommandFromBeforeReactivationMovesNothing) {
-  description_.params = {{"delay", "0.1"}};
-  bring_up({"positions"});
-  run(0.05);
-  command("positions", {0.02, 0.0});
-  run(0.05);
+  send_delayed_command();
   ASSERT_TRUE(switch_to({}, {"positions"}).ok());
   EXPECT_EQ(bring_to("inactive"), HardwareState::inactive);
   EXPECT_EQ(bring_to("active"), HardwareState::active);
