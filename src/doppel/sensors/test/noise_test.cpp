@@ -159,6 +159,7 @@ TEST(DepthNoise, GrowsWithDistanceAndDropsItsPart) {
       squares += (depth - z) * (depth - z);
     }
     EXPECT_NEAR(left / 200000.0, 0.9, 0.005);
+    EXPECT_NEAR(sum / left, 0, 1e-4 * z);
     EXPECT_NEAR(std::sqrt(squares / left), 0.001 + 0.002 * z * z, 0.02 * (0.001 + 0.002 * z * z));
   }
 }
