@@ -90,7 +90,7 @@ class SdfGenerator {
   }
   std::size_t index(std::size_t count) { return random_() % count; }
   Pose pose() {
-    const double pi = std::numbers::pi;
+    using std::numbers::pi;
     return make_pose({number(-3, 3), number(-3, 3), number(-3, 3)},
                      {number(-pi, pi), number(-1.5, 1.5), number(-pi, pi)});
   }
