@@ -144,7 +144,8 @@ void compile_as_up(const OpenedWorld& opened, Diagnostics& found) {
   std::vector<ModelInstance> instances;
   for (const SdfModel& model : opened.world.models)
     instances.push_back(make_instance(model, "", meshes, found));
-  compile_world(kDefaultEngine, opened.world.settings, std::move(instances), found)->make_engine();
+  static_cast<void>(
+      compile_world(kDefaultEngine, opened.world.settings, std::move(instances), found)->make_engine());
 }
 
 int run_world_check(const WorldOptions& options) {
