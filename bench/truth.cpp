@@ -54,6 +54,19 @@ std::unique_ptr<Engine> world_of(const doppel::WorldSettings& settings,
   return doppel::compile_world(engine_name, settings, std::move(instances), diagnostics)->make_engine();
 }
 
+std::unique_ptr<Engine> world_of(const doppel::WorldSettings& settings, doppel::RobotDescription robot,
+                                 doppel::BaseKind base, const doppel::InstanceOptions& options) {
+  doppel::Diagnostics diagnostics;
+  doppel::CollisionMeshes meshes;
+  const auto described = std::make_shared<const doppel::RobotDescription>(std::move(robot));
+  const auto model =
+      std::make_shared<const doppel::Model>(doppel::compile_model(*described, base, diagnostics));
+  return doppel::compile_world(engine_name, settings,
+                               {doppel::make_instance(described, model, options, meshes, diagnostics)},
+                               diagnostics)
+      ->make_engine();
+}
+
 void row(const std::string& what, double expected, double measured) {
   const double error = expected == 0 ? measured : 100 * (measured / expected - 1);
   fmt::print("  {:58s} {:10.5f} {:10.5f} {:+9.3f} {}\n", what, expected, measured, error,
@@ -198,21 +211,12 @@ doppel::RobotDescription hinge() {
 void drives() {
   fmt::print("a joint follows targets at its velocity limit through 0.125 to 2 rad, rad/s\n");
   for (const double hertz : {100.0, 500.0, 1000.0}) {
-    doppel::Diagnostics diagnostics;
-    doppel::CollisionMeshes meshes;
-    const auto described = std::make_shared<const doppel::RobotDescription>(hinge());
-    const auto model = std::make_shared<const doppel::Model>(
-        doppel::compile_model(*described, doppel::BaseKind::fixed, diagnostics));
     doppel::WorldSettings settings;
     settings.gravity.setZero();
     settings.ground = false;
     doppel::InstanceOptions options;
     options.gravity.setZero();
-    const auto engine =
-        doppel::compile_world(engine_name, settings,
-                              {doppel::make_instance(described, model, options, meshes, diagnostics)},
-                              diagnostics)
-            ->make_engine();
+    const auto engine = world_of(settings, hinge(), doppel::BaseKind::fixed, options);
     Instance arm = engine->instance(0);
     arm.set_drive(0, doppel::DriveMode::position);
     const int gap = static_cast<int>(std::lround(1 / (kStep * hertz)));
@@ -285,24 +289,15 @@ doppel::RobotDescription base_on_wheels(double friction) {
 void spinning_wheels() {
   fmt::print("a base of 11.1 kg whose wheels spin at 4 m/s, by friction times load\n");
   for (const double friction : {0.2, 0.3, 0.5}) {
-    doppel::Diagnostics diagnostics;
-    doppel::CollisionMeshes meshes;
-    const auto described = std::make_shared<const doppel::RobotDescription>(base_on_wheels(friction));
-    const auto model = std::make_shared<const doppel::Model>(
-        doppel::compile_model(*described, doppel::BaseKind::floating, diagnostics));
     doppel::WorldSettings settings;
     settings.ground_friction = friction;
     doppel::InstanceOptions options;
     options.set_on_ground = true;
-    const auto engine =
-        doppel::compile_world(engine_name, settings,
-                              {doppel::make_instance(described, model, options, meshes, diagnostics)},
-                              diagnostics)
-            ->make_engine();
+    const auto engine = world_of(settings, base_on_wheels(friction), doppel::BaseKind::floating, options);
     Instance base = engine->instance(0);
     for (int i = 0; i < 300; ++i) engine->step();
-    const int left = model->find_joint("left_joint");
-    for (const int wheel : {left, model->find_joint("right_joint")}) {
+    const int left = base.model().find_joint("left_joint");
+    for (const int wheel : {left, base.model().find_joint("right_joint")}) {
       base.set_drive(wheel, doppel::DriveMode::velocity);
       base.set_target(wheel, 4 / kWheelRadius);
     }

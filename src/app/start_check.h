@@ -1,5 +1,5 @@
 #pragma once
-// A check that tells if the program has to be rebuilt before it starts.
+// The check for sources that are newer than the program, which is then rebuilt before it starts.
 
 #include <string>
 

@@ -114,7 +114,7 @@ std::set<std::string> frames_of(Client& twin) {
   return out;
 }
 
-// Tells if a sensor has had the time for a message, from the time and the samples that the twin reports.
+// Decides from the reported time and samples of a sensor that a message of it is due.
 class SensorProgress {
  public:
   explicit SensorProgress(const doppel_msgs::msg::Sensor& sensor)

@@ -21,7 +21,7 @@ using bus_detail::RecordHeader;
 constexpr std::chrono::microseconds kPollInterval{150};
 constexpr int kMaxEmptyPolls = 12;  // without a message, before the edge waits to be woken
 
-// Tells if an edge still exists. Locked while a reply runs, so that the edge's destructor waits for its end.
+// The existence of an edge, which its replies share. Locked while a reply runs, so that the edge's destructor waits for its end.
 struct Liveness {
   std::recursive_mutex mutex;  // recursive: a reply may destroy its own edge
   bool alive = true;

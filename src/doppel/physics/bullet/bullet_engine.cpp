@@ -96,7 +96,7 @@ void BulletEngine::step() {
   load_all();
 }
 
-// Those of the next step, in a copy. With the law of the last step, a drive that moves its reference would lag,
+// Solves the next step in a copy. With the law of the last step, a drive that moves its reference would lag,
 // and a wheel that spins would carry less than its load.
 void BulletEngine::contacts(std::vector<Contact>& out) const {
   std::vector<InstanceState> copy = states_;

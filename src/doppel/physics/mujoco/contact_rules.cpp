@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kStiffer = 100;         // friction, than MuJoCo's with the impedance ratio of the world
 constexpr double kSlipTolerance = 1e-3;  // of the acceleration of the contact by its own force
-constexpr double kLeastFactor = 0.25, kMostFactor = 16;  // of a correction, of the secant method
+constexpr double kMinFactor = 0.25, kMaxFactor = 16;  // of a correction, of the secant method
 constexpr double kAlongNormal = 1e-6;  // squared length of a direction's projection that has no direction
 
 std::size_t at_row(int row) {
@@ -210,7 +210,7 @@ bool ContactRules::correct_slip(const mjModel& model, mjData& data, SlidingRows&
     const double pressed = data.efc_diagApprox[row] * data.efc_force[row];
     if (std::abs(gap) <= kSlipTolerance * std::max(pressed, 1.0)) return;
     const double rate = slip == earlier ? -1.0 : (gap - earlier_gap) / (slip - earlier);
-    const double factor = rate < 0 ? std::clamp(-1.0 / rate, kLeastFactor, kMostFactor) : 1.0;
+    const double factor = rate < 0 ? std::clamp(-1.0 / rate, kMinFactor, kMaxFactor) : 1.0;
     earlier_gap = gap;
     earlier = slip;
     slip = std::max(slip + factor * gap, 0.0);

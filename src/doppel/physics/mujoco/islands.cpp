@@ -8,7 +8,7 @@
 namespace doppel {
 namespace {
 
-constexpr int kMostCorrections = 10;  // of the slip of contacts, in a step
+constexpr int kMaxCorrections = 10;  // of the slip of contacts, in a step
 
 std::size_t place(int n) {
   return static_cast<std::size_t>(n);
@@ -242,7 +242,7 @@ void IslandSolver::refer(const mjModel& model, mjData& data) {
 void IslandSolver::solve_rows(const mjModel& model, mjData& data) {
   rules_->expect_slip(model, data, sliding_);
   mj_fwdConstraint(&model, &data);
-  for (int i = 0; i < kMostCorrections && rules_->correct_slip(model, data, sliding_); ++i)
+  for (int i = 0; i < kMaxCorrections && rules_->correct_slip(model, data, sliding_); ++i)
     mj_fwdConstraint(&model, &data);
 }
 

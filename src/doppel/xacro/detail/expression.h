@@ -72,7 +72,7 @@ Value get_attribute(const Value& object, std::string_view name);
 // Python's format(value, spec).
 std::string format_value(const Value& value, std::string_view spec);
 
-// Tells if too much of the stack is used for a deeper recursion; expressions, properties, macros and includes
+// Detects that too much of the stack is used for a deeper recursion; expressions, properties, macros and includes
 // nest within each other, so a single limit on depth is not enough.
 class StackGuard {
  public:
