@@ -8,7 +8,7 @@
 #include <fstream>
 #include <vector>
 
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace {
 

@@ -1,9 +1,9 @@
-// The penetration depth of convex solids, by geometry/detail/convex.h and by FCL 0.7 (libccd's expanding
+// The penetration depth of convex solids, by robot/collision/detail/convex.h and by FCL 0.7 (libccd's expanding
 // polytope): the time for a pair and the largest error, compared with closed forms and, for hulls, with the
 // nearest face of the hull of all differences of their corners (qhull).
 //
 //   bench_convex
-#include "doppel/geometry/detail/convex.h"
+#include "doppel/robot/collision/detail/convex.h"
 
 #include <fcl/fcl.h>
 #include <fmt/format.h>
@@ -15,7 +15,7 @@
 #include <numbers>
 #include <random>
 
-#include "doppel/geometry/convex_hull.h"
+#include "doppel/description/meshes/convex_hull.h"
 
 namespace {
 

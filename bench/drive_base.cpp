@@ -9,11 +9,11 @@
 #include <numbers>
 #include <stdexcept>
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/nav_msgs.h"
-#include "doppel/target/controllers_file.h"
-#include "doppel/twin/rolling_report.h"
-#include "doppel/twin/twin.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/nav_msgs.h"
+#include "doppel/scenario/compile/rolling_report.h"
+#include "doppel/scenario/resolve/controllers_file.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace {
 

@@ -11,8 +11,8 @@
 #include <fstream>
 #include <vector>
 
-#include "doppel/physics/mujoco_extras.h"
-#include "doppel/twin/twin.h"
+#include "doppel/physics/contract/mujoco_extras.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace {
 

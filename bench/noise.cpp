@@ -1,5 +1,5 @@
 // The cost of a bias that walks: of one channel at one sample, and of the first one after an hour at 1 kHz in which nothing was read.
-#include "doppel/sensors/noise.h"
+#include "doppel/sensors/models/noise.h"
 
 #include <chrono>
 #include <cstdio>

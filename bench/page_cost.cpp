@@ -10,9 +10,9 @@
 #include <thread>
 #include <vector>
 
-#include "doppel/client/websocket_client.h"
-#include "doppel/server/server.h"
-#include "doppel/twin/twin.h"
+#include "doppel/ros/client/websocket_client.h"
+#include "doppel/ros/server/server.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace {
 

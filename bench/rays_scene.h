@@ -7,11 +7,11 @@
 #include <functional>
 #include <random>
 
-#include "doppel/rays/ray_caster.h"
-#include "doppel/scene/scene_builder.h"
-#include "doppel/sensors/lens.h"
-#include "doppel/sensors/noise.h"
-#include "doppel/sensors/scan_pattern.h"
+#include "doppel/sensors/models/lens.h"
+#include "doppel/sensors/models/noise.h"
+#include "doppel/sensors/models/scan_pattern.h"
+#include "doppel/sensors/render/ray_caster.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 namespace doppel {
 inline constexpr int kBodies = 40;

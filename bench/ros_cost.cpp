@@ -8,7 +8,7 @@
 #include <ctime>
 #include <memory>
 
-#include "doppel/ros2/bridge.h"
+#include "doppel/ros/network/bridge.h"
 #include "ros_peers.h"
 
 namespace {

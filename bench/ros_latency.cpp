@@ -9,10 +9,10 @@
 #include <mutex>
 #include <random>
 
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/trajectory_msgs.h"
-#include "doppel/ros2/bridge.h"
-#include "doppel/twin/runner.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/trajectory_msgs.h"
+#include "doppel/ros/network/bridge.h"
+#include "doppel/twin/loop/runner.h"
 #include "ros_peers.h"
 
 namespace {

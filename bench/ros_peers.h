@@ -22,10 +22,10 @@
 #include <thread>
 #include <vector>
 
-#include "doppel/ros2/environment.h"
-#include "doppel/ros2/names.h"
-#include "doppel/ros2/participant.h"
-#include "doppel/twin/twin.h"
+#include "doppel/ros/network/environment.h"
+#include "doppel/ros/network/names.h"
+#include "doppel/ros/network/participant.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel::bench {
 

@@ -19,9 +19,9 @@
 #include <sstream>
 #include <string_view>
 
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/ros2/bridge_types.h"
-#include "doppel/ros2/service.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/network/bridge_types.h"
+#include "doppel/ros/network/service.h"
 #include "ros_peers.h"
 
 namespace {

@@ -9,8 +9,8 @@
 #include <thread>
 #include <vector>
 
-#include "doppel/messages/gazebo_msgs.h"
-#include "doppel/twin/twin.h"
+#include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace {
 

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/description/load.h"
-#include "doppel/physics/engine_modules.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/physics/contract/engine_modules.h"
 
 namespace {
 

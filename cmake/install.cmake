@@ -16,12 +16,12 @@ install(TARGETS ${plugin_modules} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/do
 
 # The public headers lie directly in the folders of their modules; what they include of the folders below is their templates
 # (tools/public_headers.py has the same rule, and tools/check_headers compares).
-file(GLOB public_headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/src src/doppel/*.h src/doppel/*/*.h)
+file(GLOB public_headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/src src/doppel/*.h src/doppel/*/*/*.h)
 set(installed_headers)
 while(public_headers)
   list(POP_FRONT public_headers header)
   list(APPEND installed_headers ${header})
-  file(STRINGS src/${header} includes REGEX "^#include \"doppel/[a-z0-9_]+/[a-z0-9_]+/")
+  file(STRINGS src/${header} includes REGEX "^#include \"doppel/[a-z0-9_]+/[a-z0-9_]+/[a-z0-9_]+/")
   foreach(line IN LISTS includes)
     string(REGEX REPLACE "^#include \"(.*)\".*$" "\\1" template ${line})
     if(NOT template IN_LIST installed_headers AND NOT template IN_LIST public_headers)
@@ -34,7 +34,7 @@ foreach(header IN LISTS installed_headers)
   install(FILES src/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder} COMPONENT development)
 endforeach()
 install(EXPORT doppel FILE doppelTargets.cmake NAMESPACE doppel:: DESTINATION ${doppel_cmakedir} COMPONENT development)
-get_property(DOPPEL_COMPONENTS GLOBAL PROPERTY DOPPEL_MODULES)
+get_property(DOPPEL_COMPONENTS GLOBAL PROPERTY DOPPEL_FLOORS)
 list(JOIN DOPPEL_COMPONENTS " " DOPPEL_COMPONENTS)
 file(RELATIVE_PATH DOPPEL_PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/doppelConfig.cmake.in ${PROJECT_BINARY_DIR}/doppelConfig.cmake
@@ -48,7 +48,7 @@ install(FILES ${PROJECT_BINARY_DIR}/doppel.pc DESTINATION ${CMAKE_INSTALL_LIBDIR
 install(DIRECTORY robots worlds datasheets DESTINATION ${doppel_datadir} COMPONENT data)
 # `doppel man TOPIC` prints the pages that help texts and errors name.
 install(DIRECTORY docs DESTINATION ${doppel_datadir} COMPONENT data
-  PATTERN Doxyfile EXCLUDE PATTERN modules_before.svg EXCLUDE)
+  PATTERN Doxyfile EXCLUDE PATTERN modules_before_floors.svg EXCLUDE)
 install(FILES README.md CHANGELOG.md CONTRIBUTING.md DESTINATION ${doppel_datadir} COMPONENT data)
 install(DIRECTORY web/dist/ DESTINATION ${doppel_datadir}/page COMPONENT data)
 

@@ -1,13 +1,17 @@
-# One module = one static library `doppel_<name>` with headers and sources side by side and tests in test/ beside them.
+# A floor is a folder of src/doppel; a module is a folder of a floor: one static library `doppel_<module>` with headers and
+# sources side by side (*.cpp), private headers in detail/ and tests in test/*.cpp.
 #
-#   doppel_module(NAME <name> ABOUT "what it holds" SOURCES ... [USES <modules>] [PUBLIC <libs>] [PRIVATE <libs>]
-#     [OFF_LOOP] [FUZZ <what its fuzz targets link besides it>])
-#   doppel_module_tests(NAME <name> SOURCES ... [LINKS ...])   -> program <name>_test, registered with ctest
+#   doppel_floor(<floor> <modules, from the bottom up>)
+#   doppel_module([OFF_LOOP] ABOUT "what it holds" [USES <floor>/<module> ...] [PUBLIC <libs>] [PRIVATE <libs>]
+#     [FUZZ <what its fuzz targets link besides it>])
+#   doppel_tests([PROGRAM <name>] [EXCEPT <files>] [LINKS <targets>] [DEFINES <definitions>] [NEEDS <targets>])
 #
 # USES is every module that its files include, no more and no less: tools/modules, part of ./test, checks the includes
-# against it and generates the table and the picture in docs from it.
+# against it and generates the table and the pictures in docs from it.
 #
 # OFF_LOOP: no part of it runs in the control loop; it is compiled with -O1, in three quarters of the time.
+#
+# The tests of neighbouring floors are one program (doppel_test_program): linking is a large part of their cost.
 #
 # A module's fuzz/*_fuzz.cpp are libFuzzer targets, built with DOPPEL_FUZZ (clang only): <module>_<name>_fuzz, with seed
 # inputs in fuzz/corpus/<name>/. `./test --fuzz` runs them.
@@ -59,9 +63,23 @@ endif()
 
 include(cmake/units.cmake)
 
+function(doppel_floor floor)
+  set_property(GLOBAL APPEND PROPERTY DOPPEL_FLOORS ${floor})
+  add_library(doppel_floor_${floor} INTERFACE)
+  add_library(doppel::${floor} ALIAS doppel_floor_${floor})  # for projects that contain this one
+  foreach(module ${ARGN})
+    add_subdirectory(${PROJECT_SOURCE_DIR}/src/doppel/${floor}/${module} ${PROJECT_BINARY_DIR}/src/doppel/${floor}/${module})
+    if(TARGET doppel_${module})
+      target_link_libraries(doppel_floor_${floor} INTERFACE doppel_${module})
+    endif()
+  endforeach()
+endfunction()
+
 function(doppel_module)
-  cmake_parse_arguments(MODULE "OFF_LOOP" "NAME;ABOUT" "SOURCES;USES;PUBLIC;PRIVATE;FUZZ" ${ARGN})
-  add_library(doppel_${MODULE_NAME} STATIC ${MODULE_SOURCES})
+  cmake_parse_arguments(MODULE "OFF_LOOP" "ABOUT" "USES;PUBLIC;PRIVATE;FUZZ" ${ARGN})
+  get_filename_component(MODULE_NAME ${CMAKE_CURRENT_SOURCE_DIR} NAME)
+  file(GLOB sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.cpp)
+  add_library(doppel_${MODULE_NAME} STATIC ${sources})
   if(MODULE_OFF_LOOP)
     doppel_units(doppel_${MODULE_NAME} outer)
   else()
@@ -69,14 +87,14 @@ function(doppel_module)
   endif()
   set_property(GLOBAL APPEND PROPERTY DOPPEL_MODULES ${MODULE_NAME})
   set_property(GLOBAL APPEND PROPERTY DOPPEL_BORROWED ${MODULE_PUBLIC} ${MODULE_PRIVATE})
-  add_library(doppel::${MODULE_NAME} ALIAS doppel_${MODULE_NAME})  # for projects that contain this one
   set_target_properties(doppel_${MODULE_NAME} PROPERTIES LINKER_LANGUAGE CXX)
   target_link_libraries(doppel_${MODULE_NAME} PUBLIC doppel_flags ${MODULE_PUBLIC} PRIVATE ${MODULE_PRIVATE})
   set(simulates FALSE)
-  if(MODULE_NAME STREQUAL "physics")
+  if(MODULE_NAME STREQUAL "contract")
     set(simulates TRUE)
   endif()
-  foreach(lower IN LISTS MODULE_USES)
+  foreach(path IN LISTS MODULE_USES)
+    get_filename_component(lower ${path} NAME)
     target_link_libraries(doppel_${MODULE_NAME} PUBLIC doppel_${lower})
     get_target_property(lower_simulates doppel_${lower} DOPPEL_SIMULATES)
     if(lower_simulates)
@@ -120,43 +138,85 @@ function(doppel_plugin_module)
   endif()
 endfunction()
 
-# A physics engine: the plugin module doppel_engine_<NAME> for the module `physics`. The modules that it needs are linked
-# into it and are not exported. Programs that simulate depend on `doppel_engines`.
+# A physics engine: the plugin module doppel_engine_<NAME>, of all sources of its folder. The modules that it uses are
+# linked into it and are not exported. Programs that simulate depend on `doppel_engines`.
 add_custom_target(doppel_engines)
 function(doppel_engine)
-  cmake_parse_arguments(ENGINE "" "NAME" "SOURCES;LINKS" ${ARGN})
-  doppel_plugin_module(NAME doppel_engine_${ENGINE_NAME} SOURCES ${ENGINE_SOURCES}
-    LINKS ${ENGINE_LINKS} doppel_physics)
+  cmake_parse_arguments(ENGINE "" "NAME" "USES;LINKS" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} *.cpp)
+  list(TRANSFORM ENGINE_USES REPLACE ".*/" "doppel_")
+  doppel_plugin_module(NAME doppel_engine_${ENGINE_NAME} SOURCES ${sources} LINKS ${ENGINE_LINKS} ${ENGINE_USES})
   add_dependencies(doppel_engines doppel_engine_${ENGINE_NAME})
   target_link_options(doppel_engine_${ENGINE_NAME} PRIVATE LINKER:--exclude-libs,ALL
     LINKER:-Bsymbolic-functions)
 endfunction()
 
-function(doppel_module_tests)
+# The program that has the tests of a folder.
+function(doppel_test_program folder out)
+  set(${out} system_test PARENT_SCOPE)
+  if(folder MATCHES "src/doppel/([a-z]+)/")
+    set(floor ${CMAKE_MATCH_1})
+    string(REGEX REPLACE "^robot$" "description" floor ${floor})
+    string(REGEX REPLACE "^(scenario|lab|session)$" "twin" floor ${floor})
+    set(${out} ${floor}_test PARENT_SCOPE)
+  endif()
+endfunction()
+
+function(doppel_tests)
   if(NOT DOPPEL_TESTS)
     return()
   endif()
-  cmake_parse_arguments(MODULE "" "NAME" "SOURCES;LINKS" ${ARGN})
-  add_executable(${MODULE_NAME}_test ${MODULE_SOURCES})
-  doppel_units(${MODULE_NAME}_test test)
-  target_link_libraries(${MODULE_NAME}_test PRIVATE ${MODULE_LINKS} fmt::fmt GTest::gtest_main GTest::gmock)
-  set_property(GLOBAL APPEND PROPERTY DOPPEL_TEST_PROGRAMS ${MODULE_NAME}_test)
-  set_target_properties(${MODULE_NAME}_test PROPERTIES DOPPEL_LINKS "${MODULE_LINKS}")
-  target_compile_definitions(${MODULE_NAME}_test PRIVATE DOPPEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
-  gtest_discover_tests(${MODULE_NAME}_test DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+  cmake_parse_arguments(TESTS "" "PROGRAM" "SOURCES;EXCEPT;LINKS;DEFINES;NEEDS" ${ARGN})
+  if(NOT TESTS_SOURCES)
+    file(GLOB TESTS_SOURCES CONFIGURE_DEPENDS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} test/*.cpp)
+  endif()
+  foreach(source IN LISTS TESTS_EXCEPT)
+    list(REMOVE_ITEM TESTS_SOURCES ${source})
+  endforeach()
+  list(TRANSFORM TESTS_SOURCES PREPEND ${CMAKE_CURRENT_SOURCE_DIR}/)
+  if(CMAKE_CURRENT_SOURCE_DIR MATCHES "src/doppel/")
+    get_filename_component(module ${CMAKE_CURRENT_SOURCE_DIR} NAME)
+    list(APPEND TESTS_LINKS doppel_${module})
+  endif()
+  doppel_test_program(${CMAKE_CURRENT_SOURCE_DIR} program)
+  if(TESTS_PROGRAM)
+    set(program ${TESTS_PROGRAM})
+  endif()
+  set_property(GLOBAL APPEND PROPERTY DOPPEL_TEST_PROGRAMS ${program})
+  set_property(GLOBAL APPEND PROPERTY ${program}_SOURCES ${TESTS_SOURCES})
+  set_property(GLOBAL APPEND PROPERTY ${program}_LINKS ${TESTS_LINKS})
+  set_property(GLOBAL APPEND PROPERTY ${program}_DEFINES ${TESTS_DEFINES})
+  set_property(GLOBAL APPEND PROPERTY ${program}_NEEDS ${TESTS_NEEDS})
 endfunction()
 
-# Tests of modules that can load an engine depend on the engines. Called once all modules are known.
-function(doppel_tests_need_engines)
+# Called once all modules are known. A program that can load an engine depends on the engines.
+function(doppel_add_test_programs)
   get_property(programs GLOBAL PROPERTY DOPPEL_TEST_PROGRAMS)
+  list(REMOVE_DUPLICATES programs)
   foreach(program IN LISTS programs)
-    get_target_property(libraries ${program} DOPPEL_LINKS)
-    list(FILTER libraries INCLUDE REGEX "^doppel_")
-    foreach(module IN LISTS libraries)
-      get_target_property(simulates ${module} DOPPEL_SIMULATES)
-      if(simulates)
-        add_dependencies(${program} doppel_engines)
+    foreach(field SOURCES LINKS DEFINES NEEDS)
+      get_property(${field} GLOBAL PROPERTY ${program}_${field})
+      list(REMOVE_DUPLICATES ${field})
+    endforeach()
+    add_executable(${program} ${SOURCES})
+    doppel_units(${program} test)
+    target_link_libraries(${program} PRIVATE ${LINKS} fmt::fmt GTest::gtest_main GTest::gmock)
+    target_compile_definitions(${program} PRIVATE DOPPEL_SOURCE_DIR="${PROJECT_SOURCE_DIR}" ${DEFINES})
+    set_target_properties(${program} PROPERTIES ENABLE_EXPORTS ON)  # plugins find doppel's symbols in the program
+    set(simulates FALSE)
+    list(FILTER LINKS INCLUDE REGEX "^doppel_")
+    foreach(module IN LISTS LINKS)
+      get_target_property(lower_simulates ${module} DOPPEL_SIMULATES)
+      if(lower_simulates)
+        set(simulates TRUE)
       endif()
     endforeach()
+    if(simulates)
+      list(APPEND NEEDS doppel_engines)
+    endif()
+    if(NEEDS)
+      add_dependencies(${program} ${NEEDS})
+    endif()
+    gtest_discover_tests(${program} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
   endforeach()
 endfunction()

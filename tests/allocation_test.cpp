@@ -3,7 +3,7 @@
 #include <chrono>
 #include <thread>
 
-#include "doppel/core/test/heap_touches.h"
+#include "doppel/base/core/test/heap_touches.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

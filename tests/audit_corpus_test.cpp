@@ -7,9 +7,9 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "doppel/audit/audit.h"
-#include "doppel/audit/description_statistics.h"
-#include "doppel/audit/urdfdom_verdict.h"
+#include "doppel/review/audit/audit.h"
+#include "doppel/review/audit/description_statistics.h"
+#include "doppel/review/audit/urdfdom_verdict.h"
 
 namespace doppel {
 namespace {

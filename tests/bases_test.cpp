@@ -6,9 +6,9 @@
 #include <iostream>
 #include <numbers>
 
-#include "doppel/messages/nav_msgs.h"
-#include "doppel/odometry/base_report.h"
-#include "doppel/twin/rolling_report.h"
+#include "doppel/lab/base_report/base_report.h"
+#include "doppel/ros/messages/nav_msgs.h"
+#include "doppel/scenario/compile/rolling_report.h"
 #include "twin_fixture.h"
 
 namespace doppel {

@@ -6,10 +6,10 @@
 #include <fstream>
 #include <random>
 
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/twin/detail/load_range.h"
-#include "doppel/twin/fuzz/extreme_calls.h"
-#include "doppel/twin/runner.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/twin/loop/detail/load_range.h"
+#include "doppel/twin/loop/fuzz/extreme_calls.h"
+#include "doppel/twin/loop/runner.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

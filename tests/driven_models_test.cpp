@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/messages/nav_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/ros/messages/nav_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

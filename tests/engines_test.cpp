@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <ostream>
 
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

@@ -6,9 +6,9 @@
 #include <fstream>
 #include <utility>
 
-#include "doppel/messages/gazebo_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
-#include "doppel/messages/visualization_msgs.h"
+#include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
+#include "doppel/ros/messages/visualization_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

@@ -9,8 +9,8 @@
 #include <random>
 #include <set>
 
-#include "doppel/core/thrown.h"
-#include "doppel/messages/trajectory_msgs.h"
+#include "doppel/base/core/thrown.h"
+#include "doppel/ros/messages/trajectory_msgs.h"
 #include "faults.h"
 #include "twin_fixture.h"
 

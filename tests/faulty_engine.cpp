@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
 #include "faults.h"
 
 namespace doppel::test {

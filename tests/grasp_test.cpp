@@ -8,8 +8,8 @@
 #include <fstream>
 #include <iostream>
 
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

@@ -7,7 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "doppel/twin/twin.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel {
 namespace {

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/core/test/heap_touches.h"
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/ros_gz_interfaces.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/base/core/test/heap_touches.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/ros_gz_interfaces.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

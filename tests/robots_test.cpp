@@ -1,8 +1,8 @@
 // The bundled robots have the values of the walkthroughs they come from.
 #include <gtest/gtest.h>
 
-#include "doppel/description/load.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel::test {
 namespace {

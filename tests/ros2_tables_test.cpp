@@ -11,10 +11,10 @@
 #include <map>
 #include <set>
 
-#include "doppel/bus/rosout.h"
-#include "doppel/session/health_publisher.h"
-#include "doppel/twin/runner.h"
-#include "doppel/twin/twin.h"
+#include "doppel/ros/bus/rosout.h"
+#include "doppel/session/live/health_publisher.h"
+#include "doppel/twin/loop/runner.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel {
 namespace {

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/messages/doppel_msgs.h"
-#include "doppel/messages/visualization_msgs.h"
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/ros/messages/visualization_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

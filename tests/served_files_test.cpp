@@ -1,13 +1,13 @@
 // The meshes of the world announced to clients can be fetched: each marker's resource, at the start and after
 // a reload.
-#include "doppel/session/served_files.h"
+#include "doppel/session/live/served_files.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 
 #include <fstream>
 
-#include "doppel/messages/visualization_msgs.h"
+#include "doppel/ros/messages/visualization_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

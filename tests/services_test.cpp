@@ -3,10 +3,10 @@
 #include <cmath>
 #include <optional>
 
-#include "doppel/messages/doppel_msgs.h"
-#include "doppel/messages/rosgraph_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/ros/messages/rosgraph_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

@@ -1,6 +1,6 @@
 // What surrounds a running twin, assembled as in `doppel up`: its addresses, its description, edits of its
 // sources.
-#include "doppel/session/session.h"
+#include "doppel/session/live/session.h"
 
 #include <gmock/gmock.h>
 
@@ -10,7 +10,7 @@
 #include <fstream>
 #include <thread>
 
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

@@ -9,11 +9,11 @@
 #include <set>
 #include <thread>
 
-#include "doppel/messages/gazebo_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
-#include "doppel/twin/robot_text.h"
+#include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
+#include "doppel/scenario/schema/robot_text.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

@@ -4,9 +4,9 @@
 #include <chrono>
 #include <thread>
 
-#include "doppel/core/abandoned_thread.h"
-#include "doppel/core/thrown.h"
-#include "doppel/messages/gazebo_msgs.h"
+#include "doppel/base/core/abandoned_thread.h"
+#include "doppel/base/core/thrown.h"
+#include "doppel/ros/messages/gazebo_msgs.h"
 #include "faults.h"
 #include "twin_fixture.h"
 

@@ -9,11 +9,11 @@
 #include <random>
 #include <sstream>
 
-#include "doppel/kinematics/test/integrate.h"
-#include "doppel/physics/step_scheme.h"
-#include "doppel/physics/test/engine_fixture.h"
-#include "doppel/physics/test/reference_motion.h"
-#include "doppel/twin/compiled_scenario.h"
+#include "doppel/physics/contract/step_scheme.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/physics/contract/test/reference_motion.h"
+#include "doppel/robot/kinematics/test/integrate.h"
+#include "doppel/scenario/compile/compiled_scenario.h"
 
 namespace doppel {
 namespace {

@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "doppel/twin/simulator_services.h"
-#include "doppel/twin/twin.h"
+#include "doppel/twin/loop/simulator_services.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel::test {
 

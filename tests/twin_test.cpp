@@ -1,8 +1,8 @@
 // The twin as a whole: what a new user sees.
 #include <map>
 
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

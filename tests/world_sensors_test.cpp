@@ -6,10 +6,10 @@
 #include <fstream>
 #include <set>
 
-#include "doppel/core/test/heap_touches.h"
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
+#include "doppel/base/core/test/heap_touches.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/xacro/xacro.h"
+#include "doppel/description/xacro/xacro.h"
 
 extern char** environ;
 

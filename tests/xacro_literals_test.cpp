@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
-#include "doppel/xacro/xacro.h"
+#include "doppel/description/xacro/xacro.h"
 
 namespace doppel {
 namespace {

@@ -4,12 +4,12 @@ those that public headers include for their templates are installed with them. c
 """
 import re
 
-TEMPLATES = re.compile(r'(?m)^#include "(doppel/\w+/\w+/\w+\.h)"')
+TEMPLATES = re.compile(r'(?m)^#include "(doppel/\w+/\w+/\w+/[\w/]+\.h)"')
 
 
 def is_public(header):
     """header: its path below src/doppel or an installation's doppel folder, as a pathlib.PurePath."""
-    return header.suffix == ".h" and len(header.parts) <= 2
+    return header.suffix == ".h" and len(header.parts) in (1, 3)
 
 
 def public_headers(include_folder):

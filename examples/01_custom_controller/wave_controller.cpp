@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/bus/parameter_file.h"
-#include "doppel/control/controller.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/ros/bus/parameter_file.h"
 
 namespace wave_controller {
 

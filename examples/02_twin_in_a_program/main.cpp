@@ -2,8 +2,8 @@
 // joint positions.
 #include <fmt/format.h>
 
-#include "doppel/core/installation.h"
-#include "doppel/twin/twin.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/twin/loop/twin.h"
 
 int main() {
   doppel::Log log;

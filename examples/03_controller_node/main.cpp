@@ -2,9 +2,9 @@
 // seconds, commands the positions of the parameter 'positions' to the arm's joints. See README.md.
 #include <fmt/format.h>
 
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/ros2/node.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/network/node.h"
 
 using doppel::sensor_msgs::msg::JointState;
 using doppel::std_msgs::msg::Float64MultiArray;

@@ -7,9 +7,9 @@
 //     -p joints:='[shoulder, elbow]' -p positions:='[0.5, -0.3]' -p seconds:=2.0
 #include <fmt/format.h>
 
-#include "doppel/core/time.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/ros2/action_client.h"
+#include "doppel/base/core/time.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/network/action_client.h"
 
 using doppel::control_msgs::action::FollowJointTrajectory;
 using namespace std::chrono_literals;

@@ -11,7 +11,7 @@
 #include <filesystem>
 #include <sstream>
 
-#include "doppel/core/guarded_thread.h"
+#include "doppel/base/core/guarded_thread.h"
 
 namespace doppel::app {
 namespace {

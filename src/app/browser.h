@@ -4,7 +4,7 @@
 #include <string>
 #include <thread>
 
-#include "doppel/core/log.h"
+#include "doppel/base/core/log.h"
 
 namespace doppel::app {
 

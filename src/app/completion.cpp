@@ -11,8 +11,8 @@
 #include "app/man_page.h"
 #include "app/verbs/output.h"
 #include "app/verbs/robots.h"
-#include "doppel/core/installation.h"
-#include "doppel/physics/engine_modules.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/physics/contract/engine_modules.h"
 
 namespace doppel::app {
 namespace {

@@ -4,8 +4,8 @@
 
 #include "app/process.h"
 #include "app/verbs/description_target.h"
-#include "doppel/audit/audit.h"
-#include "doppel/core/installation.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/review/audit/audit.h"
 
 namespace doppel::app {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/twin/scenario.h"
+#include "doppel/scenario/schema/scenario.h"
 
 namespace CLI {
 class App;

@@ -6,8 +6,8 @@
 
 #include "app/process.h"
 #include "app/verbs/description_target.h"
-#include "doppel/core/installation.h"
-#include "doppel/server/admission.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/ros/server/admission.h"
 #include "doppel/version.h"
 
 namespace doppel::app {

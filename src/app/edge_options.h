@@ -4,11 +4,11 @@
 
 #include <CLI/CLI.hpp>
 
-#include "doppel/bus/ros_arguments.h"
-#include "doppel/session/audit_result.h"
-#include "doppel/session/ros_edge.h"
-#include "doppel/session/server_edge.h"
-#include "doppel/session/session.h"
+#include "doppel/ros/bus/ros_arguments.h"
+#include "doppel/session/live/audit_result.h"
+#include "doppel/session/live/ros_edge.h"
+#include "doppel/session/live/server_edge.h"
+#include "doppel/session/live/session.h"
 
 namespace doppel::app {
 

@@ -10,7 +10,7 @@
 #include <system_error>
 
 #include "app/print_stderr.h"
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace doppel::app {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "app/snapshot.h"
-#include "doppel/core/log.h"
+#include "doppel/base/core/log.h"
 
 namespace doppel::app {
 

@@ -15,11 +15,11 @@
 #include "app/usage.h"
 #include "app/verbs/verbs.h"
 #include "app/view.h"
-#include "doppel/bus/ros_arguments.h"
-#include "doppel/core/abandoned_thread.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/installation.h"
-#include "doppel/ros2/environment.h"
+#include "doppel/base/core/abandoned_thread.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/ros/bus/ros_arguments.h"
+#include "doppel/ros/network/environment.h"
 #include "doppel/version.h"
 
 namespace {

@@ -10,11 +10,11 @@
 
 #include "app/command_tree.h"
 #include "app/verbs/output.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/installation.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/xml/xml.h"
 #include "doppel/version.h"
-#include "doppel/xml/xml.h"
 
 namespace doppel::app {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace CLI {
 class App;

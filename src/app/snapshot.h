@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller_manager.h"
-#include "doppel/twin/runner.h"
-#include "doppel/twin/twin.h"
+#include "doppel/control/manager/controller_manager.h"
+#include "doppel/twin/loop/runner.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel::app {
 

@@ -11,7 +11,7 @@
 #include <iterator>
 #include <string_view>
 
-#include "doppel/core/file_descriptor.h"
+#include "doppel/base/core/file_descriptor.h"
 
 namespace doppel::app {
 namespace {

@@ -1,7 +1,7 @@
 #include "app/terminal_log.h"
 
 #include "app/print_stderr.h"
-#include "doppel/messages/printable.h"
+#include "doppel/ros/messages/printable.h"
 
 namespace doppel::app {
 

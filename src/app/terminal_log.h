@@ -6,7 +6,7 @@
 #include <optional>
 #include <vector>
 
-#include "doppel/core/log.h"
+#include "doppel/base/core/log.h"
 
 namespace doppel::app {
 

@@ -22,13 +22,13 @@
 #include "app/snapshot.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
-#include "doppel/bus/rosout.h"
-#include "doppel/core/guarded_thread.h"
-#include "doppel/core/installation.h"
-#include "doppel/session/session.h"
-#include "doppel/twin/robot_text.h"
-#include "doppel/twin/runner.h"
-#include "doppel/twin/twin.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/ros/bus/rosout.h"
+#include "doppel/scenario/schema/robot_text.h"
+#include "doppel/session/live/session.h"
+#include "doppel/twin/loop/runner.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel::app {
 namespace {

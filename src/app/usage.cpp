@@ -12,8 +12,8 @@
 #include "app/print_stderr.h"
 #include "app/synonyms.h"
 #include "app/verbs/output.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::app {
 namespace {

@@ -14,9 +14,9 @@
 #include "app/process.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
-#include "doppel/bus/rosout.h"
-#include "doppel/session/session.h"
-#include "doppel/twin/viewer.h"
+#include "doppel/ros/bus/rosout.h"
+#include "doppel/session/live/session.h"
+#include "doppel/twin/viewer/viewer.h"
 
 namespace doppel::app {
 namespace {

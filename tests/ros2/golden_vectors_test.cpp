@@ -7,7 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "doppel/messages/test/messages_testing.h"
+#include "doppel/ros/messages/test/messages_testing.h"
 
 namespace doppel {
 namespace {

@@ -27,8 +27,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/math/mass_properties.h"
-#include "doppel/math/pose.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/base/math/pose.h"
 
 static_assert(std::endian::native == std::endian::little, "binary STL is little-endian");
 

@@ -11,10 +11,10 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/output_file.h"
-#include "doppel/core/shown_path.h"
-#include "doppel/odometry/base_report.h"
-#include "doppel/twin/robot_setup.h"
+#include "doppel/base/core/output_file.h"
+#include "doppel/base/core/shown_path.h"
+#include "doppel/lab/base_report/base_report.h"
+#include "doppel/scenario/compile/robot_setup.h"
 
 namespace doppel::app {
 namespace {

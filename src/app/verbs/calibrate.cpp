@@ -8,11 +8,11 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
-#include "doppel/calibration/calibration.h"
-#include "doppel/calibration/lerobot.h"
-#include "doppel/core/names.h"
-#include "doppel/math/units.h"
-#include "doppel/overlay/overlay.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/math/units.h"
+#include "doppel/description/overlay/overlay.h"
+#include "doppel/review/calibration/calibration.h"
+#include "doppel/review/calibration/lerobot.h"
 
 namespace doppel::app {
 namespace {

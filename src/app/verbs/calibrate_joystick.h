@@ -3,7 +3,7 @@
 
 #include <filesystem>
 
-#include "doppel/teleop/joy_settings.h"
+#include "doppel/ros/teleop/joy_settings.h"
 
 namespace doppel::app {
 

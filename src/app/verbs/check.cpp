@@ -13,10 +13,10 @@
 #include "app/print_stderr.h"
 #include "app/verbs/description_target.h"
 #include "app/verbs/verbs.h"
-#include "doppel/audit/report_places.h"
-#include "doppel/core/names.h"
-#include "doppel/overlay/overlay.h"
-#include "doppel/session/audit_result.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/overlay/overlay.h"
+#include "doppel/review/audit/report_places.h"
+#include "doppel/session/live/audit_result.h"
 
 namespace doppel::app {
 namespace {

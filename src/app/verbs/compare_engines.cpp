@@ -16,10 +16,10 @@
 #include "app/verbs/motion_subject.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/names.h"
-#include "doppel/messages/codec.h"
-#include "doppel/messages/trajectory_msgs.h"
-#include "doppel/verification/compare.h"
+#include "doppel/base/core/names.h"
+#include "doppel/lab/verification/compare.h"
+#include "doppel/ros/messages/codec.h"
+#include "doppel/ros/messages/trajectory_msgs.h"
 
 namespace doppel::app {
 namespace {

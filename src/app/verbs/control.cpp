@@ -4,8 +4,8 @@
 #include "app/verbs/controllers.h"
 #include "app/verbs/log_lines.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/names.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/base/core/names.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::app {
 

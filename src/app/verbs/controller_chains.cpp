@@ -7,7 +7,7 @@
 #include "app/verbs/controllers.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/conversion/tree.h"
+#include "doppel/review/conversion/tree.h"
 
 namespace doppel::app {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "app/verbs/shell.h"
-#include "doppel/messages/controller_manager_msgs.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
 
 namespace doppel::app {
 

@@ -13,13 +13,13 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/conversion/absolute_paths.h"
-#include "doppel/conversion/mjcf.h"
-#include "doppel/conversion/sdf.h"
-#include "doppel/conversion/srdf.h"
-#include "doppel/conversion/urdf.h"
-#include "doppel/core/names.h"
-#include "doppel/core/text.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/text.h"
+#include "doppel/review/conversion/absolute_paths.h"
+#include "doppel/review/conversion/mjcf_export.h"
+#include "doppel/review/conversion/sdf.h"
+#include "doppel/review/conversion/srdf.h"
+#include "doppel/review/conversion/urdf.h"
 
 namespace doppel::app {
 namespace {

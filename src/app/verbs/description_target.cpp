@@ -7,10 +7,10 @@
 
 #include "app/print_stderr.h"
 #include "app/process.h"
-#include "doppel/core/installation.h"
-#include "doppel/overlay/overlay.h"
-#include "doppel/target/controllers_search.h"
-#include "doppel/target/ros1_controllers.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/description/overlay/overlay.h"
+#include "doppel/scenario/resolve/controllers_search.h"
+#include "doppel/scenario/resolve/ros1_controllers.h"
 
 namespace doppel::app {
 

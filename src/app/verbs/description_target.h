@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/conversion/planning_groups.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/target/target.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/review/conversion/planning_groups.h"
+#include "doppel/scenario/resolve/open_target.h"
 
 namespace CLI {
 class App;
@@ -31,7 +31,7 @@ DescriptionTarget open_target(const std::string& target, XacroArguments argument
 // The description with its overlay, as every command uses it. Warnings go to stderr.
 LoadedDescription load_target(DescriptionTarget& target);
 
-// The controllers that belong to a description (target/controllers_search.h), or those of the file that was
+// The controllers that belong to a description (scenario/resolve/controllers_search.h), or those of the file that was
 // given. One that cannot be read is an error if it was given, else a warning on stderr.
 struct FoundControllers {
   std::vector<std::filesystem::path> files;

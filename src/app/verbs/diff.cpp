@@ -7,8 +7,8 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
-#include "doppel/comparison/comparison.h"
-#include "doppel/overlay/overlay.h"
+#include "doppel/description/overlay/overlay.h"
+#include "doppel/review/comparison/comparison.h"
 
 namespace doppel::app {
 namespace {

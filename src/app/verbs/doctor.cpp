@@ -8,8 +8,8 @@
 #include "app/edge_options.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/installation.h"
-#include "doppel/doctor/findings.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/review/doctor/findings.h"
 #include "doppel/version.h"
 
 namespace doppel::app {

@@ -7,7 +7,7 @@
 
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/verification/engine_table.h"
+#include "doppel/lab/verification/engine_table.h"
 
 namespace doppel::app {
 namespace {

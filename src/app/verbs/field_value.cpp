@@ -9,7 +9,7 @@
 #include <optional>
 #include <set>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::app {
 namespace {

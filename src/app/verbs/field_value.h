@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "doppel/messages/type_description.h"
+#include "doppel/ros/messages/type_description.h"
 
 namespace doppel::app {
 

@@ -4,8 +4,8 @@
 
 #include "app/verbs/field_value.h"
 #include "app/verbs/log_lines.h"
-#include "doppel/core/names.h"
-#include "doppel/messages/action_msgs.h"
+#include "doppel/base/core/names.h"
+#include "doppel/ros/messages/action_msgs.h"
 
 namespace doppel::app {
 namespace {

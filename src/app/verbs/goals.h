@@ -5,8 +5,8 @@
 #include <string_view>
 
 #include "app/verbs/shell.h"
-#include "doppel/bus/action_goals.h"
-#include "doppel/messages/type_description.h"
+#include "doppel/ros/bus/action_goals.h"
+#include "doppel/ros/messages/type_description.h"
 
 namespace doppel::app {
 

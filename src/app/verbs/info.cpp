@@ -9,10 +9,10 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/conversion/summary.h"
-#include "doppel/conversion/tree_labels.h"
-#include "doppel/core/shown_path.h"
-#include "doppel/overlay/overlay.h"
+#include "doppel/base/core/shown_path.h"
+#include "doppel/description/overlay/overlay.h"
+#include "doppel/review/conversion/summary.h"
+#include "doppel/review/conversion/tree_labels.h"
 
 namespace doppel::app {
 namespace {

@@ -4,7 +4,7 @@
 #include "app/verbs/field_value.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/near_names.h"
+#include "doppel/base/core/near_names.h"
 
 namespace doppel::app {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "app/verbs/goals.h"
 #include "app/verbs/movable_joints.h"
-#include "doppel/bus/name_rules.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::app {
 namespace {

@@ -14,8 +14,8 @@
 #include <cstring>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::app {
 namespace {

@@ -4,8 +4,8 @@
 #include <chrono>
 #include <string>
 
-#include "doppel/teleop/joy_settings.h"
-#include "doppel/teleop/joystick_state.h"
+#include "doppel/ros/teleop/joy_settings.h"
+#include "doppel/ros/teleop/joystick_state.h"
 
 namespace doppel::app {
 

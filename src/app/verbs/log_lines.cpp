@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "doppel/bus/name_rules.h"
-#include "doppel/messages/rcl_interfaces.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
 
 namespace doppel::app {
 namespace {

@@ -6,7 +6,7 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/conversion/mass_report.h"
+#include "doppel/review/conversion/mass_report.h"
 
 namespace doppel::app {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <chrono>
 
-#include "doppel/twin/compiled_scenario.h"
-#include "doppel/verification/motion.h"
+#include "doppel/lab/verification/motion.h"
+#include "doppel/scenario/compile/compiled_scenario.h"
 
 namespace doppel::app {
 

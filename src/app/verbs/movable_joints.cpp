@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "doppel/control/hardware.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/control/hardware/hardware.h"
 
 namespace doppel::app {
 namespace {

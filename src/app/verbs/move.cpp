@@ -15,7 +15,7 @@
 #include "app/verbs/log_lines.h"
 #include "app/verbs/robot_watch.h"
 #include "app/verbs/verbs.h"
-#include "doppel/bus/name_rules.h"
+#include "doppel/ros/bus/name_rules.h"
 
 namespace doppel::app {
 namespace {

@@ -9,9 +9,9 @@
 #include "app/process.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/shown_path.h"
-#include "doppel/scaffold/arm_package.h"
-#include "doppel/scaffold/write_package.h"
+#include "doppel/base/core/shown_path.h"
+#include "doppel/description/scaffold/arm_package.h"
+#include "doppel/description/scaffold/write_package.h"
 
 namespace doppel::app {
 namespace {

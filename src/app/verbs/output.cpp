@@ -6,9 +6,9 @@
 #include <cerrno>
 #include <cstring>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/output_file.h"
-#include "doppel/core/shown_path.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/output_file.h"
+#include "doppel/base/core/shown_path.h"
 
 namespace doppel::app {
 

@@ -1,5 +1,5 @@
 // doppel overlay: shows, adds and removes corrections of a description, and bakes them into its sources.
-#include "doppel/overlay/overlay.h"
+#include "doppel/description/overlay/overlay.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -15,9 +15,9 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/shown_path.h"
-#include "doppel/overlay/bake.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/shown_path.h"
+#include "doppel/description/overlay/bake.h"
 
 namespace doppel::app {
 namespace {

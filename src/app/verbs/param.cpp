@@ -4,10 +4,10 @@
 
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
-#include "doppel/bus/parameter_file.h"
-#include "doppel/core/names.h"
-#include "doppel/core/near_names.h"
-#include "doppel/messages/rcl_interfaces.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/near_names.h"
+#include "doppel/ros/bus/parameter_file.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
 
 namespace doppel::app {
 namespace {

@@ -1,10 +1,10 @@
 #include "app/verbs/robot_watch.h"
 
-#include "doppel/bus/name_rules.h"
-#include "doppel/description/load.h"
-#include "doppel/messages/doppel_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::app {
 namespace {

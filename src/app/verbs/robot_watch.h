@@ -8,7 +8,7 @@
 #include <string>
 
 #include "app/verbs/shell.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel::app {
 

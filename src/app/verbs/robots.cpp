@@ -11,11 +11,11 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/installation.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/overlay/overlay.h"
-#include "doppel/sensors/sensor_reader.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/overlay/overlay.h"
+#include "doppel/robot/kinematics/model.h"
+#include "doppel/sensors/models/sensor_reader.h"
 
 namespace doppel::app {
 

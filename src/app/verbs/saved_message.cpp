@@ -10,7 +10,7 @@
 #include <optional>
 
 #include "app/verbs/shell.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 
 namespace doppel::app {
 namespace {

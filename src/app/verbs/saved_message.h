@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
-#include "doppel/images/image.h"
-#include "doppel/messages/codec.h"
+#include "doppel/base/images/image.h"
+#include "doppel/ros/messages/codec.h"
 
 namespace doppel::app {
 

@@ -8,8 +8,8 @@
 #include "app/verbs/saved_message.h"
 #include "app/verbs/sensor_verbs.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/names.h"
-#include "doppel/messages/doppel_msgs.h"
+#include "doppel/base/core/names.h"
+#include "doppel/ros/messages/doppel_msgs.h"
 
 namespace doppel::app {
 namespace {

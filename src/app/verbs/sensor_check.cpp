@@ -10,8 +10,8 @@
 
 #include "app/verbs/output.h"
 #include "app/verbs/sensor_verbs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
 
 namespace doppel::app {
 namespace {

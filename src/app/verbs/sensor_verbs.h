@@ -2,7 +2,7 @@
 // Functions that the verbs of `doppel sensor` share.
 
 #include "app/verbs/shell.h"
-#include "doppel/messages/doppel_msgs.h"
+#include "doppel/ros/messages/doppel_msgs.h"
 
 namespace doppel::app {
 

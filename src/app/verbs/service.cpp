@@ -3,7 +3,7 @@
 #include "app/number_checks.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::app {
 namespace {

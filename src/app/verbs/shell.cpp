@@ -12,13 +12,13 @@
 #include "app/number_checks.h"
 #include "app/print_stderr.h"
 #include "app/synonyms.h"
-#include "doppel/bus/name_rules.h"
-#include "doppel/client/websocket_client.h"
-#include "doppel/core/names.h"
-#include "doppel/core/near_names.h"
-#include "doppel/ros2/environment.h"
-#include "doppel/ros2/graph_client.h"
-#include "doppel/server/announcement.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/near_names.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/ros/client/websocket_client.h"
+#include "doppel/ros/network/environment.h"
+#include "doppel/ros/network/graph_client.h"
+#include "doppel/ros/server/announcement.h"
 
 namespace doppel::app {
 namespace {

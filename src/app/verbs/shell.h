@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/client/client.h"
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/ros/client/client.h"
 
 namespace doppel {
 struct RunningTwin;

@@ -12,9 +12,9 @@
 #include "app/verbs/output.h"
 #include "app/verbs/saved_message.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/names.h"
-#include "doppel/sensing/picture.h"
-#include "doppel/twin/twin.h"
+#include "doppel/base/core/names.h"
+#include "doppel/sensors/rigs/picture.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel::app {
 namespace {

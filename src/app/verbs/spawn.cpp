@@ -2,10 +2,10 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
-#include "doppel/messages/gazebo_msgs.h"
-#include "doppel/sensing/pose_messages.h"
-#include "doppel/target/target.h"
-#include "doppel/twin/robot_text.h"
+#include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/scenario/resolve/open_target.h"
+#include "doppel/scenario/schema/robot_text.h"
+#include "doppel/sensors/rigs/pose_messages.h"
 
 namespace doppel::app {
 namespace {

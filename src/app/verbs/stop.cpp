@@ -6,8 +6,8 @@
 
 #include "app/verbs/controllers.h"
 #include "app/verbs/verbs.h"
-#include "doppel/messages/std_srvs.h"
-#include "doppel/server/announcement.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/server/announcement.h"
 
 namespace doppel::app {
 namespace {

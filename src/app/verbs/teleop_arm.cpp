@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "app/verbs/controllers.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/trajectory_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/trajectory_msgs.h"
 
 namespace doppel::app {
 

@@ -8,8 +8,8 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/joystick.h"
 #include "app/verbs/teleop_options.h"
-#include "doppel/bus/parameter_file.h"
-#include "doppel/core/output_file.h"
+#include "doppel/base/core/output_file.h"
+#include "doppel/ros/bus/parameter_file.h"
 
 namespace doppel::app {
 namespace {

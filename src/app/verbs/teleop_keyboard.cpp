@@ -9,7 +9,7 @@
 #include "app/verbs/raw_terminal.h"
 #include "app/verbs/teleop_arm.h"
 #include "app/verbs/teleop_options.h"
-#include "doppel/bus/parameter_file.h"
+#include "doppel/ros/bus/parameter_file.h"
 
 namespace doppel::app {
 namespace {

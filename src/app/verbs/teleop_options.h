@@ -8,9 +8,9 @@
 
 #include "app/verbs/shell.h"
 #include "app/verbs/velocity_topic.h"
-#include "doppel/bus/ros_arguments.h"
-#include "doppel/ros2/context.h"
-#include "doppel/teleop/teleop_keys.h"
+#include "doppel/ros/bus/ros_arguments.h"
+#include "doppel/ros/network/context.h"
+#include "doppel/ros/teleop/teleop_keys.h"
 
 namespace doppel::app {
 

@@ -11,9 +11,9 @@
 #include "app/verbs/shell.h"
 #include "app/verbs/tf_frames.h"
 #include "app/verbs/verbs.h"
-#include "doppel/conversion/tree.h"
-#include "doppel/core/names.h"
-#include "doppel/math/pose.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/math/pose.h"
+#include "doppel/review/conversion/tree.h"
 
 namespace doppel::app {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <set>
 
-#include "doppel/messages/tf2_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
 
 namespace doppel::app {
 namespace {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/verbs/shell.h"
-#include "doppel/math/pose.h"
+#include "doppel/base/math/pose.h"
 
 namespace doppel::app {
 

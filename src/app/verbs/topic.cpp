@@ -9,11 +9,11 @@
 #include "app/verbs/saved_message.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
-#include "doppel/bus/twist_conversion.h"
-#include "doppel/core/names.h"
-#include "doppel/messages/rosgraph_msgs.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/xacro/condition.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/xacro/condition.h"
+#include "doppel/ros/bus/twist_conversion.h"
+#include "doppel/ros/messages/rosgraph_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::app {
 namespace {

@@ -1,5 +1,5 @@
 // doppel tree: links and joints as text, Graphviz, SVG and PDF.
-#include "doppel/conversion/tree.h"
+#include "doppel/review/conversion/tree.h"
 
 #include <CLI/CLI.hpp>
 #include <cstdlib>

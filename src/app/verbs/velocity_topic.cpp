@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "doppel/messages/rosgraph_msgs.h"
+#include "doppel/ros/messages/rosgraph_msgs.h"
 
 namespace doppel::app {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "app/verbs/shell.h"
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/ros2/node.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/network/node.h"
 
 namespace doppel::app {
 

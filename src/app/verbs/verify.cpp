@@ -1,5 +1,5 @@
 // doppel verify: the accuracy of a robot's motion at the step of its world.
-#include "doppel/verification/verify.h"
+#include "doppel/lab/verification/verify.h"
 
 #include <fmt/format.h>
 
@@ -16,7 +16,7 @@
 #include "app/verbs/motion_subject.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::app {
 namespace {

@@ -10,14 +10,14 @@
 #include "app/verbs/description_target.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/conversion/tree.h"
-#include "doppel/conversion/world_documents.h"
-#include "doppel/core/installation.h"
-#include "doppel/core/names.h"
-#include "doppel/core/shown_path.h"
-#include "doppel/core/text.h"
-#include "doppel/physics/engine_modules.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/shown_path.h"
+#include "doppel/base/core/text.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/review/conversion/tree.h"
+#include "doppel/review/conversion/world_documents.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel::app {
 namespace {

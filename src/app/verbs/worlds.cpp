@@ -6,7 +6,7 @@
 
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel::app {
 

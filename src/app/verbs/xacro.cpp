@@ -1,5 +1,5 @@
 // doppel xacro: expands a xacro file to the text that ros/xacro writes.
-#include "doppel/xacro/xacro.h"
+#include "doppel/description/xacro/xacro.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include "app/process.h"
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
-#include "doppel/core/installation.h"
+#include "doppel/base/core/installation.h"
 
 namespace doppel::app {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/core/abandoned_thread.h"
+#include "doppel/base/core/abandoned_thread.h"
 
 #include <atomic>
 

@@ -1,4 +1,4 @@
-#include "doppel/core/byte_ring.h"
+#include "doppel/base/core/byte_ring.h"
 
 #include <algorithm>
 #include <bit>

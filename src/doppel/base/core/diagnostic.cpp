@@ -1,4 +1,4 @@
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 #include <fmt/format.h>
 

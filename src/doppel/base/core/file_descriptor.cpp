@@ -1,4 +1,4 @@
-#include "doppel/core/file_descriptor.h"
+#include "doppel/base/core/file_descriptor.h"
 
 #include <unistd.h>
 

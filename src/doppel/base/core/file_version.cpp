@@ -1,4 +1,4 @@
-#include "doppel/core/file_version.h"
+#include "doppel/base/core/file_version.h"
 
 #include <sys/stat.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/core/files_read.h"
+#include "doppel/base/core/files_read.h"
 
 #include <utility>
 

@@ -7,7 +7,7 @@
 #include <map>
 #include <mutex>
 
-#include "doppel/core/file_version.h"
+#include "doppel/base/core/file_version.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -5,7 +5,7 @@
 #include <thread>
 #include <utility>
 
-#include "doppel/core/thrown.h"
+#include "doppel/base/core/thrown.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/core/inbox.h"
+#include "doppel/base/core/inbox.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "doppel/core/installation.h"
+#include "doppel/base/core/installation.h"
 
 #include <dlfcn.h>
 #include <link.h>

@@ -1,4 +1,4 @@
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/core/near_names.h"
+#include "doppel/base/core/near_names.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel {
 

@@ -1,11 +1,11 @@
-#include "doppel/core/plugin_module.h"
+#include "doppel/base/core/plugin_module.h"
 
 #include <dlfcn.h>
 
 #include <filesystem>
 #include <stdexcept>
 
-#include "doppel/core/installation.h"
+#include "doppel/base/core/installation.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/core/sha256.h"
+#include "doppel/base/core/sha256.h"
 
 #include <bit>
 #include <cstring>

@@ -1,4 +1,4 @@
-#include "doppel/core/source_location.h"
+#include "doppel/base/core/source_location.h"
 
 #include <fmt/format.h>
 

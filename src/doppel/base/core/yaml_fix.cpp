@@ -1,4 +1,4 @@
-#include "doppel/core/yaml_fix.h"
+#include "doppel/base/core/yaml_fix.h"
 
 #include <array>
 

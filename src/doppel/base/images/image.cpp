@@ -1,9 +1,9 @@
-#include "doppel/images/image.h"
+#include "doppel/base/images/image.h"
 
 #include <stdexcept>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/plugin_module.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/plugin_module.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/math/decimals.h"
+#include "doppel/base/math/decimals.h"
 
 #include <fmt/format.h>
 

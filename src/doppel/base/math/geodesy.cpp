@@ -1,4 +1,4 @@
-#include "doppel/math/geodesy.h"
+#include "doppel/base/math/geodesy.h"
 
 #include <Eigen/Geometry>
 #include <cmath>

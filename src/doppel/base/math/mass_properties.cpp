@@ -1,4 +1,4 @@
-#include "doppel/math/mass_properties.h"
+#include "doppel/base/math/mass_properties.h"
 
 namespace doppel {
 namespace {

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <span>
 
+#include "doppel/base/math/pose.h"
 #include "doppel/export.h"
-#include "doppel/math/pose.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/math/pose.h"
+#include "doppel/base/math/pose.h"
 
 #include <cmath>
 

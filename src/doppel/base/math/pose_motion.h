@@ -1,8 +1,8 @@
 #pragma once
 // A frame that moves with constant velocities: where it is shortly before or after an instant.
 
+#include "doppel/base/math/pose.h"
 #include "doppel/export.h"
-#include "doppel/math/pose.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/packages/find_expression.h"
+#include "doppel/base/packages/find_expression.h"
 
 #include <string_view>
 

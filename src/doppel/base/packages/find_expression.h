@@ -3,8 +3,8 @@
 
 #include <string>
 
+#include "doppel/base/packages/package_resolver.h"
 #include "doppel/export.h"
-#include "doppel/packages/package_resolver.h"
 
 namespace doppel {
 

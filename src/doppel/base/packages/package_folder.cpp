@@ -1,4 +1,4 @@
-#include "doppel/packages/package_folder.h"
+#include "doppel/base/packages/package_folder.h"
 
 #include <cctype>
 #include <fstream>

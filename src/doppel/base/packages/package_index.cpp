@@ -1,4 +1,4 @@
-#include "doppel/packages/package_index.h"
+#include "doppel/base/packages/package_index.h"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <string_view>
 #include <utility>
 
-#include "doppel/packages/package_folder.h"
+#include "doppel/base/packages/package_folder.h"
 
 namespace doppel {
 namespace {

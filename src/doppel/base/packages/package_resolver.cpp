@@ -1,12 +1,12 @@
-#include "doppel/packages/package_resolver.h"
+#include "doppel/base/packages/package_resolver.h"
 
 #include <algorithm>
 #include <cstdlib>
 #include <sstream>
 
-#include "doppel/core/files_read.h"
-#include "doppel/core/names.h"
-#include "doppel/packages/package_folder.h"
+#include "doppel/base/core/files_read.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/packages/package_folder.h"
 
 namespace doppel {
 namespace {

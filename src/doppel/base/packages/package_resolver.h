@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "doppel/base/packages/package_index.h"
 #include "doppel/export.h"
-#include "doppel/packages/package_index.h"
 
 namespace doppel {
 

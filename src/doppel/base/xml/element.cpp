@@ -1,4 +1,4 @@
-#include "doppel/xml/element.h"
+#include "doppel/base/xml/element.h"
 
 namespace doppel {
 

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "doppel/base/xml/xml.h"
 #include "doppel/export.h"
-#include "doppel/xml/xml.h"
 
 namespace doppel {
 

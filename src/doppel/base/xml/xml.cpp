@@ -1,4 +1,4 @@
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -9,10 +9,10 @@
 #include <cerrno>
 #include <cstring>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/file_descriptor.h"
-#include "doppel/core/files_read.h"
-#include "doppel/xml/xml_tree.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/file_descriptor.h"
+#include "doppel/base/core/files_read.h"
+#include "doppel/base/xml/xml_tree.h"
 
 namespace doppel {
 namespace {

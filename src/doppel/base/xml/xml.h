@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/source_location.h"
+#include "doppel/base/core/source_location.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -1,4 +1,4 @@
-#include "doppel/xml/xml_encoding.h"
+#include "doppel/base/xml/xml_encoding.h"
 
 #include <algorithm>
 #include <charconv>

@@ -6,10 +6,10 @@
 #include <map>
 #include <memory>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/xml/detail/xml_characters.h"
-#include "doppel/xml/xml_encoding.h"
-#include "doppel/xml/xml_tree.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/xml/detail/xml_characters.h"
+#include "doppel/base/xml/xml_encoding.h"
+#include "doppel/base/xml/xml_tree.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/xml/xml_tree.h"
+#include "doppel/base/xml/xml_tree.h"
 
 #include <fmt/format.h>
 

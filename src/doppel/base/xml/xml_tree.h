@@ -8,11 +8,11 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/arena.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/source_location.h"
+#include "doppel/base/core/arena.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/source_location.h"
+#include "doppel/base/xml/xml.h"
 #include "doppel/export.h"
-#include "doppel/xml/xml.h"
 
 namespace doppel {
 

@@ -1,10 +1,10 @@
-#include "doppel/controllers/detail/broadcaster_parameters.h"
+#include "doppel/control/controllers/detail/broadcaster_parameters.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/control/joint_list.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 

@@ -1,19 +1,19 @@
-#include "doppel/controllers/builtin.h"
+#include "doppel/control/controllers/builtin.h"
 
 #include <string>
 
-#include "doppel/controllers/detail/diff_drive_controller.h"
-#include "doppel/controllers/detail/forward_command_controller.h"
-#include "doppel/controllers/detail/gripper_controller.h"
-#include "doppel/controllers/detail/joint_state_broadcaster.h"
-#include "doppel/controllers/detail/joint_trajectory_controller.h"
-#include "doppel/controllers/detail/mecanum_drive_controller.h"
-#include "doppel/controllers/detail/omni_wheel_drive_controller.h"
-#include "doppel/controllers/detail/pid_controller.h"
-#include "doppel/controllers/detail/sensor_broadcasters.h"
-#include "doppel/controllers/detail/state_broadcasters.h"
-#include "doppel/controllers/detail/steering_controller.h"
-#include "doppel/controllers/detail/tricycle_controller.h"
+#include "doppel/control/controllers/detail/diff_drive_controller.h"
+#include "doppel/control/controllers/detail/forward_command_controller.h"
+#include "doppel/control/controllers/detail/gripper_controller.h"
+#include "doppel/control/controllers/detail/joint_state_broadcaster.h"
+#include "doppel/control/controllers/detail/joint_trajectory_controller.h"
+#include "doppel/control/controllers/detail/mecanum_drive_controller.h"
+#include "doppel/control/controllers/detail/omni_wheel_drive_controller.h"
+#include "doppel/control/controllers/detail/pid_controller.h"
+#include "doppel/control/controllers/detail/sensor_broadcasters.h"
+#include "doppel/control/controllers/detail/state_broadcasters.h"
+#include "doppel/control/controllers/detail/steering_controller.h"
+#include "doppel/control/controllers/detail/tricycle_controller.h"
 
 namespace doppel {
 namespace {

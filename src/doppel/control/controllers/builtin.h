@@ -1,7 +1,7 @@
 #pragma once
 // The built-in controllers, by the names of ros2_controllers.
 
-#include "doppel/control/controller.h"
+#include "doppel/control/manager/controller.h"
 #include "doppel/export.h"
 
 namespace doppel {

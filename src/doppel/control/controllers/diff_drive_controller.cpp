@@ -1,9 +1,9 @@
-#include "doppel/controllers/detail/diff_drive_controller.h"
+#include "doppel/control/controllers/detail/diff_drive_controller.h"
 
 #include <cmath>
 
-#include "doppel/control/hardware.h"
-#include "doppel/controllers/detail/speed_limit_parameters.h"
+#include "doppel/control/controllers/detail/speed_limit_parameters.h"
+#include "doppel/control/hardware/hardware.h"
 
 namespace doppel {
 namespace {

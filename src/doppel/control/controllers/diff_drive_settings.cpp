@@ -1,12 +1,12 @@
-#include "doppel/controllers/detail/diff_drive_settings.h"
+#include "doppel/control/controllers/detail/diff_drive_settings.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/control/joint_list.h"
-#include "doppel/controllers/detail/parameter_value.h"
+#include "doppel/control/controllers/detail/parameter_value.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 namespace {

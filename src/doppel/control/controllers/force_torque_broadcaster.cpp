@@ -1,9 +1,9 @@
 #include <fmt/format.h>
 
-#include "doppel/control/joint_list.h"
-#include "doppel/control/nan.h"
-#include "doppel/controllers/detail/broadcaster_parameters.h"
-#include "doppel/controllers/detail/sensor_broadcasters.h"
+#include "doppel/control/controllers/detail/broadcaster_parameters.h"
+#include "doppel/control/controllers/detail/sensor_broadcasters.h"
+#include "doppel/control/hardware/nan.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 namespace {

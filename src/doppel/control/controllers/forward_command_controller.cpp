@@ -1,11 +1,11 @@
-#include "doppel/controllers/detail/forward_command_controller.h"
+#include "doppel/control/controllers/detail/forward_command_controller.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/control/joint_list.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 namespace {

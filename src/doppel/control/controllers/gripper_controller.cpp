@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/gripper_controller.h"
+#include "doppel/control/controllers/detail/gripper_controller.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "doppel/control/hardware.h"
-#include "doppel/control/joint_list.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 namespace {

@@ -1,12 +1,12 @@
-#include "doppel/controllers/detail/joint_state_broadcaster.h"
+#include "doppel/control/controllers/detail/joint_state_broadcaster.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/control/hardware.h"
-#include "doppel/control/joint_list.h"
-#include "doppel/control/nan.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/hardware/nan.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 namespace {

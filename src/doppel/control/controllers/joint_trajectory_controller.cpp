@@ -1,12 +1,12 @@
-#include "doppel/controllers/detail/joint_trajectory_controller.h"
+#include "doppel/control/controllers/detail/joint_trajectory_controller.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/control/joint_list.h"
-#include "doppel/controllers/detail/jtc_stop.h"
+#include "doppel/control/controllers/detail/jtc_stop.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 

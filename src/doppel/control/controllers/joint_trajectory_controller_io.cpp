@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/control/joint_list.h"
-#include "doppel/controllers/detail/joint_trajectory_controller.h"
+#include "doppel/control/controllers/detail/joint_trajectory_controller.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 

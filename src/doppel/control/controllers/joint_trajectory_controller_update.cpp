@@ -7,9 +7,9 @@
 #include <string_view>
 #include <utility>
 
-#include "doppel/control/nan.h"
-#include "doppel/controllers/detail/joint_trajectory_controller.h"
-#include "doppel/controllers/detail/jtc_stop.h"
+#include "doppel/control/controllers/detail/joint_trajectory_controller.h"
+#include "doppel/control/controllers/detail/jtc_stop.h"
+#include "doppel/control/hardware/nan.h"
 
 namespace doppel {
 

@@ -1,12 +1,12 @@
-#include "doppel/controllers/detail/jtc_interfaces.h"
+#include "doppel/control/controllers/detail/jtc_interfaces.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/control/hardware.h"
-#include "doppel/control/nan.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/hardware/nan.h"
 
 namespace doppel::jtc {
 namespace {

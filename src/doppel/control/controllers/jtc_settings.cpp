@@ -1,14 +1,14 @@
-#include "doppel/controllers/detail/jtc_settings.h"
+#include "doppel/control/controllers/detail/jtc_settings.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/control/hardware.h"
-#include "doppel/control/joint_list.h"
-#include "doppel/controllers/detail/name_list.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/control/controllers/detail/name_list.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel::jtc {
 namespace {

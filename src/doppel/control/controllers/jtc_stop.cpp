@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/jtc_stop.h"
+#include "doppel/control/controllers/detail/jtc_stop.h"
 
 #include <algorithm>
 #include <cmath>

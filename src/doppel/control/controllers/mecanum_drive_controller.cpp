@@ -1,14 +1,14 @@
-#include "doppel/controllers/detail/mecanum_drive_controller.h"
+#include "doppel/control/controllers/detail/mecanum_drive_controller.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/control/hardware.h"
-#include "doppel/control/nan.h"
-#include "doppel/controllers/detail/parameter_value.h"
-#include "doppel/controllers/detail/speed_limit_parameters.h"
+#include "doppel/control/controllers/detail/parameter_value.h"
+#include "doppel/control/controllers/detail/speed_limit_parameters.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/hardware/nan.h"
 
 namespace doppel {
 namespace {

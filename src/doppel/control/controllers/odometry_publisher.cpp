@@ -1,11 +1,11 @@
-#include "doppel/controllers/detail/odometry_publisher.h"
+#include "doppel/control/controllers/detail/odometry_publisher.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "doppel/control/joint_list.h"
-#include "doppel/controllers/detail/parameter_value.h"
+#include "doppel/control/controllers/detail/parameter_value.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 namespace {

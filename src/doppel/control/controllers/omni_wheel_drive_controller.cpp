@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/omni_wheel_drive_controller.h"
+#include "doppel/control/controllers/detail/omni_wheel_drive_controller.h"
 
 #include <fmt/format.h>
 
@@ -7,11 +7,11 @@
 #include <numbers>
 #include <set>
 
-#include "doppel/control/hardware.h"
-#include "doppel/control/joint_list.h"
-#include "doppel/control/nan.h"
-#include "doppel/controllers/detail/parameter_value.h"
-#include "doppel/controllers/detail/reference_base.h"
+#include "doppel/control/controllers/detail/parameter_value.h"
+#include "doppel/control/controllers/detail/reference_base.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/hardware/nan.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/pid.h"
+#include "doppel/control/controllers/detail/pid.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/control/nan.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/control/hardware/nan.h"
 
 namespace doppel {
 namespace {

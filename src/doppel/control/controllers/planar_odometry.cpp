@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/planar_odometry.h"
+#include "doppel/control/controllers/detail/planar_odometry.h"
 
 #include <algorithm>
 #include <cmath>

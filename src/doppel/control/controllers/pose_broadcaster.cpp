@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/controllers/detail/broadcaster_parameters.h"
-#include "doppel/controllers/detail/parameter_value.h"
-#include "doppel/controllers/detail/sensor_broadcasters.h"
+#include "doppel/control/controllers/detail/broadcaster_parameters.h"
+#include "doppel/control/controllers/detail/parameter_value.h"
+#include "doppel/control/controllers/detail/sensor_broadcasters.h"
 
 namespace doppel {
 namespace {

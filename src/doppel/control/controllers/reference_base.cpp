@@ -1,12 +1,12 @@
-#include "doppel/controllers/detail/reference_base.h"
+#include "doppel/control/controllers/detail/reference_base.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "doppel/control/joint_list.h"
-#include "doppel/control/nan.h"
-#include "doppel/controllers/detail/parameter_value.h"
+#include "doppel/control/controllers/detail/parameter_value.h"
+#include "doppel/control/hardware/nan.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 namespace {

@@ -1,8 +1,8 @@
-#include "doppel/controllers/detail/sensor_broadcasters.h"
+#include "doppel/control/controllers/detail/sensor_broadcasters.h"
 
 #include <limits>
 
-#include "doppel/controllers/detail/broadcaster_parameters.h"
+#include "doppel/control/controllers/detail/broadcaster_parameters.h"
 
 namespace doppel {
 namespace {

@@ -1,12 +1,12 @@
-#include "doppel/controllers/detail/speed_limit_parameters.h"
+#include "doppel/control/controllers/detail/speed_limit_parameters.h"
 
 #include <fmt/format.h>
 
 #include <array>
 #include <cmath>
 
-#include "doppel/control/joint_list.h"
-#include "doppel/controllers/detail/parameter_value.h"
+#include "doppel/control/controllers/detail/parameter_value.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/speed_limiter.h"
+#include "doppel/control/controllers/detail/speed_limiter.h"
 
 #include <fmt/format.h>
 

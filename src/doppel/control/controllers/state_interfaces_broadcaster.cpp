@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include "doppel/control/joint_list.h"
-#include "doppel/control/nan.h"
-#include "doppel/controllers/detail/state_broadcasters.h"
+#include "doppel/control/controllers/detail/state_broadcasters.h"
+#include "doppel/control/hardware/nan.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/steering_controller.h"
+#include "doppel/control/controllers/detail/steering_controller.h"
 
 #include <fmt/format.h>
 
@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/control/hardware.h"
-#include "doppel/control/joint_list.h"
-#include "doppel/control/nan.h"
-#include "doppel/controllers/detail/parameter_value.h"
+#include "doppel/control/controllers/detail/parameter_value.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/hardware/nan.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 namespace {

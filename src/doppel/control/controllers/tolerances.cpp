@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/tolerances.h"
+#include "doppel/control/controllers/detail/tolerances.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::jtc {
 namespace {

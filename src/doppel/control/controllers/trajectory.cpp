@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/trajectory.h"
+#include "doppel/control/controllers/detail/trajectory.h"
 
 #include <algorithm>
 #include <cmath>

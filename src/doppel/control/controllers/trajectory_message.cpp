@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/trajectory_message.h"
+#include "doppel/control/controllers/detail/trajectory_message.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
-#include "doppel/controllers/detail/name_list.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/control/controllers/detail/name_list.h"
 
 namespace doppel::jtc {
 namespace {

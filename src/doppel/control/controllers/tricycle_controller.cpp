@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/tricycle_controller.h"
+#include "doppel/control/controllers/detail/tricycle_controller.h"
 
 #include <fmt/format.h>
 
@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/control/hardware.h"
-#include "doppel/controllers/detail/parameter_value.h"
-#include "doppel/controllers/detail/reference_base.h"
-#include "doppel/messages/std_srvs.h"
+#include "doppel/control/controllers/detail/parameter_value.h"
+#include "doppel/control/controllers/detail/reference_base.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel {
 namespace {

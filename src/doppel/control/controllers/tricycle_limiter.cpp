@@ -1,4 +1,4 @@
-#include "doppel/controllers/detail/tricycle_limiter.h"
+#include "doppel/control/controllers/detail/tricycle_limiter.h"
 
 #include <fmt/format.h>
 

@@ -1,10 +1,10 @@
-#include "doppel/controllers/detail/twist_command.h"
+#include "doppel/control/controllers/detail/twist_command.h"
 
 #include <fmt/format.h>
 
 #include <cmath>
 
-#include "doppel/control/nan.h"
+#include "doppel/control/hardware/nan.h"
 
 namespace doppel {
 

@@ -1,10 +1,10 @@
-#include "doppel/controllers/detail/velocity_base.h"
+#include "doppel/control/controllers/detail/velocity_base.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/control/nan.h"
-#include "doppel/messages/control_msgs.h"
+#include "doppel/control/hardware/nan.h"
+#include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel {
 

@@ -1,10 +1,10 @@
-#include "doppel/control/detail/async_hardware.h"
+#include "doppel/control/hardware/async_hardware.h"
 
 #include <algorithm>
 #include <chrono>
 
-#include "doppel/core/guarded_thread.h"
-#include "doppel/core/thrown.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/thrown.h"
 
 namespace doppel {
 

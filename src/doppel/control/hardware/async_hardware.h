@@ -10,8 +10,8 @@
 #include <thread>
 #include <vector>
 
-#include "doppel/control/detail/latest_copy.h"
-#include "doppel/control/hardware.h"
+#include "doppel/control/hardware/detail/latest_copy.h"
+#include "doppel/control/hardware/hardware.h"
 
 namespace doppel {
 

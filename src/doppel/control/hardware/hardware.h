@@ -20,13 +20,13 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/log.h"
-#include "doppel/core/status.h"
-#include "doppel/core/time.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/log.h"
+#include "doppel/base/core/status.h"
+#include "doppel/base/core/time.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

@@ -1,10 +1,10 @@
-#include "doppel/control/hardware_registry.h"
+#include "doppel/control/hardware/hardware_registry.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/control/detail/components/builtin.h"
+#include "doppel/control/hardware/detail/builtin_hardware.h"
 
 namespace doppel {
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/control/hardware.h"
+#include "doppel/control/hardware/hardware.h"
 #include "doppel/export.h"
 
 namespace doppel {

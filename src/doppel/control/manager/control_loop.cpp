@@ -1,4 +1,4 @@
-#include "doppel/control/control_loop.h"
+#include "doppel/control/manager/control_loop.h"
 
 #include <fmt/format.h>
 #include <sched.h>
@@ -11,8 +11,8 @@
 #include <mutex>
 #include <utility>
 
-#include "doppel/control/rates.h"
-#include "doppel/core/guarded_thread.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/control/manager/rates.h"
 
 namespace doppel {
 namespace {

@@ -14,8 +14,8 @@
 #include <string>
 #include <thread>
 
-#include "doppel/control/controller_manager.h"
-#include "doppel/core/log.h"
+#include "doppel/base/core/log.h"
+#include "doppel/control/manager/controller_manager.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -13,14 +13,14 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/bus/parameter_file.h"
-#include "doppel/control/nan.h"
-#include "doppel/core/log.h"
-#include "doppel/core/status.h"
-#include "doppel/core/time.h"
+#include "doppel/base/core/log.h"
+#include "doppel/base/core/status.h"
+#include "doppel/base/core/time.h"
+#include "doppel/control/hardware/nan.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/robot/kinematics/model.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/bus/parameter_file.h"
 
 namespace doppel {
 

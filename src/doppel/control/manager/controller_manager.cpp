@@ -1,16 +1,16 @@
-#include "doppel/control/controller_manager.h"
+#include "doppel/control/manager/controller_manager.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/bus/standard_node.h"
-#include "doppel/control/detail/controller_manager.h"
-#include "doppel/control/detail/jazzy_types.h"
-#include "doppel/control/joint_list.h"
-#include "doppel/control/nan.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/control/hardware/nan.h"
+#include "doppel/control/manager/detail/controller_manager.h"
+#include "doppel/control/manager/detail/jazzy_types.h"
+#include "doppel/control/manager/joint_list.h"
+#include "doppel/ros/bus/standard_node.h"
 
 namespace doppel {
 namespace {

@@ -10,11 +10,11 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/parameter_file.h"
-#include "doppel/control/controller.h"
-#include "doppel/control/hardware.h"
-#include "doppel/control/soft_limits.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/control/manager/soft_limits.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/parameter_file.h"
 
 namespace doppel {
 

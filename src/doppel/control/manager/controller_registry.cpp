@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "doppel/control/controller.h"
+#include "doppel/control/manager/controller.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/control/detail/idle_parameters.h"
+#include "doppel/control/manager/detail/idle_parameters.h"
 
 #include <fmt/format.h>
 

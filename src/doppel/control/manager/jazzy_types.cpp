@@ -1,4 +1,4 @@
-#include "doppel/control/detail/jazzy_types.h"
+#include "doppel/control/manager/detail/jazzy_types.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "doppel/control/detail/joint_limiter.h"
+#include "doppel/control/manager/detail/joint_limiter.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <utility>
 
-#include "doppel/control/nan.h"
+#include "doppel/control/hardware/nan.h"
 
 namespace doppel {
 namespace {

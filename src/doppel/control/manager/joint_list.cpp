@@ -1,10 +1,10 @@
-#include "doppel/control/joint_list.h"
+#include "doppel/control/manager/joint_list.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel {
 namespace {

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller.h"
-#include "doppel/core/source_location.h"
+#include "doppel/base/core/source_location.h"
+#include "doppel/control/manager/controller.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -5,8 +5,8 @@
 
 #include <algorithm>
 
-#include "doppel/control/detail/controller_manager.h"
-#include "doppel/control/nan.h"
+#include "doppel/control/hardware/nan.h"
+#include "doppel/control/manager/detail/controller_manager.h"
 
 namespace doppel {
 void ControllerManager::Impl::offer_references(LoadedController& c) {

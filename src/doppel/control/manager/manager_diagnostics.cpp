@@ -3,7 +3,7 @@
 
 #include <fmt/format.h>
 
-#include "doppel/control/detail/controller_manager.h"
+#include "doppel/control/manager/detail/controller_manager.h"
 
 namespace doppel {
 namespace {

@@ -4,11 +4,11 @@
 
 #include <cctype>
 
-#include "doppel/bus/standard_node.h"
-#include "doppel/control/detail/async_hardware.h"
-#include "doppel/control/detail/controller_manager.h"
-#include "doppel/control/joint_list.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/control/hardware/async_hardware.h"
+#include "doppel/control/manager/detail/controller_manager.h"
+#include "doppel/control/manager/joint_list.h"
+#include "doppel/ros/bus/standard_node.h"
 
 namespace doppel {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "doppel/control/detail/controller_manager.h"
-#include "doppel/control/detail/manager_messages.h"
+#include "doppel/control/manager/detail/controller_manager.h"
+#include "doppel/control/manager/detail/manager_messages.h"
 
 namespace doppel {
 

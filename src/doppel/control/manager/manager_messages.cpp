@@ -1,4 +1,4 @@
-#include "doppel/control/detail/manager_messages.h"
+#include "doppel/control/manager/detail/manager_messages.h"
 
 #include <algorithm>
 #include <cmath>

@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include "doppel/bus/node_arguments.h"
-#include "doppel/control/detail/controller_manager.h"
-#include "doppel/control/detail/idle_parameters.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/control/manager/detail/controller_manager.h"
+#include "doppel/control/manager/detail/idle_parameters.h"
+#include "doppel/ros/bus/node_arguments.h"
 
 namespace doppel {
 namespace {

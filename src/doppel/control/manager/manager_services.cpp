@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
-#include "doppel/control/detail/controller_manager.h"
-#include "doppel/control/detail/manager_messages.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/control/manager/detail/controller_manager.h"
+#include "doppel/control/manager/detail/manager_messages.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel {
 

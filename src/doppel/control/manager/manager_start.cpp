@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <map>
 
-#include "doppel/control/detail/controller_manager.h"
-#include "doppel/control/joint_list.h"
+#include "doppel/control/manager/detail/controller_manager.h"
+#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 

@@ -6,8 +6,8 @@
 #include <iterator>
 #include <map>
 
-#include "doppel/control/detail/controller_manager.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/control/manager/detail/controller_manager.h"
 
 namespace doppel {
 namespace {

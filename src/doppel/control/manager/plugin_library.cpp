@@ -1,4 +1,4 @@
-#include "doppel/control/plugin_library.h"
+#include "doppel/control/manager/plugin_library.h"
 
 #include <dlfcn.h>
 #include <fmt/format.h>

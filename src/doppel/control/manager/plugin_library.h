@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "doppel/control/controller.h"
-#include "doppel/control/hardware_registry.h"
+#include "doppel/control/hardware/hardware_registry.h"
+#include "doppel/control/manager/controller.h"
 #include "doppel/export.h"
 
 namespace doppel {

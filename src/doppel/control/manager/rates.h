@@ -6,7 +6,7 @@
 #include <optional>
 #include <span>
 
-#include "doppel/core/time.h"
+#include "doppel/base/core/time.h"
 
 namespace doppel {
 

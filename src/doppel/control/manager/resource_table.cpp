@@ -1,4 +1,4 @@
-#include "doppel/control/detail/resource_table.h"
+#include "doppel/control/manager/detail/resource_table.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <cstring>
 #include <utility>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/thrown.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/thrown.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/control/soft_limits.h"
+#include "doppel/control/manager/soft_limits.h"
 
 #include <fmt/format.h>
 

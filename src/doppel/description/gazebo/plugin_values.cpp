@@ -1,4 +1,4 @@
-#include "doppel/description/plugin_values.h"
+#include "doppel/description/gazebo/plugin_values.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,8 +7,8 @@
 #include <cmath>
 #include <sstream>
 
-#include "doppel/core/text.h"
-#include "doppel/description/urdf_reader.h"
+#include "doppel/base/core/text.h"
+#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel {
 

@@ -10,9 +10,9 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/xml/xml.h"
 #include "doppel/export.h"
-#include "doppel/xml/xml.h"
 
 namespace doppel {
 

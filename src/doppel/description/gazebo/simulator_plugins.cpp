@@ -1,10 +1,10 @@
-#include "doppel/description/simulator_plugins.h"
+#include "doppel/description/gazebo/simulator_plugins.h"
 
 #include <algorithm>
 #include <array>
 #include <string>
 
-#include "doppel/core/text.h"
+#include "doppel/base/core/text.h"
 
 namespace doppel {
 namespace {

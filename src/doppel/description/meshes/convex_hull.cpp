@@ -1,4 +1,4 @@
-#include "doppel/geometry/convex_hull.h"
+#include "doppel/description/meshes/convex_hull.h"
 
 #include <libqhull_r/qhull_ra.h>
 

@@ -1,14 +1,14 @@
-#include "doppel/description/heightmap.h"
+#include "doppel/description/meshes/heightmap.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/plugin_module.h"
-#include "doppel/core/text.h"
-#include "doppel/images/grey_image.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/plugin_module.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/images/grey_image.h"
 
 namespace doppel {
 namespace {

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "doppel/core/source_location.h"
-#include "doppel/math/pose.h"
+#include "doppel/base/core/source_location.h"
+#include "doppel/base/math/pose.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/description/mesh.h"
+#include "doppel/description/meshes/mesh.h"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,10 @@
 #include <filesystem>
 #include <unordered_map>
 
-#include "doppel/core/names.h"
-#include "doppel/description/detail/mesh.h"
-#include "doppel/description/imported_mesh.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/meshes/detail/mesh.h"
+#include "doppel/description/meshes/imported_mesh.h"
 
 namespace doppel {
 namespace {

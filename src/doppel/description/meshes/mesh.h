@@ -12,7 +12,7 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
 
 namespace doppel {

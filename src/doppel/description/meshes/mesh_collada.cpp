@@ -8,9 +8,9 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "doppel/description/detail/mesh.h"
-#include "doppel/description/detail/text_scanner.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/meshes/detail/mesh.h"
+#include "doppel/description/meshes/detail/text_scanner.h"
 
 namespace doppel::mesh {
 namespace {

@@ -2,8 +2,8 @@
 // Advanced Visualizer Manual, appendix B1, 1995.
 #include <fmt/format.h>
 
-#include "doppel/description/detail/mesh.h"
-#include "doppel/description/detail/text_scanner.h"
+#include "doppel/description/meshes/detail/mesh.h"
+#include "doppel/description/meshes/detail/text_scanner.h"
 
 namespace doppel::mesh {
 namespace {

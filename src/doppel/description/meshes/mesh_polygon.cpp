@@ -1,6 +1,6 @@
 #include <Eigen/Geometry>
 
-#include "doppel/description/detail/mesh.h"
+#include "doppel/description/meshes/detail/mesh.h"
 
 namespace doppel::mesh {
 namespace {

@@ -1,12 +1,12 @@
-#include "doppel/geometry/mesh_report.h"
+#include "doppel/description/meshes/mesh_report.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/mesh.h"
-#include "doppel/geometry/convex_hull.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/meshes/convex_hull.h"
+#include "doppel/description/meshes/mesh.h"
 
 namespace doppel {
 namespace {

@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/math/mass_properties.h"
 
 namespace doppel {
 

@@ -11,7 +11,7 @@
 #include <memory>
 #include <mutex>
 
-#include "doppel/geometry/mesh_report.h"
+#include "doppel/description/meshes/mesh_report.h"
 
 namespace doppel {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <cstring>
 
-#include "doppel/description/detail/mesh.h"
-#include "doppel/description/detail/text_scanner.h"
+#include "doppel/description/meshes/detail/mesh.h"
+#include "doppel/description/meshes/detail/text_scanner.h"
 
 namespace doppel::mesh {
 namespace {

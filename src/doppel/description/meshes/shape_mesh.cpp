@@ -1,4 +1,4 @@
-#include "doppel/description/shape_mesh.h"
+#include "doppel/description/meshes/shape_mesh.h"
 
 #include <algorithm>
 #include <cmath>

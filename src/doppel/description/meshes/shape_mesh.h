@@ -1,8 +1,8 @@
 #pragma once
 // The surfaces of shapes that not every consumer has a formula for, as closed convex meshes.
 
-#include "doppel/description/mesh.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/description/meshes/mesh.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
 
 namespace doppel {

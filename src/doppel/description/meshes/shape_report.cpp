@@ -2,9 +2,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/description/shape_mesh.h"
-#include "doppel/geometry/convex_hull.h"
-#include "doppel/geometry/mesh_report.h"
+#include "doppel/description/meshes/convex_hull.h"
+#include "doppel/description/meshes/mesh_report.h"
+#include "doppel/description/meshes/shape_mesh.h"
 
 namespace doppel {
 namespace {

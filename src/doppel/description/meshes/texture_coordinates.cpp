@@ -1,4 +1,4 @@
-#include "doppel/description/texture_coordinates.h"
+#include "doppel/description/meshes/texture_coordinates.h"
 
 #include <algorithm>
 #include <array>

@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "doppel/description/mesh.h"
+#include "doppel/description/meshes/mesh.h"
 #include "doppel/export.h"
 
 namespace doppel {

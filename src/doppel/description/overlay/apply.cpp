@@ -7,8 +7,8 @@
 #include <numbers>
 #include <set>
 
-#include "doppel/core/names.h"
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/overlay/bake.h"
+#include "doppel/description/overlay/bake.h"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,10 @@
 #include <map>
 #include <memory>
 
-#include "doppel/core/output_file.h"
-#include "doppel/overlay/detail/overlay.h"
-#include "doppel/overlay/detail/source_text.h"
-#include "doppel/overlay/detail/tree_edits.h"
+#include "doppel/base/core/output_file.h"
+#include "doppel/description/overlay/detail/overlay.h"
+#include "doppel/description/overlay/detail/source_text.h"
+#include "doppel/description/overlay/detail/tree_edits.h"
 
 namespace doppel {
 namespace {

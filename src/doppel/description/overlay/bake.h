@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/description/load.h"
+#include "doppel/description/urdf/load.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -1,4 +1,4 @@
-#include "doppel/overlay/detail/convex_parts.h"
+#include "doppel/description/overlay/detail/convex_parts.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "doppel/geometry/convex_hull.h"
+#include "doppel/description/meshes/convex_hull.h"
 
 namespace doppel::overlay_detail {
 namespace {

@@ -3,8 +3,8 @@
 #include <array>
 #include <cstdint>
 
-#include "doppel/core/fnv_hash.h"
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/base/core/fnv_hash.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel::overlay_detail {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "doppel/core/output_file.h"
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/base/core/output_file.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel {
 namespace {

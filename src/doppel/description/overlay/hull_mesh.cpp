@@ -1,4 +1,4 @@
-#include "doppel/overlay/detail/hull_mesh.h"
+#include "doppel/description/overlay/detail/hull_mesh.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -8,10 +8,10 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "doppel/core/fnv_hash.h"
-#include "doppel/core/output_file.h"
-#include "doppel/geometry/convex_hull.h"
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/base/core/fnv_hash.h"
+#include "doppel/base/core/output_file.h"
+#include "doppel/description/meshes/convex_hull.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel::overlay_detail {
 namespace {

@@ -7,9 +7,9 @@
 #include <set>
 #include <utility>
 
-#include "doppel/core/names.h"
-#include "doppel/core/shown_path.h"
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/shown_path.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel {
 namespace {

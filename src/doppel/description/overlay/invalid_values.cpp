@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "doppel/core/names.h"
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel::overlay_detail {
 namespace {

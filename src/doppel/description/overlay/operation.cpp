@@ -1,10 +1,10 @@
-#include "doppel/overlay/operation.h"
+#include "doppel/description/overlay/operation.h"
 
 #include <fmt/format.h>
 
 #include <numbers>
 
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel {
 namespace {

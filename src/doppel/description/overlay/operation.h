@@ -11,7 +11,7 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/core/source_location.h"
+#include "doppel/base/core/source_location.h"
 #include "doppel/export.h"
 
 namespace doppel {

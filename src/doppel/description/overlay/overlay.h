@@ -9,10 +9,10 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/load.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/overlay/operation.h"
+#include "doppel/description/urdf/load.h"
 #include "doppel/export.h"
-#include "doppel/overlay/operation.h"
 
 namespace doppel {
 

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/description/mesh.h"
-#include "doppel/description/urdf_parser.h"
-#include "doppel/geometry/convex_hull.h"
-#include "doppel/geometry/mesh_report.h"
-#include "doppel/overlay/detail/convex_parts.h"
-#include "doppel/overlay/detail/hull_mesh.h"
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/description/meshes/convex_hull.h"
+#include "doppel/description/meshes/mesh.h"
+#include "doppel/description/meshes/mesh_report.h"
+#include "doppel/description/overlay/detail/convex_parts.h"
+#include "doppel/description/overlay/detail/hull_mesh.h"
+#include "doppel/description/overlay/detail/overlay.h"
+#include "doppel/description/urdf/urdf_parser.h"
 
 namespace doppel::overlay_detail {
 namespace {

@@ -1,9 +1,9 @@
-#include "doppel/overlay/detail/source_text.h"
+#include "doppel/description/overlay/detail/source_text.h"
 
 #include <algorithm>
 
-#include "doppel/overlay/detail/overlay.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel::overlay_detail {
 namespace {

@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <set>
 
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel::overlay_detail {
 

@@ -1,4 +1,4 @@
-#include "doppel/overlay/detail/tree_edits.h"
+#include "doppel/description/overlay/detail/tree_edits.h"
 
 #include <algorithm>
 #include <map>

@@ -3,7 +3,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel::overlay_detail {
 namespace {

@@ -7,10 +7,10 @@
 #include <numbers>
 #include <set>
 
-#include "doppel/core/names.h"
-#include "doppel/core/yaml_fix.h"
-#include "doppel/math/units.h"
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/yaml_fix.h"
+#include "doppel/base/math/units.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/overlay/detail/overlay.h"
+#include "doppel/description/overlay/detail/overlay.h"
 
 namespace doppel {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "doppel/scaffold/detail/package_texts.h"
+#include "doppel/description/scaffold/detail/package_texts.h"
 
 namespace doppel::scaffold {
 namespace {

@@ -1,11 +1,11 @@
-#include "doppel/scaffold/arm_design.h"
+#include "doppel/description/scaffold/arm_design.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace doppel::scaffold {
 namespace {

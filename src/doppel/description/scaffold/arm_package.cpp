@@ -1,4 +1,4 @@
-#include "doppel/scaffold/arm_package.h"
+#include "doppel/description/scaffold/arm_package.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "doppel/scaffold/detail/package_texts.h"
+#include "doppel/description/scaffold/detail/package_texts.h"
 
 namespace doppel::scaffold {
 namespace {

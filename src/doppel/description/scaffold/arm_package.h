@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "doppel/description/scaffold/arm_design.h"
+#include "doppel/description/scaffold/package_name.h"
 #include "doppel/export.h"
-#include "doppel/scaffold/arm_design.h"
-#include "doppel/scaffold/package_name.h"
 
 namespace doppel::scaffold {
 

@@ -1,11 +1,11 @@
-#include "doppel/scaffold/package_name.h"
+#include "doppel/description/scaffold/package_name.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/text.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/text.h"
 
 namespace doppel::scaffold {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/scaffold/write_package.h"
+#include "doppel/description/scaffold/write_package.h"
 
 #include <fmt/format.h>
 #include <stdlib.h>
@@ -7,9 +7,9 @@
 #include <cerrno>
 #include <cstring>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/output_file.h"
-#include "doppel/core/shown_path.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/output_file.h"
+#include "doppel/base/core/shown_path.h"
 
 namespace doppel::scaffold {
 namespace {

@@ -3,8 +3,8 @@
 #include <filesystem>
 #include <span>
 
+#include "doppel/description/scaffold/arm_package.h"
 #include "doppel/export.h"
-#include "doppel/scaffold/arm_package.h"
 
 namespace doppel::scaffold {
 

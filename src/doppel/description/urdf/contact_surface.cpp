@@ -1,4 +1,4 @@
-#include "doppel/description/contact_surface.h"
+#include "doppel/description/urdf/contact_surface.h"
 
 namespace doppel {
 namespace {

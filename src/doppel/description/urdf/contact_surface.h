@@ -7,9 +7,9 @@
 #include <optional>
 #include <string_view>
 
-#include "doppel/description/robot_description.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/xml/xml.h"
 
 namespace doppel {
 

@@ -3,10 +3,10 @@
 
 #include <algorithm>
 
-#include "doppel/core/names.h"
-#include "doppel/description/load.h"
-#include "doppel/packages/package_folder.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/packages/package_folder.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/urdf/load.h"
 
 namespace doppel {
 namespace {

@@ -1,11 +1,11 @@
-#include "doppel/description/legs.h"
+#include "doppel/description/urdf/legs.h"
 
 #include <algorithm>
 #include <array>
 #include <cctype>
 #include <string_view>
 
-#include "doppel/core/text.h"
+#include "doppel/base/core/text.h"
 
 namespace doppel {
 namespace {

@@ -6,7 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -1,13 +1,13 @@
-#include "doppel/description/load.h"
+#include "doppel/description/urdf/load.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
 
-#include "doppel/core/names.h"
-#include "doppel/description/urdf_parser.h"
-#include "doppel/xacro/xacro.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/urdf/urdf_parser.h"
+#include "doppel/description/xacro/xacro.h"
 
 namespace doppel {
 namespace {

@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/packages/package_resolver.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/packages/package_resolver.h"
-#include "doppel/xml/xml.h"
 
 namespace doppel {
 

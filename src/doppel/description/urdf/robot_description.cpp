@@ -1,4 +1,4 @@
-#include "doppel/description/robot_description.h"
+#include "doppel/description/urdf/robot_description.h"
 
 namespace doppel {
 

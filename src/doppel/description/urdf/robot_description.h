@@ -12,9 +12,9 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/core/source_location.h"
+#include "doppel/base/core/source_location.h"
+#include "doppel/base/math/pose.h"
 #include "doppel/export.h"
-#include "doppel/math/pose.h"
 
 namespace doppel {
 
@@ -198,7 +198,7 @@ struct Joint {
 };
 
 // <ros2_control>: a named hardware component and its interfaces. Units of min, max and initial_value are
-// those of the interface (control/hardware.h).
+// those of the interface (control/hardware/hardware.h).
 struct HardwareInterfaceDescription {
   std::string name;  // "position"
   std::optional<double> min, max, initial_value;

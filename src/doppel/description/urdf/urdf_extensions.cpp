@@ -5,10 +5,10 @@
 #include <array>
 #include <cctype>
 
-#include "doppel/description/contact_surface.h"
-#include "doppel/description/urdf_parser.h"
-#include "doppel/description/urdf_reader.h"
-#include "doppel/packages/find_expression.h"
+#include "doppel/base/packages/find_expression.h"
+#include "doppel/description/urdf/contact_surface.h"
+#include "doppel/description/urdf/urdf_parser.h"
+#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel {
 namespace {

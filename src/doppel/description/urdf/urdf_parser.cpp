@@ -1,12 +1,12 @@
-#include "doppel/description/urdf_parser.h"
+#include "doppel/description/urdf/urdf_parser.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 
-#include "doppel/core/names.h"
-#include "doppel/description/urdf_reader.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel {
 namespace {

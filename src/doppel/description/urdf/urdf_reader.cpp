@@ -1,4 +1,4 @@
-#include "doppel/description/urdf_reader.h"
+#include "doppel/description/urdf/urdf_reader.h"
 
 #include <fmt/format.h>
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <string_view>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/xml/xml.h"
 #include "doppel/export.h"
-#include "doppel/xml/xml.h"
 
 namespace doppel {
 

@@ -5,8 +5,8 @@
 #include <map>
 #include <set>
 
-#include "doppel/core/names.h"
-#include "doppel/description/urdf_parser.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/urdf/urdf_parser.h"
 
 namespace doppel {
 namespace {

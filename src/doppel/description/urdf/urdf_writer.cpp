@@ -1,9 +1,9 @@
-#include "doppel/description/urdf_writer.h"
+#include "doppel/description/urdf/urdf_writer.h"
 
 #include <optional>
 
-#include "doppel/math/decimals.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/math/decimals.h"
+#include "doppel/base/xml/element.h"
 
 namespace doppel {
 namespace {

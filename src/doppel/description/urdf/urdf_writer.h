@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "doppel/description/robot_description.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
 
 namespace doppel {

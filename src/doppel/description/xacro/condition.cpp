@@ -1,11 +1,11 @@
-#include "doppel/xacro/condition.h"
+#include "doppel/description/xacro/condition.h"
 
 #include <fmt/format.h>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/xacro/detail/expression.h"
-#include "doppel/xacro/detail/xacro.h"
-#include "doppel/xacro/detail/xacro_yaml.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/xacro/detail/expression.h"
+#include "doppel/description/xacro/detail/xacro.h"
+#include "doppel/description/xacro/detail/xacro_yaml.h"
 
 namespace doppel {
 namespace {

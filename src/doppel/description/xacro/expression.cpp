@@ -1,13 +1,13 @@
-#include "doppel/xacro/detail/expression.h"
+#include "doppel/description/xacro/detail/expression.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <memory>
 
-#include "doppel/core/names.h"
-#include "doppel/xacro/detail/expression_operators.h"
-#include "doppel/xacro/detail/expression_parser.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/xacro/detail/expression_operators.h"
+#include "doppel/description/xacro/detail/expression_parser.h"
 
 namespace doppel {
 

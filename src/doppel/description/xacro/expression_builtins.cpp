@@ -5,9 +5,9 @@
 #include <array>
 #include <cmath>
 
-#include "doppel/xacro/detail/expression_functions.h"
-#include "doppel/xacro/detail/expression_operators.h"
-#include "doppel/xml/xml_encoding.h"
+#include "doppel/base/xml/xml_encoding.h"
+#include "doppel/description/xacro/detail/expression_functions.h"
+#include "doppel/description/xacro/detail/expression_operators.h"
 
 namespace doppel {
 namespace {

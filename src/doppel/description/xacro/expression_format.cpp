@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/xacro/detail/expression_operators.h"
-#include "doppel/xml/xml_encoding.h"
+#include "doppel/base/xml/xml_encoding.h"
+#include "doppel/description/xacro/detail/expression_operators.h"
 
 namespace doppel {
 namespace {

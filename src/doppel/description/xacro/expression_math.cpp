@@ -6,8 +6,8 @@
 #include <numbers>
 #include <numeric>
 
-#include "doppel/xacro/detail/expression_functions.h"
-#include "doppel/xacro/detail/expression_operators.h"
+#include "doppel/description/xacro/detail/expression_functions.h"
+#include "doppel/description/xacro/detail/expression_operators.h"
 
 namespace doppel {
 namespace {

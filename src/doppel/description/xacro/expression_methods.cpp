@@ -5,10 +5,10 @@
 #include <cmath>
 #include <span>
 
-#include "doppel/core/names.h"
-#include "doppel/xacro/detail/characters.h"
-#include "doppel/xacro/detail/expression_functions.h"
-#include "doppel/xacro/detail/expression_operators.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/xacro/detail/characters.h"
+#include "doppel/description/xacro/detail/expression_functions.h"
+#include "doppel/description/xacro/detail/expression_operators.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/xacro/detail/expression_operators.h"
+#include "doppel/description/xacro/detail/expression_operators.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <optional>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel {
 namespace {

@@ -1,5 +1,5 @@
 // Precedence climbing and recursive descent over Python's grammar of expressions.
-#include "doppel/xacro/detail/expression_parser.h"
+#include "doppel/description/xacro/detail/expression_parser.h"
 
 #include <fmt/format.h>
 

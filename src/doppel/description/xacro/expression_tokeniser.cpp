@@ -5,10 +5,10 @@
 #include <charconv>
 #include <cmath>
 
-#include "doppel/xacro/detail/characters.h"
-#include "doppel/xacro/detail/expression_parser.h"
-#include "doppel/xacro/detail/powers_of_ten.h"
-#include "doppel/xml/xml_encoding.h"
+#include "doppel/base/xml/xml_encoding.h"
+#include "doppel/description/xacro/detail/characters.h"
+#include "doppel/description/xacro/detail/expression_parser.h"
+#include "doppel/description/xacro/detail/powers_of_ten.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/xacro/detail/value.h"
+#include "doppel/description/xacro/detail/value.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "doppel/xacro/detail/expression.h"
+#include "doppel/description/xacro/detail/expression.h"
 
 namespace doppel {
 namespace {

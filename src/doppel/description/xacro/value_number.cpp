@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstring>
 
-#include "doppel/xacro/detail/characters.h"
-#include "doppel/xacro/detail/powers_of_ten.h"
-#include "doppel/xacro/detail/value.h"
-#include "doppel/xml/xml_encoding.h"
+#include "doppel/base/xml/xml_encoding.h"
+#include "doppel/description/xacro/detail/characters.h"
+#include "doppel/description/xacro/detail/powers_of_ten.h"
+#include "doppel/description/xacro/detail/value.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/xacro/detail/whole_number.h"
+#include "doppel/description/xacro/detail/whole_number.h"
 
 #include <algorithm>
 #include <bit>

@@ -1,13 +1,13 @@
-#include "doppel/xacro/xacro.h"
+#include "doppel/description/xacro/xacro.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 
-#include "doppel/core/names.h"
-#include "doppel/xacro/detail/characters.h"
-#include "doppel/xacro/detail/xacro_expander.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/xacro/detail/characters.h"
+#include "doppel/description/xacro/detail/xacro_expander.h"
 
 namespace doppel {
 namespace xacro {

@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/packages/package_resolver.h"
+#include "doppel/base/xml/xml_tree.h"
 #include "doppel/export.h"
-#include "doppel/packages/package_resolver.h"
-#include "doppel/xml/xml_tree.h"
 
 namespace doppel {
 

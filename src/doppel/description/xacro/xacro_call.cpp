@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "doppel/core/names.h"
-#include "doppel/xacro/detail/xacro_expander.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/xacro/detail/xacro_expander.h"
 
 namespace doppel::xacro {
 

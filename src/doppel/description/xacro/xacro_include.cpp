@@ -4,9 +4,9 @@
 
 #include <algorithm>
 
-#include "doppel/core/files_read.h"
-#include "doppel/core/names.h"
-#include "doppel/xacro/detail/xacro_expander.h"
+#include "doppel/base/core/files_read.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/xacro/detail/xacro_expander.h"
 
 namespace doppel::xacro {
 namespace {

@@ -1,6 +1,6 @@
 // Texts as values: xacro's literals and conditions.
-#include "doppel/xacro/detail/characters.h"
-#include "doppel/xacro/detail/xacro.h"
+#include "doppel/description/xacro/detail/characters.h"
+#include "doppel/description/xacro/detail/xacro.h"
 
 namespace doppel::xacro {
 namespace {

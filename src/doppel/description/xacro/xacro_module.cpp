@@ -3,9 +3,9 @@
 
 #include <cstdlib>
 
-#include "doppel/xacro/detail/expression_functions.h"
-#include "doppel/xacro/detail/xacro.h"
-#include "doppel/xacro/detail/xacro_yaml.h"
+#include "doppel/description/xacro/detail/expression_functions.h"
+#include "doppel/description/xacro/detail/xacro.h"
+#include "doppel/description/xacro/detail/xacro_yaml.h"
 
 namespace doppel::xacro {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "doppel/xacro/detail/characters.h"
-#include "doppel/xacro/xacro.h"
+#include "doppel/description/xacro/detail/characters.h"
+#include "doppel/description/xacro/xacro.h"
 
 namespace doppel {
 namespace {

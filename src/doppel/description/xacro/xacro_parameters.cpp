@@ -2,7 +2,7 @@
 // e:=^|2 *block **blocks".
 #include <fmt/format.h>
 
-#include "doppel/xacro/detail/xacro.h"
+#include "doppel/description/xacro/detail/xacro.h"
 
 namespace doppel::xacro {
 namespace {

@@ -1,8 +1,8 @@
 // Properties and macros by name.
 #include <fmt/format.h>
 
-#include "doppel/core/names.h"
-#include "doppel/xacro/detail/xacro.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/xacro/detail/xacro.h"
 
 namespace doppel::xacro {
 namespace {

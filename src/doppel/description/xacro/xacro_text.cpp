@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "doppel/core/names.h"
-#include "doppel/xacro/detail/xacro.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/xacro/detail/xacro.h"
 
 namespace doppel::xacro {
 namespace {

@@ -1,5 +1,5 @@
 // YAML files as values: by the simple reader where it suffices, else by yaml-cpp.
-#include "doppel/xacro/detail/xacro_yaml.h"
+#include "doppel/description/xacro/detail/xacro_yaml.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/eventhandler.h>

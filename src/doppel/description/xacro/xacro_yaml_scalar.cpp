@@ -3,8 +3,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/xacro/detail/characters.h"
-#include "doppel/xacro/detail/xacro_yaml.h"
+#include "doppel/description/xacro/detail/characters.h"
+#include "doppel/description/xacro/detail/xacro_yaml.h"
 
 namespace doppel::xacro {
 namespace {

@@ -8,7 +8,7 @@
 // an arm without YAML takes 2.3 ms as typed.
 #include <array>
 
-#include "doppel/xacro/detail/xacro_yaml.h"
+#include "doppel/description/xacro/detail/xacro_yaml.h"
 
 namespace doppel::xacro {
 namespace {

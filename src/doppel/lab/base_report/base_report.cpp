@@ -1,4 +1,4 @@
-#include "doppel/odometry/base_report.h"
+#include "doppel/lab/base_report/base_report.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/odometry/detail/base_drive.h"
-#include "doppel/twin/robot_names.h"
+#include "doppel/lab/base_report/detail/base_drive.h"
+#include "doppel/scenario/schema/robot_names.h"
 
 namespace doppel {
 namespace {

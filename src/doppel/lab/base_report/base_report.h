@@ -10,9 +10,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
-#include "doppel/twin/scenario.h"
+#include "doppel/scenario/schema/scenario.h"
 
 namespace doppel {
 

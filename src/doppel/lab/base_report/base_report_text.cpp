@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "doppel/odometry/base_report.h"
+#include "doppel/lab/base_report/base_report.h"
 
 namespace doppel {
 namespace {

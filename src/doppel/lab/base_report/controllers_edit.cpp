@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <vector>
 
-#include "doppel/bus/parameter_file.h"
-#include "doppel/odometry/base_report.h"
+#include "doppel/lab/base_report/base_report.h"
+#include "doppel/ros/bus/parameter_file.h"
 
 namespace doppel {
 namespace {

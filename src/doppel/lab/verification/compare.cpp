@@ -1,4 +1,4 @@
-#include "doppel/verification/compare.h"
+#include "doppel/lab/verification/compare.h"
 
 #include <algorithm>
 #include <array>
@@ -6,9 +6,9 @@
 #include <numeric>
 #include <optional>
 
-#include "doppel/core/names.h"
-#include "doppel/verification/detail/compare.h"
-#include "doppel/verification/verify.h"
+#include "doppel/base/core/names.h"
+#include "doppel/lab/verification/detail/compare.h"
+#include "doppel/lab/verification/verify.h"
 
 namespace doppel {
 namespace {

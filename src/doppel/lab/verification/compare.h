@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/verification/motion.h"
+#include "doppel/lab/verification/motion.h"
 
 namespace doppel {
 

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 
-#include "doppel/verification/compare.h"
-#include "doppel/verification/detail/plot.h"
-#include "doppel/verification/detail/report.h"
+#include "doppel/lab/verification/compare.h"
+#include "doppel/lab/verification/detail/plot.h"
+#include "doppel/lab/verification/detail/report.h"
 
 namespace doppel {
 namespace {

@@ -5,8 +5,8 @@
 #include <random>
 #include <stdexcept>
 
-#include "doppel/kinematics/dynamics.h"
-#include "doppel/verification/detail/compare.h"
+#include "doppel/lab/verification/detail/compare.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel {
 namespace {

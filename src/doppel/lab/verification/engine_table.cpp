@@ -1,11 +1,11 @@
-#include "doppel/verification/engine_table.h"
+#include "doppel/lab/verification/engine_table.h"
 
 #include <fmt/format.h>
 
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
 
 namespace doppel {
 namespace {

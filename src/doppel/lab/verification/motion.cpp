@@ -1,4 +1,4 @@
-#include "doppel/verification/motion.h"
+#include "doppel/lab/verification/motion.h"
 
 #include <algorithm>
 #include <array>

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
 
 namespace doppel {
 

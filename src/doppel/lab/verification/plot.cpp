@@ -1,6 +1,6 @@
 // Panels of curves over time as SVG, and the drawing of a verification.
 
-#include "doppel/verification/detail/plot.h"
+#include "doppel/lab/verification/detail/plot.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <iterator>
 
-#include "doppel/verification/verify.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/lab/verification/verify.h"
 
 namespace doppel {
 namespace {

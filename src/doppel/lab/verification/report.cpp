@@ -1,6 +1,6 @@
 // A verification as text and as JSON.
 
-#include "doppel/verification/detail/report.h"
+#include "doppel/lab/verification/detail/report.h"
 
 #include <fmt/format.h>
 
@@ -8,8 +8,8 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "doppel/physics/step_scheme.h"
-#include "doppel/verification/verify.h"
+#include "doppel/lab/verification/verify.h"
+#include "doppel/physics/contract/step_scheme.h"
 
 namespace doppel {
 namespace {

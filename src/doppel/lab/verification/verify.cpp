@@ -1,12 +1,12 @@
-#include "doppel/verification/verify.h"
+#include "doppel/lab/verification/verify.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/core/names.h"
-#include "doppel/physics/step_scheme.h"
+#include "doppel/base/core/names.h"
+#include "doppel/physics/contract/step_scheme.h"
 
 namespace doppel {
 namespace {

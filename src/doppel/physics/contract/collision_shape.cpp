@@ -1,4 +1,4 @@
-#include "doppel/physics/collision_shape.h"
+#include "doppel/physics/contract/collision_shape.h"
 
 #include <fmt/format.h>
 
@@ -11,7 +11,7 @@
 #include <limits>
 #include <numbers>
 
-#include "doppel/description/mesh.h"
+#include "doppel/description/meshes/mesh.h"
 
 namespace doppel {
 namespace {

@@ -9,11 +9,11 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/heightmap.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/meshes/heightmap.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/physics/friction.h"
+#include "doppel/physics/contract/friction.h"
 
 namespace doppel {
 

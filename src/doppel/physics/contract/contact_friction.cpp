@@ -1,4 +1,4 @@
-#include "doppel/physics/detail/contact_friction.h"
+#include "doppel/physics/contract/detail/contact_friction.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/physics/detail/drive.h"
+#include "doppel/physics/contract/detail/drive.h"
 
 #include <algorithm>
 #include <cmath>

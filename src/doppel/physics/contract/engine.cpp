@@ -1,4 +1,4 @@
-#include "doppel/physics/engine.h"
+#include "doppel/physics/contract/engine.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "doppel/kinematics/kinematics.h"
-#include "doppel/physics/engine_modules.h"
-#include "doppel/physics/exclusions.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/physics/contract/exclusions.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 namespace {

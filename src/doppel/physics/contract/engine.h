@@ -16,11 +16,11 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/status.h"
-#include "doppel/core/time.h"
+#include "doppel/base/core/status.h"
+#include "doppel/base/core/time.h"
 #include "doppel/export.h"
-#include "doppel/physics/model_instance.h"
-#include "doppel/physics/world.h"
+#include "doppel/physics/contract/model_instance.h"
+#include "doppel/physics/contract/world.h"
 
 namespace doppel {
 

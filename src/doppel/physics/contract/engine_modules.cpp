@@ -1,4 +1,4 @@
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <map>
 #include <mutex>
 
-#include "doppel/core/names.h"
-#include "doppel/core/plugin_module.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/plugin_module.h"
 
 namespace doppel {
 namespace {

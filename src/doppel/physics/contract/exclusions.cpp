@@ -1,4 +1,4 @@
-#include "doppel/physics/exclusions.h"
+#include "doppel/physics/contract/exclusions.h"
 
 #include <fmt/format.h>
 

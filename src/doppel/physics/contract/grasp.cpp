@@ -1,4 +1,4 @@
-#include "doppel/physics/grasp.h"
+#include "doppel/physics/contract/grasp.h"
 
 #include <algorithm>
 

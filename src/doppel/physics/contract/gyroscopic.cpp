@@ -1,4 +1,4 @@
-#include "doppel/physics/detail/gyroscopic.h"
+#include "doppel/physics/contract/detail/gyroscopic.h"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>

@@ -1,13 +1,13 @@
-#include "doppel/physics/detail/joint_springs.h"
+#include "doppel/physics/contract/detail/joint_springs.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/kinematics/dynamics.h"
-#include "doppel/physics/detail/limit_stop.h"
-#include "doppel/physics/step_scheme.h"
+#include "doppel/physics/contract/detail/limit_stop.h"
+#include "doppel/physics/contract/step_scheme.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/physics/detail/limit_stop.h"
+#include "doppel/physics/contract/detail/limit_stop.h"
 
 #include <cmath>
 #include <numbers>

@@ -1,4 +1,4 @@
-#include "doppel/physics/detail/mesh_parts.h"
+#include "doppel/physics/contract/detail/mesh_parts.h"
 
 #include <algorithm>
 #include <cmath>

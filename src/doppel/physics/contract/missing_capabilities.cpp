@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
 
 namespace doppel {
 namespace {

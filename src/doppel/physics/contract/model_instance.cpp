@@ -1,4 +1,4 @@
-#include "doppel/physics/model_instance.h"
+#include "doppel/physics/contract/model_instance.h"
 
 #include <fmt/format.h>
 
@@ -6,12 +6,12 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "doppel/description/mesh.h"
-#include "doppel/description/shape_mesh.h"
-#include "doppel/math/mass_properties.h"
-#include "doppel/physics/detail/contact_friction.h"
-#include "doppel/physics/detail/mesh_parts.h"
-#include "doppel/physics/size_limits.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/description/meshes/mesh.h"
+#include "doppel/description/meshes/shape_mesh.h"
+#include "doppel/physics/contract/detail/contact_friction.h"
+#include "doppel/physics/contract/detail/mesh_parts.h"
+#include "doppel/physics/contract/size_limits.h"
 
 namespace doppel {
 namespace {

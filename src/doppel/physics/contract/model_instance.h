@@ -10,13 +10,13 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/physics/collision_shape.h"
-#include "doppel/physics/servo.h"
-#include "doppel/physics/wheels.h"
-#include "doppel/physics/world.h"
+#include "doppel/physics/contract/collision_shape.h"
+#include "doppel/physics/contract/servo.h"
+#include "doppel/physics/contract/wheels.h"
+#include "doppel/physics/contract/world.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

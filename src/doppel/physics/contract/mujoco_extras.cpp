@@ -1,8 +1,8 @@
 // The functions of mujoco_extras.h, looked up in the MuJoCo module.
 
-#include "doppel/physics/mujoco_extras.h"
+#include "doppel/physics/contract/mujoco_extras.h"
 
-#include "doppel/core/plugin_module.h"
+#include "doppel/base/core/plugin_module.h"
 
 namespace doppel {
 namespace {

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "doppel/export.h"
-#include "doppel/physics/engine.h"
+#include "doppel/physics/contract/engine.h"
 
 namespace doppel {
 

@@ -1,9 +1,9 @@
-#include "doppel/physics/servo.h"
+#include "doppel/physics/contract/servo.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/kinematics/dynamics.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel {
 namespace {

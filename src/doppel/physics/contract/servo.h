@@ -29,9 +29,9 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "doppel/core/time.h"
+#include "doppel/base/core/time.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 

@@ -3,8 +3,8 @@
 // files, SDF, URDF, and what is spawned. Beyond it collision detection of the engines may not end, and a step
 // diverges.
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -1,4 +1,4 @@
-#include "doppel/physics/step_scheme.h"
+#include "doppel/physics/contract/step_scheme.h"
 
 #include <numeric>
 

@@ -13,7 +13,7 @@
 #include <array>
 
 #include "doppel/export.h"
-#include "doppel/physics/world.h"
+#include "doppel/physics/contract/world.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/physics/detail/terrain_contacts.h"
+#include "doppel/physics/contract/detail/terrain_contacts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "doppel/physics/wheels.h"
+#include "doppel/physics/contract/wheels.h"
 
 #include <algorithm>
 #include <array>
@@ -7,10 +7,10 @@
 #include <optional>
 #include <string_view>
 
-#include "doppel/core/overloaded.h"
-#include "doppel/core/text.h"
-#include "doppel/kinematics/kinematics.h"
-#include "doppel/physics/exclusions.h"
+#include "doppel/base/core/overloaded.h"
+#include "doppel/base/core/text.h"
+#include "doppel/physics/contract/exclusions.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 namespace {

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/physics/collision_shape.h"
+#include "doppel/physics/contract/collision_shape.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

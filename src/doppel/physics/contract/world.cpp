@@ -1,4 +1,4 @@
-#include "doppel/physics/world.h"
+#include "doppel/physics/contract/world.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -8,9 +8,9 @@
 #include <map>
 #include <set>
 
-#include "doppel/core/names.h"
-#include "doppel/core/yaml_fix.h"
-#include "doppel/physics/size_limits.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/yaml_fix.h"
+#include "doppel/physics/contract/size_limits.h"
 
 namespace doppel {
 namespace {

@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/time.h"
-#include "doppel/description/lighting.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/time.h"
+#include "doppel/base/packages/package_resolver.h"
+#include "doppel/description/meshes/lighting.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/packages/package_resolver.h"
-#include "doppel/physics/world_robot.h"
+#include "doppel/physics/contract/world_robot.h"
 
 namespace doppel {
 
@@ -30,7 +30,7 @@ struct WorldObject {
   SourceLocation source;  // in the world file; unknown: spawned while the world runs
 };
 
-// The integration of a step (physics/step_scheme.h, docs/physics.md). Springs and dampers of joints are
+// The integration of a step (physics/contract/step_scheme.h, docs/physics.md). Springs and dampers of joints are
 // implicit in all of them.
 enum class Integrator {
   euler,     // semi-implicit, order 1, one evaluation of the forward dynamics: the default

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/source_location.h"
-#include "doppel/description/load.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/math/pose.h"
+#include "doppel/base/core/source_location.h"
+#include "doppel/base/math/pose.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

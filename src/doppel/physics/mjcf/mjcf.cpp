@@ -1,12 +1,12 @@
-#include "doppel/mjcf/mjcf.h"
+#include "doppel/physics/mjcf/mjcf.h"
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/kinematics/kinematics.h"
-#include "doppel/math/decimals.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/math/decimals.h"
+#include "doppel/base/xml/element.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 // The one writer of a Model as MJCF: bodies with their inertias, joints, shapes and couplings. It is used for
-// two documents: that of the MuJoCo engine (physics/mujoco/mjcf.h: names by index, drives and damping outside
-// of the text) and that of `convert --to mjcf` (conversion/mjcf.h: the user's names, meshes, actuators).
+// two documents: that of the MuJoCo engine (physics/engines/mujoco/engine_model.h: names by index, drives and damping outside
+// of the text) and that of `convert --to mjcf` (review/conversion/mjcf_export.h: the user's names, meshes, actuators).
 // MjcfNaming provides what differs between them. Source: mujoco.readthedocs.io/en/2.2.2/XMLreference.html.
 
 #include <Eigen/Geometry>
@@ -10,11 +10,11 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/math/mass_properties.h"
-#include "doppel/xml/xml.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

@@ -1,16 +1,16 @@
-#include "doppel/audit/audit.h"
+#include "doppel/review/audit/audit.h"
 
 #include <algorithm>
 #include <cassert>
 #include <tuple>
 
-#include "doppel/audit/detail/description_facts.h"
-#include "doppel/audit/detail/rules.h"
-#include "doppel/control/hardware_registry.h"
-#include "doppel/description/urdf_parser.h"
-#include "doppel/overlay/overlay.h"
-#include "doppel/sensors/sensor_binding.h"
-#include "doppel/sensors/sensor_reader.h"
+#include "doppel/control/hardware/hardware_registry.h"
+#include "doppel/description/overlay/overlay.h"
+#include "doppel/description/urdf/urdf_parser.h"
+#include "doppel/review/audit/detail/description_facts.h"
+#include "doppel/review/audit/detail/rules.h"
+#include "doppel/sensors/models/sensor_binding.h"
+#include "doppel/sensors/models/sensor_reader.h"
 
 namespace doppel {
 namespace audit_rules {

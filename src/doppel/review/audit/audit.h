@@ -9,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/load.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/overlay/operation.h"
+#include "doppel/description/urdf/load.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/overlay/operation.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 
@@ -61,7 +61,7 @@ struct DOPPEL_API AuditReport {
   [[nodiscard]] std::size_t count(Severity severity) const;
 };
 
-struct AppliedOverlay;  // overlay/overlay.h
+struct AppliedOverlay;  // description/overlay/overlay.h
 
 // The input of the rules. `robot` contains what could be read of a faulty file; `model` is nullptr unless the
 // tree is valid.

@@ -1,8 +1,8 @@
-#include "doppel/audit/detail/controllers.h"
-#include "doppel/audit/detail/ros_rules.h"
-#include "doppel/target/controllers_search.h"
-#include "doppel/target/ros1_controllers.h"
-#include "doppel/target/side_files.h"
+#include "doppel/review/audit/detail/controllers.h"
+#include "doppel/review/audit/detail/ros_rules.h"
+#include "doppel/scenario/resolve/controllers_search.h"
+#include "doppel/scenario/resolve/ros1_controllers.h"
+#include "doppel/scenario/resolve/side_files.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/audit/detail/datasheet.h"
+#include "doppel/review/audit/detail/datasheet.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -7,12 +7,12 @@
 #include <charconv>
 #include <numbers>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/names.h"
-#include "doppel/core/text.h"
-#include "doppel/core/yaml_fix.h"
-#include "doppel/math/units.h"
-#include "doppel/target/side_files.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/core/yaml_fix.h"
+#include "doppel/base/math/units.h"
+#include "doppel/scenario/resolve/side_files.h"
 
 namespace doppel {
 namespace {

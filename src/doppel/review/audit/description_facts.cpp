@@ -1,4 +1,4 @@
-#include "doppel/audit/detail/description_facts.h"
+#include "doppel/review/audit/detail/description_facts.h"
 
 #include <fmt/format.h>
 

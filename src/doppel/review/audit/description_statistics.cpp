@@ -1,4 +1,4 @@
-#include "doppel/audit/description_statistics.h"
+#include "doppel/review/audit/description_statistics.h"
 
 #include <Eigen/Eigenvalues>
 #include <array>
@@ -7,7 +7,7 @@
 #include <set>
 #include <sstream>
 
-#include "doppel/description/urdf_reader.h"
+#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel {
 namespace {

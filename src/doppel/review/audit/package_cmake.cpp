@@ -6,10 +6,10 @@
 #include <map>
 #include <span>
 
-#include "doppel/audit/detail/package_files.h"
-#include "doppel/audit/detail/path_text.h"
-#include "doppel/core/text.h"
-#include "doppel/target/side_files.h"
+#include "doppel/base/core/text.h"
+#include "doppel/review/audit/detail/package_files.h"
+#include "doppel/review/audit/detail/path_text.h"
+#include "doppel/scenario/resolve/side_files.h"
 
 namespace doppel {
 namespace {

@@ -1,13 +1,13 @@
-#include "doppel/audit/detail/package_files.h"
+#include "doppel/review/audit/detail/package_files.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/audit/detail/path_text.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/target/side_files.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/review/audit/detail/path_text.h"
+#include "doppel/scenario/resolve/side_files.h"
 
 namespace doppel {
 namespace {

@@ -4,9 +4,9 @@
 #include <cctype>
 #include <nlohmann/json.hpp>
 
-#include "doppel/audit/audit.h"
-#include "doppel/audit/detail/finding_text.h"
-#include "doppel/audit/report_places.h"
+#include "doppel/review/audit/audit.h"
+#include "doppel/review/audit/detail/finding_text.h"
+#include "doppel/review/audit/report_places.h"
 
 namespace doppel {
 namespace {

@@ -1,9 +1,9 @@
-#include "doppel/audit/report_places.h"
+#include "doppel/review/audit/report_places.h"
 
 #include <algorithm>
 #include <cctype>
 
-#include "doppel/core/shown_path.h"
+#include "doppel/base/core/shown_path.h"
 
 namespace doppel {
 namespace {

@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <vector>
 
-#include "doppel/audit/audit.h"
 #include "doppel/export.h"
+#include "doppel/review/audit/audit.h"
 
 namespace doppel {
 

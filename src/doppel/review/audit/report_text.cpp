@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "doppel/audit/audit.h"
-#include "doppel/audit/detail/finding_text.h"
-#include "doppel/audit/detail/text_layout.h"
+#include "doppel/review/audit/audit.h"
+#include "doppel/review/audit/detail/finding_text.h"
+#include "doppel/review/audit/detail/text_layout.h"
 
 namespace doppel {
 namespace {

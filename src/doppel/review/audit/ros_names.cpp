@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "doppel/audit/detail/ros_rules.h"
+#include "doppel/review/audit/detail/ros_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

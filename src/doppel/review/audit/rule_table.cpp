@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "doppel/audit/detail/rule_rows.h"
+#include "doppel/review/audit/detail/rule_rows.h"
 
 namespace doppel {
 namespace audit_rules {

@@ -2,7 +2,7 @@
 // messages of doppel have the same ids.
 #include <array>
 
-#include "doppel/audit/detail/rule_rows.h"
+#include "doppel/review/audit/detail/rule_rows.h"
 
 namespace doppel::audit_rules {
 namespace {

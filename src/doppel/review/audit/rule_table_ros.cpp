@@ -2,7 +2,7 @@
 // contact, datasheets. Sorted by id.
 #include <array>
 
-#include "doppel/audit/detail/rule_rows.h"
+#include "doppel/review/audit/detail/rule_rows.h"
 
 namespace doppel::audit_rules {
 namespace {

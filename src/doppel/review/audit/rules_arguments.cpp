@@ -4,9 +4,9 @@
 #include <map>
 #include <set>
 
-#include "doppel/audit/detail/ros_rules.h"
-#include "doppel/core/names.h"
-#include "doppel/target/target.h"
+#include "doppel/base/core/names.h"
+#include "doppel/review/audit/detail/ros_rules.h"
+#include "doppel/scenario/resolve/open_target.h"
 
 namespace doppel::audit_rules {
 namespace {

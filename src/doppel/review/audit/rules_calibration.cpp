@@ -4,11 +4,11 @@
 #include <cmath>
 #include <optional>
 
-#include "doppel/audit/detail/description_facts.h"
-#include "doppel/audit/detail/rules.h"
-#include "doppel/core/text.h"
-#include "doppel/math/units.h"
-#include "doppel/overlay/overlay.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/math/units.h"
+#include "doppel/description/overlay/overlay.h"
+#include "doppel/review/audit/detail/description_facts.h"
+#include "doppel/review/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -5,9 +5,9 @@
 #include <map>
 #include <set>
 
-#include "doppel/audit/detail/ros_rules.h"
-#include "doppel/geometry/collision.h"
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/review/audit/detail/ros_rules.h"
+#include "doppel/robot/collision/collision.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel::audit_rules {
 namespace {

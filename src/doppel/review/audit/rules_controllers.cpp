@@ -5,10 +5,10 @@
 #include <map>
 #include <set>
 
-#include "doppel/audit/detail/controllers.h"
-#include "doppel/audit/detail/ros_rules.h"
-#include "doppel/controllers/builtin.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/control/controllers/builtin.h"
+#include "doppel/review/audit/detail/controllers.h"
+#include "doppel/review/audit/detail/ros_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/audit/detail/datasheet.h"
-#include "doppel/audit/detail/ros_rules.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/review/audit/detail/datasheet.h"
+#include "doppel/review/audit/detail/ros_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -1,8 +1,8 @@
 // <gazebo> and <transmission>: what they refer to, and the names of plugins and materials.
 #include <algorithm>
 
-#include "doppel/audit/detail/ros_rules.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/review/audit/detail/ros_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

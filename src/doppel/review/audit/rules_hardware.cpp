@@ -1,8 +1,8 @@
 // The components of <ros2_control> themselves: their type and their plugin.
 #include <algorithm>
 
-#include "doppel/audit/detail/ros_rules.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/review/audit/detail/ros_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

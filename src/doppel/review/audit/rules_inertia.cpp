@@ -3,7 +3,7 @@
 #include <cmath>
 #include <set>
 
-#include "doppel/audit/detail/inertia_rules.h"
+#include "doppel/review/audit/detail/inertia_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

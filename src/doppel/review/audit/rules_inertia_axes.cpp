@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/audit/detail/inertia_rules.h"
+#include "doppel/review/audit/detail/inertia_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <optional>
 
-#include "doppel/audit/detail/inertia_rules.h"
-#include "doppel/geometry/convex_hull.h"
+#include "doppel/description/meshes/convex_hull.h"
+#include "doppel/review/audit/detail/inertia_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -3,10 +3,10 @@
 #include <charconv>
 #include <cmath>
 
-#include "doppel/audit/detail/package_files.h"
-#include "doppel/audit/detail/ros_rules.h"
-#include "doppel/target/side_files.h"
-#include "doppel/target/target.h"
+#include "doppel/review/audit/detail/package_files.h"
+#include "doppel/review/audit/detail/ros_rules.h"
+#include "doppel/scenario/resolve/open_target.h"
+#include "doppel/scenario/resolve/side_files.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <set>
 
-#include "doppel/audit/detail/inertia_rules.h"
-#include "doppel/audit/detail/rules.h"
+#include "doppel/review/audit/detail/inertia_rules.h"
+#include "doppel/review/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -3,10 +3,10 @@
 #include <array>
 #include <cmath>
 
-#include "doppel/audit/detail/description_facts.h"
-#include "doppel/audit/detail/rules.h"
-#include "doppel/core/text.h"
-#include "doppel/math/pose.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/math/pose.h"
+#include "doppel/review/audit/detail/description_facts.h"
+#include "doppel/review/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -3,9 +3,9 @@
 #include <cctype>
 #include <map>
 
-#include "doppel/audit/detail/description_facts.h"
-#include "doppel/audit/detail/rules.h"
-#include "doppel/core/text.h"
+#include "doppel/base/core/text.h"
+#include "doppel/review/audit/detail/description_facts.h"
+#include "doppel/review/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 namespace {

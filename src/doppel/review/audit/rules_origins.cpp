@@ -1,8 +1,8 @@
 // Joint origins compared with the links that they connect: millimetres written as metres.
 #include <algorithm>
 
-#include "doppel/audit/detail/description_facts.h"
-#include "doppel/audit/detail/rules.h"
+#include "doppel/review/audit/detail/description_facts.h"
+#include "doppel/review/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 namespace {

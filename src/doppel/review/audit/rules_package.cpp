@@ -5,11 +5,11 @@
 #include <map>
 #include <set>
 
-#include "doppel/audit/detail/package_files.h"
-#include "doppel/audit/detail/ros_rules.h"
-#include "doppel/audit/detail/vocabulary.h"
-#include "doppel/core/text.h"
-#include "doppel/target/side_files.h"
+#include "doppel/base/core/text.h"
+#include "doppel/review/audit/detail/package_files.h"
+#include "doppel/review/audit/detail/ros_rules.h"
+#include "doppel/review/audit/detail/vocabulary.h"
+#include "doppel/scenario/resolve/side_files.h"
 
 namespace doppel::audit_rules {
 namespace {

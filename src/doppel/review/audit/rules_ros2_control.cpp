@@ -6,8 +6,8 @@
 #include <map>
 #include <set>
 
-#include "doppel/audit/detail/ros_rules.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/review/audit/detail/ros_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -2,11 +2,11 @@
 #include <algorithm>
 #include <map>
 
-#include "doppel/audit/detail/description_facts.h"
-#include "doppel/audit/detail/rules.h"
-#include "doppel/audit/detail/vocabulary.h"
-#include "doppel/core/names.h"
-#include "doppel/description/urdf_reader.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/urdf/urdf_reader.h"
+#include "doppel/review/audit/detail/description_facts.h"
+#include "doppel/review/audit/detail/rules.h"
+#include "doppel/review/audit/detail/vocabulary.h"
 
 namespace doppel::audit_rules {
 namespace {

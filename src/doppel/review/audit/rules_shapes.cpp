@@ -2,8 +2,8 @@
 #include <algorithm>
 #include <array>
 
-#include "doppel/audit/detail/description_facts.h"
-#include "doppel/audit/detail/inertia_rules.h"
+#include "doppel/review/audit/detail/description_facts.h"
+#include "doppel/review/audit/detail/inertia_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

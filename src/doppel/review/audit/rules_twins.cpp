@@ -4,8 +4,8 @@
 #include <cmath>
 #include <map>
 
-#include "doppel/audit/detail/inertia_rules.h"
-#include "doppel/core/text.h"
+#include "doppel/base/core/text.h"
+#include "doppel/review/audit/detail/inertia_rules.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -3,11 +3,11 @@
 #include <cmath>
 #include <map>
 
-#include "doppel/audit/detail/ros_rules.h"
-#include "doppel/core/text.h"
-#include "doppel/description/legs.h"
-#include "doppel/geometry/mesh_report.h"
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/base/core/text.h"
+#include "doppel/description/meshes/mesh_report.h"
+#include "doppel/description/urdf/legs.h"
+#include "doppel/review/audit/detail/ros_rules.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/audit/detail/text_layout.h"
+#include "doppel/review/audit/detail/text_layout.h"
 
 #include <fmt/format.h>
 

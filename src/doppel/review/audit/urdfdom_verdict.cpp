@@ -1,4 +1,4 @@
-#include "doppel/audit/urdfdom_verdict.h"
+#include "doppel/review/audit/urdfdom_verdict.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <optional>
 #include <set>
 
-#include "doppel/description/urdf_reader.h"
+#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel {
 namespace {

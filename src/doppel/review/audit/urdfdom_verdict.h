@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "doppel/base/xml/xml.h"
 #include "doppel/export.h"
-#include "doppel/xml/xml.h"
 
 namespace doppel {
 

@@ -1,11 +1,11 @@
-#include "doppel/audit/detail/vocabulary.h"
+#include "doppel/review/audit/detail/vocabulary.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::audit_rules {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/calibration/calibration.h"
+#include "doppel/review/calibration/calibration.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/names.h"
-#include "doppel/math/units.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/math/units.h"
 
 namespace doppel {
 namespace {

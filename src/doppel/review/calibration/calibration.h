@@ -13,9 +13,9 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
+#include "doppel/description/overlay/operation.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/overlay/operation.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/calibration/lerobot.h"
+#include "doppel/review/calibration/lerobot.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel {
 namespace {

@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/calibration/calibration.h"
+#include "doppel/review/calibration/calibration.h"
 
 namespace doppel {
 namespace {

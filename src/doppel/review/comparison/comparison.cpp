@@ -1,10 +1,10 @@
-#include "doppel/comparison/comparison.h"
+#include "doppel/review/comparison/comparison.h"
 
 #include <algorithm>
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "doppel/comparison/detail/comparison.h"
+#include "doppel/review/comparison/detail/comparison.h"
 
 namespace doppel {
 namespace {

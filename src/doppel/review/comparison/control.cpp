@@ -2,7 +2,7 @@
 #include <map>
 #include <set>
 
-#include "doppel/comparison/detail/comparison.h"
+#include "doppel/review/comparison/detail/comparison.h"
 
 namespace doppel::comparison {
 namespace {

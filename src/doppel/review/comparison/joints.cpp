@@ -1,7 +1,7 @@
 #include <Eigen/Geometry>
 #include <array>
 
-#include "doppel/comparison/detail/comparison.h"
+#include "doppel/review/comparison/detail/comparison.h"
 
 namespace doppel::comparison {
 namespace {

@@ -1,8 +1,8 @@
 #include <Eigen/Geometry>
 
-#include "doppel/comparison/detail/comparison.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/review/comparison/detail/comparison.h"
 
 namespace doppel::comparison {
 namespace {

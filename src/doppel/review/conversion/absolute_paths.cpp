@@ -1,11 +1,11 @@
-#include "doppel/conversion/absolute_paths.h"
+#include "doppel/review/conversion/absolute_paths.h"
 
 #include <fmt/format.h>
 
 #include <filesystem>
 #include <set>
 
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel {
 namespace {

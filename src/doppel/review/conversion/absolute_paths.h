@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -1,8 +1,8 @@
-#include "doppel/conversion/drawing.h"
+#include "doppel/review/conversion/drawing.h"
 
 #include <array>
 
-#include "doppel/conversion/detail/drawing.h"
+#include "doppel/review/conversion/detail/drawing.h"
 
 namespace doppel {
 namespace {

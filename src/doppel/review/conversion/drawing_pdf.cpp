@@ -6,8 +6,8 @@
 #include <array>
 #include <vector>
 
-#include "doppel/conversion/detail/drawing.h"
-#include "doppel/conversion/drawing.h"
+#include "doppel/review/conversion/detail/drawing.h"
+#include "doppel/review/conversion/drawing.h"
 
 namespace doppel {
 namespace {

@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
-#include "doppel/conversion/detail/drawing.h"
-#include "doppel/conversion/drawing.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/review/conversion/detail/drawing.h"
+#include "doppel/review/conversion/drawing.h"
 
 namespace doppel {
 namespace {

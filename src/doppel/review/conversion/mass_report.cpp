@@ -1,4 +1,4 @@
-#include "doppel/conversion/mass_report.h"
+#include "doppel/review/conversion/mass_report.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/conversion/detail/quantities.h"
-#include "doppel/conversion/detail/table.h"
-#include "doppel/conversion/self_collision.h"
-#include "doppel/conversion/tree_labels.h"
-#include "doppel/kinematics/dynamics.h"
+#include "doppel/review/conversion/detail/quantities.h"
+#include "doppel/review/conversion/detail/table.h"
+#include "doppel/review/conversion/self_collision.h"
+#include "doppel/review/conversion/tree_labels.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel {
 namespace {

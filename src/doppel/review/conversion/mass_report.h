@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

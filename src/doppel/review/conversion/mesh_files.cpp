@@ -1,4 +1,4 @@
-#include "doppel/conversion/mesh_files.h"
+#include "doppel/review/conversion/mesh_files.h"
 
 #include <fmt/format.h>
 
@@ -6,10 +6,10 @@
 #include <cstring>
 #include <fstream>
 
-#include "doppel/core/output_file.h"
-#include "doppel/core/text.h"
-#include "doppel/description/mesh.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/output_file.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/meshes/mesh.h"
 
 namespace doppel {
 namespace {

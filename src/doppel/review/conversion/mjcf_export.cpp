@@ -1,4 +1,4 @@
-#include "doppel/conversion/mjcf.h"
+#include "doppel/review/conversion/mjcf_export.h"
 
 #include <fmt/format.h>
 
@@ -6,19 +6,19 @@
 #include <map>
 #include <set>
 
-#include "doppel/conversion/detail/quantities.h"
-#include "doppel/conversion/detail/unique_name.h"
-#include "doppel/geometry/collision.h"
-#include "doppel/math/decimals.h"
-#include "doppel/mjcf/mjcf.h"
-#include "doppel/physics/collision_shape.h"
-#include "doppel/physics/exclusions.h"
-#include "doppel/physics/servo.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/math/decimals.h"
+#include "doppel/base/xml/element.h"
+#include "doppel/physics/contract/collision_shape.h"
+#include "doppel/physics/contract/exclusions.h"
+#include "doppel/physics/contract/servo.h"
+#include "doppel/physics/mjcf/mjcf.h"
+#include "doppel/review/conversion/detail/quantities.h"
+#include "doppel/review/conversion/detail/unique_name.h"
+#include "doppel/robot/collision/collision.h"
 
 namespace doppel {
 
-// The constraints of the twin's own model (physics/mujoco/mjcf.cpp): MuJoCo's own defaults let joints creep
+// The constraints of the twin's own model (physics/engines/mujoco/engine_model.cpp): MuJoCo's own defaults let joints creep
 // under friction and sink into their limits. A time constant of twice the step is the stiffest stable one.
 XmlNode mjcf_defaults(double step) {
   const std::string hard = decimal(2 * step) + " 1", soft = decimal(5 * step) + " 1";

@@ -1,17 +1,17 @@
 #pragma once
 // The description as MJCF for use in MuJoCo: every link is a body and every joint a joint with its own name,
 // drives are position actuators (rad, m), mimic joints are equalities. The engine uses another document
-// (physics/mujoco/mjcf.h), which names by index and includes the world; bodies, joints, shapes and couplings
-// of both are written by mjcf/mjcf.h. Source: mujoco.readthedocs.io/en/2.2.2/XMLreference.html.
+// (physics/engines/mujoco/engine_model.h), which names by index and includes the world; bodies, joints, shapes and couplings
+// of both are written by physics/mjcf/mjcf.h. Source: mujoco.readthedocs.io/en/2.2.2/XMLreference.html.
 
 #include <string>
 
-#include "doppel/conversion/mesh_files.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/xml/xml.h"
+#include "doppel/review/conversion/mesh_files.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

@@ -1,11 +1,11 @@
-#include "doppel/conversion/planning_groups.h"
+#include "doppel/review/conversion/planning_groups.h"
 
 #include <algorithm>
 #include <array>
 #include <set>
 
-#include "doppel/conversion/detail/unique_name.h"
-#include "doppel/core/text.h"
+#include "doppel/base/core/text.h"
+#include "doppel/review/conversion/detail/unique_name.h"
 
 namespace doppel {
 namespace {

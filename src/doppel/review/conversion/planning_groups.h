@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/target/controllers_file.h"
+#include "doppel/robot/kinematics/model.h"
+#include "doppel/scenario/resolve/controllers_file.h"
 
 namespace doppel {
 

@@ -1,16 +1,16 @@
-#include "doppel/conversion/sdf.h"
+#include "doppel/review/conversion/sdf.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 
-#include "doppel/conversion/detail/sdf_gazebo.h"
-#include "doppel/conversion/detail/sdf_surface.h"
-#include "doppel/conversion/detail/unique_name.h"
-#include "doppel/kinematics/link_inertia.h"
-#include "doppel/math/decimals.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/math/decimals.h"
+#include "doppel/base/xml/element.h"
+#include "doppel/review/conversion/detail/sdf_gazebo.h"
+#include "doppel/review/conversion/detail/sdf_surface.h"
+#include "doppel/review/conversion/detail/unique_name.h"
+#include "doppel/robot/kinematics/link_inertia.h"
 
 namespace doppel {
 namespace {

@@ -7,11 +7,11 @@
 
 #include <string>
 
-#include "doppel/conversion/mesh_files.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/review/conversion/mesh_files.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

@@ -1,12 +1,12 @@
-#include "doppel/conversion/detail/sdf_gazebo.h"
+#include "doppel/review/conversion/detail/sdf_gazebo.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <iterator>
 
-#include "doppel/math/decimals.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/math/decimals.h"
+#include "doppel/base/xml/element.h"
 
 namespace doppel {
 namespace {

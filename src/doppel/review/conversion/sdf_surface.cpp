@@ -1,7 +1,7 @@
-#include "doppel/conversion/detail/sdf_surface.h"
+#include "doppel/review/conversion/detail/sdf_surface.h"
 
-#include "doppel/math/decimals.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/math/decimals.h"
+#include "doppel/base/xml/element.h"
 
 namespace doppel {
 namespace {

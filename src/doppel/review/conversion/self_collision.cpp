@@ -1,9 +1,9 @@
-#include "doppel/conversion/self_collision.h"
+#include "doppel/review/conversion/self_collision.h"
 
 #include <algorithm>
 #include <numbers>
 
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 namespace {

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/geometry/collision.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/robot/collision/collision.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

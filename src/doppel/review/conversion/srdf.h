@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/conversion/planning_groups.h"
-#include "doppel/conversion/self_collision.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/review/conversion/planning_groups.h"
+#include "doppel/review/conversion/self_collision.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

@@ -1,16 +1,16 @@
-#include "doppel/conversion/summary.h"
+#include "doppel/review/conversion/summary.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <set>
 
-#include "doppel/conversion/detail/quantities.h"
-#include "doppel/conversion/detail/table.h"
-#include "doppel/conversion/self_collision.h"
-#include "doppel/conversion/tree_labels.h"
-#include "doppel/geometry/mesh_report.h"
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/description/meshes/mesh_report.h"
+#include "doppel/review/conversion/detail/quantities.h"
+#include "doppel/review/conversion/detail/table.h"
+#include "doppel/review/conversion/self_collision.h"
+#include "doppel/review/conversion/tree_labels.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 namespace {

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/conversion/planning_groups.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/review/conversion/planning_groups.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

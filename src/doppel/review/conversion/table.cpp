@@ -1,8 +1,8 @@
-#include "doppel/conversion/detail/table.h"
+#include "doppel/review/conversion/detail/table.h"
 
 #include <algorithm>
 
-#include "doppel/conversion/detail/drawing.h"
+#include "doppel/review/conversion/detail/drawing.h"
 
 namespace doppel {
 

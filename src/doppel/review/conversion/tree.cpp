@@ -1,4 +1,4 @@
-#include "doppel/conversion/tree.h"
+#include "doppel/review/conversion/tree.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <map>
 
-#include "doppel/conversion/detail/table.h"
-#include "doppel/conversion/tree_labels.h"
+#include "doppel/review/conversion/detail/table.h"
+#include "doppel/review/conversion/tree_labels.h"
 
 namespace doppel {
 namespace {

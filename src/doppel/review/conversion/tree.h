@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/conversion/drawing.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
+#include "doppel/review/conversion/drawing.h"
 
 namespace doppel {
 

@@ -7,8 +7,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/conversion/tree.h"
-#include "doppel/conversion/tree_labels.h"
+#include "doppel/review/conversion/tree.h"
+#include "doppel/review/conversion/tree_labels.h"
 
 namespace doppel {
 namespace {

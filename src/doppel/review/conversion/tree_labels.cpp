@@ -1,10 +1,10 @@
-#include "doppel/conversion/tree_labels.h"
+#include "doppel/review/conversion/tree_labels.h"
 
 #include <fmt/format.h>
 
 #include <array>
 
-#include "doppel/conversion/detail/quantities.h"
+#include "doppel/review/conversion/detail/quantities.h"
 
 namespace doppel {
 namespace {

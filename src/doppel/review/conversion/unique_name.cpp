@@ -1,4 +1,4 @@
-#include "doppel/conversion/detail/unique_name.h"
+#include "doppel/review/conversion/detail/unique_name.h"
 
 #include <fmt/format.h>
 

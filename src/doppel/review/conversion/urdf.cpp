@@ -1,8 +1,8 @@
-#include "doppel/conversion/urdf.h"
+#include "doppel/review/conversion/urdf.h"
 
 #include <map>
 
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel {
 namespace {

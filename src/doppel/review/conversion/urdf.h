@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "doppel/conversion/mesh_files.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
+#include "doppel/review/conversion/mesh_files.h"
 
 namespace doppel {
 

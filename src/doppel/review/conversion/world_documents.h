@@ -4,10 +4,10 @@
 
 #include <string>
 
-#include "doppel/conversion/mesh_files.h"
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/review/conversion/mesh_files.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel {
 

@@ -1,8 +1,8 @@
-#include "doppel/conversion/detail/world_lost.h"
+#include "doppel/review/conversion/detail/world_lost.h"
 
 #include <fmt/format.h>
 
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel {
 

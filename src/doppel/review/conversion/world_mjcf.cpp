@@ -4,12 +4,12 @@
 #include <array>
 #include <set>
 
-#include "doppel/conversion/detail/world_lost.h"
-#include "doppel/conversion/mjcf.h"
-#include "doppel/conversion/world_documents.h"
-#include "doppel/math/decimals.h"
-#include "doppel/mjcf/mjcf.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/math/decimals.h"
+#include "doppel/base/xml/element.h"
+#include "doppel/physics/mjcf/mjcf.h"
+#include "doppel/review/conversion/detail/world_lost.h"
+#include "doppel/review/conversion/mjcf_export.h"
+#include "doppel/review/conversion/world_documents.h"
 
 namespace doppel {
 namespace {

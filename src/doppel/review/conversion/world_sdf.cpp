@@ -1,11 +1,11 @@
 #include <algorithm>
 
-#include "doppel/conversion/detail/unique_name.h"
-#include "doppel/conversion/detail/world_lost.h"
-#include "doppel/conversion/sdf.h"
-#include "doppel/conversion/world_documents.h"
-#include "doppel/math/decimals.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/math/decimals.h"
+#include "doppel/base/xml/element.h"
+#include "doppel/review/conversion/detail/unique_name.h"
+#include "doppel/review/conversion/detail/world_lost.h"
+#include "doppel/review/conversion/sdf.h"
+#include "doppel/review/conversion/world_documents.h"
 
 namespace doppel {
 namespace {

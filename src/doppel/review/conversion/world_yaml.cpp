@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <optional>
 
-#include "doppel/conversion/detail/unique_name.h"
-#include "doppel/conversion/detail/world_lost.h"
-#include "doppel/conversion/world_documents.h"
-#include "doppel/core/overloaded.h"
-#include "doppel/kinematics/link_solid.h"
-#include "doppel/math/decimals.h"
+#include "doppel/base/core/overloaded.h"
+#include "doppel/base/math/decimals.h"
+#include "doppel/review/conversion/detail/unique_name.h"
+#include "doppel/review/conversion/detail/world_lost.h"
+#include "doppel/review/conversion/world_documents.h"
+#include "doppel/robot/kinematics/link_solid.h"
 
 namespace doppel {
 namespace {

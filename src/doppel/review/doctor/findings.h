@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/doctor/machine.h"
 #include "doppel/export.h"
+#include "doppel/review/doctor/machine.h"
 
 namespace doppel::doctor {
 

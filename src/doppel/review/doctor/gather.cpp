@@ -4,7 +4,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "doppel/doctor/detail/probes.h"
+#include "doppel/review/doctor/detail/probes.h"
 
 namespace doppel::doctor {
 

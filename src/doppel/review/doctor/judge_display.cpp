@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "doppel/doctor/findings.h"
+#include "doppel/review/doctor/findings.h"
 
 namespace doppel::doctor {
 namespace {

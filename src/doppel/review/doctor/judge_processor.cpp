@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "doppel/doctor/findings.h"
+#include "doppel/review/doctor/findings.h"
 
 namespace doppel::doctor {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "doppel/doctor/findings.h"
+#include "doppel/review/doctor/findings.h"
 
 namespace doppel::doctor {
 namespace {

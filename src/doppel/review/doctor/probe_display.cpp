@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "doppel/doctor/detail/probes.h"
+#include "doppel/review/doctor/detail/probes.h"
 
 namespace doppel::doctor {
 namespace {

@@ -13,8 +13,8 @@
 #include <chrono>
 #include <cstring>
 
-#include "doppel/core/file_descriptor.h"
-#include "doppel/doctor/detail/probes.h"
+#include "doppel/base/core/file_descriptor.h"
+#include "doppel/review/doctor/detail/probes.h"
 
 namespace doppel::doctor {
 namespace {

@@ -9,12 +9,12 @@
 #include <cerrno>
 #include <cstdlib>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/file_descriptor.h"
-#include "doppel/doctor/detail/probes.h"
-#include "doppel/ros2/environment.h"
-#include "doppel/ros2/participant.h"
-#include "doppel/server/announcement.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/file_descriptor.h"
+#include "doppel/review/doctor/detail/probes.h"
+#include "doppel/ros/network/environment.h"
+#include "doppel/ros/network/participant.h"
+#include "doppel/ros/server/announcement.h"
 
 namespace doppel::doctor {
 namespace {

@@ -8,7 +8,7 @@
 #include <cstring>
 #include <thread>
 
-#include "doppel/doctor/detail/probes.h"
+#include "doppel/review/doctor/detail/probes.h"
 
 namespace doppel::doctor {
 namespace {

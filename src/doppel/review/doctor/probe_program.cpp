@@ -1,5 +1,5 @@
-#include "doppel/doctor/detail/probes.h"
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/review/doctor/detail/probes.h"
 
 namespace doppel::doctor {
 

@@ -7,9 +7,9 @@
 #include <charconv>
 #include <cstring>
 
-#include "doppel/core/file_descriptor.h"
-#include "doppel/doctor/detail/probes.h"
-#include "doppel/server/announcement.h"
+#include "doppel/base/core/file_descriptor.h"
+#include "doppel/review/doctor/detail/probes.h"
+#include "doppel/ros/server/announcement.h"
 
 namespace doppel::doctor {
 namespace {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "doppel/doctor/findings.h"
+#include "doppel/review/doctor/findings.h"
 
 namespace doppel::doctor {
 namespace {

@@ -1,15 +1,15 @@
-#include "doppel/geometry/collision.h"
+#include "doppel/robot/collision/collision.h"
 
 #include <algorithm>
 #include <optional>
 #include <stdexcept>
 
-#include "doppel/core/plugin_module.h"
-#include "doppel/description/mesh.h"
-#include "doppel/description/shape_mesh.h"
-#include "doppel/geometry/detail/convex.h"
-#include "doppel/geometry/detail/surface.h"
-#include "doppel/geometry/mesh_report.h"
+#include "doppel/base/core/plugin_module.h"
+#include "doppel/description/meshes/mesh.h"
+#include "doppel/description/meshes/mesh_report.h"
+#include "doppel/description/meshes/shape_mesh.h"
+#include "doppel/robot/collision/detail/convex.h"
+#include "doppel/robot/collision/detail/surface.h"
 
 namespace doppel {
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
+#include "doppel/base/math/pose.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/math/pose.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/geometry/detail/convex.h"
+#include "doppel/robot/collision/detail/convex.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

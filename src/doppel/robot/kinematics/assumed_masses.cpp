@@ -1,4 +1,4 @@
-#include "doppel/kinematics/detail/assumed_masses.h"
+#include "doppel/robot/kinematics/detail/assumed_masses.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/kinematics/dynamics.h"
-#include "doppel/kinematics/link_inertia.h"
-#include "doppel/kinematics/link_solid.h"
+#include "doppel/robot/kinematics/dynamics.h"
+#include "doppel/robot/kinematics/link_inertia.h"
+#include "doppel/robot/kinematics/link_solid.h"
 
 namespace doppel {
 namespace {

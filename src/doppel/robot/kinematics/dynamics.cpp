@@ -1,4 +1,4 @@
-#include "doppel/kinematics/dynamics.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/kinematics/detail/joint_subspace.h"
+#include "doppel/robot/kinematics/detail/joint_subspace.h"
 
 namespace doppel {
 namespace {

@@ -4,7 +4,7 @@
 // rad, m and their rates.
 
 #include "doppel/export.h"
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 

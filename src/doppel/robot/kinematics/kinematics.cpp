@@ -1,9 +1,9 @@
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 #include <Eigen/Geometry>
 #include <cassert>
 
-#include "doppel/kinematics/detail/joint_subspace.h"
+#include "doppel/robot/kinematics/detail/joint_subspace.h"
 
 namespace doppel {
 

@@ -5,7 +5,7 @@
 #include <span>
 
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

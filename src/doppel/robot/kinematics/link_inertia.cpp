@@ -1,4 +1,4 @@
-#include "doppel/kinematics/link_inertia.h"
+#include "doppel/robot/kinematics/link_inertia.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/kinematics/link_solid.h"
+#include "doppel/robot/kinematics/link_solid.h"
 
 namespace doppel {
 namespace {

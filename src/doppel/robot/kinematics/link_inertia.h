@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/math/mass_properties.h"
 
 namespace doppel {
 

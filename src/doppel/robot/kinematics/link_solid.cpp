@@ -1,12 +1,12 @@
-#include "doppel/kinematics/link_solid.h"
+#include "doppel/robot/kinematics/link_solid.h"
 
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
-#include "doppel/description/mesh.h"
-#include "doppel/description/shape_mesh.h"
-#include "doppel/kinematics/link_inertia.h"
+#include "doppel/description/meshes/mesh.h"
+#include "doppel/description/meshes/shape_mesh.h"
+#include "doppel/robot/kinematics/link_inertia.h"
 
 namespace doppel {
 namespace {

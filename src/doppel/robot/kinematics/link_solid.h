@@ -1,9 +1,9 @@
 #pragma once
 // The mass properties of a link's shapes as solids: the estimate for values that a description does not give.
 
-#include "doppel/description/robot_description.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/math/mass_properties.h"
 
 namespace doppel {
 

@@ -1,12 +1,12 @@
-#include "doppel/kinematics/model.h"
+#include "doppel/robot/kinematics/model.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 
-#include "doppel/kinematics/detail/assumed_masses.h"
-#include "doppel/kinematics/link_inertia.h"
+#include "doppel/robot/kinematics/detail/assumed_masses.h"
+#include "doppel/robot/kinematics/link_inertia.h"
 
 namespace doppel {
 namespace {

@@ -11,10 +11,10 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/math/mass_properties.h"
 
 namespace doppel {
 

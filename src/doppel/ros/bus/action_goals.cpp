@@ -1,4 +1,4 @@
-#include "doppel/bus/action_goals.h"
+#include "doppel/ros/bus/action_goals.h"
 
 #include <fmt/format.h>
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/status.h"
-#include "doppel/core/time.h"
+#include "doppel/base/core/status.h"
+#include "doppel/base/core/time.h"
 #include "doppel/export.h"
-#include "doppel/messages/action_msgs.h"
+#include "doppel/ros/messages/action_msgs.h"
 
 namespace doppel {
 

@@ -6,9 +6,9 @@
 #include <memory>
 #include <string_view>
 
-#include "doppel/bus/action_goals.h"
-#include "doppel/bus/bus.h"
-#include "doppel/messages/action_msgs.h"
+#include "doppel/ros/bus/action_goals.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/action_msgs.h"
 
 namespace doppel {
 
@@ -44,4 +44,4 @@ class ActionServer {
 
 }  // namespace doppel
 
-#include "doppel/bus/detail/action_server.h"
+#include "doppel/ros/bus/detail/action_server.h"

@@ -1,14 +1,14 @@
-#include "doppel/bus/bus.h"
+#include "doppel/ros/bus/bus.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "doppel/bus/detail/bus_impl.h"
-#include "doppel/bus/topic_conflict.h"
-#include "doppel/bus/twist_conversion.h"
-#include "doppel/core/thrown.h"
+#include "doppel/base/core/thrown.h"
+#include "doppel/ros/bus/detail/bus_impl.h"
+#include "doppel/ros/bus/topic_conflict.h"
+#include "doppel/ros/bus/twist_conversion.h"
 
 namespace doppel {
 namespace bus_detail {

@@ -17,14 +17,14 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/bus/name_rules.h"
-#include "doppel/bus/parameters.h"
-#include "doppel/core/byte_ring.h"
-#include "doppel/core/inbox.h"
-#include "doppel/core/status.h"
-#include "doppel/core/time.h"
+#include "doppel/base/core/byte_ring.h"
+#include "doppel/base/core/inbox.h"
+#include "doppel/base/core/status.h"
+#include "doppel/base/core/time.h"
 #include "doppel/export.h"
-#include "doppel/messages/codec.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/ros/bus/parameters.h"
+#include "doppel/ros/messages/codec.h"
 
 namespace doppel {
 
@@ -298,4 +298,4 @@ class DOPPEL_API Bus {
 
 }  // namespace doppel
 
-#include "doppel/bus/detail/bus.h"
+#include "doppel/ros/bus/detail/bus.h"

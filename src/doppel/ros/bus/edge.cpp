@@ -5,10 +5,10 @@
 
 #include <algorithm>
 
-#include "doppel/bus/detail/bus_impl.h"
-#include "doppel/bus/twist_conversion.h"
-#include "doppel/core/names.h"
-#include "doppel/core/thrown.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/thrown.h"
+#include "doppel/ros/bus/detail/bus_impl.h"
+#include "doppel/ros/bus/twist_conversion.h"
 
 namespace doppel {
 namespace {

@@ -1,10 +1,10 @@
-#include "doppel/bus/name_rules.h"
+#include "doppel/ros/bus/name_rules.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel {
 namespace {

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/status.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/status.h"
 #include "doppel/export.h"
 
 namespace doppel {

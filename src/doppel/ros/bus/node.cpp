@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "doppel/bus/detail/bus_impl.h"
+#include "doppel/ros/bus/detail/bus_impl.h"
 
 namespace doppel {
 

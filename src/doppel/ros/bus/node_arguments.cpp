@@ -1,10 +1,10 @@
-#include "doppel/bus/node_arguments.h"
+#include "doppel/ros/bus/node_arguments.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/bus/detail/ros_arguments.h"
+#include "doppel/ros/bus/detail/ros_arguments.h"
 
 namespace doppel {
 namespace {

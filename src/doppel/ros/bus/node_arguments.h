@@ -7,9 +7,9 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/bus/name_rules.h"
-#include "doppel/bus/ros_arguments.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/ros/bus/ros_arguments.h"
 
 namespace doppel {
 

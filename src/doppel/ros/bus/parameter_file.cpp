@@ -1,4 +1,4 @@
-#include "doppel/bus/parameter_file.h"
+#include "doppel/ros/bus/parameter_file.h"
 
 #include <fmt/format.h>
 
@@ -8,10 +8,10 @@
 #include <fstream>
 #include <iterator>
 
-#include "doppel/bus/detail/yaml_value.h"
-#include "doppel/core/files_read.h"
-#include "doppel/core/names.h"
-#include "doppel/core/yaml_fix.h"
+#include "doppel/base/core/files_read.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/yaml_fix.h"
+#include "doppel/ros/bus/detail/yaml_value.h"
 
 namespace doppel {
 namespace {

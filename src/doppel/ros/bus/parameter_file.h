@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/bus/parameters.h"
-#include "doppel/bus/ros_arguments.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/source_location.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/source_location.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/parameters.h"
+#include "doppel/ros/bus/ros_arguments.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/bus/parameter_services.h"
+#include "doppel/ros/bus/parameter_services.h"
 
 #include <algorithm>
 #include <limits>

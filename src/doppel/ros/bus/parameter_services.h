@@ -1,9 +1,9 @@
 #pragma once
 // ROS 2's six parameter services over a node's Parameters.
 
-#include "doppel/bus/bus.h"
 #include "doppel/export.h"
-#include "doppel/messages/rcl_interfaces.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
 
 namespace doppel {
 

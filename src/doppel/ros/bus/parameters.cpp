@@ -1,4 +1,4 @@
-#include "doppel/bus/parameters.h"
+#include "doppel/ros/bus/parameters.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>
@@ -11,8 +11,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "doppel/core/names.h"
-#include "doppel/messages/type_description.h"
+#include "doppel/base/core/names.h"
+#include "doppel/ros/messages/type_description.h"
 
 namespace doppel {
 namespace {

@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/core/status.h"
+#include "doppel/base/core/status.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -1,13 +1,13 @@
-#include "doppel/bus/ros_arguments.h"
+#include "doppel/ros/bus/ros_arguments.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 
-#include "doppel/bus/bus.h"
-#include "doppel/bus/detail/ros_arguments.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/bus/detail/ros_arguments.h"
 
 namespace doppel {
 namespace {

@@ -8,10 +8,10 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/bus/name_rules.h"
-#include "doppel/bus/parameters.h"
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/ros/bus/parameters.h"
 
 namespace doppel {
 

@@ -1,8 +1,8 @@
-#include "doppel/bus/rosout.h"
+#include "doppel/ros/bus/rosout.h"
 
 #include <mutex>
 
-#include "doppel/bus/standard_node.h"
+#include "doppel/ros/bus/standard_node.h"
 
 namespace doppel {
 namespace {

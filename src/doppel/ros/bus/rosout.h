@@ -3,10 +3,10 @@
 
 #include <memory>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/log.h"
+#include "doppel/base/core/log.h"
 #include "doppel/export.h"
-#include "doppel/messages/rcl_interfaces.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
 
 namespace doppel {
 

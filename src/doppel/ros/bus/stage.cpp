@@ -1,8 +1,8 @@
-#include "doppel/bus/stage.h"
+#include "doppel/ros/bus/stage.h"
 
 #include <algorithm>
 
-#include "doppel/bus/detail/bus_impl.h"
+#include "doppel/ros/bus/detail/bus_impl.h"
 
 namespace doppel {
 namespace bus_detail {

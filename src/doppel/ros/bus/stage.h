@@ -11,8 +11,8 @@
 
 #include <memory>
 
-#include "doppel/bus/bus.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/bus.h"
 
 namespace doppel {
 

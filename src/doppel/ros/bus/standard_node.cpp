@@ -1,11 +1,11 @@
-#include "doppel/bus/standard_node.h"
+#include "doppel/ros/bus/standard_node.h"
 
 #include <fmt/format.h>
 
-#include "doppel/bus/parameter_services.h"
-#include "doppel/messages/rcl_interfaces.h"
-#include "doppel/messages/rosgraph_msgs.h"
-#include "doppel/messages/type_description_message.h"
+#include "doppel/ros/bus/parameter_services.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
+#include "doppel/ros/messages/rosgraph_msgs.h"
+#include "doppel/ros/messages/type_description_message.h"
 
 namespace doppel {
 namespace {

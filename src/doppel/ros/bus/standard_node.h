@@ -4,8 +4,8 @@
 
 #include <string_view>
 
-#include "doppel/bus/bus.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/bus.h"
 
 namespace doppel {
 

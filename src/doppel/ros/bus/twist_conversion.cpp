@@ -1,8 +1,8 @@
-#include "doppel/bus/twist_conversion.h"
+#include "doppel/ros/bus/twist_conversion.h"
 
 #include <fmt/format.h>
 
-#include "doppel/messages/geometry_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
 
 namespace doppel {
 namespace {

@@ -8,10 +8,10 @@
 #include <string>
 #include <string_view>
 
-#include "doppel/core/status.h"
+#include "doppel/base/core/status.h"
 #include "doppel/export.h"
-#include "doppel/messages/builtin_interfaces.h"
-#include "doppel/messages/codec.h"
+#include "doppel/ros/messages/builtin_interfaces.h"
+#include "doppel/ros/messages/codec.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/bus/detail/yaml_value.h"
+#include "doppel/ros/bus/detail/yaml_value.h"
 
 #include <fmt/format.h>
 

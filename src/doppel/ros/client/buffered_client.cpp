@@ -1,4 +1,4 @@
-#include "doppel/client/buffered_client.h"
+#include "doppel/ros/client/buffered_client.h"
 
 namespace doppel {
 

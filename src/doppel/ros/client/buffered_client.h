@@ -6,8 +6,8 @@
 #include <map>
 #include <string>
 
-#include "doppel/client/client.h"
 #include "doppel/export.h"
+#include "doppel/ros/client/client.h"
 
 namespace doppel {
 

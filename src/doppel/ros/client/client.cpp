@@ -1,8 +1,8 @@
-#include "doppel/client/client.h"
+#include "doppel/ros/client/client.h"
 
 #include <fmt/format.h>
 
-#include "doppel/core/near_names.h"
+#include "doppel/base/core/near_names.h"
 
 namespace doppel {
 namespace {

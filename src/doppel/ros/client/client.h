@@ -1,6 +1,6 @@
 #pragma once
 // Synchronous access to a graph of nodes in another process, for the verbs of the command line. Implemented
-// by client/websocket_client.h (a twin, over its server's protocol) and ros2/graph_client.h (any ROS 2 graph,
+// by ros/client/websocket_client.h (a twin, over its server's protocol) and ros/network/graph_client.h (any ROS 2 graph,
 // by DDS). For one thread. Every function may throw ClientError (connection closed, no response in time,
 // refused) and Interrupted.
 
@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/bus/parameters.h"
-#include "doppel/core/time.h"
+#include "doppel/base/core/time.h"
 #include "doppel/export.h"
-#include "doppel/messages/codec.h"
+#include "doppel/ros/bus/parameters.h"
+#include "doppel/ros/messages/codec.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/client/websocket_client.h"
+#include "doppel/ros/client/websocket_client.h"
 
 #include <fmt/format.h>
 
@@ -11,9 +11,9 @@
 #include <deque>
 #include <set>
 
-#include "doppel/core/names.h"
-#include "doppel/foxglove/foxglove_protocol.h"
-#include "doppel/foxglove/parameter_name.h"
+#include "doppel/base/core/names.h"
+#include "doppel/ros/foxglove/foxglove_protocol.h"
+#include "doppel/ros/foxglove/parameter_name.h"
 
 namespace doppel {
 namespace {

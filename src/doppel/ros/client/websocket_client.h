@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "doppel/client/buffered_client.h"
 #include "doppel/export.h"
+#include "doppel/ros/client/buffered_client.h"
 
 namespace doppel {
 

@@ -1,8 +1,8 @@
-#include "doppel/foxglove/foxglove_protocol.h"
+#include "doppel/ros/foxglove/foxglove_protocol.h"
 
 #include <fmt/format.h>
 
-#include "doppel/foxglove/detail/foxglove_wire.h"
+#include "doppel/ros/foxglove/detail/foxglove_wire.h"
 
 // The server's half: writes its messages as frames, and reads frames of clients.
 

@@ -14,10 +14,10 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/bus/parameters.h"
-#include "doppel/core/status.h"
-#include "doppel/core/time.h"
+#include "doppel/base/core/status.h"
+#include "doppel/base/core/time.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/parameters.h"
 
 namespace doppel::foxglove {
 

@@ -1,4 +1,4 @@
-#include "doppel/foxglove/detail/foxglove_wire.h"
+#include "doppel/ros/foxglove/detail/foxglove_wire.h"
 
 // The client's half: writes its messages as frames, and reads frames of a server.
 

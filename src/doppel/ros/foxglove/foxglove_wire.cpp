@@ -1,4 +1,4 @@
-#include "doppel/foxglove/detail/foxglove_wire.h"
+#include "doppel/ros/foxglove/detail/foxglove_wire.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/foxglove/parameter_name.h"
+#include "doppel/ros/foxglove/parameter_name.h"
 
 namespace doppel::foxglove {
 

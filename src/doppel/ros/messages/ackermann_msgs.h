@@ -1,7 +1,7 @@
 #pragma once
 // ackermann_msgs: commands of vehicles with steered wheels (m, rad, s).
 
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::ackermann_msgs::msg {
 

@@ -2,7 +2,7 @@
 // ROS 2's action_msgs and unique_identifier_msgs, and the services and topics that rosidl derives
 // from every action.
 
-#include "doppel/messages/builtin_interfaces.h"
+#include "doppel/ros/messages/builtin_interfaces.h"
 
 namespace doppel::unique_identifier_msgs::msg {
 

@@ -1,8 +1,8 @@
 #pragma once
 // ROS 2's builtin_interfaces: times and durations, as seconds and nanoseconds (0 <= nanosec < 1e9).
 
-#include "doppel/core/time.h"
-#include "doppel/messages/message.h"
+#include "doppel/base/core/time.h"
+#include "doppel/ros/messages/message.h"
 
 namespace doppel::builtin_interfaces::msg {
 

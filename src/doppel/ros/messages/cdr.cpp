@@ -1,4 +1,4 @@
-#include "doppel/messages/detail/cdr.h"
+#include "doppel/ros/messages/detail/cdr.h"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
 // Rewrites CDR by a description: checked values, with little-endian byte order and no padding.
 
-#include "doppel/messages/detail/cdr.h"
-#include "doppel/messages/type_description.h"
-#include "doppel/messages/utf8.h"
+#include "doppel/ros/messages/detail/cdr.h"
+#include "doppel/ros/messages/type_description.h"
+#include "doppel/ros/messages/utf8.h"
 
 namespace doppel {
 namespace {

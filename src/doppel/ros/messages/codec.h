@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/core/status.h"
+#include "doppel/base/core/status.h"
 #include "doppel/export.h"
-#include "doppel/messages/message.h"
+#include "doppel/ros/messages/message.h"
 
 namespace doppel {
 
@@ -51,7 +51,7 @@ class LazyText {
 };
 
 // Type-erased encodings of one message type, for edges and the command line: of a struct (type_support<M>())
-// or of a received description (messages/described_type.h). Any thread.
+// or of a received description (ros/messages/described_type.h). Any thread.
 class DOPPEL_API TypeSupport {
  public:
   explicit TypeSupport(std::string type_name) : name(std::move(type_name)) {}
@@ -70,12 +70,12 @@ class DOPPEL_API TypeSupport {
   Status cdr_to_yaml(std::span<const std::byte> cdr, std::string& out) const;
   // Compact. JSON has no NaN and no infinities: they become null; bytes that are not UTF-8 become U+FFFD.
   Status cdr_to_json(std::span<const std::byte> cdr, std::string& out) const;
-  [[nodiscard]] const std::string& hash() const;  // messages/type_hash.h
+  [[nodiscard]] const std::string& hash() const;  // ros/messages/type_hash.h
 
   // Checked, little endian, without padding.
   Status recode(std::span<const std::byte> cdr, Bytes& out) const;
 
-  [[nodiscard]] virtual const TypeDescription* description() const = 0;  // messages/type_description.h
+  [[nodiscard]] virtual const TypeDescription* description() const = 0;  // ros/messages/type_description.h
 
  private:
   LazyText hash_;
@@ -122,4 +122,4 @@ const ActionSupport& action_support();
 
 }  // namespace doppel
 
-#include "doppel/messages/detail/codec.h"
+#include "doppel/ros/messages/detail/codec.h"

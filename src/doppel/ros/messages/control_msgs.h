@@ -2,9 +2,9 @@
 // ros-controls' control_msgs, as in Jazzy: states of controllers, and the actions that move
 // arms and grippers.
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/trajectory_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/trajectory_msgs.h"
 
 namespace doppel::control_msgs::msg {
 

@@ -1,8 +1,8 @@
 #pragma once
 // ros2_control's controller_manager_msgs, as in Jazzy.
 
-#include "doppel/messages/lifecycle_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/messages/lifecycle_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::controller_manager_msgs::msg {
 

@@ -1,4 +1,4 @@
-#include "doppel/messages/described_type.h"
+#include "doppel/ros/messages/described_type.h"
 
 #include <fmt/format.h>
 
@@ -9,9 +9,9 @@
 #include <iterator>
 #include <map>
 
-#include "doppel/messages/detail/cdr.h"
-#include "doppel/messages/detail/limits.h"
-#include "doppel/messages/type_hash.h"
+#include "doppel/ros/messages/detail/cdr.h"
+#include "doppel/ros/messages/detail/limits.h"
+#include "doppel/ros/messages/type_hash.h"
 
 namespace doppel {
 

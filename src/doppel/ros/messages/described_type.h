@@ -5,7 +5,7 @@
 #include <memory>
 
 #include "doppel/export.h"
-#include "doppel/messages/type_description_message.h"
+#include "doppel/ros/messages/type_description_message.h"
 
 namespace doppel {
 

@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's diagnostic_msgs: the status of parts of a machine.
 
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::diagnostic_msgs::msg {
 

@@ -2,8 +2,8 @@
 // Messages without a counterpart in ROS 2: the status of the twin's loop, and the state of
 // the whole simulation.
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::doppel_msgs::msg {
 

@@ -2,7 +2,7 @@
 // gazebo_msgs of gazebo_ros_pkgs (its ROS 2 branch): external efforts and wrenches, spawned and deleted
 // entities, contacts. Durations of efforts and wrenches: negative is unlimited, zero has no effect.
 
-#include "doppel/messages/geometry_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
 
 namespace doppel::gazebo_msgs::msg {
 

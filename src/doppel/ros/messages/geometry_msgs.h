@@ -2,7 +2,7 @@
 // ROS 2's geometry_msgs: metres, radians, newtons, newton metres, seconds, kilograms. Covariances are 6 x 6,
 // row by row, of x, y, z and the rotations about them.
 
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::geometry_msgs::msg {
 

@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's lifecycle_msgs: the state of a controller, a hardware component or a node, and how it changes.
 
-#include "doppel/messages/message.h"
+#include "doppel/ros/messages/message.h"
 
 namespace doppel::lifecycle_msgs::msg {
 

@@ -2,7 +2,7 @@
 // linkattacher_msgs of IFRA_LinkAttacher (https://github.com/IFRA-Cranfield/IFRA_LinkAttacher), and the service of
 // gazebo_ros_link_attacher: requests of Gazebo's users to fix a link of one model to a link of another.
 
-#include "doppel/messages/message.h"
+#include "doppel/ros/messages/message.h"
 
 namespace doppel::linkattacher_msgs::srv {
 

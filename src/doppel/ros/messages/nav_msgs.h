@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's nav_msgs: odometry, maps and paths of mobile robots (m, rad).
 
-#include "doppel/messages/geometry_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
 
 namespace doppel::nav_msgs::msg {
 

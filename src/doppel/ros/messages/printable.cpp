@@ -1,6 +1,6 @@
-#include "doppel/messages/printable.h"
+#include "doppel/ros/messages/printable.h"
 
-#include "doppel/messages/utf8.h"
+#include "doppel/ros/messages/utf8.h"
 
 namespace doppel {
 

@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's rcl_interfaces: parameters of nodes, lines of the log and loggers' levels.
 
-#include "doppel/messages/builtin_interfaces.h"
+#include "doppel/ros/messages/builtin_interfaces.h"
 
 namespace doppel::rcl_interfaces::msg {
 

@@ -1,4 +1,4 @@
-#include "doppel/messages/detail/registry.h"
+#include "doppel/ros/messages/detail/registry.h"
 
 #include <map>
 #include <mutex>

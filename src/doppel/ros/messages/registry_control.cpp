@@ -1,5 +1,5 @@
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/detail/registry.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/detail/registry.h"
 
 namespace doppel::messages_detail {
 

@@ -1,7 +1,7 @@
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/messages/detail/pal_statistics_msgs.h"
-#include "doppel/messages/detail/registry.h"
-#include "doppel/messages/lifecycle_msgs.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/messages/detail/pal_statistics_msgs.h"
+#include "doppel/ros/messages/detail/registry.h"
+#include "doppel/ros/messages/lifecycle_msgs.h"
 
 namespace doppel::messages_detail {
 

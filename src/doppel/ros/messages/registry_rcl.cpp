@@ -1,13 +1,13 @@
 // The types that every ROS 2 node uses.
 
-#include "doppel/messages/action_msgs.h"
-#include "doppel/messages/detail/composition_interfaces.h"
-#include "doppel/messages/detail/registry.h"
-#include "doppel/messages/detail/service_msgs.h"
-#include "doppel/messages/detail/statistics_msgs.h"
-#include "doppel/messages/rcl_interfaces.h"
-#include "doppel/messages/rmw_dds_common.h"
-#include "doppel/messages/type_description_interfaces.h"
+#include "doppel/ros/messages/action_msgs.h"
+#include "doppel/ros/messages/detail/composition_interfaces.h"
+#include "doppel/ros/messages/detail/registry.h"
+#include "doppel/ros/messages/detail/service_msgs.h"
+#include "doppel/ros/messages/detail/statistics_msgs.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
+#include "doppel/ros/messages/rmw_dds_common.h"
+#include "doppel/ros/messages/type_description_interfaces.h"
 
 namespace doppel::messages_detail {
 

@@ -1,10 +1,10 @@
 // Types of sensors and visualisation.
 
-#include "doppel/messages/detail/registry.h"
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/vision_msgs.h"
-#include "doppel/messages/visualization_msgs.h"
+#include "doppel/ros/messages/detail/registry.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/vision_msgs.h"
+#include "doppel/ros/messages/visualization_msgs.h"
 
 namespace doppel::messages_detail {
 

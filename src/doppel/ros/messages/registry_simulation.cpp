@@ -1,8 +1,8 @@
-#include "doppel/messages/detail/registry.h"
-#include "doppel/messages/doppel_msgs.h"
-#include "doppel/messages/gazebo_msgs.h"
-#include "doppel/messages/linkattacher_msgs.h"
-#include "doppel/messages/ros_gz_interfaces.h"
+#include "doppel/ros/messages/detail/registry.h"
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/ros/messages/linkattacher_msgs.h"
+#include "doppel/ros/messages/ros_gz_interfaces.h"
 
 namespace doppel::messages_detail {
 

@@ -1,16 +1,16 @@
 // Types of plain values and geometry.
 
-#include "doppel/messages/ackermann_msgs.h"
-#include "doppel/messages/builtin_interfaces.h"
-#include "doppel/messages/detail/registry.h"
-#include "doppel/messages/detail/shape_msgs.h"
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/nav_msgs.h"
-#include "doppel/messages/rosgraph_msgs.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/std_srvs.h"
-#include "doppel/messages/tf2_msgs.h"
-#include "doppel/messages/trajectory_msgs.h"
+#include "doppel/ros/messages/ackermann_msgs.h"
+#include "doppel/ros/messages/builtin_interfaces.h"
+#include "doppel/ros/messages/detail/registry.h"
+#include "doppel/ros/messages/detail/shape_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/nav_msgs.h"
+#include "doppel/ros/messages/rosgraph_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
+#include "doppel/ros/messages/trajectory_msgs.h"
 
 namespace doppel::messages_detail {
 

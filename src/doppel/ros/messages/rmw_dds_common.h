@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's rmw_dds_common: the nodes of the endpoints of a DDS participant, published on ros_discovery_info.
 
-#include "doppel/messages/message.h"
+#include "doppel/ros/messages/message.h"
 
 namespace doppel::rmw_dds_common::msg {
 

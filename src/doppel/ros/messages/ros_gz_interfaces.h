@@ -2,8 +2,8 @@
 // ros_gz_interfaces of ros_gz (its jazzy branch): gz-sim's services to create, remove and move entities and to control
 // a world, and what its contact sensors see.
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::ros_gz_interfaces::msg {
 

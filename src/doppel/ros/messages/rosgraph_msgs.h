@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's rosgraph_msgs: simulated time on /clock.
 
-#include "doppel/messages/builtin_interfaces.h"
+#include "doppel/ros/messages/builtin_interfaces.h"
 
 namespace doppel::rosgraph_msgs::msg {
 

@@ -2,8 +2,8 @@
 // ROS 2's sensor_msgs: the state of joints (rad or m, rad/s or m/s, N m or N), images, and measurements of
 // other sensors, in SI units unless noted. Covariances are row by row; a first element of -1: not measured.
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::sensor_msgs::msg {
 

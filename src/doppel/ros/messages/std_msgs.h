@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's std_msgs.
 
-#include "doppel/messages/builtin_interfaces.h"
+#include "doppel/ros/messages/builtin_interfaces.h"
 
 namespace doppel::std_msgs::msg {
 

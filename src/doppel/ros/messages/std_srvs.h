@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's std_srvs: services without specific data.
 
-#include "doppel/messages/message.h"
+#include "doppel/ros/messages/message.h"
 
 namespace doppel::std_srvs::srv {
 

@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's tf2_msgs: the message of /tf and /tf_static, and the action and service of a tf2 buffer.
 
-#include "doppel/messages/geometry_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
 
 namespace doppel::tf2_msgs::msg {
 

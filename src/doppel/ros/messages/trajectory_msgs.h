@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's trajectory_msgs: points of joints over time (rad or m and their derivatives, N m or N).
 
-#include "doppel/messages/geometry_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
 
 namespace doppel::trajectory_msgs::msg {
 

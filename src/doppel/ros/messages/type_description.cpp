@@ -1,4 +1,4 @@
-#include "doppel/messages/type_description.h"
+#include "doppel/ros/messages/type_description.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "doppel/messages/detail/cdr.h"
-#include "doppel/messages/utf8.h"
+#include "doppel/ros/messages/detail/cdr.h"
+#include "doppel/ros/messages/utf8.h"
 
 namespace doppel {
 namespace {

@@ -9,9 +9,9 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/status.h"
+#include "doppel/base/core/status.h"
 #include "doppel/export.h"
-#include "doppel/messages/message.h"
+#include "doppel/ros/messages/message.h"
 
 namespace doppel {
 
@@ -114,4 +114,4 @@ DOPPEL_API std::string shortest_decimal(double value);
 
 }  // namespace doppel
 
-#include "doppel/messages/detail/type_description.h"
+#include "doppel/ros/messages/detail/type_description.h"

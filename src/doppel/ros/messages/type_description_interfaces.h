@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's type_description_interfaces: types as messages, in the response of ~/get_type_description.
 
-#include "doppel/messages/message.h"
+#include "doppel/ros/messages/message.h"
 
 namespace doppel::type_description_interfaces::msg {
 

@@ -1,10 +1,10 @@
-#include "doppel/messages/type_description_message.h"
+#include "doppel/ros/messages/type_description_message.h"
 
 #include <deque>
 #include <map>
 
-#include "doppel/messages/action_msgs.h"
-#include "doppel/messages/detail/service_msgs.h"
+#include "doppel/ros/messages/action_msgs.h"
+#include "doppel/ros/messages/detail/service_msgs.h"
 
 namespace doppel {
 namespace {

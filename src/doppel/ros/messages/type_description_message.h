@@ -3,9 +3,9 @@
 // of ~/get_type_description, and the input of a type's hash.
 
 #include "doppel/export.h"
-#include "doppel/messages/codec.h"
-#include "doppel/messages/type_description.h"
-#include "doppel/messages/type_description_interfaces.h"
+#include "doppel/ros/messages/codec.h"
+#include "doppel/ros/messages/type_description.h"
+#include "doppel/ros/messages/type_description_interfaces.h"
 
 namespace doppel {
 

@@ -1,10 +1,10 @@
-#include "doppel/messages/type_hash.h"
+#include "doppel/ros/messages/type_hash.h"
 
 #include <fmt/format.h>
 
 #include <iterator>
 
-#include "doppel/core/sha256.h"
+#include "doppel/base/core/sha256.h"
 
 namespace doppel {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "doppel/export.h"
-#include "doppel/messages/type_description_message.h"
+#include "doppel/ros/messages/type_description_message.h"
 
 namespace doppel {
 

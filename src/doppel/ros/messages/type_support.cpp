@@ -1,6 +1,6 @@
-#include "doppel/messages/codec.h"
-#include "doppel/messages/type_description.h"
-#include "doppel/messages/type_hash.h"
+#include "doppel/ros/messages/codec.h"
+#include "doppel/ros/messages/type_description.h"
+#include "doppel/ros/messages/type_hash.h"
 
 namespace doppel {
 

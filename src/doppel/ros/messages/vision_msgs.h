@@ -1,8 +1,8 @@
 #pragma once
 // vision_msgs 4 (Jazzy): what is detected in a picture. Pixels, and m.
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::vision_msgs::msg {
 

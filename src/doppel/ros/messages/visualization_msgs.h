@@ -1,8 +1,8 @@
 #pragma once
 // The markers of ROS 2's visualization_msgs (Jazzy).
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 
 namespace doppel::visualization_msgs::msg {
 

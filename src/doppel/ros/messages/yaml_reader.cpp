@@ -9,12 +9,12 @@
 #include <limits>
 #include <optional>
 
-#include "doppel/core/names.h"
-#include "doppel/core/text.h"
-#include "doppel/messages/detail/cdr.h"
-#include "doppel/messages/detail/limits.h"
-#include "doppel/messages/type_description.h"
-#include "doppel/messages/utf8.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/text.h"
+#include "doppel/ros/messages/detail/cdr.h"
+#include "doppel/ros/messages/detail/limits.h"
+#include "doppel/ros/messages/type_description.h"
+#include "doppel/ros/messages/utf8.h"
 
 namespace doppel {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "doppel/messages/action_msgs.h"
-#include "doppel/ros2/node.h"
+#include "doppel/ros/messages/action_msgs.h"
+#include "doppel/ros/network/node.h"
 
 namespace doppel::ros2 {
 

@@ -1,4 +1,4 @@
-#include "doppel/ros2/bridge.h"
+#include "doppel/ros/network/bridge.h"
 
 #include <fmt/format.h>
 
@@ -6,15 +6,15 @@
 #include <optional>
 #include <thread>
 
-#include "doppel/core/guarded_thread.h"
-#include "doppel/messages/printable.h"
-#include "doppel/ros2/bridge_types.h"
-#include "doppel/ros2/detail/bridge_diagnostics.h"
-#include "doppel/ros2/detail/bridge_mailbox.h"
-#include "doppel/ros2/detail/bridge_services.h"
-#include "doppel/ros2/detail/bridge_topics.h"
-#include "doppel/ros2/detail/bridge_twists.h"
-#include "doppel/ros2/detail/bridge_warnings.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/ros/messages/printable.h"
+#include "doppel/ros/network/bridge_types.h"
+#include "doppel/ros/network/detail/bridge_diagnostics.h"
+#include "doppel/ros/network/detail/bridge_mailbox.h"
+#include "doppel/ros/network/detail/bridge_services.h"
+#include "doppel/ros/network/detail/bridge_topics.h"
+#include "doppel/ros/network/detail/bridge_twists.h"
+#include "doppel/ros/network/detail/bridge_warnings.h"
 
 namespace doppel::ros2 {
 

@@ -13,12 +13,12 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/log.h"
+#include "doppel/base/core/log.h"
 #include "doppel/export.h"
-#include "doppel/ros2/environment.h"
-#include "doppel/ros2/graph.h"
-#include "doppel/ros2/service.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/network/environment.h"
+#include "doppel/ros/network/graph.h"
+#include "doppel/ros/network/service.h"
 
 namespace doppel::ros2 {
 

@@ -1,4 +1,4 @@
-#include "doppel/ros2/detail/bridge_diagnostics.h"
+#include "doppel/ros/network/detail/bridge_diagnostics.h"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
-#include "doppel/ros2/detail/bridge_services.h"
+#include "doppel/ros/network/detail/bridge_services.h"
 
 #include <algorithm>
 
-#include "doppel/ros2/bridge_types.h"
+#include "doppel/ros/network/bridge_types.h"
 
 namespace doppel::ros2 {
 namespace {

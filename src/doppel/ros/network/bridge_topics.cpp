@@ -1,12 +1,12 @@
-#include "doppel/ros2/detail/bridge_topics.h"
+#include "doppel/ros/network/detail/bridge_topics.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <tuple>
 
-#include "doppel/ros2/bridge_types.h"
-#include "doppel/ros2/names.h"
+#include "doppel/ros/network/bridge_types.h"
+#include "doppel/ros/network/names.h"
 
 namespace doppel::ros2 {
 namespace {

@@ -1,13 +1,13 @@
-#include "doppel/ros2/detail/bridge_twists.h"
+#include "doppel/ros/network/detail/bridge_twists.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/bus/twist_conversion.h"
-#include "doppel/ros2/bridge_types.h"
-#include "doppel/ros2/detail/bridge_warnings.h"
-#include "doppel/ros2/names.h"
+#include "doppel/ros/bus/twist_conversion.h"
+#include "doppel/ros/network/bridge_types.h"
+#include "doppel/ros/network/detail/bridge_warnings.h"
+#include "doppel/ros/network/names.h"
 
 namespace doppel::ros2 {
 namespace {

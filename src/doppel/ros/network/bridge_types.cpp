@@ -1,4 +1,4 @@
-#include "doppel/ros2/bridge_types.h"
+#include "doppel/ros/network/bridge_types.h"
 
 #include <fmt/format.h>
 

@@ -4,9 +4,9 @@
 #include <string>
 #include <string_view>
 
-#include "doppel/bus/bus.h"
 #include "doppel/export.h"
-#include "doppel/ros2/service.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/network/service.h"
 
 namespace doppel::ros2 {
 

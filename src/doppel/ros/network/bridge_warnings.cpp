@@ -1,12 +1,12 @@
-#include "doppel/ros2/detail/bridge_warnings.h"
+#include "doppel/ros/network/detail/bridge_warnings.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <filesystem>
 
-#include "doppel/bus/name_rules.h"
-#include "doppel/messages/rosgraph_msgs.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/ros/messages/rosgraph_msgs.h"
 
 namespace doppel::ros2 {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/ros2/context.h"
+#include "doppel/ros/network/context.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <cstdlib>
 #include <thread>
 
-#include "doppel/messages/printable.h"
+#include "doppel/ros/messages/printable.h"
 
 namespace doppel::ros2 {
 namespace {

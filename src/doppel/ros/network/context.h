@@ -19,13 +19,13 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/bus/parameter_file.h"
-#include "doppel/bus/ros_arguments.h"
-#include "doppel/core/log.h"
+#include "doppel/base/core/log.h"
 #include "doppel/export.h"
-#include "doppel/ros2/bridge.h"
-#include "doppel/ros2/environment.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/bus/parameter_file.h"
+#include "doppel/ros/bus/ros_arguments.h"
+#include "doppel/ros/network/bridge.h"
+#include "doppel/ros/network/environment.h"
 
 namespace doppel::ros2 {
 

@@ -1,4 +1,4 @@
-#include "doppel/ros2/environment.h"
+#include "doppel/ros/network/environment.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <utility>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::ros2 {
 namespace {

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
 
 namespace doppel::ros2 {

@@ -1,14 +1,14 @@
-#include "doppel/ros2/graph.h"
+#include "doppel/ros/network/graph.h"
 
 #include <algorithm>
 #include <chrono>
 #include <map>
 #include <set>
 
-#include "doppel/messages/codec.h"
-#include "doppel/messages/printable.h"
-#include "doppel/messages/rmw_dds_common.h"
-#include "doppel/ros2/names.h"
+#include "doppel/ros/messages/codec.h"
+#include "doppel/ros/messages/printable.h"
+#include "doppel/ros/messages/rmw_dds_common.h"
+#include "doppel/ros/network/names.h"
 
 namespace doppel::ros2 {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2 {
 

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/client/buffered_client.h"
 #include "doppel/export.h"
-#include "doppel/ros2/environment.h"
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/client/buffered_client.h"
+#include "doppel/ros/network/environment.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2 {
 

@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-#include "doppel/bus/parameter_services.h"
-#include "doppel/ros2/detail/graph_client.h"
+#include "doppel/ros/bus/parameter_services.h"
+#include "doppel/ros/network/detail/graph_client.h"
 
 namespace doppel::ros2 {
 namespace {

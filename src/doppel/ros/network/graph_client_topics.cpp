@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
-#include "doppel/messages/described_type.h"
-#include "doppel/messages/type_description_interfaces.h"
-#include "doppel/ros2/detail/graph_client.h"
-#include "doppel/ros2/names.h"
+#include "doppel/ros/messages/described_type.h"
+#include "doppel/ros/messages/type_description_interfaces.h"
+#include "doppel/ros/network/detail/graph_client.h"
+#include "doppel/ros/network/names.h"
 
 namespace doppel::ros2 {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/ros2/names.h"
+#include "doppel/ros/network/names.h"
 
 #include <algorithm>
 #include <array>

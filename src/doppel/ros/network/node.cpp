@@ -1,12 +1,12 @@
-#include "doppel/ros2/node.h"
+#include "doppel/ros/network/node.h"
 
 #include <fmt/format.h>
 
-#include "doppel/bus/name_rules.h"
-#include "doppel/bus/rosout.h"
-#include "doppel/bus/standard_node.h"
-#include "doppel/core/names.h"
-#include "doppel/messages/rosgraph_msgs.h"
+#include "doppel/base/core/names.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/ros/bus/rosout.h"
+#include "doppel/ros/bus/standard_node.h"
+#include "doppel/ros/messages/rosgraph_msgs.h"
 
 namespace doppel::ros2 {
 namespace {

@@ -12,9 +12,9 @@
 #include <string>
 #include <string_view>
 
-#include "doppel/bus/action_server.h"
 #include "doppel/export.h"
-#include "doppel/ros2/context.h"
+#include "doppel/ros/bus/action_server.h"
+#include "doppel/ros/network/context.h"
 
 namespace doppel::ros2 {
 

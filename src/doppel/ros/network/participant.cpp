@@ -1,9 +1,9 @@
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/participant.h"
 
-#include "doppel/core/plugin_module.h"
-#include "doppel/ros2/detail/participant.h"
-#include "doppel/ros2/detail/static_peers.h"
-#include "doppel/ros2/environment.h"
+#include "doppel/base/core/plugin_module.h"
+#include "doppel/ros/network/detail/participant.h"
+#include "doppel/ros/network/detail/static_peers.h"
+#include "doppel/ros/network/environment.h"
 
 namespace doppel::ros2 {
 

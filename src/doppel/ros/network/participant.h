@@ -22,8 +22,8 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/messages/codec.h"
-#include "doppel/ros2/qos_profile.h"
+#include "doppel/ros/messages/codec.h"
+#include "doppel/ros/network/qos_profile.h"
 
 namespace doppel::ros2 {
 

@@ -1,4 +1,4 @@
-#include "doppel/ros2/qos_profile.h"
+#include "doppel/ros/network/qos_profile.h"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
-#include "doppel/ros2/detail/rtps_gap.h"
+#include "doppel/ros/network/detail/rtps_gap.h"
 
 #include <algorithm>
 
-#include "doppel/ros2/detail/rtps.h"
+#include "doppel/ros/network/detail/rtps.h"
 
 namespace doppel::ros2 {
 namespace {

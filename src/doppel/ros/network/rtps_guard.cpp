@@ -1,10 +1,10 @@
-#include "doppel/ros2/detail/rtps_guard.h"
+#include "doppel/ros/network/detail/rtps_guard.h"
 
 #include <algorithm>
 #include <cstring>
 #include <optional>
 
-#include "doppel/ros2/detail/rtps.h"
+#include "doppel/ros/network/detail/rtps.h"
 
 namespace doppel::ros2 {
 namespace {

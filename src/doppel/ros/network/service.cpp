@@ -1,6 +1,6 @@
-#include "doppel/ros2/service.h"
+#include "doppel/ros/network/service.h"
 
-#include "doppel/ros2/names.h"
+#include "doppel/ros/network/names.h"
 
 namespace doppel::ros2 {
 namespace {

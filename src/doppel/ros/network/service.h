@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "doppel/export.h"
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2 {
 

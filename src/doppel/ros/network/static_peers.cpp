@@ -1,4 +1,4 @@
-#include "doppel/ros2/detail/static_peers.h"
+#include "doppel/ros/network/detail/static_peers.h"
 
 #include <arpa/inet.h>
 #include <netdb.h>
@@ -11,8 +11,8 @@
 #include <memory>
 #include <mutex>
 
-#include "doppel/core/guarded_thread.h"
-#include "doppel/ros2/participant.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2 {
 namespace {

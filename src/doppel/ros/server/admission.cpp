@@ -1,4 +1,4 @@
-#include "doppel/server/admission.h"
+#include "doppel/ros/server/admission.h"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -10,8 +10,8 @@
 #include <cctype>
 #include <system_error>
 
-#include "doppel/core/text.h"
-#include "doppel/server/detail/header_text.h"
+#include "doppel/base/core/text.h"
+#include "doppel/ros/server/detail/header_text.h"
 
 namespace doppel {
 namespace {

@@ -12,7 +12,7 @@
 #include <string>
 #include <string_view>
 
-#include "doppel/core/status.h"
+#include "doppel/base/core/status.h"
 #include "doppel/export.h"
 
 namespace doppel {

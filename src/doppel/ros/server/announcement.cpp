@@ -1,4 +1,4 @@
-#include "doppel/server/announcement.h"
+#include "doppel/ros/server/announcement.h"
 
 #include <arpa/inet.h>
 #include <fcntl.h>

@@ -1,4 +1,4 @@
-#include "doppel/server/asset_library.h"
+#include "doppel/ros/server/asset_library.h"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -10,11 +10,11 @@
 #include <cerrno>
 #include <cstring>
 
-#include "doppel/core/file_descriptor.h"
-#include "doppel/core/names.h"
-#include "doppel/core/text.h"
-#include "doppel/packages/package_folder.h"
-#include "doppel/server/detail/header_text.h"
+#include "doppel/base/core/file_descriptor.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/packages/package_folder.h"
+#include "doppel/ros/server/detail/header_text.h"
 
 namespace doppel {
 namespace {

@@ -15,7 +15,6 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
 #include "doppel/export.h"
 
 namespace doppel {
@@ -50,7 +49,6 @@ struct RobotFiles {
   std::vector<MeshFile> meshes;
   std::vector<std::string> textures;  // URIs
 };
-DOPPEL_API RobotFiles files_of(const RobotDescription& robot);
 // Reads the disk to find the roots of packages.
 DOPPEL_API AssetTable make_asset_table(const RobotFiles& files);
 

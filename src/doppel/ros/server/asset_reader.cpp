@@ -1,11 +1,11 @@
-#include "doppel/server/asset_reader.h"
+#include "doppel/ros/server/asset_reader.h"
 
 #include <fmt/format.h>
 
 #include <system_error>
 
-#include "doppel/core/guarded_thread.h"
-#include "doppel/core/thrown.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/thrown.h"
 
 namespace doppel {
 

@@ -11,7 +11,7 @@
 #include <thread>
 
 #include "doppel/export.h"
-#include "doppel/server/asset_library.h"
+#include "doppel/ros/server/asset_library.h"
 
 namespace doppel {
 

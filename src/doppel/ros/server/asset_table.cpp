@@ -4,9 +4,9 @@
 #include <array>
 #include <set>
 
-#include "doppel/packages/package_folder.h"
-#include "doppel/packages/package_resolver.h"
-#include "doppel/server/asset_library.h"
+#include "doppel/base/packages/package_folder.h"
+#include "doppel/base/packages/package_resolver.h"
+#include "doppel/ros/server/asset_library.h"
 
 namespace doppel {
 namespace {
@@ -42,30 +42,6 @@ fs::path folder_around(const fs::path& description) {
   const std::set<std::string> inner{"urdf", "xacro", "robots", "worlds"};
   return inner.contains(folder.filename().string()) ? folder.parent_path() : folder;
 }
-
-}  // namespace
-
-RobotFiles files_of(const RobotDescription& robot) {
-  RobotFiles out;
-  std::error_code none;
-  if (robot.source.file) out.description = fs::absolute(*robot.source.file, none).lexically_normal();
-  const auto add = [&out](const Geometry& geometry) {
-    const auto* mesh = std::get_if<MeshGeometry>(&geometry);
-    if (mesh != nullptr && !mesh->path.empty())
-      out.meshes.push_back({mesh->uri, fs::path(mesh->path).lexically_normal()});
-  };
-  for (const Link& link : robot.links) {
-    for (const Visual& visual : link.visuals) {
-      add(visual.geometry);
-      if (visual.material && !visual.material->texture.empty())
-        out.textures.push_back(visual.material->texture);
-    }
-    for (const Collision& collision : link.collisions) add(collision.geometry);
-  }
-  return out;
-}
-
-namespace {
 
 class TableMaker {
  public:

@@ -1,10 +1,10 @@
-#include "doppel/server/detail/bundle.h"
+#include "doppel/ros/server/detail/bundle.h"
 
 #include <algorithm>
 #include <charconv>
 #include <vector>
 
-#include "doppel/server/detail/header_text.h"
+#include "doppel/ros/server/detail/header_text.h"
 
 namespace doppel {
 namespace {

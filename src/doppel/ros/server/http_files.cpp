@@ -1,4 +1,4 @@
-#include "doppel/server/detail/http_files.h"
+#include "doppel/ros/server/detail/http_files.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <boost/crc.hpp>
 #include <filesystem>
 
-#include "doppel/server/detail/header_text.h"
+#include "doppel/ros/server/detail/header_text.h"
 
 namespace doppel {
 namespace {

@@ -1,9 +1,9 @@
-#include "doppel/server/detail/http_responses.h"
+#include "doppel/ros/server/detail/http_responses.h"
 
 #include <fmt/format.h>
 
-#include "doppel/foxglove/foxglove_protocol.h"
-#include "doppel/server/detail/header_text.h"
+#include "doppel/ros/foxglove/foxglove_protocol.h"
+#include "doppel/ros/server/detail/header_text.h"
 
 namespace doppel {
 namespace {

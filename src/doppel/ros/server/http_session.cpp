@@ -1,8 +1,8 @@
-#include "doppel/server/detail/http_session.h"
+#include "doppel/ros/server/detail/http_session.h"
 
 #include <fmt/format.h>
 
-#include "doppel/server/detail/websocket_session.h"
+#include "doppel/ros/server/detail/websocket_session.h"
 
 namespace doppel::net {
 namespace {

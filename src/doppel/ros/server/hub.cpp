@@ -1,11 +1,11 @@
-#include "doppel/server/hub.h"
+#include "doppel/ros/server/hub.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
 
-#include "doppel/bus/twist_conversion.h"
+#include "doppel/ros/bus/twist_conversion.h"
 
 namespace doppel {
 

@@ -9,10 +9,10 @@
 #include <set>
 #include <string>
 
-#include "doppel/bus/bus.h"
 #include "doppel/export.h"
-#include "doppel/foxglove/foxglove_protocol.h"
-#include "doppel/server/asset_reader.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/foxglove/foxglove_protocol.h"
+#include "doppel/ros/server/asset_reader.h"
 
 namespace doppel {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "doppel/server/hub.h"
+#include "doppel/ros/server/hub.h"
 
 // fetchAsset: one file at a time for each client, the next one when the former is written, so that a client
 // that requests all files and reads none occupies no more memory than that.

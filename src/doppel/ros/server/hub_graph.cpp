@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "doppel/server/hub.h"
+#include "doppel/ros/server/hub.h"
 
 // The bus's graph in the Foxglove protocol: channels, services and their nodes; the clock.
 

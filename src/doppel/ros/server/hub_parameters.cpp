@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "doppel/foxglove/parameter_name.h"
-#include "doppel/server/hub.h"
+#include "doppel/ros/foxglove/parameter_name.h"
+#include "doppel/ros/server/hub.h"
 
 // Parameters in the Foxglove protocol. Equal requests for all parameters share one answer until a value
 // changes.

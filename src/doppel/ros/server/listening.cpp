@@ -1,4 +1,4 @@
-#include "doppel/server/detail/listening.h"
+#include "doppel/ros/server/detail/listening.h"
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
@@ -7,8 +7,8 @@
 
 #include <array>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/server/announcement.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/ros/server/announcement.h"
 
 namespace doppel::net {
 namespace {

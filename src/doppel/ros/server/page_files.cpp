@@ -1,4 +1,4 @@
-#include "doppel/server/detail/page_files.h"
+#include "doppel/ros/server/detail/page_files.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +10,7 @@
 #include <iterator>
 #include <optional>
 
-#include "doppel/core/fnv_hash.h"
+#include "doppel/base/core/fnv_hash.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/server/send_queue.h"
+#include "doppel/ros/server/send_queue.h"
 
 namespace doppel {
 namespace {

@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "doppel/export.h"
-#include "doppel/server/hub.h"
+#include "doppel/ros/server/hub.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/server/server.h"
+#include "doppel/ros/server/server.h"
 
 #include <fmt/format.h>
 
@@ -9,11 +9,11 @@
 #include <set>
 #include <thread>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/guarded_thread.h"
-#include "doppel/server/detail/http_session.h"
-#include "doppel/server/detail/listening.h"
-#include "doppel/server/detail/websocket_session.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/ros/server/detail/http_session.h"
+#include "doppel/ros/server/detail/listening.h"
+#include "doppel/ros/server/detail/websocket_session.h"
 
 namespace doppel {
 

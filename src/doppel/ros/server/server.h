@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/log.h"
+#include "doppel/base/core/log.h"
 #include "doppel/export.h"
-#include "doppel/server/asset_library.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/server/asset_library.h"
 
 namespace doppel {
 

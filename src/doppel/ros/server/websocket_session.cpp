@@ -1,11 +1,11 @@
-#include "doppel/server/detail/websocket_session.h"
+#include "doppel/ros/server/detail/websocket_session.h"
 
 #include <fmt/format.h>
 #include <poll.h>
 
 #include <boost/asio/post.hpp>
 
-#include "doppel/server/detail/bundle.h"
+#include "doppel/ros/server/detail/bundle.h"
 
 namespace doppel::net {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/teleop/joy_settings.h"
+#include "doppel/ros/teleop/joy_settings.h"
 
 #include <fmt/format.h>
 #include <yaml-cpp/yaml.h>

@@ -9,12 +9,12 @@
 #include <optional>
 #include <string>
 
-#include "doppel/bus/bus.h"
-#include "doppel/bus/parameter_file.h"
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/bus/parameter_file.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 
 namespace doppel {
 

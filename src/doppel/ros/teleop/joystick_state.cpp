@@ -1,4 +1,4 @@
-#include "doppel/teleop/joystick_state.h"
+#include "doppel/ros/teleop/joystick_state.h"
 
 #include <linux/input-event-codes.h>
 #include <linux/joystick.h>

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/teleop/teleop_keys.h"
+#include "doppel/ros/teleop/teleop_keys.h"
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,7 @@
 #include <string_view>
 
 #include "doppel/export.h"
-#include "doppel/messages/geometry_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
 
 namespace doppel {
 

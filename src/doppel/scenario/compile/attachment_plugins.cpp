@@ -1,11 +1,11 @@
-#include "doppel/twin/detail/attachment_plugins.h"
+#include "doppel/scenario/compile/attachment_plugins.h"
 
 #include <fmt/format.h>
 
-#include "doppel/core/names.h"
-#include "doppel/description/plugin_values.h"
-#include "doppel/description/simulator_plugins.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/gazebo/plugin_values.h"
+#include "doppel/description/gazebo/simulator_plugins.h"
 
 namespace doppel {
 namespace {

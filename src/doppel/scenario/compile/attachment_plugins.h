@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/physics/model_instance.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/physics/contract/model_instance.h"
 
 namespace doppel {
 

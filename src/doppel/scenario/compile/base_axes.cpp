@@ -1,11 +1,11 @@
-#include "doppel/twin/detail/base_axes.h"
+#include "doppel/scenario/compile/detail/base_axes.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <string_view>
 
-#include "doppel/target/controllers_file.h"
+#include "doppel/scenario/resolve/controllers_file.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/twin/base_choice.h"
+#include "doppel/scenario/compile/base_choice.h"
 
 #include <fmt/format.h>
 
@@ -10,12 +10,12 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/core/text.h"
-#include "doppel/description/legs.h"
-#include "doppel/description/mesh.h"
-#include "doppel/description/simulator_plugins.h"
-#include "doppel/physics/collision_shape.h"
-#include "doppel/twin/detail/root_link.h"
+#include "doppel/base/core/text.h"
+#include "doppel/description/gazebo/simulator_plugins.h"
+#include "doppel/description/meshes/mesh.h"
+#include "doppel/description/urdf/legs.h"
+#include "doppel/physics/contract/collision_shape.h"
+#include "doppel/scenario/compile/detail/root_link.h"
 
 namespace doppel {
 namespace {

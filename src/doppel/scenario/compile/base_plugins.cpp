@@ -1,4 +1,4 @@
-#include "doppel/twin/detail/base_plugins.h"
+#include "doppel/scenario/compile/detail/base_plugins.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,11 +8,11 @@
 #include <optional>
 #include <string_view>
 
-#include "doppel/core/text.h"
-#include "doppel/description/plugin_values.h"
-#include "doppel/twin/detail/root_link.h"
-#include "doppel/twin/detail/yaml_text.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/gazebo/plugin_values.h"
+#include "doppel/scenario/compile/detail/root_link.h"
+#include "doppel/scenario/compile/detail/yaml_text.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/twin/detail/base_wheels.h"
+#include "doppel/scenario/compile/detail/base_wheels.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,10 +7,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/kinematics/kinematics.h"
-#include "doppel/physics/exclusions.h"
-#include "doppel/twin/detail/root_link.h"
-#include "doppel/twin/detail/yaml_text.h"
+#include "doppel/physics/contract/exclusions.h"
+#include "doppel/robot/kinematics/kinematics.h"
+#include "doppel/scenario/compile/detail/root_link.h"
+#include "doppel/scenario/compile/detail/yaml_text.h"
 
 namespace doppel {
 namespace {

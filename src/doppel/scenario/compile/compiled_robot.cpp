@@ -1,4 +1,4 @@
-#include "doppel/twin/compiled_robot.h"
+#include "doppel/scenario/compile/compiled_robot.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,12 +6,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/core/names.h"
-#include "doppel/description/urdf_writer.h"
-#include "doppel/target/target.h"
-#include "doppel/twin/detail/base_axes.h"
-#include "doppel/twin/rolling_report.h"
-#include "doppel/twin/simulated_hardware.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/urdf/urdf_writer.h"
+#include "doppel/scenario/compile/detail/base_axes.h"
+#include "doppel/scenario/compile/rolling_report.h"
+#include "doppel/scenario/compile/simulated_hardware.h"
+#include "doppel/scenario/resolve/open_target.h"
 
 namespace doppel {
 namespace {

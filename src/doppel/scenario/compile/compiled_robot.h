@@ -8,12 +8,12 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/physics/engine.h"
-#include "doppel/physics/world.h"
-#include "doppel/twin/base_choice.h"
-#include "doppel/twin/robot_sensors.h"
-#include "doppel/twin/robot_setup.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/physics/contract/world.h"
+#include "doppel/scenario/compile/base_choice.h"
+#include "doppel/scenario/compile/robot_sensors.h"
+#include "doppel/scenario/compile/robot_setup.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/twin/compiled_scenario.h"
+#include "doppel/scenario/compile/compiled_scenario.h"
 
 #include <fmt/format.h>
 
@@ -8,14 +8,14 @@
 #include <set>
 #include <stdexcept>
 
-#include "doppel/bus/name_rules.h"
-#include "doppel/control/rates.h"
-#include "doppel/core/names.h"
-#include "doppel/description/plugin_values.h"
-#include "doppel/physics/engine_modules.h"
-#include "doppel/target/controllers_file.h"
-#include "doppel/twin/detail/model_plugins.h"
-#include "doppel/twin/robot_names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/control/manager/rates.h"
+#include "doppel/description/gazebo/plugin_values.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/scenario/compile/model_plugins.h"
+#include "doppel/scenario/resolve/controllers_file.h"
+#include "doppel/scenario/schema/robot_names.h"
 
 namespace doppel {
 namespace {

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/physics/engine.h"
-#include "doppel/twin/compiled_robot.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/scenario/compile/compiled_robot.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel {
 

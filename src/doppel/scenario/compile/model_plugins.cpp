@@ -1,16 +1,16 @@
-#include "doppel/twin/detail/model_plugins.h"
+#include "doppel/scenario/compile/model_plugins.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
 
-#include "doppel/core/names.h"
-#include "doppel/description/plugin_values.h"
-#include "doppel/description/simulator_plugins.h"
-#include "doppel/twin/detail/base_plugins.h"
-#include "doppel/twin/detail/yaml_text.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/xml/element.h"
+#include "doppel/description/gazebo/plugin_values.h"
+#include "doppel/description/gazebo/simulator_plugins.h"
+#include "doppel/scenario/compile/detail/base_plugins.h"
+#include "doppel/scenario/compile/detail/yaml_text.h"
 
 namespace doppel {
 namespace {

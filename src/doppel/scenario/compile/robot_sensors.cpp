@@ -1,7 +1,7 @@
-#include "doppel/twin/robot_sensors.h"
+#include "doppel/scenario/compile/robot_sensors.h"
 
-#include "doppel/sensors/sensor_reader.h"
-#include "doppel/twin/compiled_robot.h"
+#include "doppel/scenario/compile/compiled_robot.h"
+#include "doppel/sensors/models/sensor_reader.h"
 
 namespace doppel {
 

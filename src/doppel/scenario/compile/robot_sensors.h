@@ -1,9 +1,9 @@
 #pragma once
 // The sensors of robots and models of a twin, from their descriptions to the engine's instances.
 
-#include "doppel/sensing/rig_sensor.h"
-#include "doppel/sensors/sensor_frames.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/scenario/sdf/sdf_world.h"
+#include "doppel/sensors/models/sensor_frames.h"
+#include "doppel/sensors/rigs/rig_sensor.h"
 
 namespace doppel {
 

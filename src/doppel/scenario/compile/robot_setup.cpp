@@ -1,4 +1,4 @@
-#include "doppel/twin/robot_setup.h"
+#include "doppel/scenario/compile/robot_setup.h"
 
 #include <fmt/format.h>
 
@@ -7,16 +7,16 @@
 #include <set>
 #include <string_view>
 
-#include "doppel/core/names.h"
-#include "doppel/core/text.h"
-#include "doppel/target/controllers_search.h"
-#include "doppel/target/ros1_controllers.h"
-#include "doppel/target/target.h"
-#include "doppel/twin/detail/base_plugins.h"
-#include "doppel/twin/detail/base_wheels.h"
-#include "doppel/twin/detail/model_plugins.h"
-#include "doppel/twin/detail/yaml_text.h"
-#include "doppel/twin/robot_names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/text.h"
+#include "doppel/scenario/compile/detail/base_plugins.h"
+#include "doppel/scenario/compile/detail/base_wheels.h"
+#include "doppel/scenario/compile/detail/yaml_text.h"
+#include "doppel/scenario/compile/model_plugins.h"
+#include "doppel/scenario/resolve/controllers_search.h"
+#include "doppel/scenario/resolve/open_target.h"
+#include "doppel/scenario/resolve/ros1_controllers.h"
+#include "doppel/scenario/schema/robot_names.h"
 
 namespace doppel {
 namespace {

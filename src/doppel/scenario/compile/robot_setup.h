@@ -6,12 +6,12 @@
 #include <memory>
 #include <vector>
 
-#include "doppel/bus/parameter_file.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/load.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/urdf/load.h"
 #include "doppel/export.h"
-#include "doppel/physics/model_instance.h"
-#include "doppel/twin/scenario.h"
+#include "doppel/physics/contract/model_instance.h"
+#include "doppel/ros/bus/parameter_file.h"
+#include "doppel/scenario/schema/scenario.h"
 
 namespace doppel {
 

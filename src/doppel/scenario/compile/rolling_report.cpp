@@ -1,11 +1,11 @@
-#include "doppel/twin/rolling_report.h"
+#include "doppel/scenario/compile/rolling_report.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/physics/exclusions.h"
+#include "doppel/physics/contract/exclusions.h"
 
 namespace doppel {
 namespace {

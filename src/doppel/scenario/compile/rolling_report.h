@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/physics/engine.h"
+#include "doppel/physics/contract/engine.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/twin/simulated_hardware.h"
+#include "doppel/scenario/compile/simulated_hardware.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <numbers>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel {
 namespace {

@@ -7,15 +7,15 @@
 #include <memory>
 #include <vector>
 
-#include "doppel/control/hardware.h"
-#include "doppel/control/hardware_registry.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
-#include "doppel/description/simulator_plugins.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/hardware/hardware_registry.h"
+#include "doppel/description/gazebo/simulator_plugins.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/physics/engine.h"
-#include "doppel/sensing/sensor_readings.h"
-#include "doppel/sensors/sensor_binding.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/sensors/models/sensor_binding.h"
+#include "doppel/sensors/rigs/sensor_readings.h"
 
 namespace doppel {
 

@@ -1,10 +1,10 @@
-#include "doppel/target/controllers_file.h"
+#include "doppel/scenario/resolve/controllers_file.h"
 
 #include <algorithm>
 #include <array>
 
-#include "doppel/control/hardware.h"
-#include "doppel/target/ros1_controllers.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/scenario/resolve/ros1_controllers.h"
 
 namespace doppel {
 namespace {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/bus/parameter_file.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/parameter_file.h"
 
 namespace doppel {
 

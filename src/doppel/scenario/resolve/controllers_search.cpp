@@ -1,4 +1,4 @@
-#include "doppel/target/controllers_search.h"
+#include "doppel/scenario/resolve/controllers_search.h"
 
 #include <fmt/format.h>
 
@@ -11,14 +11,14 @@
 #include <tuple>
 #include <utility>
 
-#include "doppel/bus/bus.h"
-#include "doppel/bus/name_rules.h"
-#include "doppel/control/controller_manager.h"
-#include "doppel/core/names.h"
-#include "doppel/packages/find_expression.h"
-#include "doppel/packages/package_folder.h"
-#include "doppel/target/ros1_controllers.h"
-#include "doppel/target/side_files.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/packages/find_expression.h"
+#include "doppel/base/packages/package_folder.h"
+#include "doppel/control/manager/controller_manager.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/scenario/resolve/ros1_controllers.h"
+#include "doppel/scenario/resolve/side_files.h"
 
 namespace doppel {
 namespace {

@@ -8,11 +8,11 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/bus/parameter_file.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/load.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/urdf/load.h"
 #include "doppel/export.h"
-#include "doppel/target/controllers_file.h"
+#include "doppel/ros/bus/parameter_file.h"
+#include "doppel/scenario/resolve/controllers_file.h"
 
 namespace doppel {
 

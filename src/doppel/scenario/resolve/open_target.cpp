@@ -1,10 +1,10 @@
-#include "doppel/target/target.h"
+#include "doppel/scenario/resolve/open_target.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/overlay/overlay.h"
+#include "doppel/description/overlay/overlay.h"
 
 namespace doppel {
 namespace {

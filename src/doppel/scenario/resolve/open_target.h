@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/load.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/urdf/load.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <variant>
 
-#include "doppel/target/detail/ros1_mapping.h"
+#include "doppel/scenario/resolve/detail/ros1_mapping.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/target/ros1_controllers.h"
+#include "doppel/scenario/resolve/ros1_controllers.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,8 +8,8 @@
 #include <iterator>
 #include <set>
 
-#include "doppel/target/controllers_file.h"
-#include "doppel/target/detail/ros1_mapping.h"
+#include "doppel/scenario/resolve/controllers_file.h"
+#include "doppel/scenario/resolve/detail/ros1_mapping.h"
 
 namespace doppel {
 namespace {

@@ -8,10 +8,10 @@
 #include <optional>
 #include <string>
 
-#include "doppel/bus/parameter_file.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/parameter_file.h"
 
 namespace doppel {
 

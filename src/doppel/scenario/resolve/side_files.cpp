@@ -1,10 +1,10 @@
-#include "doppel/target/side_files.h"
+#include "doppel/scenario/resolve/side_files.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/source_location.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/source_location.h"
 #include "doppel/export.h"
 
 namespace doppel {

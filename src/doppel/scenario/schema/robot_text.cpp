@@ -1,11 +1,11 @@
-#include "doppel/twin/robot_text.h"
+#include "doppel/scenario/schema/robot_text.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/bus/name_rules.h"
-#include "doppel/description/urdf_reader.h"
+#include "doppel/description/urdf/urdf_reader.h"
+#include "doppel/ros/bus/name_rules.h"
 
 namespace doppel {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "doppel/export.h"
-#include "doppel/physics/world_robot.h"
+#include "doppel/physics/contract/world_robot.h"
 
 namespace doppel {
 

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/ros_arguments.h"
-#include "doppel/core/time.h"
-#include "doppel/description/load.h"
-#include "doppel/physics/engine_modules.h"
-#include "doppel/physics/world_robot.h"
-#include "doppel/sensing/light_rig.h"
+#include "doppel/base/core/time.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/physics/contract/world_robot.h"
+#include "doppel/ros/bus/ros_arguments.h"
+#include "doppel/sensors/rigs/light_rig.h"
 
 namespace doppel {
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <fstream>
 
-#include "doppel/core/installation.h"
-#include "doppel/core/names.h"
-#include "doppel/core/text.h"
-#include "doppel/worlds/detail/model_search.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/base/core/installation.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/text.h"
+#include "doppel/scenario/sdf/detail/model_search.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel {
 namespace {

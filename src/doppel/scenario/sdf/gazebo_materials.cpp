@@ -4,7 +4,7 @@
 #include <iterator>
 #include <string_view>
 
-#include "doppel/worlds/detail/sdf_shapes.h"
+#include "doppel/scenario/sdf/detail/sdf_shapes.h"
 
 namespace doppel::sdf {
 namespace {

@@ -1,10 +1,10 @@
-#include "doppel/worlds/detail/material_script.h"
+#include "doppel/scenario/sdf/detail/material_script.h"
 
 #include <algorithm>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/text.h"
-#include "doppel/description/urdf_reader.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/text.h"
+#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel::sdf {
 

@@ -1,4 +1,4 @@
-#include "doppel/worlds/detail/model_search.h"
+#include "doppel/scenario/sdf/detail/model_search.h"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,9 @@
 #include <optional>
 #include <string_view>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/text.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel {
 

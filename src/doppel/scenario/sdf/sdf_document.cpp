@@ -1,4 +1,4 @@
-#include "doppel/worlds/detail/sdf_document.h"
+#include "doppel/scenario/sdf/detail/sdf_document.h"
 
 #include <fmt/format.h>
 
@@ -7,12 +7,12 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/core/names.h"
-#include "doppel/core/text.h"
-#include "doppel/overlay/overlay.h"
-#include "doppel/worlds/detail/sdf_lighting.h"
-#include "doppel/worlds/detail/sdf_population.h"
-#include "doppel/xml/xml_tree.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/xml/xml_tree.h"
+#include "doppel/description/overlay/overlay.h"
+#include "doppel/scenario/sdf/detail/sdf_lighting.h"
+#include "doppel/scenario/sdf/detail/sdf_population.h"
 
 namespace doppel::sdf {
 

@@ -1,4 +1,4 @@
-#include "doppel/worlds/detail/sdf_elements.h"
+#include "doppel/scenario/sdf/detail/sdf_elements.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <limits>
 #include <numbers>
 
-#include "doppel/core/names.h"
-#include "doppel/core/text.h"
-#include "doppel/description/urdf_reader.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/text.h"
+#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel::sdf {
 namespace {

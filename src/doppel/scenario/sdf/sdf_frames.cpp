@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "doppel/core/names.h"
-#include "doppel/worlds/detail/sdf_scope.h"
+#include "doppel/base/core/names.h"
+#include "doppel/scenario/sdf/detail/sdf_scope.h"
 
 namespace doppel::sdf {
 namespace {

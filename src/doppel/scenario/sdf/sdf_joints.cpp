@@ -1,4 +1,4 @@
-#include "doppel/worlds/detail/sdf_joints.h"
+#include "doppel/scenario/sdf/detail/sdf_joints.h"
 
 #include <fmt/format.h>
 

@@ -1,9 +1,9 @@
-#include "doppel/worlds/detail/sdf_labels.h"
+#include "doppel/scenario/sdf/detail/sdf_labels.h"
 
 #include <fmt/format.h>
 
-#include "doppel/description/simulator_plugins.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/xml/element.h"
+#include "doppel/description/gazebo/simulator_plugins.h"
 
 namespace doppel::sdf {
 namespace {

@@ -1,9 +1,9 @@
-#include "doppel/worlds/detail/sdf_lighting.h"
+#include "doppel/scenario/sdf/detail/sdf_lighting.h"
 
 #include <algorithm>
 #include <iterator>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::sdf {
 namespace {

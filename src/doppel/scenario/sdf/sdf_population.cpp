@@ -1,4 +1,4 @@
-#include "doppel/worlds/detail/sdf_population.h"
+#include "doppel/scenario/sdf/detail/sdf_population.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::sdf {
 namespace {

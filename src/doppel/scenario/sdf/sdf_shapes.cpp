@@ -1,4 +1,4 @@
-#include "doppel/worlds/detail/sdf_shapes.h"
+#include "doppel/scenario/sdf/detail/sdf_shapes.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,11 @@
 #include <array>
 #include <cmath>
 
-#include "doppel/core/names.h"
-#include "doppel/description/contact_surface.h"
-#include "doppel/description/heightmap.h"
-#include "doppel/description/shape_mesh.h"
-#include "doppel/kinematics/link_solid.h"
+#include "doppel/base/core/names.h"
+#include "doppel/description/meshes/heightmap.h"
+#include "doppel/description/meshes/shape_mesh.h"
+#include "doppel/description/urdf/contact_surface.h"
+#include "doppel/robot/kinematics/link_solid.h"
 
 namespace doppel::sdf {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/worlds/detail/sdf_state.h"
+#include "doppel/scenario/sdf/detail/sdf_state.h"
 
 namespace doppel::sdf {
 namespace {

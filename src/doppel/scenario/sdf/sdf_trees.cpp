@@ -1,4 +1,4 @@
-#include "doppel/worlds/detail/sdf_trees.h"
+#include "doppel/scenario/sdf/detail/sdf_trees.h"
 
 #include <fmt/format.h>
 
@@ -8,9 +8,9 @@
 #include <deque>
 #include <numbers>
 
-#include "doppel/description/simulator_plugins.h"
-#include "doppel/worlds/detail/sdf_labels.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/xml/element.h"
+#include "doppel/description/gazebo/simulator_plugins.h"
+#include "doppel/scenario/sdf/detail/sdf_labels.h"
 
 namespace doppel::sdf {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 #include <fmt/format.h>
 
@@ -8,11 +8,11 @@
 #include <set>
 #include <string_view>
 
-#include "doppel/core/text.h"
-#include "doppel/description/load.h"
-#include "doppel/worlds/detail/model_search.h"
-#include "doppel/worlds/detail/sdf_document.h"
-#include "doppel/worlds/detail/sdf_trees.h"
+#include "doppel/base/core/text.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/scenario/sdf/detail/model_search.h"
+#include "doppel/scenario/sdf/detail/sdf_document.h"
+#include "doppel/scenario/sdf/detail/sdf_trees.h"
 
 namespace doppel {
 

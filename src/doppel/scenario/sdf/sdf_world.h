@@ -17,15 +17,15 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/math/geodesy.h"
+#include "doppel/base/packages/package_resolver.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/math/geodesy.h"
-#include "doppel/packages/package_resolver.h"
-#include "doppel/physics/model_instance.h"
-#include "doppel/physics/world.h"
-#include "doppel/xml/xml.h"
+#include "doppel/physics/contract/model_instance.h"
+#include "doppel/physics/contract/world.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/sensors/bias_walk.h"
+#include "doppel/sensors/models/bias_walk.h"
 
 #include <cmath>
 

@@ -9,7 +9,7 @@
 #include <cstdint>
 
 #include "doppel/export.h"
-#include "doppel/sensors/counter_random.h"
+#include "doppel/sensors/models/counter_random.h"
 
 namespace doppel {
 

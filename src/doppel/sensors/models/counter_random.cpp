@@ -1,11 +1,11 @@
-#include "doppel/sensors/counter_random.h"
+#include "doppel/sensors/models/counter_random.h"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <vector>
 
-#include "doppel/core/fnv_hash.h"
+#include "doppel/base/core/fnv_hash.h"
 
 namespace doppel {
 namespace {

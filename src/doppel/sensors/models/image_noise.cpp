@@ -1,4 +1,4 @@
-#include "doppel/sensors/image_noise.h"
+#include "doppel/sensors/models/image_noise.h"
 
 #include <algorithm>
 #include <cmath>

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/sensors/counter_random.h"
-#include "doppel/sensors/sensor_description.h"
+#include "doppel/sensors/models/counter_random.h"
+#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

@@ -1,11 +1,11 @@
-#include "doppel/sensors/label_plugin.h"
+#include "doppel/sensors/models/label_plugin.h"
 
 #include <fmt/format.h>
 
 #include <charconv>
 
-#include "doppel/description/simulator_plugins.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/gazebo/simulator_plugins.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/sensors/lens.h"
+#include "doppel/sensors/models/lens.h"
 
 #include <Eigen/QR>
 #include <algorithm>

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/rays/ray_caster.h"
-#include "doppel/sensors/sensor_description.h"
+#include "doppel/sensors/models/sensor_description.h"
+#include "doppel/sensors/render/ray_caster.h"
 
 namespace doppel {
 

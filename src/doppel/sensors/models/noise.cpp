@@ -1,4 +1,4 @@
-#include "doppel/sensors/noise.h"
+#include "doppel/sensors/models/noise.h"
 
 #include <Eigen/Core>
 #include <cmath>

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/sensors/bias_walk.h"
-#include "doppel/sensors/counter_random.h"
-#include "doppel/sensors/sensor_description.h"
+#include "doppel/sensors/models/bias_walk.h"
+#include "doppel/sensors/models/counter_random.h"
+#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

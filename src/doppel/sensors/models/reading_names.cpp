@@ -1,4 +1,4 @@
-#include "doppel/sensors/reading_names.h"
+#include "doppel/sensors/models/reading_names.h"
 
 namespace doppel {
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/sensors/sensor_description.h"
+#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
-#include "doppel/core/time.h"
+#include "doppel/base/core/time.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -1,4 +1,4 @@
-#include "doppel/sensors/scan_pattern.h"
+#include "doppel/sensors/models/scan_pattern.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <vector>
 
+#include "doppel/base/math/pose_motion.h"
 #include "doppel/export.h"
-#include "doppel/math/pose_motion.h"
-#include "doppel/rays/ray_caster.h"
-#include "doppel/sensors/sensor_description.h"
+#include "doppel/sensors/models/sensor_description.h"
+#include "doppel/sensors/render/ray_caster.h"
 
 namespace doppel {
 

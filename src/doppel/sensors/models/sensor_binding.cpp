@@ -1,4 +1,4 @@
-#include "doppel/sensors/sensor_binding.h"
+#include "doppel/sensors/models/sensor_binding.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 
-#include "doppel/core/names.h"
-#include "doppel/sensors/reading_names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/sensors/models/reading_names.h"
 
 namespace doppel {
 namespace {

@@ -6,11 +6,11 @@
 #include <optional>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/sensors/sensor_frames.h"
+#include "doppel/robot/kinematics/model.h"
+#include "doppel/sensors/models/sensor_frames.h"
 
 namespace doppel {
 

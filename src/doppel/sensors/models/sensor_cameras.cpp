@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "doppel/sensors/detail/sensor_kinds.h"
-#include "doppel/sensors/lens.h"
+#include "doppel/sensors/models/detail/sensor_kinds.h"
+#include "doppel/sensors/models/lens.h"
 
 namespace doppel {
 namespace {

@@ -11,9 +11,9 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/core/source_location.h"
+#include "doppel/base/core/source_location.h"
+#include "doppel/base/math/pose.h"
 #include "doppel/export.h"
-#include "doppel/math/pose.h"
 
 namespace doppel {
 

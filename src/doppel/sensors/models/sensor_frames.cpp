@@ -1,12 +1,12 @@
-#include "doppel/sensors/sensor_frames.h"
+#include "doppel/sensors/models/sensor_frames.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/core/names.h"
-#include "doppel/kinematics/kinematics.h"
-#include "doppel/sensors/sensor_reader.h"
+#include "doppel/base/core/names.h"
+#include "doppel/robot/kinematics/kinematics.h"
+#include "doppel/sensors/models/sensor_reader.h"
 
 namespace doppel {
 namespace {

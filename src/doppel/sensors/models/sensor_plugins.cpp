@@ -1,4 +1,4 @@
-#include "doppel/sensors/detail/sensor_plugins.h"
+#include "doppel/sensors/models/detail/sensor_plugins.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -6,11 +6,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/core/names.h"
-#include "doppel/core/text.h"
-#include "doppel/description/plugin_values.h"
-#include "doppel/sensors/sensor_reader.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/xml/element.h"
+#include "doppel/description/gazebo/plugin_values.h"
+#include "doppel/sensors/models/sensor_reader.h"
 
 namespace doppel {
 namespace {

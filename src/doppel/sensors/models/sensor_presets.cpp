@@ -1,12 +1,12 @@
 // The values of presets as the elements that a user would write, so that they are read as those are.
-#include "doppel/sensors/detail/sensor_presets.h"
+#include "doppel/sensors/models/detail/sensor_presets.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <map>
 
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel {
 namespace {

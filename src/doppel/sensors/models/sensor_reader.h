@@ -5,11 +5,11 @@
 
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/sensors/sensor_description.h"
-#include "doppel/xml/xml.h"
+#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/sensors/detail/sensor_values.h"
+#include "doppel/sensors/models/detail/sensor_values.h"
 
 #include <fmt/format.h>
 
@@ -6,7 +6,7 @@
 #include <numeric>
 #include <sstream>
 
-#include "doppel/description/urdf_reader.h"
+#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel {
 

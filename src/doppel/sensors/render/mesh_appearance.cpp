@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "doppel/description/mesh.h"
-#include "doppel/scene/detail/appearance.h"
-#include "doppel/scene/scene_builder.h"
+#include "doppel/description/meshes/mesh.h"
+#include "doppel/sensors/render/detail/appearance.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 namespace doppel {
 namespace {

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "doppel/scene/scene_builder.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 // The shapes that pictures show instead of meshes that were not found.
 

@@ -1,6 +1,6 @@
-#include "doppel/rays/ray_caster.h"
+#include "doppel/sensors/render/ray_caster.h"
 
-#include "doppel/core/plugin_module.h"
+#include "doppel/base/core/plugin_module.h"
 
 namespace doppel {
 

@@ -8,9 +8,9 @@
 #include <span>
 #include <vector>
 
+#include "doppel/base/math/pose.h"
 #include "doppel/export.h"
-#include "doppel/math/pose.h"
-#include "doppel/scene/render_scene.h"
+#include "doppel/sensors/render/render_scene.h"
 
 namespace doppel {
 

@@ -11,10 +11,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/description/lighting.h"
+#include "doppel/base/images/image.h"
+#include "doppel/base/math/pose.h"
+#include "doppel/description/meshes/lighting.h"
 #include "doppel/export.h"
-#include "doppel/images/image.h"
-#include "doppel/math/pose.h"
 
 namespace doppel {
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/core/overloaded.h"
-#include "doppel/description/heightmap.h"
-#include "doppel/description/shape_mesh.h"
-#include "doppel/scene/scene_builder.h"
+#include "doppel/base/core/overloaded.h"
+#include "doppel/description/meshes/heightmap.h"
+#include "doppel/description/meshes/shape_mesh.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 namespace doppel {
 namespace {

@@ -1,10 +1,10 @@
-#include "doppel/scene/scene_builder.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel {
 namespace {

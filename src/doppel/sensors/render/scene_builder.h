@@ -9,10 +9,10 @@
 #include <string>
 #include <string_view>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/scene/render_scene.h"
+#include "doppel/sensors/render/render_scene.h"
 
 namespace doppel {
 

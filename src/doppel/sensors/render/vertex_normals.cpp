@@ -2,7 +2,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "doppel/scene/scene_builder.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 namespace doppel {
 namespace {

@@ -5,15 +5,15 @@
 #include <limits>
 #include <optional>
 
-#include "doppel/images/image.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/sensing/detail/light_sensor.h"
-#include "doppel/sensing/detail/object_labels.h"
-#include "doppel/sensing/detail/pixel_formats.h"
-#include "doppel/sensing/detail/rolling_shutter.h"
-#include "doppel/sensors/image_noise.h"
-#include "doppel/sensors/lens.h"
-#include "doppel/sensors/sensor_frames.h"
+#include "doppel/base/images/image.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/sensors/models/image_noise.h"
+#include "doppel/sensors/models/lens.h"
+#include "doppel/sensors/models/sensor_frames.h"
+#include "doppel/sensors/rigs/detail/light_sensor.h"
+#include "doppel/sensors/rigs/detail/object_labels.h"
+#include "doppel/sensors/rigs/detail/pixel_formats.h"
+#include "doppel/sensors/rigs/detail/rolling_shutter.h"
 
 namespace doppel {
 namespace {

@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <set>
 
-#include "doppel/core/names.h"
-#include "doppel/messages/gazebo_msgs.h"
-#include "doppel/messages/ros_gz_interfaces.h"
-#include "doppel/sensing/detail/delay_line.h"
-#include "doppel/sensing/detail/physical_sensor.h"
-#include "doppel/sensing/pose_messages.h"
+#include "doppel/base/core/names.h"
+#include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/ros/messages/ros_gz_interfaces.h"
+#include "doppel/sensors/rigs/detail/delay_line.h"
+#include "doppel/sensors/rigs/detail/physical_sensor.h"
+#include "doppel/sensors/rigs/pose_messages.h"
 
 namespace doppel {
 namespace {

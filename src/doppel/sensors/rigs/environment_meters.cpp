@@ -1,7 +1,7 @@
 // Position by satellites, magnetic field, height, pressure and pose of a point of a link. Source: gz-sensors 8,
 // NavSatSensor.cc, MagnetometerSensor.cc, AltimeterSensor.cc, AirPressureSensor.cc.
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/sensing/detail/sensor_meter.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/sensors/rigs/detail/sensor_meter.h"
 
 namespace doppel {
 namespace {

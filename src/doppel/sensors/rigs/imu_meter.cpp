@@ -1,5 +1,5 @@
 // Specific force, angular velocity and orientation from the motion of a link over a step.
-#include "doppel/sensing/detail/sensor_meter.h"
+#include "doppel/sensors/rigs/detail/sensor_meter.h"
 
 namespace doppel {
 namespace {

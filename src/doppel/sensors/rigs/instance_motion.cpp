@@ -1,4 +1,4 @@
-#include "doppel/sensing/detail/instance_motion.h"
+#include "doppel/sensors/rigs/detail/instance_motion.h"
 
 #include <algorithm>
 

@@ -4,10 +4,10 @@
 #include <cstring>
 #include <limits>
 
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/sensing/detail/light_sensor.h"
-#include "doppel/sensors/noise.h"
-#include "doppel/sensors/scan_pattern.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/sensors/models/noise.h"
+#include "doppel/sensors/models/scan_pattern.h"
+#include "doppel/sensors/rigs/detail/light_sensor.h"
 
 namespace doppel {
 namespace {

@@ -1,13 +1,13 @@
-#include "doppel/sensing/light_rig.h"
+#include "doppel/sensors/rigs/light_rig.h"
 
 #include <algorithm>
 #include <deque>
 
-#include "doppel/core/fnv_hash.h"
-#include "doppel/sensing/detail/rig_node.h"
-#include "doppel/sensing/detail/rig_worker.h"
-#include "doppel/sensing/detail/world_scene.h"
-#include "doppel/sensors/sample_schedule.h"
+#include "doppel/base/core/fnv_hash.h"
+#include "doppel/sensors/models/sample_schedule.h"
+#include "doppel/sensors/rigs/detail/rig_node.h"
+#include "doppel/sensors/rigs/detail/rig_worker.h"
+#include "doppel/sensors/rigs/detail/world_scene.h"
 
 namespace doppel {
 namespace {

@@ -12,12 +12,12 @@
 #include <span>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/log.h"
+#include "doppel/base/core/log.h"
 #include "doppel/export.h"
-#include "doppel/physics/engine.h"
-#include "doppel/sensing/range_values.h"
-#include "doppel/sensing/rig_sensor.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/sensors/rigs/range_values.h"
+#include "doppel/sensors/rigs/rig_sensor.h"
 
 namespace doppel {
 

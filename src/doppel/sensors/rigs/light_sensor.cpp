@@ -1,8 +1,8 @@
-#include "doppel/sensing/detail/light_sensor.h"
+#include "doppel/sensors/rigs/detail/light_sensor.h"
 
 #include <string>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace doppel {
 

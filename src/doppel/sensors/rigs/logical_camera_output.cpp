@@ -1,10 +1,10 @@
 // LogicalCameraImage: the instances whose origins are in a frustum. Source: gz-sensors 8, LogicalCameraSensor.cc.
 #include <cmath>
 
-#include "doppel/messages/ros_gz_interfaces.h"
-#include "doppel/sensing/detail/delay_line.h"
-#include "doppel/sensing/detail/physical_sensor.h"
-#include "doppel/sensing/pose_messages.h"
+#include "doppel/ros/messages/ros_gz_interfaces.h"
+#include "doppel/sensors/rigs/detail/delay_line.h"
+#include "doppel/sensors/rigs/detail/physical_sensor.h"
+#include "doppel/sensors/rigs/pose_messages.h"
 
 namespace doppel {
 namespace {

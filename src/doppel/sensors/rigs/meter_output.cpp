@@ -1,10 +1,10 @@
 // Messages from the values of meters.
 #include <algorithm>
 
-#include "doppel/messages/ros_gz_interfaces.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/sensing/detail/delay_line.h"
-#include "doppel/sensing/detail/physical_sensor.h"
+#include "doppel/ros/messages/ros_gz_interfaces.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/sensors/rigs/detail/delay_line.h"
+#include "doppel/sensors/rigs/detail/physical_sensor.h"
 
 namespace doppel {
 namespace {

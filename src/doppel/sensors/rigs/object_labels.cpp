@@ -1,4 +1,4 @@
-#include "doppel/sensing/detail/object_labels.h"
+#include "doppel/sensors/rigs/detail/object_labels.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <map>
 #include <utility>
 
-#include "doppel/sensing/pose_messages.h"
+#include "doppel/sensors/rigs/pose_messages.h"
 
 namespace doppel {
 namespace {

@@ -1,13 +1,13 @@
-#include "doppel/sensing/physical_rig.h"
+#include "doppel/sensors/rigs/physical_rig.h"
 
 #include <algorithm>
 #include <set>
 #include <string>
 #include <utility>
 
-#include "doppel/sensing/detail/physical_sensor.h"
-#include "doppel/sensing/detail/rig_node.h"
-#include "doppel/sensors/sample_schedule.h"
+#include "doppel/sensors/models/sample_schedule.h"
+#include "doppel/sensors/rigs/detail/physical_sensor.h"
+#include "doppel/sensors/rigs/detail/rig_node.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/sensing/detail/physical_sensor.h"
+#include "doppel/sensors/rigs/detail/physical_sensor.h"
 
 namespace doppel {
 

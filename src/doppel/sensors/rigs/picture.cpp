@@ -1,8 +1,8 @@
-#include "doppel/sensing/picture.h"
+#include "doppel/sensors/rigs/picture.h"
 
-#include "doppel/sensing/detail/world_scene.h"
-#include "doppel/sensors/lens.h"
-#include "doppel/sensors/sensor_frames.h"
+#include "doppel/sensors/models/lens.h"
+#include "doppel/sensors/models/sensor_frames.h"
+#include "doppel/sensors/rigs/detail/world_scene.h"
 
 namespace doppel {
 

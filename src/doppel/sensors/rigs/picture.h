@@ -1,11 +1,11 @@
 #pragma once
 // A picture of a world as it is now, without a twin around it.
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/images/image.h"
 #include "doppel/export.h"
-#include "doppel/images/image.h"
-#include "doppel/physics/engine.h"
-#include "doppel/sensors/sensor_description.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

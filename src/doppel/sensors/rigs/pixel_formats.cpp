@@ -1,4 +1,4 @@
-#include "doppel/sensing/detail/pixel_formats.h"
+#include "doppel/sensors/rigs/detail/pixel_formats.h"
 
 #include <algorithm>
 #include <array>

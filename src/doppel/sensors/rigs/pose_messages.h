@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "doppel/math/pose.h"
-#include "doppel/messages/geometry_msgs.h"
+#include "doppel/base/math/pose.h"
+#include "doppel/ros/messages/geometry_msgs.h"
 
 namespace doppel {
 

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "doppel/export.h"
-#include "doppel/sensing/rig_sensor.h"
+#include "doppel/sensors/rigs/rig_sensor.h"
 
 namespace doppel {
 

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <string>
 
-#include "doppel/core/time.h"
-#include "doppel/messages/doppel_msgs.h"
-#include "doppel/sensors/sensor_description.h"
+#include "doppel/base/core/time.h"
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

@@ -1,13 +1,13 @@
-#include "doppel/sensing/detail/rig_worker.h"
+#include "doppel/sensors/rigs/detail/rig_worker.h"
 
 #include <algorithm>
 #include <ctime>
 #include <stdexcept>
 #include <utility>
 
-#include "doppel/core/fnv_hash.h"
-#include "doppel/core/guarded_thread.h"
-#include "doppel/core/thrown.h"
+#include "doppel/base/core/fnv_hash.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/thrown.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/sensing/detail/rolling_shutter.h"
+#include "doppel/sensors/rigs/detail/rolling_shutter.h"
 
 namespace doppel {
 

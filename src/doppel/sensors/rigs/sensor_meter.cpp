@@ -1,4 +1,4 @@
-#include "doppel/sensing/detail/sensor_meter.h"
+#include "doppel/sensors/rigs/detail/sensor_meter.h"
 
 namespace doppel {
 

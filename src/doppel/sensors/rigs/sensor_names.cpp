@@ -1,7 +1,7 @@
-#include "doppel/sensing/detail/sensor_names.h"
+#include "doppel/sensors/rigs/detail/sensor_names.h"
 
-#include "doppel/sensing/pose_messages.h"
-#include "doppel/sensing/range_values.h"
+#include "doppel/sensors/rigs/pose_messages.h"
+#include "doppel/sensors/rigs/range_values.h"
 
 namespace doppel {
 

@@ -1,11 +1,11 @@
-#include "doppel/sensing/sensor_readings.h"
+#include "doppel/sensors/rigs/sensor_readings.h"
 
 #include <algorithm>
 #include <limits>
 #include <optional>
 
-#include "doppel/sensing/detail/sensor_meter.h"
-#include "doppel/sensing/detail/sensor_names.h"
+#include "doppel/sensors/rigs/detail/sensor_meter.h"
+#include "doppel/sensors/rigs/detail/sensor_names.h"
 
 namespace doppel {
 namespace {

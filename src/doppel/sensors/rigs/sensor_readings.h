@@ -11,13 +11,13 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/time.h"
+#include "doppel/base/core/time.h"
+#include "doppel/base/math/geodesy.h"
 #include "doppel/export.h"
-#include "doppel/math/geodesy.h"
-#include "doppel/physics/engine.h"
-#include "doppel/sensing/range_values.h"
-#include "doppel/sensing/rig_sensor.h"
-#include "doppel/sensors/reading_names.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/sensors/models/reading_names.h"
+#include "doppel/sensors/rigs/range_values.h"
+#include "doppel/sensors/rigs/rig_sensor.h"
 
 namespace doppel {
 

@@ -1,10 +1,10 @@
-#include "doppel/sensing/detail/world_scene.h"
+#include "doppel/sensors/rigs/detail/world_scene.h"
 
 #include <fmt/format.h>
 
-#include "doppel/scene/scene_builder.h"
-#include "doppel/sensing/detail/object_labels.h"
-#include "doppel/sensors/label_plugin.h"
+#include "doppel/sensors/models/label_plugin.h"
+#include "doppel/sensors/render/scene_builder.h"
+#include "doppel/sensors/rigs/detail/object_labels.h"
 
 namespace doppel {
 namespace {

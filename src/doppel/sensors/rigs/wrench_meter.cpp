@@ -1,7 +1,7 @@
 // The wrench that a joint transmits, from the rates of momentum of the bodies beyond it.
 #include <algorithm>
 
-#include "doppel/sensing/detail/sensor_meter.h"
+#include "doppel/sensors/rigs/detail/sensor_meter.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/session/audit_result.h"
+#include "doppel/session/live/audit_result.h"
 
 #include <fmt/format.h>
 
@@ -6,9 +6,9 @@
 #include <cmath>
 #include <functional>
 
-#include "doppel/audit/report_places.h"
-#include "doppel/target/target.h"
-#include "doppel/twin/twin.h"
+#include "doppel/review/audit/report_places.h"
+#include "doppel/scenario/resolve/open_target.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel {
 

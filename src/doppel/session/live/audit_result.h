@@ -7,10 +7,10 @@
 #include <optional>
 #include <string>
 
-#include "doppel/audit/audit.h"
 #include "doppel/export.h"
-#include "doppel/target/target.h"
-#include "doppel/twin/scenario.h"
+#include "doppel/review/audit/audit.h"
+#include "doppel/scenario/resolve/open_target.h"
+#include "doppel/scenario/schema/scenario.h"
 
 namespace doppel {
 

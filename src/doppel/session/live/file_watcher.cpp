@@ -1,4 +1,4 @@
-#include "doppel/session/file_watcher.h"
+#include "doppel/session/live/file_watcher.h"
 
 #include <poll.h>
 #include <sys/eventfd.h>

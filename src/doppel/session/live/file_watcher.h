@@ -15,7 +15,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "doppel/core/files_read.h"
+#include "doppel/base/core/files_read.h"
 #include "doppel/export.h"
 
 namespace doppel {

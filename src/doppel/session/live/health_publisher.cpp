@@ -1,4 +1,4 @@
-#include "doppel/session/health_publisher.h"
+#include "doppel/session/live/health_publisher.h"
 
 #include <sys/resource.h>
 
@@ -9,12 +9,12 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "doppel/audit/report_places.h"
-#include "doppel/core/abandoned_thread.h"
-#include "doppel/core/guarded_thread.h"
-#include "doppel/core/shown_path.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/twin/robot_names.h"
+#include "doppel/base/core/abandoned_thread.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/shown_path.h"
+#include "doppel/review/audit/report_places.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/scenario/schema/robot_names.h"
 
 namespace doppel {
 namespace {

@@ -10,10 +10,10 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/source_location.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/source_location.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/bus.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/session/reload.h"
+#include "doppel/session/live/reload.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
-#include "doppel/core/abandoned_thread.h"
-#include "doppel/core/guarded_thread.h"
+#include "doppel/base/core/abandoned_thread.h"
+#include "doppel/base/core/guarded_thread.h"
 
 namespace doppel {
 namespace {

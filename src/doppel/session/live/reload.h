@@ -11,14 +11,14 @@
 #include <thread>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/files_read.h"
-#include "doppel/core/log.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/files_read.h"
+#include "doppel/base/core/log.h"
 #include "doppel/export.h"
-#include "doppel/session/file_watcher.h"
-#include "doppel/twin/twin.h"
-#include "doppel/twin/viewer.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/session/live/file_watcher.h"
+#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/viewer/viewer.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/session/ros_edge.h"
+#include "doppel/session/live/ros_edge.h"
 
 #include <fmt/format.h>
 

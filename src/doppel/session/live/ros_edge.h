@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 
-#include "doppel/bus/ros_arguments.h"
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
-#include "doppel/ros2/bridge.h"
+#include "doppel/ros/bus/ros_arguments.h"
+#include "doppel/ros/network/bridge.h"
 
 namespace doppel {
 

@@ -1,8 +1,8 @@
-#include "doppel/session/served_files.h"
+#include "doppel/session/live/served_files.h"
 
-#include "doppel/packages/package_folder.h"
-#include "doppel/twin/object_publisher.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/base/packages/package_folder.h"
+#include "doppel/scenario/sdf/sdf_world.h"
+#include "doppel/twin/loop/object_publisher.h"
 
 namespace doppel {
 
@@ -45,6 +45,26 @@ void add_object(const RobotDescription& object, RobotFiles& out) {
 }
 
 }  // namespace
+
+RobotFiles files_of(const RobotDescription& robot) {
+  RobotFiles out;
+  std::error_code none;
+  if (robot.source.file) out.description = fs::absolute(*robot.source.file, none).lexically_normal();
+  const auto add = [&out](const Geometry& geometry) {
+    const auto* mesh = std::get_if<MeshGeometry>(&geometry);
+    if (mesh != nullptr && !mesh->path.empty())
+      out.meshes.push_back({mesh->uri, fs::path(mesh->path).lexically_normal()});
+  };
+  for (const Link& link : robot.links) {
+    for (const Visual& visual : link.visuals) {
+      add(visual.geometry);
+      if (visual.material && !visual.material->texture.empty())
+        out.textures.push_back(visual.material->texture);
+    }
+    for (const Collision& collision : link.collisions) add(collision.geometry);
+  }
+  return out;
+}
 
 RobotFiles served_files(const std::vector<ModelInstance>& instances) {
   RobotFiles out;

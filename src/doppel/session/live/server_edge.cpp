@@ -1,4 +1,4 @@
-#include "doppel/session/server_edge.h"
+#include "doppel/session/live/server_edge.h"
 
 #include <fmt/format.h>
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/server/announcement.h"
-#include "doppel/server/server.h"
+#include "doppel/ros/server/announcement.h"
+#include "doppel/ros/server/server.h"
 
 namespace doppel {
 

@@ -1,6 +1,6 @@
-#include "doppel/session/session.h"
+#include "doppel/session/live/session.h"
 
-#include "doppel/session/served_files.h"
+#include "doppel/session/live/served_files.h"
 
 namespace doppel {
 

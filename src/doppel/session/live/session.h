@@ -9,15 +9,15 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/log.h"
+#include "doppel/base/core/log.h"
 #include "doppel/export.h"
-#include "doppel/session/audit_result.h"
-#include "doppel/session/health_publisher.h"
-#include "doppel/session/reload.h"
-#include "doppel/session/ros_edge.h"
-#include "doppel/session/server_edge.h"
-#include "doppel/twin/twin.h"
-#include "doppel/twin/viewer.h"
+#include "doppel/session/live/audit_result.h"
+#include "doppel/session/live/health_publisher.h"
+#include "doppel/session/live/reload.h"
+#include "doppel/session/live/ros_edge.h"
+#include "doppel/session/live/server_edge.h"
+#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/viewer/viewer.h"
 
 namespace doppel {
 

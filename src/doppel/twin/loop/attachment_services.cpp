@@ -1,4 +1,4 @@
-#include "doppel/twin/detail/attachment_services.h"
+#include "doppel/twin/loop/detail/attachment_services.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <stdexcept>
 #include <utility>
 
-#include "doppel/messages/linkattacher_msgs.h"
-#include "doppel/messages/std_srvs.h"
-#include "doppel/twin/detail/entity.h"
+#include "doppel/ros/messages/linkattacher_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/twin/loop/detail/entity.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/twin/detail/clock_publisher.h"
+#include "doppel/twin/loop/detail/clock_publisher.h"
 
 namespace doppel {
 namespace {

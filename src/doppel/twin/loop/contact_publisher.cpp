@@ -1,10 +1,10 @@
-#include "doppel/twin/detail/contact_publisher.h"
+#include "doppel/twin/loop/detail/contact_publisher.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/sensing/pose_messages.h"
+#include "doppel/sensors/rigs/pose_messages.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/twin/control_stack.h"
+#include "doppel/twin/loop/control_stack.h"
 
 #include <fmt/format.h>
 
@@ -7,9 +7,9 @@
 #include <optional>
 #include <set>
 
-#include "doppel/control/joint_list.h"
-#include "doppel/control/rates.h"
-#include "doppel/twin/detail/state_hash.h"
+#include "doppel/control/manager/joint_list.h"
+#include "doppel/control/manager/rates.h"
+#include "doppel/twin/loop/detail/state_hash.h"
 
 namespace doppel {
 namespace {

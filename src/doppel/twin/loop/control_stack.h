@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/control/controller_manager.h"
+#include "doppel/control/manager/controller_manager.h"
 #include "doppel/export.h"
-#include "doppel/twin/compiled_robot.h"
-#include "doppel/twin/simulated_hardware.h"
+#include "doppel/scenario/compile/compiled_robot.h"
+#include "doppel/scenario/compile/simulated_hardware.h"
 
 namespace doppel {
 

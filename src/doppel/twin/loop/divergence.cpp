@@ -1,11 +1,11 @@
-#include "doppel/twin/detail/divergence.h"
+#include "doppel/twin/loop/detail/divergence.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/twin/detail/load_range.h"
+#include "doppel/twin/loop/detail/load_range.h"
 
 namespace doppel {
 namespace {

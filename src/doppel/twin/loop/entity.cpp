@@ -1,11 +1,11 @@
-#include "doppel/twin/detail/entity.h"
+#include "doppel/twin/loop/detail/entity.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/core/names.h"
-#include "doppel/core/near_names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/near_names.h"
 
 namespace doppel {
 namespace {

@@ -1,13 +1,13 @@
-#include "doppel/twin/detail/entity_mesh.h"
+#include "doppel/twin/loop/detail/entity_mesh.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 
-#include "doppel/core/text.h"
-#include "doppel/packages/package_folder.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/packages/package_folder.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel {
 namespace {

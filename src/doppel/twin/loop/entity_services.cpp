@@ -1,17 +1,17 @@
-#include "doppel/twin/detail/entity_services.h"
+#include "doppel/twin/loop/detail/entity_services.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/messages/utf8.h"
-#include "doppel/physics/size_limits.h"
-#include "doppel/sensing/pose_messages.h"
-#include "doppel/twin/compiled_scenario.h"
-#include "doppel/twin/detail/divergence.h"
-#include "doppel/twin/detail/load_range.h"
-#include "doppel/twin/detail/model_plugins.h"
-#include "doppel/twin/detail/service_answer.h"
+#include "doppel/physics/contract/size_limits.h"
+#include "doppel/ros/messages/utf8.h"
+#include "doppel/scenario/compile/compiled_scenario.h"
+#include "doppel/scenario/compile/model_plugins.h"
+#include "doppel/sensors/rigs/pose_messages.h"
+#include "doppel/twin/loop/detail/divergence.h"
+#include "doppel/twin/loop/detail/load_range.h"
+#include "doppel/twin/loop/detail/service_answer.h"
 
 namespace doppel {
 namespace {

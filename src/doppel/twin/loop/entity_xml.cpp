@@ -1,4 +1,4 @@
-#include "doppel/twin/detail/entity_xml.h"
+#include "doppel/twin/loop/detail/entity_xml.h"
 
 #include <fmt/format.h>
 
@@ -10,13 +10,13 @@
 #include <sstream>
 #include <utility>
 
-#include "doppel/core/names.h"
-#include "doppel/description/load.h"
-#include "doppel/description/urdf_reader.h"
-#include "doppel/math/pose.h"
-#include "doppel/physics/size_limits.h"
-#include "doppel/twin/detail/entity.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/math/pose.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/description/urdf/urdf_reader.h"
+#include "doppel/physics/contract/size_limits.h"
+#include "doppel/twin/loop/detail/entity.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/twin/detail/grasp_monitor.h"
+#include "doppel/twin/loop/detail/grasp_monitor.h"
 
 #include <fmt/format.h>
 

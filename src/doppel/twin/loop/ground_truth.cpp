@@ -1,9 +1,9 @@
-#include "doppel/twin/detail/ground_truth.h"
+#include "doppel/twin/loop/detail/ground_truth.h"
 
 #include <utility>
 
-#include "doppel/sensing/pose_messages.h"
-#include "doppel/twin/robot_names.h"
+#include "doppel/scenario/schema/robot_names.h"
+#include "doppel/sensors/rigs/pose_messages.h"
 
 namespace doppel {
 namespace {

@@ -1,6 +1,6 @@
-#include "doppel/twin/detail/load_publisher.h"
+#include "doppel/twin/loop/detail/load_publisher.h"
 
-#include "doppel/twin/robot_names.h"
+#include "doppel/scenario/schema/robot_names.h"
 
 namespace doppel {
 

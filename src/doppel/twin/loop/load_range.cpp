@@ -1,4 +1,4 @@
-#include "doppel/twin/detail/load_range.h"
+#include "doppel/twin/loop/detail/load_range.h"
 
 #include <fmt/format.h>
 
@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/kinematics/dynamics.h"
-#include "doppel/math/mass_properties.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel {
 namespace {

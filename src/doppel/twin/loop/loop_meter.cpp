@@ -1,4 +1,4 @@
-#include "doppel/twin/loop_meter.h"
+#include "doppel/twin/loop/loop_meter.h"
 
 namespace doppel {
 

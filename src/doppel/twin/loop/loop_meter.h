@@ -4,7 +4,7 @@
 #include <chrono>
 #include <cstdint>
 
-#include "doppel/core/time.h"
+#include "doppel/base/core/time.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -1,14 +1,14 @@
-#include "doppel/twin/object_publisher.h"
+#include "doppel/twin/loop/object_publisher.h"
 
 #include <algorithm>
 #include <filesystem>
 #include <utility>
 
-#include "doppel/description/shape_mesh.h"
-#include "doppel/description/texture_coordinates.h"
-#include "doppel/sensing/pose_messages.h"
-#include "doppel/twin/detail/entity.h"
-#include "doppel/twin/detail/scene_message.h"
+#include "doppel/description/meshes/shape_mesh.h"
+#include "doppel/description/meshes/texture_coordinates.h"
+#include "doppel/sensors/rigs/pose_messages.h"
+#include "doppel/twin/loop/detail/entity.h"
+#include "doppel/twin/loop/detail/scene_message.h"
 
 namespace doppel {
 namespace {

@@ -14,13 +14,13 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
 #include "doppel/export.h"
-#include "doppel/messages/doppel_msgs.h"
-#include "doppel/messages/visualization_msgs.h"
-#include "doppel/twin/publish_schedule.h"
-#include "doppel/twin/scene.h"
-#include "doppel/twin/tickable.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/ros/messages/visualization_msgs.h"
+#include "doppel/twin/loop/publish_schedule.h"
+#include "doppel/twin/loop/scene.h"
+#include "doppel/twin/loop/tickable.h"
 
 namespace doppel {
 

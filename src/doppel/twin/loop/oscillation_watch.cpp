@@ -1,11 +1,11 @@
-#include "doppel/twin/detail/oscillation_watch.h"
+#include "doppel/twin/loop/detail/oscillation_watch.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/twin/rest_check.h"
+#include "doppel/twin/loop/rest_check.h"
 
 namespace doppel {
 namespace {

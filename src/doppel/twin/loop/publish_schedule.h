@@ -3,7 +3,7 @@
 // new subscriber, and at once after the state was written by a service, so that clients see it while
 // time is paused.
 
-#include "doppel/core/time.h"
+#include "doppel/base/core/time.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -1,4 +1,4 @@
-#include "doppel/twin/rest_check.h"
+#include "doppel/twin/loop/rest_check.h"
 
 #include <fmt/format.h>
 

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/source_location.h"
-#include "doppel/core/time.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/source_location.h"
+#include "doppel/base/core/time.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/physics/engine.h"
+#include "doppel/physics/contract/engine.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/twin/runner.h"
+#include "doppel/twin/loop/runner.h"
 
 #include <fmt/format.h>
 #include <sys/prctl.h>
@@ -12,7 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "doppel/core/guarded_thread.h"
+#include "doppel/base/core/guarded_thread.h"
 
 namespace doppel {
 namespace {

@@ -10,10 +10,10 @@
 #include <optional>
 
 #include "doppel/export.h"
-#include "doppel/twin/loop_meter.h"
-#include "doppel/twin/simulator_services.h"
-#include "doppel/twin/status_publisher.h"
-#include "doppel/twin/twin.h"
+#include "doppel/twin/loop/loop_meter.h"
+#include "doppel/twin/loop/simulator_services.h"
+#include "doppel/twin/loop/status_publisher.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/twin/scene.h"
+#include "doppel/twin/loop/scene.h"
 
 #include <algorithm>
 

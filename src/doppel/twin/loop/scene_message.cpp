@@ -1,10 +1,10 @@
-#include "doppel/twin/detail/scene_message.h"
+#include "doppel/twin/loop/detail/scene_message.h"
 
 #include <algorithm>
 
-#include "doppel/description/heightmap.h"
-#include "doppel/sensing/pose_messages.h"
-#include "doppel/twin/object_publisher.h"
+#include "doppel/description/meshes/heightmap.h"
+#include "doppel/sensors/rigs/pose_messages.h"
+#include "doppel/twin/loop/object_publisher.h"
 
 namespace doppel {
 namespace {

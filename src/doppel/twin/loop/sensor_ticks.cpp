@@ -1,4 +1,4 @@
-#include "doppel/twin/detail/sensor_ticks.h"
+#include "doppel/twin/loop/detail/sensor_ticks.h"
 
 #include <fmt/format.h>
 
@@ -7,8 +7,8 @@
 #include <map>
 #include <span>
 
-#include "doppel/sensing/pose_messages.h"
-#include "doppel/twin/robot_sensors.h"
+#include "doppel/scenario/compile/robot_sensors.h"
+#include "doppel/sensors/rigs/pose_messages.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/twin/simulator_services.h"
+#include "doppel/twin/loop/simulator_services.h"
 
 #include <fmt/format.h>
 
@@ -7,13 +7,13 @@
 #include <map>
 #include <utility>
 
-#include "doppel/bus/standard_node.h"
-#include "doppel/core/names.h"
-#include "doppel/messages/std_srvs.h"
-#include "doppel/sensing/pose_messages.h"
-#include "doppel/twin/detail/entity.h"
-#include "doppel/twin/detail/load_range.h"
-#include "doppel/twin/detail/service_answer.h"
+#include "doppel/base/core/names.h"
+#include "doppel/ros/bus/standard_node.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/sensors/rigs/pose_messages.h"
+#include "doppel/twin/loop/detail/entity.h"
+#include "doppel/twin/loop/detail/load_range.h"
+#include "doppel/twin/loop/detail/service_answer.h"
 
 namespace doppel {
 namespace {

@@ -8,12 +8,12 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
 #include "doppel/export.h"
-#include "doppel/messages/doppel_msgs.h"
-#include "doppel/messages/gazebo_msgs.h"
-#include "doppel/twin/scene.h"
-#include "doppel/twin/tickable.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/twin/loop/scene.h"
+#include "doppel/twin/loop/tickable.h"
 
 namespace doppel {
 

@@ -1,12 +1,12 @@
-#include "doppel/twin/state_publisher.h"
+#include "doppel/twin/loop/state_publisher.h"
 
 #include <algorithm>
 
-#include "doppel/bus/standard_node.h"
-#include "doppel/kinematics/kinematics.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/sensing/pose_messages.h"
-#include "doppel/twin/robot_names.h"
+#include "doppel/robot/kinematics/kinematics.h"
+#include "doppel/ros/bus/standard_node.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/scenario/schema/robot_names.h"
+#include "doppel/sensors/rigs/pose_messages.h"
 
 namespace doppel {
 namespace {

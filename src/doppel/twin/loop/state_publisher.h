@@ -15,16 +15,16 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/bus/parameter_file.h"
-#include "doppel/control/controller.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
-#include "doppel/physics/world_robot.h"
-#include "doppel/twin/robot_sensors.h"
+#include "doppel/physics/contract/world_robot.h"
+#include "doppel/robot/kinematics/model.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/bus/parameter_file.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
+#include "doppel/scenario/compile/robot_sensors.h"
 
 namespace doppel {
 

@@ -1,9 +1,9 @@
-#include "doppel/twin/status_publisher.h"
+#include "doppel/twin/loop/status_publisher.h"
 
 #include <fmt/format.h>
 
-#include "doppel/twin/runner.h"
-#include "doppel/twin/twin_robot.h"
+#include "doppel/twin/loop/runner.h"
+#include "doppel/twin/loop/twin_robot.h"
 
 namespace doppel {
 namespace {

@@ -7,11 +7,11 @@
 #include <memory>
 #include <span>
 
-#include "doppel/bus/bus.h"
 #include "doppel/export.h"
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/messages/doppel_msgs.h"
-#include "doppel/twin/loop_meter.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/twin/loop/loop_meter.h"
 
 namespace doppel {
 

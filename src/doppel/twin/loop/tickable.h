@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/core/time.h"
+#include "doppel/base/core/time.h"
 #include "doppel/export.h"
 
 namespace doppel {

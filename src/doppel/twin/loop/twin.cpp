@@ -1,21 +1,21 @@
-#include "doppel/twin/twin.h"
+#include "doppel/twin/loop/twin.h"
 
 #include <fmt/format.h>
 
-#include "doppel/control/plugin_library.h"
-#include "doppel/controllers/builtin.h"
-#include "doppel/twin/detail/attachment_services.h"
-#include "doppel/twin/detail/clock_publisher.h"
-#include "doppel/twin/detail/contact_publisher.h"
-#include "doppel/twin/detail/divergence.h"
-#include "doppel/twin/detail/entity_mesh.h"
-#include "doppel/twin/detail/entity_services.h"
-#include "doppel/twin/detail/grasp_monitor.h"
-#include "doppel/twin/detail/sensor_ticks.h"
-#include "doppel/twin/detail/twin.h"
-#include "doppel/twin/detail/world_services.h"
-#include "doppel/twin/object_publisher.h"
-#include "doppel/twin/robot_names.h"
+#include "doppel/control/controllers/builtin.h"
+#include "doppel/control/manager/plugin_library.h"
+#include "doppel/scenario/schema/robot_names.h"
+#include "doppel/twin/loop/detail/attachment_services.h"
+#include "doppel/twin/loop/detail/clock_publisher.h"
+#include "doppel/twin/loop/detail/contact_publisher.h"
+#include "doppel/twin/loop/detail/divergence.h"
+#include "doppel/twin/loop/detail/entity_mesh.h"
+#include "doppel/twin/loop/detail/entity_services.h"
+#include "doppel/twin/loop/detail/grasp_monitor.h"
+#include "doppel/twin/loop/detail/sensor_ticks.h"
+#include "doppel/twin/loop/detail/twin.h"
+#include "doppel/twin/loop/detail/world_services.h"
+#include "doppel/twin/loop/object_publisher.h"
 
 namespace doppel {
 namespace {

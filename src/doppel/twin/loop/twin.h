@@ -11,17 +11,17 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/control/control_loop.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/log.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/log.h"
+#include "doppel/control/manager/control_loop.h"
 #include "doppel/export.h"
-#include "doppel/physics/engine.h"
-#include "doppel/sensing/light_rig.h"
-#include "doppel/twin/loop_meter.h"
-#include "doppel/twin/scenario.h"
-#include "doppel/twin/twin_robot.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/scenario/schema/scenario.h"
+#include "doppel/scenario/sdf/sdf_world.h"
+#include "doppel/sensors/rigs/light_rig.h"
+#include "doppel/twin/loop/loop_meter.h"
+#include "doppel/twin/loop/twin_robot.h"
 
 namespace doppel {
 

@@ -6,11 +6,11 @@
 #include <set>
 #include <string>
 
-#include "doppel/bus/stage.h"
-#include "doppel/core/thrown.h"
-#include "doppel/target/controllers_search.h"
-#include "doppel/twin/detail/divergence.h"
-#include "doppel/twin/detail/twin.h"
+#include "doppel/base/core/thrown.h"
+#include "doppel/ros/bus/stage.h"
+#include "doppel/scenario/resolve/controllers_search.h"
+#include "doppel/twin/loop/detail/divergence.h"
+#include "doppel/twin/loop/detail/twin.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/twin/twin_robot.h"
+#include "doppel/twin/loop/twin_robot.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,11 @@
 #include <cmath>
 #include <utility>
 
-#include "doppel/control/joint_list.h"
-#include "doppel/twin/detail/ground_truth.h"
-#include "doppel/twin/detail/load_publisher.h"
-#include "doppel/twin/detail/oscillation_watch.h"
-#include "doppel/twin/detail/state_hash.h"
+#include "doppel/control/manager/joint_list.h"
+#include "doppel/twin/loop/detail/ground_truth.h"
+#include "doppel/twin/loop/detail/load_publisher.h"
+#include "doppel/twin/loop/detail/oscillation_watch.h"
+#include "doppel/twin/loop/detail/state_hash.h"
 
 namespace doppel {
 namespace {

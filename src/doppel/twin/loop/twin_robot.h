@@ -8,17 +8,17 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/control/control_loop.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/log.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/log.h"
+#include "doppel/control/manager/control_loop.h"
 #include "doppel/export.h"
-#include "doppel/physics/engine.h"
-#include "doppel/twin/control_stack.h"
-#include "doppel/twin/rest_check.h"
-#include "doppel/twin/scenario.h"
-#include "doppel/twin/state_publisher.h"
-#include "doppel/twin/tickable.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/scenario/schema/scenario.h"
+#include "doppel/twin/loop/control_stack.h"
+#include "doppel/twin/loop/rest_check.h"
+#include "doppel/twin/loop/state_publisher.h"
+#include "doppel/twin/loop/tickable.h"
 
 namespace doppel {
 
@@ -32,7 +32,7 @@ struct JointSnapshot {
 
 struct SagReport {
   std::string joint;
-  double torque = 0, sag = 0, least = 0, most = 0, margin = 0;  // see Sag in physics/servo.h
+  double torque = 0, sag = 0, least = 0, most = 0, margin = 0;  // see Sag in physics/contract/servo.h
 };
 
 struct OscillationReport {

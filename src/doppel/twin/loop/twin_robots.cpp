@@ -5,14 +5,14 @@
 #include <atomic>
 #include <utility>
 
-#include "doppel/bus/name_rules.h"
-#include "doppel/core/abandoned_thread.h"
-#include "doppel/core/guarded_thread.h"
-#include "doppel/core/thrown.h"
-#include "doppel/physics/engine_modules.h"
-#include "doppel/twin/detail/entity_mesh.h"
-#include "doppel/twin/detail/entity_services.h"
-#include "doppel/twin/detail/twin.h"
+#include "doppel/base/core/abandoned_thread.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/thrown.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/twin/loop/detail/entity_mesh.h"
+#include "doppel/twin/loop/detail/entity_services.h"
+#include "doppel/twin/loop/detail/twin.h"
 
 namespace doppel {
 namespace {

@@ -1,10 +1,10 @@
-#include "doppel/twin/detail/world_services.h"
+#include "doppel/twin/loop/detail/world_services.h"
 
 #include <fmt/format.h>
 
-#include "doppel/core/thrown.h"
-#include "doppel/description/plugin_values.h"
-#include "doppel/twin/detail/entity_mesh.h"
+#include "doppel/base/core/thrown.h"
+#include "doppel/description/gazebo/plugin_values.h"
+#include "doppel/twin/loop/detail/entity_mesh.h"
 
 namespace doppel {
 

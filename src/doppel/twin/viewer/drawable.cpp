@@ -1,4 +1,4 @@
-#include "doppel/twin/detail/drawable.h"
+#include "doppel/twin/viewer/detail/drawable.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/twin/viewer.h"
+#include "doppel/twin/viewer/viewer.h"
 
 #include <fmt/format.h>
 
@@ -9,14 +9,14 @@
 #include <unordered_map>
 #include <utility>
 
-#include "doppel/bus/standard_node.h"
-#include "doppel/core/names.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/target/target.h"
-#include "doppel/twin/detail/drawable.h"
-#include "doppel/twin/robot_setup.h"
-#include "doppel/twin/simulated_hardware.h"
-#include "doppel/twin/state_publisher.h"
+#include "doppel/base/core/names.h"
+#include "doppel/ros/bus/standard_node.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/scenario/compile/robot_setup.h"
+#include "doppel/scenario/compile/simulated_hardware.h"
+#include "doppel/scenario/resolve/open_target.h"
+#include "doppel/twin/loop/state_publisher.h"
+#include "doppel/twin/viewer/detail/drawable.h"
 
 namespace doppel {
 namespace {

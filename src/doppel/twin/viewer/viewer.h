@@ -8,18 +8,18 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/log.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/log.h"
 #include "doppel/export.h"
-#include "doppel/twin/scenario.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/scenario/schema/scenario.h"
 
 namespace doppel {
 
 class DOPPEL_API Viewer {
  public:
   // Uses the scenario's first robot's target and arguments, bundled_robots and inspect. Errors that do not
-  // affect the picture are warnings in `diagnostics` (twin/detail/drawable.h); throws InputError if nothing
+  // affect the picture are warnings in `diagnostics` (twin/viewer/detail/drawable.h); throws InputError if nothing
   // can be drawn. `log`, which outlives the viewer, gets later messages: invalid commands, each once.
   Viewer(const Scenario& scenario, const Log& log, Diagnostics& diagnostics);
   ~Viewer();
@@ -31,7 +31,7 @@ class DOPPEL_API Viewer {
   // `now`: wall-clock time since the epoch.
   void step(Time now);
 
-  // -- reload of the sources, as in a twin (twin/twin.h)
+  // -- reload of the sources, as in a twin (twin/loop/twin.h)
   struct Replacement;
   // The input of prepare(), which may outlive the viewer. The loop's thread.
   [[nodiscard]] std::shared_ptr<const Scenario> scenario() const;

@@ -1,4 +1,4 @@
-#include "doppel/core/arena.h"
+#include "doppel/base/core/arena.h"
 
 #include <gtest/gtest.h>
 

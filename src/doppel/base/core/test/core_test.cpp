@@ -8,14 +8,14 @@
 #include <string>
 #include <thread>
 
-#include "doppel/core/byte_ring.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/core/file_descriptor.h"
-#include "doppel/core/inbox.h"
-#include "doppel/core/names.h"
-#include "doppel/core/text.h"
-#include "doppel/core/time.h"
-#include "doppel/core/yaml_fix.h"
+#include "doppel/base/core/byte_ring.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/file_descriptor.h"
+#include "doppel/base/core/inbox.h"
+#include "doppel/base/core/names.h"
+#include "doppel/base/core/text.h"
+#include "doppel/base/core/time.h"
+#include "doppel/base/core/yaml_fix.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/core/test/heap_touches.h"
+#include "doppel/base/core/test/heap_touches.h"
 
 #include <cstdlib>
 #include <new>

@@ -1,4 +1,4 @@
-#include "doppel/core/near_names.h"
+#include "doppel/base/core/near_names.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/core/output_file.h"
+#include "doppel/base/core/output_file.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace doppel {
 namespace {

@@ -1,6 +1,6 @@
 // The examples that NIST publishes for FIPS 180-4, and the lengths at which the padding takes a second block.
 
-#include "doppel/core/sha256.h"
+#include "doppel/base/core/sha256.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/core/shown_path.h"
+#include "doppel/base/core/shown_path.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/core/test/system_faults.h"
+#include "doppel/base/core/test/system_faults.h"
 
 #include <dlfcn.h>
 #include <pthread.h>

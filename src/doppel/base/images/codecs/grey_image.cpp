@@ -1,5 +1,5 @@
 // PNG by libpng and JPEG by libjpeg-turbo.
-#include "doppel/images/grey_image.h"
+#include "doppel/base/images/grey_image.h"
 
 #include <jpeglib.h>
 #include <png.h>

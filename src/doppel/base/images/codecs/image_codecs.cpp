@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "doppel/base/images/image.h"
 #include "doppel/export.h"
-#include "doppel/images/image.h"
 
 namespace doppel {
 namespace {

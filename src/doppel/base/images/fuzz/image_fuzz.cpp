@@ -2,8 +2,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/images/image.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/images/image.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {

@@ -1,4 +1,4 @@
-#include "doppel/images/image.h"
+#include "doppel/base/images/image.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace doppel {
 namespace {

@@ -1,6 +1,6 @@
 // WGS 84 coordinates against published points and an independent integration along the ellipsoid, and the standard
 // atmosphere against its published table.
-#include "doppel/math/geodesy.h"
+#include "doppel/base/math/geodesy.h"
 
 #include <gtest/gtest.h>
 

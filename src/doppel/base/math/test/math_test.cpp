@@ -4,8 +4,8 @@
 #include <random>
 #include <vector>
 
-#include "doppel/math/mass_properties.h"
-#include "doppel/math/pose_motion.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/base/math/pose_motion.h"
 
 namespace doppel {
 namespace {

@@ -7,8 +7,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/packages/package_index.h"
-#include "doppel/packages/package_resolver.h"
+#include "doppel/base/packages/package_index.h"
+#include "doppel/base/packages/package_resolver.h"
 
 namespace doppel {
 namespace {

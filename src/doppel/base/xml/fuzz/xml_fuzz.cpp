@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/xacro/xacro.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/xacro/xacro.h"
 
 namespace {
 

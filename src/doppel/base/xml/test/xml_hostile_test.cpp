@@ -1,8 +1,8 @@
 // Bytes that are not a document: an error with its location, within a short time, whatever they are.
 #include <gtest/gtest.h>
 
-#include "doppel/xml/test/xml_refusal.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/test/xml_refusal.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel {
 namespace {

@@ -1,12 +1,12 @@
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
 
 #include <gtest/gtest.h>
 
 #include <clocale>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/xacro/xacro.h"
-#include "doppel/xml/test/xml_refusal.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/xml/test/xml_refusal.h"
+#include "doppel/description/xacro/xacro.h"
 
 namespace doppel {
 namespace {

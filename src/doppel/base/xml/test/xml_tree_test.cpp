@@ -1,8 +1,8 @@
-#include "doppel/xml/xml_tree.h"
+#include "doppel/base/xml/xml_tree.h"
 
 #include <gtest/gtest.h>
 
-#include "doppel/xacro/xacro.h"
+#include "doppel/description/xacro/xacro.h"
 
 namespace doppel {
 namespace {

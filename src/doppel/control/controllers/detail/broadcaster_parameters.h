@@ -4,7 +4,7 @@
 #include <array>
 #include <string>
 
-#include "doppel/control/controller.h"
+#include "doppel/control/manager/controller.h"
 
 namespace doppel {
 

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/controllers/detail/diff_drive_settings.h"
-#include "doppel/controllers/detail/speed_limiter.h"
-#include "doppel/controllers/detail/velocity_base.h"
+#include "doppel/control/controllers/detail/diff_drive_settings.h"
+#include "doppel/control/controllers/detail/speed_limiter.h"
+#include "doppel/control/controllers/detail/velocity_base.h"
 
 namespace doppel {
 

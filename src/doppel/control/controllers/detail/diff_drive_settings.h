@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller.h"
+#include "doppel/control/manager/controller.h"
 
 namespace doppel {
 

@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller.h"
-#include "doppel/control/hardware.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel {
 

@@ -15,10 +15,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/action_server.h"
-#include "doppel/control/controller.h"
-#include "doppel/controllers/detail/pid.h"
-#include "doppel/messages/control_msgs.h"
+#include "doppel/control/controllers/detail/pid.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/ros/bus/action_server.h"
+#include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel {
 

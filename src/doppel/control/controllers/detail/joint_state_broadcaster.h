@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 
 namespace doppel {
 

@@ -11,15 +11,15 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/action_server.h"
-#include "doppel/control/controller.h"
-#include "doppel/controllers/detail/jtc_interfaces.h"
-#include "doppel/controllers/detail/jtc_settings.h"
-#include "doppel/controllers/detail/pid.h"
-#include "doppel/controllers/detail/tolerances.h"
-#include "doppel/controllers/detail/trajectory.h"
-#include "doppel/controllers/detail/trajectory_message.h"
-#include "doppel/messages/control_msgs.h"
+#include "doppel/control/controllers/detail/jtc_interfaces.h"
+#include "doppel/control/controllers/detail/jtc_settings.h"
+#include "doppel/control/controllers/detail/pid.h"
+#include "doppel/control/controllers/detail/tolerances.h"
+#include "doppel/control/controllers/detail/trajectory.h"
+#include "doppel/control/controllers/detail/trajectory_message.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/ros/bus/action_server.h"
+#include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel {
 

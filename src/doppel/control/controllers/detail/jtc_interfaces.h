@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "doppel/controllers/detail/jtc_settings.h"
+#include "doppel/control/controllers/detail/jtc_settings.h"
 
 namespace doppel::jtc {
 

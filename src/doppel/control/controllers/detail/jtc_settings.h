@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller.h"
-#include "doppel/controllers/detail/pid.h"
-#include "doppel/controllers/detail/tolerances.h"
-#include "doppel/controllers/detail/trajectory.h"
+#include "doppel/control/controllers/detail/pid.h"
+#include "doppel/control/controllers/detail/tolerances.h"
+#include "doppel/control/controllers/detail/trajectory.h"
+#include "doppel/control/manager/controller.h"
 
 namespace doppel::jtc {
 

@@ -4,8 +4,8 @@
 
 #include <span>
 
-#include "doppel/controllers/detail/jtc_settings.h"
-#include "doppel/controllers/detail/trajectory.h"
+#include "doppel/control/controllers/detail/jtc_settings.h"
+#include "doppel/control/controllers/detail/trajectory.h"
 
 namespace doppel::jtc {
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/controllers/detail/reference_base.h"
-#include "doppel/controllers/detail/speed_limiter.h"
-#include "doppel/messages/control_msgs.h"
+#include "doppel/control/controllers/detail/reference_base.h"
+#include "doppel/control/controllers/detail/speed_limiter.h"
+#include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel {
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller.h"
-#include "doppel/controllers/detail/planar_odometry.h"
-#include "doppel/messages/nav_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
+#include "doppel/control/controllers/detail/planar_odometry.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/ros/messages/nav_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
 
 namespace doppel {
 

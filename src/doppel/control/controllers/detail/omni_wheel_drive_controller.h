@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/controllers/detail/velocity_base.h"
+#include "doppel/control/controllers/detail/velocity_base.h"
 
 namespace doppel {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <variant>
 
-#include "doppel/bus/parameters.h"
+#include "doppel/ros/bus/parameters.h"
 
 namespace doppel {
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <string>
 
-#include "doppel/core/status.h"
+#include "doppel/base/core/status.h"
 
 namespace doppel {
 

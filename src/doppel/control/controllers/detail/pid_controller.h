@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller.h"
-#include "doppel/controllers/detail/pid.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/std_srvs.h"
+#include "doppel/control/controllers/detail/pid.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel {
 

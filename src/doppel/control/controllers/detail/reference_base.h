@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller.h"
-#include "doppel/controllers/detail/odometry_publisher.h"
-#include "doppel/controllers/detail/planar_odometry.h"
-#include "doppel/controllers/detail/twist_command.h"
+#include "doppel/control/controllers/detail/odometry_publisher.h"
+#include "doppel/control/controllers/detail/planar_odometry.h"
+#include "doppel/control/controllers/detail/twist_command.h"
+#include "doppel/control/manager/controller.h"
 
 namespace doppel {
 

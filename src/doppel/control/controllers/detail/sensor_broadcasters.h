@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller.h"
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
 
 namespace doppel {
 

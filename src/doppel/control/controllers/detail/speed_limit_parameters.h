@@ -4,8 +4,8 @@
 
 #include <string>
 
-#include "doppel/control/controller.h"
-#include "doppel/controllers/detail/speed_limiter.h"
+#include "doppel/control/controllers/detail/speed_limiter.h"
+#include "doppel/control/manager/controller.h"
 
 namespace doppel {
 

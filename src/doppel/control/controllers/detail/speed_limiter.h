@@ -2,8 +2,8 @@
 // Limits one component of a base's velocity by jerk, acceleration and velocity, in this order, as
 // ros2_controllers' bases do (control_toolbox's RateLimiter). Units: m/s or rad/s and their derivatives.
 
-#include "doppel/control/nan.h"
-#include "doppel/core/status.h"
+#include "doppel/base/core/status.h"
+#include "doppel/control/hardware/nan.h"
 
 namespace doppel {
 

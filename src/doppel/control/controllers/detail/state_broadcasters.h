@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/controllers/detail/sensor_broadcasters.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/control/controllers/detail/sensor_broadcasters.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 
 namespace doppel {
 

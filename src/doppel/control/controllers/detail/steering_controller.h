@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/controllers/detail/reference_base.h"
-#include "doppel/messages/control_msgs.h"
+#include "doppel/control/controllers/detail/reference_base.h"
+#include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/messages/control_msgs.h"
+#include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel::jtc {
 

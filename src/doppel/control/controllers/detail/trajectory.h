@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "doppel/core/time.h"
+#include "doppel/base/core/time.h"
 
 namespace doppel::jtc {
 

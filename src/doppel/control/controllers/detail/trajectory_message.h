@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/controllers/detail/trajectory.h"
-#include "doppel/core/status.h"
-#include "doppel/messages/trajectory_msgs.h"
+#include "doppel/base/core/status.h"
+#include "doppel/control/controllers/detail/trajectory.h"
+#include "doppel/ros/messages/trajectory_msgs.h"
 
 namespace doppel::jtc {
 

@@ -7,12 +7,12 @@
 
 #include <string>
 
-#include "doppel/control/controller.h"
-#include "doppel/controllers/detail/odometry_publisher.h"
-#include "doppel/controllers/detail/planar_odometry.h"
-#include "doppel/controllers/detail/tricycle_limiter.h"
-#include "doppel/controllers/detail/twist_command.h"
-#include "doppel/messages/ackermann_msgs.h"
+#include "doppel/control/controllers/detail/odometry_publisher.h"
+#include "doppel/control/controllers/detail/planar_odometry.h"
+#include "doppel/control/controllers/detail/tricycle_limiter.h"
+#include "doppel/control/controllers/detail/twist_command.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/ros/messages/ackermann_msgs.h"
 
 namespace doppel {
 

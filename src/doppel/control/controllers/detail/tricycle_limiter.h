@@ -2,8 +2,8 @@
 // The limits of tricycle_controller (ros2_controllers), which are magnitudes for both directions: of the driven wheel's
 // speed, and of the steering angle. Units: rad/s of the wheel, rad of the steering, and their derivatives.
 
-#include "doppel/control/nan.h"
-#include "doppel/core/status.h"
+#include "doppel/base/core/status.h"
+#include "doppel/control/hardware/nan.h"
 
 namespace doppel {
 

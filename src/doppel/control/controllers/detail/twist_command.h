@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <string>
 
-#include "doppel/control/controller.h"
-#include "doppel/messages/geometry_msgs.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/ros/messages/geometry_msgs.h"
 
 namespace doppel {
 

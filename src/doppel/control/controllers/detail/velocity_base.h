@@ -3,10 +3,10 @@
 // sides of wheels and of omni wheels in ros2_controllers. A command holds for cmd_vel_timeout, then the
 // references are zero. Until the first command, or the end of the time-out, they are NaN and there is no odometry.
 
-#include "doppel/control/controller.h"
-#include "doppel/controllers/detail/odometry_publisher.h"
-#include "doppel/controllers/detail/planar_odometry.h"
-#include "doppel/controllers/detail/twist_command.h"
+#include "doppel/control/controllers/detail/odometry_publisher.h"
+#include "doppel/control/controllers/detail/planar_odometry.h"
+#include "doppel/control/controllers/detail/twist_command.h"
+#include "doppel/control/manager/controller.h"
 
 namespace doppel {
 

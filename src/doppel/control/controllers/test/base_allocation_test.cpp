@@ -3,8 +3,8 @@
 
 #include <gtest/gtest.h>
 
-#include "doppel/controllers/test/base_rig.h"
-#include "doppel/core/test/heap_touches.h"
+#include "doppel/base/core/test/heap_touches.h"
+#include "doppel/control/controllers/test/base_rig.h"
 
 namespace doppel {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "doppel/controllers/detail/steering_controller.h"
-#include "doppel/controllers/test/base_rig.h"
+#include "doppel/control/controllers/detail/steering_controller.h"
+#include "doppel/control/controllers/test/base_rig.h"
 
 namespace doppel {
 namespace {

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/nan.h"
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/nav_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
+#include "doppel/control/hardware/nan.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/nav_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
 
 namespace doppel {
 

@@ -5,11 +5,11 @@
 
 #include <cmath>
 
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/core/test/heap_touches.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
+#include "doppel/base/core/test/heap_touches.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
 
 namespace doppel {
 namespace {

@@ -5,11 +5,11 @@
 
 #include <cmath>
 
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/trajectory_msgs.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/trajectory_msgs.h"
 
 namespace doppel {
 namespace {

@@ -5,10 +5,10 @@
 
 #include <cmath>
 
-#include "doppel/bus/action_server.h"
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/controllers/builtin.h"
-#include "doppel/messages/control_msgs.h"
+#include "doppel/control/controllers/builtin.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/bus/action_server.h"
+#include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "doppel/controllers/test/jtc_rig.h"
+#include "doppel/control/controllers/test/jtc_rig.h"
 
 namespace doppel {
 namespace {

@@ -6,8 +6,8 @@
 
 #include <cmath>
 
-#include "doppel/controllers/detail/trajectory_message.h"
-#include "doppel/controllers/test/jtc_rig.h"
+#include "doppel/control/controllers/detail/trajectory_message.h"
+#include "doppel/control/controllers/test/jtc_rig.h"
 
 namespace doppel::jtc {
 namespace {

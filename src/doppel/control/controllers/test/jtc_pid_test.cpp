@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "doppel/controllers/detail/pid.h"
+#include "doppel/control/controllers/detail/pid.h"
 
 namespace doppel {
 namespace {

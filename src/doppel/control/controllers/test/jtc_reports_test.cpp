@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "doppel/controllers/test/jtc_rig.h"
+#include "doppel/control/controllers/test/jtc_rig.h"
 
 namespace doppel {
 namespace {

@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/action_server.h"
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/messages/control_msgs.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/bus/action_server.h"
+#include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel {
 

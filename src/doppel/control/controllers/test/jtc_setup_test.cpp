@@ -5,9 +5,9 @@
 
 #include <cmath>
 
-#include "doppel/controllers/builtin.h"
-#include "doppel/controllers/detail/joint_trajectory_controller.h"
-#include "doppel/controllers/test/jtc_rig.h"
+#include "doppel/control/controllers/builtin.h"
+#include "doppel/control/controllers/detail/joint_trajectory_controller.h"
+#include "doppel/control/controllers/test/jtc_rig.h"
 
 namespace doppel {
 namespace {

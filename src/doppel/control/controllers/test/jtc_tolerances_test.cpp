@@ -5,7 +5,7 @@
 
 #include <cmath>
 
-#include "doppel/controllers/detail/tolerances.h"
+#include "doppel/control/controllers/detail/tolerances.h"
 
 namespace doppel::jtc {
 namespace {

@@ -7,7 +7,7 @@
 #include <numbers>
 #include <random>
 
-#include "doppel/controllers/detail/trajectory.h"
+#include "doppel/control/controllers/detail/trajectory.h"
 
 namespace doppel::jtc {
 namespace {

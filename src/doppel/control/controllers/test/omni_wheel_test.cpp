@@ -7,7 +7,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/controllers/test/base_rig.h"
+#include "doppel/control/controllers/test/base_rig.h"
 
 namespace doppel {
 namespace {

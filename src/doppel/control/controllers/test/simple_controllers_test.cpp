@@ -5,9 +5,9 @@
 
 #include <cmath>
 
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 
 namespace doppel {
 namespace {

@@ -1,10 +1,10 @@
-#include "doppel/controllers/detail/speed_limiter.h"
+#include "doppel/control/controllers/detail/speed_limiter.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "doppel/controllers/detail/planar_odometry.h"
+#include "doppel/control/controllers/detail/planar_odometry.h"
 
 namespace doppel {
 namespace {

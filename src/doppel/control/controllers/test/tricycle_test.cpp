@@ -6,10 +6,10 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/controllers/detail/tricycle_limiter.h"
-#include "doppel/controllers/test/base_rig.h"
-#include "doppel/messages/ackermann_msgs.h"
-#include "doppel/messages/std_srvs.h"
+#include "doppel/control/controllers/detail/tricycle_limiter.h"
+#include "doppel/control/controllers/test/base_rig.h"
+#include "doppel/ros/messages/ackermann_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel {
 namespace {

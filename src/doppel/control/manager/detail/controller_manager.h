@@ -7,16 +7,16 @@
 #include <functional>
 #include <map>
 
-#include "doppel/bus/node_arguments.h"
-#include "doppel/control/controller_manager.h"
-#include "doppel/control/detail/joint_limiter.h"
-#include "doppel/control/detail/resource_table.h"
-#include "doppel/control/rates.h"
-#include "doppel/core/thrown.h"
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/messages/lifecycle_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/base/core/thrown.h"
+#include "doppel/control/manager/controller_manager.h"
+#include "doppel/control/manager/detail/joint_limiter.h"
+#include "doppel/control/manager/detail/resource_table.h"
+#include "doppel/control/manager/rates.h"
+#include "doppel/ros/bus/node_arguments.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/ros/messages/lifecycle_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel {
 

@@ -2,7 +2,7 @@
 // Parameters of ros2_control's manager without effect here, where one thread and one clock do everything.
 // They are declared with ros2_control's defaults, because files and tools use them.
 
-#include "doppel/bus/parameter_file.h"
+#include "doppel/ros/bus/parameter_file.h"
 
 namespace doppel {
 

@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/detail/resource_table.h"
-#include "doppel/control/soft_limits.h"
-#include "doppel/core/log.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/base/core/log.h"
+#include "doppel/control/manager/detail/resource_table.h"
+#include "doppel/control/manager/soft_limits.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

@@ -4,9 +4,9 @@
 #include <optional>
 #include <string>
 
-#include "doppel/control/controller_manager.h"
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/messages/lifecycle_msgs.h"
+#include "doppel/control/manager/controller_manager.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/messages/lifecycle_msgs.h"
 
 namespace doppel {
 

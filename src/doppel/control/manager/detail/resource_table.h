@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller.h"
-#include "doppel/control/hardware.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/manager/controller.h"
 
 namespace doppel {
 

@@ -8,10 +8,10 @@
 #include <memory>
 #include <mutex>
 
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/controllers/builtin.h"
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/control/controllers/builtin.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel {
 namespace {

@@ -1,7 +1,7 @@
 // A control loop on its own thread and on wall-clock time: it keeps its period during slow work, counts
 // missed cycles, and is supervised. With asynchronous hardware it does not wait for the device.
 
-#include "doppel/control/control_loop.h"
+#include "doppel/control/manager/control_loop.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,11 +10,11 @@
 #include <system_error>
 #include <thread>
 
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/controllers/builtin.h"
-#include "doppel/core/test/system_faults.h"
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/base/core/test/system_faults.h"
+#include "doppel/control/controllers/builtin.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel {
 namespace {

@@ -1,10 +1,10 @@
-#include "doppel/control/test/fake_hardware.h"
+#include "doppel/control/manager/test/fake_hardware.h"
 
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
-#include "doppel/control/nan.h"
+#include "doppel/control/hardware/nan.h"
 
 namespace doppel {
 namespace {

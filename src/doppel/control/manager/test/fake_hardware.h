@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/hardware.h"
+#include "doppel/control/hardware/hardware.h"
 
 namespace doppel {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/kinematics/model.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

@@ -3,12 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "doppel/control/plugin_library.h"
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/std_srvs.h"
+#include "doppel/control/manager/plugin_library.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel {
 namespace {

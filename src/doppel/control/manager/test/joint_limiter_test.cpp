@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "doppel/control/nan.h"
-#include "doppel/control/test/manager_rig.h"
+#include "doppel/control/hardware/nan.h"
+#include "doppel/control/manager/test/manager_rig.h"
 
 namespace doppel {
 namespace {

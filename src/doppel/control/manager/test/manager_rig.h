@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "doppel/control/controller_manager.h"
-#include "doppel/control/hardware_registry.h"
-#include "doppel/control/test/fake_hardware.h"
-#include "doppel/control/test/fake_robot.h"
-#include "doppel/controllers/builtin.h"
+#include "doppel/control/controllers/builtin.h"
+#include "doppel/control/hardware/hardware_registry.h"
+#include "doppel/control/manager/controller_manager.h"
+#include "doppel/control/manager/test/fake_hardware.h"
+#include "doppel/control/manager/test/fake_robot.h"
 
 namespace doppel {
 

@@ -5,10 +5,10 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/bus/parameter_services.h"
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/messages/rcl_interfaces.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/bus/parameter_services.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
 
 namespace doppel {
 namespace {

@@ -7,8 +7,8 @@
 #include <cmath>
 #include <random>
 
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel {
 namespace {

@@ -5,9 +5,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/control/joint_list.h"
-#include "doppel/control/plugin_library.h"
-#include "doppel/control/test/manager_rig.h"
+#include "doppel/control/manager/joint_list.h"
+#include "doppel/control/manager/plugin_library.h"
+#include "doppel/control/manager/test/manager_rig.h"
 
 namespace doppel {
 namespace {
@@ -488,14 +488,15 @@ TEST(ControllerManager, SharedLibraryRegistersControllers) {
   ManagerRig rig(
       "controller_manager: {ros__parameters: {c: {type: test_plugin/Constant}}}\nc: {ros__parameters: "
       "{value: 0.5}}");
-  load_plugin_library(DOPPEL_TEST_PLUGIN, rig.registry, rig.hardware_types);
-  EXPECT_EQ(rig.registry.find("test_plugin/Constant")->library, DOPPEL_TEST_PLUGIN);
+  load_plugin_library(DOPPEL_TEST_CONTROLLER_PLUGIN, rig.registry, rig.hardware_types);
+  EXPECT_EQ(rig.registry.find("test_plugin/Constant")->library, DOPPEL_TEST_CONTROLLER_PLUGIN);
   rig.manager->start(Names{"c"});
   rig.run(2);
   EXPECT_EQ(rig.hardware->position("a"), 0.5);
-  EXPECT_THAT(
-      input_error_of([&] { load_plugin_library(DOPPEL_TEST_PLUGIN, rig.registry, rig.hardware_types); }),
-      HasSubstr("already registered"));
+  EXPECT_THAT(input_error_of([&] {
+                load_plugin_library(DOPPEL_TEST_CONTROLLER_PLUGIN, rig.registry, rig.hardware_types);
+              }),
+              HasSubstr("already registered"));
   EXPECT_THAT(input_error_of(
                   [&] { load_plugin_library(DOPPEL_TEST_EMPTY_PLUGIN, rig.registry, rig.hardware_types); }),
               HasSubstr("exports no controller"));

@@ -1,4 +1,4 @@
-#include "doppel/bus/parameter_file.h"
+#include "doppel/ros/bus/parameter_file.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -10,7 +10,7 @@
 #include <fstream>
 #include <random>
 
-#include "doppel/control/test/manager_rig.h"
+#include "doppel/control/manager/test/manager_rig.h"
 
 namespace doppel {
 namespace {

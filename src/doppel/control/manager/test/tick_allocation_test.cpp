@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include "doppel/control/test/manager_rig.h"
-#include "doppel/core/test/heap_touches.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/base/core/test/heap_touches.h"
+#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel {
 namespace {

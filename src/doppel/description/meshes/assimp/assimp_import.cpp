@@ -8,7 +8,7 @@
 #include <assimp/Importer.hpp>
 #include <map>
 
-#include "doppel/description/imported_mesh.h"
+#include "doppel/description/meshes/imported_mesh.h"
 #include "doppel/export.h"
 
 namespace doppel {

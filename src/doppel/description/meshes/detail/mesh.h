@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace doppel::mesh {
 

@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/mesh.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/meshes/mesh.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   constexpr std::string_view kFormats[] = {"stl", "obj", "dae"};

@@ -1,5 +1,5 @@
 // Heights from images.
-#include "doppel/description/heightmap.h"
+#include "doppel/description/meshes/heightmap.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace doppel {
 namespace {

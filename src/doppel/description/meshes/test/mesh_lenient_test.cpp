@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/mesh.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/meshes/mesh.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/geometry/mesh_report.h"
+#include "doppel/description/meshes/mesh_report.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 #include <random>
 
-#include "doppel/geometry/convex_hull.h"
+#include "doppel/description/meshes/convex_hull.h"
 
 namespace doppel {
 namespace {

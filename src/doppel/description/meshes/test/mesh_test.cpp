@@ -1,4 +1,4 @@
-#include "doppel/description/mesh.h"
+#include "doppel/description/meshes/mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <fstream>
 #include <random>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/detail/mesh.h"
-#include "doppel/math/mass_properties.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/description/meshes/detail/mesh.h"
 
 namespace doppel {
 namespace {

@@ -1,5 +1,5 @@
 // Surfaces of ellipsoids, cones and extrusions; outlines cut into convex parts; parts of COLLADA files.
-#include "doppel/description/shape_mesh.h"
+#include "doppel/description/meshes/shape_mesh.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +9,8 @@
 #include <numbers>
 #include <random>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/math/mass_properties.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/math/mass_properties.h"
 
 namespace doppel {
 namespace {

@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/core/overloaded.h"
-#include "doppel/overlay/overlay.h"
+#include "doppel/base/core/overloaded.h"
+#include "doppel/description/overlay/overlay.h"
 
 namespace doppel::overlay_detail {
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel::overlay_detail {
 

@@ -2,8 +2,8 @@
 #include <random>
 #include <sstream>
 
-#include "doppel/math/pose.h"
-#include "doppel/overlay/test/overlay_fixture.h"
+#include "doppel/base/math/pose.h"
+#include "doppel/description/overlay/test/overlay_fixture.h"
 
 namespace doppel {
 namespace {

@@ -1,8 +1,8 @@
-#include "doppel/overlay/bake.h"
+#include "doppel/description/overlay/bake.h"
 
 #include <unistd.h>
 
-#include "doppel/overlay/test/overlay_fixture.h"
+#include "doppel/description/overlay/test/overlay_fixture.h"
 
 namespace doppel {
 namespace {

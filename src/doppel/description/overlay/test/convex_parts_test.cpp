@@ -1,8 +1,8 @@
-#include "doppel/overlay/detail/convex_parts.h"
+#include "doppel/description/overlay/detail/convex_parts.h"
 
 #include <gtest/gtest.h>
 
-#include "doppel/geometry/convex_hull.h"
+#include "doppel/description/meshes/convex_hull.h"
 
 namespace doppel::overlay_detail {
 namespace {

@@ -1,6 +1,6 @@
 #include <unistd.h>
 
-#include "doppel/overlay/test/overlay_fixture.h"
+#include "doppel/description/overlay/test/overlay_fixture.h"
 
 namespace doppel {
 namespace {

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/overlay/overlay.h"
+#include "doppel/description/overlay/overlay.h"
 
 namespace doppel::overlay_test {
 

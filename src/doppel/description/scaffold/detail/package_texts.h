@@ -6,7 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "doppel/scaffold/arm_package.h"
+#include "doppel/description/scaffold/arm_package.h"
 
 namespace doppel::scaffold {
 

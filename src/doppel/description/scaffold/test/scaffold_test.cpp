@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/scaffold/arm_package.h"
-#include "doppel/scaffold/write_package.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/scaffold/arm_package.h"
+#include "doppel/description/scaffold/write_package.h"
 
 namespace doppel::scaffold {
 namespace {

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/description/load.h"
+#include "doppel/description/urdf/load.h"
 
 namespace doppel {
 namespace {

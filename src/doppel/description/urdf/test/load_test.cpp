@@ -1,5 +1,5 @@
 // Files as found in practice: text before <?xml, left-over xacro, undeclared prefixes.
-#include "doppel/description/load.h"
+#include "doppel/description/urdf/load.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "doppel/description/load.h"
+#include "doppel/description/urdf/load.h"
 
 namespace doppel {
 namespace {

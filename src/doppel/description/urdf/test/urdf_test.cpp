@@ -4,8 +4,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/description/load.h"
-#include "doppel/description/mesh.h"
+#include "doppel/description/meshes/mesh.h"
+#include "doppel/description/urdf/load.h"
 
 namespace doppel {
 namespace {

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/arena.h"
-#include "doppel/xacro/detail/value.h"
+#include "doppel/base/core/arena.h"
+#include "doppel/description/xacro/detail/value.h"
 
 namespace doppel {
 

@@ -4,7 +4,7 @@
 #include <functional>
 #include <map>
 
-#include "doppel/xacro/detail/expression.h"
+#include "doppel/description/xacro/detail/expression.h"
 
 namespace doppel {
 

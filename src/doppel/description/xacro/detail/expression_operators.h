@@ -1,7 +1,7 @@
 #pragma once
 // Python's operators on values. All throw ExpressionError where Python raises.
 
-#include "doppel/xacro/detail/expression_parser.h"
+#include "doppel/description/xacro/detail/expression_parser.h"
 
 namespace doppel {
 

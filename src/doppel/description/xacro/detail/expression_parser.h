@@ -6,8 +6,8 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/xacro/detail/expression.h"
-#include "doppel/xacro/detail/value.h"
+#include "doppel/description/xacro/detail/expression.h"
+#include "doppel/description/xacro/detail/value.h"
 
 namespace doppel {
 

@@ -15,7 +15,7 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/xacro/detail/whole_number.h"
+#include "doppel/description/xacro/detail/whole_number.h"
 
 namespace doppel {
 

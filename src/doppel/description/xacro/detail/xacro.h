@@ -11,11 +11,11 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/packages/package_resolver.h"
-#include "doppel/xacro/detail/expression.h"
-#include "doppel/xacro/detail/text_table.h"
-#include "doppel/xml/xml_tree.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/packages/package_resolver.h"
+#include "doppel/base/xml/xml_tree.h"
+#include "doppel/description/xacro/detail/expression.h"
+#include "doppel/description/xacro/detail/text_table.h"
 
 namespace doppel::xacro {
 

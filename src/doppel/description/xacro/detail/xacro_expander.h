@@ -3,8 +3,8 @@
 
 #include <initializer_list>
 
-#include "doppel/xacro/detail/xacro.h"
-#include "doppel/xacro/xacro.h"
+#include "doppel/description/xacro/detail/xacro.h"
+#include "doppel/description/xacro/xacro.h"
 
 namespace doppel::xacro {
 

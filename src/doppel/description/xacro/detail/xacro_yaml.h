@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "doppel/xacro/detail/xacro.h"
+#include "doppel/description/xacro/detail/xacro.h"
 
 namespace doppel::xacro {
 

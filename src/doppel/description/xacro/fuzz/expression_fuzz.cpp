@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <map>
 
-#include "doppel/xacro/detail/expression.h"
+#include "doppel/description/xacro/detail/expression.h"
 
 namespace {
 

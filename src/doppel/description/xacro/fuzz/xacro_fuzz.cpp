@@ -1,7 +1,7 @@
 // Fuzz target: expands any content of a robot; with arguments, and without any package.
 #include <cstdint>
 
-#include "doppel/xacro/xacro.h"
+#include "doppel/description/xacro/xacro.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text = "<r>" + std::string(reinterpret_cast<const char*>(data), size) + "</r>";

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "doppel/xacro/detail/xacro_yaml.h"
+#include "doppel/description/xacro/detail/xacro_yaml.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(reinterpret_cast<const char*>(data), size);

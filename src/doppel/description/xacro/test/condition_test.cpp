@@ -1,8 +1,8 @@
-#include "doppel/xacro/condition.h"
+#include "doppel/description/xacro/condition.h"
 
 #include <gtest/gtest.h>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace doppel {
 namespace {

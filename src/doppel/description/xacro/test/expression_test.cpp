@@ -1,4 +1,4 @@
-#include "doppel/xacro/detail/expression.h"
+#include "doppel/description/xacro/detail/expression.h"
 
 #include <gtest/gtest.h>
 

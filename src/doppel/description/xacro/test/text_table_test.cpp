@@ -1,4 +1,4 @@
-#include "doppel/xacro/detail/text_table.h"
+#include "doppel/description/xacro/detail/text_table.h"
 
 #include <gtest/gtest.h>
 

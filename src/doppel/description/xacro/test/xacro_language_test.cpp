@@ -8,8 +8,8 @@
 #include <map>
 #include <numbers>
 
-#include "doppel/xacro/detail/value.h"
-#include "doppel/xacro/xacro.h"
+#include "doppel/description/xacro/detail/value.h"
+#include "doppel/description/xacro/xacro.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/xacro/xacro.h"
+#include "doppel/description/xacro/xacro.h"
 
 #include <gtest/gtest.h>
 

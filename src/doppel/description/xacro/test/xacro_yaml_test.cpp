@@ -1,4 +1,4 @@
-#include "doppel/xacro/detail/xacro_yaml.h"
+#include "doppel/description/xacro/detail/xacro_yaml.h"
 
 #include <gtest/gtest.h>
 

@@ -6,11 +6,11 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/nav_msgs.h"
-#include "doppel/odometry/base_report.h"
-#include "doppel/twin/twin.h"
+#include "doppel/lab/base_report/base_report.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/nav_msgs.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel {
 

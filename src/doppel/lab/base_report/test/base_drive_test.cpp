@@ -1,6 +1,6 @@
 // The drive of a base report in a twin whose physics fails.
 
-#include "doppel/odometry/detail/base_drive.h"
+#include "doppel/lab/base_report/detail/base_drive.h"
 
 #include <gmock/gmock.h>
 

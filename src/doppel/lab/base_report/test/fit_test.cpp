@@ -6,7 +6,7 @@
 #include <iostream>
 #include <random>
 
-#include "doppel/odometry/base_report.h"
+#include "doppel/lab/base_report/base_report.h"
 
 namespace doppel {
 namespace {

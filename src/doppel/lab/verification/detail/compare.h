@@ -1,7 +1,7 @@
 #pragma once
 // Private to the comparison of engines.
 
-#include "doppel/verification/compare.h"
+#include "doppel/lab/verification/compare.h"
 
 namespace doppel {
 

@@ -2,8 +2,8 @@
 
 #include <gtest/gtest.h>
 
-#include "doppel/description/load.h"
-#include "doppel/verification/compare.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/lab/verification/compare.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/verification/compare.h"
+#include "doppel/lab/verification/compare.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "doppel/kinematics/test/robots.h"
+#include "doppel/robot/kinematics/test/robots.h"
 
 namespace doppel {
 namespace {

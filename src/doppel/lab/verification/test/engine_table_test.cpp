@@ -1,4 +1,4 @@
-#include "doppel/verification/engine_table.h"
+#include "doppel/lab/verification/engine_table.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
 
 namespace doppel {
 namespace {

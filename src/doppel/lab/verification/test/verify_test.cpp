@@ -1,4 +1,4 @@
-#include "doppel/verification/verify.h"
+#include "doppel/lab/verification/verify.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,9 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "doppel/kinematics/test/robots.h"
-#include "doppel/physics/step_scheme.h"
-#include "doppel/physics/test/reference_motion.h"
+#include "doppel/physics/contract/step_scheme.h"
+#include "doppel/physics/contract/test/reference_motion.h"
+#include "doppel/robot/kinematics/test/robots.h"
 
 namespace doppel {
 namespace {

@@ -4,10 +4,10 @@
 #include <optional>
 #include <string>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
-#include "doppel/kinematics/model.h"
-#include "doppel/physics/friction.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/urdf/robot_description.h"
+#include "doppel/physics/contract/friction.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
-#include "doppel/physics/friction.h"
-#include "doppel/physics/world.h"
+#include "doppel/physics/contract/friction.h"
+#include "doppel/physics/contract/world.h"
 
 namespace doppel {
 

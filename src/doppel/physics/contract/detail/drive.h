@@ -1,9 +1,9 @@
 #pragma once
 // The drive of one joint: from a target to the spring and damper of each step (servo.h has the rules).
 
-#include "doppel/core/time.h"
-#include "doppel/physics/detail/joint_spring.h"
-#include "doppel/physics/engine.h"
+#include "doppel/base/core/time.h"
+#include "doppel/physics/contract/detail/joint_spring.h"
+#include "doppel/physics/contract/engine.h"
 
 namespace doppel {
 

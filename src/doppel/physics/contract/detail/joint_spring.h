@@ -11,7 +11,7 @@
 
 #include <algorithm>
 
-#include "doppel/kinematics/model.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

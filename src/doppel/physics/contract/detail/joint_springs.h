@@ -5,8 +5,8 @@
 #include <span>
 #include <vector>
 
-#include "doppel/physics/detail/drive.h"
-#include "doppel/physics/detail/joint_spring.h"
+#include "doppel/physics/contract/detail/drive.h"
+#include "doppel/physics/contract/detail/joint_spring.h"
 
 namespace doppel {
 

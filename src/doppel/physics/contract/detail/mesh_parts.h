@@ -4,7 +4,7 @@
 
 #include <vector>
 
-#include "doppel/description/mesh.h"
+#include "doppel/description/meshes/mesh.h"
 
 namespace doppel {
 

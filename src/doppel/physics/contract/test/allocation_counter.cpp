@@ -1,4 +1,4 @@
-#include "doppel/physics/test/allocation_counter.h"
+#include "doppel/physics/contract/test/allocation_counter.h"
 
 #include <atomic>
 #include <cstddef>

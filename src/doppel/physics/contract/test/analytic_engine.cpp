@@ -5,8 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "doppel/kinematics/dynamics.h"
-#include "doppel/physics/detail/joint_springs.h"
+#include "doppel/physics/contract/detail/joint_springs.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel::test {
 namespace {

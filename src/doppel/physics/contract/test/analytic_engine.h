@@ -2,7 +2,7 @@
 // A small engine for tests: doppel's own inverse dynamics and mass matrix, in many short implicit steps.
 // Mimic joints are not constraints but reduced coordinates. It has no contacts and no joint friction.
 
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
 
 namespace doppel::test {
 

@@ -1,4 +1,4 @@
-#include "doppel/physics/collision_shape.h"
+#include "doppel/physics/contract/collision_shape.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include <fstream>
 #include <random>
 
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
 
 namespace doppel {
 namespace {

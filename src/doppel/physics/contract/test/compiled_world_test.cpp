@@ -5,8 +5,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "doppel/physics/test/allocation_counter.h"
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/contract/test/allocation_counter.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
 
 namespace doppel {
 namespace {

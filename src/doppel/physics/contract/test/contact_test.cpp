@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
-#include "doppel/physics/test/engine_fixture.h"
-#include "doppel/physics/test/hand.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/physics/contract/test/hand.h"
 
 namespace doppel {
 namespace {

@@ -8,7 +8,7 @@
 #include <random>
 
 #include "contract_rig.h"
-#include "doppel/physics/test/mobile_base.h"
+#include "doppel/physics/contract/test/mobile_base.h"
 
 namespace doppel::test {
 namespace {

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "contract_rig.h"
-#include "doppel/kinematics/dynamics.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel::test {
 namespace {

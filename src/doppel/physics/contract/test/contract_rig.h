@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "analytic_engine.h"
-#include "doppel/kinematics/test/robots.h"
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/robot/kinematics/test/robots.h"
 
 namespace doppel::test {
 

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/kinematics/dynamics.h"
-#include "doppel/kinematics/test/robots.h"
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/robot/kinematics/dynamics.h"
+#include "doppel/robot/kinematics/test/robots.h"
 
 namespace doppel::test {
 

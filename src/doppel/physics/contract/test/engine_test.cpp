@@ -1,4 +1,4 @@
-#include "doppel/physics/engine.h"
+#include "doppel/physics/contract/engine.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,10 +11,10 @@
 #include <filesystem>
 #include <numbers>
 
-#include "doppel/kinematics/test/integrate.h"
-#include "doppel/physics/mujoco_extras.h"
-#include "doppel/physics/test/allocation_counter.h"
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/contract/mujoco_extras.h"
+#include "doppel/physics/contract/test/allocation_counter.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/robot/kinematics/test/integrate.h"
 
 namespace doppel {
 namespace {

@@ -1,15 +1,15 @@
 // What fingers hold: by friction, how long, how far it creeps, and which grasps are found.
 
-#include "doppel/physics/grasp.h"
+#include "doppel/physics/contract/grasp.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <iostream>
 
-#include "doppel/physics/mujoco_extras.h"
-#include "doppel/physics/test/engine_fixture.h"
-#include "doppel/physics/test/hand.h"
+#include "doppel/physics/contract/mujoco_extras.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/physics/contract/test/hand.h"
 
 namespace doppel {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "doppel/kinematics/test/robots.h"
+#include "doppel/robot/kinematics/test/robots.h"
 
 namespace doppel::test {
 

@@ -4,9 +4,9 @@
 
 #include <random>
 
-#include "doppel/physics/mujoco_extras.h"
-#include "doppel/physics/test/allocation_counter.h"
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/contract/mujoco_extras.h"
+#include "doppel/physics/contract/test/allocation_counter.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
 
 namespace doppel {
 namespace {

@@ -1,10 +1,10 @@
-#include "doppel/physics/detail/limit_stop.h"
+#include "doppel/physics/contract/detail/limit_stop.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
 
 namespace doppel {
 namespace {

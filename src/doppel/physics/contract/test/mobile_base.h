@@ -7,8 +7,8 @@
 #include <numbers>
 #include <string>
 
-#include "doppel/kinematics/test/robots.h"
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/robot/kinematics/test/robots.h"
 
 namespace doppel::test {
 

@@ -1,10 +1,10 @@
 #pragma once
 // A motion that no physics engine integrates: the classical Runge-Kutta method with doppel's own Newton-Euler
-// and composite-body algorithms (kinematics/dynamics.h), for joints with one degree of freedom each.
+// and composite-body algorithms (robot/kinematics/dynamics.h), for joints with one degree of freedom each.
 
 #include <Eigen/Cholesky>
 
-#include "doppel/kinematics/dynamics.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel::test {
 

@@ -1,11 +1,11 @@
-#include "doppel/physics/servo.h"
+#include "doppel/physics/contract/servo.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
 
 namespace doppel {
 namespace {

@@ -6,11 +6,11 @@
 #include <complex>
 #include <random>
 
-#include "doppel/kinematics/test/integrate.h"
-#include "doppel/physics/step_scheme.h"
-#include "doppel/physics/test/allocation_counter.h"
-#include "doppel/physics/test/engine_fixture.h"
-#include "doppel/physics/test/reference_motion.h"
+#include "doppel/physics/contract/step_scheme.h"
+#include "doppel/physics/contract/test/allocation_counter.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/physics/contract/test/reference_motion.h"
+#include "doppel/robot/kinematics/test/integrate.h"
 
 namespace doppel {
 namespace {

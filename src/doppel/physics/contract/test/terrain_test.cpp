@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
 
 namespace doppel {
 namespace {

@@ -6,9 +6,9 @@
 #include <numbers>
 #include <random>
 
-#include "doppel/kinematics/test/integrate.h"
-#include "doppel/physics/mujoco_extras.h"
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/contract/mujoco_extras.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/robot/kinematics/test/integrate.h"
 
 namespace doppel {
 namespace {

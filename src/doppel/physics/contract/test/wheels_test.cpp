@@ -1,6 +1,6 @@
 // Wheels and casters: which parts roll, and the motion of a base on them against closed forms.
 
-#include "doppel/physics/wheels.h"
+#include "doppel/physics/contract/wheels.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 #include <iostream>
 #include <random>
 
-#include "doppel/physics/mujoco_extras.h"
-#include "doppel/physics/test/mobile_base.h"
+#include "doppel/physics/contract/mujoco_extras.h"
+#include "doppel/physics/contract/test/mobile_base.h"
 
 namespace doppel {
 namespace {

@@ -1,12 +1,12 @@
-#include "doppel/physics/world.h"
+#include "doppel/physics/contract/world.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <fstream>
 
-#include "doppel/physics/engine.h"
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
 
 namespace doppel {
 namespace {

@@ -1,10 +1,10 @@
-#include "doppel/physics/bullet/articulation.h"
+#include "doppel/physics/engines/bullet/articulation.h"
 
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
 
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "doppel/kinematics/model.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

@@ -1,9 +1,9 @@
-#include "doppel/physics/bullet/bullet_engine.h"
+#include "doppel/physics/engines/bullet/bullet_engine.h"
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
 
 namespace doppel {
 namespace {

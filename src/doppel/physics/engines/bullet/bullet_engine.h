@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "doppel/physics/bullet/step_solver.h"
+#include "doppel/physics/engines/bullet/step_solver.h"
 
 namespace doppel {
 

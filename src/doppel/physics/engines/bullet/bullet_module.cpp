@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include "doppel/physics/bullet/bullet_engine.h"
-#include "doppel/physics/engine_modules.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/physics/engines/bullet/bullet_engine.h"
 
 namespace doppel {
 namespace {

@@ -1,10 +1,10 @@
-#include "doppel/physics/bullet/bullet_world.h"
+#include "doppel/physics/engines/bullet/bullet_world.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 namespace {

@@ -5,11 +5,11 @@
 #include <memory>
 #include <vector>
 
-#include "doppel/physics/bullet/articulation.h"
-#include "doppel/physics/bullet/contact_finder.h"
-#include "doppel/physics/detail/drive.h"
-#include "doppel/physics/detail/joint_springs.h"
-#include "doppel/physics/exclusions.h"
+#include "doppel/physics/contract/detail/drive.h"
+#include "doppel/physics/contract/detail/joint_springs.h"
+#include "doppel/physics/contract/exclusions.h"
+#include "doppel/physics/engines/bullet/articulation.h"
+#include "doppel/physics/engines/bullet/contact_finder.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/physics/bullet/collision_pieces.h"
+#include "doppel/physics/engines/bullet/collision_pieces.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
@@ -10,7 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/core/overloaded.h"
+#include "doppel/base/core/overloaded.h"
 
 namespace doppel {
 namespace {

@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "doppel/physics/bullet/convert.h"
-#include "doppel/physics/engine.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/physics/engines/bullet/convert.h"
 
 namespace doppel {
 

@@ -1,9 +1,9 @@
-#include "doppel/physics/bullet/constraint_solver.h"
+#include "doppel/physics/engines/bullet/constraint_solver.h"
 
 #include <algorithm>
 
-#include "doppel/physics/bullet/contact_finder.h"
-#include "doppel/physics/detail/contact_rule.h"
+#include "doppel/physics/contract/detail/contact_rule.h"
+#include "doppel/physics/engines/bullet/contact_finder.h"
 
 namespace doppel {
 namespace {

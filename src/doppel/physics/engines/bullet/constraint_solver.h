@@ -6,7 +6,7 @@
 
 #include <vector>
 
-#include "doppel/physics/bullet/tree_dynamics.h"
+#include "doppel/physics/engines/bullet/tree_dynamics.h"
 
 namespace doppel {
 

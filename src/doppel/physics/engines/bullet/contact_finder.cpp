@@ -1,4 +1,4 @@
-#include "doppel/physics/bullet/contact_finder.h"
+#include "doppel/physics/engines/bullet/contact_finder.h"
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>

@@ -11,8 +11,8 @@
 #include <span>
 #include <vector>
 
-#include "doppel/physics/bullet/collision_pieces.h"
-#include "doppel/physics/detail/contact_rule.h"
+#include "doppel/physics/contract/detail/contact_rule.h"
+#include "doppel/physics/engines/bullet/collision_pieces.h"
 
 namespace doppel {
 

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "doppel/math/pose.h"
+#include "doppel/base/math/pose.h"
 
 namespace doppel {
 

@@ -3,13 +3,13 @@
 // are part of the inverse that Bullet's constraint solver uses, and so are the couplings of mimics, so that
 // contacts, friction and limits are solved consistently with the step.
 
-#include "doppel/physics/bullet/step_solver.h"
+#include "doppel/physics/engines/bullet/step_solver.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/physics/detail/contact_rule.h"
-#include "doppel/physics/detail/gyroscopic.h"
+#include "doppel/physics/contract/detail/contact_rule.h"
+#include "doppel/physics/contract/detail/gyroscopic.h"
 
 namespace doppel {
 namespace {

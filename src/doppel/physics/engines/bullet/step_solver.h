@@ -5,8 +5,8 @@
 #include <memory>
 #include <vector>
 
-#include "doppel/physics/bullet/bullet_world.h"
-#include "doppel/physics/bullet/constraint_solver.h"
+#include "doppel/physics/engines/bullet/bullet_world.h"
+#include "doppel/physics/engines/bullet/constraint_solver.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/physics/bullet/tree_dynamics.h"
+#include "doppel/physics/engines/bullet/tree_dynamics.h"
 
 namespace doppel {
 namespace {

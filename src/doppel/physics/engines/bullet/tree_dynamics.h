@@ -5,8 +5,8 @@
 #include <memory>
 #include <span>
 
-#include "doppel/physics/bullet/articulation.h"
-#include "doppel/physics/bullet/convert.h"
+#include "doppel/physics/engines/bullet/articulation.h"
+#include "doppel/physics/engines/bullet/convert.h"
 
 namespace doppel {
 

@@ -1,9 +1,9 @@
-#include "doppel/physics/mujoco/bounces.h"
+#include "doppel/physics/engines/mujoco/bounces.h"
 
 #include <Eigen/Core>
 #include <algorithm>
 
-#include "doppel/physics/detail/contact_rule.h"
+#include "doppel/physics/contract/detail/contact_rule.h"
 
 namespace doppel {
 namespace {

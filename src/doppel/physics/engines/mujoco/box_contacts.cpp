@@ -1,4 +1,4 @@
-#include "doppel/physics/mujoco/box_contacts.h"
+#include "doppel/physics/engines/mujoco/box_contacts.h"
 
 #include <mujoco/mujoco.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/physics/mujoco/compiled.h"
+#include "doppel/physics/engines/mujoco/compiled.h"
 
 #include <sys/mman.h>
 #include <unistd.h>
@@ -11,9 +11,9 @@
 #include <new>
 #include <string>
 
-#include "doppel/physics/mujoco/box_contacts.h"
-#include "doppel/physics/mujoco/cylinder_contacts.h"
-#include "doppel/physics/mujoco/terrain_geoms.h"
+#include "doppel/physics/engines/mujoco/box_contacts.h"
+#include "doppel/physics/engines/mujoco/cylinder_contacts.h"
+#include "doppel/physics/engines/mujoco/terrain_geoms.h"
 
 namespace doppel {
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace doppel {
 

@@ -1,11 +1,11 @@
-#include "doppel/physics/mujoco/contact_rules.h"
+#include "doppel/physics/engines/mujoco/contact_rules.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "doppel/physics/grasp.h"
+#include "doppel/physics/contract/grasp.h"
 
 namespace doppel {
 namespace {

@@ -7,10 +7,10 @@
 
 #include <vector>
 
-#include "doppel/physics/detail/contact_rule.h"
-#include "doppel/physics/mujoco/bounces.h"
-#include "doppel/physics/mujoco/islands.h"
-#include "doppel/physics/mujoco/sliding.h"
+#include "doppel/physics/contract/detail/contact_rule.h"
+#include "doppel/physics/engines/mujoco/bounces.h"
+#include "doppel/physics/engines/mujoco/islands.h"
+#include "doppel/physics/engines/mujoco/sliding.h"
 
 namespace doppel {
 

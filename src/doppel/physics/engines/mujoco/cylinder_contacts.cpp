@@ -1,4 +1,4 @@
-#include "doppel/physics/mujoco/cylinder_contacts.h"
+#include "doppel/physics/engines/mujoco/cylinder_contacts.h"
 
 #include <mujoco/mujoco.h>
 

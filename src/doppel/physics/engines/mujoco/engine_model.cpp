@@ -1,4 +1,4 @@
-#include "doppel/physics/mujoco/mjcf.h"
+#include "doppel/physics/engines/mujoco/engine_model.h"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,10 @@
 #include <iterator>
 #include <map>
 
-#include "doppel/math/decimals.h"
-#include "doppel/math/mass_properties.h"
-#include "doppel/mjcf/mjcf.h"
-#include "doppel/xml/element.h"
+#include "doppel/base/math/decimals.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/base/xml/element.h"
+#include "doppel/physics/mjcf/mjcf.h"
 
 namespace doppel {
 namespace {

@@ -1,5 +1,5 @@
 #pragma once
-// From a world's settings and instances to MJCF text, whose bodies mjcf/mjcf.h writes. Bodies, joints and
+// From a world's settings and instances to MJCF text, whose bodies physics/mjcf/mjcf.h writes. Bodies, joints and
 // shapes are named by index over all instances, so that no name of the user needs escaping and the names in
 // MuJoCo's messages can be replaced by the user's.
 
@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/physics/exclusions.h"
+#include "doppel/physics/contract/exclusions.h"
 
 namespace doppel {
 

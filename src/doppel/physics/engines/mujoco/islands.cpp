@@ -1,9 +1,9 @@
-#include "doppel/physics/mujoco/islands.h"
+#include "doppel/physics/engines/mujoco/islands.h"
 
 #include <algorithm>
 #include <cstddef>
 
-#include "doppel/physics/mujoco/contact_rules.h"
+#include "doppel/physics/engines/mujoco/contact_rules.h"
 
 namespace doppel {
 namespace {

@@ -9,8 +9,8 @@
 
 #include <vector>
 
-#include "doppel/physics/mujoco/sliding.h"
-#include "doppel/physics/mujoco/state_data.h"
+#include "doppel/physics/engines/mujoco/sliding.h"
+#include "doppel/physics/engines/mujoco/state_data.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/physics/mujoco/mujoco_engine.h"
+#include "doppel/physics/engines/mujoco/mujoco_engine.h"
 
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "doppel/mjcf/mjcf.h"
+#include "doppel/physics/mjcf/mjcf.h"
 
 namespace doppel {
 namespace {

@@ -6,9 +6,9 @@
 #include <memory>
 #include <vector>
 
-#include "doppel/physics/mujoco/mujoco_world.h"
-#include "doppel/physics/mujoco/state_data.h"
-#include "doppel/physics/step_scheme.h"
+#include "doppel/physics/contract/step_scheme.h"
+#include "doppel/physics/engines/mujoco/mujoco_world.h"
+#include "doppel/physics/engines/mujoco/state_data.h"
 
 namespace doppel {
 

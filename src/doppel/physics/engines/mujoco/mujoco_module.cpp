@@ -7,7 +7,7 @@
 #include <cstring>
 
 #include "doppel/export.h"
-#include "doppel/physics/mujoco/mujoco_engine.h"
+#include "doppel/physics/engines/mujoco/mujoco_engine.h"
 
 namespace doppel {
 namespace {

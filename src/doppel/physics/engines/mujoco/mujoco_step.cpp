@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/mjcf/mjcf.h"
-#include "doppel/physics/detail/gyroscopic.h"
-#include "doppel/physics/mujoco/mujoco_engine.h"
+#include "doppel/physics/contract/detail/gyroscopic.h"
+#include "doppel/physics/engines/mujoco/mujoco_engine.h"
+#include "doppel/physics/mjcf/mjcf.h"
 
 namespace doppel {
 

@@ -1,6 +1,6 @@
 // The compiled world: MuJoCo's model, and the indices of the instances' parts in its arrays.
 
-#include "doppel/physics/mujoco/mujoco_world.h"
+#include "doppel/physics/engines/mujoco/mujoco_world.h"
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -12,10 +12,10 @@
 #include <stdexcept>
 #include <utility>
 
-#include "doppel/kinematics/dynamics.h"
-#include "doppel/mjcf/mjcf.h"
-#include "doppel/physics/grasp.h"
-#include "doppel/physics/mujoco/state_data.h"
+#include "doppel/physics/contract/grasp.h"
+#include "doppel/physics/engines/mujoco/state_data.h"
+#include "doppel/physics/mjcf/mjcf.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel {
 namespace {

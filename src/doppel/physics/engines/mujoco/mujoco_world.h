@@ -5,11 +5,11 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/physics/detail/joint_springs.h"
-#include "doppel/physics/engine_modules.h"
-#include "doppel/physics/mujoco/compiled.h"
-#include "doppel/physics/mujoco/contact_rules.h"
-#include "doppel/physics/mujoco/mjcf.h"
+#include "doppel/physics/contract/detail/joint_springs.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/physics/engines/mujoco/compiled.h"
+#include "doppel/physics/engines/mujoco/contact_rules.h"
+#include "doppel/physics/engines/mujoco/engine_model.h"
 
 namespace doppel {
 

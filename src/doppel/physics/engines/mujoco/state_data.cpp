@@ -1,4 +1,4 @@
-#include "doppel/physics/mujoco/state_data.h"
+#include "doppel/physics/engines/mujoco/state_data.h"
 
 #include <mujoco/mjxmacro.h>
 

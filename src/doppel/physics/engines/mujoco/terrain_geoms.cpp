@@ -1,4 +1,4 @@
-#include "doppel/physics/mujoco/terrain_geoms.h"
+#include "doppel/physics/engines/mujoco/terrain_geoms.h"
 
 #include <mujoco/mujoco.h>
 
@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/physics/detail/terrain_contacts.h"
+#include "doppel/physics/contract/detail/terrain_contacts.h"
 
 namespace doppel {
 namespace {

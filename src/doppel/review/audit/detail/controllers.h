@@ -3,13 +3,13 @@
 
 #include <vector>
 
-#include "doppel/audit/detail/rules.h"
-#include "doppel/control/controller.h"
-#include "doppel/target/controllers_file.h"
+#include "doppel/control/manager/controller.h"
+#include "doppel/review/audit/detail/rules.h"
+#include "doppel/scenario/resolve/controllers_file.h"
 
 namespace doppel::audit_rules {
 
-// The caller's file; else those that `doppel up` takes (target/controllers_search.h), or where it takes none
+// The caller's file; else those that `doppel up` takes (scenario/resolve/controllers_search.h), or where it takes none
 // the only one of the package, for its joints may be misspelt. What cannot be read becomes a finding.
 std::vector<ControllersFile> read_controllers(const AuditInput& in, Findings& out);
 

@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
-#include "doppel/geometry/mesh_report.h"
-#include "doppel/math/mass_properties.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/description/meshes/mesh_report.h"
+#include "doppel/description/urdf/robot_description.h"
 
 namespace doppel::audit_rules {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "doppel/audit/audit.h"
+#include "doppel/review/audit/audit.h"
 
 namespace doppel {
 

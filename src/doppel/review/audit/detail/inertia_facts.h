@@ -5,8 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "doppel/audit/detail/description_facts.h"
-#include "doppel/overlay/operation.h"
+#include "doppel/description/overlay/operation.h"
+#include "doppel/review/audit/detail/description_facts.h"
 
 namespace doppel::audit_rules {
 

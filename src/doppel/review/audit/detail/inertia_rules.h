@@ -3,8 +3,8 @@
 
 #include <array>
 
-#include "doppel/audit/detail/inertia_facts.h"
-#include "doppel/audit/detail/rules.h"
+#include "doppel/review/audit/detail/inertia_facts.h"
+#include "doppel/review/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/source_location.h"
+#include "doppel/base/core/source_location.h"
 
 namespace doppel {
 

@@ -8,9 +8,9 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/audit/detail/package_files.h"
-#include "doppel/audit/detail/rules.h"
-#include "doppel/description/simulator_plugins.h"
+#include "doppel/description/gazebo/simulator_plugins.h"
+#include "doppel/review/audit/detail/package_files.h"
+#include "doppel/review/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 

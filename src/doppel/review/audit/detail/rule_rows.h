@@ -1,7 +1,7 @@
 #pragma once
 // Abbreviations for the rows of the rule tables: severities, and the profiles that a rule concerns.
 
-#include "doppel/audit/detail/rules.h"
+#include "doppel/review/audit/detail/rules.h"
 
 namespace doppel::audit_rules {
 

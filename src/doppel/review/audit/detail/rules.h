@@ -6,8 +6,8 @@
 
 #include <span>
 
-#include "doppel/audit/audit.h"
-#include "doppel/geometry/mesh_report.h"
+#include "doppel/description/meshes/mesh_report.h"
+#include "doppel/review/audit/audit.h"
 
 namespace doppel::audit_rules {
 

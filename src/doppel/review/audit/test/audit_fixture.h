@@ -8,7 +8,7 @@
 #include <fstream>
 #include <string>
 
-#include "doppel/audit/audit.h"
+#include "doppel/review/audit/audit.h"
 
 namespace doppel::audit_test {
 

@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/audit/audit.h"
+#include "doppel/review/audit/audit.h"
 
 namespace doppel {
 

@@ -1,7 +1,7 @@
 // Findings that compare a description with its overlay, with its drives, and with what is estimated.
 #include <gmock/gmock.h>
 
-#include "doppel/audit/test/audit_fixture.h"
+#include "doppel/review/audit/test/audit_fixture.h"
 
 namespace doppel::audit_test {
 namespace {

@@ -1,9 +1,9 @@
 // Data sheets: units, interpolation, the bundled library, and the audit's findings on them.
-#include "doppel/audit/detail/datasheet.h"
+#include "doppel/review/audit/detail/datasheet.h"
 
 #include <numbers>
 
-#include "doppel/audit/test/audit_rig.h"
+#include "doppel/review/audit/test/audit_rig.h"
 
 namespace doppel {
 namespace {

@@ -5,8 +5,8 @@
 
 #include <random>
 
-#include "doppel/audit/detail/inertia_facts.h"
-#include "doppel/audit/test/audit_fixture.h"
+#include "doppel/review/audit/detail/inertia_facts.h"
+#include "doppel/review/audit/test/audit_fixture.h"
 
 namespace doppel::audit_test {
 namespace {

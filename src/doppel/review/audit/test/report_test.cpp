@@ -2,8 +2,8 @@
 #include <regex>
 #include <sstream>
 
-#include "doppel/audit/report_places.h"
-#include "doppel/audit/test/audit_fixture.h"
+#include "doppel/review/audit/report_places.h"
+#include "doppel/review/audit/test/audit_fixture.h"
 
 namespace doppel::audit_test {
 namespace {

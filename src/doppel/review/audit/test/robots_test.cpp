@@ -3,7 +3,7 @@
 #include <map>
 #include <set>
 
-#include "doppel/audit/test/audit_fixture.h"
+#include "doppel/review/audit/test/audit_fixture.h"
 
 namespace doppel::audit_test {
 namespace {

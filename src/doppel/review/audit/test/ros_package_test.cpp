@@ -1,6 +1,6 @@
 // For each rule on controllers, the package, launch files, the world and contact: one small invalid input and
 // its valid counterpart.
-#include "doppel/audit/test/audit_rig.h"
+#include "doppel/review/audit/test/audit_rig.h"
 
 namespace doppel {
 namespace {

@@ -1,6 +1,6 @@
 // Every rule on the description: what it must report, with severity and location, and a similar valid input.
-#include "doppel/audit/test/parts.h"
-#include "doppel/overlay/overlay.h"
+#include "doppel/description/overlay/overlay.h"
+#include "doppel/review/audit/test/parts.h"
 
 namespace doppel::audit_test {
 namespace {

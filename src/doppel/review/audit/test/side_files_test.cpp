@@ -1,12 +1,12 @@
 // Whatever files are next to a description, the audit terminates and reports what it did not read.
-#include "doppel/target/side_files.h"
+#include "doppel/scenario/resolve/side_files.h"
 
 #include <sys/stat.h>
 
 #include <random>
 
-#include "doppel/audit/detail/package_files.h"
-#include "doppel/audit/test/audit_rig.h"
+#include "doppel/review/audit/detail/package_files.h"
+#include "doppel/review/audit/test/audit_rig.h"
 
 namespace doppel {
 namespace {

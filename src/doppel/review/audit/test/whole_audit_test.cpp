@@ -3,7 +3,7 @@
 #include <cmath>
 #include <map>
 
-#include "doppel/audit/test/parts.h"
+#include "doppel/review/audit/test/parts.h"
 
 namespace doppel::audit_test {
 namespace {

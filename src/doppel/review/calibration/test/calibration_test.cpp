@@ -1,4 +1,4 @@
-#include "doppel/calibration/calibration.h"
+#include "doppel/review/calibration/calibration.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "doppel/calibration/lerobot.h"
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/review/calibration/lerobot.h"
 
 namespace doppel {
 namespace {

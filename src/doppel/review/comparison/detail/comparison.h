@@ -6,8 +6,8 @@
 #include <cmath>
 #include <optional>
 
-#include "doppel/comparison/comparison.h"
-#include "doppel/math/units.h"
+#include "doppel/base/math/units.h"
+#include "doppel/review/comparison/comparison.h"
 
 namespace doppel::comparison {
 

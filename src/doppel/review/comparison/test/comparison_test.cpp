@@ -1,8 +1,8 @@
-#include "doppel/comparison/comparison.h"
+#include "doppel/review/comparison/comparison.h"
 
 #include <gtest/gtest.h>
 
-#include "doppel/description/load.h"
+#include "doppel/description/urdf/load.h"
 
 namespace doppel {
 namespace {

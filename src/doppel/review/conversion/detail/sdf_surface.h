@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "doppel/conversion/mesh_files.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/review/conversion/mesh_files.h"
 
 namespace doppel {
 

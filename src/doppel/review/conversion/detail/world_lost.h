@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel {
 

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <random>
 
-#include "doppel/conversion/mesh_files.h"
-#include "doppel/description/load.h"
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/review/conversion/mesh_files.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 

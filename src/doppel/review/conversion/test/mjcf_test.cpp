@@ -1,10 +1,9 @@
-#include "doppel/conversion/mjcf.h"
-
 #include <mujoco/mujoco.h>
 
 #include "conversion_fixture.h"
-#include "doppel/core/output_file.h"
-#include "doppel/kinematics/dynamics.h"
+#include "doppel/base/core/output_file.h"
+#include "doppel/review/conversion/mjcf_export.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel {
 namespace {

@@ -1,10 +1,10 @@
-#include "doppel/conversion/sdf.h"
+#include "doppel/review/conversion/sdf.h"
 
 #include <map>
 #include <set>
 
 #include "conversion_fixture.h"
-#include "doppel/description/urdf_reader.h"
+#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel {
 namespace {

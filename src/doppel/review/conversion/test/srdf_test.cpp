@@ -1,4 +1,4 @@
-#include "doppel/conversion/srdf.h"
+#include "doppel/review/conversion/srdf.h"
 
 #include <gmock/gmock.h>
 

@@ -1,9 +1,9 @@
-#include "doppel/conversion/tree.h"
+#include "doppel/review/conversion/tree.h"
 
 #include "conversion_fixture.h"
-#include "doppel/conversion/detail/drawing.h"
-#include "doppel/conversion/mass_report.h"
-#include "doppel/conversion/tree_labels.h"
+#include "doppel/review/conversion/detail/drawing.h"
+#include "doppel/review/conversion/mass_report.h"
+#include "doppel/review/conversion/tree_labels.h"
 
 namespace doppel {
 namespace {

@@ -1,7 +1,7 @@
-#include "doppel/conversion/urdf.h"
+#include "doppel/review/conversion/urdf.h"
 
 #include "conversion_fixture.h"
-#include "doppel/core/output_file.h"
+#include "doppel/base/core/output_file.h"
 
 namespace doppel {
 namespace {

@@ -1,5 +1,5 @@
 // SDF worlds written as SDF, YAML and MJCF, and read back.
-#include "doppel/conversion/world_documents.h"
+#include "doppel/review/conversion/world_documents.h"
 
 #include <gmock/gmock.h>
 #include <mujoco/mujoco.h>
@@ -8,8 +8,8 @@
 #include <tuple>
 
 #include "conversion_fixture.h"
-#include "doppel/core/output_file.h"
-#include "doppel/physics/world.h"
+#include "doppel/base/core/output_file.h"
+#include "doppel/physics/contract/world.h"
 
 namespace doppel {
 namespace {

@@ -1,7 +1,7 @@
 #pragma once
 // One probe for each subject.
 
-#include "doppel/doctor/machine.h"
+#include "doppel/review/doctor/machine.h"
 
 namespace doppel::doctor {
 

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "doppel/doctor/detail/probes.h"
-#include "doppel/doctor/findings.h"
+#include "doppel/review/doctor/detail/probes.h"
+#include "doppel/review/doctor/findings.h"
 
 namespace doppel::doctor {
 namespace {

@@ -16,8 +16,8 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
-#include "doppel/math/pose.h"
+#include "doppel/base/math/pose.h"
+#include "doppel/description/urdf/robot_description.h"
 
 namespace doppel {
 

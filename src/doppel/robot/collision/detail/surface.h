@@ -3,8 +3,8 @@
 
 #include <memory>
 
-#include "doppel/description/mesh.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/description/meshes/mesh.h"
+#include "doppel/description/urdf/robot_description.h"
 
 namespace doppel {
 

@@ -2,7 +2,7 @@
 #include <fcl/fcl.h>
 
 #include "doppel/export.h"
-#include "doppel/geometry/detail/surface.h"
+#include "doppel/robot/collision/detail/surface.h"
 
 namespace doppel {
 namespace {

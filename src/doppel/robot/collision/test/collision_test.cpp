@@ -1,4 +1,4 @@
-#include "doppel/geometry/collision.h"
+#include "doppel/robot/collision/collision.h"
 
 #include <gtest/gtest.h>
 
@@ -7,9 +7,9 @@
 #include <numbers>
 #include <random>
 
-#include "doppel/description/load.h"
-#include "doppel/description/mesh.h"
-#include "doppel/geometry/detail/convex.h"
+#include "doppel/description/meshes/mesh.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/robot/collision/detail/convex.h"
 
 namespace doppel {
 namespace {

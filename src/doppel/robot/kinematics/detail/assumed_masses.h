@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/kinematics/model.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
 

@@ -1,7 +1,7 @@
 #pragma once
 // The motion subspace of a joint (Featherstone 2008, section 3.5). Private to this module.
 
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 

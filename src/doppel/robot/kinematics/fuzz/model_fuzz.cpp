@@ -2,9 +2,9 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "doppel/description/load.h"
-#include "doppel/kinematics/dynamics.h"
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/robot/kinematics/dynamics.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static doppel::PackageResolver resolver;

@@ -1,10 +1,10 @@
-#include "doppel/kinematics/detail/assumed_masses.h"
+#include "doppel/robot/kinematics/detail/assumed_masses.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "doppel/kinematics/dynamics.h"
-#include "doppel/kinematics/test/robots.h"
+#include "doppel/robot/kinematics/dynamics.h"
+#include "doppel/robot/kinematics/test/robots.h"
 
 namespace doppel {
 namespace {

@@ -1,11 +1,11 @@
-#include "doppel/kinematics/dynamics.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "doppel/kinematics/test/integrate.h"
-#include "doppel/kinematics/test/robots.h"
+#include "doppel/robot/kinematics/test/integrate.h"
+#include "doppel/robot/kinematics/test/robots.h"
 
 namespace doppel {
 namespace {

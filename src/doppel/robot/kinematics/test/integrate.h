@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <random>
 
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel::test {
 

@@ -1,12 +1,12 @@
-#include "doppel/kinematics/kinematics.h"
+#include "doppel/robot/kinematics/kinematics.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "doppel/kinematics/test/integrate.h"
-#include "doppel/kinematics/test/robots.h"
+#include "doppel/robot/kinematics/test/integrate.h"
+#include "doppel/robot/kinematics/test/robots.h"
 
 namespace doppel {
 namespace {

@@ -1,5 +1,5 @@
 // The solids of shapes against closed forms.
-#include "doppel/kinematics/link_solid.h"
+#include "doppel/robot/kinematics/link_solid.h"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
-#include "doppel/kinematics/model.h"
+#include "doppel/robot/kinematics/model.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/Eigenvalues>
 
-#include "doppel/kinematics/link_inertia.h"
-#include "doppel/kinematics/test/robots.h"
+#include "doppel/robot/kinematics/link_inertia.h"
+#include "doppel/robot/kinematics/test/robots.h"
 
 namespace doppel {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
+#include "doppel/description/urdf/robot_description.h"
 
 namespace doppel::test {
 

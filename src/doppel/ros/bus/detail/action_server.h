@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/bus/action_server.h"
-#include "doppel/messages/rcl_interfaces.h"
+#include "doppel/ros/bus/action_server.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
 
 namespace doppel {
 

@@ -5,8 +5,8 @@
 #include <memory>
 #include <utility>
 
-#include "doppel/bus/bus.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/bus.h"
 
 namespace doppel::bus_detail {
 

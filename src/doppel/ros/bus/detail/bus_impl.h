@@ -13,7 +13,7 @@
 #include <system_error>
 #include <thread>
 
-#include "doppel/bus/bus.h"
+#include "doppel/ros/bus/bus.h"
 
 namespace doppel::bus_detail {
 

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/ros_arguments.h"
+#include "doppel/ros/bus/ros_arguments.h"
 
 namespace doppel::bus_detail {
 

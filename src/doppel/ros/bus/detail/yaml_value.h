@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/parameters.h"
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/ros/bus/parameters.h"
 
 namespace doppel {
 

@@ -3,8 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "doppel/bus/action_server.h"
-#include "doppel/messages/control_msgs.h"
+#include "doppel/ros/bus/action_server.h"
+#include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel {
 namespace {

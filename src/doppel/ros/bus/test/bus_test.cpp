@@ -1,6 +1,6 @@
 // Topics and services between nodes and edges, in one thread.
 
-#include "doppel/bus/bus.h"
+#include "doppel/ros/bus/bus.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,8 +8,8 @@
 
 #include <thread>
 
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/std_srvs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel {
 namespace {

@@ -1,11 +1,11 @@
 // ROS 2's rules for names, and renaming from the command line.
 #include <gmock/gmock.h>
 
-#include "doppel/bus/bus.h"
-#include "doppel/bus/node_arguments.h"
-#include "doppel/bus/ros_arguments.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/std_srvs.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/bus/node_arguments.h"
+#include "doppel/ros/bus/ros_arguments.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel {
 namespace {

@@ -1,11 +1,11 @@
 // Parameters as text, as typed values, and through ROS 2's services.
 
-#include "doppel/bus/parameters.h"
+#include "doppel/ros/bus/parameters.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "doppel/bus/parameter_services.h"
+#include "doppel/ros/bus/parameter_services.h"
 
 namespace doppel {
 namespace {

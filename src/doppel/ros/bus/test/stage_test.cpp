@@ -1,14 +1,14 @@
 // Nodes that are created beside those that they will replace.
 
-#include "doppel/bus/stage.h"
+#include "doppel/ros/bus/stage.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <thread>
 
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/std_srvs.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel {
 namespace {

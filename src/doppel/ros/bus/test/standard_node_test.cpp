@@ -1,11 +1,11 @@
 // The topics and services that every ROS 2 node has.
-#include "doppel/bus/standard_node.h"
+#include "doppel/ros/bus/standard_node.h"
 
 #include <gmock/gmock.h>
 
-#include "doppel/bus/rosout.h"
-#include "doppel/messages/rcl_interfaces.h"
-#include "doppel/messages/type_description_interfaces.h"
+#include "doppel/ros/bus/rosout.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
+#include "doppel/ros/messages/type_description_interfaces.h"
 
 namespace doppel {
 namespace {

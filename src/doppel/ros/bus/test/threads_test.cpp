@@ -5,10 +5,10 @@
 #include <atomic>
 #include <thread>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/test/heap_touches.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/std_srvs.h"
+#include "doppel/base/core/test/heap_touches.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel {
 namespace {

@@ -1,12 +1,12 @@
 // A Twist where TwistStamped is read, and the reverse.
-#include "doppel/bus/twist_conversion.h"
+#include "doppel/ros/bus/twist_conversion.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "doppel/bus/bus.h"
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel {
 namespace {

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
-#include "doppel/foxglove/foxglove_protocol.h"
+#include "doppel/ros/foxglove/foxglove_protocol.h"
 
 namespace doppel::foxglove::wire {
 

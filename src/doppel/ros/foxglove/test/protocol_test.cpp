@@ -4,8 +4,8 @@
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "doppel/foxglove/foxglove_protocol.h"
-#include "doppel/server/send_queue.h"
+#include "doppel/ros/foxglove/foxglove_protocol.h"
+#include "doppel/ros/server/send_queue.h"
 
 namespace doppel::foxglove {
 namespace {

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/status.h"
+#include "doppel/base/core/status.h"
 #include "doppel/export.h"
 
 namespace doppel {

@@ -3,9 +3,9 @@
 
 #include <type_traits>
 
-#include "doppel/messages/codec.h"
-#include "doppel/messages/detail/cdr.h"
-#include "doppel/messages/type_description.h"
+#include "doppel/ros/messages/codec.h"
+#include "doppel/ros/messages/detail/cdr.h"
+#include "doppel/ros/messages/type_description.h"
 
 namespace doppel::messages_detail {
 

@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's composition_interfaces: loading nodes into a running container.
 
-#include "doppel/messages/rcl_interfaces.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
 
 namespace doppel::composition_interfaces::srv {
 

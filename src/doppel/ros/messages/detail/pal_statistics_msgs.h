@@ -1,7 +1,7 @@
 #pragma once
 // PAL Robotics' pal_statistics_msgs: the internal statistics of ros2_control.
 
-#include "doppel/messages/std_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::pal_statistics_msgs::msg {
 

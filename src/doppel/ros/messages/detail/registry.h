@@ -1,8 +1,8 @@
 #pragma once
 // The lists of built-in types, in several sources so that each compiles quickly.
 
-#include "doppel/messages/action_msgs.h"
-#include "doppel/messages/codec.h"
+#include "doppel/ros/messages/action_msgs.h"
+#include "doppel/ros/messages/codec.h"
 
 namespace doppel::messages_detail {
 

@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's service_msgs: the common part of the event messages that rosidl derives from services.
 
-#include "doppel/messages/builtin_interfaces.h"
+#include "doppel/ros/messages/builtin_interfaces.h"
 
 namespace doppel::service_msgs::msg {
 

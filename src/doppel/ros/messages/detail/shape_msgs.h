@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's shape_msgs: solids and meshes (m) of planning scenes.
 
-#include "doppel/messages/geometry_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
 
 namespace doppel::shape_msgs::msg {
 

@@ -1,7 +1,7 @@
 #pragma once
 // ROS 2's statistics_msgs: statistics of subscriptions about their topics.
 
-#include "doppel/messages/builtin_interfaces.h"
+#include "doppel/ros/messages/builtin_interfaces.h"
 
 namespace doppel::statistics_msgs::msg {
 

@@ -1,7 +1,7 @@
 #pragma once
 // The description of a message from its field list.
 
-#include "doppel/messages/type_description.h"
+#include "doppel/ros/messages/type_description.h"
 
 namespace doppel::messages_detail {
 

@@ -10,7 +10,7 @@
 
 #include "../test/messages_testing.h"
 #include "../test/struct_codecs.h"
-#include "doppel/messages/described_type.h"
+#include "doppel/ros/messages/described_type.h"
 
 namespace {
 

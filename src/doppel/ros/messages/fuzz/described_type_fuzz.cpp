@@ -6,8 +6,8 @@
 #include <cstdlib>
 
 #include "../test/messages_testing.h"
-#include "doppel/messages/described_type.h"
-#include "doppel/messages/type_hash.h"
+#include "doppel/ros/messages/described_type.h"
+#include "doppel/ros/messages/type_hash.h"
 
 namespace {
 

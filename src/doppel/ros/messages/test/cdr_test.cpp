@@ -5,13 +5,13 @@
 #include <cstdio>
 #include <random>
 
-#include "doppel/messages/action_msgs.h"
-#include "doppel/messages/codec.h"
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/std_srvs.h"
-#include "doppel/messages/tf2_msgs.h"
-#include "doppel/messages/trajectory_msgs.h"
+#include "doppel/ros/messages/action_msgs.h"
+#include "doppel/ros/messages/codec.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
+#include "doppel/ros/messages/trajectory_msgs.h"
 #include "messages_testing.h"
 #include "struct_codecs.h"
 

@@ -1,6 +1,6 @@
 // Types created at run time from descriptions: equality with the compiled ones, and hostile descriptions.
 
-#include "doppel/messages/described_type.h"
+#include "doppel/ros/messages/described_type.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,9 +8,9 @@
 #include <algorithm>
 #include <random>
 
-#include "doppel/messages/rcl_interfaces.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/type_hash.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/type_hash.h"
 #include "messages_testing.h"
 
 namespace doppel {

@@ -1,4 +1,4 @@
-#include "doppel/messages/printable.h"
+#include "doppel/ros/messages/printable.h"
 
 #include <gtest/gtest.h>
 

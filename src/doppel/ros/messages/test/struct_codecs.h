@@ -5,18 +5,18 @@
 #include <span>
 #include <vector>
 
-#include "doppel/messages/action_msgs.h"
-#include "doppel/messages/codec.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/messages/detail/shape_msgs.h"
-#include "doppel/messages/rcl_interfaces.h"
-#include "doppel/messages/rmw_dds_common.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/std_srvs.h"
-#include "doppel/messages/tf2_msgs.h"
-#include "doppel/messages/type_description_interfaces.h"
+#include "doppel/ros/messages/action_msgs.h"
+#include "doppel/ros/messages/codec.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/messages/detail/shape_msgs.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
+#include "doppel/ros/messages/rmw_dds_common.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
+#include "doppel/ros/messages/type_description_interfaces.h"
 
 namespace doppel::messages_testing {
 

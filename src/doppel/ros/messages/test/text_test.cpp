@@ -5,14 +5,14 @@
 
 #include <cmath>
 
-#include "doppel/messages/action_msgs.h"
-#include "doppel/messages/codec.h"
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/messages/std_srvs.h"
-#include "doppel/messages/tf2_msgs.h"
-#include "doppel/messages/type_description.h"
-#include "doppel/messages/visualization_msgs.h"
+#include "doppel/ros/messages/action_msgs.h"
+#include "doppel/ros/messages/codec.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
+#include "doppel/ros/messages/type_description.h"
+#include "doppel/ros/messages/visualization_msgs.h"
 
 namespace doppel {
 namespace {

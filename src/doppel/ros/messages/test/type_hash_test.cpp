@@ -1,6 +1,6 @@
 // Type hashes against those that Jazzy's own generator computes (tests/ros2/jazzy_type_hashes.txt).
 
-#include "doppel/messages/type_hash.h"
+#include "doppel/ros/messages/type_hash.h"
 
 #include <gtest/gtest.h>
 

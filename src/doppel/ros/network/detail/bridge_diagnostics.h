@@ -1,8 +1,8 @@
 #pragma once
 // Private to the bridge: the status of the network on /diagnostics (diagnostic_msgs/msg/DiagnosticArray).
 
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/ros2/bridge.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/ros/network/bridge.h"
 
 namespace doppel::ros2 {
 

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/bus/bus.h"
+#include "doppel/ros/bus/bus.h"
 
 namespace doppel::ros2 {
 

@@ -10,7 +10,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/ros2/detail/bridge_topics.h"
+#include "doppel/ros/network/detail/bridge_topics.h"
 
 namespace doppel::ros2 {
 

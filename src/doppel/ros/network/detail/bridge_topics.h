@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/ros2/bridge.h"
-#include "doppel/ros2/detail/bridge_backlog.h"
+#include "doppel/ros/network/bridge.h"
+#include "doppel/ros/network/detail/bridge_backlog.h"
 
 namespace doppel::ros2 {
 

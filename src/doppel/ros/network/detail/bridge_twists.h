@@ -1,6 +1,6 @@
 #pragma once
 // Private to the bridge: publishers of geometry_msgs Twist on topics where the bus's nodes read TwistStamped, or the
-// reverse (bus/twist_conversion.h). DDS never connects endpoints of different types, so that such a publisher is
+// reverse (ros/bus/twist_conversion.h). DDS never connects endpoints of different types, so that such a publisher is
 // known by discovery only: it is reported once, and read by a further participant, because Fast DDS gives a topic
 // one type in each participant. That participant exists only once there has been such a publisher. The bridge's
 // thread only.
@@ -14,9 +14,9 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/ros2/bridge.h"
-#include "doppel/ros2/detail/bridge_backlog.h"
-#include "doppel/ros2/detail/bridge_topics.h"
+#include "doppel/ros/network/bridge.h"
+#include "doppel/ros/network/detail/bridge_backlog.h"
+#include "doppel/ros/network/detail/bridge_topics.h"
 
 namespace doppel::ros2 {
 

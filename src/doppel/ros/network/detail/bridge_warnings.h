@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/core/log.h"
-#include "doppel/ros2/graph.h"
+#include "doppel/base/core/log.h"
+#include "doppel/ros/network/graph.h"
 
 namespace doppel::ros2 {
 

@@ -4,10 +4,10 @@
 
 #include <set>
 
-#include "doppel/core/file_descriptor.h"
-#include "doppel/ros2/graph.h"
-#include "doppel/ros2/graph_client.h"
-#include "doppel/ros2/service.h"
+#include "doppel/base/core/file_descriptor.h"
+#include "doppel/ros/network/graph.h"
+#include "doppel/ros/network/graph_client.h"
+#include "doppel/ros/network/service.h"
 
 namespace doppel::ros2 {
 

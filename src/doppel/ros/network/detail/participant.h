@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::detail {
 

@@ -11,8 +11,8 @@
 #include <set>
 #include <utility>
 
-#include "doppel/ros2/detail/rtps_guard.h"
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/detail/rtps_guard.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::fast {
 

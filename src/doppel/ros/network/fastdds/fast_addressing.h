@@ -11,7 +11,7 @@
 #include <mutex>
 #include <vector>
 
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::fast {
 

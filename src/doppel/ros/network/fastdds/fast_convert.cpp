@@ -1,4 +1,4 @@
-#include "doppel/ros2/fastdds/fast_convert.h"
+#include "doppel/ros/network/fastdds/fast_convert.h"
 
 #include <algorithm>
 #include <cstring>

@@ -9,7 +9,7 @@
 #include <fastdds/dds/subscriber/qos/DataReaderQos.hpp>
 #include <fastdds/dds/subscriber/qos/ReaderQos.hpp>
 
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::fast {
 

@@ -1,8 +1,8 @@
-#include "doppel/ros2/fastdds/fast_discovery.h"
+#include "doppel/ros/network/fastdds/fast_discovery.h"
 
-#include "doppel/ros2/detail/participant.h"
-#include "doppel/ros2/fastdds/fast_convert.h"
-#include "doppel/ros2/fastdds/fast_log.h"
+#include "doppel/ros/network/detail/participant.h"
+#include "doppel/ros/network/fastdds/fast_convert.h"
+#include "doppel/ros/network/fastdds/fast_log.h"
 
 namespace doppel::ros2::fast {
 namespace {

@@ -8,8 +8,8 @@
 #include <map>
 #include <mutex>
 
-#include "doppel/ros2/fastdds/fast_addressing.h"
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/fastdds/fast_addressing.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::fast {
 

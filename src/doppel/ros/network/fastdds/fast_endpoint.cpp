@@ -1,8 +1,8 @@
-#include "doppel/ros2/fastdds/fast_endpoint.h"
+#include "doppel/ros/network/fastdds/fast_endpoint.h"
 
 #include <cstring>
 
-#include "doppel/ros2/fastdds/fast_convert.h"
+#include "doppel/ros/network/fastdds/fast_convert.h"
 
 #ifdef __SANITIZE_THREAD__
 extern "C" void __tsan_acquire(void* address);

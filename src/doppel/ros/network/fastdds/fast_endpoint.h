@@ -9,7 +9,7 @@
 #include <set>
 #include <span>
 
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::fast {
 

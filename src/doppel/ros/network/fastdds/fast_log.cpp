@@ -1,4 +1,4 @@
-#include "doppel/ros2/fastdds/fast_log.h"
+#include "doppel/ros/network/fastdds/fast_log.h"
 
 #include <fastdds/dds/log/Log.hpp>
 #include <mutex>

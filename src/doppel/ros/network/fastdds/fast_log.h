@@ -1,8 +1,8 @@
 #pragma once
 // Captures the log of Fast DDS, which would otherwise be printed to the terminal.
 
-#include "doppel/core/thrown.h"
-#include "doppel/ros2/participant.h"
+#include "doppel/base/core/thrown.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::fast {
 

@@ -1,4 +1,4 @@
-#include "doppel/ros2/fastdds/fast_participant.h"
+#include "doppel/ros/network/fastdds/fast_participant.h"
 
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 
@@ -6,12 +6,12 @@
 #include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 
 #include "doppel/export.h"
-#include "doppel/ros2/detail/participant.h"
-#include "doppel/ros2/environment.h"
-#include "doppel/ros2/fastdds/fast_convert.h"
-#include "doppel/ros2/fastdds/fast_endpoint.h"
-#include "doppel/ros2/fastdds/fast_log.h"
-#include "doppel/ros2/fastdds/fast_transport.h"
+#include "doppel/ros/network/detail/participant.h"
+#include "doppel/ros/network/environment.h"
+#include "doppel/ros/network/fastdds/fast_convert.h"
+#include "doppel/ros/network/fastdds/fast_endpoint.h"
+#include "doppel/ros/network/fastdds/fast_log.h"
+#include "doppel/ros/network/fastdds/fast_transport.h"
 
 namespace doppel::ros2::fast {
 namespace {

@@ -9,9 +9,9 @@
 #include <map>
 #include <mutex>
 
-#include "doppel/ros2/fastdds/fast_discovery.h"
-#include "doppel/ros2/fastdds/fast_transport.h"
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/fastdds/fast_discovery.h"
+#include "doppel/ros/network/fastdds/fast_transport.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::fast {
 

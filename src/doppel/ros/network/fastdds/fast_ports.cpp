@@ -1,4 +1,4 @@
-#include "doppel/ros2/fastdds/fast_ports.h"
+#include "doppel/ros/network/fastdds/fast_ports.h"
 
 #include <arpa/inet.h>
 #include <ifaddrs.h>
@@ -10,7 +10,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::fast {
 namespace {

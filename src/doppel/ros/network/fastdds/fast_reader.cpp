@@ -2,9 +2,9 @@
 #include <fastdds/dds/subscriber/DataReaderListener.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 
-#include "doppel/ros2/fastdds/fast_convert.h"
-#include "doppel/ros2/fastdds/fast_endpoint.h"
-#include "doppel/ros2/fastdds/fast_participant.h"
+#include "doppel/ros/network/fastdds/fast_convert.h"
+#include "doppel/ros/network/fastdds/fast_endpoint.h"
+#include "doppel/ros/network/fastdds/fast_participant.h"
 
 namespace doppel::ros2::fast {
 namespace {

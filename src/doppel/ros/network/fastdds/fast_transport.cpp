@@ -1,4 +1,4 @@
-#include "doppel/ros2/fastdds/fast_transport.h"
+#include "doppel/ros/network/fastdds/fast_transport.h"
 
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
@@ -8,11 +8,11 @@
 #include <fastdds/rtps/common/LocatorList.hpp>
 #include <memory>
 
-#include "doppel/ros2/detail/rtps_gap.h"
-#include "doppel/ros2/fastdds/fast_addressing.h"
-#include "doppel/ros2/fastdds/fast_log.h"
-#include "doppel/ros2/fastdds/fast_ports.h"
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/detail/rtps_gap.h"
+#include "doppel/ros/network/fastdds/fast_addressing.h"
+#include "doppel/ros/network/fastdds/fast_log.h"
+#include "doppel/ros/network/fastdds/fast_ports.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::fast {
 namespace {

@@ -8,9 +8,9 @@
 #include <mutex>
 #include <span>
 
-#include "doppel/ros2/detail/rtps_guard.h"
-#include "doppel/ros2/environment.h"
-#include "doppel/ros2/fastdds/fast_acknowledgements.h"
+#include "doppel/ros/network/detail/rtps_guard.h"
+#include "doppel/ros/network/environment.h"
+#include "doppel/ros/network/fastdds/fast_acknowledgements.h"
 
 namespace doppel::ros2::fast {
 

@@ -1,10 +1,10 @@
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/publisher/DataWriterListener.hpp>
 
-#include "doppel/ros2/detail/rtps_guard.h"
-#include "doppel/ros2/fastdds/fast_convert.h"
-#include "doppel/ros2/fastdds/fast_endpoint.h"
-#include "doppel/ros2/fastdds/fast_participant.h"
+#include "doppel/ros/network/detail/rtps_guard.h"
+#include "doppel/ros/network/fastdds/fast_convert.h"
+#include "doppel/ros/network/fastdds/fast_endpoint.h"
+#include "doppel/ros/network/fastdds/fast_participant.h"
 
 namespace doppel::ros2::fast {
 namespace {

@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/ros2/detail/rtps_guard.h"
+#include "doppel/ros/network/detail/rtps_guard.h"
 
 namespace {
 

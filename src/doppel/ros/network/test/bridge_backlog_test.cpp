@@ -1,7 +1,7 @@
 // Messages that arrive faster than the loop handles them.
 
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/ros2/test/bridge_testing.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/network/test/bridge_testing.h"
 
 namespace doppel::ros2 {
 namespace {

@@ -6,11 +6,11 @@
 #include <optional>
 #include <thread>
 
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/std_srvs.h"
-#include "doppel/ros2/bridge.h"
-#include "doppel/ros2/names.h"
-#include "doppel/ros2/test/network.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/network/bridge.h"
+#include "doppel/ros/network/names.h"
+#include "doppel/ros/network/test/network.h"
 
 namespace doppel::ros2::test {
 namespace {

@@ -7,10 +7,10 @@
 #include <optional>
 #include <thread>
 
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/messages/rosgraph_msgs.h"
-#include "doppel/messages/std_srvs.h"
-#include "doppel/ros2/test/bridge_testing.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/ros/messages/rosgraph_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/network/test/bridge_testing.h"
 
 namespace doppel::ros2 {
 namespace {

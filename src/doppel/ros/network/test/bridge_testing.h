@@ -6,10 +6,10 @@
 #include <optional>
 #include <thread>
 
-#include "doppel/messages/std_msgs.h"
-#include "doppel/ros2/bridge.h"
-#include "doppel/ros2/names.h"
-#include "doppel/ros2/test/fake_network.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/network/bridge.h"
+#include "doppel/ros/network/names.h"
+#include "doppel/ros/network/test/fake_network.h"
 
 namespace doppel::ros2 {
 

@@ -1,8 +1,8 @@
 // Publishers of a Twist on the network where the bus reads TwistStamped, on a network in memory.
 #include <gmock/gmock.h>
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/ros2/test/bridge_testing.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/network/test/bridge_testing.h"
 
 namespace doppel::ros2 {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/ros2/environment.h"
+#include "doppel/ros/network/environment.h"
 
 #include <gtest/gtest.h>
 

@@ -10,8 +10,8 @@
 #include <ranges>
 #include <utility>
 
-#include "doppel/ros2/environment.h"
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/environment.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::test {
 

@@ -1,16 +1,16 @@
 // The command line's view of a ROS 2 graph, over loopback.
 
-#include "doppel/ros2/graph_client.h"
+#include "doppel/ros/network/graph_client.h"
 
 #include <gmock/gmock.h>
 
-#include "doppel/messages/described_type.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/std_srvs.h"
-#include "doppel/messages/type_hash.h"
-#include "doppel/ros2/graph.h"
-#include "doppel/ros2/names.h"
-#include "doppel/ros2/service.h"
+#include "doppel/ros/messages/described_type.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/messages/type_hash.h"
+#include "doppel/ros/network/graph.h"
+#include "doppel/ros/network/names.h"
+#include "doppel/ros/network/service.h"
 #include "library_peer.h"
 
 namespace doppel::ros2 {

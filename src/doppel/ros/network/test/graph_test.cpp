@@ -1,9 +1,9 @@
-#include "doppel/ros2/graph.h"
+#include "doppel/ros/network/graph.h"
 
 #include <algorithm>
 
-#include "doppel/messages/rmw_dds_common.h"
-#include "doppel/ros2/service.h"
+#include "doppel/ros/messages/rmw_dds_common.h"
+#include "doppel/ros/network/service.h"
 #include "network.h"
 
 namespace doppel::ros2::test {

@@ -4,7 +4,7 @@
 #include <future>
 #include <thread>
 
-#include "doppel/ros2/node.h"
+#include "doppel/ros/network/node.h"
 #include "network.h"
 
 namespace doppel::ros2::test {

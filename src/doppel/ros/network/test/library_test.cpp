@@ -4,11 +4,11 @@
 
 #include <csignal>
 
-#include "doppel/messages/control_msgs.h"
-#include "doppel/messages/rosgraph_msgs.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/std_srvs.h"
-#include "doppel/ros2/action_client.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/rosgraph_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/network/action_client.h"
 #include "library_peer.h"
 
 namespace doppel::ros2 {

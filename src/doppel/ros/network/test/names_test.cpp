@@ -1,8 +1,8 @@
-#include "doppel/ros2/names.h"
+#include "doppel/ros/network/names.h"
 
 #include <gtest/gtest.h>
 
-#include "doppel/ros2/qos_profile.h"
+#include "doppel/ros/network/qos_profile.h"
 
 namespace doppel::ros2 {
 namespace {

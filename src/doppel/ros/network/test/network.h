@@ -12,8 +12,8 @@
 #include <mutex>
 #include <thread>
 
-#include "doppel/ros2/environment.h"
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/environment.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::test {
 

@@ -1,4 +1,4 @@
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/participant.h"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "doppel/ros2/detail/rtps_gap.h"
+#include "doppel/ros/network/detail/rtps_gap.h"
 
 #include <gtest/gtest.h>
 

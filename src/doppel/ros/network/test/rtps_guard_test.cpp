@@ -1,4 +1,4 @@
-#include "doppel/ros2/detail/rtps_guard.h"
+#include "doppel/ros/network/detail/rtps_guard.h"
 
 #include <gtest/gtest.h>
 

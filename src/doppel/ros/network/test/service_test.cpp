@@ -1,4 +1,4 @@
-#include "doppel/ros2/service.h"
+#include "doppel/ros/network/service.h"
 
 #include "network.h"
 

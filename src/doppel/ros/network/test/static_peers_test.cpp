@@ -1,11 +1,11 @@
-#include "doppel/ros2/detail/static_peers.h"
+#include "doppel/ros/network/detail/static_peers.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <future>
 
-#include "doppel/ros2/participant.h"
+#include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2 {
 namespace {

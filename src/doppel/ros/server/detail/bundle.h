@@ -12,7 +12,7 @@
 #include <string_view>
 
 #include "doppel/export.h"
-#include "doppel/server/send_queue.h"
+#include "doppel/ros/server/send_queue.h"
 
 namespace doppel {
 

@@ -15,11 +15,11 @@
 #include <set>
 #include <string>
 
-#include "doppel/server/admission.h"
-#include "doppel/server/detail/http_files.h"
-#include "doppel/server/detail/page_files.h"
-#include "doppel/server/hub.h"
-#include "doppel/server/server.h"
+#include "doppel/ros/server/admission.h"
+#include "doppel/ros/server/detail/http_files.h"
+#include "doppel/ros/server/detail/page_files.h"
+#include "doppel/ros/server/hub.h"
+#include "doppel/ros/server/server.h"
 
 namespace doppel::net {
 

@@ -13,8 +13,8 @@
 #include <string_view>
 
 #include "doppel/export.h"
-#include "doppel/server/asset_reader.h"
-#include "doppel/server/detail/http_responses.h"
+#include "doppel/ros/server/asset_reader.h"
+#include "doppel/ros/server/detail/http_responses.h"
 
 namespace doppel {
 

@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/server/detail/page_files.h"
+#include "doppel/ros/server/detail/page_files.h"
 
 namespace doppel {
 

@@ -7,8 +7,8 @@
 #include <memory>
 #include <optional>
 
-#include "doppel/server/detail/connection.h"
-#include "doppel/server/detail/http_responses.h"
+#include "doppel/ros/server/detail/connection.h"
+#include "doppel/ros/server/detail/http_responses.h"
 
 namespace doppel::net {
 

@@ -5,7 +5,7 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <string>
 
-#include "doppel/server/server.h"
+#include "doppel/ros/server/server.h"
 
 namespace doppel::net {
 

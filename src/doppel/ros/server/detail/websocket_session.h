@@ -4,9 +4,9 @@
 #include <chrono>
 #include <memory>
 
-#include "doppel/server/detail/connection.h"
-#include "doppel/server/detail/rate_limit.h"
-#include "doppel/server/send_queue.h"
+#include "doppel/ros/server/detail/connection.h"
+#include "doppel/ros/server/detail/rate_limit.h"
+#include "doppel/ros/server/send_queue.h"
 
 namespace doppel::net {
 

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string_view>
 
-#include "doppel/server/asset_library.h"
+#include "doppel/ros/server/asset_library.h"
 
 namespace {
 

@@ -1,8 +1,8 @@
 // Fuzz target: any bytes are read or rejected without further effect. The first byte selects the reader.
 
-#include "doppel/foxglove/foxglove_protocol.h"
-#include "doppel/server/admission.h"
-#include "doppel/server/detail/http_responses.h"
+#include "doppel/ros/foxglove/foxglove_protocol.h"
+#include "doppel/ros/server/admission.h"
+#include "doppel/ros/server/detail/http_responses.h"
 
 namespace {
 

@@ -1,4 +1,4 @@
-#include "doppel/server/admission.h"
+#include "doppel/ros/server/admission.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,4 +1,4 @@
-#include "doppel/server/announcement.h"
+#include "doppel/ros/server/announcement.h"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -9,8 +9,8 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "doppel/core/log.h"
-#include "doppel/server/server.h"
+#include "doppel/base/core/log.h"
+#include "doppel/ros/server/server.h"
 
 namespace doppel {
 namespace {

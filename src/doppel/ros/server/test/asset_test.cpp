@@ -6,9 +6,9 @@
 #include <fstream>
 #include <future>
 
-#include "doppel/core/test/system_faults.h"
-#include "doppel/server/asset_library.h"
-#include "doppel/server/asset_reader.h"
+#include "doppel/base/core/test/system_faults.h"
+#include "doppel/ros/server/asset_library.h"
+#include "doppel/ros/server/asset_reader.h"
 
 namespace doppel {
 namespace {
@@ -283,29 +283,6 @@ TEST_F(AssetTest, HeldBytesAreSharedUntilFileChanges) {
   offer({}, "arm.urdf");
   EXPECT_THAT(get("package://arm/meshes/a.stl"), HasSubstr("refused: "))
       << "expected a rejection after a reload that removes the mesh";
-}
-
-TEST(AssetFiles, FilesAreTakenFromDescription) {
-  RobotDescription robot;
-  robot.source = make_location("/robots/arm/urdf/arm.urdf", 1, 1);
-  Link link;
-  Visual visual;
-  MeshGeometry mesh;
-  mesh.uri = "package://arm/a.dae";
-  mesh.path = "/robots/arm/x/../a.dae";
-  visual.geometry = mesh;
-  visual.material.emplace().texture = "package://arm/t.png";
-  link.visuals = {visual};
-  Collision missing;
-  mesh.path = "";  // it was not found
-  missing.geometry = mesh;
-  link.collisions = {missing, {}};
-  robot.links = {link};
-  const RobotFiles files = files_of(robot);
-  EXPECT_EQ(files.description, "/robots/arm/urdf/arm.urdf");
-  ASSERT_EQ(files.meshes.size(), 1u) << "expected only the mesh that was found";
-  EXPECT_EQ(files.meshes[0].file, "/robots/arm/a.dae");
-  EXPECT_EQ(files.textures, std::vector<std::string>{"package://arm/t.png"});
 }
 
 TEST(AssetReaderTest, FetchWithoutThreadGetsReason) {

@@ -1,10 +1,10 @@
-#include "doppel/server/detail/bundle.h"
+#include "doppel/ros/server/detail/bundle.h"
 
 #include <gtest/gtest.h>
 
 #include <set>
 
-#include "doppel/server/server.h"
+#include "doppel/ros/server/server.h"
 #include "fake_twin.h"
 #include "raw_client.h"
 

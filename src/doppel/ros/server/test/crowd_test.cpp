@@ -6,10 +6,10 @@
 #include <cstring>
 #include <thread>
 
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/server/server.h"
-#include "doppel/server/test/raw_client.h"
-#include "doppel/server/test/resident_memory.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/server/server.h"
+#include "doppel/ros/server/test/raw_client.h"
+#include "doppel/ros/server/test/resident_memory.h"
 
 // Fifty clients, half of which never read: the others receive every message in order, the loop that publishes
 // never waits, and memory is bounded.

@@ -5,11 +5,11 @@
 #include <atomic>
 #include <thread>
 
-#include "doppel/bus/bus.h"
-#include "doppel/messages/rosgraph_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/std_srvs.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/rosgraph_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel::test {
 

@@ -4,12 +4,12 @@
 #include <fstream>
 #include <thread>
 
-#include "doppel/client/websocket_client.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/server/announcement.h"
-#include "doppel/server/server.h"
-#include "doppel/server/test/fake_twin.h"
-#include "doppel/server/test/raw_client.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/ros/client/websocket_client.h"
+#include "doppel/ros/server/announcement.h"
+#include "doppel/ros/server/server.h"
+#include "doppel/ros/server/test/fake_twin.h"
+#include "doppel/ros/server/test/raw_client.h"
 
 namespace doppel {
 namespace {

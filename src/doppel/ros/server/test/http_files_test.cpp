@@ -1,4 +1,4 @@
-#include "doppel/server/detail/http_files.h"
+#include "doppel/ros/server/detail/http_files.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 #include <boost/crc.hpp>
 #include <fstream>
 
-#include "doppel/server/server.h"
+#include "doppel/ros/server/server.h"
 #include "fake_twin.h"
 #include "raw_client.h"
 

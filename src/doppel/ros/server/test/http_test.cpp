@@ -2,7 +2,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "doppel/server/detail/http_responses.h"
+#include "doppel/ros/server/detail/http_responses.h"
 
 namespace doppel {
 namespace {

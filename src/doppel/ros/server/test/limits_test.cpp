@@ -7,11 +7,11 @@
 #include <fstream>
 #include <thread>
 
-#include "doppel/server/detail/rate_limit.h"
-#include "doppel/server/server.h"
-#include "doppel/server/test/fake_twin.h"
-#include "doppel/server/test/raw_client.h"
-#include "doppel/server/test/resident_memory.h"
+#include "doppel/ros/server/detail/rate_limit.h"
+#include "doppel/ros/server/server.h"
+#include "doppel/ros/server/test/fake_twin.h"
+#include "doppel/ros/server/test/raw_client.h"
+#include "doppel/ros/server/test/resident_memory.h"
 
 namespace doppel {
 namespace {

@@ -3,8 +3,8 @@
 #include <fstream>
 #include <map>
 
-#include "doppel/server/detail/http_responses.h"
-#include "doppel/server/detail/page_files.h"
+#include "doppel/ros/server/detail/http_responses.h"
+#include "doppel/ros/server/detail/page_files.h"
 
 namespace doppel {
 namespace {

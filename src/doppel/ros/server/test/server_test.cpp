@@ -1,15 +1,15 @@
-#include "doppel/server/server.h"
+#include "doppel/ros/server/server.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cstring>
 
-#include "doppel/client/websocket_client.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/server/test/fake_twin.h"
-#include "doppel/server/test/raw_client.h"
-#include "doppel/server/test/resident_memory.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/ros/client/websocket_client.h"
+#include "doppel/ros/server/test/fake_twin.h"
+#include "doppel/ros/server/test/raw_client.h"
+#include "doppel/ros/server/test/resident_memory.h"
 
 namespace doppel {
 namespace {

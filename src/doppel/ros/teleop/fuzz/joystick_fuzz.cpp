@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <span>
 
-#include "doppel/teleop/joystick_state.h"
+#include "doppel/ros/teleop/joystick_state.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 3) return 0;

@@ -1,5 +1,5 @@
 // The parameters of joy_node and teleop_twist_joy_node: from YAML, changed while the nodes exist, and their velocity.
-#include "doppel/teleop/joy_settings.h"
+#include "doppel/ros/teleop/joy_settings.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // Joystick events against joy_node's values: order of axes, signs, dead zone, buttons.
-#include "doppel/teleop/joystick_state.h"
+#include "doppel/ros/teleop/joystick_state.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

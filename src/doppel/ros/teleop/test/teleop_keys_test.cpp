@@ -1,5 +1,5 @@
 // Keys of teleop_twist_keyboard: motions, speeds, and release by the end of a terminal's repetition.
-#include "doppel/teleop/teleop_keys.h"
+#include "doppel/ros/teleop/teleop_keys.h"
 
 #include <gtest/gtest.h>
 

@@ -4,9 +4,9 @@
 
 #include <vector>
 
-#include "doppel/bus/parameter_file.h"
-#include "doppel/core/diagnostic.h"
-#include "doppel/twin/detail/base_wheels.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/ros/bus/parameter_file.h"
+#include "doppel/scenario/compile/detail/base_wheels.h"
 
 namespace doppel {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/description/robot_description.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/description/urdf/robot_description.h"
 
 namespace doppel {
 

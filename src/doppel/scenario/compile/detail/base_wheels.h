@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/physics/model_instance.h"
-#include "doppel/twin/detail/base_plugins.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/physics/contract/model_instance.h"
+#include "doppel/scenario/compile/detail/base_plugins.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/target/controllers_file.h"
+#include "doppel/scenario/resolve/controllers_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "doppel/target/controllers_search.h"
+#include "doppel/scenario/resolve/controllers_search.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/target/side_files.h"
+#include "doppel/scenario/resolve/side_files.h"
 
 namespace doppel {
 namespace {

@@ -1,9 +1,9 @@
-#include "doppel/target/ros1_controllers.h"
+#include "doppel/scenario/resolve/ros1_controllers.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "doppel/target/controllers_file.h"
+#include "doppel/scenario/resolve/controllers_file.h"
 
 namespace doppel {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/worlds/detail/model_search.h"
+#include "doppel/scenario/sdf/detail/model_search.h"
 
 namespace doppel::sdf {
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "doppel/base/packages/package_resolver.h"
 #include "doppel/export.h"
-#include "doppel/packages/package_resolver.h"
 
 namespace doppel {
 

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/packages/package_resolver.h"
-#include "doppel/worlds/detail/sdf_scope.h"
-#include "doppel/worlds/detail/sdf_shapes.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/base/packages/package_resolver.h"
+#include "doppel/scenario/sdf/detail/sdf_scope.h"
+#include "doppel/scenario/sdf/detail/sdf_shapes.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel::sdf {
 

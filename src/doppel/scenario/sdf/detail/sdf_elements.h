@@ -12,9 +12,9 @@
 #include <string_view>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/math/pose.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/math/pose.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel::sdf {
 

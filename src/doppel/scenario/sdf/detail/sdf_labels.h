@@ -4,8 +4,8 @@
 #include <optional>
 #include <string>
 
-#include "doppel/description/robot_description.h"
-#include "doppel/worlds/detail/sdf_elements.h"
+#include "doppel/description/urdf/robot_description.h"
+#include "doppel/scenario/sdf/detail/sdf_elements.h"
 
 namespace doppel::sdf {
 

@@ -1,8 +1,8 @@
 #pragma once
 // <light> and <scene>.
 
-#include "doppel/description/lighting.h"
-#include "doppel/worlds/detail/sdf_elements.h"
+#include "doppel/description/meshes/lighting.h"
+#include "doppel/scenario/sdf/detail/sdf_elements.h"
 
 namespace doppel::sdf {
 

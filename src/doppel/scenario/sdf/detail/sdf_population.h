@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-#include "doppel/worlds/detail/sdf_elements.h"
+#include "doppel/scenario/sdf/detail/sdf_elements.h"
 
 namespace doppel::sdf {
 

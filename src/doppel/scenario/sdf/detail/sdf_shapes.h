@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "doppel/description/robot_description.h"
-#include "doppel/math/mass_properties.h"
-#include "doppel/worlds/detail/material_script.h"
-#include "doppel/worlds/detail/model_search.h"
-#include "doppel/worlds/detail/sdf_elements.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/base/math/mass_properties.h"
+#include "doppel/description/urdf/robot_description.h"
+#include "doppel/scenario/sdf/detail/material_script.h"
+#include "doppel/scenario/sdf/detail/model_search.h"
+#include "doppel/scenario/sdf/detail/sdf_elements.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel::sdf {
 

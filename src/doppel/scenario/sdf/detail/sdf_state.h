@@ -4,7 +4,7 @@
 #include <map>
 #include <string>
 
-#include "doppel/worlds/detail/sdf_elements.h"
+#include "doppel/scenario/sdf/detail/sdf_elements.h"
 
 namespace doppel::sdf {
 

@@ -5,11 +5,11 @@
 #include <string>
 #include <vector>
 
-#include "doppel/worlds/detail/sdf_joints.h"
-#include "doppel/worlds/detail/sdf_scope.h"
-#include "doppel/worlds/detail/sdf_shapes.h"
-#include "doppel/worlds/detail/sdf_state.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/scenario/sdf/detail/sdf_joints.h"
+#include "doppel/scenario/sdf/detail/sdf_scope.h"
+#include "doppel/scenario/sdf/detail/sdf_shapes.h"
+#include "doppel/scenario/sdf/detail/sdf_state.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel::sdf {
 

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "doppel/worlds/detail/material_script.h"
+#include "doppel/scenario/sdf/detail/material_script.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   for (const auto& [name, material] :

@@ -2,7 +2,7 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   try {

@@ -1,5 +1,5 @@
 // OGRE's material scripts: the parser, and the look of visuals that refer to them.
-#include "doppel/worlds/detail/material_script.h"
+#include "doppel/scenario/sdf/detail/material_script.h"
 
 #include <gmock/gmock.h>
 

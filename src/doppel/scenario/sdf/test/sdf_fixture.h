@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <string>
 
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel {
 

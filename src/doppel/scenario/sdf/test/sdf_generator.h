@@ -11,8 +11,8 @@
 #include <tuple>
 #include <vector>
 
-#include "doppel/math/decimals.h"
-#include "doppel/math/pose.h"
+#include "doppel/base/math/decimals.h"
+#include "doppel/base/math/pose.h"
 
 namespace doppel {
 

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "doppel/worlds/test/sdf_fixture.h"
+#include "doppel/scenario/sdf/test/sdf_fixture.h"
 
 namespace doppel {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <numbers>
 
-#include "doppel/worlds/test/sdf_fixture.h"
+#include "doppel/scenario/sdf/test/sdf_fixture.h"
 
 namespace doppel {
 namespace {

@@ -5,8 +5,8 @@
 #include <sdf/Root.hh>
 #include <sdf/World.hh>
 
-#include "doppel/worlds/test/sdf_fixture.h"
-#include "doppel/worlds/test/sdf_generator.h"
+#include "doppel/scenario/sdf/test/sdf_fixture.h"
+#include "doppel/scenario/sdf/test/sdf_generator.h"
 
 namespace doppel {
 namespace {

@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <random>
 
-#include "doppel/worlds/test/sdf_fixture.h"
-#include "doppel/worlds/test/sdf_generator.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/scenario/sdf/test/sdf_fixture.h"
+#include "doppel/scenario/sdf/test/sdf_generator.h"
 
 namespace doppel {
 namespace {

@@ -1,7 +1,7 @@
 // Shapes, surfaces, materials, inertias and lights of SDF.
 #include <gmock/gmock.h>
 
-#include "doppel/worlds/test/sdf_fixture.h"
+#include "doppel/scenario/sdf/test/sdf_fixture.h"
 
 namespace doppel {
 namespace {

@@ -3,8 +3,8 @@
 
 #include <string>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/xml/xml.h"
 
 namespace doppel {
 

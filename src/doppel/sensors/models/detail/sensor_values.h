@@ -3,9 +3,9 @@
 
 #include <string>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/sensors/sensor_description.h"
-#include "doppel/xml/xml.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/xml/xml.h"
+#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

@@ -1,11 +1,11 @@
 // Labels of visuals by Gazebo's Label plugin, written in URDF and in SDF.
-#include "doppel/sensors/label_plugin.h"
+#include "doppel/sensors/models/label_plugin.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "doppel/description/load.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel {
 namespace {

@@ -1,12 +1,12 @@
-#include "doppel/sensors/lens.h"
+#include "doppel/sensors/models/lens.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "doppel/rays/ray_caster.h"
-#include "doppel/scene/scene_builder.h"
+#include "doppel/sensors/render/ray_caster.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 namespace doppel {
 namespace {

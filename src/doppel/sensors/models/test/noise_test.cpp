@@ -1,4 +1,4 @@
-#include "doppel/sensors/noise.h"
+#include "doppel/sensors/models/noise.h"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <limits>
 #include <set>
 
-#include "doppel/sensors/image_noise.h"
+#include "doppel/sensors/models/image_noise.h"
 
 namespace doppel {
 namespace {

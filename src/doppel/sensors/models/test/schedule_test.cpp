@@ -3,8 +3,8 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "doppel/sensors/sample_schedule.h"
-#include "doppel/sensors/scan_pattern.h"
+#include "doppel/sensors/models/sample_schedule.h"
+#include "doppel/sensors/models/scan_pattern.h"
 
 namespace doppel {
 namespace {

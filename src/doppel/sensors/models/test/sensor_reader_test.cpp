@@ -1,13 +1,13 @@
 // Sensors in all spellings: types, plugins of Gazebo classic in the forms of ROS 1 and ROS 2, presets, and what is wrong.
-#include "doppel/sensors/sensor_reader.h"
+#include "doppel/sensors/models/sensor_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "doppel/description/load.h"
-#include "doppel/sensors/lens.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/sensors/models/lens.h"
 
 namespace doppel {
 namespace {

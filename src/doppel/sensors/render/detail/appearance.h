@@ -1,8 +1,8 @@
 #pragma once
 // The appearance of a mesh file in a scene.
 
-#include "doppel/description/imported_mesh.h"
-#include "doppel/scene/scene_builder.h"
+#include "doppel/description/meshes/imported_mesh.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 namespace doppel {
 

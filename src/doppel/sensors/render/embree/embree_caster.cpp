@@ -1,4 +1,4 @@
-#include "doppel/rays/embree/embree_caster.h"
+#include "doppel/sensors/render/embree/embree_caster.h"
 
 #include <algorithm>
 #include <array>

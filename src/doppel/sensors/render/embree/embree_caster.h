@@ -3,9 +3,9 @@
 
 #include <atomic>
 
-#include "doppel/rays/embree/embree_scene.h"
-#include "doppel/rays/embree/shading.h"
-#include "doppel/rays/ray_caster.h"
+#include "doppel/sensors/render/embree/embree_scene.h"
+#include "doppel/sensors/render/embree/shading.h"
+#include "doppel/sensors/render/ray_caster.h"
 
 namespace doppel::embree {
 

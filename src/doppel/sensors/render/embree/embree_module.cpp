@@ -1,5 +1,5 @@
 #include "doppel/export.h"
-#include "doppel/rays/embree/embree_caster.h"
+#include "doppel/sensors/render/embree/embree_caster.h"
 
 // Poses are exchanged with the program, which is compiled with other options.
 static_assert(alignof(doppel::Pose) == 16);

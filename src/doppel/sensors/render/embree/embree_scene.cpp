@@ -1,4 +1,4 @@
-#include "doppel/rays/embree/embree_scene.h"
+#include "doppel/sensors/render/embree/embree_scene.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

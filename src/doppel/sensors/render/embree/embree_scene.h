@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "doppel/rays/embree/packet.h"
-#include "doppel/rays/ray_caster.h"
+#include "doppel/sensors/render/embree/packet.h"
+#include "doppel/sensors/render/ray_caster.h"
 
 namespace doppel::embree {
 

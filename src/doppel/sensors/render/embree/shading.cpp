@@ -1,4 +1,4 @@
-#include "doppel/rays/embree/shading.h"
+#include "doppel/sensors/render/embree/shading.h"
 
 #include <algorithm>
 #include <cmath>

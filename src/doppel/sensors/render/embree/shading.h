@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "doppel/rays/embree/embree_scene.h"
-#include "doppel/rays/embree/textures.h"
+#include "doppel/sensors/render/embree/embree_scene.h"
+#include "doppel/sensors/render/embree/textures.h"
 
 namespace doppel::embree {
 

@@ -1,4 +1,4 @@
-#include "doppel/rays/embree/textures.h"
+#include "doppel/sensors/render/embree/textures.h"
 
 #include <algorithm>
 #include <array>

@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "doppel/scene/render_scene.h"
+#include "doppel/sensors/render/render_scene.h"
 
 namespace doppel::embree {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <random>
 
-#include "doppel/core/plugin_module.h"
-#include "doppel/rays/ray_caster.h"
-#include "doppel/scene/scene_builder.h"
+#include "doppel/base/core/plugin_module.h"
+#include "doppel/sensors/render/ray_caster.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 namespace doppel {
 namespace {

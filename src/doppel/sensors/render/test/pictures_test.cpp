@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "doppel/rays/ray_caster.h"
-#include "doppel/scene/scene_builder.h"
+#include "doppel/sensors/render/ray_caster.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 namespace doppel {
 namespace {

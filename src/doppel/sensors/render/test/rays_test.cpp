@@ -7,8 +7,8 @@
 #include <optional>
 #include <random>
 
-#include "doppel/rays/ray_caster.h"
-#include "doppel/scene/scene_builder.h"
+#include "doppel/sensors/render/ray_caster.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 namespace doppel {
 namespace {

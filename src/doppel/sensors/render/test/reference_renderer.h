@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "doppel/rays/ray_caster.h"
+#include "doppel/sensors/render/ray_caster.h"
 
 namespace doppel {
 

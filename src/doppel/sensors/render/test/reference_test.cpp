@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "doppel/scene/scene_builder.h"
+#include "doppel/sensors/render/scene_builder.h"
 #include "reference_renderer.h"
 
 namespace doppel {

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <numbers>
 
-#include "doppel/images/image.h"
-#include "doppel/scene/scene_builder.h"
+#include "doppel/base/images/image.h"
+#include "doppel/sensors/render/scene_builder.h"
 
 namespace doppel {
 namespace {

@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/core/time.h"
+#include "doppel/base/core/time.h"
 
 namespace doppel {
 

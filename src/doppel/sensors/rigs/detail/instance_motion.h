@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "doppel/kinematics/dynamics.h"
-#include "doppel/physics/engine.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel {
 

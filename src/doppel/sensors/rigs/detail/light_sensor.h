@@ -9,13 +9,13 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/math/pose_motion.h"
-#include "doppel/rays/ray_caster.h"
-#include "doppel/sensing/detail/sensor_names.h"
-#include "doppel/sensing/range_values.h"
-#include "doppel/sensors/counter_random.h"
-#include "doppel/sensors/sample_schedule.h"
+#include "doppel/base/math/pose_motion.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/sensors/models/counter_random.h"
+#include "doppel/sensors/models/sample_schedule.h"
+#include "doppel/sensors/render/ray_caster.h"
+#include "doppel/sensors/rigs/detail/sensor_names.h"
+#include "doppel/sensors/rigs/range_values.h"
 
 namespace doppel {
 

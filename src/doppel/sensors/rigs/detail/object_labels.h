@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "doppel/math/pose.h"
-#include "doppel/messages/vision_msgs.h"
-#include "doppel/scene/render_scene.h"
-#include "doppel/sensors/lens.h"
+#include "doppel/base/math/pose.h"
+#include "doppel/ros/messages/vision_msgs.h"
+#include "doppel/sensors/models/lens.h"
+#include "doppel/sensors/render/render_scene.h"
 
 namespace doppel {
 

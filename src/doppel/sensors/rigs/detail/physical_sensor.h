@@ -9,12 +9,12 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/fnv_hash.h"
-#include "doppel/core/log.h"
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/sensing/detail/sensor_meter.h"
-#include "doppel/sensing/detail/sensor_names.h"
+#include "doppel/base/core/fnv_hash.h"
+#include "doppel/base/core/log.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/sensors/rigs/detail/sensor_meter.h"
+#include "doppel/sensors/rigs/detail/sensor_names.h"
 
 namespace doppel {
 

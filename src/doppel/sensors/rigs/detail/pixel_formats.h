@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 
 namespace doppel {
 

@@ -5,10 +5,10 @@
 #include <memory>
 #include <string>
 
-#include "doppel/bus/bus.h"
-#include "doppel/bus/topic_conflict.h"
-#include "doppel/core/log.h"
-#include "doppel/sensing/detail/sensor_names.h"
+#include "doppel/base/core/log.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/bus/topic_conflict.h"
+#include "doppel/sensors/rigs/detail/sensor_names.h"
 
 namespace doppel {
 

@@ -13,11 +13,11 @@
 #include <thread>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/rays/ray_caster.h"
-#include "doppel/sensing/detail/light_sensor.h"
-#include "doppel/sensing/detail/object_labels.h"
-#include "doppel/sensing/detail/world_scene.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/sensors/render/ray_caster.h"
+#include "doppel/sensors/rigs/detail/light_sensor.h"
+#include "doppel/sensors/rigs/detail/object_labels.h"
+#include "doppel/sensors/rigs/detail/world_scene.h"
 
 namespace doppel {
 

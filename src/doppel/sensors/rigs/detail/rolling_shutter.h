@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "doppel/math/pose_motion.h"
-#include "doppel/rays/ray_caster.h"
+#include "doppel/base/math/pose_motion.h"
+#include "doppel/sensors/render/ray_caster.h"
 
 namespace doppel {
 

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "doppel/math/geodesy.h"
-#include "doppel/physics/engine.h"
-#include "doppel/sensing/detail/instance_motion.h"
-#include "doppel/sensing/rig_sensor.h"
-#include "doppel/sensors/noise.h"
+#include "doppel/base/math/geodesy.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/sensors/models/noise.h"
+#include "doppel/sensors/rigs/detail/instance_motion.h"
+#include "doppel/sensors/rigs/rig_sensor.h"
 
 namespace doppel {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "doppel/sensing/rig_sensor.h"
+#include "doppel/sensors/rigs/rig_sensor.h"
 
 namespace doppel {
 

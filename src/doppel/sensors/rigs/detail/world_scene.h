@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/physics/engine.h"
-#include "doppel/scene/render_scene.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/sensors/render/render_scene.h"
 
 namespace doppel {
 

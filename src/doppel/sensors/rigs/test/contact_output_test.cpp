@@ -1,11 +1,11 @@
 // Contact sensors on a plate on which a cube falls and from which it is taken.
 #include <algorithm>
 
-#include "doppel/core/test/heap_touches.h"
-#include "doppel/messages/gazebo_msgs.h"
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/ros_gz_interfaces.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/base/core/test/heap_touches.h"
+#include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/ros_gz_interfaces.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 #include "physical_fixture.h"
 
 namespace doppel {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/core/test/heap_touches.h"
-#include "doppel/messages/ros_gz_interfaces.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/base/core/test/heap_touches.h"
+#include "doppel/ros/messages/ros_gz_interfaces.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 #include "physical_fixture.h"
 
 namespace doppel {

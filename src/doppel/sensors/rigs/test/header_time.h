@@ -1,8 +1,8 @@
 #pragma once
 // The stamp of a message as a time.
 
-#include "doppel/core/time.h"
-#include "doppel/messages/std_msgs.h"
+#include "doppel/base/core/time.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel::test {
 

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/physics/test/engine_fixture.h"
-#include "doppel/sensing/light_rig.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/sensors/rigs/light_rig.h"
 #include "header_time.h"
 
 namespace doppel::test {

@@ -5,7 +5,7 @@
 #include <cstring>
 #include <map>
 
-#include "doppel/messages/vision_msgs.h"
+#include "doppel/ros/messages/vision_msgs.h"
 #include "light_fixture.h"
 
 namespace doppel {

@@ -1,13 +1,13 @@
-#include "doppel/sensing/detail/object_labels.h"
+#include "doppel/sensors/rigs/detail/object_labels.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <tuple>
 
-#include "doppel/rays/ray_caster.h"
-#include "doppel/scene/scene_builder.h"
-#include "doppel/sensing/detail/pixel_formats.h"
+#include "doppel/sensors/render/ray_caster.h"
+#include "doppel/sensors/render/scene_builder.h"
+#include "doppel/sensors/rigs/detail/pixel_formats.h"
 
 namespace doppel {
 namespace {

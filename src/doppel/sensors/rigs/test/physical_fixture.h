@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/physics/test/engine_fixture.h"
-#include "doppel/sensing/physical_rig.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/sensors/rigs/physical_rig.h"
 #include "header_time.h"
 
 namespace doppel::test {

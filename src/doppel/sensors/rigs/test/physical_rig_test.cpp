@@ -1,10 +1,10 @@
 // IMUs on bodies at rest, falling and turning, against closed forms.
-#include "doppel/sensing/physical_rig.h"
+#include "doppel/sensors/rigs/physical_rig.h"
 
 #include <cmath>
 #include <map>
 
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 #include "physical_fixture.h"
 
 namespace doppel {

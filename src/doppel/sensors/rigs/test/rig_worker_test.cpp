@@ -1,5 +1,5 @@
 // Sensors that fail on the thread of the worker.
-#include "doppel/sensing/detail/rig_worker.h"
+#include "doppel/sensors/rigs/detail/rig_worker.h"
 
 #include <gmock/gmock.h>
 
@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <system_error>
 
-#include "doppel/core/test/system_faults.h"
-#include "doppel/sensing/detail/world_scene.h"
+#include "doppel/base/core/test/system_faults.h"
+#include "doppel/sensors/rigs/detail/world_scene.h"
 #include "light_fixture.h"
 
 namespace doppel {

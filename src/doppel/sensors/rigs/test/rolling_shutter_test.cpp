@@ -1,9 +1,9 @@
-#include "doppel/sensing/detail/rolling_shutter.h"
+#include "doppel/sensors/rigs/detail/rolling_shutter.h"
 
 #include <cstring>
 
-#include "doppel/scene/scene_builder.h"
-#include "doppel/sensors/lens.h"
+#include "doppel/sensors/models/lens.h"
+#include "doppel/sensors/render/scene_builder.h"
 #include "light_fixture.h"
 
 namespace doppel {

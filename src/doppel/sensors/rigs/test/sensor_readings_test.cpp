@@ -1,10 +1,10 @@
 // Values of sensors for controllers, against those of the topics and closed forms.
-#include "doppel/sensing/sensor_readings.h"
+#include "doppel/sensors/rigs/sensor_readings.h"
 
 #include <cmath>
 
-#include "doppel/core/test/heap_touches.h"
-#include "doppel/messages/sensor_msgs.h"
+#include "doppel/base/core/test/heap_touches.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 #include "physical_fixture.h"
 
 namespace doppel {

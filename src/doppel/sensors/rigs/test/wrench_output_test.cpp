@@ -1,8 +1,8 @@
 // Force-torque sensors that carry known weights, against closed forms.
 #include <cmath>
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/ros_gz_interfaces.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/ros_gz_interfaces.h"
 #include "physical_fixture.h"
 
 namespace doppel {

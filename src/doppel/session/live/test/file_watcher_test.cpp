@@ -1,5 +1,5 @@
 // Folders that are moved, removed and made again: the events that the kernel reports, and those it does not.
-#include "doppel/session/file_watcher.h"
+#include "doppel/session/live/file_watcher.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,13 +1,13 @@
-#include "doppel/session/health_publisher.h"
+#include "doppel/session/live/health_publisher.h"
 
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <thread>
 
-#include "doppel/core/abandoned_thread.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/session/audit_result.h"
+#include "doppel/base/core/abandoned_thread.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/session/live/audit_result.h"
 
 namespace doppel {
 namespace {

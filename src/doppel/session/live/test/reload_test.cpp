@@ -1,5 +1,5 @@
 // Edits from another thread while the loop runs, and what happens to them when the reloader is destroyed.
-#include "doppel/session/reload.h"
+#include "doppel/session/live/reload.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -7,8 +7,8 @@
 #include <fstream>
 #include <mutex>
 
-#include "doppel/core/abandoned_thread.h"
-#include "doppel/session/health_publisher.h"
+#include "doppel/base/core/abandoned_thread.h"
+#include "doppel/session/live/health_publisher.h"
 
 namespace doppel {
 namespace {

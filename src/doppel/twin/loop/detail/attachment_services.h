@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/log.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/physics/grasp.h"
-#include "doppel/twin/detail/attachment_plugins.h"
-#include "doppel/twin/scene.h"
-#include "doppel/twin/tickable.h"
+#include "doppel/base/core/log.h"
+#include "doppel/physics/contract/grasp.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/scenario/compile/attachment_plugins.h"
+#include "doppel/twin/loop/scene.h"
+#include "doppel/twin/loop/tickable.h"
 
 namespace doppel {
 

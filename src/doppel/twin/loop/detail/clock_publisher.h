@@ -3,10 +3,10 @@
 
 #include <optional>
 
-#include "doppel/bus/bus.h"
-#include "doppel/messages/rosgraph_msgs.h"
-#include "doppel/twin/scene.h"
-#include "doppel/twin/tickable.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/rosgraph_msgs.h"
+#include "doppel/twin/loop/scene.h"
+#include "doppel/twin/loop/tickable.h"
 
 namespace doppel {
 

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/messages/gazebo_msgs.h"
-#include "doppel/twin/publish_schedule.h"
-#include "doppel/twin/scene.h"
-#include "doppel/twin/tickable.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/twin/loop/publish_schedule.h"
+#include "doppel/twin/loop/scene.h"
+#include "doppel/twin/loop/tickable.h"
 
 namespace doppel {
 

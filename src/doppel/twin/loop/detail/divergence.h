@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "doppel/physics/engine.h"
+#include "doppel/physics/contract/engine.h"
 
 namespace doppel {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "doppel/core/status.h"
-#include "doppel/twin/scene.h"
+#include "doppel/base/core/status.h"
+#include "doppel/twin/loop/scene.h"
 
 namespace doppel {
 

@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "doppel/description/load.h"
+#include "doppel/description/urdf/load.h"
 
 namespace doppel {
 

@@ -13,14 +13,14 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/log.h"
-#include "doppel/messages/gazebo_msgs.h"
-#include "doppel/physics/world_robot.h"
-#include "doppel/twin/detail/entity.h"
-#include "doppel/twin/detail/entity_xml.h"
-#include "doppel/twin/tickable.h"
-#include "doppel/twin/twin.h"
+#include "doppel/base/core/log.h"
+#include "doppel/physics/contract/world_robot.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/twin/loop/detail/entity.h"
+#include "doppel/twin/loop/detail/entity_xml.h"
+#include "doppel/twin/loop/tickable.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel {
 

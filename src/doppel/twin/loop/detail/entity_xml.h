@@ -1,6 +1,6 @@
 #pragma once
 // An entity of the world from the text that /spawn_entity gets: SDF with one <model>, read as everywhere
-// (worlds/sdf_world.h), or a URDF without moving joints. A URDF with an <inertia> or with several links is
+// (scenario/sdf/sdf_world.h), or a URDF without moving joints. A URDF with an <inertia> or with several links is
 // read as a description, with all of its shapes. The only link of any other has one shape, which collides:
 // that of its <collision>, or of its <visual> where there is none; its mass is distributed evenly over it.
 // Elements without effect are notes.
@@ -11,9 +11,9 @@
 #include <variant>
 #include <vector>
 
-#include "doppel/core/diagnostic.h"
-#include "doppel/physics/model_instance.h"
-#include "doppel/worlds/sdf_world.h"
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/physics/contract/model_instance.h"
+#include "doppel/scenario/sdf/sdf_world.h"
 
 namespace doppel {
 

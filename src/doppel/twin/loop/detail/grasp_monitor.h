@@ -1,5 +1,5 @@
 #pragma once
-// Looks at what robots hold between their fingers (physics/grasp.h), between steps: 20 times a second of
+// Looks at what robots hold between their fingers (physics/contract/grasp.h), between steps: 20 times a second of
 // simulated time, 50 times while something is held, and never in a world where nothing can be held.
 //
 // /doppel/grasps (diagnostic_msgs/msg/DiagnosticArray, at each look while there are subscribers, empty if nothing is
@@ -11,12 +11,12 @@
 #include <string>
 #include <vector>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/log.h"
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/physics/grasp.h"
-#include "doppel/twin/scene.h"
-#include "doppel/twin/tickable.h"
+#include "doppel/base/core/log.h"
+#include "doppel/physics/contract/grasp.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/twin/loop/scene.h"
+#include "doppel/twin/loop/tickable.h"
 
 namespace doppel {
 

@@ -6,11 +6,11 @@
 
 #include <functional>
 
-#include "doppel/bus/bus.h"
-#include "doppel/messages/nav_msgs.h"
-#include "doppel/physics/engine.h"
-#include "doppel/twin/compiled_robot.h"
-#include "doppel/twin/tickable.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/nav_msgs.h"
+#include "doppel/scenario/compile/compiled_robot.h"
+#include "doppel/twin/loop/tickable.h"
 
 namespace doppel {
 

@@ -5,10 +5,10 @@
 #include <memory>
 #include <optional>
 
-#include "doppel/bus/bus.h"
-#include "doppel/messages/doppel_msgs.h"
-#include "doppel/twin/compiled_robot.h"
-#include "doppel/twin/publish_schedule.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/scenario/compile/compiled_robot.h"
+#include "doppel/twin/loop/publish_schedule.h"
 
 namespace doppel {
 

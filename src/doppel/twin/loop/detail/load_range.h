@@ -3,8 +3,8 @@
 // machine (effort limits, masses, inertias, velocity limits), leave room for any test of a real one, and keep
 // a mistyped exponent from making the physics diverge (docs/simulator.md lists them).
 
-#include "doppel/core/status.h"
-#include "doppel/physics/engine.h"
+#include "doppel/base/core/status.h"
+#include "doppel/physics/contract/engine.h"
 
 namespace doppel {
 

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "doppel/core/source_location.h"
-#include "doppel/physics/engine.h"
-#include "doppel/twin/rest_check.h"
+#include "doppel/base/core/source_location.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/twin/loop/rest_check.h"
 
 namespace doppel {
 

@@ -1,9 +1,9 @@
 #pragma once
 // The appearance of a world, as the message of /doppel/scene.
 
-#include "doppel/description/robot_description.h"
-#include "doppel/messages/doppel_msgs.h"
-#include "doppel/physics/world.h"
+#include "doppel/description/urdf/robot_description.h"
+#include "doppel/physics/contract/world.h"
+#include "doppel/ros/messages/doppel_msgs.h"
 
 namespace doppel {
 

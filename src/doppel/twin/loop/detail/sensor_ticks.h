@@ -10,13 +10,13 @@
 #include <string>
 #include <vector>
 
-#include "doppel/messages/diagnostic_msgs.h"
-#include "doppel/sensing/light_rig.h"
-#include "doppel/sensing/physical_rig.h"
-#include "doppel/twin/compiled_scenario.h"
-#include "doppel/twin/scene.h"
-#include "doppel/twin/state_publisher.h"
-#include "doppel/twin/tickable.h"
+#include "doppel/ros/messages/diagnostic_msgs.h"
+#include "doppel/scenario/compile/compiled_scenario.h"
+#include "doppel/sensors/rigs/light_rig.h"
+#include "doppel/sensors/rigs/physical_rig.h"
+#include "doppel/twin/loop/scene.h"
+#include "doppel/twin/loop/state_publisher.h"
+#include "doppel/twin/loop/tickable.h"
 
 namespace doppel {
 

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "doppel/core/status.h"
+#include "doppel/base/core/status.h"
 
 namespace doppel {
 

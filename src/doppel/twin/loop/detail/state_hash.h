@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "doppel/core/fnv_hash.h"
+#include "doppel/base/core/fnv_hash.h"
 
 namespace doppel {
 

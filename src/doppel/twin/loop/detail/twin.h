@@ -10,13 +10,13 @@
 #include <optional>
 #include <thread>
 
-#include "doppel/control/control_loop.h"
-#include "doppel/twin/compiled_scenario.h"
-#include "doppel/twin/detail/sensor_ticks.h"
-#include "doppel/twin/detail/state_hash.h"
-#include "doppel/twin/scene.h"
-#include "doppel/twin/simulator_services.h"
-#include "doppel/twin/twin.h"
+#include "doppel/control/manager/control_loop.h"
+#include "doppel/scenario/compile/compiled_scenario.h"
+#include "doppel/twin/loop/detail/sensor_ticks.h"
+#include "doppel/twin/loop/detail/state_hash.h"
+#include "doppel/twin/loop/scene.h"
+#include "doppel/twin/loop/simulator_services.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel {
 

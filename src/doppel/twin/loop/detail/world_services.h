@@ -6,12 +6,12 @@
 #include <functional>
 #include <string>
 
-#include "doppel/bus/bus.h"
-#include "doppel/core/log.h"
-#include "doppel/messages/ros_gz_interfaces.h"
-#include "doppel/twin/detail/entity_services.h"
-#include "doppel/twin/scene.h"
-#include "doppel/twin/simulator_services.h"
+#include "doppel/base/core/log.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/messages/ros_gz_interfaces.h"
+#include "doppel/twin/loop/detail/entity_services.h"
+#include "doppel/twin/loop/scene.h"
+#include "doppel/twin/loop/simulator_services.h"
 
 namespace doppel {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <cstdlib>
 
-#include "doppel/twin/detail/entity_mesh.h"
-#include "doppel/twin/detail/entity_xml.h"
+#include "doppel/twin/loop/detail/entity_mesh.h"
+#include "doppel/twin/loop/detail/entity_xml.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const doppel::PackageResolver resolver;

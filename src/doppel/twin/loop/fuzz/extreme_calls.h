@@ -12,8 +12,8 @@
 #include <span>
 #include <string>
 
-#include "doppel/twin/simulator_services.h"
-#include "doppel/twin/twin.h"
+#include "doppel/twin/loop/simulator_services.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel::test {
 

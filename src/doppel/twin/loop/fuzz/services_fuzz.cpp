@@ -5,7 +5,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "doppel/twin/fuzz/extreme_calls.h"
+#include "doppel/twin/loop/fuzz/extreme_calls.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   constexpr std::size_t kMaxBytes = 512;  // some 60 calls

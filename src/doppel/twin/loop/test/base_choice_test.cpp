@@ -1,10 +1,10 @@
-#include "doppel/twin/base_choice.h"
+#include "doppel/scenario/compile/base_choice.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "doppel/description/legs.h"
-#include "doppel/description/load.h"
+#include "doppel/description/urdf/legs.h"
+#include "doppel/description/urdf/load.h"
 
 namespace doppel {
 namespace {

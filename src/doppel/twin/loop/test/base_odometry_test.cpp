@@ -10,10 +10,10 @@
 #include <map>
 #include <set>
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/nav_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
-#include "doppel/twin/twin.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/nav_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel {
 namespace {

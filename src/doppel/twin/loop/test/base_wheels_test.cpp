@@ -7,9 +7,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/messages/geometry_msgs.h"
-#include "doppel/messages/nav_msgs.h"
-#include "doppel/twin/twin.h"
+#include "doppel/ros/messages/geometry_msgs.h"
+#include "doppel/ros/messages/nav_msgs.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel {
 namespace {

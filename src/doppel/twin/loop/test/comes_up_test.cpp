@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/twin/twin.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel {
 namespace {

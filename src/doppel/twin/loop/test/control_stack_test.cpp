@@ -1,6 +1,6 @@
 // A controller file that the user did not name never prevents a robot from loading: the controllers that fit
 // run, and the remaining joints are held.
-#include "doppel/twin/control_stack.h"
+#include "doppel/twin/loop/control_stack.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -11,11 +11,11 @@
 #include <map>
 #include <thread>
 
-#include "doppel/control/rates.h"
-#include "doppel/messages/codec.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/twin/runner.h"
-#include "doppel/twin/twin.h"
+#include "doppel/control/manager/rates.h"
+#include "doppel/ros/messages/codec.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/twin/loop/runner.h"
+#include "doppel/twin/loop/twin.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/twin/detail/entity_xml.h"
+#include "doppel/twin/loop/detail/entity_xml.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/twin/detail/entity_mesh.h"
+#include "doppel/twin/loop/detail/entity_mesh.h"
 
 namespace doppel {
 namespace {

@@ -8,16 +8,16 @@
 #include <cmath>
 #include <ostream>
 
-#include "doppel/control/controller_manager.h"
-#include "doppel/control/hardware_registry.h"
-#include "doppel/controllers/builtin.h"
-#include "doppel/description/load.h"
-#include "doppel/messages/controller_manager_msgs.h"
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/trajectory_msgs.h"
-#include "doppel/physics/engine_modules.h"
-#include "doppel/twin/simulated_hardware.h"
+#include "doppel/control/controllers/builtin.h"
+#include "doppel/control/hardware/hardware_registry.h"
+#include "doppel/control/manager/controller_manager.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/ros/messages/controller_manager_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/trajectory_msgs.h"
+#include "doppel/scenario/compile/simulated_hardware.h"
 
 namespace doppel {
 namespace {

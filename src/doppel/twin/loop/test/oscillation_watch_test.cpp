@@ -1,4 +1,4 @@
-#include "doppel/twin/detail/oscillation_watch.h"
+#include "doppel/twin/loop/detail/oscillation_watch.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "doppel/physics/test/engine_fixture.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
 
 namespace doppel {
 namespace {

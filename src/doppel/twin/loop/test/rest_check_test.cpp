@@ -1,10 +1,10 @@
-#include "doppel/twin/rest_check.h"
+#include "doppel/twin/loop/rest_check.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "doppel/physics/test/engine_fixture.h"
-#include "doppel/physics/test/mobile_base.h"
+#include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/physics/contract/test/mobile_base.h"
 
 namespace doppel {
 namespace {

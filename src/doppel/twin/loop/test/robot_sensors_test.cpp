@@ -1,5 +1,5 @@
 // Sensors of models of SDF, and the frames of their messages.
-#include "doppel/twin/robot_sensors.h"
+#include "doppel/scenario/compile/robot_sensors.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "doppel/twin/robot_setup.h"
+#include "doppel/scenario/compile/robot_setup.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>

@@ -1,8 +1,8 @@
-#include "doppel/twin/robot_text.h"
+#include "doppel/scenario/schema/robot_text.h"
 
 #include <gtest/gtest.h>
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace doppel {
 namespace {

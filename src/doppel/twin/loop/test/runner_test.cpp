@@ -1,4 +1,4 @@
-#include "doppel/twin/runner.h"
+#include "doppel/twin/loop/runner.h"
 
 #include <gtest/gtest.h>
 

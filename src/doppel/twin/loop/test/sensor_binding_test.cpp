@@ -1,5 +1,5 @@
 // Which simulated sensor a <sensor> of <ros2_control> reads, and what is reported where it reads none.
-#include "doppel/sensors/sensor_binding.h"
+#include "doppel/sensors/models/sensor_binding.h"
 
 #include <fmt/format.h>
 #include <gmock/gmock.h>
@@ -9,8 +9,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "doppel/sensors/reading_names.h"
-#include "doppel/twin/compiled_scenario.h"
+#include "doppel/scenario/compile/compiled_scenario.h"
+#include "doppel/sensors/models/reading_names.h"
 
 namespace doppel {
 namespace {

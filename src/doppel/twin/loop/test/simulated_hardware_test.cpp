@@ -1,11 +1,11 @@
-#include "doppel/twin/simulated_hardware.h"
+#include "doppel/scenario/compile/simulated_hardware.h"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 
-#include "doppel/description/load.h"
-#include "doppel/physics/engine_modules.h"
+#include "doppel/description/urdf/load.h"
+#include "doppel/physics/contract/engine_modules.h"
 
 namespace doppel {
 namespace {

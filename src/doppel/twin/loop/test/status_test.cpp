@@ -4,8 +4,8 @@
 
 #include <thread>
 
-#include "doppel/messages/codec.h"
-#include "doppel/twin/runner.h"
+#include "doppel/ros/messages/codec.h"
+#include "doppel/twin/loop/runner.h"
 
 namespace doppel {
 namespace {

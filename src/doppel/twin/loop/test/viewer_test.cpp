@@ -1,4 +1,4 @@
-#include "doppel/twin/viewer.h"
+#include "doppel/twin/viewer/viewer.h"
 
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -10,9 +10,9 @@
 #include <numbers>
 #include <set>
 
-#include "doppel/messages/sensor_msgs.h"
-#include "doppel/messages/std_msgs.h"
-#include "doppel/messages/tf2_msgs.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/tf2_msgs.h"
 
 namespace doppel {
 namespace {

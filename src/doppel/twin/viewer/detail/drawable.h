@@ -1,7 +1,7 @@
 #pragma once
 // Errors of a description that do not prevent a picture.
 
-#include "doppel/core/diagnostic.h"
+#include "doppel/base/core/diagnostic.h"
 
 namespace doppel {
 

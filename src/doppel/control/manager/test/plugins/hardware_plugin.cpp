@@ -1,6 +1,6 @@
 // A hardware component as a user would write it: built separately into a shared library, and loaded by path.
 
-#include "doppel/control/hardware_registry.h"
+#include "doppel/control/hardware/hardware_registry.h"
 
 namespace test_plugin {
 

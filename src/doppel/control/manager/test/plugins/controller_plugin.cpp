@@ -1,6 +1,6 @@
 // A controller as a user would write it: built separately into a shared library, and loaded by path.
 
-#include "doppel/control/controller.h"
+#include "doppel/control/manager/controller.h"
 
 namespace test_plugin {
 

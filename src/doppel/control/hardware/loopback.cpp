@@ -1,4 +1,4 @@
-#include "doppel/control/detail/components/loopback.h"
+#include "doppel/control/hardware/detail/loopback.h"
 
 #include <fmt/format.h>
 
@@ -9,8 +9,8 @@
 #include <stdexcept>
 #include <thread>
 
-#include "doppel/control/nan.h"
-#include "doppel/core/names.h"
+#include "doppel/base/core/names.h"
+#include "doppel/control/hardware/nan.h"
 
 namespace doppel {
 namespace {

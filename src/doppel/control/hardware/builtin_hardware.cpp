@@ -1,7 +1,7 @@
-#include "doppel/control/detail/components/builtin.h"
+#include "doppel/control/hardware/detail/builtin_hardware.h"
 
-#include "doppel/control/detail/components/loopback.h"
-#include "doppel/control/hardware_registry.h"
+#include "doppel/control/hardware/detail/loopback.h"
+#include "doppel/control/hardware/hardware_registry.h"
 
 namespace doppel {
 

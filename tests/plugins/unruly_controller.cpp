@@ -4,7 +4,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "doppel/control/controller.h"
+#include "doppel/control/manager/controller.h"
 
 namespace unruly {
 
