@@ -41,10 +41,11 @@ bool makes_xacro(std::string_view path) {
   if (path.starts_with("app")) return true;
   if (!path.starts_with("doppel/")) return true;
   path.remove_prefix(7);
-  const std::string_view module = path.substr(0, path.find('/'));
+  const std::string_view module = path.substr(0, path.find('/', path.find('/') + 1));
   const bool aside =
       path.find("/test/") != std::string_view::npos || path.find("/fuzz/") != std::string_view::npos;
-  constexpr std::string_view kModules[] = {"core", "math", "packages", "xml", "xacro", "description"};
+  constexpr std::string_view kModules[] = {"base/core", "base/math",         "base/packages",
+                                           "base/xml",  "description/xacro", "description/urdf"};
   return std::find(std::begin(kModules), std::end(kModules), module) != std::end(kModules) && !aside;
 }
 

@@ -10,12 +10,13 @@
 #include <thread>
 #include <vector>
 
-#include "doppel/control/hardware/detail/latest_copy.h"
 #include "doppel/control/hardware/hardware.h"
+#include "doppel/control/hardware/latest_copy.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
-class AsyncHardware : public HardwareComponent {
+class DOPPEL_API AsyncHardware : public HardwareComponent {
  public:
   // `device` is read and written at `rate` Hz; its life cycle runs on the caller's thread, between two of its
   // reads and writes.

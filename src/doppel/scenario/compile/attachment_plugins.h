@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/export.h"
 #include "doppel/physics/contract/model_instance.h"
 
 namespace doppel {
@@ -40,6 +41,6 @@ struct AttachmentPlugins {
 };
 
 // Those of an instance. What cannot be used is a warning at its place.
-AttachmentPlugins attachment_plugins_of(const ModelInstance& instance, Diagnostics& diagnostics);
+DOPPEL_API AttachmentPlugins attachment_plugins_of(const ModelInstance& instance, Diagnostics& diagnostics);
 
 }  // namespace doppel

@@ -9,6 +9,7 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/description/urdf/robot_description.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -21,10 +22,10 @@ struct MappedModel {
 
 // The topics are those of the plugins, or as Gazebo names them below /model/NAME and /world/NAME/model/NAME, where NAME
 // is the description's name and that of the world. Notes say what is mapped. nullopt: nothing is, and notes say why.
-std::optional<MappedModel> map_model_plugins(const RobotDescription& model, const std::string& world,
-                                             Diagnostics& diagnostics);
+DOPPEL_API std::optional<MappedModel> map_model_plugins(const RobotDescription& model,
+                                                        const std::string& world, Diagnostics& diagnostics);
 
 // The namespace of the plugins of gazebo_ros, as spawn_entity's robot_namespace sets it.
-void set_plugin_namespace(RobotDescription& model, const std::string& name_space);
+DOPPEL_API void set_plugin_namespace(RobotDescription& model, const std::string& name_space);
 
 }  // namespace doppel

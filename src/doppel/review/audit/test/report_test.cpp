@@ -164,8 +164,10 @@ bool told_otherwise(const std::string& rule) {
 TEST(RuleTable, EveryParserRuleIsListed) {
   const std::regex reports(R"re(diagnostics_?\.(?:warning|note|error)\(\s*"([a-z0-9_.]+)")re");
   std::size_t seen = 0;
-  for (const char* room : {"description", "overlay", "kinematics"}) {
-    for (const auto& entry : fs::directory_iterator(fs::path(DOPPEL_SOURCE_DIR) / "src" / "doppel" / room)) {
+  for (const char* module : {"description/urdf", "description/gazebo", "description/meshes",
+                             "description/overlay", "robot/kinematics"}) {
+    for (const auto& entry :
+         fs::directory_iterator(fs::path(DOPPEL_SOURCE_DIR) / "src" / "doppel" / module)) {
       if (entry.path().extension() != ".cpp") continue;
       std::ifstream in(entry.path());
       const std::string text{std::istreambuf_iterator<char>(in), {}};

@@ -70,7 +70,7 @@ TEST(SdfPoses, AllFeaturesTogetherGiveTruePoses) {
 // Of the fuzz target's corpus, and generated ones.
 std::vector<std::string> texts() {
   std::vector<std::string> out;
-  const std::filesystem::path corpus = DOPPEL_SOURCE_DIR "/src/doppel/worlds/fuzz/corpus/sdf";
+  const std::filesystem::path corpus = DOPPEL_SOURCE_DIR "/src/doppel/scenario/sdf/fuzz/corpus/sdf";
   for (const auto& entry : std::filesystem::directory_iterator(corpus))
     out.push_back(read_file(entry.path().string(), std::size_t{1} << 20));
   std::sort(out.begin(), out.end());

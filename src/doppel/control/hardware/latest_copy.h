@@ -9,9 +9,11 @@
 #include <span>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-class LatestCopy {
+class DOPPEL_API LatestCopy {
  public:
   explicit LatestCopy(std::span<const double> initial) {
     for (auto& buffer : buffers_) buffer.assign(initial.begin(), initial.end());
