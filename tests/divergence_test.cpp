@@ -341,7 +341,7 @@ TEST_F(EditedWorld, LongerStepDoesNotStallRunnerAndDurationHolds) {
   });
   const RunStatistics run = runner.run(stop);
   EXPECT_EQ(run.end, RunEnd::duration_reached);
-  EXPECT_NEAR(to_seconds(Time(run.simulated)), 0.6, 0.003);
+  EXPECT_NEAR(to_seconds(run.simulated), 0.6, 0.003);
   EXPECT_NEAR(to_seconds(twin_->now()), 0.6, 0.003);
   EXPECT_LE(run.steps, 305u);
 }

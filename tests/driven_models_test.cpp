@@ -509,8 +509,8 @@ TEST_F(DrivenModels, RunToSimTimePausesThere) {
   EXPECT_THAT(world("control", "ControlWorld", "{world_control: {run_to_sim_time: {sec: 1}}}"),
               HasSubstr("success: true"));
   TimeControl& time = twin_->time_control();
-  while (!time.paused && twin_->now() < from_seconds(2.0)) run(0.001);
-  EXPECT_EQ(twin_->now(), from_seconds(1.0));
+  while (!time.paused && twin_->now() < time_from_seconds(2.0)) run(0.001);
+  EXPECT_EQ(twin_->now(), time_from_seconds(1.0));
 }
 
 }  // namespace

@@ -46,7 +46,7 @@ Outcome outcome_of(const fs::path& target) {
   Diagnostics diagnostics;
   try {
     Twin twin(scenario, log, diagnostics);
-    while (!twin.robot().rest() && !twin.diverged() && twin.now() < from_seconds(1.0)) {
+    while (!twin.robot().rest() && !twin.diverged() && twin.now() < time_from_seconds(1.0)) {
       twin.between_steps();
       twin.step();
     }

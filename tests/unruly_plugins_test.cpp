@@ -115,7 +115,7 @@ TEST_F(UnrulyPlugins, BlockingControllerIsReportedByAnotherThread) {
   ASSERT_GE(reports.size(), 2u);
   EXPECT_THAT(reports[0], HasSubstr("the loop has been in one step for 2 s"));
   EXPECT_THAT(reports[1], HasSubstr("the loop goes on"));
-  EXPECT_GT(twin_->now(), Time(from_seconds(0.5)));
+  EXPECT_GT(twin_->now(), time_from_seconds(0.5));
 }
 
 TEST_F(UnrulyPlugins, FailingHardwareDoesNotEndTwin) {
@@ -123,7 +123,7 @@ TEST_F(UnrulyPlugins, FailingHardwareDoesNotEndTwin) {
     logged_.clear();
     with_hardware(fault);
     EXPECT_EQ(run_for(std::chrono::milliseconds(600)), RunEnd::stopped) << fault;
-    EXPECT_GT(twin_->now(), Time(from_seconds(0.2))) << fault;
+    EXPECT_GT(twin_->now(), time_from_seconds(0.2)) << fault;
     EXPECT_NE(logged(), "") << fault << ": expected a report";
     if (fault == "nan") {
       EXPECT_THAT(logged(), HasSubstr("hardware 'a' reads nan of 'j/position'"));

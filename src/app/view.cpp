@@ -43,7 +43,7 @@ void print_viewer_banner(const Viewer& viewer, const Session& session) {
 void show_frames(Viewer& viewer, const std::atomic<bool>& stop) {
   auto due = std::chrono::steady_clock::now();
   while (!stop) {
-    viewer.step(std::chrono::system_clock::now().time_since_epoch());
+    viewer.step(system_time());
     due = std::max(due + kFrame, std::chrono::steady_clock::now());
     std::this_thread::sleep_until(due);
   }

@@ -93,9 +93,8 @@ struct SensorOptions {
 };
 
 Time stamp_of(const Client::Received& message) {
-  const auto stamp = decode<builtin_interfaces::msg::Time>(
-      std::span(message.cdr).first(std::min<std::size_t>(message.cdr.size(), 12)));
-  return Time{std::int64_t{stamp.sec} * 1'000'000'000 + stamp.nanosec};
+  return from_msg(decode<builtin_interfaces::msg::Time>(
+      std::span(message.cdr).first(std::min<std::size_t>(message.cdr.size(), 12))));
 }
 
 // Hz, from a straight line through the samples, because each stamp is on the nearest step of the physics.

@@ -201,7 +201,7 @@ int delay(Shell& shell, const RateOptions& options) {
   const auto add = [&](Clock::time_point, const Client::Received& message) {
     if (options.sim_time && message.topic == "/clock")
       clock = from_msg(decode<rosgraph_msgs::msg::Clock>(message.cdr).clock);
-    if (!options.sim_time) clock = std::chrono::system_clock::now().time_since_epoch();
+    if (!options.sim_time) clock = system_time();
     if (!clock || message.topic != topic) return;
     delays.push_back(to_seconds(*clock - header_stamp(message.cdr)));
     if (!options.sim_time && !hinted && std::abs(delays.back()) > kSimulatedDelay &&

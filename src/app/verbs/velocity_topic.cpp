@@ -115,7 +115,7 @@ void VelocityPublisher::send_message(const M& message, const std::optional<ros2:
 void VelocityPublisher::send(const Twist& twist) {
   if (!topic_.stamped) return send_message(twist, plain_);
   TwistStamped message;
-  message.header.stamp = to_time_msg(clock_.value_or(std::chrono::system_clock::now().time_since_epoch()));
+  message.header.stamp = to_time_msg(clock_.value_or(system_time()));
   message.header.frame_id = frame_;
   message.twist = twist;
   send_message(message, stamped_);

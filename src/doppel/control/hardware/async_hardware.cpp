@@ -77,7 +77,7 @@ Status AsyncHardware::on_deactivate() {
   const std::lock_guard lock(mutex_);
   // The last commands of the loop may not be written yet, and may be a zero velocity.
   if (work_ == Work::read_and_write && answer_.load() == HardwareReturn::ok)
-    static_cast<void>(device_->write(Time(now_.load()), period_, commands_->newest()));
+    static_cast<void>(device_->write(time_from_nanoseconds(now_.load()), period_, commands_->newest()));
   Status status = device_->on_deactivate();
   if (status) set_work(Work::read);
   return status;
@@ -110,7 +110,7 @@ Status AsyncHardware::prepare_switch(std::span<const std::string> start, std::sp
 void AsyncHardware::perform_switch(std::span<const std::string> start, std::span<const std::string> stop) {
   const std::lock_guard lock(mutex_);
   if (work_ == Work::read_and_write && answer_.load() == HardwareReturn::ok && !stop.empty())
-    static_cast<void>(device_->write(Time(now_.load()), period_, commands_->newest()));
+    static_cast<void>(device_->write(time_from_nanoseconds(now_.load()), period_, commands_->newest()));
   device_->perform_switch(start, stop);
   // A command that is claimed anew has no value until the loop writes one; one that is handed over from one
   // controller to the next keeps its value.
@@ -137,7 +137,7 @@ void AsyncHardware::on_stop_reset() {
 }
 
 HardwareReturn AsyncHardware::read(Time now, Duration /*period*/, std::span<double> states) {
-  now_.store(now.count(), std::memory_order_relaxed);
+  now_.store(nanoseconds_of(now), std::memory_order_relaxed);
   std::ranges::copy(states_->newest(), states.begin());
   return answer_.load(std::memory_order_acquire);
 }
@@ -156,7 +156,7 @@ std::string AsyncHardware::fault() const {
 // Any exception of the device becomes an error.
 HardwareReturn AsyncHardware::read_states() {
   try {
-    const Time now(now_.load(std::memory_order_relaxed));
+    const Time now = time_from_nanoseconds(now_.load(std::memory_order_relaxed));
     const HardwareReturn answer = device_->read(now, period_, states_->row());
     if (answer == HardwareReturn::ok) {
       states_->leave();
@@ -174,7 +174,7 @@ HardwareReturn AsyncHardware::exchange() {
   if (const HardwareReturn answer = read_states(); answer != HardwareReturn::ok) return answer;
   if (work_ != Work::read_and_write) return HardwareReturn::ok;
   try {
-    const Time now(now_.load(std::memory_order_relaxed));
+    const Time now = time_from_nanoseconds(now_.load(std::memory_order_relaxed));
     const HardwareReturn answer = device_->write(now, period_, commands_->newest());
     if (answer != HardwareReturn::ok) fault_ = device_->fault();
     return answer;

@@ -114,7 +114,7 @@ class EdgeImpl : public Edge {
     if (!taken_) return false;
     empty_polls_ = 0;
     const RecordHeader header = bus_detail::header_of(record);
-    message = {header.topic, Time(header.stamp), record.subspan(sizeof(header))};
+    message = {header.topic, time_from_nanoseconds(header.stamp), record.subspan(sizeof(header))};
     if (header.shared != 0) {
       shared_ = link_->take(record);
       message.cdr = *shared_;

@@ -148,7 +148,7 @@ std::string to_frame(const ServiceFailure& failure) {
 }
 
 FrameBytes to_frame(const TimeMessage& time) {
-  return wire::Writer(kTime, 9).number(static_cast<std::uint64_t>(time.now.count())).done();
+  return wire::Writer(kTime, 9).number(static_cast<std::uint64_t>(nanoseconds_of(time.now))).done();
 }
 
 FrameBytes to_frame(const ServiceResponse& response) {
@@ -177,7 +177,7 @@ std::array<std::byte, kAssetHeadSize> asset_head(std::uint32_t request) {
 
 std::array<std::byte, kDataHeadSize> data_head(std::uint32_t subscription, Time stamp) {
   std::array<std::byte, kDataHeadSize> head{std::byte{kMessageData}};
-  const auto nanoseconds = static_cast<std::uint64_t>(stamp.count());
+  const auto nanoseconds = static_cast<std::uint64_t>(nanoseconds_of(stamp));
   std::memcpy(head.data() + 1, &subscription, sizeof(subscription));
   std::memcpy(head.data() + 5, &nanoseconds, sizeof(nanoseconds));
   return head;

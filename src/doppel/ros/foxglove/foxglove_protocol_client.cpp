@@ -101,11 +101,11 @@ Status read_server_binary(ByteView frame, ServerMessage& out) try {
   if (opcode == 1) {
     MessageData data;
     data.subscription = reader.number<std::uint32_t>();
-    data.stamp = Time(static_cast<std::int64_t>(reader.number<std::uint64_t>()));
+    data.stamp = time_from_nanoseconds(static_cast<std::int64_t>(reader.number<std::uint64_t>()));
     data.payload = reader.rest();
     out = data;
   } else if (opcode == 2) {
-    out = TimeMessage{Time(static_cast<std::int64_t>(reader.number<std::uint64_t>()))};
+    out = TimeMessage{time_from_nanoseconds(static_cast<std::int64_t>(reader.number<std::uint64_t>()))};
   } else if (opcode == 3) {
     ServiceResponse response;
     response.service = reader.number<std::uint32_t>();

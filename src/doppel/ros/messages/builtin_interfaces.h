@@ -35,13 +35,13 @@ constexpr Stamp split_nanoseconds(std::chrono::nanoseconds total) {
 
 // Precondition: |seconds| < 2^31.
 constexpr builtin_interfaces::msg::Time to_time_msg(Time time) {
-  return messages_detail::split_nanoseconds<builtin_interfaces::msg::Time>(time);
+  return messages_detail::split_nanoseconds<builtin_interfaces::msg::Time>(time.time_since_epoch());
 }
 constexpr builtin_interfaces::msg::Duration to_duration_msg(Duration duration) {
   return messages_detail::split_nanoseconds<builtin_interfaces::msg::Duration>(duration);
 }
 constexpr Time from_msg(const builtin_interfaces::msg::Time& time) {
-  return std::chrono::seconds(time.sec) + std::chrono::nanoseconds(time.nanosec);
+  return Time(std::chrono::seconds(time.sec) + std::chrono::nanoseconds(time.nanosec));
 }
 constexpr Duration from_msg(const builtin_interfaces::msg::Duration& duration) {
   return std::chrono::seconds(duration.sec) + std::chrono::nanoseconds(duration.nanosec);

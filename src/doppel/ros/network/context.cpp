@@ -21,10 +21,6 @@ constexpr auto kForever = 24h * 365 * 100;
 
 std::atomic<bool> signalled = false;
 
-Time wall_now() {
-  return std::chrono::system_clock::now().time_since_epoch();
-}
-
 std::vector<std::string> words_of(int argc, const char* const* argv) {
   return argc > 1 ? std::vector<std::string>(argv + 1, argv + argc) : std::vector<std::string>();
 }
@@ -112,7 +108,7 @@ struct Context::Impl {
     add_ros_parameters(options.arguments, parameters);
     if (options.log_to_stderr) {
       lines.add_sink([](const LogLine& line) {
-        const auto now = wall_now().count();
+        const auto now = nanoseconds_of(system_time());
         fmt::print(stderr, "[{}] [{}.{:09}] [{}]: {}\n", severity_text(line.severity), now / 1'000'000'000,
                    now % 1'000'000'000, line.origin, printable(line.text));
       });
@@ -127,7 +123,7 @@ struct Context::Impl {
     bridge = std::make_unique<Bridge>(bus, joined, lines);
   }
 
-  [[nodiscard]] Time ros_now() const { return sim_time ? *sim_time : wall_now(); }
+  [[nodiscard]] Time ros_now() const { return sim_time ? *sim_time : system_time(); }
 
   // Handles received messages and timers that are due.
   void turn() {

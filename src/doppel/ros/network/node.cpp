@@ -52,7 +52,7 @@ std::string Node::resolve(doppel::NameKind kind, std::string_view name) const {
 
 Time Node::now() const {
   if (use_sim_time_) return context_.sim_time().value_or(Time{});
-  return std::chrono::system_clock::now().time_since_epoch();
+  return system_time();
 }
 
 void Node::follow_clock(bool use_sim_time) {

@@ -1,3 +1,4 @@
+#include "doppel/base/core/time.h"
 #include "doppel/ros/server/announcement.h"
 
 #include <arpa/inet.h>
@@ -100,13 +101,12 @@ Announcement::Announcement(std::string robot, std::uint16_t port, const std::str
   }
   problem_ = ownership_problem(folder);
   if (!problem_.empty()) return;
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
   const nlohmann::json object{{"pid", getpid()},
                               {"port", port},
                               {"robot", std::move(robot)},
                               {"address", address},
                               {"token", token},
-                              {"started", std::chrono::duration_cast<std::chrono::nanoseconds>(now).count()}};
+                              {"started", nanoseconds_of(system_time())}};
   const fs::path file = folder / fmt::format("{}-{}.json", getpid(), port);
   const fs::path draft = file.string() + ".new";  // renamed when complete, so that readers never get a part
   if (!write_private(draft, object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n")) {

@@ -203,7 +203,7 @@ class DOPPEL_API Hub {
   std::string all_parameters_;                             // a frame without a request's id
   std::map<std::string, OutgoingFrame> parameter_frames_;  // by the request's id
   std::uint32_t clock_ = 0;                                // the topic followed for the time, 0: none
-  Time now_{}, time_sent_{-1};
+  Time now_{}, time_sent_ = time_from_nanoseconds(-1);
   std::uint64_t ticks_ = 0;
   AssetReader assets_;
   std::unique_ptr<Edge> edge_;  // last, so that it is destroyed first and no reply runs afterwards

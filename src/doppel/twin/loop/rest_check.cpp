@@ -171,7 +171,7 @@ void RestCheck::make_report(const RobotDescription& robot, const Instance& insta
   const Engine& engine = instance.engine();
   const Model& model = instance.model();
   RestReport& report = report_.emplace();
-  report.at = engine.time();
+  report.time = engine.time();
   for (const UnsettledJoint& unsettled : find_unsettled_joints(robot, instance)) {
     const ModelJoint& joint = model.joints[static_cast<std::size_t>(model.find_joint(unsettled.joint))];
     report.unsettled.push_back(to_string(unsettled, joint.type == JointType::prismatic));

@@ -37,7 +37,7 @@ struct UnsettledJoint {
 DOPPEL_API std::string to_string(const UnsettledJoint& unsettled, bool slides);
 
 struct RestReport {
-  Duration at{};
+  Time time{};
   std::vector<std::string> unsettled;        // one for each joint that is not at rest, in the model's order
   bool base_touches = true;                  // a floating robot touches the ground or an object
   double base_linear = 0, base_angular = 0;  // speed of a floating root, m/s and rad/s

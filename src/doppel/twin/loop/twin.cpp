@@ -249,7 +249,7 @@ void Twin::Impl::hash_objects() {
 // In the loop. Wall-clock stamps follow the clock, and only decrease if the clock was set back.
 void Twin::Impl::follow_wall(Time now) {
   if (bus.sim_time()) return;
-  const Duration wall = std::chrono::system_clock::now().time_since_epoch();
+  const Time wall = system_time();
   if (wall < last_wall && last_wall - wall < kClockSetBack) return bus.set_stamp_offset(last_wall - now);
   last_wall = wall;
   bus.set_stamp_offset(wall - now);

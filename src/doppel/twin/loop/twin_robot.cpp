@@ -309,10 +309,10 @@ std::string TwinRobot::rest_reason() const {
   if (!rest()) return "it is not checked yet";
   if (!around_.scenario.start_controllers)
     return fmt::format("no controllers were to start; this is the state after {:g} s",
-                       to_seconds(rest()->at - history_.rest.begin()));
-  if (rest()->at < history_.rest.begin() + kRestTime)
+                       to_seconds(rest()->time - history_.rest.begin()));
+  if (rest()->time < history_.rest.begin() + kRestTime)
     return fmt::format("the run ended {:g} s after the start, before the check at {:g} s",
-                       to_seconds(rest()->at - history_.rest.begin()), to_seconds(kRestTime));
+                       to_seconds(rest()->time - history_.rest.begin()), to_seconds(kRestTime));
   return "";
 }
 

@@ -167,10 +167,10 @@ TEST(DiffDrive, CommandDrivesBothWheels) {
 
 TEST(DiffDrive, StampAheadDoesNotTimeOutAndIsReportedOnce) {
   BaseRig rig;
-  rig.now = from_seconds(100);
+  rig.now = time_from_seconds(100);
   rig.start();
   for (int i = 0; i < 3; ++i) {
-    rig.say(1.0, 0.0, from_seconds(1.7e9));
+    rig.say(1.0, 0.0, time_from_seconds(1.7e9));
     rig.run(1);
   }
   rig.now += from_seconds(10);
@@ -181,7 +181,7 @@ TEST(DiffDrive, StampAheadDoesNotTimeOutAndIsReportedOnce) {
 
 TEST(DiffDrive, StampZeroIsNowAndReportedOnce) {
   BaseRig rig;
-  rig.now = from_seconds(100);
+  rig.now = time_from_seconds(100);
   rig.start();
   for (int i = 0; i < 3; ++i) {
     rig.say(1.0, 0.0, Time{});
@@ -193,7 +193,7 @@ TEST(DiffDrive, StampZeroIsNowAndReportedOnce) {
 
 TEST(DiffDrive, OldCommandIsRefused) {
   BaseRig rig;
-  rig.now = from_seconds(100);
+  rig.now = time_from_seconds(100);
   rig.start();
   rig.say(1.0, 0.0, rig.now - from_seconds(0.5));
   rig.run(1);
@@ -231,9 +231,9 @@ TEST(DiffDrive, RestWithoutCommandsIsNotReported) {
 
 TEST(DiffDrive, TimeoutOfZeroKeepsCommand) {
   BaseRig rig(", cmd_vel_timeout: 0.0");
-  rig.now = from_seconds(100);
+  rig.now = time_from_seconds(100);
   rig.start();
-  rig.say(1.0, 0.0, from_seconds(1));
+  rig.say(1.0, 0.0, time_from_seconds(1));
   rig.run(1000);
   EXPECT_DOUBLE_EQ(rig.left(), 1.0);
 }

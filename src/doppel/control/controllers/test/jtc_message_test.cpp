@@ -28,7 +28,7 @@ MessageRules rules() {
 
 // Why a message is rejected at t = 100 s; "" if it is accepted.
 std::string error_of(const JointTrajectory& message, const MessageRules& by = rules()) {
-  return check_message(message, by, from_seconds(100)).why();
+  return check_message(message, by, time_from_seconds(100)).why();
 }
 
 JointTrajectory good() {
@@ -133,16 +133,16 @@ TEST(JtcMessage, NonzeroEndVelocityIsRefusedUnlessAllowed) {
 // jtc.md, B24.
 TEST(JtcMessage, PastTrajectoryIsRefused) {
   JointTrajectory m = good();
-  m.header.stamp = to_time_msg(from_seconds(97));
+  m.header.stamp = to_time_msg(time_from_seconds(97));
   EXPECT_THAT(error_of(m), AllOf(HasSubstr("ends in the past"), HasSubstr("set the stamp to 0")));
 }
 
 // jtc.md, B25.
 TEST(JtcMessage, LateTrajectoryIsAcceptedBeforeItsEnd) {
   JointTrajectory m = good();
-  m.header.stamp = to_time_msg(from_seconds(98.5));
+  m.header.stamp = to_time_msg(time_from_seconds(98.5));
   EXPECT_THAT(error_of(m), IsEmpty());
-  m.header.stamp = to_time_msg(from_seconds(200));
+  m.header.stamp = to_time_msg(time_from_seconds(200));
   EXPECT_THAT(error_of(m), IsEmpty());
 }
 
@@ -168,7 +168,7 @@ TEST(JtcMessage, JointsAreReordered) {
   EXPECT_THAT(made->size(), 1u);
   JointStates s(3);
   made->begin(Time{}, Time{}, s, {});
-  ASSERT_TRUE(made->sample(from_seconds(1), Interpolation::splines, s));
+  ASSERT_TRUE(made->sample(time_from_seconds(1), Interpolation::splines, s));
   EXPECT_THAT(s.positions, ElementsAre(1, 2, 3));
   EXPECT_THAT(s.velocities, ElementsAre(10, 20, 30));
   EXPECT_THAT(s.accelerations, ElementsAre(100, 200, 300));
@@ -180,7 +180,7 @@ TEST(JtcMessage, MissingJointsHoldPosition) {
                                     std::vector<double>{7, 8, 9});
   JointStates s(3);
   made->begin(Time{}, Time{}, s, {});
-  ASSERT_TRUE(made->sample(from_seconds(1), Interpolation::splines, s));
+  ASSERT_TRUE(made->sample(time_from_seconds(1), Interpolation::splines, s));
   EXPECT_THAT(s.positions, ElementsAre(7, 2, 9));
   EXPECT_THAT(s.velocities, ElementsAre(0, 1, 0));
   EXPECT_THAT(s.accelerations, ElementsAre(0, 1, 0));

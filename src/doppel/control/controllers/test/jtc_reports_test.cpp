@@ -97,7 +97,7 @@ TEST(JtcReports, OutputNeedsFiniteCommands) {
 
 Query::Response query(JtcRig& rig, double time) {
   Query::Request request;
-  request.time = to_time_msg(from_seconds(time));
+  request.time = to_time_msg(time_from_seconds(time));
   Query::Response out;
   rig.call_service<Query>("/arm/query_state", request,
                           [&](const Query::Response& response) { out = response; });

@@ -92,7 +92,7 @@ inline JointTrajectoryPoint point(double time_s, std::vector<double> positions,
 inline JointTrajectory trajectory(std::vector<std::string> joints, std::vector<JointTrajectoryPoint> points,
                                   double stamp_s = 0) {
   JointTrajectory message;
-  message.header.stamp = to_time_msg(from_seconds(stamp_s));
+  message.header.stamp = to_time_msg(time_from_seconds(stamp_s));
   message.joint_names = std::move(joints);
   message.points = std::move(points);
   return message;

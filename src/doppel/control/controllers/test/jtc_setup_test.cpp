@@ -231,7 +231,7 @@ struct Bare {
   ParameterOverrides overrides;
   ControllerContext context;
   JointTrajectoryController controller;
-  Time now = from_seconds(1);
+  Time now = time_from_seconds(1);
 };
 
 // jtc.md, B10.

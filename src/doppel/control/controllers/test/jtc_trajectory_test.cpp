@@ -25,7 +25,7 @@ struct Point {
 
 Trajectory make(const std::vector<Point>& points, std::size_t joints = 1, double stamp = 0) {
   Trajectory trajectory(joints, points.size());
-  trajectory.set_stamp(from_seconds(stamp));
+  trajectory.set_stamp(time_from_seconds(stamp));
   for (std::size_t i = 0; i < points.size(); ++i) {
     trajectory.add_point(from_seconds(points[i].time));
     const auto fill = [&](Field field, const Values& values) {
@@ -51,19 +51,19 @@ JointStates state(Values p, Values v = {}, Values a = {}) {
 
 JointStates at(const Trajectory& trajectory, double time, Interpolation method = Interpolation::splines) {
   JointStates out(trajectory.joints());
-  EXPECT_TRUE(trajectory.sample(from_seconds(time), method, out)) << "expected a sample at " << time;
+  EXPECT_TRUE(trajectory.sample(time_from_seconds(time), method, out)) << "expected a sample at " << time;
   return out;
 }
 
 // jtc.md, B28.
 TEST(JtcTrajectory, SinglePointStartsFromStateBefore) {
   Trajectory t = make({{2, {4}, {}, {}, {}}});
-  t.begin(from_seconds(10), from_seconds(10), state({2}), kNoWraps);
+  t.begin(time_from_seconds(10), time_from_seconds(10), state({2}), kNoWraps);
   EXPECT_DOUBLE_EQ(at(t, 10).positions[0], 2);
   EXPECT_DOUBLE_EQ(at(t, 11).positions[0], 3);
   EXPECT_DOUBLE_EQ(at(t, 12).positions[0], 4);
-  EXPECT_EQ(t.start_time(), from_seconds(10));
-  EXPECT_EQ(t.end_time(), from_seconds(12));
+  EXPECT_EQ(t.start_time(), time_from_seconds(10));
+  EXPECT_EQ(t.end_time(), time_from_seconds(12));
 }
 
 // jtc.md, B30.
@@ -184,9 +184,9 @@ TEST(JtcTrajectory, UnknownStartGivesNoSample) {
   JointStates out(1);
   EXPECT_FALSE(t.sample(Time{}, Interpolation::splines, out));  // not started
   t.begin(Time{}, Time{}, state({std::nan("")}), kNoWraps);
-  EXPECT_FALSE(t.sample(from_seconds(5), Interpolation::splines, out));
-  t.begin(from_seconds(3), from_seconds(3), state({0}), kNoWraps);
-  EXPECT_FALSE(t.sample(from_seconds(2), Interpolation::splines, out));  // before the start
+  EXPECT_FALSE(t.sample(time_from_seconds(5), Interpolation::splines, out));
+  t.begin(time_from_seconds(3), time_from_seconds(3), state({0}), kNoWraps);
+  EXPECT_FALSE(t.sample(time_from_seconds(2), Interpolation::splines, out));  // before the start
   Trajectory empty(1, 0);
   empty.begin(Time{}, Time{}, state({0}), kNoWraps);
   EXPECT_FALSE(empty.sample(Time{}, Interpolation::splines, out));
@@ -248,14 +248,14 @@ TEST(JtcTrajectory, SampleAfterEndIsLastPoint) {
 // jtc.md, B25.
 TEST(JtcTrajectory, PastStampStartsInMiddle) {
   Trajectory t = make({{1, {1}, {}, {}, {}}, {3, {3}, {}, {}, {}}}, 1, 10);
-  t.begin(from_seconds(12), from_seconds(12), state({0}), kNoWraps);
+  t.begin(time_from_seconds(12), time_from_seconds(12), state({0}), kNoWraps);
   EXPECT_DOUBLE_EQ(at(t, 12).positions[0], 2);
 }
 
 // jtc.md, B26.
 TEST(JtcTrajectory, FutureStampStartsImmediately) {
   Trajectory t = make({{1, {3}, {}, {}, {}}}, 1, 12);
-  t.begin(from_seconds(10), from_seconds(10), state({0}), kNoWraps);
+  t.begin(time_from_seconds(10), time_from_seconds(10), state({0}), kNoWraps);
   EXPECT_DOUBLE_EQ(at(t, 11).positions[0], 1);
   EXPECT_DOUBLE_EQ(at(t, 13).positions[0], 3);
 }

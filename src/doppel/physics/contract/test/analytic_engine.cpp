@@ -65,8 +65,8 @@ class AnalyticEngine final : public Engine {
       ++steps_;
     }
   }
-  [[nodiscard]] Time time() const override { return steps_ * world().settings().step; }
-  void set_time(Time now) override { steps_ = now / world().settings().step; }
+  [[nodiscard]] Time time() const override { return Time(steps_ * world().settings().step); }
+  void set_time(Time now) override { steps_ = now.time_since_epoch() / world().settings().step; }
   [[nodiscard]] bool diverged() const override { return diverged_; }
   void clear_applied() override {
     for (State& state : states_) {

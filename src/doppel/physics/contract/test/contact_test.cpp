@@ -196,7 +196,7 @@ TEST(WorldObjects, ObjectsCanBeAddedAndRemoved) {
   EXPECT_THROW(rig.spawn(make_object("second", Sphere{0.1}, {0, 1, 0}, 0)), InputError);
   EXPECT_THROW(rig.spawn(make_object("ground", Sphere{0.1}, {0, 1, 0}, 0)), InputError);
   for (Rig* each : {&rig, &alone}) each->run(0.1);
-  EXPECT_EQ(rig.engine->time(), Time(300'000'000));
+  EXPECT_EQ(rig.engine->time(), time_from_nanoseconds(300'000'000));
   EXPECT_EQ(rig.q("bend1"), alone.q("bend1")) << "expected drives and state to be preserved";
   EXPECT_EQ(rig.robot.drive(0), DriveMode::position);
   Pose a, b;

@@ -24,7 +24,7 @@ TEST_P(DynamicsContract, PendulumSwingsWithItsPeriod) {
                         (1 + a2 / 16 + 11 * a2 * a2 / 3072);
   std::vector<double> crossings;
   double before = amplitude;
-  while (crossings.size() < 11 && engine->time() < from_seconds(30)) {
+  while (crossings.size() < 11 && engine->time() < time_from_seconds(30)) {
     const double t = to_seconds(engine->time());
     engine->step();
     const double now = engine->instance(0).q()[0];

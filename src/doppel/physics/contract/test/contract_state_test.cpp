@@ -85,7 +85,7 @@ TEST_P(StateContract, ResetStateRunsAsFresh) {
   std::mt19937 random(1);
   drive(*engine, random, 300);
   engine->reset();
-  EXPECT_EQ(engine->time(), Time{0});
+  EXPECT_EQ(engine->time(), time_from_nanoseconds(0));
   for (Engine* of : {engine.get(), fresh.get()}) {
     hold_all(of->instance(0));
     std::mt19937 same(4);

@@ -16,8 +16,8 @@ class BulletEngine final : public Engine {
   void copy_state(const Engine& from) override;
   void reset() override;
   void step() override;
-  [[nodiscard]] Time time() const override { return steps_ * world().settings().step; }
-  void set_time(Time now) override { steps_ = now / world().settings().step; }
+  [[nodiscard]] Time time() const override { return Time(steps_ * world().settings().step); }
+  void set_time(Time now) override { steps_ = now.time_since_epoch() / world().settings().step; }
   [[nodiscard]] bool diverged() const override { return diverged_; }
   void clear_applied() override;
   [[nodiscard]] double kinetic_energy() const override { return solver_->kinetic_energy(); }

@@ -67,8 +67,8 @@ class MujocoEngine final : public Engine {
   void copy_state(const Engine& from) override;
   void reset() override;
   void step() override;
-  [[nodiscard]] Time time() const override { return steps_ * settings().step; }
-  void set_time(Time now) override { steps_ = now / settings().step; }
+  [[nodiscard]] Time time() const override { return Time(steps_ * settings().step); }
+  void set_time(Time now) override { steps_ = now.time_since_epoch() / settings().step; }
   [[nodiscard]] bool diverged() const override { return diverged_; }
   [[nodiscard]] std::int64_t dropped_contacts() const override;
   void clear_applied() override;

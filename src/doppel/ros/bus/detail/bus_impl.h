@@ -107,7 +107,7 @@ class EdgeLink {
       bus_.add_skipped(1);
       return {};
     }
-    const RecordHeader header{topic.id, shared, bus_.stamp(stamp).count()};
+    const RecordHeader header{topic.id, shared, nanoseconds_of(bus_.stamp(stamp))};
     std::memcpy(record.data(), &header, sizeof(header));
     return record.subspan(sizeof(header));
   }

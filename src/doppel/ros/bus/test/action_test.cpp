@@ -114,11 +114,11 @@ TEST_F(ActionServerTest, RejectedGoalIsLogged) {
 
 TEST_F(ActionServerTest, CancelRequestSelectsOneAllOrEarlierGoals) {
   using Code = Cancel::Response;
-  bus_.set_now(seconds(1));
+  bus_.set_now(Time(seconds(1)));
   send(1, 1);
-  bus_.set_now(seconds(2));
+  bus_.set_now(Time(seconds(2)));
   send(2, 1);
-  bus_.set_now(seconds(3));
+  bus_.set_now(Time(seconds(3)));
   send(3, 1);
   EXPECT_EQ(cancel(id_of(9)).return_code, Code::ERROR_UNKNOWN_GOAL_ID);
   cancel_decision_ = Status::refused("no");
@@ -141,13 +141,13 @@ TEST_F(ActionServerTest, CancelRequestSelectsOneAllOrEarlierGoals) {
 }
 
 TEST_F(ActionServerTest, ResultsAreKeptForTenSeconds) {
-  bus_.set_now(seconds(1));
+  bus_.set_now(Time(seconds(1)));
   send(1, 1);
-  bus_.set_now(seconds(20));
+  bus_.set_now(Time(seconds(20)));
   server_->finish(id_of(1), GoalStatus::succeeded, {});
-  bus_.set_now(seconds(30));
+  bus_.set_now(Time(seconds(30)));
   EXPECT_EQ(result(1)->status, 4);
-  bus_.set_now(seconds(31));
+  bus_.set_now(Time(seconds(31)));
   EXPECT_EQ(result(1)->status, 0);
 }
 

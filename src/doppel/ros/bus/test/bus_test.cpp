@@ -127,7 +127,7 @@ TEST(Bus, TopicOfPublisherThatOutlivesItsNodeIsKept) {
   EXPECT_EQ(topic(bus, "/a/value").id, 0u);
   edge->subscribe(id);
   bus.spin();
-  late.publish({3}, Time(0));
+  late.publish({3}, time_from_nanoseconds(0));
   EXPECT_EQ(take_all<Float64>(*edge, id).size(), 1u);
   late = {};
   edge->unsubscribe(id);
@@ -262,13 +262,13 @@ TEST(Edge, EncodedMessageIsSharedByEdgesAndReadByNodes) {
   b->subscribe(id);
   bus.spin();
   const auto cdr = std::make_shared<const Bytes>(to_cdr(String{"a picture"}));
-  out.publish_encoded(cdr, Time{5});
+  out.publish_encoded(cdr, time_from_nanoseconds(5));
   EXPECT_EQ(read, "a picture");
   EXPECT_EQ(cdr.use_count(), 3);
   Edge::Incoming incoming;
   ASSERT_TRUE(a->next(incoming));
   EXPECT_EQ(incoming.cdr.data(), cdr->data());
-  EXPECT_EQ(incoming.stamp, Time{5});
+  EXPECT_EQ(incoming.stamp, time_from_nanoseconds(5));
   EXPECT_EQ(take_all<String>(*b, id).front().data, "a picture");
   EXPECT_FALSE(a->next(incoming));
   EXPECT_EQ(cdr.use_count(), 1);
@@ -283,11 +283,11 @@ TEST(Edge, SlowEdgeSharesNoMoreBytesThanItsRingHas) {
     const auto slow = bus.attach("slow", {.ring_bytes = 4096});
     slow->subscribe(topic(bus, "/text").id);
     bus.spin();
-    for (int i = 0; i < 100; ++i) out.publish_encoded(cdr, Time{i});
+    for (int i = 0; i < 100; ++i) out.publish_encoded(cdr, time_from_nanoseconds(i));
     EXPECT_EQ(cdr.use_count(), 1 + 4);
     EXPECT_EQ(bus.skipped(), 96U);
     EXPECT_EQ(take_all<String>(*slow, topic(bus, "/text").id).size(), 4U);
-    out.publish_encoded(cdr, Time{200});
+    out.publish_encoded(cdr, time_from_nanoseconds(200));
   }
   EXPECT_EQ(cdr.use_count(), 1);
 }
@@ -345,7 +345,7 @@ TEST(Edge, SlowEdgeCountsLostMessages) {
 
 TEST(Edge, PublishReachesNodesAndEdges) {
   Bus bus;
-  bus.set_now(milliseconds(5));
+  bus.set_now(Time(milliseconds(5)));
   Node node(bus, "/n");
   double received = 0;
   node.subscribe<Float64>("x", [&](const Float64& m) { received = m.data; });

@@ -59,7 +59,7 @@ TEST(StandardNode, WallClockStampingHasNoClock) {
 
 TEST(StandardNode, ParameterChangesPublishEvents) {
   Bus bus({.sim_time = false});
-  bus.set_now(std::chrono::seconds(2));
+  bus.set_now(Time(std::chrono::seconds(2)));
   bus.set_stamp_offset(std::chrono::seconds(100));
   Node node(bus, "/arm"), listener(bus, "/listener");
   std::vector<ParameterEvent> events;

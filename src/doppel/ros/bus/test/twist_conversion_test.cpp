@@ -45,7 +45,7 @@ class TwistConversionTest : public ::testing::Test {
 
 TEST_F(TwistConversionTest, TwistIsStampedAndReportedOnceForEachPublisher) {
   start(TwistPolicy::convert);
-  bus->set_now(from_seconds(2.5));
+  bus->set_now(time_from_seconds(2.5));
   const Bytes twist = to_cdr(Twist{{1, 0, 0}, {0, 0, 0.5}});
   for (int i = 0; i < 3; ++i) ASSERT_TRUE(publish("/teleop", "/base/cmd_vel", kPlain, twist).ok());
   ASSERT_THAT(stamped, SizeIs(3));

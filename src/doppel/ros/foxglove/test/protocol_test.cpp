@@ -28,12 +28,12 @@ T read_text(const std::string& frame) {
 }
 
 TEST(FoxgloveProtocol, DataHeaderMatchesSpecification) {
-  const auto head = data_head(0x04030201, Time(0x0102030405060708));
+  const auto head = data_head(0x04030201, time_from_nanoseconds(0x0102030405060708));
   EXPECT_EQ(FrameBytes(head.begin(), head.end()), bytes({1, 1, 2, 3, 4, 8, 7, 6, 5, 4, 3, 2, 1}));
 }
 
 TEST(FoxgloveProtocol, TimeAndServiceResponseFramesMatchSpecification) {
-  EXPECT_EQ(to_frame(TimeMessage{Time(5)}), bytes({2, 5, 0, 0, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(to_frame(TimeMessage{time_from_nanoseconds(5)}), bytes({2, 5, 0, 0, 0, 0, 0, 0, 0}));
   const FrameBytes payload = bytes({7, 8});
   EXPECT_EQ(to_frame(ServiceResponse{1, 2, "cdr", payload}),
             bytes({3, 1, 0, 0, 0, 2, 0, 0, 0, 3, 0, 0, 0, 'c', 'd', 'r', 7, 8}));

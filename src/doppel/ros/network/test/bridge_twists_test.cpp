@@ -45,7 +45,7 @@ class BridgeTwistsTest : public BridgeTest {
 
 TEST_F(BridgeTwistsTest, TwistOfNetworkIsConvertedAndReportedOnce) {
   up(TwistPolicy::convert);
-  own->set_now(from_seconds(7));
+  own->set_now(time_from_seconds(7));
   const auto writer = peer->make_writer(topic_spec("/base/cmd_vel", kTwist));
   ASSERT_TRUE(happens([&] { return writer->matched() == 1; }));
   for (int i = 0; i < 3; ++i) writer->write(to_cdr(Twist{{0.5, 0, 0}, {}}));

@@ -211,11 +211,11 @@ TEST_F(ClientLibraryTest, SimTimeFollowsClock) {
   const auto timer = node.create_timer(1s, [&] { ++calls; });
   for (int tenths = 1; tenths <= 25; ++tenths) {
     rosgraph_msgs::msg::Clock message;
-    message.clock = to_time_msg(tenths * 100ms);
+    message.clock = to_time_msg(Time(tenths * 100ms));
     clock.publish(message);
     context.spin_some();
   }
-  EXPECT_EQ(node.now(), 2500ms);
+  EXPECT_EQ(node.now(), Time(2500ms));
   EXPECT_EQ(calls, 2);
   timer->cancel();
   EXPECT_TRUE(timer->is_canceled());

@@ -68,7 +68,7 @@ class Loop {
       if (begun_ && sent_ < kMessages) {
         published_[sent_] = steady_clock::now().time_since_epoch().count();
         const long before = waits_of_this_thread();
-        states.publish(state, Time(static_cast<std::int64_t>(sent_)));
+        states.publish(state, time_from_nanoseconds(static_cast<std::int64_t>(sent_)));
         waits_ += waits_of_this_thread() - before;
         ++sent_;
       }

@@ -61,7 +61,7 @@ class FakeTwin {
     node.parameters().declare("rate", std::int64_t{100}, {.description = "Hz"});
     node.parameters().declare("gains.p", 1.0);
     node.parameters().declare("name", std::string("arm"), {.read_only = true});
-    about.publish({.data = "<robot/>"}, Time(0));
+    about.publish({.data = "<robot/>"}, time_from_nanoseconds(0));
     sensor_msgs::msg::JointState state;
     state.name = {"Revolute 1" + std::string(padding_, 'x')};
     state.position = {0};

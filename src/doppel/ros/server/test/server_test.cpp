@@ -69,7 +69,7 @@ TEST_F(ServerTest, SubscribedTopicsAreStreamed) {
   WebSocketClient client(client_options());
   client.subscribe("/joint_states");
   Client::Received received;
-  Time before{-1};
+  Time before = time_from_nanoseconds(-1);
   for (int i = 0; i < 50; ++i) {
     ASSERT_TRUE(client.next(received, soon()));
     EXPECT_EQ(received.topic, "/joint_states");

@@ -44,7 +44,7 @@ TEST(SampleSchedule, CountsAreExactAndStampsWithinHalfStep) {
     SampleSchedule schedule(rate, kStep);
     schedule.restart(Time{});
     int count = 0;
-    for (Time now = kStep; now <= Time{Duration{10'000'000'000}}; now += kStep) {
+    for (Time now{kStep}; now <= Time{Duration{10'000'000'000}}; now += kStep) {
       if (!schedule.due(now)) continue;
       const std::uint64_t n = schedule.take(now);
       EXPECT_EQ(n, static_cast<std::uint64_t>(count));
@@ -62,7 +62,7 @@ TEST(SampleSchedule, RateOfZeroAndRateAboveStepsIsEveryStep) {
     SampleSchedule schedule(rate, kStep);
     schedule.restart(Time{});
     int count = 0;
-    for (Time now = kStep; now <= Time{Duration{1'000'000'000}}; now += kStep) {
+    for (Time now{kStep}; now <= Time{Duration{1'000'000'000}}; now += kStep) {
       if (schedule.due(now)) {
         schedule.take(now);
         ++count;

@@ -7,7 +7,7 @@
 namespace doppel::test {
 
 inline Time time_of(const std_msgs::msg::Header& header) {
-  return Time{std::int64_t{header.stamp.sec} * 1'000'000'000 + header.stamp.nanosec};
+  return from_msg(header.stamp);
 }
 
 }  // namespace doppel::test

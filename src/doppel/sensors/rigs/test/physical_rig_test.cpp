@@ -270,7 +270,7 @@ TEST(PhysicalRig, MessagesThatWaitAreSentThroughEditUnlessItChangesTheirSensor) 
     twin.run(0.12);
     ASSERT_GE(came.size(), 2U);
     const bool same = latency == sensor.description.latency;
-    EXPECT_EQ(came[1].first, Time{(same ? 20 : 50) * 1'000'000}) << latency << " s";
+    EXPECT_EQ(came[1].first, time_from_nanoseconds((same ? 20 : 50) * 1'000'000)) << latency << " s";
     for (std::size_t i = 1; i < came.size(); ++i) {
       EXPECT_EQ(came[i].second, came[i].first + from_seconds(latency));
       EXPECT_EQ(came[i].first, came[1].first + Duration{10'000'000} * static_cast<int>(i - 1));

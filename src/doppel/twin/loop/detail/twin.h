@@ -106,7 +106,7 @@ struct Twin::Impl {
   SimulatorServices* time_services = nullptr;  // in `ticks`
 
   LoopPhases phases;
-  Duration last_wall{};  // wall-clock time of the last stamp
+  Time last_wall{};  // wall-clock time of the last stamp
   std::uint64_t count = 0;
   std::uint64_t objects_hash = kEmptyHash, gone_hash = kEmptyHash;  // gone: of robots that were removed
 

@@ -75,7 +75,7 @@ TEST(RestCheck, EndOfShortRunReportsPresentState) {
   rig.run(0.2);
   check.conclude(robot, rig.robot);
   ASSERT_TRUE(check.report());
-  EXPECT_EQ(check.report()->at, rig.engine->time());
+  EXPECT_EQ(check.report()->time, rig.engine->time());
   EXPECT_FALSE(check.was_commanded());
   EXPECT_FALSE(check.look(robot, rig.robot));
 }

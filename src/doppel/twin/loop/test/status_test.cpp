@@ -71,7 +71,7 @@ TEST_F(StatusPublisherTest, StatusIsPublishedAtFourHzAndOnChange) {
   publish();
   for (int i = 0; i < 1000; ++i) {
     now_ += milliseconds(1);
-    sim_ += Time(1'000'000);
+    sim_ += Duration(1'000'000);
     publish();
   }
   EXPECT_EQ(received<TwinStatus>("/doppel/status").size(), 5u);
