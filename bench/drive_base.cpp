@@ -13,7 +13,7 @@
 #include "doppel/ros/messages/nav_msgs.h"
 #include "doppel/scenario/compile/rolling_report.h"
 #include "doppel/scenario/resolve/controllers_file.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace {
 

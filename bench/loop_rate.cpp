@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "doppel/physics/contract/mujoco_extras.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace {
 

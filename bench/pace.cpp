@@ -6,7 +6,7 @@
 #include <atomic>
 #include <cstdlib>
 
-#include "doppel/twin/loop/runner.h"
+#include "doppel/twin/assembly/runner.h"
 
 int main(int argc, char** argv) {
   const double seconds = argc > 1 ? std::atof(argv[1]) : 60.0;

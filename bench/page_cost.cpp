@@ -12,7 +12,7 @@
 
 #include "doppel/ros/client/websocket_client.h"
 #include "doppel/ros/server/server.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace {
 

@@ -12,7 +12,7 @@
 #include "doppel/ros/messages/control_msgs.h"
 #include "doppel/ros/messages/trajectory_msgs.h"
 #include "doppel/ros/network/bridge.h"
-#include "doppel/twin/loop/runner.h"
+#include "doppel/twin/assembly/runner.h"
 #include "ros_peers.h"
 
 namespace {

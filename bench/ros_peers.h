@@ -25,7 +25,7 @@
 #include "doppel/ros/network/environment.h"
 #include "doppel/ros/network/names.h"
 #include "doppel/ros/network/participant.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace doppel::bench {
 

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "doppel/ros/messages/gazebo_msgs.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace {
 

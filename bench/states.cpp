@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace {
 

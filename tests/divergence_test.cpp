@@ -7,9 +7,9 @@
 #include <random>
 
 #include "doppel/ros/messages/diagnostic_msgs.h"
-#include "doppel/twin/loop/detail/load_range.h"
-#include "doppel/twin/loop/fuzz/extreme_calls.h"
-#include "doppel/twin/loop/runner.h"
+#include "doppel/twin/assembly/fuzz/extreme_calls.h"
+#include "doppel/twin/assembly/runner.h"
+#include "doppel/twin/loop/load_range.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

@@ -13,8 +13,8 @@
 
 #include "doppel/ros/bus/rosout.h"
 #include "doppel/session/live/health_publisher.h"
-#include "doppel/twin/loop/runner.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/runner.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace doppel {
 namespace {

@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
-#include "doppel/twin/loop/simulator_services.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
+#include "doppel/twin/loop/time_control.h"
 
 namespace doppel::test {
 

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <mutex>
 
-#include "doppel/twin/loop/runner.h"
+#include "doppel/twin/assembly/runner.h"
 #include "twin_fixture.h"
 
 namespace doppel::test {

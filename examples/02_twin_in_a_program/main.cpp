@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include "doppel/base/core/installation.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 
 int main() {
   doppel::Log log;

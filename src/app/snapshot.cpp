@@ -36,7 +36,7 @@ Json rest_of(const std::optional<RestReport>& rest) {
   if (!rest) return nullptr;
   std::vector<std::string> complaints = rest->unsettled;
   if (!rest->base.empty()) complaints.push_back(rest->base);
-  return {{"time_s", to_seconds(rest->at)},
+  return {{"time_s", to_seconds(rest->time)},
           {"joints_at_rest", rest->unsettled.empty()},
           {"complaints", complaints},
           {"base_linear", number(rest->base_linear)},

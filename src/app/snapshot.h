@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "doppel/control/manager/controller_manager.h"
-#include "doppel/twin/loop/runner.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/runner.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace doppel::app {
 

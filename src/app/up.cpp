@@ -27,8 +27,8 @@
 #include "doppel/ros/bus/rosout.h"
 #include "doppel/scenario/schema/robot_text.h"
 #include "doppel/session/live/session.h"
-#include "doppel/twin/loop/runner.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/runner.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace doppel::app {
 namespace {

@@ -14,7 +14,7 @@
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
 #include "doppel/sensors/rigs/picture.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace doppel::app {
 namespace {

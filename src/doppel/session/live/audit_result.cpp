@@ -8,7 +8,7 @@
 
 #include "doppel/review/audit/report_places.h"
 #include "doppel/scenario/resolve/open_target.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace doppel {
 

@@ -17,7 +17,7 @@
 #include "doppel/export.h"
 #include "doppel/ros/bus/bus.h"
 #include "doppel/session/live/file_watcher.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 #include "doppel/twin/viewer/viewer.h"
 
 namespace doppel {

@@ -2,7 +2,7 @@
 
 #include "doppel/base/packages/package_folder.h"
 #include "doppel/scenario/sdf/sdf_world.h"
-#include "doppel/twin/loop/object_publisher.h"
+#include "doppel/twin/publishers/object_publisher.h"
 
 namespace doppel {
 

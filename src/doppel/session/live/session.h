@@ -16,7 +16,7 @@
 #include "doppel/session/live/reload.h"
 #include "doppel/session/live/ros_edge.h"
 #include "doppel/session/live/server_edge.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 #include "doppel/twin/viewer/viewer.h"
 
 namespace doppel {

@@ -1,14 +1,16 @@
-#include "doppel/twin/loop/detail/divergence.h"
+#include "doppel/twin/loop/divergence.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/twin/loop/detail/load_range.h"
+#include "doppel/twin/loop/load_range.h"
 
 namespace doppel {
 namespace {
+
+constexpr int kRehearsedSteps = 10;  // of a copy of the world with what is spawned
 
 struct Motion {
   double excess = 0;  // speed over the largest that a client may set
@@ -59,6 +61,11 @@ std::string divergence_within(const Engine& engine, Duration duration) {
   const std::string motion = fastest_motion(*copy);
   return fmt::format("the physics diverges {:.3g} s later{}", to_seconds(copy->time() - engine.time()),
                      motion.empty() ? "" : ": " + motion);
+}
+
+std::string spawned_divergence(const Engine& engine) {
+  // A world that has diverged already is not the fault of what is spawned.
+  return engine.diverged() ? "" : divergence_within(engine, kRehearsedSteps * engine.world().settings().step);
 }
 
 }  // namespace doppel

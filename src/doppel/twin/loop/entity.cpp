@@ -1,4 +1,4 @@
-#include "doppel/twin/loop/detail/entity.h"
+#include "doppel/twin/loop/entity.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/twin/loop/detail/load_range.h"
+#include "doppel/twin/loop/load_range.h"
 
 #include <fmt/format.h>
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -59,6 +60,12 @@ class DOPPEL_API Tickable {
   virtual void instances_changed() {}
   // Another robot was added or removed.
   virtual void robots_changed(Time /*now*/) {}
+
+  // -- if the physics has diverged
+  // What acts from outside: "1e+06 N m act on joint 'elbow'". Empty: nothing.
+  [[nodiscard]] virtual std::string acting_loads() const { return ""; }
+  // True: this part has brought the engine back to a finite state, and has reported it with the cause.
+  virtual bool recover(const std::string& /*cause*/) { return false; }
 };
 
 class DOPPEL_API TickList {
@@ -109,6 +116,17 @@ class DOPPEL_API TickList {
   }
   void robots_changed(Time now) {
     for (Entry& entry : all_) entry.what->robots_changed(now);
+  }
+  [[nodiscard]] std::string acting_loads() const {
+    std::string out;
+    for (const Entry& entry : all_) {
+      const std::string loads = entry.what->acting_loads();
+      if (!loads.empty()) out += (out.empty() ? "" : "; ") + loads;
+    }
+    return out;
+  }
+  bool recover(const std::string& cause) {
+    return std::ranges::any_of(all_, [&](Entry& entry) { return entry.what->recover(cause); });
   }
 
  private:

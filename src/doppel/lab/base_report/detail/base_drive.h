@@ -10,7 +10,7 @@
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/messages/geometry_msgs.h"
 #include "doppel/ros/messages/nav_msgs.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace doppel {
 

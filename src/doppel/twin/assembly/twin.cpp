@@ -1,0 +1,137 @@
+#include "doppel/twin/assembly/twin.h"
+
+#include <utility>
+
+#include "doppel/twin/attachments/attachments.h"
+#include "doppel/twin/loop/twin_core.h"
+#include "doppel/twin/publishers/publishers.h"
+#include "doppel/twin/reload/twin_reload.h"
+#include "doppel/twin/sensor_ticks/sensor_ticks.h"
+#include "doppel/twin/services/services.h"
+
+namespace doppel {
+
+struct Twin::Impl {
+  Impl(const Scenario& scenario, const Log& log, Diagnostics& diagnostics)
+      : core(scenario, log, diagnostics) {
+    // The order is that of their calls within a step.
+    add_services(core);
+    add_publishers(core);
+    add_attachments(core);
+    sensors = add<SensorTicks>();
+    reload = add<TwinReload>();
+    core.start();
+  }
+
+  template <class Part>
+  Part* add() {
+    auto part = std::make_unique<Part>(core);
+    Part* const out = part.get();
+    core.add(std::move(part));
+    return out;
+  }
+
+  TwinCore core;
+  SensorTicks* sensors = nullptr;  // these belong to the core
+  TwinReload* reload = nullptr;
+};
+
+Twin::Twin(const Scenario& scenario, const Log& log, Diagnostics& diagnostics)
+    : impl_(std::make_unique<Impl>(scenario, log, diagnostics)) {}
+
+Twin::~Twin() = default;
+
+void Twin::step() {
+  impl_->core.step();
+}
+void Twin::between_steps() {
+  impl_->core.between_steps();
+}
+void Twin::reset() {
+  impl_->core.reset();
+}
+void Twin::publish_state() {
+  impl_->core.publish_state();
+}
+std::unique_lock<LoopGate> Twin::hold() {
+  return impl_->core.hold();
+}
+const LoopPhases& Twin::step_phases() const {
+  return impl_->core.phases();
+}
+
+std::shared_ptr<const Twin::Running> Twin::running() const {
+  return impl_->core.running();
+}
+std::shared_ptr<JoiningRobot> Twin::prepare_robot(const std::shared_ptr<const Running>& running,
+                                                  const WorldRobot& robot, const SpawnedText& text,
+                                                  Diagnostics& diagnostics) {
+  return doppel::prepare_robot(*running, robot, text, diagnostics);
+}
+void Twin::add_robot(const std::shared_ptr<JoiningRobot>& joining) {
+  impl_->core.add_robot(*joining);
+}
+Status Twin::remove_robot(const std::string& name_space) {
+  return impl_->core.remove_robot(name_space);
+}
+void Twin::on_robots_changed(std::function<void()> callback) {
+  impl_->core.on_robots_changed(std::move(callback));
+}
+
+std::shared_ptr<Twin::Replacement> Twin::prepare(const std::shared_ptr<const Running>& running,
+                                                 Diagnostics& diagnostics) {
+  return prepare_replacement(running, diagnostics);
+}
+Twin::Reload Twin::replace(const std::shared_ptr<Replacement>& replacement) {
+  return impl_->reload->replace(*replacement) ? Reload::controllers_kept : Reload::controllers_recreated;
+}
+std::vector<ModelInstance> Twin::instances(const Replacement& replacement) {
+  return replacement.machine->engine->world().instances();
+}
+std::vector<std::filesystem::path> Twin::files() const {
+  return impl_->core.machine().files();
+}
+
+Time Twin::now() const {
+  return impl_->core.now();
+}
+std::uint64_t Twin::steps() const {
+  return impl_->core.steps();
+}
+std::uint64_t Twin::state_hash() const {
+  return impl_->core.state_hash();
+}
+std::vector<RigStatus> Twin::sensors() const {
+  return impl_->sensors->status();
+}
+bool Twin::diverged() const {
+  return impl_->core.engine().diverged();
+}
+std::string Twin::name() const {
+  std::string out;
+  for (const auto& robot : impl_->core.robots()) out += (out.empty() ? "" : ", ") + robot->name();
+  return out.empty() ? impl_->core.machine().world.name : out;
+}
+const std::vector<std::unique_ptr<TwinRobot>>& Twin::robots() const {
+  return impl_->core.robots();
+}
+TwinRobot* Twin::find_robot(std::string_view name_space) const {
+  return impl_->core.find(name_space);
+}
+Engine& Twin::engine() {
+  return impl_->core.engine();
+}
+const Engine& Twin::engine() const {
+  return impl_->core.engine();
+}
+Bus& Twin::bus() {
+  return impl_->core.bus();
+}
+TimeControl& Twin::time_control() {
+  return impl_->core.time_control();
+}
+Duration Twin::step_size() const {
+  return impl_->core.machine().world.step;
+}
+
+}  // namespace doppel

@@ -1,0 +1,223 @@
+#include "doppel/twin/spawn/robot_spawner.h"
+
+#include <fmt/format.h>
+
+#include <atomic>
+#include <utility>
+
+#include "doppel/base/core/abandoned_thread.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/thrown.h"
+#include "doppel/physics/contract/engine_modules.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/twin/spawn/entity_mesh.h"
+
+namespace doppel {
+namespace {
+
+constexpr const char* kSpawnLogOrigin = "gazebo";
+constexpr int kMaxBuilds = 3;      // of one robot, repeated when other robots are added or removed meanwhile
+constexpr int kMaxUnfinished = 2;  // builds at once; more would take the processors from the loop
+constexpr std::chrono::seconds kSpawnDeadline{10};  // after it another robot may be spawned instead
+constexpr std::chrono::seconds kBuildEndTime{1};    // in which a build may end when the twin does
+
+// Meshes and controllers' files outside of packages are not read, so that a client cannot read arbitrary
+// files of the machine by a service. Throws InputError.
+void keep_to_packages(RobotDescription& robot, const PackageResolver& resolver) {
+  const auto check = [&](Geometry& geometry) {
+    auto* mesh = std::get_if<MeshGeometry>(&geometry);
+    if (mesh == nullptr || mesh->path.empty()) return;
+    Target target;
+    target.package_folder = package_above(mesh->path);
+    mesh->path = find_entity_mesh(mesh->uri, resolver, target).string();
+  };
+  for (Link& link : robot.links) {
+    for (Visual& visual : link.visuals) check(visual.geometry);
+    for (Collision& collision : link.collisions) check(collision.geometry);
+  }
+  for (GazeboExtension& extension : robot.gazebo) {
+    for (GazeboPlugin& plugin : extension.plugins)
+      std::erase_if(plugin.parameter_files,
+                    [](const std::string& file) { return package_above(file).empty(); });
+  }
+}
+
+}  // namespace
+
+std::shared_ptr<JoiningRobot> prepare_robot(const RunningTwin& running, const WorldRobot& robot,
+                                            const SpawnedText& text, Diagnostics& diagnostics) {
+  const TwinSources& from = *running.sources;
+  if (const Status fine = check_namespace("/" + robot.name_space); !fine) {
+    throw InputError(
+        "up.namespace", robot.source,
+        fmt::format("'{}' is not a valid namespace of a robot: {}", robot.name_space, fine.why()),
+        "use letters, digits and _ in a namespace");
+  }
+  for (const auto& known : running.robots.now) {
+    if (known->name_space() == robot.name_space) refuse_taken(robot.name_space);
+  }
+  PackageResolver resolver;
+  resolver.add_bundled(from.scenario.bundled_robots);
+  for (const auto& known : running.robots.now) {
+    if (!known->asked().target.empty()) resolver.add_context(known->setup().target.description);
+  }
+  World world;
+  static_cast<WorldSettings&>(world) = running.world->settings();
+  CollisionMeshes meshes;
+  std::shared_ptr<CompiledRobot> machine;
+  if (const auto* const model = std::get_if<SdfModel>(&text)) {
+    machine = std::make_shared<CompiledRobot>(robot, from.scenario, world, *model, model->name, meshes,
+                                              diagnostics);
+  } else {
+    RobotDescription description =
+        parse_urdf(std::get<std::string>(text), robot.name_space + ".urdf", resolver, diagnostics);
+    diagnostics.throw_if_errors();
+    keep_to_packages(description, resolver);
+    machine = std::make_shared<CompiledRobot>(robot, from.scenario, world, std::move(description), meshes,
+                                              diagnostics);
+  }
+  const auto alone = compile_world(from.scenario.engine, static_cast<const WorldSettings&>(world),
+                                   {machine->instance()}, diagnostics)
+                         ->make_engine();
+  const Instance instance = instance_of(*alone, *machine);
+  machine->report_choices(instance, diagnostics);
+  const auto start = [&](ControlStack& control, const Log& quiet) {
+    if (from.scenario.start_controllers) control.start(control.selection_of(robot.activate), quiet);
+  };
+  rehearse(*machine, instance, from, start, diagnostics);
+  auto joining = std::make_shared<JoiningRobot>();
+  joining->machine = machine;
+  joining->compile_into(running.world);
+  return joining;
+}
+
+// A robot that is being spawned.
+struct RobotSpawner::Spawning {
+  WorldRobot robot;
+  SpawnedText text;
+  std::function<void(const Status&)> done;
+  std::shared_ptr<const RunningTwin> running;  // at the call
+  std::shared_ptr<const CompiledWorld> world;  // to which it is added
+  std::shared_ptr<JoiningRobot> joining;
+  Diagnostics notes;
+  std::string why;  // the reason if it cannot be spawned
+  int builds = 0;
+  std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
+  std::atomic<bool> is_built{false};
+};
+
+// The only access of a build's thread to the spawner, because the thread may outlive it.
+struct RobotSpawner::BuildResults {
+  std::mutex mutex;
+  RobotSpawner* spawner = nullptr;  // nullptr: there is none any more
+};
+
+RobotSpawner::RobotSpawner(TwinCore& core) : core_(core), build_results_(std::make_shared<BuildResults>()) {
+  build_results_->spawner = this;
+}
+
+RobotSpawner::~RobotSpawner() {
+  {
+    const std::lock_guard lock(build_results_->mutex);
+    build_results_->spawner = nullptr;
+  }
+  if (!builder_.joinable()) return;
+  const auto end = std::chrono::steady_clock::now() + kBuildEndTime;
+  while (spawning_ != nullptr && !spawning_->is_built && std::chrono::steady_clock::now() < end)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  if (spawning_ == nullptr || spawning_->is_built) {
+    builder_.join();
+    return;
+  }
+  mark_thread_abandoned();
+  builder_.detach();
+}
+
+void RobotSpawner::spawn(WorldRobot robot, SpawnedText text, Done done) {
+  if (spawning_ != nullptr && std::chrono::steady_clock::now() - spawning_->begin < kSpawnDeadline)
+    return done(Status::refused("another robot is being spawned; call again when it is in the world"));
+  if (*unfinished_builds_ >= kMaxUnfinished) {
+    return done(Status::refused(fmt::format(
+        "{} earlier robots are still being built; restart doppel to spawn another one", kMaxUnfinished)));
+  }
+  if (spawning_ != nullptr) abandon_build();
+  auto fresh = std::make_shared<Spawning>();
+  fresh->robot = std::move(robot);
+  fresh->text = std::move(text);
+  fresh->done = std::move(done);
+  fresh->running = core_.running();
+  build(fresh);
+  spawning_ = std::move(fresh);
+}
+
+// On a separate thread; then settle() on the loop's thread.
+void RobotSpawner::build(const std::shared_ptr<Spawning>& job) {
+  if (builder_.joinable()) builder_.join();
+  ++job->builds;
+  job->is_built = false;
+  const auto work = [results = build_results_, unfinished = unfinished_builds_, job] {
+    try {
+      if (job->joining == nullptr) {
+        job->joining = prepare_robot(*job->running, job->robot, job->text, job->notes);
+      } else {
+        job->joining->compile_into(job->world);
+      }
+    } catch (...) {
+      job->why = thrown_text();
+    }
+    --*unfinished;
+    job->is_built = true;
+    const std::lock_guard lock(results->mutex);
+    if (results->spawner == nullptr) return;
+    results->spawner->core_.bus().post([spawner = results->spawner, job] { spawner->settle(job); });
+  };
+  builder_ = guarded_thread(work, [results = build_results_](const std::string& why) {
+    const std::lock_guard lock(results->mutex);
+    if (results->spawner == nullptr) return;
+    results->spawner->core_.log().error(
+        kSpawnLogOrigin, "a spawned robot is ready, but could not be passed to the loop: " + why);
+  });
+  ++*unfinished_builds_;
+}
+
+void RobotSpawner::settle(const std::shared_ptr<Spawning>& job) {
+  if (job != spawning_) return;  // it was abandoned
+  try {
+    if (job->why.empty()) {
+      job->world = core_.engine().compiled();
+      if (job->joining->without != job->world && job->builds < kMaxBuilds) return build(job);
+      core_.add_robot(*job->joining);
+      for (const Diagnostic& one : job->notes.all())
+        core_.log().line(one.severity, kSpawnLogOrigin, one.str());
+    }
+  } catch (...) {
+    job->why = thrown_text();
+  }
+  spawning_ = nullptr;
+  answer(*job, job->why.empty() ? Status() : Status::refused(job->why));
+}
+
+void RobotSpawner::answer(const Spawning& job, const Status& status) {
+  try {
+    job.done(status);
+  } catch (...) {
+    core_.log().error(kSpawnLogOrigin, fmt::format("the answer to the spawning of '{}' failed: {}",
+                                                   job.robot.name_space, thrown_text()));
+  }
+}
+
+// The thread continues, if it ever does, with what it has, and its result is dropped.
+void RobotSpawner::abandon_build() {
+  const auto abandoned = std::exchange(spawning_, nullptr);
+  if (abandoned->is_built) {
+    builder_.join();
+  } else {
+    mark_thread_abandoned();
+    builder_.detach();
+  }
+  answer(*abandoned, Status::refused(fmt::format(
+                         "the robot took longer than {} s to build, and another one is spawned instead",
+                         kSpawnDeadline.count())));
+}
+
+}  // namespace doppel

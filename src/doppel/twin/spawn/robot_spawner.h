@@ -1,0 +1,57 @@
+#pragma once
+// Robots that are spawned while the twin runs: prepared on a thread of their own, which may never end, and added to the
+// twin between two steps.
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <thread>
+#include <variant>
+
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/export.h"
+#include "doppel/physics/contract/world_robot.h"
+#include "doppel/scenario/sdf/sdf_world.h"
+#include "doppel/twin/loop/twin_core.h"
+
+namespace doppel {
+
+using SpawnedText = std::variant<std::string, SdfModel>;  // a URDF, or a read model of SDF
+
+// Prepares a robot on any thread while the twin runs: description, model, shapes, the world compiled with it, and its
+// controllers rehearsed. `text`: a URDF, or a model of SDF that its plugins drive. Throws InputError.
+[[nodiscard]] DOPPEL_API std::shared_ptr<JoiningRobot> prepare_robot(const RunningTwin& running,
+                                                                     const WorldRobot& robot,
+                                                                     const SpawnedText& text,
+                                                                     Diagnostics& diagnostics);
+
+// The loop's thread, between steps.
+class DOPPEL_API RobotSpawner {
+ public:
+  explicit RobotSpawner(TwinCore& core);
+  ~RobotSpawner();
+  RobotSpawner(const RobotSpawner&) = delete;
+  RobotSpawner& operator=(const RobotSpawner&) = delete;
+
+  // Brings up a robot under its namespace at its pose. `done` is called later, on the loop's thread, or at once with a
+  // refusal: another robot is being spawned, or too many builds have not ended.
+  using Done = std::function<void(const Status&)>;
+  void spawn(WorldRobot robot, SpawnedText text, Done done);
+
+ private:
+  struct Spawning;
+  struct BuildResults;
+  void build(const std::shared_ptr<Spawning>& job);
+  void settle(const std::shared_ptr<Spawning>& job);
+  void answer(const Spawning& job, const Status& status);
+  void abandon_build();
+
+  TwinCore& core_;
+  std::shared_ptr<Spawning> spawning_;  // by `builder_`; nullptr: none
+  const std::shared_ptr<BuildResults> build_results_;
+  const std::shared_ptr<std::atomic<int>> unfinished_builds_ = std::make_shared<std::atomic<int>>(0);
+  std::thread builder_;
+};
+
+}  // namespace doppel
