@@ -11,11 +11,11 @@
 #include <vector>
 
 #include "doppel/base/core/text.h"
+#include "doppel/description/gazebo/root_link.h"
 #include "doppel/description/gazebo/simulator_plugins.h"
 #include "doppel/description/meshes/mesh.h"
 #include "doppel/description/urdf/legs.h"
 #include "doppel/physics/contract/collision_shape.h"
-#include "doppel/scenario/compile/detail/root_link.h"
 
 namespace doppel {
 namespace {

@@ -7,10 +7,10 @@
 #include <cmath>
 #include <numbers>
 
+#include "doppel/description/gazebo/root_link.h"
+#include "doppel/description/gazebo/yaml_text.h"
 #include "doppel/physics/contract/exclusions.h"
 #include "doppel/robot/kinematics/kinematics.h"
-#include "doppel/scenario/compile/detail/root_link.h"
-#include "doppel/scenario/compile/detail/yaml_text.h"
 
 namespace doppel {
 namespace {

@@ -10,10 +10,10 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/control/manager/rates.h"
+#include "doppel/description/gazebo/model_plugins.h"
 #include "doppel/description/gazebo/plugin_values.h"
 #include "doppel/physics/contract/engine_modules.h"
 #include "doppel/ros/bus/name_rules.h"
-#include "doppel/scenario/compile/model_plugins.h"
 #include "doppel/scenario/resolve/controllers_file.h"
 #include "doppel/scenario/schema/robot_names.h"
 

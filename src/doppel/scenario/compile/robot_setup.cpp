@@ -9,10 +9,10 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/text.h"
-#include "doppel/scenario/compile/detail/base_plugins.h"
+#include "doppel/description/gazebo/base_plugins.h"
+#include "doppel/description/gazebo/model_plugins.h"
+#include "doppel/description/gazebo/yaml_text.h"
 #include "doppel/scenario/compile/detail/base_wheels.h"
-#include "doppel/scenario/compile/detail/yaml_text.h"
-#include "doppel/scenario/compile/model_plugins.h"
 #include "doppel/scenario/resolve/controllers_search.h"
 #include "doppel/scenario/resolve/open_target.h"
 #include "doppel/scenario/resolve/ros1_controllers.h"

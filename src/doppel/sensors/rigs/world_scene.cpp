@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "doppel/sensors/models/label_plugin.h"
+#include "doppel/description/gazebo/label_plugin.h"
 #include "doppel/sensors/render/scene_builder.h"
 #include "doppel/sensors/rigs/detail/object_labels.h"
 

@@ -342,7 +342,7 @@ void AttachmentServices::instances_changed() {
 
 void AttachmentServices::equip(const ModelInstance& instance, Equipped& out) {
   Diagnostics notes;
-  AttachmentPlugins plugins = attachment_plugins_of(instance, notes);
+  AttachmentPlugins plugins = attachment_plugins_of(*instance.description, instance.name, notes);
   out.instance = instance.name;
   out.model = instance.model;
   // The bus refuses a name that another robot's device has, and a topic of another type.

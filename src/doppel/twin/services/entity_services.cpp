@@ -4,10 +4,10 @@
 
 #include <algorithm>
 
+#include "doppel/description/gazebo/model_plugins.h"
 #include "doppel/physics/contract/size_limits.h"
 #include "doppel/ros/messages/utf8.h"
 #include "doppel/scenario/compile/compiled_scenario.h"
-#include "doppel/scenario/compile/model_plugins.h"
 #include "doppel/sensors/rigs/pose_messages.h"
 #include "doppel/twin/loop/divergence.h"
 #include "doppel/twin/loop/load_range.h"

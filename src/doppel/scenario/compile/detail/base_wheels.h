@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/description/gazebo/base_plugins.h"
 #include "doppel/physics/contract/model_instance.h"
-#include "doppel/scenario/compile/detail/base_plugins.h"
 
 namespace doppel {
 

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "doppel/base/core/log.h"
+#include "doppel/description/gazebo/attachment_plugins.h"
 #include "doppel/physics/contract/grasp.h"
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/messages/std_msgs.h"
-#include "doppel/scenario/compile/attachment_plugins.h"
 #include "doppel/twin/loop/scene.h"
 #include "doppel/twin/loop/tickable.h"
 

@@ -1,5 +1,5 @@
 // Labels of visuals by Gazebo's Label plugin, written in URDF and in SDF.
-#include "doppel/sensors/models/label_plugin.h"
+#include "doppel/description/gazebo/label_plugin.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-#include "doppel/sensors/models/label_plugin.h"
+#include "doppel/description/gazebo/label_plugin.h"
 
 #include <fmt/format.h>
 

@@ -9,6 +9,7 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/description/urdf/robot_description.h"
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -29,14 +30,14 @@ struct MappedBase {
 };
 
 // The joint that the controller needs and the robot does not offer, as the end of "it needs ..."; "" if there is none.
-std::string missing_joint(const RobotDescription& robot, const MappedBase& base);
+DOPPEL_API std::string missing_joint(const RobotDescription& robot, const MappedBase& base);
 
 // The first plugin that can be mapped, with a note that says how; a note for each other one of a base. nullopt:
 // there is none, or its joints have no velocity command in <ros2_control>.
-std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, PluginTopics topics,
-                                          Diagnostics& diagnostics);
+DOPPEL_API std::optional<MappedBase> map_base_plugin(const RobotDescription& robot, PluginTopics topics,
+                                                     Diagnostics& diagnostics);
 
 // Of gazebo_ros, for Gazebo Classic.
-bool is_classic(const GazeboPlugin& plugin);
+DOPPEL_API bool is_classic(const GazeboPlugin& plugin);
 
 }  // namespace doppel

@@ -4,9 +4,9 @@
 #include <cstdlib>
 #include <string>
 
+#include "doppel/description/gazebo/base_plugins.h"
 #include "doppel/description/urdf/load.h"
 #include "doppel/ros/bus/parameter_file.h"
-#include "doppel/scenario/compile/detail/base_plugins.h"
 
 namespace {
 

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/physics/contract/model_instance.h"
 
 namespace doppel {
 
@@ -40,7 +40,8 @@ struct AttachmentPlugins {
   std::vector<GripperCheck> grippers;
 };
 
-// Those of an instance. What cannot be used is a warning at its place.
-DOPPEL_API AttachmentPlugins attachment_plugins_of(const ModelInstance& instance, Diagnostics& diagnostics);
+// `name`: of the instance in the world. What cannot be used is a warning at its place.
+DOPPEL_API AttachmentPlugins attachment_plugins_of(const RobotDescription& description,
+                                                   const std::string& name, Diagnostics& diagnostics);
 
 }  // namespace doppel

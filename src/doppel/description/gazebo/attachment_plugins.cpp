@@ -1,4 +1,4 @@
-#include "doppel/scenario/compile/attachment_plugins.h"
+#include "doppel/description/gazebo/attachment_plugins.h"
 
 #include <fmt/format.h>
 
@@ -14,8 +14,8 @@ constexpr const char* kAttachmentRule = "up.attachment";
 
 class PluginReader {
  public:
-  PluginReader(const ModelInstance& instance, Diagnostics& diagnostics)
-      : instance_(instance), diagnostics_(diagnostics) {}
+  PluginReader(const RobotDescription& description, const std::string& name, Diagnostics& diagnostics)
+      : description_(description), name_(name), diagnostics_(diagnostics) {}
 
   void read(const GazeboPlugin& plugin) {
     const auto kind = find_attachment_plugin(plugin.filename, plugin.name);
@@ -50,7 +50,7 @@ class PluginReader {
 
  private:
   void read_joint(PluginValues& values, const SourceLocation& source) {
-    const std::string below = "/model/" + instance_.name + "/detachable_joint/";
+    const std::string below = "/model/" + name_ + "/detachable_joint/";
     DetachableJoint out;
     out.parent_link = values.text({"parent_link"});
     out.child_model = values.text({"child_model"});
@@ -59,7 +59,7 @@ class PluginReader {
     out.detach_topic = absolute_topic("", values.text({"detach_topic"}, former));
     out.attach_topic = absolute_topic("", values.text({"attach_topic"}, below + "attach"));
     out.output_topic = absolute_topic("", values.text({"output_topic"}, below + "state"));
-    if (out.child_model == "__model__") out.child_model = instance_.name;
+    if (out.child_model == "__model__") out.child_model = name_;
     if (has_link(out.parent_link, "<parent_link>", source)) found.joints.push_back(std::move(out));
   }
 
@@ -80,25 +80,29 @@ class PluginReader {
   }
 
   bool has_link(const std::string& link, const char* element, const SourceLocation& source) {
-    if (instance_.model->find_link(link) >= 0) return true;
     std::vector<std::string> names;
-    for (const ModelLink& of : instance_.model->links) names.push_back(of.name);
+    for (const Link& other : description_.links) {
+      if (other.name == link) return true;
+      names.push_back(other.name);
+    }
     diagnostics_.warning(kAttachmentRule, source,
                          fmt::format("{} is '{}', which is no link of '{}'; nothing is attached by it{}",
-                                     element, link, instance_.name, did_you_mean(link, names)),
+                                     element, link, name_, did_you_mean(link, names)),
                          "write the name of a link");
     return false;
   }
 
-  const ModelInstance& instance_;
+  const RobotDescription& description_;
+  const std::string& name_;
   Diagnostics& diagnostics_;
 };
 
 }  // namespace
 
-AttachmentPlugins attachment_plugins_of(const ModelInstance& instance, Diagnostics& diagnostics) {
-  PluginReader reader(instance, diagnostics);
-  for (const GazeboExtension& extension : instance.description->gazebo) {
+AttachmentPlugins attachment_plugins_of(const RobotDescription& description, const std::string& name,
+                                        Diagnostics& diagnostics) {
+  PluginReader reader(description, name, diagnostics);
+  for (const GazeboExtension& extension : description.gazebo) {
     for (const GazeboPlugin& plugin : extension.plugins) reader.read(plugin);
     if (extension.xml.find("<gripper") == std::string::npos) continue;
     const XmlNode element = parse_xml(extension.xml, "<gazebo>");

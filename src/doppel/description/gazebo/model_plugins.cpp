@@ -1,4 +1,4 @@
-#include "doppel/scenario/compile/model_plugins.h"
+#include "doppel/description/gazebo/model_plugins.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -7,10 +7,10 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/base/xml/element.h"
+#include "doppel/description/gazebo/base_plugins.h"
 #include "doppel/description/gazebo/plugin_values.h"
 #include "doppel/description/gazebo/simulator_plugins.h"
-#include "doppel/scenario/compile/detail/base_plugins.h"
-#include "doppel/scenario/compile/detail/yaml_text.h"
+#include "doppel/description/gazebo/yaml_text.h"
 
 namespace doppel {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/scenario/compile/detail/base_plugins.h"
+#include "doppel/description/gazebo/base_plugins.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -11,8 +11,8 @@
 #include "doppel/base/core/text.h"
 #include "doppel/base/xml/xml.h"
 #include "doppel/description/gazebo/plugin_values.h"
-#include "doppel/scenario/compile/detail/root_link.h"
-#include "doppel/scenario/compile/detail/yaml_text.h"
+#include "doppel/description/gazebo/root_link.h"
+#include "doppel/description/gazebo/yaml_text.h"
 
 namespace doppel {
 namespace {
