@@ -17,6 +17,12 @@ install(TARGETS ${plugin_modules} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/do
 # The public headers lie directly in the folders of their modules; what they include of the folders below is their templates
 # (tools/public_headers.py has the same rule, and tools/check_headers compares).
 file(GLOB public_headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR}/src src/doppel/*.h src/doppel/*/*/*.h)
+get_property(definitions GLOBAL PROPERTY DOPPEL_DEFINITIONS)
+foreach(file IN LISTS definitions)  # the generated headers include what their definitions name
+  file(STRINGS ${file} includes REGEX "^include ")
+  list(TRANSFORM includes REPLACE "^include " "")
+  list(APPEND public_headers ${includes})
+endforeach()
 set(installed_headers)
 while(public_headers)
   list(POP_FRONT public_headers header)
@@ -33,6 +39,8 @@ foreach(header IN LISTS installed_headers)
   get_filename_component(folder ${header} DIRECTORY)
   install(FILES src/${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/${folder} COMPONENT development)
 endforeach()
+get_property(generated_headers GLOBAL PROPERTY DOPPEL_GENERATED_HEADERS)
+install(FILES ${generated_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/doppel/ros/messages COMPONENT development)
 install(EXPORT doppel FILE doppelTargets.cmake NAMESPACE doppel:: DESTINATION ${doppel_cmakedir} COMPONENT development)
 get_property(DOPPEL_COMPONENTS GLOBAL PROPERTY DOPPEL_FLOORS)
 list(JOIN DOPPEL_COMPONENTS " " DOPPEL_COMPONENTS)

@@ -10,6 +10,7 @@ target_compile_options(doppel_library PRIVATE $<TARGET_PROPERTY:doppel_flags,INT
 target_compile_definitions(doppel_library PRIVATE DOPPEL_VERSION="${PROJECT_VERSION}")
 target_compile_features(doppel_library PUBLIC cxx_std_20)
 target_include_directories(doppel_library PUBLIC $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>
+  $<BUILD_INTERFACE:${PROJECT_BINARY_DIR}/generated>
   $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 target_link_libraries(doppel_library INTERFACE Eigen3::Eigen fmt::fmt Threads::Threads)
 target_link_options(doppel_library PRIVATE LINKER:-Bsymbolic-functions LINKER:--no-undefined

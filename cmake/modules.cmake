@@ -36,7 +36,7 @@ target_compile_options(doppel_flags INTERFACE -fvisibility=hidden -fvisibility-i
 if(DOPPEL_WERROR)
   target_compile_options(doppel_flags INTERFACE -Werror)
 endif()
-target_include_directories(doppel_flags INTERFACE ${PROJECT_SOURCE_DIR}/src)
+target_include_directories(doppel_flags INTERFACE ${PROJECT_SOURCE_DIR}/src ${PROJECT_BINARY_DIR}/generated)
 target_compile_features(doppel_flags INTERFACE cxx_std_20)
 if(DOPPEL_FUZZ)
   target_compile_options(doppel_flags INTERFACE -g -O1 -fno-omit-frame-pointer

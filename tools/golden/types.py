@@ -100,22 +100,3 @@ class Types:
 
     def packages(self):
         return sorted({type.package for type in self.by_name.values()})
-
-    def of_package(self, package):
-        """In the order of definition: the types that a type contains come before it."""
-        ordered, seen = [], set()
-
-        def visit(name):
-            if name in seen:
-                return
-            seen.add(name)
-            for each in self.by_name[name].fields:
-                if each.type not in BASIC:
-                    visit(each.type)
-            if self.by_name[name].package == package:
-                ordered.append(self.by_name[name])
-
-        for name in sorted(self.by_name):
-            if self.by_name[name].package == package:
-                visit(name)
-        return ordered

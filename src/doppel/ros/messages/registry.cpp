@@ -1,8 +1,8 @@
-#include "doppel/ros/messages/detail/registry.h"
-
 #include <map>
 #include <mutex>
 #include <shared_mutex>
+
+#include "doppel/ros/messages/detail/builtin_types.h"
 
 namespace doppel {
 namespace {
@@ -22,14 +22,7 @@ Registry& tables() {
 // The built-in types are added at first use, so that the order of static initialisers does not matter.
 Registry& filled_tables() {
   static std::once_flag once;
-  std::call_once(once, [] {
-    messages_detail::register_standard_types();
-    messages_detail::register_sensing_types();
-    messages_detail::register_control_types();
-    messages_detail::register_manager_types();
-    messages_detail::register_rcl_types();
-    messages_detail::register_simulation_types();
-  });
+  std::call_once(once, messages_detail::register_builtin_types);
   return tables();
 }
 

@@ -77,6 +77,7 @@ struct DOPPEL_API TypeDescription {
 
 template <Message M>
 const TypeDescription& describe();
+DOPPEL_API const TypeDescription& description_of(const TypeSupport& type);
 
 // Receives a message's values in order.
 class DOPPEL_API ValueSink {

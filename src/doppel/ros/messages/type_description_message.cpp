@@ -4,7 +4,7 @@
 #include <map>
 
 #include "doppel/ros/messages/action_msgs.h"
-#include "doppel/ros/messages/detail/service_msgs.h"
+#include "doppel/ros/messages/service_msgs.h"
 
 namespace doppel {
 namespace {

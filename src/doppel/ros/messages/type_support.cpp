@@ -4,6 +4,10 @@
 
 namespace doppel {
 
+const TypeDescription& description_of(const TypeSupport& type) {
+  return *type.description();
+}
+
 std::string TypeSupport::schema() const {
   return schema_text(*description());
 }

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "doppel/ros/messages/gazebo_ros_link_attacher.h"
 #include "doppel/ros/messages/linkattacher_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
 #include "doppel/twin/loop/entity.h"

@@ -152,8 +152,12 @@ class StructType final : public TypeSupport {
 
 template <Message M>
 const TypeSupport& type_support() {
-  static const messages_detail::StructType<M> support;
-  return support;
+  if constexpr (BuiltinMessage<M>) {
+    return M::builtin_type();
+  } else {
+    static const messages_detail::StructType<M> support;
+    return support;
+  }
 }
 
 template <Service S>

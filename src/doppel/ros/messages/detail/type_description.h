@@ -1,5 +1,5 @@
 #pragma once
-// The description of a message from its field list.
+// The description of a message: a built-in one is in the table of types, another one has a field list.
 
 #include "doppel/ros/messages/type_description.h"
 
@@ -74,31 +74,37 @@ FieldDescription describe_field(const char* name, const T& initial) {
   return field;
 }
 
+// Of a struct with a field list of its own.
+template <Message M>
+TypeDescription describe_struct() {
+  TypeDescription type{.name = std::string(M::kType), .fields = {}, .constants = {}};
+  const M initial{};
+  M::for_each_field(initial,
+                    [&type](const char* name, const auto& value) { type.add(describe_field(name, value)); });
+  if constexpr (requires { M::for_each_constant(initial, [](const char*, const auto&) {}); }) {
+    M::for_each_constant(initial, [&type]<class T>(const char* name, const T& value) {
+      if constexpr (std::same_as<T, std::string_view>) {
+        type.constants.push_back({name, FieldKind::text, 0, std::string(value)});
+      } else {
+        type.constants.push_back({name, kind_of<T>(), static_cast<std::int64_t>(value), {}});
+      }
+    });
+  }
+  return type;
+}
+
 }  // namespace doppel::messages_detail
 
 namespace doppel {
 
 template <Message M>
 const TypeDescription& describe() {
-  static const TypeDescription description = [] {
-    TypeDescription type{.name = std::string(M::kType), .fields = {}, .constants = {}};
-    const M initial{};
-    M::for_each_field(initial, [&type](const char* name, const auto& value) {
-      type.add(messages_detail::describe_field(name, value));
-    });
-    if constexpr (requires { M::for_each_constant(initial, [](const char*, const auto&) {}); }) {
-      M::for_each_constant(initial, [&type]<class T>(const char* name, const T& value) {
-        if constexpr (std::same_as<T, std::string_view>) {
-          type.constants.push_back({name, FieldKind::text, 0, std::string(value)});
-        } else {
-          type.constants.push_back(
-              {name, messages_detail::kind_of<T>(), static_cast<std::int64_t>(value), {}});
-        }
-      });
-    }
-    return type;
-  }();
-  return description;
+  if constexpr (BuiltinMessage<M>) {
+    return description_of(M::builtin_type());
+  } else {
+    static const TypeDescription description = messages_detail::describe_struct<M>();
+    return description;
+  }
 }
 
 }  // namespace doppel
