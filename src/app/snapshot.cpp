@@ -16,22 +16,6 @@ Json number(double value) {
   return std::isfinite(value) ? Json(value) : Json(nullptr);
 }
 
-std::string_view name_of_end(RunEnd end) {
-  switch (end) {
-    case RunEnd::duration_reached:
-      return "duration_reached";
-    case RunEnd::stopped:
-      return "stopped";
-    case RunEnd::diverged:
-      return "diverged";
-  }
-  return "stopped";
-}
-
-}  // namespace
-
-namespace {
-
 Json rest_of(const std::optional<RestReport>& rest) {
   if (!rest) return nullptr;
   std::vector<std::string> complaints = rest->unsettled;
@@ -81,7 +65,7 @@ std::string to_json(const Summary& summary) {
   out["version"] = 1;
   out["robot"] = summary.robot;
   out["engine"] = summary.engine;
-  out["end"] = name_of_end(summary.run.end);
+  out["end"] = name_of(summary.run.end);
   out["startup_ms"] = number(summary.startup_ms);
   out["sim_time_s"] = to_seconds(summary.run.simulated);
   out["wall_time_s"] = static_cast<double>(summary.run.wall.count()) * 1e-9;

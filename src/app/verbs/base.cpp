@@ -80,6 +80,7 @@ int run_report(const BaseVerb& options) {
   print_diagnostics(diagnostics);
   if (!options.plot.empty()) deliver(base_report_svg(report), options.plot);
   deliver(options.json ? base_report_json(report) : base_report_text(report));
+  if (report.diverged) return 1;
   if (options.write) write_multipliers(scenario, report);
   return 0;
 }

@@ -13,6 +13,7 @@
 #include "app/verbs/saved_message.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
+#include "doppel/lab/headless_run/headless_run.h"
 #include "doppel/sensors/rigs/picture.h"
 #include "doppel/twin/assembly/twin.h"
 
@@ -100,12 +101,9 @@ int run_snapshot(const SnapshotVerb& options, bool sized) {
   Diagnostics diagnostics;
   Log quiet;
   Twin twin(scenario, quiet, diagnostics);
-  const auto steps = static_cast<std::uint64_t>(std::llround(options.time / to_seconds(twin.step_size())));
-  for (std::uint64_t i = 0; i < steps && !twin.diverged(); ++i) {
-    twin.step();
-    twin.between_steps();
-  }
-  if (twin.diverged()) {
+  const RunResult run = run_headless(twin, {.duration = from_seconds(options.time)});
+  run.throw_if_failed();
+  if (run.end == RunEnd::diverged) {
     diagnostics.warning(
         "snapshot.diverged", {},
         fmt::format("the physics diverged at t = {:.3f} s; the picture shows the last finite state",

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "doppel/base/core/names.h"
+#include "doppel/lab/headless_run/headless_run.h"
 #include "doppel/scenario/schema/robot_names.h"
 
 namespace doppel {
@@ -113,7 +114,7 @@ PlanarPose BaseDrive::relative(const PlanarPose& pose, const PlanarPose& start) 
 
 void BaseDrive::drive(double seconds, double v, double w) {
   const auto periods = static_cast<int>(std::lround(seconds / kPeriod));
-  for (int i = 0; i < periods; ++i) {
+  for (int i = 0; i < periods && !diverged(); ++i) {
     geometry_msgs::msg::TwistStamped command;
     command.twist.linear.x = v;
     command.twist.angular.z = w;
@@ -122,13 +123,9 @@ void BaseDrive::drive(double seconds, double v, double w) {
     } else {
       plain_.publish(command.twist, twin_->now());
     }
-    for (const Time end = twin_->now() + from_seconds(kPeriod); twin_->now() < end && !twin_->diverged();) {
-      twin_->between_steps();
-      twin_->step();
-    }
-    if (twin_->diverged())
-      throw InputError("base.diverged", {}, "the simulation diverges while the base drives",
-                       "doppel verify shows why");
+    const RunResult run = run_headless(*twin_, {.duration = from_seconds(kPeriod)});
+    run.throw_if_failed();
+    if (run.end == RunEnd::diverged) return;
     observe();
     leg_.path.push_back(truth());
     leg_.path_odometry.push_back(odometry());

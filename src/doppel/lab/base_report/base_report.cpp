@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <utility>
 
 #include "doppel/lab/base_report/detail/base_drive.h"
 #include "doppel/scenario/schema/robot_names.h"
@@ -81,7 +83,7 @@ class Survey {
   template <class Done>
   void drive_until(double v, double w, const Done& done) {
     const PlanarPose start = base_.truth();
-    for (int looks = 0; !done(); ++looks) {
+    for (int looks = 0; !done() && !base_.diverged(); ++looks) {
       const double t = kCheck * looks;
       base_.drive(kCheck, v, w);
       const PlanarPose now = base_.truth();
@@ -220,20 +222,22 @@ BaseReport report_base(const Scenario& scenario, const BaseReportOptions& option
     report.wheel_separation = of->separation;
     report.present = of->multipliers;
   }
-  const auto announce = [&options](const char* leg) {
-    if (options.on_leg) options.on_leg(leg);
-  };
   Survey survey(base, report.turns_on_spot);
   base.drive(kSettle, 0, 0);
-  announce("5 m straight");
-  report.legs.push_back(survey.straight());
-  for (const bool left : {true, false}) {
-    announce(left ? "10 rad to the left" : "10 rad to the right");
-    report.legs.push_back(survey.turn(left ? 1 : -1));
-  }
-  for (const bool left : {true, false}) {
-    announce(left ? "a square of 4 m to the left" : "a square of 4 m to the right");
-    report.legs.push_back(survey.square(left ? 1 : -1));
+  const std::pair<const char*, std::function<BaseLeg()>> legs[] = {
+      {"5 m straight", [&] { return survey.straight(); }},
+      {"10 rad to the left", [&] { return survey.turn(1); }},
+      {"10 rad to the right", [&] { return survey.turn(-1); }},
+      {"a square of 4 m to the left", [&] { return survey.square(1); }},
+      {"a square of 4 m to the right", [&] { return survey.square(-1); }}};
+  for (const auto& [name, drive] : legs) {
+    if (options.on_leg) options.on_leg(name);
+    BaseLeg leg = drive();
+    if (base.diverged()) {
+      report.diverged = {name, to_seconds(base.twin().now())};
+      return report;
+    }
+    report.legs.push_back(std::move(leg));
   }
   summarise(report);
   return report;

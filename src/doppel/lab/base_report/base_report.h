@@ -43,6 +43,12 @@ struct BaseMultipliers {
 struct BaseReport {
   std::string robot, controller, type;
   std::vector<BaseLeg> legs;  // straight, left turn, right turn, left square, right square
+  // The physics diverges in a leg: `legs` has those before it, and there are no values below but the controller's.
+  struct Divergence {
+    std::string leg;  // "5 m straight"
+    double time = 0;  // s, since the start
+  };
+  std::optional<Divergence> diverged;
   // On the straight: true distance over the distance of the odometry, less one; m and rad off the line.
   double slip = 0, drift = 0, drift_heading = 0;
   bool turns_on_spot = true;  // else turns and corners are arcs

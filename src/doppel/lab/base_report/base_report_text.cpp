@@ -107,6 +107,13 @@ std::string base_report_text(const BaseReport& report) {
                        end_of(leg.truth), end_of(leg.odometry), 1e3 * leg.odometry_error(),
                        (leg.odometry.heading - leg.truth.heading) * kDegrees);
   }
+  if (report.diverged) {
+    return out +
+           fmt::format(
+               "\nThe simulation diverges {:.3f} s after the start, in the leg: {}. doppel verify shows "
+               "why.\n",
+               report.diverged->time, report.diverged->leg);
+  }
   out += fmt::format(
       "\nSlip: on the straight the base goes {:.3f} % {} far than its odometry says, and {:.1f} mm and "
       "{:.2f} deg "
@@ -118,9 +125,14 @@ std::string base_report_text(const BaseReport& report) {
 }
 
 std::string base_report_json(const BaseReport& report) {
-  Json out{{"robot", report.robot}, {"controller", report.controller},
-           {"type", report.type},   {"slip", report.slip},
-           {"drift", report.drift}, {"drift_heading", report.drift_heading}};
+  Json out{{"robot", report.robot}, {"controller", report.controller}, {"type", report.type}};
+  if (report.diverged) {
+    out["diverged"] = {{"leg", report.diverged->leg}, {"time", report.diverged->time}};
+  } else {
+    out["slip"] = report.slip;
+    out["drift"] = report.drift;
+    out["drift_heading"] = report.drift_heading;
+  }
   for (const BaseLeg& leg : report.legs) {
     out["legs"].push_back({{"name", name_of(leg, report.turns_on_spot)},
                            {"truth", pose_json(leg.truth)},

@@ -4,6 +4,8 @@
 #include <array>
 #include <cmath>
 
+#include "doppel/physics/contract/step_loop.h"
+
 namespace doppel {
 namespace {
 
@@ -264,8 +266,8 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
   for (int i = 1; i <= samples; ++i) {
     if (kind_ == MotionKind::move) command(robot, i * h);
     if (kind_ == MotionKind::path) command_path(robot, i * h);
-    for (int k = 0; k < fineness; ++k) engine->step();
-    if (engine->diverged()) break;
+    out.diverged = run_steps(*engine, {.steps = static_cast<std::uint64_t>(fineness)}) == RunEnd::diverged;
+    if (out.diverged) break;
     if (kind_ == MotionKind::smooth) {
       const double kinetic = engine->kinetic_energy();
       fastest = std::max(fastest, kinetic);
@@ -276,7 +278,6 @@ MotionRecord Motion::run(double duration, int fineness, double offset, bool cont
     engine->contacts(touching);
     if (robot_contacts(touching) > at_start) out.touches_after = i * h;
   }
-  out.diverged = engine->diverged();
   out.energy_drift = fastest > kMinKinetic ? drift / fastest : 0.0;
   return out;
 }

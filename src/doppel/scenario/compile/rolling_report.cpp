@@ -6,11 +6,12 @@
 #include <cmath>
 
 #include "doppel/physics/contract/exclusions.h"
+#include "doppel/physics/contract/step_loop.h"
 
 namespace doppel {
 namespace {
 
-constexpr int kSettlingSteps = 300;
+constexpr std::uint64_t kSettlingSteps = 300;
 constexpr double kSameAxis = 0.01;     // m, between the axles of two wheels of one axis
 constexpr double kAlikeLoad = 0.05;    // relative; wheels of about the same load and size share a sentence
 constexpr double kAlikeRadius = 0.01;  // relative
@@ -77,7 +78,8 @@ RollingReport report_rolling(const Instance& robot) {
   find_track(report, robot);
   const std::unique_ptr<Engine> copy = robot.engine().clone();
   hold_joints(copy->instance(robot.index()));
-  for (int i = 0; i < kSettlingSteps && !copy->diverged(); ++i) copy->step();
+  report.diverged = run_steps(*copy, {.steps = kSettlingSteps}) == RunEnd::diverged;
+  if (report.diverged) return report;
   std::vector<Contact> contacts;
   copy->contacts(contacts);
   for (RollingLoad& of : report.parts) {
@@ -108,6 +110,7 @@ std::string to_string(const RollingReport& report) {
   if (report.effective_track && *report.effective_track > 1.001 * *report.track)
     out += fmt::format(" (effective {:.4g} m)", *report.effective_track);
   if (!casters.empty()) out += "; slides on " + casters;
+  if (report.diverged) out += "; its loads are not known, because the physics diverges before it stands";
   return out;
 }
 

@@ -23,6 +23,7 @@ struct RollingReport {
   // the heading when the base turns on the spot. Torsion of the contacts (friction.h) widens it by the factor
   // 1 + (2 mu_t / (mu track))^2.
   std::optional<double> track, effective_track;
+  bool diverged = false;  // before the robot stood: the loads are not known
 };
 
 // Steps a copy of the engine with all joints held until the robot stands. Empty without wheels. Allocates; any

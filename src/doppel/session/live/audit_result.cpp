@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 
+#include "doppel/lab/headless_run/headless_run.h"
 #include "doppel/review/audit/report_places.h"
 #include "doppel/scenario/resolve/open_target.h"
-#include "doppel/twin/assembly/twin.h"
 
 namespace doppel {
 
@@ -17,67 +16,19 @@ AuditReport audit_target(OpenedTarget& target, AuditOptions options) {
   return audit(target.target.description, target.arguments, target.resolver, options);
 }
 
-namespace {
-
-constexpr double kFarOff = 0.05, kSlideFarOff = 0.005;  // rad, m: from the target, at the effort limit
-
-// Joints whose drives cannot hold them, although they may be at rest now.
-void find_weak(const Instance& robot,
-               const std::function<void(const char*, const std::string&, const std::string&)>& add) {
-  for (std::size_t j = 0; j < robot.model().joints.size(); ++j) {
-    const ModelJoint& joint = robot.model().joints[j];
-    const int index = static_cast<int>(j);
-    if (!joint.scalar() || robot.drive(index) != DriveMode::position) continue;
-    const bool slides = joint.type == JointType::prismatic;
-    const double off = robot.drive_target(index) - robot.q()[static_cast<std::size_t>(joint.q)];
-    const double limit = robot.made_of().servos[j].effort;
-    if (std::abs(off) < (slides ? kSlideFarOff : kFarOff)) continue;
-    if (!at_effort_limit(robot, index)) continue;
-    add("run.unrest", joint.name,
-        fmt::format("joint '{}' is {:.3g} {} from its held position: its effort limit of {:.3g} {} is too "
-                    "low for the load",
-                    joint.name, std::abs(off), slides ? "m" : "rad", limit, slides ? "N" : "N m"));
-  }
-}
-
-}  // namespace
-
 std::vector<Finding> audit_run(const Scenario& scenario) {
   constexpr Duration kRun{1'000'000'000};
-  const Log null_log;
-  Diagnostics ignored;
-  Twin twin(scenario, null_log, ignored);
-  while (!twin.diverged() && twin.now() < Time(kRun)) {
-    twin.between_steps();
-    twin.step();
-  }
-  twin.between_steps();
-  const RobotDescription& robot = twin.robot().description();
+  const RunResult result = run_headless({scenario, {.duration = kRun, .at_rest = true}});
+  result.throw_if_failed();
   std::vector<Finding> out;
-  const auto add = [&](const char* rule, const std::string& joint, const std::string& message) {
-    const Joint* const source = robot.find_joint(joint);
-    Finding finding;
-    finding.rule = rule;
+  for (const RunFinding& found : result.findings) {
+    Finding& finding = out.emplace_back();
+    finding.rule = found.rule;
     finding.subject =
-        source != nullptr ? fmt::format("joint '{}'", joint) : fmt::format("robot '{}'", robot.name);
-    finding.message = message;
-    finding.where = source != nullptr ? source->source : robot.source;
-    out.push_back(std::move(finding));
-  };
-  if (twin.diverged()) {
-    add("run.diverged", "",
-        fmt::format("the simulation diverges {:.3f} s after the start", to_seconds(twin.now())));
-    return out;
+        found.joint.empty() ? fmt::format("robot '{}'", found.robot) : fmt::format("joint '{}'", found.joint);
+    finding.message = found.message;
+    finding.where = found.where;
   }
-  for (UnsettledJoint& unsettled : find_unsettled_joints(robot, twin.robot().instance())) {
-    unsettled.where = {};  // the finding's own
-    const ModelJoint& joint = twin.robot().model().joints[static_cast<std::size_t>(
-        twin.robot().model().find_joint(unsettled.joint))];
-    add("run.unrest", unsettled.joint, to_string(unsettled, joint.type == JointType::prismatic));
-  }
-  if (out.empty()) find_weak(twin.robot().instance(), add);
-  for (const OscillationReport& found : twin.robot().oscillations())
-    add("run.oscillation", found.joint, found.message);
   return out;
 }
 

@@ -10,6 +10,7 @@
 #include <optional>
 
 #include "doppel/export.h"
+#include "doppel/physics/contract/step_loop.h"
 #include "doppel/twin/assembly/status_publisher.h"
 #include "doppel/twin/assembly/twin.h"
 #include "doppel/twin/loop/loop_meter.h"
@@ -45,8 +46,6 @@ struct RunnerOptions {
   std::function<void(const std::string&)> report_stall = {};
 };
 inline constexpr std::chrono::milliseconds kLoopStall{2000};
-
-enum class RunEnd { duration_reached, stopped, diverged };
 
 struct DOPPEL_API RunStatistics {
   RunEnd end = RunEnd::stopped;

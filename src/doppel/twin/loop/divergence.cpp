@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/physics/contract/step_loop.h"
 #include "doppel/twin/loop/load_range.h"
 
 namespace doppel {
@@ -55,9 +56,8 @@ std::string fastest_motion(const Engine& engine) {
 
 std::string divergence_within(const Engine& engine, Duration duration) {
   const auto copy = engine.clone();
-  const Time end = copy->time() + duration;
-  while (copy->time() < end && !copy->diverged()) copy->step();
-  if (!copy->diverged()) return "";
+  const std::uint64_t steps = steps_in(duration, engine.world().settings().step);
+  if (run_steps(*copy, {.steps = steps}) != RunEnd::diverged) return "";
   const std::string motion = fastest_motion(*copy);
   return fmt::format("the physics diverges {:.3g} s later{}", to_seconds(copy->time() - engine.time()),
                      motion.empty() ? "" : ": " + motion);
