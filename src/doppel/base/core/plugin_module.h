@@ -2,16 +2,22 @@
 // Libraries that few runs need and that would slow every start (binding their symbols takes milliseconds) are
 // wrapped in plugin modules and loaded when they are first requested. Any thread.
 
+#include <stdexcept>
 #include <string>
 
 #include "doppel/export.h"
 
 namespace doppel {
 
+// what() names the module, the reason, and what to install or build.
+struct DOPPEL_API MissingModule : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
 // True if lib<name>.so exists in plugin_module_folder().
 DOPPEL_API bool plugin_module_exists(const std::string& name);
 
-// The address of `symbol` in lib<name>.so, which stays loaded. Throws std::runtime_error with the reason.
+// The address of `symbol` in lib<name>.so, which stays loaded. Throws MissingModule.
 DOPPEL_API void* plugin_symbol(const std::string& name, const char* symbol);
 
 }  // namespace doppel

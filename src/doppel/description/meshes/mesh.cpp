@@ -8,6 +8,7 @@
 #include <unordered_map>
 
 #include "doppel/base/core/names.h"
+#include "doppel/base/core/plugin_module.h"
 #include "doppel/base/xml/xml.h"
 #include "doppel/description/meshes/detail/mesh.h"
 #include "doppel/description/meshes/imported_mesh.h"
@@ -101,6 +102,9 @@ TriangleMesh read_leniently(const std::string& path, const Eigen::Vector3d& scal
       throw own;
     out.remark = own.diagnostics().front().message;
     return out;
+  } catch (const MissingModule& missing) {
+    mesh::refuse(path, 0,
+                 own.diagnostics().front().message + ", and assimp was not asked: " + missing.what());
   } catch (const std::exception&) {
     throw own;
   }

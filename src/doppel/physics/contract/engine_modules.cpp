@@ -13,9 +13,10 @@ namespace doppel {
 namespace {
 
 struct Known {
-  const char *name, *package;
+  const char *name, *package, *option;  // option: how a build that has the engine is configured
 };
-constexpr Known kKnown[] = {{"mujoco", "libmujoco-dev"}, {"bullet", "libbullet-dev"}};
+constexpr Known kKnown[] = {{"mujoco", "libmujoco-dev", ""},
+                            {"bullet", "libbullet-dev", ", configure with -DDOPPEL_WITH_BULLET=ON"}};
 
 std::string library_of(const std::string& engine) {
   return "doppel_engine_" + engine;
@@ -35,10 +36,11 @@ Registry& registry() {
 [[noreturn]] void refuse(const std::string& name, const std::vector<std::string>& names) {
   const auto known = std::ranges::find(kKnown, name, &Known::name);
   if (known != std::end(kKnown)) {
-    throw InputError("physics.engine_missing", {},
-                     fmt::format("the engine '{}' is not built here: its library is missing", name),
-                     fmt::format("install {} and build again (`doppel engines` lists the available engines)",
-                                 known->package));
+    throw InputError(
+        "physics.engine_missing", {},
+        fmt::format("the engine '{}' is not built here: its library is missing", name),
+        fmt::format("install {}{} and build again (`doppel engines` lists the available engines)",
+                    known->package, known->option));
   }
   throw InputError("physics.unknown_engine", {},
                    fmt::format("there is no engine '{}'{}", name, did_you_mean(name, names)),

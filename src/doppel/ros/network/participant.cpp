@@ -17,9 +17,8 @@ std::unique_ptr<Participant> make_participant(const ParticipantOptions& options,
     return std::unique_ptr<Participant>(make(resolved, std::move(on_activity)));
   } catch (const NetworkError&) {
     throw;
-  } catch (const std::runtime_error& missing) {
-    throw NetworkError(std::string("ROS 2 is not available because Fast DDS cannot be used: ") +
-                       missing.what() + "; install libfastrtps2.9");
+  } catch (const std::runtime_error& error) {
+    throw NetworkError(std::string("ROS 2 is not available: ") + error.what());
   }
 }
 
