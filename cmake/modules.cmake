@@ -61,6 +61,17 @@ else()
   target_compile_options(doppel_flags INTERFACE -fno-semantic-interposition)
 endif()
 
+# A faster linker where one is installed: GNU ld takes 2 s for a test program and 1.5 s for the library, lld and mold 0.6 s.
+find_program(DOPPEL_LINKER NAMES ld.mold ld.lld DOC "The linker; without it that of the compiler")
+if(DOPPEL_LINKER)
+  include(CheckLinkerFlag)
+  string(REGEX REPLACE ".*ld\\." "-fuse-ld=" linker_option "${DOPPEL_LINKER}")
+  check_linker_flag(CXX ${linker_option} DOPPEL_LINKER_WORKS)
+  if(DOPPEL_LINKER_WORKS)
+    target_link_options(doppel_flags INTERFACE ${linker_option})
+  endif()
+endif()
+
 include(cmake/units.cmake)
 
 function(doppel_floor floor)
