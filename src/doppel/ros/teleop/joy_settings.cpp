@@ -6,25 +6,48 @@
 #include <algorithm>
 #include <array>
 #include <type_traits>
-#include <utility>
+#include <vector>
+
+#include "doppel/ros/bus/parameter_fields.h"
 
 namespace doppel {
 namespace {
 
-// Declares a parameter whose later values are stored in `field`, too.
-template <class T>
-void bind_parameter(Node& node, ParameterOverrides& written, const std::string& name, T& field,
-                    DeclareOptions options = {}) {
-  field = declare<T>(node.parameters(), &written, name, field, std::move(options));
-  node.parameters().on_change([name, &field](const std::string& changed, const ParameterValue& value) {
-    if (changed == name) field = std::get<T>(value);
-  });
+// In the order of the file that to_yaml() writes.
+std::vector<ParameterField> joy_fields(JoySettings& s) {
+  return {{"device_id", &s.device_id, "Number of the joystick", read_only(value_range(0, 31))},
+          {"device_name", &s.device_name, "Name of the joystick", read_only()},
+          {"deadzone", &s.deadzone, "Part of an axis' range that counts as its rest", value_range(0, 0.9)},
+          {"autorepeat_rate", &s.autorepeat_rate, "Hz; 0: only changes are published", value_range(0, 1000)},
+          {"sticky_buttons", &s.sticky_buttons, "A press changes the state of a button, a release does not"},
+          {"coalesce_interval_ms", &s.coalesce_interval_ms,
+           "Time for which further events of axes are awaited", value_range(0, 1000)}};
 }
 
-template <class Map>
-void bind_parameters(Node& node, ParameterOverrides& written, const char* group, Map& values) {
-  for (auto& [component, value] : values)
-    bind_parameter(node, written, fmt::format("{}.{}", group, component), value);
+std::vector<ParameterField> twist_joy_fields(JoySettings& s) {
+  std::vector<ParameterField> fields{{"require_enable_button", &s.require_enable_button},
+                                     {"inverted_reverse", &s.inverted_reverse},
+                                     {"enable_button", &s.enable_button},
+                                     {"enable_turbo_button", &s.enable_turbo_button}};
+  const auto add = [&fields](const char* group, auto& values) {
+    for (auto& [component, value] : values)
+      fields.push_back({fmt::format("{}.{}", group, component), &value});
+  };
+  add("axis_linear", s.axis_linear);
+  add("axis_angular", s.axis_angular);
+  add("scale_linear", s.scale_linear);
+  add("scale_linear_turbo", s.scale_linear_turbo);
+  add("scale_angular", s.scale_angular);
+  add("scale_angular_turbo", s.scale_angular_turbo);
+  fields.push_back({"frame", &s.frame});
+  return fields;
+}
+
+void declare_followed(Node& node, ParameterOverrides& written, const std::vector<ParameterField>& fields) {
+  for (const ParameterField& field : fields) {
+    declare_field(node.parameters(), &written, field);
+    follow_field(node.parameters(), field);
+  }
 }
 
 bool is_pressed(const sensor_msgs::msg::Joy& joy, std::int64_t button) {
@@ -51,57 +74,47 @@ std::string yaml_text(const std::string& text) {
   return out + '"';
 }
 
-template <class Map>
-std::string flow_map(const Map& map) {
-  std::string out;
-  for (const auto& [component, value] : map) {
-    out += fmt::format("{}{}: ", out.empty() ? "" : ", ", component);
-    if constexpr (std::is_same_v<std::decay_t<decltype(value)>, std::int64_t>) {
-      out += std::to_string(value);
+std::string yaml_value(const ParameterMember& member) {
+  return std::visit(
+      []<class T>(const T* value) {
+        if constexpr (std::is_same_v<T, double>) return yaml_number(*value);
+        if constexpr (std::is_same_v<T, std::string>) return yaml_text(*value);
+        return to_string(ParameterValue(*value));
+      },
+      member);
+}
+
+// The section of a node. "axis_linear.x" and the components after it are one line: "axis_linear: {x: 5, y: -1}".
+std::string yaml_section(const char* node, const std::vector<ParameterField>& fields) {
+  std::string out = fmt::format("{}:\n  ros__parameters:\n", node), open_group;
+  for (const ParameterField& field : fields) {
+    const std::size_t dot = field.name.find('.');
+    const std::string group = dot == std::string::npos ? "" : field.name.substr(0, dot);
+    if (!open_group.empty() && group != open_group) out += "}\n";
+    if (group.empty()) {
+      out += fmt::format("    {}: {}\n", field.name, yaml_value(field.member));
     } else {
-      out += yaml_number(value);
+      out += group == open_group ? std::string(", ") : fmt::format("    {}: {{", group);
+      out += fmt::format("{}: {}", field.name.substr(dot + 1), yaml_value(field.member));
     }
+    open_group = group;
   }
-  return "{" + out + "}";
+  return out;
 }
 
 }  // namespace
 
 void declare_joy(Node& node, ParameterOverrides& written, JoySettings& settings) {
-  bind_parameter(
-      node, written, "deadzone", settings.deadzone,
-      {.description = "Part of an axis' range that counts as its rest", .range = ParameterRange{0, 0.9}});
-  bind_parameter(node, written, "autorepeat_rate", settings.autorepeat_rate,
-                 {.description = "Hz; 0: only changes are published", .range = ParameterRange{0, 1000}});
-  bind_parameter(node, written, "sticky_buttons", settings.sticky_buttons,
-                 {.description = "A press changes the state of a button, a release does not"});
-  bind_parameter(
-      node, written, "coalesce_interval_ms", settings.coalesce_interval_ms,
-      {.description = "Time for which further events of axes are awaited", .range = ParameterRange{0, 1000}});
-  bind_parameter(
-      node, written, "device_id", settings.device_id,
-      {.description = "Number of the joystick", .read_only = true, .range = ParameterRange{0, 31}});
-  bind_parameter(node, written, "device_name", settings.device_name,
-                 {.description = "Name of the joystick", .read_only = true});
+  declare_followed(node, written, joy_fields(settings));
 }
 
 void declare_twist_joy(Node& node, ParameterOverrides& written, JoySettings& settings, bool stamped) {
-  bind_parameter(node, written, "require_enable_button", settings.require_enable_button);
-  bind_parameter(node, written, "inverted_reverse", settings.inverted_reverse);
-  bind_parameter(node, written, "enable_button", settings.enable_button);
-  bind_parameter(node, written, "enable_turbo_button", settings.enable_turbo_button);
-  bind_parameters(node, written, "axis_linear", settings.axis_linear);
-  bind_parameters(node, written, "axis_angular", settings.axis_angular);
-  bind_parameters(node, written, "scale_linear", settings.scale_linear);
-  bind_parameters(node, written, "scale_linear_turbo", settings.scale_linear_turbo);
-  bind_parameters(node, written, "scale_angular", settings.scale_angular);
-  bind_parameters(node, written, "scale_angular_turbo", settings.scale_angular_turbo);
-  bind_parameter(node, written, "frame", settings.frame);
+  declare_followed(node, written, twist_joy_fields(settings));
   const bool is_written = written.find("publish_stamped_twist") != nullptr;
-  const bool value =
-      declare<bool>(node.parameters(), &written, "publish_stamped_twist", stamped,
-                    {.description = "Whether TwistStamped is published instead of Twist", .read_only = true});
-  if (is_written) settings.publish_stamped_twist = value;
+  declare_field(
+      node.parameters(), &written,
+      {"publish_stamped_twist", &stamped, "Whether TwistStamped is published instead of Twist", read_only()});
+  if (is_written) settings.publish_stamped_twist = stamped;
 }
 
 JoySettings read_joy_settings(const std::filesystem::path& file, Diagnostics& diagnostics) {
@@ -117,34 +130,11 @@ JoySettings read_joy_settings(const std::filesystem::path& file, Diagnostics& di
   return settings;
 }
 
-std::string to_yaml(const JoySettings& s) {
-  std::string out;
-  const auto node = [&out](const char* name) { out += fmt::format("{}:\n  ros__parameters:\n", name); };
-  const auto put = [&out](const char* name, const std::string& value) {
-    out += fmt::format("    {}: {}\n", name, value);
-  };
-  const auto whole = [](std::int64_t value) { return std::to_string(value); };
-  const auto truth = [](bool value) { return std::string(value ? "true" : "false"); };
-  node(kJoyNode);
-  put("device_id", whole(s.device_id));
-  put("device_name", yaml_text(s.device_name));
-  put("deadzone", yaml_number(s.deadzone));
-  put("autorepeat_rate", yaml_number(s.autorepeat_rate));
-  put("sticky_buttons", truth(s.sticky_buttons));
-  put("coalesce_interval_ms", whole(s.coalesce_interval_ms));
-  node(kTwistJoyNode);
-  put("require_enable_button", truth(s.require_enable_button));
-  put("inverted_reverse", truth(s.inverted_reverse));
-  put("enable_button", whole(s.enable_button));
-  put("enable_turbo_button", whole(s.enable_turbo_button));
-  put("axis_linear", flow_map(s.axis_linear));
-  put("axis_angular", flow_map(s.axis_angular));
-  put("scale_linear", flow_map(s.scale_linear));
-  put("scale_linear_turbo", flow_map(s.scale_linear_turbo));
-  put("scale_angular", flow_map(s.scale_angular));
-  put("scale_angular_turbo", flow_map(s.scale_angular_turbo));
-  put("frame", yaml_text(s.frame));
-  if (s.publish_stamped_twist) put("publish_stamped_twist", truth(*s.publish_stamped_twist));
+std::string to_yaml(const JoySettings& settings) {
+  JoySettings s = settings;
+  std::string out = yaml_section(kJoyNode, joy_fields(s)) + yaml_section(kTwistJoyNode, twist_joy_fields(s));
+  if (s.publish_stamped_twist)
+    out += fmt::format("    publish_stamped_twist: {}\n", *s.publish_stamped_twist);
   return out;
 }
 
