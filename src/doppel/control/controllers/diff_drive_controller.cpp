@@ -1,120 +1,139 @@
-#include "doppel/control/controllers/detail/diff_drive_controller.h"
+// Drives a base with wheels on two sides from ~/cmd_vel (geometry_msgs/msg/TwistStamped). Compatible with
+// ros2_controllers' diff_drive_controller of ROS 2 Jazzy; ~/set_odometry (control_msgs/srv/SetOdometry) is that of later
+// releases.
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
-#include "doppel/control/controllers/detail/speed_limit_parameters.h"
-#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/controllers/detail/base_controller.h"
+#include "doppel/control/controllers/detail/bases.h"
 
 namespace doppel {
 namespace {
 
-constexpr const char *kLinear = "linear.x", *kAngular = "angular.z";
+constexpr const char *kLeftWheels = "left_wheel_names", *kRightWheels = "right_wheel_names";
+
+ParameterOptions not_zero() {
+  return {.check = [](const ParameterValue& value) {
+    const double factor = std::get<double>(value);
+    if (std::isfinite(factor) && factor != 0) return Status{};
+    return Status::refused("it must be a number other than 0");
+  }};
+}
+
+class DiffDriveController : public BaseController {
+ public:
+  DiffDriveController() : BaseController({.limits = BaseType::Limits::with_deprecated}) {
+    window_ = 10;
+    position_feedback_ = true;
+  }
+
+  void on_init(ControllerContext& context) override {
+    declare_parameters(context, joints());
+    check_joints_of_sides(context);
+    declare_stamps(context);
+    BaseController::on_init(context);
+  }
+
+ protected:
+  ControllerParameters parameters() override {
+    const Requirement in_metres = required_for_base("write it in metres");
+    constexpr const char* kFactor =
+        "correction of the nominal value; negative: the joints' axes point to the right";
+    return {
+        {"wheel_separation", &separation_, "m, between the wheels of both sides", positive(), in_metres},
+        {"wheel_radius", &radius_, "m", positive(), in_metres},
+        {"wheel_separation_multiplier", &separation_factor_, "correction of the nominal value", positive()},
+        {"left_wheel_radius_multiplier", &left_factor_, kFactor, not_zero()},
+        {"right_wheel_radius_multiplier", &right_factor_, kFactor, not_zero()},
+        {"open_loop", &open_loop_, "odometry from the commands, not from feedback"},
+        {"position_feedback", &position_feedback_,
+         "odometry from positions of the wheels, else from velocities"},
+        {"cmd_vel_timeout", &timeout_, "s, after which the base brakes without a new command; 0: never",
+         not_negative()},
+        {"publish_limited_velocity", &publishes_limited_, "on ~/cmd_vel_out"},
+        {"velocity_rolling_window_size", &window_, "velocities in the mean of the odometry",
+         value_range(1, 10000)}};
+  }
+
+  Status arrange() override {
+    read_parameters(context_->node->parameters(), joints());
+    if (left_.size() != right_.size())
+      return Status::refused("left_wheel_names and right_wheel_names differ in number");
+    const double turn = separation_ * separation_factor_ / 2;
+    wheels_.clear();
+    for (const std::string& joint : left_)
+      wheels_.push_back({.joint = joint, .measured = joint, .radius = radius_ * left_factor_, .turn = -turn});
+    for (const std::string& joint : right_)
+      wheels_.push_back({.joint = joint, .measured = joint, .radius = radius_ * right_factor_, .turn = turn});
+    if (publishes_limited_ && !limited_topic_) {
+      limited_topic_ = context_->node->advertise<geometry_msgs::msg::TwistStamped>(
+          "~/cmd_vel_out", Qos::system_default_publisher());
+    }
+    return {};
+  }
+
+  void report(Time now, const PlanarVelocity& velocity) override {
+    if (!limited_topic_ || !publishes_limited_ || !limited_topic_->has_listeners()) return;
+    limited_.header.stamp = to_time_msg(context_->node->bus().stamp(now));
+    limited_.twist.linear.x = velocity.x;
+    limited_.twist.angular.z = velocity.yaw;
+    limited_topic_->publish(limited_, now);
+  }
+
+ private:
+  ControllerParameters joints() {
+    const Requirement listed = required_for_base("list the joints of that side's wheels: [a]", "is empty");
+    return {{kLeftWheels, &left_, "joints of the wheels of one side", {}, listed},
+            {kRightWheels, &right_, "joints of the wheels of one side", {}, listed}};
+  }
+
+  void check_joints_of_sides(ControllerContext& context) const {
+    if (left_.size() != right_.size()) {
+      refuse_base_parameter(
+          context, kRightWheels,
+          fmt::format("has {} names, but '{}' has {}", right_.size(), kLeftWheels, left_.size()),
+          "list as many wheels on each side");
+    }
+    for (const std::string& name : right_) {
+      if (std::ranges::find(left_, name) != left_.end())
+        refuse_base_parameter(context, kRightWheels,
+                              fmt::format("lists '{}', which is also a left wheel", name),
+                              "list each wheel on its own side");
+    }
+    check_driven_joints(context, kLeftWheels, left_);
+    check_driven_joints(context, kRightWheels, right_);
+  }
+
+  // ROS 2 Humble has commands without stamps, which Jazzy does not have. Reported where a user's file sets it.
+  void declare_stamps(ControllerContext& context) {
+    constexpr const char* kStamped = "use_stamped_vel";
+    bool stamped = true;
+    declare_parameters(
+        context,
+        {{kStamped, &stamped, "of ROS 2 Humble; false: reads Twist on ~/cmd_vel_unstamped", read_only()}});
+    if (!stamped) type_.topic = "~/cmd_vel_unstamped";
+    report_parameter(
+        context, kDeprecated, kStamped,
+        fmt::format("is of ROS 2 Humble: {}; Jazzy ignores it and reads TwistStamped on ~/cmd_vel",
+                    stamped ? "true has no effect" : "Twist is read on ~/cmd_vel_unstamped"),
+        "remove it");
+  }
+
+  std::vector<std::string> left_, right_;  // joints of the wheels; equal in number
+  double separation_ = 0, radius_ = 0;     // m
+  double separation_factor_ = 1, left_factor_ = 1, right_factor_ = 1;
+  bool publishes_limited_ = false;
+  std::optional<Publisher<geometry_msgs::msg::TwistStamped>> limited_topic_;
+  geometry_msgs::msg::TwistStamped limited_;
+};
 
 }  // namespace
 
-void DiffDriveController::on_init(ControllerContext& context) {
-  declare_diff_drive(context);
-  declare_speed_limits(context, kLinear);
-  declare_speed_limits(context, kAngular);
-  const bool stamped = declare_stamped_commands(context);
-  declare_velocity_base(context, {}, stamped);
-}
-
-Status DiffDriveController::on_configure() {
-  const Parameters& parameters = context_->node->parameters();
-  settings_ = diff_drive_settings(parameters);
-  if (settings_.left.size() != settings_.right.size())
-    return Status::refused("left_wheel_names and right_wheel_names differ in number");
-  if (Status fine = linear_limiter_.set(speed_limits(parameters, kLinear)); !fine) return fine;
-  if (Status fine = angular_limiter_.set(speed_limits(parameters, kAngular)); !fine) return fine;
-  if (settings_.publish_limited_velocity && !limited_topic_) {
-    limited_topic_ = context_->node->advertise<geometry_msgs::msg::TwistStamped>(
-        "~/cmd_vel_out", Qos::system_default_publisher());
-  }
-  last_left_ = last_right_ = kNaN;
-  return configure_velocity_base(
-      {.timeout = settings_.timeout, .window = settings_.window, .open_loop = settings_.open_loop});
-}
-
-InterfaceConfiguration DiffDriveController::command_interfaces() const {
-  InterfaceConfiguration wanted{InterfaceConfiguration::Kind::individual, {}};
-  for (const auto* side : {&settings_.left, &settings_.right}) {
-    for (const std::string& wheel : *side) wanted.names.push_back(wheel + "/" + kVelocity);
-  }
-  return wanted;
-}
-
-InterfaceConfiguration DiffDriveController::state_interfaces() const {
-  if (settings_.open_loop) return {};
-  InterfaceConfiguration wanted{InterfaceConfiguration::Kind::individual, {}};
-  const std::string feedback = settings_.position_feedback ? kPosition : kVelocity;
-  for (const auto* side : {&settings_.left, &settings_.right}) {
-    for (const std::string& wheel : *side) wanted.names.push_back(wheel + "/" + feedback);
-  }
-  return wanted;
-}
-
-std::vector<std::string> DiffDriveController::reference_interfaces() const {
-  return {std::string("linear/") + kVelocity, std::string("angular/") + kVelocity};
-}
-
-void DiffDriveController::rest() {
-  linear_limiter_.reset();
-  angular_limiter_.reset();
-}
-
-void DiffDriveController::write_references(const geometry_msgs::msg::Twist& twist) {
-  const double linear = twist.linear.x, angular = twist.angular.z;
-  if (!std::isfinite(linear) || !std::isfinite(angular)) return;
-  reference_handles[0].set(linear);
-  reference_handles[1].set(angular);
-}
-
-PlanarVelocity DiffDriveController::next_velocity(double dt) {
-  return {linear_limiter_.limit(reference_handles[0].get(), dt), 0,
-          angular_limiter_.limit(reference_handles[1].get(), dt)};
-}
-
-std::optional<double> DiffDriveController::mean_of_side(std::size_t first) const {
-  double sum = 0;
-  const std::size_t wheels = settings_.left.size();
-  for (std::size_t i = first; i < first + wheels; ++i) sum += state_handles[i].get();
-  if (!std::isfinite(sum)) return std::nullopt;
-  return sum / static_cast<double>(wheels);
-}
-
-bool DiffDriveController::measure(double dt) {
-  const auto left = mean_of_side(0), right = mean_of_side(settings_.left.size());
-  if (!left || !right) return false;
-  double left_speed = *left * settings_.left_radius, right_speed = *right * settings_.right_radius;
-  if (settings_.position_feedback) {
-    const bool first = std::isnan(last_left_);
-    left_speed = first ? 0 : (*left - last_left_) * settings_.left_radius / dt;
-    right_speed = first ? 0 : (*right - last_right_) * settings_.right_radius / dt;
-    last_left_ = *left;
-    last_right_ = *right;
-  }
-  odometry_.move({(left_speed + right_speed) / 2, 0, (right_speed - left_speed) / settings_.separation}, dt);
-  return true;
-}
-
-void DiffDriveController::drive(const PlanarVelocity& velocity) {
-  const double aside = velocity.yaw * settings_.separation / 2;
-  const double left = (velocity.x - aside) / settings_.left_radius,
-               right = (velocity.x + aside) / settings_.right_radius;
-  const std::size_t wheels = settings_.left.size();
-  for (std::size_t i = 0; i < wheels; ++i) {
-    command_handles[i].set(left);
-    command_handles[wheels + i].set(right);
-  }
-}
-
-void DiffDriveController::publish_limited(Time now, const PlanarVelocity& velocity) {
-  if (!limited_topic_ || !settings_.publish_limited_velocity || !limited_topic_->has_listeners()) return;
-  limited_.header.stamp = to_time_msg(context_->node->bus().stamp(now));
-  limited_.twist.linear.x = velocity.x;
-  limited_.twist.angular.z = velocity.yaw;
-  limited_topic_->publish(limited_, now);
+std::unique_ptr<Controller> make_diff_drive_controller() {
+  return std::make_unique<DiffDriveController>();
 }
 
 }  // namespace doppel

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "doppel/base/core/names.h"
+#include "doppel/control/controllers/detail/controller_parameters.h"
 #include "doppel/control/controllers/detail/name_list.h"
 #include "doppel/control/hardware/hardware.h"
 #include "doppel/control/manager/joint_list.h"
@@ -15,6 +16,7 @@ namespace {
 
 using Names = std::vector<std::string>;
 
+constexpr const char* kJtcParameter = "control.jtc_parameter";
 const Names kKindNames = {kPosition, kVelocity, kAcceleration, kEffort};
 
 const std::vector<Names> kCommandCombinations = {
@@ -23,43 +25,9 @@ const std::vector<Names> kCommandCombinations = {
 const std::vector<Names> kStateCombinations = {
     {kPosition}, {kPosition, kVelocity}, {kPosition, kVelocity, kAcceleration}};
 
-class Declarer {
- public:
-  explicit Declarer(ControllerContext& context) : context_(context) {}
-
-  template <class T>
-  T fixed(const std::string& name, T initial, const char* description, ParameterOptions options = {}) {
-    options.description = description;
-    options.read_only = true;
-    return declare<T>(context_.node->parameters(), context_.overrides, name, std::move(initial),
-                      std::move(options));
-  }
-  template <class T>
-  void changeable(const std::string& name, T initial, const char* description,
-                  ParameterOptions options = {}) {
-    options.description = description;
-    declare<T>(context_.node->parameters(), context_.overrides, name, std::move(initial), std::move(options));
-  }
-
- private:
-  ControllerContext& context_;
-};
-
-ParameterOptions at_least(double least) {
-  return {.range = ParameterRange{least, kInfinity}};
-}
-
-ParameterOptions one_of(Names choices) {
-  return {.check = [choices = std::move(choices)](const ParameterValue& value) {
-    const auto& text = std::get<std::string>(value);
-    if (contains(choices, text)) return Status{};
-    return Status::refused(fmt::format("unknown '{}'{}", text, did_you_mean(text, choices)));
-  }};
-}
-
 [[noreturn]] void refuse(const ControllerContext& context, const std::string& parameter, std::size_t element,
                          std::string message, std::string fix) {
-  throw InputError("control.jtc_parameter", place_of(context, parameter, element),
+  throw InputError(kJtcParameter, place_of(context, parameter, element),
                    fmt::format("controller '{}': {}", context.name, message), std::move(fix));
 }
 
@@ -106,12 +74,18 @@ std::array<bool, kKinds> check_interfaces(const ControllerContext& context, cons
   return has;
 }
 
-void declare_joints(Declarer& declarer, const ControllerContext& context, Settings& settings) {
-  const auto listed = declarer.fixed<Names>("joints", {}, "joints of the trajectories");
-  auto driven =
-      declarer.fixed<Names>("command_joints", {}, "joints of the command interfaces; empty: as joints");
-  if (listed.empty())
-    refuse(context, "joints", 0, "'joints' is empty, so nothing can be moved", "list the joints");
+void declare_lists(ControllerContext& context, Settings& settings) {
+  Names listed, driven;
+  declare_parameters(
+      context,
+      {{"command_interfaces", &settings.command_interfaces, "commanded interfaces, per joint", read_only()},
+       {"state_interfaces", &settings.state_interfaces, "measured interfaces, per joint", read_only()},
+       {"joints",
+        &listed,
+        "joints of the trajectories",
+        read_only(),
+        {kJtcParameter, ": '{}' is empty, so nothing can be moved", "list the joints"}},
+       {"command_joints", &driven, "joints of the command interfaces; empty: as joints", read_only()}});
   refuse_repeated(context, "command_joints", driven);
   const JointUse use = driven.empty() ? JointUse::commanded : JointUse::observed;
   settings.joints = check_joints(context, "joints", listed, use);
@@ -125,141 +99,105 @@ void declare_joints(Declarer& declarer, const ControllerContext& context, Settin
       driven.begin(), driven.end(), [&](const std::string& name) { return contains(settings.joints, name); });
   if (all_known) driven = check_joints(context, "command_joints", driven);
   settings.command_joints = driven.empty() ? settings.joints : driven;
-}
-
-void declare_gains(Declarer& declarer, const std::string& joint) {
-  const std::string prefix = "gains." + joint + ".";
-  const auto number = [&](const char* name, double initial, const char* description,
-                          ParameterOptions options = {}) {
-    declarer.changeable<double>(prefix + name, initial, description, std::move(options));
-  };
-  number("p", 0.0, "proportional");
-  number("i", 0.0, "integral, 1/s");
-  number("d", 0.0, "derivative, s");
-  number("i_clamp", kInfinity, "deprecated: i_clamp_max and minus i_clamp_min", at_least(0));
-  number("i_clamp_max", kInfinity, "of the integral term");
-  number("i_clamp_min", -kInfinity, "of the integral term");
-  number("ff_velocity_scale", 0.0, "times the velocity of the trajectory");
-  number("u_clamp_max", kInfinity, "of the command");
-  number("u_clamp_min", -kInfinity, "of the command");
-  number("tracking_time_constant", 0.0, "s, of back_calculation; 0: from the gains", at_least(0));
-  number("error_deadband", 0.0, "error below which the integral is not updated", at_least(0));
-  declarer.changeable<std::string>(prefix + "antiwindup_strategy", "legacy", "anti-windup strategy",
-                                   one_of({"legacy", "back_calculation", "conditional_integration", "none"}));
-}
-
-void declare_constraints(Declarer& declarer, Settings& settings) {
-  declarer.changeable<double>("constraints.stopped_velocity_tolerance", 0.01, "of every joint at the goal");
-  declarer.changeable<double>("constraints.goal_time", 0.0, "s after the last point; 0: unlimited",
-                              at_least(0));
-  settings.decelerate_on_cancel = declarer.fixed<bool>("constraints.decelerate_on_cancel", false,
-                                                       "brake at max_deceleration_on_cancel before holding");
-  const auto one = [&](const std::string& joint) {
-    const std::string prefix = "constraints." + joint + ".";
-    declarer.changeable<double>(prefix + "trajectory", 0.0, "tolerance along the path; 0: not checked");
-    declarer.changeable<double>(prefix + "goal", 0.0, "tolerance at the goal; 0: not checked");
-    return declarer.fixed<double>(prefix + "max_deceleration_on_cancel", 0.0, "per second squared",
-                                  at_least(0));
-  };
-  for (const std::string& joint : settings.joints) settings.max_deceleration.push_back(one(joint));
-  for (const std::string& joint : settings.ignored) one(joint);
-}
-
-const ParameterValue& value_of(const Parameters& parameters, const std::string& name) {
-  return parameters.find(name)->value;
-}
-
-template <class T>
-T get(const Parameters& parameters, const std::string& name) {
-  return std::get<T>(value_of(parameters, name));
-}
-
-PidGains gains_of(const Parameters& parameters, const std::string& joint) {
-  const auto number = [&](const char* name) {
-    return get<double>(parameters, "gains." + joint + "." + name);
-  };
-  PidGains gains;
-  gains.p = number("p");
-  gains.i = number("i");
-  gains.d = number("d");
-  gains.i_clamp_max = std::min(number("i_clamp_max"), number("i_clamp"));
-  gains.i_clamp_min = std::max(number("i_clamp_min"), -number("i_clamp"));
-  gains.u_clamp_max = number("u_clamp_max");
-  gains.u_clamp_min = number("u_clamp_min");
-  gains.antiwindup_strategy = get<std::string>(parameters, "gains." + joint + ".antiwindup_strategy");
-  gains.tracking_time_constant = number("tracking_time_constant");
-  gains.error_deadband = number("error_deadband");
-  return gains;
-}
-
-}  // namespace
-
-Settings declare_settings(ControllerContext& context) {
-  Declarer declarer(context);
-  Settings settings;
-  settings.command_interfaces =
-      declarer.fixed<Names>("command_interfaces", {}, "commanded interfaces, per joint");
-  settings.state_interfaces = declarer.fixed<Names>("state_interfaces", {}, "measured interfaces, per joint");
-  declare_joints(declarer, context, settings);
   settings.commanded = check_interfaces(context, "command_interfaces", settings.command_interfaces,
                                         kKindNames, kCommandCombinations);
   settings.measured = check_interfaces(context, "state_interfaces", settings.state_interfaces,
                                        {kPosition, kVelocity, kAcceleration}, kStateCombinations);
-  settings.initial_scaling =
-      declarer.fixed<double>("speed_scaling.initial_scaling_factor", 1.0, "of trajectory time", at_least(0));
-  settings.scaling_state = declarer.fixed<std::string>(
-      "speed_scaling.state_interface", "", "full name of the interface that reports the scaling factor");
-  settings.scaling_command = declarer.fixed<std::string>(
-      "speed_scaling.command_interface", "", "full name of the interface that receives the scaling factor");
-  declarer.changeable<bool>("allow_partial_joints_goal", false, "trajectories may omit joints");
-  const bool open_loop =
-      declarer.fixed<bool>("open_loop_control", false, "deprecated: interpolate_from_desired_state");
-  settings.interpolate_from_desired =
-      declarer.fixed<bool>("interpolate_from_desired_state", false, "start from the last command") ||
-      open_loop;
-  declarer.changeable<bool>("allow_integration_in_goal_trajectories", false, "points may omit positions");
-  settings.seed_from_commands =
-      declarer.fixed<bool>("set_last_command_interface_value_as_state_on_activation", true,
-                           "use the last command as the state at activation");
-  settings.action_monitor_rate =
-      declarer.fixed<double>("action_monitor_rate", 20.0, "Hz, of feedback and results", at_least(0.1));
-  const auto method = declarer.fixed<std::string>("interpolation_method", "splines", "between points",
-                                                  one_of({"splines", "none"}));
+}
+
+// All that can be changed at run time of these joints, as it is written.
+struct Changeable {
+  explicit Changeable(std::size_t joints)
+      : i_clamp(joints, kInfinity), path(joints), goal(joints), gains(joints), feedforward(joints) {}
+
+  Tuning tuning;
+  double stopped_velocity = 0.01;
+  std::vector<double> i_clamp, path, goal;  // [joints]
+  std::vector<PidGains> gains;
+  std::vector<double> feedforward;
+
+  ControllerParameters list(const Names& joints) {
+    ControllerParameters list{
+        {"allow_partial_joints_goal", &tuning.allow_partial_joints, "trajectories may omit joints"},
+        {"allow_integration_in_goal_trajectories", &tuning.allow_integration, "points may omit positions"},
+        {"allow_nonzero_velocity_at_trajectory_end", &tuning.allow_nonzero_velocity_at_end,
+         "the last point may have a velocity"},
+        {"cmd_timeout", &tuning.cmd_timeout, "s after the last point until the position is held; 0: none"},
+        {"constraints.stopped_velocity_tolerance", &stopped_velocity, "of every joint at the goal"},
+        {"constraints.goal_time", &tuning.tolerances.goal_time, "s after the last point; 0: unlimited",
+         minimum(0)}};
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      const std::string gain = "gains." + joints[j] + ".", tolerance = "constraints." + joints[j] + ".";
+      const ControllerParameters of_pid = gain_parameters(gains[j], gain, minimum(0));
+      list.insert(list.end(), of_pid.begin(), of_pid.end());
+      list.emplace_back(gain + "i_clamp", &i_clamp[j], "deprecated: i_clamp_max and minus i_clamp_min",
+                        minimum(0));
+      list.emplace_back(gain + "ff_velocity_scale", &feedforward[j], "times the velocity of the trajectory");
+      list.emplace_back(gain + "antiwindup_strategy", &gains[j].antiwindup_strategy, "anti-windup strategy",
+                        one_of({"legacy", "back_calculation", "conditional_integration", "none"}));
+      list.emplace_back(tolerance + "trajectory", &path[j], "tolerance along the path; 0: not checked");
+      list.emplace_back(tolerance + "goal", &goal[j], "tolerance at the goal; 0: not checked");
+    }
+    return list;
+  }
+};
+
+}  // namespace
+
+Settings declare_settings(ControllerContext& context) {
+  Settings settings;
+  declare_lists(context, settings);
+  Names all = settings.joints;
+  all.insert(all.end(), settings.ignored.begin(), settings.ignored.end());
+  declare_parameters(context, Changeable(all.size()).list(all));
+  bool open_loop = false;
+  std::string method = "splines";
+  settings.max_deceleration.resize(all.size());
+  ControllerParameters list{
+      {"speed_scaling.initial_scaling_factor", &settings.initial_scaling, "of trajectory time",
+       read_only(minimum(0))},
+      {"speed_scaling.state_interface", &settings.scaling_state,
+       "full name of the interface that reports the scaling factor", read_only()},
+      {"speed_scaling.command_interface", &settings.scaling_command,
+       "full name of the interface that receives the scaling factor", read_only()},
+      {"open_loop_control", &open_loop, "deprecated: interpolate_from_desired_state", read_only()},
+      {"interpolate_from_desired_state", &settings.interpolate_from_desired, "start from the last command",
+       read_only()},
+      {"set_last_command_interface_value_as_state_on_activation", &settings.seed_from_commands,
+       "use the last command as the state at activation", read_only()},
+      {"action_monitor_rate", &settings.action_monitor_rate, "Hz, of feedback and results",
+       read_only(minimum(0.1))},
+      {"interpolation_method", &method, "between points", read_only(one_of({"splines", "none"}))},
+      {"constraints.decelerate_on_cancel", &settings.decelerate_on_cancel,
+       "brake at max_deceleration_on_cancel before holding", read_only()}};
+  for (std::size_t j = 0; j < all.size(); ++j)
+    list.emplace_back("constraints." + all[j] + ".max_deceleration_on_cancel", &settings.max_deceleration[j],
+                      "per second squared", read_only(minimum(0)));
+  declare_parameters(context, list);
+  settings.max_deceleration.resize(settings.joints.size());
+  settings.interpolate_from_desired = settings.interpolate_from_desired || open_loop;
   settings.interpolation = method == "none" ? Interpolation::none : Interpolation::splines;
-  declarer.changeable<bool>("allow_nonzero_velocity_at_trajectory_end", false,
-                            "the last point may have a velocity");
-  declarer.changeable<double>("cmd_timeout", 0.0,
-                              "s after the last point until the position is held; 0: none");
-  for (const Names* names : {&settings.joints, &settings.ignored}) {
-    for (const std::string& joint : *names) declare_gains(declarer, joint);
-  }
-  declare_constraints(declarer, settings);
-  if (open_loop) {
-    log_diagnostic(*context.log, context.name,
-                   {Severity::warning, "control.jtc_deprecated", "'open_loop_control' is deprecated",
-                    place_of(context, "open_loop_control"), "write interpolate_from_desired_state: true"});
-  }
+  if (open_loop)
+    report_parameter(context, "control.jtc_deprecated", "open_loop_control", "is deprecated",
+                     "write interpolate_from_desired_state: true");
   return settings;
 }
 
 Status read_tuning(const Parameters& parameters, const Settings& settings, Tuning& tuning) {
-  Tuning now;
-  now.allow_partial_joints = get<bool>(parameters, "allow_partial_joints_goal");
-  now.allow_integration = get<bool>(parameters, "allow_integration_in_goal_trajectories");
-  now.allow_nonzero_velocity_at_end = get<bool>(parameters, "allow_nonzero_velocity_at_trajectory_end");
-  now.cmd_timeout = get<double>(parameters, "cmd_timeout");
-  now.tolerances.goal_time = get<double>(parameters, "constraints.goal_time");
-  const double stopped = get<double>(parameters, "constraints.stopped_velocity_tolerance");
-  for (const std::string& joint : settings.joints) {
-    now.gains.push_back(gains_of(parameters, joint));
-    if (Status fine = check_gains(now.gains.back()); !fine) {
-      return Status::refused(fmt::format("gains of joint '{}': {}", joint, fine.why()));
-    }
-    now.feedforward.push_back(get<double>(parameters, "gains." + joint + ".ff_velocity_scale"));
-    now.tolerances.path.push_back({get<double>(parameters, "constraints." + joint + ".trajectory"), 0, 0});
-    now.tolerances.goal.push_back({get<double>(parameters, "constraints." + joint + ".goal"), stopped, 0});
+  Changeable now(settings.joints.size());
+  read_parameters(parameters, now.list(settings.joints));
+  for (std::size_t j = 0; j < settings.joints.size(); ++j) {
+    PidGains& gains = now.gains[j];
+    gains.i_clamp_max = std::min(gains.i_clamp_max, now.i_clamp[j]);
+    gains.i_clamp_min = std::max(gains.i_clamp_min, -now.i_clamp[j]);
+    if (Status fine = check_gains(gains); !fine)
+      return Status::refused(fmt::format("gains of joint '{}': {}", settings.joints[j], fine.why()));
+    now.tuning.tolerances.path.push_back({now.path[j], 0, 0});
+    now.tuning.tolerances.goal.push_back({now.goal[j], now.stopped_velocity, 0});
   }
-  tuning = std::move(now);
+  now.tuning.gains = std::move(now.gains);
+  now.tuning.feedforward = std::move(now.feedforward);
+  tuning = std::move(now.tuning);
   return {};
 }
 

@@ -4,7 +4,6 @@
 
 #include <cmath>
 
-#include "doppel/control/controllers/detail/parameter_value.h"
 #include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
@@ -12,11 +11,13 @@ namespace {
 
 constexpr std::size_t kDegrees = 6;  // x, y, z and the rotations about them
 
-Status check_diagonal(const ParameterValue& value) {
-  const auto& diagonal = std::get<std::vector<double>>(value);
-  if (diagonal.size() == kDegrees) return {};
-  return Status::refused(fmt::format(
-      "it has {} values; write one each for x, y, z and the rotations about them", diagonal.size()));
+ParameterOptions six_numbers() {
+  return {.check = [](const ParameterValue& value) {
+    const std::size_t count = std::get<std::vector<double>>(value).size();
+    if (count == kDegrees) return Status{};
+    return Status::refused(
+        fmt::format("it has {} values; write one each for x, y, z and the rotations about them", count));
+  }};
 }
 
 void fill_diagonal(const std::vector<double>& diagonal, std::array<double, 36>& covariance) {
@@ -37,38 +38,44 @@ const std::string& base_link(const Model& model) {
 
 }  // namespace
 
-void OdometryPublisher::declare_frames(ControllerContext& context) {
-  Parameters& parameters = context.node->parameters();
-  ParameterOverrides* written = context.overrides;
+ControllerParameters OdometryPublisher::parameters() {
+  ControllerParameters list{{"odom_frame_id", &odometry_frame_, "frame of the odometry"},
+                            {"base_frame_id", &base_frame_, "frame of the base, a child of odom_frame_id"},
+                            {options_.pose_covariance, &pose_covariance_,
+                             "variances of x, y, z and the rotations about them in ~/odom", six_numbers()},
+                            {options_.twist_covariance, &twist_covariance_,
+                             "variances of x, y, z and the rotations about them in ~/odom", six_numbers()},
+                            {"enable_odom_tf", &sends_tf_, "publish odom_frame_id -> base_frame_id on /tf"}};
   if (options_.has_prefix) {
-    doppel::declare<bool>(parameters, written, "tf_frame_prefix_enable", true,
-                          {"whether frames have a prefix", false, {}});
-    doppel::declare<std::string>(
-        parameters, written, "tf_frame_prefix", "",
-        {"of both frames; empty: the controller's namespace, which '~' stands for", false, {}});
+    list.emplace_back("tf_frame_prefix_enable", &has_prefix_, "whether frames have a prefix");
+    list.emplace_back("tf_frame_prefix", &prefix_,
+                      "of both frames; empty: the controller's namespace, which '~' stands for");
   }
-  doppel::declare<std::string>(parameters, written, "odom_frame_id", "odom",
-                               {"frame of the odometry", false, {}});
-  const auto base = doppel::declare<std::string>(parameters, written, "base_frame_id", "base_link",
-                                                 {"frame of the base, a child of odom_frame_id", false, {}});
-  const Model& model = *context.model;
-  const std::string& root = base_link(model);
-  if (base == root || model.find_link(base) < 0) return;  // a frame that the user's own nodes connect
+  if (options_.has_only_twist)
+    list.emplace_back("odom_only_twist", &only_twist_,
+                      "no pose in ~/odom, for a node that integrates the velocity");
+  if (options_.has_rate)
+    list.emplace_back("publish_rate", &rate_, "Hz, of the odometry and its transform", positive());
+  return list;
+}
+
+void OdometryPublisher::report_base_frame(const ControllerContext& context) const {
+  const std::string& root = base_link(*context.model);
+  // A frame that is no link is connected by the user's own nodes.
+  if (base_frame_ == root || context.model->find_link(base_frame_) < 0) return;
   log_diagnostic(
       *context.log, context.name,
       {Severity::warning, "control.base_frame",
        fmt::format("'base_frame_id' is '{}', but the root link is '{}': on /tf '{}' gets a second parent, "
                    "and its pose jumps between both",
-                   base, root, base),
+                   base_frame_, root, base_frame_),
        place_of(context, "base_frame_id"), fmt::format("write base_frame_id: {}", root)});
 }
 
 // Some controllers publish the transform on a topic of their own, which no listener of TF reads.
 void OdometryPublisher::report_transform_topic(const ControllerContext& context) const {
-  const std::string own =
-      context.node->bus().names().resolve(NameKind::topic, options_.transform, context.node->name());
-  if (!options_.transform.starts_with('~') || own.ends_with("/tf")) return;
-  if (!parameter_value<bool>(*parameters_, "enable_odom_tf")) return;
+  const std::string& own = base_transform_.topic;
+  if (!options_.transform.starts_with('~') || own.ends_with("/tf") || !sends_tf_) return;
   context.log->note(context.name, fmt::format("the transform of the base is on {}, as in ros2_controllers, "
                                               "and not on /tf; add --ros-args -r {}:=/tf "
                                               "for RViz, Nav2 and other listeners of TF",
@@ -76,27 +83,12 @@ void OdometryPublisher::report_transform_topic(const ControllerContext& context)
 }
 
 void OdometryPublisher::declare(ControllerContext& context, const Options& options) {
-  Parameters& parameters = context.node->parameters();
-  ParameterOverrides* written = context.overrides;
   node_ = context.node;
-  bus_ = &context.node->bus();
-  parameters_ = &parameters;
   options_ = options;
-  declare_frames(context);
-  for (const std::string& name : {options.pose_covariance, options.twist_covariance}) {
-    doppel::declare<std::vector<double>>(
-        parameters, written, name, options_.covariance,
-        {"variances of x, y, z and the rotations about them in ~/odom", false, check_diagonal});
-  }
-  doppel::declare<bool>(parameters, written, "enable_odom_tf", options.sends_transform,
-                        {"publish odom_frame_id -> base_frame_id on /tf", false, {}});
-  if (options.has_only_twist)
-    doppel::declare<bool>(parameters, written, "odom_only_twist", false,
-                          {"no pose in ~/odom, for a node that integrates the velocity", false, {}});
-  if (options_.has_rate) {
-    doppel::declare<double>(parameters, written, "publish_rate", 50.0,
-                            {"Hz, of the odometry and its transform", false, check_positive});
-  }
+  pose_covariance_ = twist_covariance_ = options.covariance;
+  sends_tf_ = options.sends_transform;
+  declare_parameters(context, parameters());
+  report_base_frame(context);
   const Qos qos = Qos::system_default_publisher();
   odometry_topic_ = context.node->advertise<nav_msgs::msg::Odometry>(options_.odometry, qos);
   transform_topic_ = context.node->advertise<tf2_msgs::msg::TFMessage>(options_.transform, qos);
@@ -107,9 +99,9 @@ void OdometryPublisher::declare(ControllerContext& context, const Options& optio
 }
 
 std::string OdometryPublisher::frame_prefix() const {
-  if (!options_.has_prefix || !parameter_value<bool>(*parameters_, "tf_frame_prefix_enable")) return "";
+  if (!options_.has_prefix || !has_prefix_) return "";
   const std::string own = prefix_of_namespace(node_->name());
-  std::string prefix = parameter_value<std::string>(*parameters_, "tf_frame_prefix");
+  std::string prefix = prefix_;
   if (prefix.empty()) return own;
   if (const std::size_t tilde = prefix.find('~'); tilde != std::string::npos) prefix.replace(tilde, 1, own);
   if (prefix.back() != '/') prefix += '/';
@@ -119,22 +111,19 @@ std::string OdometryPublisher::frame_prefix() const {
 }
 
 Status OdometryPublisher::configure() {
+  read_parameters(node_->parameters(), parameters());
   const std::string prefix = frame_prefix();
-  base_transform_.parent = prefix + parameter_value<std::string>(*parameters_, "odom_frame_id");
-  base_transform_.child = prefix + parameter_value<std::string>(*parameters_, "base_frame_id");
+  base_transform_.parent = prefix + odometry_frame_;
+  base_transform_.child = prefix + base_frame_;
   if (base_transform_.parent == base_transform_.child)
     return Status::refused(
         fmt::format("'odom_frame_id' and 'base_frame_id' are both '{}'", base_transform_.child));
   odometry_ = {};
   odometry_.header.frame_id = transform_.transforms[0].header.frame_id = base_transform_.parent;
   odometry_.child_frame_id = transform_.transforms[0].child_frame_id = base_transform_.child;
-  fill_diagonal(parameter_value<std::vector<double>>(*parameters_, options_.pose_covariance),
-                odometry_.pose.covariance);
-  fill_diagonal(parameter_value<std::vector<double>>(*parameters_, options_.twist_covariance),
-                odometry_.twist.covariance);
-  sends_tf_ = parameter_value<bool>(*parameters_, "enable_odom_tf");
-  only_twist_ = options_.has_only_twist && parameter_value<bool>(*parameters_, "odom_only_twist");
-  if (options_.has_rate) period_ = from_seconds(1.0 / parameter_value<double>(*parameters_, "publish_rate"));
+  fill_diagonal(pose_covariance_, odometry_.pose.covariance);
+  fill_diagonal(twist_covariance_, odometry_.twist.covariance);
+  period_ = options_.has_rate ? from_seconds(1.0 / rate_) : Duration{};
   last_.reset();
   return {};
 }
@@ -147,7 +136,7 @@ void OdometryPublisher::publish(Time now, const PlanarOdometry& odometry) {
   const PlanarPose& pose = odometry.pose();
   const PlanarVelocity& velocity = odometry.velocity();
   const geometry_msgs::msg::Quaternion rotation{0, 0, std::sin(pose.yaw / 2), std::cos(pose.yaw / 2)};
-  const auto stamp = to_time_msg(bus_->stamp(now));
+  const auto stamp = to_time_msg(node_->bus().stamp(now));
   odometry_.header.stamp = stamp;
   if (!only_twist_) {
     odometry_.pose.pose.position = {pose.x, pose.y, 0};

@@ -23,6 +23,21 @@ const std::vector<std::string>& strategies() {
 
 }  // namespace
 
+ControllerParameters gain_parameters(PidGains& gains, const std::string& prefix,
+                                     const ParameterOptions& times) {
+  return {{prefix + "p", &gains.p, "proportional"},
+          {prefix + "i", &gains.i, "integral, 1/s"},
+          {prefix + "d", &gains.d, "derivative, s"},
+          {prefix + "i_clamp_max", &gains.i_clamp_max, "of the integral term"},
+          {prefix + "i_clamp_min", &gains.i_clamp_min, "of the integral term"},
+          {prefix + "u_clamp_max", &gains.u_clamp_max, "of the command"},
+          {prefix + "u_clamp_min", &gains.u_clamp_min, "of the command"},
+          {prefix + "tracking_time_constant", &gains.tracking_time_constant,
+           "s, of back_calculation; 0: from the gains", times},
+          {prefix + "error_deadband", &gains.error_deadband, "error below which the integral is not updated",
+           times}};
+}
+
 Status check_gains(const PidGains& gains) {
   const std::pair<const char*, double> finite[] = {{"p", gains.p},
                                                    {"i", gains.i},

@@ -1,19 +1,27 @@
-#include "doppel/control/controllers/detail/sensor_broadcasters.h"
+#include <fmt/format.h>
 
+#include <algorithm>
 #include <limits>
 
-#include "doppel/control/controllers/detail/broadcaster_parameters.h"
+#include "doppel/control/controllers/detail/broadcasters.h"
+#include "doppel/ros/messages/sensor_msgs.h"
 
 namespace doppel {
 namespace {
 
-constexpr const char* kSensorName = "prefix of its state interfaces";
-constexpr const char* kFrame = "frame of the values";
+using Covariance = std::array<double, 9>;  // row-major about x, y, z
 
-std::int64_t declare_radiation(ControllerContext& context) {
-  ParameterOptions options{"0: ultrasound, 1: infrared", true, {}};
-  options.range = ParameterRange{0, 1};
-  return declare<std::int64_t>(context.node->parameters(), context.overrides, "radiation_type", 0, options);
+// Throws InputError if there are not nine numbers.
+Covariance declare_covariance(ControllerContext& context, const std::string& name) {
+  Covariance out{};
+  std::vector<double> written(out.size(), 0.0);
+  const ParameterOptions nine{.check = [](const ParameterValue& value) {
+    const auto count = std::get<std::vector<double>>(value).size();
+    return count == 9 ? Status{} : Status::refused(fmt::format("it must be 9 numbers, not {}", count));
+  }};
+  declare_parameters(context, {{name, &written, "row-major about x, y, z", read_only(nine)}});
+  std::ranges::copy(written, out.begin());
+  return out;
 }
 
 // The integers of a fix; an interface that is not a number has the largest, as in the semantic component.
@@ -25,103 +33,134 @@ T integer_of(double value) {
              : std::numeric_limits<T>::max();
 }
 
+class ImuBroadcaster : public MessageBroadcaster<sensor_msgs::msg::Imu> {
+ public:
+  void on_init(ControllerContext& context) override {
+    std::string sensor;
+    declare_parameters(
+        context, {sensor_parameter(sensor, "imu"), frame_parameter(message_.header.frame_id, "imu_link")});
+    message_.orientation_covariance = declare_covariance(context, "static_covariance_orientation");
+    message_.angular_velocity_covariance = declare_covariance(context, "static_covariance_angular_velocity");
+    message_.linear_acceleration_covariance =
+        declare_covariance(context, "static_covariance_linear_acceleration");
+    read(sensor, {"orientation.x", "orientation.y", "orientation.z", "orientation.w", "angular_velocity.x",
+                  "angular_velocity.y", "angular_velocity.z", "linear_acceleration.x",
+                  "linear_acceleration.y", "linear_acceleration.z"});
+    advertise(context, "~/imu");
+  }
+
+ private:
+  void fill() override {
+    message_.orientation = {value(0), value(1), value(2), value(3)};
+    message_.angular_velocity = {value(4), value(5), value(6)};
+    message_.linear_acceleration = {value(7), value(8), value(9)};
+  }
+};
+
+class RangeBroadcaster : public MessageBroadcaster<sensor_msgs::msg::Range> {
+ public:
+  void on_init(ControllerContext& context) override {
+    std::string sensor;
+    std::int64_t radiation = 0;
+    double field_of_view = 0.52, least = 0.52, most = 4, variance = 0;
+    declare_parameters(
+        context, {sensor_parameter(sensor, "sonar"),
+                  frame_parameter(message_.header.frame_id, "sonar_link"),
+                  {"radiation_type", &radiation, "0: ultrasound, 1: infrared", read_only(value_range(0, 1))},
+                  {"field_of_view", &field_of_view, "rad", read_only()},
+                  {"min_range", &least, "m", read_only()},
+                  {"max_range", &most, "m", read_only()},
+                  {"variance", &variance, "m^2", read_only()}});
+    message_.radiation_type = static_cast<std::uint8_t>(radiation);
+    message_.field_of_view = static_cast<float>(field_of_view);
+    message_.min_range = static_cast<float>(least);
+    message_.max_range = static_cast<float>(most);
+    message_.variance = static_cast<float>(variance);
+    read(sensor, {"range"});
+    advertise(context, "~/range");
+  }
+
+ private:
+  void fill() override { message_.range = static_cast<float>(value(0)); }
+};
+
+class SatelliteBroadcaster : public MessageBroadcaster<sensor_msgs::msg::NavSatFix> {
+ public:
+  void on_init(ControllerContext& context) override {
+    using sensor_msgs::msg::NavSatFix;
+    std::string sensor;
+    declare_parameters(context, {sensor_parameter(sensor, "gps"),
+                                 frame_parameter(message_.header.frame_id, "gps_link"),
+                                 {"read_covariance_from_interface", &reads_covariance_,
+                                  "the covariance is read from state interfaces", read_only()}});
+    const Covariance covariance = declare_covariance(context, "static_position_covariance");
+    message_.position_covariance_type =
+        reads_covariance_ ? NavSatFix::COVARIANCE_TYPE_DIAGONAL_KNOWN : NavSatFix::COVARIANCE_TYPE_KNOWN;
+    if (!reads_covariance_) message_.position_covariance = covariance;
+    read(sensor, {"status", "service", "latitude", "longitude", "altitude"});
+    if (reads_covariance_)
+      read(sensor, {"latitude_covariance", "longitude_covariance", "altitude_covariance"});
+    advertise(context, "~/gps/fix");
+  }
+
+ private:
+  void fill() override {
+    message_.status.status = integer_of<std::int8_t>(value(0));
+    message_.status.service = integer_of<std::uint16_t>(value(1));
+    message_.latitude = value(2);
+    message_.longitude = value(3);
+    message_.altitude = value(4);
+    for (std::size_t i = 0; reads_covariance_ && i < 3; ++i)
+      message_.position_covariance[4 * i] = value(5 + i);
+  }
+
+  bool reads_covariance_ = false;
+};
+
+class MagnetometerBroadcaster : public MessageBroadcaster<sensor_msgs::msg::MagneticField> {
+ public:
+  void on_init(ControllerContext& context) override {
+    std::string sensor;
+    declare_parameters(context, {sensor_parameter(sensor, "magnetometer"),
+                                 frame_parameter(message_.header.frame_id, "imu_link")});
+    message_.magnetic_field_covariance = declare_covariance(context, "static_covariance");
+    read(sensor, {"magnetic_field.x", "magnetic_field.y", "magnetic_field.z"});
+    advertise(context, "~/magnetic_field");
+  }
+
+ private:
+  void fill() override { message_.magnetic_field = {value(0), value(1), value(2)}; }
+};
+
 }  // namespace
 
-void SensorBroadcaster::read(const std::string& prefix, const std::vector<std::string>& names) {
-  for (const std::string& name : names) interfaces_.push_back(prefix + "/" + name);
+ControllerParameter required_text(const char* name, std::string& text, const char* description,
+                                  const char* example) {
+  return {name, &text, description, read_only(), required_value(example, fmt::format(" ({})", description))};
 }
 
-void ImuBroadcaster::on_init(ControllerContext& context) {
-  const std::string sensor = declare_required_text(context, "sensor_name", kSensorName, "imu");
-  message_.header.frame_id = declare_required_text(context, "frame_id", kFrame, "imu_link");
-  message_.orientation_covariance = declare_covariance(context, "static_covariance_orientation");
-  message_.angular_velocity_covariance = declare_covariance(context, "static_covariance_angular_velocity");
-  message_.linear_acceleration_covariance =
-      declare_covariance(context, "static_covariance_linear_acceleration");
-  read(sensor, {"orientation.x", "orientation.y", "orientation.z", "orientation.w", "angular_velocity.x",
-                "angular_velocity.y", "angular_velocity.z", "linear_acceleration.x", "linear_acceleration.y",
-                "linear_acceleration.z"});
-  bus_ = &context.node->bus();
-  topic_ = context.node->advertise<sensor_msgs::msg::Imu>("~/imu", Qos::system_default_publisher());
+ControllerParameter sensor_parameter(std::string& sensor, const char* example) {
+  return required_text("sensor_name", sensor, "prefix of its state interfaces", example);
 }
 
-void ImuBroadcaster::publish_state(Time now) {
-  if (!topic_.has_listeners()) return;
-  message_.orientation = {value(0), value(1), value(2), value(3)};
-  message_.angular_velocity = {value(4), value(5), value(6)};
-  message_.linear_acceleration = {value(7), value(8), value(9)};
-  message_.header.stamp = to_time_msg(bus_->stamp(now));
-  topic_.publish(message_, now);
+ControllerParameter frame_parameter(std::string& frame, const char* example) {
+  return required_text("frame_id", frame, "frame of the values", example);
 }
 
-void RangeBroadcaster::on_init(ControllerContext& context) {
-  const std::string sensor = declare_required_text(context, "sensor_name", kSensorName, "sonar");
-  message_.header.frame_id = declare_required_text(context, "frame_id", kFrame, "sonar_link");
-  const auto number = [&](const char* name, double initial, const char* description) {
-    return static_cast<float>(declare<double>(context.node->parameters(), context.overrides, name, initial,
-                                              {description, true, {}}));
-  };
-  message_.radiation_type = static_cast<std::uint8_t>(declare_radiation(context));
-  message_.field_of_view = number("field_of_view", 0.52, "rad");
-  message_.min_range = number("min_range", 0.52, "m");
-  message_.max_range = number("max_range", 4.0, "m");
-  message_.variance = number("variance", 0.0, "m^2");
-  read(sensor, {"range"});
-  bus_ = &context.node->bus();
-  topic_ = context.node->advertise<sensor_msgs::msg::Range>("~/range", Qos::system_default_publisher());
+std::unique_ptr<Controller> make_imu_broadcaster() {
+  return std::make_unique<ImuBroadcaster>();
 }
 
-void RangeBroadcaster::publish_state(Time now) {
-  if (!topic_.has_listeners()) return;
-  message_.range = static_cast<float>(value(0));
-  message_.header.stamp = to_time_msg(bus_->stamp(now));
-  topic_.publish(message_, now);
+std::unique_ptr<Controller> make_range_broadcaster() {
+  return std::make_unique<RangeBroadcaster>();
 }
 
-void SatelliteBroadcaster::on_init(ControllerContext& context) {
-  using sensor_msgs::msg::NavSatFix;
-  const std::string sensor = declare_required_text(context, "sensor_name", kSensorName, "gps");
-  message_.header.frame_id = declare_required_text(context, "frame_id", kFrame, "gps_link");
-  const std::array<double, 9> covariance = declare_covariance(context, "static_position_covariance");
-  reads_covariance_ =
-      declare<bool>(context.node->parameters(), context.overrides, "read_covariance_from_interface", false,
-                    {"the covariance is read from state interfaces", true, {}});
-  message_.position_covariance_type =
-      reads_covariance_ ? NavSatFix::COVARIANCE_TYPE_DIAGONAL_KNOWN : NavSatFix::COVARIANCE_TYPE_KNOWN;
-  if (!reads_covariance_) message_.position_covariance = covariance;
-  read(sensor, {"status", "service", "latitude", "longitude", "altitude"});
-  if (reads_covariance_) read(sensor, {"latitude_covariance", "longitude_covariance", "altitude_covariance"});
-  bus_ = &context.node->bus();
-  topic_ = context.node->advertise<NavSatFix>("~/gps/fix", Qos::system_default_publisher());
+std::unique_ptr<Controller> make_satellite_broadcaster() {
+  return std::make_unique<SatelliteBroadcaster>();
 }
 
-void SatelliteBroadcaster::publish_state(Time now) {
-  if (!topic_.has_listeners()) return;
-  message_.status.status = integer_of<std::int8_t>(value(0));
-  message_.status.service = integer_of<std::uint16_t>(value(1));
-  message_.latitude = value(2);
-  message_.longitude = value(3);
-  message_.altitude = value(4);
-  for (std::size_t i = 0; reads_covariance_ && i < 3; ++i) message_.position_covariance[4 * i] = value(5 + i);
-  message_.header.stamp = to_time_msg(bus_->stamp(now));
-  topic_.publish(message_, now);
-}
-
-void MagnetometerBroadcaster::on_init(ControllerContext& context) {
-  using sensor_msgs::msg::MagneticField;
-  const std::string sensor = declare_required_text(context, "sensor_name", kSensorName, "magnetometer");
-  message_.header.frame_id = declare_required_text(context, "frame_id", kFrame, "imu_link");
-  message_.magnetic_field_covariance = declare_covariance(context, "static_covariance");
-  read(sensor, {"magnetic_field.x", "magnetic_field.y", "magnetic_field.z"});
-  bus_ = &context.node->bus();
-  topic_ = context.node->advertise<MagneticField>("~/magnetic_field", Qos::system_default_publisher());
-}
-
-void MagnetometerBroadcaster::publish_state(Time now) {
-  if (!topic_.has_listeners()) return;
-  message_.magnetic_field = {value(0), value(1), value(2)};
-  message_.header.stamp = to_time_msg(bus_->stamp(now));
-  topic_.publish(message_, now);
+std::unique_ptr<Controller> make_magnetometer_broadcaster() {
+  return std::make_unique<MagnetometerBroadcaster>();
 }
 
 }  // namespace doppel

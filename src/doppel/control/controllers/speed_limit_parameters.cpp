@@ -1,93 +1,69 @@
 #include "doppel/control/controllers/detail/speed_limit_parameters.h"
 
-#include <fmt/format.h>
-
-#include <array>
 #include <cmath>
-
-#include "doppel/control/controllers/detail/parameter_value.h"
-#include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
 namespace {
 
-struct LimitParameter {
-  const char* name;
-  double SpeedLimits::*value;
-  bool upper;  // else it is at most 0
-  const char* description;
-};
-
-constexpr std::array<LimitParameter, 8> kLimitParameters{{
-    {"max_velocity", &SpeedLimits::max_velocity, true, "upper limit of the velocity; NaN: none"},
-    {"min_velocity", &SpeedLimits::min_velocity, false, "lower limit of the velocity; NaN: -max_velocity"},
-    {"max_acceleration", &SpeedLimits::max_acceleration, true, "of a positive velocity; NaN: none"},
-    {"max_deceleration", &SpeedLimits::max_deceleration, false,
-     "of a positive velocity; NaN: max_acceleration_reverse"},
-    {"max_acceleration_reverse", &SpeedLimits::max_acceleration_reverse, false,
-     "of a negative velocity; NaN: -max_acceleration"},
-    {"max_deceleration_reverse", &SpeedLimits::max_deceleration_reverse, true,
-     "of a negative velocity; NaN: max_acceleration"},
-    {"max_jerk", &SpeedLimits::max_jerk, true, "while the acceleration grows; NaN: none"},
-    {"min_jerk", &SpeedLimits::min_jerk, false, "while the acceleration grows; NaN: -max_jerk"},
-}};
-
-Status check_sign(const ParameterValue& value, bool upper) {
-  const double number = std::get<double>(value);
-  if (std::isnan(number) || (upper ? number >= 0 : number <= 0)) return {};
-  return Status::refused(fmt::format("it must be at {} 0, or NaN", upper ? "least" : "most"));
-}
-
-void report_deprecated(const ControllerContext& context, const std::string& parameter, const std::string& why,
-                       const std::string& fix) {
-  const SourceLocation where = place_of(context, parameter);
-  if (!where.known()) return;
-  log_diagnostic(*context.log, context.name,
-                 {Severity::warning, "control.deprecated_parameter", fmt::format("'{}' {}", parameter, why),
-                  where, fix});
+ParameterOptions limit_with_sign(bool upper) {
+  return {.check = [upper](const ParameterValue& value) {
+    const double number = std::get<double>(value);
+    if (std::isnan(number) || (upper ? number >= 0 : number <= 0)) return Status{};
+    return Status::refused(upper ? "it must be at least 0, or NaN" : "it must be at most 0, or NaN");
+  }};
 }
 
 }  // namespace
 
-void declare_speed_limits(ControllerContext& context, const std::string& component,
-                          DeprecatedLimits deprecated) {
-  Parameters& parameters = context.node->parameters();
-  for (const LimitParameter& limit : kLimitParameters) {
-    declare<double>(parameters, context.overrides, component + "." + limit.name, kNaN,
-                    {limit.description, false, [upper = limit.upper](const ParameterValue& value) {
-                       return check_sign(value, upper);
-                     }});
-  }
-  if (deprecated == DeprecatedLimits::absent) return;
-  for (const char* kind : {"velocity", "acceleration", "jerk"}) {
-    const std::string name = fmt::format("{}.has_{}_limits", component, kind);
-    const bool on = declare<bool>(parameters, context.overrides, name, true,
-                                  {"deprecated: false turns the limits off", false, {}});
-    report_deprecated(context, name,
-                      on ? "is deprecated and has no effect" : "is deprecated: its limits are off",
-                      on ? "remove it" : "remove it, and set the limits to .nan");
-  }
-  const std::string unread = component + ".min_acceleration";
-  declare<double>(parameters, context.overrides, unread, kNaN, {"deprecated, without effect", false, {}});
-  report_deprecated(context, unread, "is deprecated: the controller does not read it",
-                    fmt::format("write {}.max_deceleration", component));
+ControllerParameters SpeedLimitParameters::list(const std::string& component, bool with_deprecated) {
+  const ParameterOptions upper = limit_with_sign(true), lower = limit_with_sign(false);
+  const std::string c = component + ".";
+  SpeedLimits& l = limits;
+  ControllerParameters list{
+      {c + "max_velocity", &l.max_velocity, "upper limit of the velocity; NaN: none", upper},
+      {c + "min_velocity", &l.min_velocity, "lower limit of the velocity; NaN: -max_velocity", lower},
+      {c + "max_acceleration", &l.max_acceleration, "of a positive velocity; NaN: none", upper},
+      {c + "max_deceleration", &l.max_deceleration, "of a positive velocity; NaN: max_acceleration_reverse",
+       lower},
+      {c + "max_acceleration_reverse", &l.max_acceleration_reverse,
+       "of a negative velocity; NaN: -max_acceleration", lower},
+      {c + "max_deceleration_reverse", &l.max_deceleration_reverse,
+       "of a negative velocity; NaN: max_acceleration", upper},
+      {c + "max_jerk", &l.max_jerk, "while the acceleration grows; NaN: none", upper},
+      {c + "min_jerk", &l.min_jerk, "while the acceleration grows; NaN: -max_jerk", lower}};
+  if (!with_deprecated) return list;
+  constexpr const char* kOff = "deprecated: false turns the limits off";
+  list.emplace_back(c + "has_velocity_limits", &has_velocity, kOff);
+  list.emplace_back(c + "has_acceleration_limits", &has_acceleration, kOff);
+  list.emplace_back(c + "has_jerk_limits", &has_jerk, kOff);
+  list.emplace_back(c + "min_acceleration", &min_acceleration, "deprecated, without effect");
+  return list;
 }
 
-SpeedLimits speed_limits(const Parameters& parameters, const std::string& component) {
-  SpeedLimits limits;
-  for (const LimitParameter& limit : kLimitParameters)
-    limits.*(limit.value) = parameter_value<double>(parameters, component + "." + limit.name);
-  const auto is_off = [&](const char* kind) {
-    const std::string name = fmt::format("{}.has_{}_limits", component, kind);
-    return parameters.find(name) != nullptr && !parameter_value<bool>(parameters, name);
+void report_deprecated_limits(const ControllerContext& context, const SpeedLimitParameters& parameters,
+                              const std::string& component) {
+  const auto report = [&](const char* kind, bool on) {
+    report_parameter(context, kDeprecated, component + ".has_" + kind + "_limits",
+                     on ? "is deprecated and has no effect" : "is deprecated: its limits are off",
+                     on ? "remove it" : "remove it, and set the limits to .nan");
   };
-  if (is_off("velocity")) limits.min_velocity = limits.max_velocity = kNaN;
-  if (is_off("acceleration")) {
-    limits.max_acceleration = limits.max_deceleration = kNaN;
-    limits.max_acceleration_reverse = limits.max_deceleration_reverse = kNaN;
+  report("velocity", parameters.has_velocity);
+  report("acceleration", parameters.has_acceleration);
+  report("jerk", parameters.has_jerk);
+  report_parameter(context, kDeprecated, component + ".min_acceleration",
+                   "is deprecated: the controller does not read it",
+                   "write " + component + ".max_deceleration");
+}
+
+SpeedLimits SpeedLimitParameters::present() const {
+  SpeedLimits out = limits;
+  if (!has_velocity) out.min_velocity = out.max_velocity = kNaN;
+  if (!has_acceleration) {
+    out.max_acceleration = out.max_deceleration = kNaN;
+    out.max_acceleration_reverse = out.max_deceleration_reverse = kNaN;
   }
-  if (is_off("jerk")) limits.min_jerk = limits.max_jerk = kNaN;
-  return limits;
+  if (!has_jerk) out.min_jerk = out.max_jerk = kNaN;
+  return out;
 }
 
 }  // namespace doppel

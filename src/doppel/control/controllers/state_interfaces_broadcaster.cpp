@@ -1,39 +1,40 @@
-#include <fmt/format.h>
-
-#include "doppel/control/controllers/detail/state_broadcasters.h"
-#include "doppel/control/hardware/nan.h"
-#include "doppel/control/manager/joint_list.h"
+#include "doppel/control/controllers/detail/broadcasters.h"
+#include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel {
+namespace {
 
-void StateInterfacesBroadcaster::on_init(ControllerContext& context) {
-  interfaces_ = declare<std::vector<std::string>>(context.node->parameters(), context.overrides, "interfaces",
-                                                  {}, {"the whole names of state interfaces", true, {}});
-  if (interfaces_.empty()) {
-    throw InputError(
-        "control.empty_parameter", place_of(context, "interfaces"),
-        fmt::format("controller '{}' has no 'interfaces', so it publishes nothing", context.name),
-        "write interfaces: [joint/position, imu/angular_velocity.x] below its ros__parameters");
+// The names are published once, latched, the values in each update.
+class StateInterfacesBroadcaster : public MessageBroadcaster<control_msgs::msg::Float64Values> {
+ public:
+  void on_init(ControllerContext& context) override {
+    declare_parameters(
+        context, {{"interfaces", &interfaces_, "the whole names of state interfaces", read_only(),
+                   required_value("[joint/position, imu/angular_velocity.x]", ", so it publishes nothing")}});
+    names_topic_ = context.node->advertise<control_msgs::msg::Keys>("~/names", {.depth = 1, .latched = true});
+    advertise(context, "~/values");
   }
-  bus_ = &context.node->bus();
-  names_topic_ = context.node->advertise<control_msgs::msg::Keys>("~/names", {.depth = 1, .latched = true});
-  topic_ =
-      context.node->advertise<control_msgs::msg::Float64Values>("~/values", Qos::system_default_publisher());
-}
+  Status on_configure() override {
+    message_.values.assign(interfaces_.size(), kNaN);
+    names_.keys = interfaces_;
+    names_.header.stamp = to_time_msg(bus_->stamp(bus_->now()));
+    names_topic_.publish(names_, bus_->now());
+    return {};
+  }
 
-Status StateInterfacesBroadcaster::on_configure() {
-  message_.values.assign(interfaces_.size(), kNaN);
-  names_.keys = interfaces_;
-  names_.header.stamp = to_time_msg(bus_->stamp(bus_->now()));
-  names_topic_.publish(names_, bus_->now());
-  return {};
-}
+ private:
+  void fill() override {
+    for (std::size_t i = 0; i < state_handles.size(); ++i) message_.values[i] = value(i);
+  }
 
-void StateInterfacesBroadcaster::publish_state(Time now) {
-  if (!topic_.has_listeners()) return;
-  for (std::size_t i = 0; i < state_handles.size(); ++i) message_.values[i] = value(i);
-  message_.header.stamp = to_time_msg(bus_->stamp(now));
-  topic_.publish(message_, now);
+  control_msgs::msg::Keys names_;
+  Publisher<control_msgs::msg::Keys> names_topic_;
+};
+
+}  // namespace
+
+std::unique_ptr<Controller> make_state_interfaces_broadcaster() {
+  return std::make_unique<StateInterfacesBroadcaster>();
 }
 
 }  // namespace doppel

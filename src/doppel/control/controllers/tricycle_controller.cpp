@@ -1,197 +1,156 @@
-#include "doppel/control/controllers/detail/tricycle_controller.h"
+// Drives a base with one wheel that is driven and steered, as of a forklift, from ~/cmd_vel
+// (geometry_msgs/msg/TwistStamped). Compatible with ros2_controllers' tricycle_controller of ROS 2 Jazzy: it turns on
+// the spot by steering to 90 degrees, drives slower until the angle is reached, and limits the speed of the wheel
+// (rad/s) and the angle. ~/odom at each update, and odom -> base on /tf with enable_odom_tf; ~/reset_odometry
+// (std_srvs/srv/Empty). It has no references for a chain.
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
-#include "doppel/control/controllers/detail/parameter_value.h"
-#include "doppel/control/controllers/detail/reference_base.h"
-#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/controllers/detail/base_controller.h"
+#include "doppel/control/controllers/detail/bases.h"
+#include "doppel/control/controllers/detail/tricycle_limiter.h"
+#include "doppel/ros/messages/ackermann_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel {
 namespace {
 
-constexpr const char *kTractionJoint = "traction_joint_name", *kSteeringJoint = "steering_joint_name",
-                     *kTricycleTimeout = "cmd_vel_timeout", *kTricycleWindow = "velocity_rolling_window_size",
-                     *kPublishAckermann = "publish_ackermann_command";
-constexpr double kFullSpeedBelow = std::numbers::pi / 6;  // rad, between the present and the wanted angle
+constexpr double kFullSpeedBelow = std::numbers::pi / 6;  // rad, between the present and the commanded angle
 constexpr double kLeastScale = 0.01;                      // of the speed, beyond a right angle
 
-constexpr const char* kTractionLimits[] = {"velocity", "acceleration", "deceleration", "jerk"};
-constexpr const char* kSteeringLimits[] = {"position", "velocity", "acceleration"};
+class TricycleController : public BaseController {
+ public:
+  TricycleController()
+      : BaseController(
+            {.silence = Silence::brake,
+             .shortest_timeout = Duration{1},  // 0 is no time at all there, not "never"
+             .has_references = false,
+             .odometry = {
+                 .has_prefix = false, .has_rate = false, .has_only_twist = true, .sends_transform = false}}) {
+    window_ = 10;
+  }
+
+  void on_init(ControllerContext& context) override {
+    const Requirement joint_set = required_for_base("write the joint of the wheel");
+    declare_parameters(context, {{"traction_joint_name", &traction_, "joint of the wheel", {}, joint_set},
+                                 {"steering_joint_name", &steering_, "joint of the wheel", {}, joint_set}});
+    check_driven_joints(context, "traction_joint_name", {traction_});
+    check_driven_joints(context, "steering_joint_name", {steering_});
+    BaseController::on_init(context);
+    context.node->serve<std_srvs::srv::Empty>("~/reset_odometry",
+                                              [this](const auto& /*request*/, auto respond) {
+                                                odometry_.reset();
+                                                respond({});
+                                              });
+  }
+
+ protected:
+  ControllerParameters parameters() override {
+    const Requirement in_metres = required_for_base("write it in metres");
+    const ParameterOptions whole_number{.check = [](const ParameterValue& value) {
+      return std::get<std::int64_t>(value) >= 0 ? Status{} : Status::refused("it must be at least 0");
+    }};
+    ControllerParameters list{{"wheelbase", &wheelbase_, "m", positive(), in_metres},
+                              {"wheel_radius", &wheel_radius_, "m", positive(), in_metres},
+                              {"open_loop", &open_loop_, "odometry from the commands, not from feedback"},
+                              {"publish_ackermann_command", &publishes_command_, "on ~/cmd_ackermann"},
+                              {type_.timeout_parameter, &timeout_ms_,
+                               "ms, after which the base brakes without a new command", whole_number},
+                              {"velocity_rolling_window_size", &window_,
+                               "velocities in the mean of the odometry", value_range(1, 10000)}};
+    const auto add = [&list](const std::string& name, double& least, double& most, const char* description) {
+      const std::size_t dot = name.find('.') + 1;
+      for (const auto& [end, value] : {std::pair("min_", &least), std::pair("max_", &most)})
+        list.emplace_back(std::string(name).insert(dot, end), value, description);
+    };
+    constexpr const char* kTraction = "magnitude, of the wheel in rad/s and its derivatives; NaN: none";
+    constexpr const char* kSteering = "of the steering in rad and its derivatives; NaN: none";
+    TractionLimits& traction = written_traction_;
+    SteeringLimits& steering = written_steering_;
+    add("traction.velocity", traction.velocity.min, traction.velocity.max, kTraction);
+    add("traction.acceleration", traction.acceleration.min, traction.acceleration.max, kTraction);
+    add("traction.deceleration", traction.deceleration.min, traction.deceleration.max, kTraction);
+    add("traction.jerk", traction.jerk.min, traction.jerk.max, kTraction);
+    add("steering.position", steering.min_position, steering.max_position, kSteering);
+    add("steering.velocity", steering.velocity.min, steering.velocity.max, kSteering);
+    add("steering.acceleration", steering.acceleration.min, steering.acceleration.max, kSteering);
+    return list;
+  }
+
+  Status arrange() override {
+    TractionLimits traction = written_traction_;
+    SteeringLimits steering = written_steering_;
+    if (Status fine = traction.complete(); !fine) return fine;
+    if (Status fine = steering.complete(); !fine) return fine;
+    traction_limits_ = traction;
+    steering_limits_ = steering;
+    timeout_ = static_cast<double>(timeout_ms_) / 1000;
+    wheels_ = {{.joint = traction_, .measured = traction_, .radius = wheel_radius_}};
+    steered_ = steered_measured_ = {steering_};
+    if (publishes_command_ && !ackermann_topic_) {
+      ackermann_topic_ = context_->node->advertise<ackermann_msgs::msg::AckermannDrive>(
+          "~/cmd_ackermann", Qos::system_default_publisher());
+    }
+    return {};
+  }
+
+  std::optional<PlanarVelocity> measure(double /*dt*/) override {
+    const double speed = state_handles[0].get(), angle = state_handles[1].get();
+    if (!std::isfinite(speed + angle)) return std::nullopt;
+    const double along = speed * wheel_radius_;  // of the wheel, m/s
+    return PlanarVelocity{along * std::cos(angle), 0, along * std::sin(angle) / wheelbase_};
+  }
+
+  void drive(const PlanarVelocity& velocity, double dt) override {
+    double angle = 0, speed = 0;
+    if (velocity.x == 0 && velocity.yaw != 0) {
+      angle = std::copysign(std::numbers::pi / 2, velocity.yaw);
+      speed = std::abs(velocity.yaw) * wheelbase_ / wheel_radius_;
+    } else {
+      angle = velocity.x == 0 ? 0 : std::atan(velocity.yaw * wheelbase_ / velocity.x);
+      speed = velocity.x / (wheel_radius_ * std::cos(angle));
+    }
+    if (const double missing = std::abs(angle - state_handles[1].get()); missing >= kFullSpeedBelow)
+      speed *= missing > std::numbers::pi / 2 ? kLeastScale : std::cos(missing);
+    speed = traction_limits_.limit(speed, speeds_, dt);
+    angle = steering_limits_.limit(angle, angles_, dt);
+    speeds_.push(speed);
+    angles_.push(angle);
+    command_handles[0].set(speed);
+    command_handles[1].set(angle);
+  }
+
+  void rest() override {
+    speeds_ = {};
+    angles_ = {};
+  }
+
+  void report(Time now, const PlanarVelocity& /*velocity*/) override {
+    if (!ackermann_topic_ || !ackermann_topic_->has_listeners()) return;
+    ackermann_msgs::msg::AckermannDrive message;  // its speed is that of the wheel, as in ros2_controllers
+    message.steering_angle = static_cast<float>(command_handles[1].get());
+    message.speed = static_cast<float>(command_handles[0].get());
+    ackermann_topic_->publish(message, now);
+  }
+
+ private:
+  std::string traction_, steering_;          // joints
+  double wheelbase_ = 0, wheel_radius_ = 0;  // m
+  bool publishes_command_ = false;
+  std::int64_t timeout_ms_ = 500;
+  TractionLimits written_traction_, traction_limits_;  // as written, and complete
+  SteeringLimits written_steering_, steering_limits_;
+  LastTwo speeds_, angles_;
+  std::optional<Publisher<ackermann_msgs::msg::AckermannDrive>> ackermann_topic_;
+};
 
 }  // namespace
 
-void TricycleController::declare_wheel(ControllerContext& context) {
-  Parameters& parameters = context.node->parameters();
-  for (const char* name : {kTractionJoint, kSteeringJoint}) {
-    const auto joint =
-        declare<std::string>(parameters, context.overrides, name, "", {"joint of the wheel", false, {}});
-    if (joint.empty()) refuse_base_parameter(context, name, "is not set", "write the joint of the wheel");
-    (name == kTractionJoint ? traction_ : steering_) = declare_driven_joints(context, name, {joint}).front();
-  }
-  for (const char* name : {"wheelbase", "wheel_radius"}) {
-    const double size =
-        declare<double>(parameters, context.overrides, name, 0.0, {"m", false, check_positive});
-    if (size <= 0) refuse_base_parameter(context, name, "is not set", "write it in metres");
-  }
-}
-
-void TricycleController::declare_limits(ControllerContext& context) {
-  const auto declare_both = [&](const char* group, const char* limit, const char* description) {
-    for (const char* end : {"min", "max"})
-      declare<double>(context.node->parameters(), context.overrides,
-                      fmt::format("{}.{}_{}", group, end, limit), kNaN, {description, false, {}});
-  };
-  for (const char* limit : kTractionLimits)
-    declare_both("traction", limit, "magnitude, of the wheel in rad/s and its derivatives; NaN: none");
-  for (const char* limit : kSteeringLimits)
-    declare_both("steering", limit, "of the steering in rad and its derivatives; NaN: none");
-}
-
-void TricycleController::on_init(ControllerContext& context) {
-  context_ = &context;
-  declare_wheel(context);
-  declare_limits(context);
-  Parameters& parameters = context.node->parameters();
-  ParameterOverrides* written = context.overrides;
-  declare<bool>(parameters, written, "open_loop", false,
-                {"odometry from the commands, not from feedback", false, {}});
-  declare<bool>(parameters, written, kPublishAckermann, false, {"on ~/cmd_ackermann", false, {}});
-  const auto not_negative = [](const ParameterValue& value) {
-    return std::get<std::int64_t>(value) >= 0 ? Status{} : Status::refused("it must be at least 0");
-  };
-  declare<std::int64_t>(parameters, written, kTricycleTimeout, 500,
-                        {"ms, after which the base brakes without a new command", false, not_negative});
-  declare<std::int64_t>(
-      parameters, written, kTricycleWindow, 10,
-      {.description = "velocities in the mean of the odometry", .range = ParameterRange{1, 10000}});
-  publisher_.declare(
-      context, {.has_prefix = false, .has_rate = false, .has_only_twist = true, .sends_transform = false});
-  context.node->subscribe<geometry_msgs::msg::TwistStamped>(
-      "~/cmd_vel",
-      [this](const auto& message) {
-        if (active_) command_.receive(message);
-      },
-      Qos::system_default_subscription());
-  context.node->serve<std_srvs::srv::Empty>("~/reset_odometry",
-                                            [this](const auto& /*request*/, auto respond) {
-                                              odometry_.reset();
-                                              respond({});
-                                            });
-}
-
-Status TricycleController::read_limits() {
-  const Parameters& parameters = context_->node->parameters();
-  const auto range = [&](const char* group, const char* limit) {
-    return MagnitudeRange{parameter_value<double>(parameters, fmt::format("{}.min_{}", group, limit)),
-                          parameter_value<double>(parameters, fmt::format("{}.max_{}", group, limit))};
-  };
-  TractionLimits traction{range("traction", "velocity"), range("traction", "acceleration"),
-                          range("traction", "deceleration"), range("traction", "jerk")};
-  const MagnitudeRange position = range("steering", "position");
-  SteeringLimits steering{position.min, position.max, range("steering", "velocity"),
-                          range("steering", "acceleration")};
-  if (Status fine = traction.complete(); !fine) return fine;
-  if (Status fine = steering.complete(); !fine) return fine;
-  traction_limits_ = traction;
-  steering_limits_ = steering;
-  return {};
-}
-
-Status TricycleController::on_configure() {
-  const Parameters& parameters = context_->node->parameters();
-  if (Status fine = read_limits(); !fine) return fine;
-  if (Status fine = publisher_.configure(); !fine) return fine;
-  wheelbase_ = parameter_value<double>(parameters, "wheelbase");
-  wheel_radius_ = parameter_value<double>(parameters, "wheel_radius");
-  open_loop_ = parameter_value<bool>(parameters, "open_loop");
-  const auto timeout = std::chrono::milliseconds(parameter_value<std::int64_t>(parameters, kTricycleTimeout));
-  // 0 is no time at all there, not "never".
-  command_.configure(*context_, kTricycleTimeout, std::max<Duration>(timeout, Duration{1}));
-  odometry_.set_window(static_cast<std::size_t>(parameter_value<std::int64_t>(parameters, kTricycleWindow)));
-  odometry_.reset();
-  if (parameter_value<bool>(parameters, kPublishAckermann) && !ackermann_topic_) {
-    ackermann_topic_ = context_->node->advertise<ackermann_msgs::msg::AckermannDrive>(
-        "~/cmd_ackermann", Qos::system_default_publisher());
-  }
-  return {};
-}
-
-InterfaceConfiguration TricycleController::command_interfaces() const {
-  return {InterfaceConfiguration::Kind::individual,
-          {traction_ + "/" + kVelocity, steering_ + "/" + kPosition}};
-}
-
-InterfaceConfiguration TricycleController::state_interfaces() const {
-  return command_interfaces();
-}
-
-Status TricycleController::on_activate() {
-  command_.forget(context_->node->bus().now());
-  speeds_ = {};
-  angles_ = {};
-  active_ = true;
-  invalid_state_ = invalid_state_reported_ = false;
-  return {};
-}
-
-Status TricycleController::on_deactivate() {
-  active_ = false;
-  for (CommandHandle& command : command_handles) command.set(0.0);
-  return {};
-}
-
-TricycleController::WheelCommand TricycleController::wheel_for(double linear, double angular) const {
-  if (linear == 0 && angular != 0)
-    return {std::copysign(std::numbers::pi / 2, angular), std::abs(angular) * wheelbase_ / wheel_radius_};
-  const double angle = linear == 0 ? 0 : std::atan(angular * wheelbase_ / linear);
-  return {angle, linear / (wheel_radius_ * std::cos(angle))};
-}
-
-void TricycleController::update(Time now, Duration period) {
-  const double dt = to_seconds(period);
-  const double speed = state_handles[0].get(), angle = state_handles[1].get();
-  const geometry_msgs::msg::Twist& twist = command_.twist();
-  const bool commanded = !command_.is_stale(now) && std::isfinite(twist.linear.x + twist.angular.z);
-  const double linear = commanded ? twist.linear.x : 0, angular = commanded ? twist.angular.z : 0;
-  invalid_state_ = !std::isfinite(speed + angle);
-  if (invalid_state_) {
-    for (CommandHandle& command : command_handles) command.set(0.0);
-    return;
-  }
-  if (open_loop_) {
-    odometry_.move_exactly({linear, 0, angular}, dt);
-  } else {
-    const double along = speed * wheel_radius_;  // of the wheel, m/s
-    odometry_.move({along * std::cos(angle), 0, along * std::sin(angle) / wheelbase_}, dt);
-  }
-  publisher_.publish(now, odometry_);
-  WheelCommand wheel = wheel_for(linear, angular);
-  if (const double missing = std::abs(wheel.angle - angle); missing >= kFullSpeedBelow)
-    wheel.speed *= missing > std::numbers::pi / 2 ? kLeastScale : std::cos(missing);
-  wheel.speed = traction_limits_.limit(wheel.speed, speeds_, dt);
-  wheel.angle = steering_limits_.limit(wheel.angle, angles_, dt);
-  speeds_.push(wheel.speed);
-  angles_.push(wheel.angle);
-  command_handles[0].set(wheel.speed);
-  command_handles[1].set(wheel.angle);
-  if (!ackermann_topic_ || !ackermann_topic_->has_listeners()) return;
-  ackermann_msgs::msg::AckermannDrive message;  // its speed is that of the wheel, as in ros2_controllers
-  message.steering_angle = static_cast<float>(wheel.angle);
-  message.speed = static_cast<float>(wheel.speed);
-  ackermann_topic_->publish(message, now);
-}
-
-void TricycleController::housekeeping(Time now) {
-  command_.report_braking(now);
-  if (!invalid_state_ || invalid_state_reported_) return;
-  invalid_state_reported_ = true;
-  context_->log->error(context_->name,
-                       "a state of the wheel is not a number: it stops, and the odometry is not updated");
+std::unique_ptr<Controller> make_tricycle_controller() {
+  return std::make_unique<TricycleController>();
 }
 
 }  // namespace doppel

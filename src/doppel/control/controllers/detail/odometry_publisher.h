@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/control/controllers/detail/controller_parameters.h"
 #include "doppel/control/controllers/detail/planar_odometry.h"
 #include "doppel/control/manager/controller.h"
 #include "doppel/ros/messages/nav_msgs.h"
@@ -29,28 +30,31 @@ class OdometryPublisher {
   };
   // Declares the parameters and advertises the topics. Throws InputError for an invalid value.
   void declare(ControllerContext& context, const Options& options);
-  // Between steps: takes the present values of the parameters; the next call of publish() is due.
+  // Between steps: reads the present values of the parameters; the next call of publish() is due.
   Status configure();
   // In the loop, at each update: publishes when it is due, at publish_rate.
   void publish(Time now, const PlanarOdometry& odometry);
   // The transform that publish() sends; nullptr: none.
   [[nodiscard]] const BaseTransform* base_transform() const { return sends_tf_ ? &base_transform_ : nullptr; }
+  [[nodiscard]] const std::string& odometry_frame() const { return odometry_frame_; }  // without a prefix
 
  private:
-  void declare_frames(ControllerContext& context);
+  ControllerParameters parameters();
+  void report_base_frame(const ControllerContext& context) const;
   void report_transform_topic(const ControllerContext& context) const;
   [[nodiscard]] std::string frame_prefix() const;
 
-  const Node* node_ = nullptr;
-  const Bus* bus_ = nullptr;
-  const Parameters* parameters_ = nullptr;
+  Node* node_ = nullptr;
   Publisher<nav_msgs::msg::Odometry> odometry_topic_;
   Publisher<tf2_msgs::msg::TFMessage> transform_topic_;
   nav_msgs::msg::Odometry odometry_;
   tf2_msgs::msg::TFMessage transform_;
   BaseTransform base_transform_;
   Options options_;
-  bool sends_tf_ = true, only_twist_ = false;
+  bool has_prefix_ = true, sends_tf_ = true, only_twist_ = false;
+  std::string prefix_, odometry_frame_ = "odom", base_frame_ = "base_link";
+  std::vector<double> pose_covariance_, twist_covariance_;  // diagonals
+  double rate_ = 50;                                        // Hz
   Duration period_{};
   std::optional<Time> last_;  // when the last message was due
 };

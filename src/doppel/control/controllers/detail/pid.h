@@ -7,6 +7,7 @@
 #include <string>
 
 #include "doppel/base/core/status.h"
+#include "doppel/control/controllers/detail/controller_parameters.h"
 
 namespace doppel {
 
@@ -24,6 +25,10 @@ struct PidGains {
   double tracking_time_constant = 0;  // s, of back_calculation; 0: sqrt(d / i), or p / i without d
   double error_deadband = 0;          // no integration while |error| is not above it
 };
+
+// The numbers among the gains as parameters, "gains.JOINT.p". `times`: rules of the time constant and the deadband.
+ControllerParameters gain_parameters(PidGains& gains, const std::string& prefix,
+                                     const ParameterOptions& times = {});
 
 // Refuses with the reason why these gains cannot be used, with the gain and the fix.
 Status check_gains(const PidGains& gains);

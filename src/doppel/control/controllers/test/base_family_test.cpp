@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "doppel/control/controllers/detail/steering_controller.h"
+#include "doppel/control/controllers/detail/steering_geometry.h"
 #include "doppel/control/controllers/test/base_rig.h"
 
 namespace doppel {
