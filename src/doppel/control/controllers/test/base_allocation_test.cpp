@@ -10,7 +10,7 @@ namespace doppel {
 namespace {
 
 struct BaseCase {
-  const char *name, *type, *parameters, *topic;
+  const char *name, *type, *parameters;
   std::vector<std::string> velocities, positions;
 };
 
@@ -19,7 +19,6 @@ std::vector<BaseCase> bases() {
            "diff_drive_controller/DiffDriveController",
            "left_wheel_names: [l], right_wheel_names: [r], wheel_separation: 0.4, wheel_radius: 0.1, "
            "publish_limited_velocity: true, linear: {x: {max_acceleration: 2.0, max_jerk: 5.0}}",
-           "/base/cmd_vel",
            {"l", "r"},
            {}},
           {"Mecanum",
@@ -28,14 +27,12 @@ std::vector<BaseCase> bases() {
            "rear_right_wheel_command_joint_name: rr, rear_left_wheel_command_joint_name: rl, "
            "reference_timeout: 0.2, "
            "kinematics: {wheels_radius: 0.5, sum_of_robot_center_projection_on_X_Y_axis: 1.0}",
-           "/base/reference",
            {"fl", "fr", "rr", "rl"},
            {}},
           {"Omni",
            "omni_wheel_drive_controller/OmniWheelDriveController",
            "wheel_names: [a, b, c], wheel_offset: 0.0, robot_radius: 0.5, wheel_radius: 0.1, "
            "cmd_vel_timeout: 0.2",
-           "/base/cmd_vel",
            {"a", "b", "c"},
            {}},
           {"Tricycle",
@@ -43,7 +40,6 @@ std::vector<BaseCase> bases() {
            "traction_joint_name: w, steering_joint_name: s, wheelbase: 1.0, wheel_radius: 0.1, "
            "cmd_vel_timeout: 200, "
            "publish_ackermann_command: true, enable_odom_tf: true",
-           "/base/cmd_vel",
            {"w"},
            {"s"}},
           {"Ackermann",
@@ -51,7 +47,6 @@ std::vector<BaseCase> bases() {
            "traction_joints_names: [r, l], steering_joints_names: [rs, ls], wheelbase: 2.0, "
            "traction_track_width: 1.0, "
            "traction_wheels_radius: 0.5, reference_timeout: 0.2",
-           "/base/reference",
            {"r", "l"},
            {"rs", "ls"}}};
 }
@@ -60,22 +55,14 @@ class BaseAllocation : public testing::TestWithParam<BaseCase> {};
 
 TEST_P(BaseAllocation, UpdateDoesNotAllocate) {
   const BaseCase& base = GetParam();
-  ReferenceRig rig(base.type, base.parameters, base.velocities, base.positions);
-  rig.start();
-  const auto commands = rig.node.advertise<geometry_msgs::msg::TwistStamped>(base.topic);
+  BaseRig rig(base.type, base.parameters, base_hardware(base.velocities, base.positions));
+  rig.ManagerRig::start({"base"});
   const auto edge = rig.bus.attach("listener");
   for (const TopicInfo& topic : rig.bus.topics()) edge->subscribe(topic.id);
   test::HeapTouches touches;
   for (int i = 0; i < 200; ++i) {
     rig.bus.set_now(rig.now);
-    if (i < 100) {  // then the commands end
-      geometry_msgs::msg::TwistStamped message;
-      message.header.stamp = to_time_msg(rig.now);
-      message.twist.linear.x = 0.5;
-      message.twist.angular.z = 0.3;
-      commands.publish(message, rig.now);
-    }
-    rig.bus.spin();
+    if (i < 100) rig.say(0.5, 0, 0.3);  // then the commands end
     rig.manager->housekeeping(rig.now);
     touches.run();
     rig.manager->tick(rig.now);

@@ -23,9 +23,10 @@ const std::string kMecanumBase =
     "rear_right_wheel_command_joint_name: rr, rear_left_wheel_command_joint_name: rl, "
     "kinematics: {wheels_radius: 0.5, sum_of_robot_center_projection_on_X_Y_axis: 1.0";
 
-struct MecanumRig : ReferenceRig {
+struct MecanumRig : BaseRig {
   explicit MecanumRig(const std::string& more = "}, reference_timeout: 0.1")
-      : ReferenceRig("mecanum_drive_controller/MecanumDriveController", kMecanumBase + more, kFour) {}
+      : BaseRig("mecanum_drive_controller/MecanumDriveController", kMecanumBase + more,
+                base_hardware(kFour)) {}
   [[nodiscard]] std::vector<double> wheels() const {
     std::vector<double> out;
     for (const std::string& name : kFour) out.push_back(velocity(name));
@@ -35,7 +36,6 @@ struct MecanumRig : ReferenceRig {
 
 TEST(MecanumDrive, WheelsFollowReference) {
   MecanumRig rig;
-  rig.listen();
   rig.start();
   rig.say(1, 0, 0);
   rig.run(1);
@@ -51,7 +51,6 @@ TEST(MecanumDrive, WheelsFollowReference) {
 TEST(MecanumDrive, AllWheelsStopWithoutReference) {
   MecanumRig rig(
       "}, reference_timeout: 0.1, linear: {x: {max_acceleration: 1000.0, max_deceleration: -0.1}}");
-  rig.listen();
   rig.start();
   rig.drive(1, 0, 0, 0.5);
   EXPECT_THAT(rig.wheels(), ElementsAre(2, 2, 2, 2));
@@ -62,7 +61,6 @@ TEST(MecanumDrive, AllWheelsStopWithoutReference) {
 
 TEST(MecanumDrive, TimeoutOfZeroUsesReferenceOnce) {
   MecanumRig rig("}");
-  rig.listen();
   rig.start();
   rig.say(1, 0, 0);
   rig.run(1);
@@ -73,7 +71,6 @@ TEST(MecanumDrive, TimeoutOfZeroUsesReferenceOnce) {
 
 TEST(MecanumDrive, OdometryFollowsEveryDirection) {
   MecanumRig rig;
-  rig.listen();
   rig.start();
   rig.drive(0.5, 0.2, 0.4, 2.0);
   const auto& last = rig.odometry.back();
@@ -89,7 +86,6 @@ TEST(MecanumDrive, OdometryFollowsEveryDirection) {
 
 TEST(MecanumDrive, BaseFrameMayBeElsewhere) {
   MecanumRig rig(", base_frame_offset: {x: 0.3, y: -0.2, theta: 0.7}}, reference_timeout: 0.1");
-  rig.listen();
   rig.start();
   rig.drive(0.5, 0.2, 0.4, 1.0);
   EXPECT_NEAR(rig.odometry.back().twist.twist.linear.x, 0.5, 1e-9);
@@ -98,7 +94,6 @@ TEST(MecanumDrive, BaseFrameMayBeElsewhere) {
 
 TEST(MecanumDrive, TransformIsOnItsOwnTopicAndReported) {
   MecanumRig rig;
-  rig.listen();
   rig.start();
   rig.drive(0, 0, 0, 0.1);
   ASSERT_FALSE(rig.transforms.empty());
@@ -108,19 +103,18 @@ TEST(MecanumDrive, TransformIsOnItsOwnTopicAndReported) {
 }
 
 TEST(MecanumDrive, MissingWheelIsRefused) {
-  ReferenceRig rig("mecanum_drive_controller/MecanumDriveController",
-                   "front_left_wheel_command_joint_name: fl", kFour);
+  BaseRig rig("mecanum_drive_controller/MecanumDriveController", "front_left_wheel_command_joint_name: fl",
+              base_hardware(kFour));
   EXPECT_THAT(input_error_of([&] { rig.start(); }),
               HasSubstr("'front_right_wheel_command_joint_name' is not set"));
-  ReferenceRig twice("mecanum_drive_controller/MecanumDriveController",
-                     "front_left_wheel_command_joint_name: fl, front_right_wheel_command_joint_name: fl",
-                     kFour);
+  BaseRig twice("mecanum_drive_controller/MecanumDriveController",
+                "front_left_wheel_command_joint_name: fl, front_right_wheel_command_joint_name: fl",
+                base_hardware(kFour));
   EXPECT_THAT(input_error_of([&] { twice.start(); }), HasSubstr("is 'fl', which is another wheel, too"));
 }
 
 TEST(MecanumDrive, ReferencesAreThree) {
   MecanumRig rig;
-  rig.listen();
   rig.start();
   EXPECT_THAT(rig.manager->controllers()[0].references,
               ElementsAre("linear/x/velocity", "linear/y/velocity", "angular/z/velocity"));
@@ -132,17 +126,15 @@ const std::string kAckermann =
     "traction_joints_names: [right, left], steering_joints_names: [right_steer, left_steer], wheelbase: 2.0, "
     "traction_track_width: 1.0, traction_wheels_radius: 0.5";
 
-ReferenceRig ackermann(const std::string& more = "") {
-  return {"ackermann_steering_controller/AckermannSteeringController",
-          kAckermann + more,
-          {"right", "left"},
-          {"right_steer", "left_steer"}};
+const FakeHardwareOptions kCar = base_hardware({"right", "left"}, {"right_steer", "left_steer"});
+
+BaseRig ackermann(const std::string& more = "") {
+  return {"ackermann_steering_controller/AckermannSteeringController", kAckermann + more, kCar};
 }
 
 // Each wheel of a car in a curve is perpendicular to the line to the centre of the turn and rolls by its distance.
 TEST(AckermannSteering, WheelsRollAboutOneCentre) {
-  ReferenceRig rig = ackermann();
-  rig.listen();
+  BaseRig rig = ackermann();
   rig.start();
   rig.drive(1.0, 0, 0.25, 0.5);  // a turn of radius 4 m to the left, in the middle of the driven axle
   EXPECT_NEAR(rig.position("right_steer"), std::atan2(2.0, 4.5), 1e-9);
@@ -154,8 +146,7 @@ TEST(AckermannSteering, WheelsRollAboutOneCentre) {
 }
 
 TEST(AckermannSteering, SteeringStaysWithoutReference) {
-  ReferenceRig rig = ackermann(", reference_timeout: 0.2");
-  rig.listen();
+  BaseRig rig = ackermann(", reference_timeout: 0.2");
   rig.start();
   rig.drive(1.0, 0, 0.25, 0.5);
   const double steering = rig.position("left_steer");
@@ -166,21 +157,20 @@ TEST(AckermannSteering, SteeringStaysWithoutReference) {
 }
 
 TEST(AckermannSteering, NumberOfJointsIsChecked) {
-  ReferenceRig rig(
+  BaseRig rig(
       "ackermann_steering_controller/AckermannSteeringController",
       "traction_joints_names: [right], steering_joints_names: [right_steer, left_steer], wheelbase: 2.0",
-      {"right", "left"}, {"right_steer", "left_steer"});
+      kCar);
   EXPECT_THAT(input_error_of([&] { rig.start(); }),
               HasSubstr("'traction_joints_names' has 1 joints, but this base has 2"));
 }
 
 TEST(AckermannSteering, DeprecatedNamesAreReportedAndUsed) {
-  ReferenceRig rig(
+  BaseRig rig(
       "ackermann_steering_controller/AckermannSteeringController",
       "rear_wheels_names: [right, left], front_wheels_names: [right_steer, left_steer], wheelbase: 2.0, "
       "rear_wheel_track: 1.0, rear_wheels_radius: 0.5",
-      {"right", "left"}, {"right_steer", "left_steer"});
-  rig.listen();
+      kCar);
   rig.start();
   rig.drive(1.0, 0, 0.25, 0.5);
   EXPECT_NEAR(rig.velocity("right"), 0.25 * 4.5 / 0.5, 1e-9);
@@ -190,11 +180,10 @@ TEST(AckermannSteering, DeprecatedNamesAreReportedAndUsed) {
 }
 
 TEST(TricycleSteering, OneSteeredAndTwoDrivenWheels) {
-  ReferenceRig rig("tricycle_steering_controller/TricycleSteeringController",
-                   "traction_joints_names: [right, left], steering_joints_names: [steer], wheelbase: 2.0, "
-                   "traction_track_width: 1.0, traction_wheels_radius: 0.5",
-                   {"right", "left"}, {"steer"});
-  rig.listen();
+  BaseRig rig("tricycle_steering_controller/TricycleSteeringController",
+              "traction_joints_names: [right, left], steering_joints_names: [steer], wheelbase: 2.0, "
+              "traction_track_width: 1.0, traction_wheels_radius: 0.5",
+              base_hardware({"right", "left"}, {"steer"}));
   rig.start();
   rig.drive(1.0, 0, 0.25, 0.5);
   EXPECT_NEAR(rig.position("steer"), std::atan(0.5), 1e-9);
@@ -208,9 +197,8 @@ const std::string kBicycle =
 
 TEST(BicycleSteering, WheelAndSteeringFollowReference) {
   for (const char* more : {"", ", open_loop: true"}) {
-    ReferenceRig rig("bicycle_steering_controller/BicycleSteeringController", kBicycle + more, {"rear"},
-                     {"steer"});
-    rig.listen();
+    BaseRig rig("bicycle_steering_controller/BicycleSteeringController", kBicycle + more,
+                base_hardware({"rear"}, {"steer"}));
     rig.start();
     rig.drive(1.0, 0, 0.25, 1.0);
     EXPECT_NEAR(rig.velocity("rear"), 2.0, 1e-9);
@@ -222,10 +210,9 @@ TEST(BicycleSteering, WheelAndSteeringFollowReference) {
 }
 
 TEST(BicycleSteering, PositionsGiveOdometry) {
-  ReferenceRig rig("bicycle_steering_controller/BicycleSteeringController",
-                   kBicycle + ", position_feedback: true", {"rear"}, {"steer"});
+  BaseRig rig("bicycle_steering_controller/BicycleSteeringController", kBicycle + ", position_feedback: true",
+              base_hardware({"rear"}, {"steer"}));
   rig.hardware->set_position("rear", 40);  // the first position is no displacement
-  rig.listen();
   rig.start();
   for (int i = 1; i <= 50; ++i) {
     rig.drive(1.0, 0, 0, 0.01);
@@ -238,9 +225,9 @@ TEST(BicycleSteering, PositionsGiveOdometry) {
 }
 
 TEST(BicycleSteering, SpeedIsReducedUntilSteeringIsThere) {
-  ReferenceRig rig("bicycle_steering_controller/BicycleSteeringController",
-                   kBicycle + ", reduce_wheel_speed_until_steering_reached: true", {"rear"}, {"steer"});
-  rig.listen();
+  BaseRig rig("bicycle_steering_controller/BicycleSteeringController",
+              kBicycle + ", reduce_wheel_speed_until_steering_reached: true",
+              base_hardware({"rear"}, {"steer"}));
   rig.start();
   rig.hardware->block("steer");
   const double wanted = std::atan(1.0 * 2.0 / 1.0);

@@ -47,26 +47,21 @@ std::vector<std::string> joined(std::initializer_list<std::vector<std::string>> 
 
 struct BroadcasterRig : ManagerRig {
   BroadcasterRig(const std::string& type, const std::string& parameters, FakeHardwareOptions options)
-      : ManagerRig("controller_manager: {ros__parameters: {c: {type: " + type +
-                       "}}}\nc: {ros__parameters: {" + parameters + "}}\n",
-                   {{"a"}}, std::move(options)) {}
+      : ManagerRig(controller_yaml("c", type, parameters), {{"a"}}, std::move(options)) {}
 
-  void start() { manager->start(std::vector<std::string>{"c"}); }
+  void start() { ManagerRig::start({"c"}); }
   [[nodiscard]] std::string refusal() {
     return input_error_of([this] { start(); });
   }
   template <Message M>
   M last(const std::string& topic) {
-    Node node(bus, "/listener");
-    M out;
-    node.subscribe<M>(topic, [&out](const M& message) { out = message; });
-    if (state_of_c_is_missing()) start();
+    Recorder<M> recorder(bus, topic);
+    if (manager->controllers().empty()) start();
     now = Time(std::chrono::milliseconds(2500));
     run(1);
     bus.spin();
-    return out;
+    return recorder.messages.empty() ? M{} : recorder.messages.back();
   }
-  [[nodiscard]] bool state_of_c_is_missing() const { return manager->controllers().empty(); }
 };
 
 std::vector<double> numbers(const geometry_msgs::msg::Vector3& v) {
@@ -190,16 +185,14 @@ FakeHardwareOptions posed(double w) {
 
 TEST(Broadcasters, PoseIsAlsoTransformUnlessSwitchedOff) {
   BroadcasterRig rig(kPose, "pose_name: tool, frame_id: base", posed(1));
-  Node node(rig.bus, "/tf_listener");
-  std::vector<tf2_msgs::msg::TFMessage> transforms;
-  node.subscribe<tf2_msgs::msg::TFMessage>("/tf", [&](const auto& m) { transforms.push_back(m); });
+  Recorder<tf2_msgs::msg::TFMessage> transforms(rig.bus, "/tf");
   const auto pose = rig.last<geometry_msgs::msg::PoseStamped>("/c/pose");
   EXPECT_EQ(pose.pose.position.z, 3);
   EXPECT_EQ(pose.pose.orientation.w, 1);
   EXPECT_EQ(pose.header.frame_id, "base");
-  ASSERT_EQ(transforms.size(), 1U);
-  EXPECT_EQ(transforms[0].transforms.at(0).child_frame_id, "tool");
-  EXPECT_EQ(transforms[0].transforms.at(0).transform.translation.y, 2);
+  ASSERT_EQ(transforms.messages.size(), 1U);
+  EXPECT_EQ(transforms.messages[0].transforms.at(0).child_frame_id, "tool");
+  EXPECT_EQ(transforms.messages[0].transforms.at(0).transform.translation.y, 2);
   BroadcasterRig off(kPose, "pose_name: tool, frame_id: base, tf: {enable: false}", posed(1));
   off.start();
   for (const TopicInfo& topic : off.bus.topics()) EXPECT_NE(topic.name, "/tf");
@@ -207,12 +200,10 @@ TEST(Broadcasters, PoseIsAlsoTransformUnlessSwitchedOff) {
 
 TEST(Broadcasters, PoseThatIsNoneIsReportedOnceAndNoTransform) {
   BroadcasterRig rig(kPose, "pose_name: tool, frame_id: base", posed(0.5));
-  Node node(rig.bus, "/tf_listener");
-  int transforms = 0;
-  node.subscribe<tf2_msgs::msg::TFMessage>("/tf", [&](const auto&) { ++transforms; });
+  Recorder<tf2_msgs::msg::TFMessage> transforms(rig.bus, "/tf");
   rig.start();
   rig.run(200);
-  EXPECT_EQ(transforms, 0);
+  EXPECT_EQ(transforms.messages.size(), 0U);
   EXPECT_EQ(rig.count(Severity::error, "not of unit length"), 1U) << rig.said();
 }
 
@@ -312,7 +303,7 @@ battery: {ros__parameters: {batteries: [pack], pack: {location: a_place_whose_na
 states: {ros__parameters: {interfaces: [imu/force.x, tool/position.y]}}
 )";
   ManagerRig rig(all, {{"a"}}, hardware);
-  rig.manager->start(std::vector<std::string>{"imu", "ft", "pose", "battery", "states"});
+  rig.start({"imu", "ft", "pose", "battery", "states"});
   const auto edge = rig.bus.attach("listener");
   for (const TopicInfo& topic : rig.bus.topics()) edge->subscribe(topic.id);
   rig.run(3);

@@ -34,7 +34,7 @@ arm: {ros__parameters: {joints: [a], command_joints: [pid/a], command_interfaces
 )";
 
 struct ChainRig : ManagerRig {
-  ChainRig() : ManagerRig(kChain, {{"a"}}, effort_driven()), node(bus, "/speaker") {
+  ChainRig() : ManagerRig(kChain, {{"a"}}, effort_driven()) {
     for (const char* name : {"pid", "forward", "arm"}) {
       manager->load(name);
       if (const Status status = manager->configure(name); !status) throw std::logic_error(status.why());
@@ -46,19 +46,13 @@ struct ChainRig : ManagerRig {
     options.commands = {kEffort};
     return options;
   }
-  Status switch_to(const Names& start, const Names& stop = {}) {
-    return manager->switch_controllers(start, stop, Strictness::strict);
-  }
-  void command(double value) {
-    node.advertise<std_msgs::msg::Float64MultiArray>("/forward/commands").publish({{}, {value}}, now);
-  }
+  void command(double value) { say<std_msgs::msg::Float64MultiArray>("/forward/commands", {{}, {value}}); }
   [[nodiscard]] ControllerView view(const std::string& name) const {
     for (const ControllerView& v : manager->controllers()) {
       if (v.name == name) return v;
     }
     throw std::logic_error("no controller " + name);
   }
-  Node node;
 };
 
 TEST(ControllerChain, ReferenceIsFollowedInSameTick) {
@@ -81,8 +75,7 @@ TEST(ControllerChain, TrajectoryControllerLeadsPidController) {
   message.points.resize(1);
   message.points[0].positions = {0.6};
   message.points[0].time_from_start = to_duration_msg(from_seconds(0.1));
-  rig.node.advertise<trajectory_msgs::msg::JointTrajectory>("/arm/joint_trajectory")
-      .publish(message, rig.now);
+  rig.say("/arm/joint_trajectory", message);
   rig.run(15);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 2.0 * (0.6 - 0.1));
 }
@@ -92,15 +85,14 @@ TEST(ControllerChain, TopicIsIgnoredInChainedMode) {
   ASSERT_TRUE(rig.switch_to({"forward", "pid"}).ok());
   rig.command(0.5);
   rig.run(1);
-  const auto references = rig.node.advertise<control_msgs::msg::MultiDOFCommand>("/pid/reference");
-  references.publish({{}, {3.0}, {}}, rig.now);
+  rig.say<control_msgs::msg::MultiDOFCommand>("/pid/reference", {{}, {3.0}, {}});
   rig.run(1);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.0);
   ASSERT_TRUE(rig.switch_to({}, {"forward"}).ok());
   EXPECT_FALSE(rig.view("pid").chained);
   rig.run(1);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 0.0);  // it stays where it is
-  references.publish({{}, {3.0}, {}}, rig.now);
+  rig.say<control_msgs::msg::MultiDOFCommand>("/pid/reference", {{}, {3.0}, {}});
   rig.run(1);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 6.0);
 }
@@ -164,7 +156,7 @@ forward: {ros__parameters: {joints: [pid/a], interface_name: position}}
 pid: {ros__parameters: {dof_names: [a], command_interface: effort, reference_and_state_interfaces: [position]}}
 )";
   ManagerRig named(yaml, {{"a"}}, ChainRig::effort_driven());
-  named.manager->start(Names{"forward", "pid"});
+  named.start({"forward", "pid"});
   EXPECT_EQ(named.state_of("forward"), ControllerState::active);
   ManagerRig found(yaml, {{"a"}}, ChainRig::effort_driven());
   found.manager->start_compatible(Names{"forward", "pid"});
@@ -174,11 +166,8 @@ pid: {ros__parameters: {dof_names: [a], command_interface: effort, reference_and
 TEST(ControllerChain, ListControllersReportsChain) {
   ChainRig rig;
   ASSERT_TRUE(rig.switch_to({"forward", "pid"}).ok());
-  const auto edge = rig.bus.attach("client");
-  namespace srv = controller_manager_msgs::srv;
-  srv::ListControllers::Response listed;
-  edge->call("/controller_manager/list_controllers", to_cdr(srv::ListControllers::Request{}),
-             [&](Status, Bytes cdr) { ASSERT_TRUE(from_cdr(cdr, listed).ok()); });
+  using controller_manager_msgs::srv::ListControllers;
+  const auto listed = rig.call<ListControllers>("/controller_manager/list_controllers", {});
   rig.run(1);
   ASSERT_EQ(listed.controller.size(), 3u);
   EXPECT_TRUE(listed.controller[0].is_chainable);

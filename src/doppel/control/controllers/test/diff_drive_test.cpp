@@ -6,12 +6,9 @@
 
 #include <cmath>
 
-#include "doppel/control/hardware/nan.h"
-#include "doppel/control/manager/test/manager_rig.h"
+#include "doppel/control/controllers/test/base_rig.h"
 #include "doppel/ros/messages/control_msgs.h"
-#include "doppel/ros/messages/geometry_msgs.h"
-#include "doppel/ros/messages/nav_msgs.h"
-#include "doppel/ros/messages/tf2_msgs.h"
+#include "doppel/ros/messages/std_msgs.h"
 
 namespace doppel {
 namespace {
@@ -28,65 +25,27 @@ using Names = std::vector<std::string>;
 constexpr const char* kBase =
     "left_wheel_names: [l], right_wheel_names: [r], wheel_separation: 0.4, wheel_radius: 1.0";
 
-std::string base_yaml(const std::string& parameters) {
-  return "controller_manager: {ros__parameters: {update_rate: 100, base: {type: "
-         "diff_drive_controller/DiffDriveController}}}\nbase: {ros__parameters: {" +
-         parameters + "}}\n";
-}
+constexpr const char* kDiffDrive = "diff_drive_controller/DiffDriveController";
 
 FakeHardwareOptions wheels(Names states = {kPosition, kVelocity}) {
-  FakeHardwareOptions options;
-  options.joints = {"l", "r"};
-  options.commands = {kVelocity};
+  FakeHardwareOptions options = base_hardware({"l", "r"});
   options.states = std::move(states);
   return options;
 }
 
-std::vector<FakeJoint> two_wheels() {
-  return {{"l", JointType::continuous}, {"r", JointType::continuous}};
-}
-
-struct BaseRig : ManagerRig {
-  explicit BaseRig(const std::string& more = "", FakeHardwareOptions options = wheels(),
-                   const std::string& base = kBase, ControllerManagerOptions manager_options = {})
-      : ManagerRig(base_yaml(base + more), two_wheels(), std::move(options), std::move(manager_options)),
-        node(bus, "/speaker") {
-    node.subscribe<nav_msgs::msg::Odometry>("/base/odom", [this](const auto& m) { odometry.push_back(m); });
-    node.subscribe<tf2_msgs::msg::TFMessage>("/tf", [this](const auto& m) { transforms.push_back(m); });
+struct DiffRig : BaseRig {
+  explicit DiffRig(const std::string& more = "", const FakeHardwareOptions& options = wheels(),
+                   const std::string& base = kBase)
+      : BaseRig(kDiffDrive, base + more, options) {
     node.subscribe<TwistStamped>("/base/cmd_vel_out", [this](const auto& m) { limited.push_back(m); });
-    commands = node.advertise<TwistStamped>("/base/cmd_vel");
-  }
-  void start() {
-    bus.set_now(now);
-    manager->start(Names{"base"});
-  }
-  Status switch_to(const Names& on, const Names& off) {
-    return manager->switch_controllers(on, off, Strictness::strict);
   }
   void say(double linear, double angular, std::optional<Time> stamp = std::nullopt) {
-    TwistStamped message;
-    message.header.stamp = to_time_msg(stamp.value_or(now));
-    message.twist.linear.x = linear;
-    message.twist.angular.z = angular;
-    bus.set_now(now);
-    commands.publish(message, now);
-    bus.spin();
+    BaseRig::say(linear, 0, angular, stamp);
   }
-  // Repeats the command so that it does not time out.
-  void drive(double linear, double angular, double seconds) {
-    const Time end = now + from_seconds(seconds);
-    while (now < end) {
-      say(linear, angular);
-      run(1);
-    }
-  }
-  [[nodiscard]] double left() const { return hardware->last_command("l/velocity"); }
-  [[nodiscard]] double right() const { return hardware->last_command("r/velocity"); }
+  void drive(double linear, double angular, double seconds) { BaseRig::drive(linear, 0, angular, seconds); }
+  [[nodiscard]] double left() const { return velocity("l"); }
+  [[nodiscard]] double right() const { return velocity("r"); }
 
-  Node node;
-  Publisher<TwistStamped> commands;
-  std::vector<nav_msgs::msg::Odometry> odometry;
-  std::vector<tf2_msgs::msg::TFMessage> transforms;
   std::vector<TwistStamped> limited;
 };
 
@@ -95,7 +54,7 @@ double yaw_of(const geometry_msgs::msg::Quaternion& q) {
 }
 
 std::string refusal_of(const std::string& parameters) {
-  BaseRig rig("", wheels(), parameters);
+  DiffRig rig("", wheels(), parameters);
   return input_error_of([&] { rig.start(); });
 }
 
@@ -132,7 +91,7 @@ TEST(DiffDrive, SizesHaveToBePositive) {
 
 TEST(DiffDrive, InterfacesFollowFeedback) {
   const auto states_for = [](const std::string& more) {
-    BaseRig rig(more);
+    DiffRig rig(more);
     rig.start();
     EXPECT_THAT(rig.manager->controllers()[0].claimed, ElementsAre("l/velocity", "r/velocity"));
     return rig.manager->controllers()[0].required_states;
@@ -143,9 +102,9 @@ TEST(DiffDrive, InterfacesFollowFeedback) {
 }
 
 TEST(DiffDrive, MissingFeedbackIsRefused) {
-  BaseRig rig("", wheels({kVelocity}));
+  DiffRig rig("", wheels({kVelocity}));
   EXPECT_THAT(input_error_of([&] { rig.start(); }), HasSubstr("requires the state interface 'l/position'"));
-  BaseRig open(", open_loop: true", wheels({}));
+  DiffRig open(", open_loop: true", wheels({}));
   open.start();
   EXPECT_EQ(open.state_of("base"), ControllerState::active);
 }
@@ -153,7 +112,7 @@ TEST(DiffDrive, MissingFeedbackIsRefused) {
 // -- D2: commands, their age
 
 TEST(DiffDrive, CommandDrivesBothWheels) {
-  BaseRig rig;
+  DiffRig rig;
   rig.start();
   rig.say(1.0, 0.0);
   rig.run(1);
@@ -166,7 +125,7 @@ TEST(DiffDrive, CommandDrivesBothWheels) {
 }
 
 TEST(DiffDrive, StampAheadDoesNotTimeOutAndIsReportedOnce) {
-  BaseRig rig;
+  DiffRig rig;
   rig.now = time_from_seconds(100);
   rig.start();
   for (int i = 0; i < 3; ++i) {
@@ -180,7 +139,7 @@ TEST(DiffDrive, StampAheadDoesNotTimeOutAndIsReportedOnce) {
 }
 
 TEST(DiffDrive, StampZeroIsNowAndReportedOnce) {
-  BaseRig rig;
+  DiffRig rig;
   rig.now = time_from_seconds(100);
   rig.start();
   for (int i = 0; i < 3; ++i) {
@@ -192,7 +151,7 @@ TEST(DiffDrive, StampZeroIsNowAndReportedOnce) {
 }
 
 TEST(DiffDrive, OldCommandIsRefused) {
-  BaseRig rig;
+  DiffRig rig;
   rig.now = time_from_seconds(100);
   rig.start();
   rig.say(1.0, 0.0, rig.now - from_seconds(0.5));
@@ -205,7 +164,7 @@ TEST(DiffDrive, OldCommandIsRefused) {
 }
 
 TEST(DiffDrive, EndOfCommandsBrakesThroughLimiter) {
-  BaseRig rig(", linear: {x: {max_acceleration: 2.0, max_deceleration: -4.0}}");
+  DiffRig rig(", linear: {x: {max_acceleration: 2.0, max_deceleration: -4.0}}");
   rig.start();
   rig.drive(1.0, 0.0, 1.0);
   EXPECT_DOUBLE_EQ(rig.left(), 1.0);
@@ -221,7 +180,7 @@ TEST(DiffDrive, EndOfCommandsBrakesThroughLimiter) {
 }
 
 TEST(DiffDrive, RestWithoutCommandsIsNotReported) {
-  BaseRig rig;
+  DiffRig rig;
   rig.start();
   rig.run(100);
   rig.say(0.0, 0.0);
@@ -230,7 +189,7 @@ TEST(DiffDrive, RestWithoutCommandsIsNotReported) {
 }
 
 TEST(DiffDrive, TimeoutOfZeroKeepsCommand) {
-  BaseRig rig(", cmd_vel_timeout: 0.0");
+  DiffRig rig(", cmd_vel_timeout: 0.0");
   rig.now = time_from_seconds(100);
   rig.start();
   rig.say(1.0, 0.0, time_from_seconds(1));
@@ -239,7 +198,7 @@ TEST(DiffDrive, TimeoutOfZeroKeepsCommand) {
 }
 
 TEST(DiffDrive, NanCommandLeavesReference) {
-  BaseRig rig;
+  DiffRig rig;
   rig.start();
   rig.say(1.0, 0.0);
   rig.run(1);
@@ -252,7 +211,7 @@ TEST(DiffDrive, NanCommandLeavesReference) {
 // -- D3: references
 
 TEST(DiffDrive, NothingIsWrittenOrPublishedBeforeFirstCommand) {
-  BaseRig rig;
+  DiffRig rig;
   rig.start();
   rig.run(20);
   EXPECT_TRUE(std::isnan(rig.manager->reference("linear/velocity")));
@@ -274,13 +233,13 @@ TEST(DiffDrive, LeaderCommandsReferences) {
 forward: {ros__parameters: {joints: [base/linear, base/angular], interface_name: velocity}}
 base: {ros__parameters: {)" +
                            std::string(kBase) + "}}\n";
-  ManagerRig rig(yaml, two_wheels(), wheels());
+  ManagerRig rig(yaml, continuous_joints({"l", "r"}), wheels());
   for (const char* name : {"base", "forward"}) {
     rig.manager->load(name);
     ASSERT_TRUE(rig.manager->configure(name).ok()) << rig.said();
   }
   EXPECT_THAT(rig.manager->controllers()[0].references, ElementsAre("linear/velocity", "angular/velocity"));
-  ASSERT_TRUE(rig.manager->switch_controllers(Names{"base", "forward"}, Names{}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({"base", "forward"}).ok());
   rig.run(2);
   EXPECT_TRUE(std::isnan(rig.hardware->last_command("l/velocity")));
   Node node(rig.bus, "/speaker");
@@ -290,7 +249,7 @@ base: {ros__parameters: {)" +
   node.advertise<TwistStamped>("/base/cmd_vel").publish({{}, {{1, 0, 0}, {}}}, rig.now);
   rig.run(1);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("l/velocity"), 3.0);
-  ASSERT_TRUE(rig.manager->switch_controllers(Names{}, Names{"forward"}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({}, {"forward"}).ok());
   rig.run(1);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("l/velocity"), 0.0);
 }
@@ -298,7 +257,7 @@ base: {ros__parameters: {)" +
 // -- D4: kinematics and limits
 
 TEST(DiffDrive, MultipliersCorrectSizes) {
-  BaseRig rig(
+  DiffRig rig(
       ", wheel_separation_multiplier: 1.5, left_wheel_radius_multiplier: 2.0, "
       "right_wheel_radius_multiplier: 0.5");
   rig.start();
@@ -309,7 +268,7 @@ TEST(DiffDrive, MultipliersCorrectSizes) {
 }
 
 TEST(DiffDrive, EachDirectionHasItsAcceleration) {
-  BaseRig rig(
+  DiffRig rig(
       ", linear: {x: {max_acceleration: 2.0, max_deceleration: -4.0, max_acceleration_reverse: -8.0, "
       "max_deceleration_reverse: 10.0}}, cmd_vel_timeout: 0.0");
   rig.start();
@@ -333,7 +292,7 @@ TEST(DiffDrive, EachDirectionHasItsAcceleration) {
 }
 
 TEST(DiffDrive, VelocityIsLimited) {
-  BaseRig rig(
+  DiffRig rig(
       ", linear: {x: {max_velocity: 0.5, min_velocity: -0.25}}, angular: {z: {max_velocity: 1.0}}, "
       "publish_limited_velocity: true");
   rig.start();
@@ -351,7 +310,7 @@ TEST(DiffDrive, VelocityIsLimited) {
 }
 
 TEST(DiffDrive, InconsistentLimitsAreRefused) {
-  BaseRig rig(", linear: {x: {max_acceleration: 1.0, max_deceleration_reverse: 0.0, max_deceleration: 0.0}}");
+  DiffRig rig(", linear: {x: {max_acceleration: 1.0, max_deceleration_reverse: 0.0, max_deceleration: 0.0}}");
   rig.start();  // both zero is allowed: the base does not brake
   EXPECT_EQ(rig.state_of("base"), ControllerState::active);
 }
@@ -359,7 +318,7 @@ TEST(DiffDrive, InconsistentLimitsAreRefused) {
 // -- D5: odometry
 
 TEST(DiffDrive, CircleIsExact) {
-  BaseRig rig;
+  DiffRig rig;
   rig.start();
   rig.drive(0.5, 0.5, 4.0);
   ASSERT_FALSE(rig.odometry.empty());
@@ -375,7 +334,7 @@ TEST(DiffDrive, CircleIsExact) {
 }
 
 TEST(DiffDrive, TwistIsMeanOfTenVelocities) {
-  BaseRig rig(", publish_rate: 100.0");
+  DiffRig rig(", publish_rate: 100.0");
   rig.start();
   rig.drive(0.0, 0.0, 0.2);
   rig.drive(1.0, 0.0, 0.05);
@@ -384,7 +343,7 @@ TEST(DiffDrive, TwistIsMeanOfTenVelocities) {
 }
 
 TEST(DiffDrive, VelocityFeedbackIsIntegrated) {
-  BaseRig rig(", position_feedback: false, publish_rate: 100.0");
+  DiffRig rig(", position_feedback: false, publish_rate: 100.0");
   rig.start();
   rig.say(0, 0);
   rig.hardware->block("l");
@@ -398,7 +357,7 @@ TEST(DiffDrive, VelocityFeedbackIsIntegrated) {
 }
 
 TEST(DiffDrive, OpenLoopFollowsLimitedCommand) {
-  BaseRig rig(", open_loop: true, linear: {x: {max_velocity: 0.5}}, publish_rate: 100.0", wheels({}));
+  DiffRig rig(", open_loop: true, linear: {x: {max_velocity: 0.5}}, publish_rate: 100.0", wheels({}));
   rig.start();
   rig.drive(5.0, 0.0, 1.0);
   EXPECT_NEAR(rig.odometry.back().pose.pose.position.x, 0.5, 1e-9);
@@ -406,7 +365,7 @@ TEST(DiffDrive, OpenLoopFollowsLimitedCommand) {
 }
 
 TEST(DiffDrive, FirstPositionOfWheelIsNoDisplacement) {
-  BaseRig rig;
+  DiffRig rig;
   rig.hardware->set_position("l", 100);
   rig.hardware->set_position("r", -50);
   rig.start();
@@ -416,7 +375,7 @@ TEST(DiffDrive, FirstPositionOfWheelIsNoDisplacement) {
 }
 
 TEST(DiffDrive, OdometryIsPublishedAtItsRate) {
-  BaseRig rig;
+  DiffRig rig;
   rig.start();
   rig.drive(1, 0, 2.0);
   EXPECT_EQ(rig.odometry.size(), 100U);
@@ -426,7 +385,7 @@ TEST(DiffDrive, OdometryIsPublishedAtItsRate) {
   EXPECT_EQ(rig.transforms[0].transforms[0].child_frame_id, "base_link");
   EXPECT_EQ(rig.transforms.back().transforms[0].transform.translation.x,
             rig.odometry.back().pose.pose.position.x);
-  BaseRig uneven(", publish_rate: 30.0, enable_odom_tf: false");
+  DiffRig uneven(", publish_rate: 30.0, enable_odom_tf: false");
   uneven.start();
   uneven.drive(1, 0, 10.0);
   EXPECT_NEAR(static_cast<double>(uneven.odometry.size()), 300, 1);
@@ -434,7 +393,7 @@ TEST(DiffDrive, OdometryIsPublishedAtItsRate) {
 }
 
 TEST(DiffDrive, CovariancesAreOnDiagonals) {
-  BaseRig rig(
+  DiffRig rig(
       ", pose_covariance_diagonal: [1.0, 2.0, 3.0, 4.0, 5.0, 6.0], twist_covariance_diagonal: [6.0, 5.0, "
       "4.0, "
       "3.0, 2.0, 1.0]");
@@ -449,7 +408,7 @@ TEST(DiffDrive, CovariancesAreOnDiagonals) {
 }
 
 TEST(DiffDrive, PoseSurvivesDeactivationAndNotConfiguration) {
-  BaseRig rig;
+  DiffRig rig;
   rig.start();
   rig.drive(1, 0, 1.0);
   const double x = rig.odometry.back().pose.pose.position.x;
@@ -465,19 +424,15 @@ TEST(DiffDrive, PoseSurvivesDeactivationAndNotConfiguration) {
 }
 
 TEST(DiffDrive, ServiceSetsOdometry) {
-  BaseRig rig;
+  DiffRig rig;
   rig.start();
-  const auto edge = rig.bus.attach("client");
   using control_msgs::srv::SetOdometry;
   SetOdometry::Request request;
   request.x = 2;
   request.y = -1;
   request.yaw = 0.5;
-  SetOdometry::Response response;
-  edge->call("/base/set_odometry", to_cdr(request),
-             [&](Status, Bytes cdr) { ASSERT_TRUE(from_cdr(cdr, response).ok()); });
+  EXPECT_TRUE(rig.call<SetOdometry>("/base/set_odometry", request).success);
   rig.drive(0, 0, 0.1);
-  EXPECT_TRUE(response.success);
   EXPECT_NEAR(rig.odometry.back().pose.pose.position.x, 2, 1e-12);
   EXPECT_NEAR(rig.odometry.back().pose.pose.position.y, -1, 1e-12);
   EXPECT_NEAR(yaw_of(rig.odometry.back().pose.pose.orientation), 0.5, 1e-12);
@@ -507,12 +462,12 @@ TEST(DiffDrive, FramePrefixFollowsParametersAndNamespace) {
                                  "diff_drive_controller/DiffDriveController}}}\n/**/base: "
                                  "{ros__parameters: {") +
                              kBase + ", " + c.parameters + "}}\n";
-    ManagerRig rig(yaml, two_wheels(), wheels(), options);
+    ManagerRig rig(yaml, continuous_joints({"l", "r"}), wheels(), options);
     Node node(rig.bus, "/listener");
     std::vector<nav_msgs::msg::Odometry> odometry;
     node.subscribe<nav_msgs::msg::Odometry>(std::string(c.name_space) + "/base/odom",
                                             [&](const auto& m) { odometry.push_back(m); });
-    rig.manager->start(Names{"base"});
+    rig.start({"base"});
     rig.run(60);
     ASSERT_FALSE(odometry.empty()) << c.parameters << rig.said();
     EXPECT_EQ(odometry[0].header.frame_id, c.frame) << c.parameters;
@@ -521,7 +476,7 @@ TEST(DiffDrive, FramePrefixFollowsParametersAndNamespace) {
 }
 
 TEST(DiffDrive, BaseFrameBelowRootIsReported) {
-  BaseRig rig(", base_frame_id: l_link");
+  DiffRig rig(", base_frame_id: l_link");
   rig.start();
   EXPECT_EQ(rig.count(Severity::warning, "the root link is 'base_link'"), 1U) << rig.said();
 }
@@ -529,7 +484,7 @@ TEST(DiffDrive, BaseFrameBelowRootIsReported) {
 // -- D7: deactivation
 
 TEST(DiffDrive, DeactivationStopsWheelsAndForgetsCommand) {
-  BaseRig rig(", cmd_vel_timeout: 0.0");
+  DiffRig rig(", cmd_vel_timeout: 0.0");
   rig.start();
   rig.say(1, 1);
   rig.run(1);
@@ -550,7 +505,7 @@ TEST(DiffDrive, DeactivationStopsWheelsAndForgetsCommand) {
 // -- D9: deprecated parameters
 
 TEST(DiffDrive, DeprecatedParametersAreReportedAndObeyed) {
-  BaseRig rig(", linear: {x: {max_velocity: 0.5, has_velocity_limits: false, min_acceleration: -1.0}}");
+  DiffRig rig(", linear: {x: {max_velocity: 0.5, has_velocity_limits: false, min_acceleration: -1.0}}");
   rig.start();
   EXPECT_EQ(rig.count(Severity::warning, "'linear.x.has_velocity_limits' is deprecated: its limits are off"),
             1U)
@@ -562,7 +517,7 @@ TEST(DiffDrive, DeprecatedParametersAreReportedAndObeyed) {
 }
 
 TEST(DiffDrive, InvalidStateStopsWheels) {
-  BaseRig rig;
+  DiffRig rig;
   rig.start();
   rig.say(1, 0);
   rig.run(1);

@@ -6,8 +6,7 @@
 #include <cmath>
 
 #include "doppel/control/controllers/builtin.h"
-#include "doppel/control/manager/test/manager_rig.h"
-#include "doppel/ros/bus/action_server.h"
+#include "doppel/control/controllers/test/action_rig.h"
 #include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel {
@@ -21,12 +20,6 @@ using testing::HasSubstr;
 
 constexpr double kLag = 0.1;  // T, s
 
-std::string yaml(const std::string& type, const std::string& more) {
-  return "controller_manager: {ros__parameters: {update_rate: 100, grip: {type: " + type +
-         "/GripperActionController}}}\ngrip: {ros__parameters: {joint: a" +
-         (more.empty() ? "" : ", " + more) + "}}\n";
-}
-
 FakeHardwareOptions lagging(std::vector<std::string> commands) {
   FakeHardwareOptions options;
   options.joints = {"a"};
@@ -36,68 +29,17 @@ FakeHardwareOptions lagging(std::vector<std::string> commands) {
   return options;
 }
 
-ControllerManagerOptions unlimited() {
-  ControllerManagerOptions options;
-  options.enforce_limits = false;
-  return options;
-}
-
 template <Action A>
-class Rig : public ManagerRig {
- public:
-  explicit Rig(const std::string& type, const std::string& more = "",
+struct Rig : ActionRig<A> {
+  explicit Rig(const std::string& package, const std::string& more = "",
                std::vector<std::string> commands = {kPosition})
-      : ManagerRig(yaml(type, more), {{"a"}}, lagging(std::move(commands)), unlimited()),
-        edge_(bus.attach("client")),
-        listener_(bus, "/listener") {
-    manager->start(std::vector<std::string>{"grip"});
-    listener_.subscribe<FeedbackMessage<A>>("/grip/gripper_cmd/_action/feedback",
-                                            [this](const auto&) { ++feedbacks; });
+      : ActionRig<A>(controller_yaml("grip", package + "/GripperActionController",
+                                     "joint: a" + (more.empty() ? "" : ", " + more)),
+                     "/grip/gripper_cmd", {{"a"}}, lagging(std::move(commands))),
+        feedbacks(this->bus, "/grip/gripper_cmd/_action/feedback") {
+    this->start({"grip"});
   }
-  ~Rig() { edge_.reset(); }
-
-  struct Answer {
-    bool accepted = false;
-    GoalStatus status = GoalStatus::unknown;
-    double at = -1;  // s
-    typename A::Result result;
-  };
-  std::size_t send(const typename A::Goal& goal) {
-    const std::size_t index = answers.size();
-    answers.emplace_back();
-    const GoalId id = id_of(index);
-    call<SendGoal<A>>("send_goal", {{id}, goal},
-                      [this, index](const auto& r) { answers[index].accepted = r.accepted; });
-    call<GetResult<A>>("get_result", {{id}}, [this, index](const auto& r) {
-      answers[index].status = static_cast<GoalStatus>(r.status);
-      answers[index].at = to_seconds(now);
-      answers[index].result = r.result;
-    });
-    return index;
-  }
-  void cancel(std::size_t index) {
-    call<action_msgs::srv::CancelGoal>("cancel_goal", {{{id_of(index)}, {}}}, [](const auto&) {});
-  }
-  void run_for(double seconds) { run(static_cast<int>(std::lround(seconds * 100))); }
-
-  std::vector<Answer> answers;
-  int feedbacks = 0;
-
- private:
-  static GoalId id_of(std::size_t index) { return {static_cast<std::uint8_t>(index + 1)}; }
-  template <class S, class Reply>
-  void call(const std::string& service, const typename S::Request& request, Reply reply) {
-    edge_->call("/grip/gripper_cmd/_action/" + service, to_cdr(request),
-                [reply](const Status& status, const Bytes& b) {
-                  typename S::Response response;
-                  EXPECT_TRUE(status) << status.why();
-                  if (status && from_cdr(b, response)) reply(response);
-                });
-    bus.set_now(now);
-    bus.spin();
-  }
-  std::unique_ptr<Edge> edge_;
-  Node listener_;
+  Recorder<FeedbackMessage<A>> feedbacks;
 };
 
 TEST(GripperController, GoalWithinToleranceSucceeds) {
@@ -107,16 +49,16 @@ TEST(GripperController, GoalWithinToleranceSucceeds) {
   const auto goal = rig.send({{1.0, 7.5}});
   rig.run_for(1);
   const auto& answer = rig.answers[goal];
-  EXPECT_TRUE(answer.accepted);
+  EXPECT_EQ(answer.accepted, true);
   EXPECT_EQ(answer.status, GoalStatus::succeeded);
   // |1 - p| < 0.01 from t = T ln 100 = 0.4605 s on, reported within a period of 50 ms.
-  EXPECT_GE(answer.at - begin, kLag * std::log(100.0));
-  EXPECT_LE(answer.at - begin, kLag * std::log(100.0) + 0.08);
+  EXPECT_GE(answer.finished_at.value() - begin, kLag * std::log(100.0));
+  EXPECT_LE(answer.finished_at.value() - begin, kLag * std::log(100.0) + 0.08);
   EXPECT_NEAR(answer.result.position, 1.0, 0.01);
   EXPECT_TRUE(answer.result.reached_goal);
   EXPECT_FALSE(answer.result.stalled);
   EXPECT_EQ(answer.result.effort, 7.5) << "expected the allowed effort, as ros2_controllers reports it";
-  EXPECT_GE(rig.feedbacks, 7);
+  EXPECT_GE(rig.feedbacks.messages.size(), 7U);
   EXPECT_EQ(rig.hardware->last_command("a/position"), 1.0) << "expected the joint to be held after success";
 }
 
@@ -132,7 +74,7 @@ TEST(GripperController, StallFailsOrHolds) {
     const double stood = to_seconds(rig.now), where = rig.hardware->position("a");
     rig.run_for(1);
     EXPECT_EQ(rig.answers[0].status, allowed ? GoalStatus::succeeded : GoalStatus::aborted);
-    EXPECT_NEAR(rig.answers[0].at - stood, 0.35, 0.06);
+    EXPECT_NEAR(rig.answers[0].finished_at.value() - stood, 0.35, 0.06);
     EXPECT_TRUE(rig.answers[0].result.stalled);
     EXPECT_FALSE(rig.answers[0].result.reached_goal);
     EXPECT_EQ(rig.answers[0].result.position, where);
@@ -147,7 +89,7 @@ TEST(GripperController, NewGoalPreemptsAndCancelHolds) {
   rig.send({{-1.0, 1.0}});
   EXPECT_EQ(rig.answers[0].status, GoalStatus::canceled)
       << "expected the status of preempted goals in ros2_controllers";
-  EXPECT_TRUE(rig.answers[1].accepted);
+  EXPECT_EQ(rig.answers[1].accepted, true);
   rig.run_for(0.05);
   const double where = rig.hardware->position("a");
   rig.cancel(1);
@@ -161,14 +103,14 @@ TEST(GripperController, InvalidGoalIsRejected) {
   Rig<GripperCommand> rig("position_controllers");
   rig.run(1);
   rig.send({{std::nan(""), 1.0}});
-  EXPECT_FALSE(rig.answers[0].accepted);
+  EXPECT_EQ(rig.answers[0].accepted, false);
   rig.send({{1.0, std::nan("")}});
-  EXPECT_FALSE(rig.answers[1].accepted) << "expected a rejection: the goal has no limit at all";
+  EXPECT_EQ(rig.answers[1].accepted, false) << "expected a rejection: the goal has no limit at all";
   const auto open = rig.send({{1.0, 1.0}});
-  ASSERT_TRUE(rig.manager->switch_controllers({}, std::vector<std::string>{"grip"}, Strictness::strict));
+  ASSERT_TRUE(rig.switch_to({}, {"grip"}));
   EXPECT_EQ(rig.answers[open].status, GoalStatus::aborted);
   rig.send({{1.0, 1.0}});
-  EXPECT_FALSE(rig.answers.back().accepted) << "expected a rejection: the controller is not active";
+  EXPECT_EQ(rig.answers.back().accepted, false) << "expected a rejection: the controller is not active";
   ManagerRig nothing("");
   EXPECT_THAT(
       input_error_of([&] { nothing.manager->load("g", "position_controllers/GripperActionController"); }),
@@ -188,7 +130,7 @@ TEST(GripperController, EffortIsLimitedToMaxEffort) {
   rig.send({{2.0, 1.5}});
   rig.run(2);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.5) << "expected the limit: 4 x 2 exceeds it";
-  ASSERT_TRUE(rig.manager->switch_controllers({}, std::vector<std::string>{"grip"}, Strictness::strict));
+  ASSERT_TRUE(rig.switch_to({}, {"grip"}));
   rig.run(1);
   EXPECT_FALSE(std::abs(rig.hardware->last_command("a/effort")) > 0) << "expected no remaining force";
 }
@@ -221,11 +163,11 @@ TEST(ParallelGripperController, CommandSetsPositionEffortAndVelocity) {
   rig.run(1);
   ParallelGripperCommand::Goal goal;
   rig.send(goal);
-  EXPECT_FALSE(rig.answers[0].accepted) << "expected a rejection: the goal has no position";
+  EXPECT_EQ(rig.answers[0].accepted, false) << "expected a rejection: the goal has no position";
   goal.command.position = {0.5};
   goal.command.velocity = {0.25};
   rig.send(goal);
-  EXPECT_TRUE(rig.answers[1].accepted);
+  EXPECT_EQ(rig.answers[1].accepted, true);
   rig.run_for(1);
   EXPECT_EQ(rig.answers[1].status, GoalStatus::succeeded);
   EXPECT_THAT(rig.answers[1].result.state.name, ElementsAre("a"));

@@ -208,7 +208,7 @@ TEST(JtcAction, CommandTimeoutAbortsWaitingGoal) {
 // jtc.md, B60.
 TEST(JtcAction, FeedbackIsSentAtMonitorRate) {
   JtcRig rig(options_with("action_monitor_rate: 10.0"));
-  Listener<Feedback> feedback(rig.bus, kFeedback);
+  Recorder<Feedback> feedback(rig.bus, kFeedback);
   const auto goal = rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run_for(2);
   EXPECT_THAT(feedback.messages, SizeIs(testing::AllOf(testing::Ge(9u), testing::Le(11u))));
@@ -234,7 +234,7 @@ TEST(JtcAction, ResultIsSentAtMonitorRate) {
 // jtc.md, B60.
 TEST(JtcAction, AcceptedGoalIsExecuting) {
   JtcRig rig;
-  Listener<action_msgs::msg::GoalStatusArray> status(rig.bus, "/arm/follow_joint_trajectory/_action/status");
+  Recorder<action_msgs::msg::GoalStatusArray> status(rig.bus, "/arm/follow_joint_trajectory/_action/status");
   rig.send(trajectory(kJoints, {point(1, {1, 1, 1})}));
   ASSERT_FALSE(status.messages.empty());
   ASSERT_THAT(status.messages.back().status_list, SizeIs(1));

@@ -176,7 +176,7 @@ TEST(JtcExecution, StartsFromLastCommandWithoutJump) {
 // jtc.md, B38.
 TEST(JtcExecution, CommandIsOnePeriodAheadOfDesired) {
   JtcRig rig;
-  Listener<State> states(rig.bus, "/arm/controller_state");
+  Recorder<State> states(rig.bus, "/arm/controller_state");
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run(1);
   EXPECT_NEAR(states.messages.back().reference.positions[0], 0, 1e-12);
@@ -216,7 +216,7 @@ TEST(JtcExecution, PartialGoalHoldsStateWithoutCommand) {
   rig.hardware->set_position("b", 0.4);
   rig.run(1);
   rig.say(trajectory({"c"}, {point(0.5, {2}, {0})}));
-  Listener<State> states(rig.bus, "/arm/controller_state");
+  Recorder<State> states(rig.bus, "/arm/controller_state");
   rig.run_for(0.2);
   EXPECT_NEAR(states.messages.back().reference.positions[1], 0.4, 1e-12);
   EXPECT_DOUBLE_EQ(states.messages.back().reference.velocities[1], 0);
@@ -279,7 +279,7 @@ TEST(JtcExecution, VelocityIsFeedForwardPlusPid) {
   JtcRig rig(options_of({kVelocity}, {kPosition, kVelocity},
                         "gains: {a: {p: 3.0, d: 0.5, ff_velocity_scale: 0.8}}"));
   rig.hardware->block("a");
-  Listener<State> states(rig.bus, "/arm/controller_state");
+  Recorder<State> states(rig.bus, "/arm/controller_state");
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1}, {0, 0, 0})}));
   rig.run_for(0.3);
   rig.run(1);
@@ -462,7 +462,7 @@ TEST(JtcExecution, TimeoutBelowGoalTimeIsIgnoredWithWarning) {
 // jtc.md, B59.
 TEST(JtcExecution, ErrorsIncludeUncommandedJoints) {
   JtcRig rig(options_of({kPosition}, {kPosition, kVelocity}, "command_joints: [c, a]"));
-  Listener<State> states(rig.bus, "/arm/controller_state");
+  Recorder<State> states(rig.bus, "/arm/controller_state");
   rig.say(trajectory({"b", "c", "a"}, {point(0.5, {2, 3, 1})}));
   rig.run_for(1);
   const State& now = states.messages.back();
@@ -487,7 +487,7 @@ JtcOptions braking_options(Names commands = {kPosition}) {
 TEST(JtcExecution, AbortDeceleratesEachJoint) {
   for (const double direction : {1.0, -1.0}) {
     JtcRig rig(braking_options());
-    Listener<State> states(rig.bus, "/arm/controller_state");
+    Recorder<State> states(rig.bus, "/arm/controller_state");
     rig.say(trajectory({"a", "b"}, {point(1, {1 * direction, 2 * direction})}));
     rig.run_for(0.5);
     const double a = rig.hardware->position("a"), b = rig.hardware->position("b");

@@ -31,7 +31,7 @@ TEST(JtcReports, VectorsFollowInterfaces) {
       {{kPosition, kEffort}, {kPosition, kVelocity}}};
   for (const auto& [commands, states] : combinations) {
     JtcRig rig(options_of(commands, states));
-    Listener<State> received(rig.bus, "/arm/controller_state");
+    Recorder<State> received(rig.bus, "/arm/controller_state");
     rig.run(5);
     ASSERT_THAT(received.messages, SizeIs(5)) << "expected one message for each update";
     const State& now = received.messages.back();
@@ -58,7 +58,7 @@ TEST(JtcReports, VectorsFollowInterfaces) {
 // jtc.md, B66.
 TEST(JtcReports, JointsWithoutCommandHaveNanOutput) {
   JtcRig rig(options_of({kPosition}, {kPosition}, "command_joints: [c, a]"));
-  Listener<State> received(rig.bus, "/arm/controller_state");
+  Recorder<State> received(rig.bus, "/arm/controller_state");
   rig.run(1);
   const auto& output = received.messages.back().output.positions;
   ASSERT_THAT(output, SizeIs(3));
@@ -69,7 +69,7 @@ TEST(JtcReports, JointsWithoutCommandHaveNanOutput) {
 // jtc.md, B67.
 TEST(JtcReports, TimeFromStartIsReported) {
   JtcRig rig;
-  Listener<State> received(rig.bus, "/arm/controller_state");
+  Recorder<State> received(rig.bus, "/arm/controller_state");
   rig.say("/arm/speed_scaling_input", SpeedScalingFactor{0.5});
   rig.say(trajectory(kJoints, {point(1, {1, 1, 1})}));
   rig.run(21);
@@ -86,7 +86,7 @@ TEST(JtcReports, OutputNeedsFiniteCommands) {
   JtcRig rig(options);
   rig.hardware->set_velocity("a", std::nan(""));  // so that its loop has no messages
   rig.start();
-  Listener<State> received(rig.bus, "/arm/controller_state");
+  Recorder<State> received(rig.bus, "/arm/controller_state");
   rig.run(1);
   EXPECT_THAT(received.messages.back().output.velocities, IsEmpty());
   EXPECT_DOUBLE_EQ(rig.command("b/velocity"), 0);
@@ -172,7 +172,7 @@ JtcOptions scaled_hardware(std::string more) {
 // jtc.md, B72.
 TEST(JtcReports, HardwareFactorOverridesTopic) {
   JtcRig rig(scaled_hardware("state_interface: speed_scaling/factor"));
-  Listener<State> received(rig.bus, "/arm/controller_state");
+  Recorder<State> received(rig.bus, "/arm/controller_state");
   rig.say("/arm/speed_scaling_input", SpeedScalingFactor{2});
   rig.run(1);
   EXPECT_DOUBLE_EQ(received.messages.back().speed_scaling_factor, 0.5);

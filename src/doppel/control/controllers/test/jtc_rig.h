@@ -3,16 +3,11 @@
 // interfaces of external clients: topics from a node, the action through an edge.
 
 #include <algorithm>
-#include <cmath>
-#include <functional>
-#include <memory>
-#include <optional>
-#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "doppel/control/manager/test/manager_rig.h"
-#include "doppel/ros/bus/action_server.h"
+#include "doppel/control/controllers/test/action_rig.h"
 #include "doppel/ros/messages/control_msgs.h"
 
 namespace doppel {
@@ -98,26 +93,13 @@ inline JointTrajectory trajectory(std::vector<std::string> joints, std::vector<J
   return message;
 }
 
-// All messages of one type on one topic.
-template <class M>
-struct Listener {
-  Listener(Bus& bus, const std::string& topic) : node(bus, "/listener") {
-    node.subscribe<M>(topic, [this](const M& message) { messages.push_back(message); });
-  }
-  Node node;
-  std::vector<M> messages;
-};
-
-class JtcRig : public ManagerRig {
+class JtcRig : public ActionRig<FollowJointTrajectory> {
  public:
   explicit JtcRig(const JtcOptions& options = {})
-      : ManagerRig(jtc_yaml(options), options.joints, jtc_hardware(options), manager_options(options)),
-        speaker_(bus, "/speaker"),
-        trajectories_(speaker_.advertise<JointTrajectory>("/arm/joint_trajectory")),
-        edge_(bus.attach("client")) {
+      : ActionRig(jtc_yaml(options), "/arm/follow_joint_trajectory", options.joints, jtc_hardware(options),
+                  options.enforce_limits) {
     if (options.start) start();
   }
-  ~JtcRig() { edge_.reset(); }
 
   void start() {
     manager->load("arm");
@@ -125,105 +107,20 @@ class JtcRig : public ManagerRig {
     require(activate());
     run(1);
   }
-  Status activate() { return switch_to({"arm"}, {}); }
+  Status activate() { return switch_to({"arm"}); }
   Status deactivate() { return switch_to({}, {"arm"}); }
-  void run_for(double seconds) {
-    run(static_cast<int>(std::lround(seconds / to_seconds(manager->period()))));
-  }
-  [[nodiscard]] double time() const { return to_seconds(now); }
 
-  void say(const JointTrajectory& message) { trajectories_.publish(message, now); }
-  template <class M>
-  void say(const std::string& topic, const M& message) {
-    speaker_.advertise<M>(topic).publish(message, now);
-  }
-
-  // -- the action
-  struct Answer {
-    std::optional<bool> accepted;
-    std::optional<double> finished_at;  // s
-    GoalStatus status = GoalStatus::unknown;
-    FollowJointTrajectory::Result result;
-  };
-  // The goal's index in `answers`.
-  std::size_t send(const FollowJointTrajectory::Goal& goal) {
-    const std::size_t index = answers.size();
-    answers.emplace_back();
-    SendGoal<FollowJointTrajectory>::Request request;
-    request.goal_id.uuid = id_of(index);
-    request.goal = goal;
-    call<SendGoal<FollowJointTrajectory>>(
-        "send_goal", request, [this, index](const auto& r) { answers[index].accepted = r.accepted; });
-    if (!answers[index].accepted.value_or(false)) return index;
-    GetResult<FollowJointTrajectory>::Request result;
-    result.goal_id.uuid = id_of(index);
-    call<GetResult<FollowJointTrajectory>>("get_result", result, [this, index](const auto& r) {
-      answers[index].finished_at = time();
-      answers[index].status = static_cast<GoalStatus>(r.status);
-      answers[index].result = r.result;
-    });
-    return index;
-  }
+  using ManagerRig::say;
+  void say(const JointTrajectory& message) { say("/arm/joint_trajectory", message); }
+  using ActionRig::send;
   std::size_t send(const JointTrajectory& message) {
     FollowJointTrajectory::Goal goal;
     goal.trajectory = message;
     return send(goal);
   }
-  void cancel(std::size_t index) {
-    action_msgs::srv::CancelGoal::Request request;
-    request.goal_info.goal_id.uuid = id_of(index);
-    call<action_msgs::srv::CancelGoal>("cancel_goal", request, [](const auto&) {});
-  }
-  static GoalId id_of(std::size_t index) {
-    GoalId id{};
-    id[0] = static_cast<std::uint8_t>(index + 1);
-    return id;
-  }
-  template <class S>
-  void call_service(const std::string& service, const typename S::Request& request,
-                    std::function<void(const typename S::Response&)> reply) {
-    edge_->call(service, to_cdr(request), [reply](const Status& status, const Bytes& bytes) {
-      require(status);
-      typename S::Response response;
-      require(from_cdr(bytes, response));
-      reply(response);
-    });
-    bus.set_now(now);
-    bus.spin();
-  }
-
-  std::vector<Answer> answers;
-  [[nodiscard]] double command(const std::string& full_name) const {
-    return hardware->last_command(full_name);
-  }
   Status set_parameter(const std::string& name, const ParameterValue& value) {
-    Status outcome = Status::refused("no answer");
-    edge_->set_parameter("/arm", name, value, [&](const Status& status) { outcome = status; });
-    bus.spin();
-    return outcome;
+    return ActionRig::set_parameter("/arm", name, value);
   }
-
-  static void require(const Status& status) {
-    if (!status) throw std::runtime_error(status.why());
-  }
-
- private:
-  static ControllerManagerOptions manager_options(const JtcOptions& options) {
-    ControllerManagerOptions out;
-    out.enforce_limits = options.enforce_limits;
-    return out;
-  }
-  Status switch_to(const std::vector<std::string>& on, const std::vector<std::string>& off) {
-    return manager->switch_controllers(on, off, Strictness::strict);
-  }
-  template <class S, class Reply>
-  void call(const std::string& service, const typename S::Request& request, Reply reply) {
-    call_service<S>("/arm/follow_joint_trajectory/_action/" + service, request, reply);
-  }
-
-  Node speaker_;
-  Publisher<JointTrajectory> trajectories_;
-  std::unique_ptr<Edge> edge_;
 };
 
 }  // namespace doppel

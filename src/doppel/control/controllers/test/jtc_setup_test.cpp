@@ -164,7 +164,7 @@ TEST(JtcSetup, ContinuousJointTakesShortestWay) {
   rig.hardware->set_position("turn", 3);
   rig.hardware->set_position("swing", 3);
   rig.start();
-  Listener<control_msgs::msg::JointTrajectoryControllerState> states(rig.bus, "/arm/controller_state");
+  Recorder<control_msgs::msg::JointTrajectoryControllerState> states(rig.bus, "/arm/controller_state");
   rig.say(trajectory({"turn", "swing"}, {point(1, {-3, -3})}));
   rig.run_for(0.5);
   const auto& middle = states.messages.back().reference.positions;

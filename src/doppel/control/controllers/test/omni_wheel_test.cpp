@@ -20,17 +20,14 @@ using Names = std::vector<std::string>;
 constexpr const char* kOmni = "omni_wheel_drive_controller/OmniWheelDriveController";
 const std::string kOmniBase = "robot_radius: 0.5, wheel_radius: 0.1";
 
-struct OmniRig : ReferenceRig {
+struct OmniRig : BaseRig {
   explicit OmniRig(const std::string& more = "", Names wheel_joints = {"a", "b", "c", "d"},
                    const std::string& offset = "0.0")
-      : ReferenceRig(
+      : BaseRig(
             kOmni,
             kOmniBase + ", wheel_offset: " + offset + ", wheel_names: [" + joined(wheel_joints) + "]" + more,
-            wheel_joints),
+            base_hardware(wheel_joints)),
         joints(std::move(wheel_joints)) {
-    references = node.advertise<geometry_msgs::msg::TwistStamped>("/base/cmd_vel");
-    node.subscribe<nav_msgs::msg::Odometry>("/base/odom", [this](const auto& m) { odometry.push_back(m); });
-    node.subscribe<tf2_msgs::msg::TFMessage>("/tf", [this](const auto& m) { transforms.push_back(m); });
     start();
   }
   static std::string joined(const Names& names) {
@@ -115,7 +112,7 @@ TEST(OmniWheelDrive, CommandThatIsNoNumberIsNotUsed) {
 TEST(OmniWheelDrive, DeactivationStopsWheels) {
   OmniRig rig;
   rig.drive(1, 0, 0, 0.1);
-  ASSERT_TRUE(rig.manager->switch_controllers({}, Names{"base"}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({}, {"base"}).ok());
   rig.run(1);
   EXPECT_THAT(rig.wheels(), ElementsAre(0, 0, 0, 0));
 }
@@ -145,7 +142,7 @@ TEST(OmniWheelDrive, ReferencesAreThree) {
 }
 
 std::string refusal_of(const std::string& parameters) {
-  ReferenceRig rig(kOmni, parameters, {"a", "b", "c"});
+  BaseRig rig(kOmni, parameters, base_hardware({"a", "b", "c"}));
   return input_error_of([&] { rig.start(); });
 }
 

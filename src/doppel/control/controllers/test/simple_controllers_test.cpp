@@ -12,15 +12,11 @@
 namespace doppel {
 namespace {
 
+using control_msgs::msg::MultiDOFCommand;
 using std_msgs::msg::Float64MultiArray;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using Names = std::vector<std::string>;
-
-std::string declared(const std::string& type, const std::string& parameters) {
-  return "controller_manager: {ros__parameters: {c: {type: " + type + "}}}\nc: {ros__parameters: {" +
-         parameters + "}}\n";
-}
 
 FakeHardwareOptions offering(Names commands, Names states = {kPosition, kVelocity}) {
   FakeHardwareOptions options;
@@ -30,38 +26,16 @@ FakeHardwareOptions offering(Names commands, Names states = {kPosition, kVelocit
   return options;
 }
 
-template <class M>
-struct Recorder {
-  Recorder(Bus& bus, const std::string& topic) : node(bus, "/listener") {
-    node.subscribe<M>(topic, [this](const M& message) { messages.push_back(message); });
-  }
-  Node node;
-  std::vector<M> messages;
-};
-
-template <class M>
-struct Speaker {
-  Speaker(ManagerRig& the_rig, const std::string& topic)
-      : rig(the_rig), node(rig.bus, "/speaker"), publisher(node.advertise<M>(topic)) {}
-  void say(const M& message) {
-    publisher.publish(message, rig.now);
-    rig.bus.spin();
-  }
-  ManagerRig& rig;
-  Node node;
-  Publisher<M> publisher;
-};
-
 TEST(JointStateBroadcaster, AllJointsArePublishedInHardwareOrder) {
   FakeHardwareOptions options = offering({kPosition});
   options.joints = {"b", "a"};
   options.state_only_joints = {"finger"};
   options.more_states = {{"gripper force", "newton", 4.5}};
-  ManagerRig rig(declared("joint_state_broadcaster/JointStateBroadcaster", "frame_id: world"),
+  ManagerRig rig(controller_yaml("c", "joint_state_broadcaster/JointStateBroadcaster", "frame_id: world"),
                  {{"a"}, {"b"}, {.name = "finger", .mimics = "a"}}, options);
   Recorder<sensor_msgs::msg::JointState> states(rig.bus, "/joint_states");
   Recorder<control_msgs::msg::DynamicJointState> dynamic(rig.bus, "/dynamic_joint_states");
-  rig.manager->start(Names{"c"});
+  rig.start({"c"});
   rig.hardware->set_position("a", 0.25);
   rig.hardware->set_velocity("finger", -2);
   rig.now = Time(std::chrono::milliseconds(1500));
@@ -86,11 +60,11 @@ TEST(JointStateBroadcaster, AllJointsArePublishedInHardwareOrder) {
 
 TEST(JointStateBroadcaster, ParametersSelectMapAndAddJoints) {
   ManagerRig rig(
-      declared("joint_state_broadcaster/JointStateBroadcaster",
-               "joints: [b], interfaces: [velocity], extra_joints: [ghost], use_local_topics: true, "
-               "map_interface_to_joint_state: {position: velocity, velocity: none}"));
+      controller_yaml("c", "joint_state_broadcaster/JointStateBroadcaster",
+                      "joints: [b], interfaces: [velocity], extra_joints: [ghost], use_local_topics: true, "
+                      "map_interface_to_joint_state: {position: velocity, velocity: none}"));
   Recorder<sensor_msgs::msg::JointState> states(rig.bus, "/c/joint_states");
-  rig.manager->start(Names{"c"});
+  rig.start({"c"});
   rig.hardware->set_velocity("b", 3);
   rig.run(1);
   rig.bus.spin();
@@ -101,29 +75,28 @@ TEST(JointStateBroadcaster, ParametersSelectMapAndAddJoints) {
 }
 
 TEST(JointStateBroadcaster, UnknownJointsAreReported) {
-  ManagerRig rig(
-      declared("joint_state_broadcaster/JointStateBroadcaster", "joints: [bb], interfaces: [position]"));
-  EXPECT_THAT(input_error_of([&] { rig.manager->start(Names{"c"}); }), HasSubstr("did you mean 'b'?"));
-  ManagerRig half(declared("joint_state_broadcaster/JointStateBroadcaster", "joints: [b]"));
-  half.manager->start(Names{"c"});
+  ManagerRig rig(controller_yaml("c", "joint_state_broadcaster/JointStateBroadcaster",
+                                 "joints: [bb], interfaces: [position]"));
+  EXPECT_THAT(input_error_of([&] { rig.start({"c"}); }), HasSubstr("did you mean 'b'?"));
+  ManagerRig half(controller_yaml("c", "joint_state_broadcaster/JointStateBroadcaster", "joints: [b]"));
+  half.start({"c"});
   EXPECT_EQ(half.count(Severity::warning, "every state is published"), 1u) << half.said();
 }
 
 TEST(ForwardCommand, CommandsAreForwardedAndHeld) {
-  ManagerRig rig(declared("forward_command_controller/ForwardCommandController",
-                          "joints: [b, a], interface_name: position"));
-  rig.manager->start(Names{"c"});
+  ManagerRig rig(controller_yaml("c", "forward_command_controller/ForwardCommandController",
+                                 "joints: [b, a], interface_name: position"));
+  rig.start({"c"});
   rig.run(2);
   EXPECT_TRUE(std::isnan(rig.manager->command("a/position")));  // nothing was commanded yet
-  Speaker<Float64MultiArray> speaker(rig, "/c/commands");
-  speaker.say({{}, {1.5, -0.5}});
+  rig.say<Float64MultiArray>("/c/commands", {{}, {1.5, -0.5}});
   rig.run(2);
   EXPECT_EQ(rig.hardware->position("b"), 1.5);
   EXPECT_EQ(rig.hardware->position("a"), -0.5);
   EXPECT_EQ(rig.manager->command("b/position"), 1.5);
 
-  for (int i = 0; i < 5; ++i) speaker.say({{}, {1.0}});
-  speaker.say({{}, {std::nan(""), 0.0}});
+  for (int i = 0; i < 5; ++i) rig.say<Float64MultiArray>("/c/commands", {{}, {1.0}});
+  rig.say<Float64MultiArray>("/c/commands", {{}, {std::nan(""), 0.0}});
   rig.run(1);
   EXPECT_EQ(rig.hardware->position("b"), 1.5);
   EXPECT_EQ(
@@ -131,42 +104,42 @@ TEST(ForwardCommand, CommandsAreForwardedAndHeld) {
       1u)
       << rig.said();
   EXPECT_EQ(rig.lines.size(), 1u) << rig.said();
-  speaker.say({{}, {0.0, 0.0}});
-  speaker.say({{}, {std::nan(""), 1.0}});
+  rig.say<Float64MultiArray>("/c/commands", {{}, {0.0, 0.0}});
+  rig.say<Float64MultiArray>("/c/commands", {{}, {std::nan(""), 1.0}});
   EXPECT_EQ(rig.count(Severity::error, "not a finite number"), 1u) << rig.said();
 }
 
 TEST(ForwardCommand, ActivationClearsCommands) {
-  ManagerRig rig(declared("position_controllers/JointGroupPositionController", "joints: [a]"));
-  rig.manager->start(Names{"c"});
-  Speaker<Float64MultiArray> speaker(rig, "/c/commands");
-  speaker.say({{}, {1.0}});
+  ManagerRig rig(controller_yaml("c", "position_controllers/JointGroupPositionController", "joints: [a]"));
+  rig.start({"c"});
+  rig.say<Float64MultiArray>("/c/commands", {{}, {1.0}});
   rig.run(1);
-  ASSERT_TRUE(rig.manager->switch_controllers(Names{}, Names{"c"}, Strictness::strict).ok());
-  speaker.say({{}, {2.0}});
-  ASSERT_TRUE(rig.manager->switch_controllers(Names{"c"}, Names{}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({}, {"c"}).ok());
+  rig.say<Float64MultiArray>("/c/commands", {{}, {2.0}});
+  ASSERT_TRUE(rig.switch_to({"c"}).ok());
   rig.hardware->set_position("a", 0.125);
   rig.run(3);
   EXPECT_EQ(rig.hardware->position("a"), 0.125);
 }
 
 TEST(ForwardCommand, MultipleInterfacesOfOneJointAreForwarded) {
-  ManagerRig rig(declared("forward_command_controller/MultiInterfaceForwardCommandController",
-                          "joint: b, interface_names: [effort, position]"),
+  ManagerRig rig(controller_yaml("c", "forward_command_controller/MultiInterfaceForwardCommandController",
+                                 "joint: b, interface_names: [effort, position]"),
                  {{"a"}, {"b"}}, offering({kPosition, kEffort}));
-  rig.manager->start(Names{"c"});
+  rig.start({"c"});
   EXPECT_THAT(rig.manager->controllers()[0].claimed, ElementsAre("b/effort", "b/position"));
-  Speaker<Float64MultiArray>(rig, "/c/commands").say({{}, {2.0, 0.5}});
+  rig.say<Float64MultiArray>("/c/commands", {{}, {2.0, 0.5}});
   rig.run(1);
   EXPECT_EQ(rig.hardware->last_command("b/effort"), 2.0);
   EXPECT_EQ(rig.hardware->last_command("b/position"), 0.5);
 }
 
 TEST(ForwardCommand, MimicJointValueIsIgnored) {
-  ManagerRig rig(declared("position_controllers/JointGroupPositionController", "joints: [a, finger, b]"),
-                 {{"a"}, {.name = "finger", .mimics = "a"}, {"b"}});
-  rig.manager->start(Names{"c"});
-  Speaker<Float64MultiArray>(rig, "/c/commands").say({{}, {1.0, 2.0, 3.0}});
+  ManagerRig rig(
+      controller_yaml("c", "position_controllers/JointGroupPositionController", "joints: [a, finger, b]"),
+      {{"a"}, {.name = "finger", .mimics = "a"}, {"b"}});
+  rig.start({"c"});
+  rig.say<Float64MultiArray>("/c/commands", {{}, {1.0, 2.0, 3.0}});
   rig.run(1);
   EXPECT_EQ(rig.hardware->position("a"), 1.0);
   EXPECT_EQ(rig.hardware->position("b"), 3.0);
@@ -176,13 +149,14 @@ TEST(JointGroupControllers, VelocityAndEffortStopWhenDeactivated) {
   for (const char* interface : {kVelocity, kEffort, kPosition}) {
     const std::string kind = interface;
     const std::string Kind = kind == kVelocity ? "Velocity" : kind == kEffort ? "Effort" : "Position";
-    ManagerRig rig(declared(kind + "_controllers/JointGroup" + Kind + "Controller", "joints: [a]"),
-                   {{"a"}, {"b"}}, offering({interface}));
-    rig.manager->start(Names{"c"});
-    Speaker<Float64MultiArray>(rig, "/c/commands").say({{}, {0.5}});
+    ManagerRig rig(
+        controller_yaml("c", kind + "_controllers/JointGroup" + Kind + "Controller", "joints: [a]"),
+        {{"a"}, {"b"}}, offering({interface}));
+    rig.start({"c"});
+    rig.say<Float64MultiArray>("/c/commands", {{}, {0.5}});
     rig.run(1);
     EXPECT_EQ(rig.hardware->last_command("a/" + kind), 0.5);
-    ASSERT_TRUE(rig.manager->switch_controllers(Names{}, Names{"c"}, Strictness::strict).ok());
+    ASSERT_TRUE(rig.switch_to({}, {"c"}).ok());
     rig.run(1);
     EXPECT_EQ(rig.hardware->last_command("a/" + kind), kind == kPosition ? 0.5 : 0.0);
   }
@@ -192,27 +166,25 @@ TEST(JointGroupControllers, VelocityEndsAfterCommandTimeout) {
   FakeHardwareOptions options;
   options.joints = {"a", "b"};
   options.commands = {kVelocity};
-  ManagerRig rig(
-      declared("velocity_controllers/JointGroupVelocityController", "joints: [a], command_timeout: 0.2"),
-      {{"a"}, {"b"}}, options);
-  rig.manager->start(Names{"c"});
-  Speaker<Float64MultiArray> speaker(rig, "/c/commands");
-  speaker.say({{}, {0.5}});
+  ManagerRig rig(controller_yaml("c", "velocity_controllers/JointGroupVelocityController",
+                                 "joints: [a], command_timeout: 0.2"),
+                 {{"a"}, {"b"}}, options);
+  rig.start({"c"});
+  rig.say<Float64MultiArray>("/c/commands", {{}, {0.5}});
   rig.run(20);
   EXPECT_EQ(rig.hardware->last_command("a/velocity"), 0.5);
   rig.run(20);
   EXPECT_EQ(rig.hardware->last_command("a/velocity"), 0.0);
   EXPECT_EQ(rig.count(Severity::warning, "no command for 0.2 s"), 1u) << rig.said();
-  speaker.say({{}, {0.5}});
+  rig.say<Float64MultiArray>("/c/commands", {{}, {0.5}});
   rig.run(1);
   EXPECT_EQ(rig.hardware->last_command("a/velocity"), 0.5);
 }
 
 TEST(JointGroupControllers, InterfaceParameterIsRefused) {
-  ManagerRig rig(
-      declared("velocity_controllers/JointGroupVelocityController", "joints: [a], interface_name: effort"));
-  EXPECT_THAT(input_error_of([&] { rig.manager->start(Names{"c"}); }),
-              HasSubstr("this type commands 'velocity'"));
+  ManagerRig rig(controller_yaml("c", "velocity_controllers/JointGroupVelocityController",
+                                 "joints: [a], interface_name: effort"));
+  EXPECT_THAT(input_error_of([&] { rig.start({"c"}); }), HasSubstr("this type commands 'velocity'"));
 }
 
 constexpr const char* kPid =
@@ -222,15 +194,15 @@ constexpr const char* kPid =
     "u_clamp_min: -4.0}}";
 
 TEST(PidControllerTest, OutputFollowsReferenceAndState) {
-  ManagerRig rig(declared("pid_controller/PidController", kPid), {{"a"}, {"b"}}, offering({kEffort}));
-  rig.manager->start(Names{"c"});
+  ManagerRig rig(controller_yaml("c", "pid_controller/PidController", kPid), {{"a"}, {"b"}},
+                 offering({kEffort}));
+  rig.start({"c"});
   Recorder<control_msgs::msg::MultiDOFStateStamped> states(rig.bus, "/c/controller_state");
   rig.run(1);
   EXPECT_TRUE(std::isnan(rig.manager->command("a/effort")));  // no reference, no effort
   rig.hardware->set_position("a", 0.5);
   rig.hardware->set_velocity("a", 0.25);
-  Speaker<control_msgs::msg::MultiDOFCommand> speaker(rig, "/c/reference");
-  speaker.say({{"b", "a"}, {3.0, 1.0}, {}});
+  rig.say<MultiDOFCommand>("/c/reference", {{"b", "a"}, {3.0, 1.0}, {}});
   rig.hardware->set_position("b", -3.0);
   rig.run(1);
   rig.bus.spin();
@@ -244,17 +216,17 @@ TEST(PidControllerTest, OutputFollowsReferenceAndState) {
   EXPECT_NEAR(state[0].output, 4.5, 1e-12);
   EXPECT_NEAR(state[0].time_step, 0.01, 1e-12);
 
-  ASSERT_TRUE(rig.manager->switch_controllers(Names{}, Names{"c"}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({}, {"c"}).ok());
   rig.run(1);
   EXPECT_EQ(rig.hardware->last_command("a/effort"), 0.0);
 }
 
 TEST(PidControllerTest, GainsAndFeedForwardChangeWhileRunning) {
-  ManagerRig rig(declared("pid_controller/PidController", kPid), {{"a"}, {"b"}}, offering({kEffort}));
-  rig.manager->start(Names{"c"});
+  ManagerRig rig(controller_yaml("c", "pid_controller/PidController", kPid), {{"a"}, {"b"}},
+                 offering({kEffort}));
+  rig.start({"c"});
   const auto edge = rig.bus.attach("test");
-  Speaker<control_msgs::msg::MultiDOFCommand> speaker(rig, "/c/reference");
-  speaker.say({{}, {1.0, 1.0}, {}});
+  rig.say<MultiDOFCommand>("/c/reference", {{}, {1.0, 1.0}, {}});
   Status set = Status::refused("never answered");
   edge->set_parameter("/c", "gains.a.p", ParameterValue(20.0), [&](const Status& status) { set = status; });
   edge->set_parameter("/c", "enable_feedforward", ParameterValue(true), [](const Status&) {});
@@ -265,16 +237,16 @@ TEST(PidControllerTest, GainsAndFeedForwardChangeWhileRunning) {
 }
 
 TEST(PidControllerTest, BadReferencesAndParametersAreRefused) {
-  ManagerRig rig(declared("pid_controller/PidController", kPid), {{"a"}, {"b"}}, offering({kEffort}));
-  rig.manager->start(Names{"c"});
-  Speaker<control_msgs::msg::MultiDOFCommand> speaker(rig, "/c/reference");
-  speaker.say({{"aa"}, {1.0}, {}});
+  ManagerRig rig(controller_yaml("c", "pid_controller/PidController", kPid), {{"a"}, {"b"}},
+                 offering({kEffort}));
+  rig.start({"c"});
+  rig.say<MultiDOFCommand>("/c/reference", {{"aa"}, {1.0}, {}});
   EXPECT_EQ(rig.count(Severity::error, "did you mean 'a'?"), 1u) << rig.said();
-  speaker.say({{"a"}, {0.0}, {}});
-  speaker.say({{"a"}, {1.0, 2.0}, {}});
+  rig.say<MultiDOFCommand>("/c/reference", {{"a"}, {0.0}, {}});
+  rig.say<MultiDOFCommand>("/c/reference", {{"a"}, {1.0, 2.0}, {}});
   EXPECT_EQ(rig.count(Severity::error, "2 values for 1 names"), 1u) << rig.said();
-  ManagerRig none(declared("pid_controller/PidController", "command_interface: effort"));
-  EXPECT_THAT(input_error_of([&] { none.manager->start(Names{"c"}); }), HasSubstr("'dof_names' is empty"));
+  ManagerRig none(controller_yaml("c", "pid_controller/PidController", "command_interface: effort"));
+  EXPECT_THAT(input_error_of([&] { none.start({"c"}); }), HasSubstr("'dof_names' is empty"));
 }
 
 }  // namespace

@@ -22,12 +22,9 @@ constexpr const char* kTricycle = "tricycle_controller/TricycleController";
 const std::string kTricycleBase =
     "traction_joint_name: wheel, steering_joint_name: fork, wheelbase: 2.0, wheel_radius: 0.5";
 
-struct TricycleRig : ReferenceRig {
+struct TricycleRig : BaseRig {
   explicit TricycleRig(const std::string& more = "", bool starts = true)
-      : ReferenceRig(kTricycle, kTricycleBase + more, {"wheel"}, {"fork"}) {
-    references = node.advertise<geometry_msgs::msg::TwistStamped>("/base/cmd_vel");
-    node.subscribe<nav_msgs::msg::Odometry>("/base/odom", [this](const auto& m) { odometry.push_back(m); });
-    node.subscribe<tf2_msgs::msg::TFMessage>("/tf", [this](const auto& m) { transforms.push_back(m); });
+      : BaseRig(kTricycle, kTricycleBase + more, base_hardware({"wheel"}, {"fork"})) {
     if (starts) start();
   }
   [[nodiscard]] double speed() const { return velocity("wheel"); }
@@ -104,7 +101,7 @@ TEST(Tricycle, TimeoutBrakesThroughLimits) {
 TEST(Tricycle, DeactivationStopsWheelStraight) {
   TricycleRig rig;
   rig.drive(1, 0, 0.25, 0.5);
-  ASSERT_TRUE(rig.manager->switch_controllers({}, std::vector<std::string>{"base"}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({}, {"base"}).ok());
   rig.run(1);
   EXPECT_EQ(rig.speed(), 0.0);
   EXPECT_EQ(rig.angle(), 0.0);
@@ -123,10 +120,10 @@ TEST(Tricycle, CommandOfWheelIsPublishedOnRequest) {
 }
 
 TEST(Tricycle, MissingParameterIsRefused) {
-  ReferenceRig joint(kTricycle, "traction_joint_name: wheel", {"wheel"}, {"fork"});
+  BaseRig joint(kTricycle, "traction_joint_name: wheel", base_hardware({"wheel"}, {"fork"}));
   EXPECT_THAT(input_error_of([&] { joint.start(); }), HasSubstr("'steering_joint_name' is not set"));
-  ReferenceRig size(kTricycle, "traction_joint_name: wheel, steering_joint_name: fork, wheelbase: 1.0",
-                    {"wheel"}, {"fork"});
+  BaseRig size(kTricycle, "traction_joint_name: wheel, steering_joint_name: fork, wheelbase: 1.0",
+               base_hardware({"wheel"}, {"fork"}));
   EXPECT_THAT(input_error_of([&] { size.start(); }), HasSubstr("'wheel_radius' is not set"));
 }
 

@@ -81,7 +81,7 @@ struct CommandedRig : ManagerRig {
     node.advertise<std_msgs::msg::Float64MultiArray>("/left/commands").publish({{}, {0.5}}, now);
     run(2);
     EXPECT_EQ(hardware->last_command("a/position"), 0.5);
-    EXPECT_TRUE(manager->switch_controllers({}, Names{"left"}, Strictness::strict).ok());
+    EXPECT_TRUE(switch_to({}, {"left"}).ok());
   }
 };
 
@@ -93,7 +93,7 @@ TEST(HardwareLifecycle, StartInitialisesConfiguresAndActivates) {
 
 TEST(HardwareLifecycle, ReadErrorStopsItsControllersOnly) {
   TwoSystems rig;
-  rig.manager->start(Names{"states", "left", "right"});
+  rig.start({"states", "left", "right"});
   rig.run(2);
   rig.hardware->read_answer = HardwareReturn::error;
   const int writes = rig.hardware->writes, others = rig.other->writes;
@@ -115,7 +115,7 @@ TEST(HardwareLifecycle, ReadErrorStopsItsControllersOnly) {
 
 TEST(HardwareLifecycle, ExceptionInWriteBecomesComponentError) {
   TwoSystems rig;
-  rig.manager->start(Names{"left", "right"});
+  rig.start({"left", "right"});
   rig.run(2);
   rig.hardware->throw_in = "write";
   rig.run(2);
@@ -128,7 +128,7 @@ TEST(HardwareLifecycle, ExceptionInWriteBecomesComponentError) {
 TEST(HardwareLifecycle, ExceptionInSwitchBecomesComponentError) {
   TwoSystems rig;
   rig.hardware->throw_in = "perform_switch";
-  rig.manager->start(Names{"left", "right"});
+  rig.start({"left", "right"});
   rig.run(1);
   EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::unconfigured);
   EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
@@ -137,7 +137,7 @@ TEST(HardwareLifecycle, ExceptionInSwitchBecomesComponentError) {
 
 TEST(HardwareLifecycle, FailedRecoveryFinalizesComponent) {
   TwoSystems rig;
-  rig.manager->start(Names{"left"});
+  rig.start({"left"});
   rig.hardware->refuse_recovery = true;
   rig.hardware->read_answer = HardwareReturn::error;
   rig.run(1);
@@ -148,7 +148,7 @@ TEST(HardwareLifecycle, FailedRecoveryFinalizesComponent) {
 
 TEST(HardwareLifecycle, DeactivateRequestKeepsComponentReadable) {
   TwoSystems rig;
-  rig.manager->start(Names{"left", "right"});
+  rig.start({"left", "right"});
   rig.run(1);
   rig.hardware->read_answer = HardwareReturn::deactivate;
   rig.run(1);
@@ -164,7 +164,7 @@ TEST(HardwareLifecycle, DeactivateRequestKeepsComponentReadable) {
 
 TEST(HardwareLifecycle, LostHardwareStartsFallbackControllers) {
   TwoSystems rig;
-  rig.manager->start(Names{"left"});
+  rig.start({"left"});
   rig.manager->load("spare");
   ASSERT_TRUE(rig.manager->configure("spare").ok());
   rig.run(1);
@@ -177,7 +177,7 @@ TEST(HardwareLifecycle, LostHardwareStartsFallbackControllers) {
 
 TEST(HardwareLifecycle, StateThatIsNotFiniteIsReportedOncePerActivation) {
   ManagerRig rig(kOneGroup);
-  rig.manager->start(Names{"left"});
+  rig.start({"left"});
   diagnostic_msgs::msg::DiagnosticArray last;
   Node listener(rig.bus, "/listener");
   listener.subscribe<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", [&](const auto& m) { last = m; });
@@ -190,7 +190,7 @@ TEST(HardwareLifecycle, StateThatIsNotFiniteIsReportedOncePerActivation) {
   EXPECT_EQ(rig.count(Severity::warning, expected), 1u) << rig.said();
   EXPECT_EQ(last.status[1].level, diagnostic_msgs::msg::DiagnosticStatus::WARN);
   EXPECT_EQ(last.status[1].message, "A joint's state is not finite");
-  ASSERT_TRUE(rig.manager->switch_controllers({}, Names{"left"}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({}, {"left"}).ok());
   bring_hardware_to(rig, "inactive");
   rig.run(101);
   EXPECT_EQ(last.status[1].message, "Not all hardware components are active");
@@ -204,7 +204,7 @@ TEST(HardwareLifecycle, StateThatIsNotFiniteIsReportedOncePerActivation) {
 
 TEST(HardwareLifecycle, FaultIsPublishedInDiagnosticsAndParameter) {
   TwoSystems rig;
-  rig.manager->start(Names{"left", "right"});
+  rig.start({"left", "right"});
   diagnostic_msgs::msg::DiagnosticArray last;
   Node listener(rig.bus, "/listener");
   listener.subscribe<diagnostic_msgs::msg::DiagnosticArray>("/diagnostics", [&](const auto& m) { last = m; });
@@ -231,7 +231,7 @@ TEST(HardwareLifecycle, FaultIsPublishedInDiagnosticsAndParameter) {
 
 TEST(HardwareLifecycle, UnusableFallbackIsReported) {
   TwoSystems rig;
-  rig.manager->start(Names{"left"});
+  rig.start({"left"});
   rig.run(1);
   rig.hardware->read_answer = HardwareReturn::error;
   rig.run(1);
@@ -265,7 +265,7 @@ right: {ros__parameters: {joints: [b]}}
 spare: {ros__parameters: {joints: [a]}}
 )");
   rig.registry.add("test/Throwing", [] { return std::make_unique<Throwing>(); });
-  rig.manager->start(Names{"left", "right"});
+  rig.start({"left", "right"});
   rig.manager->load("spare");
   ASSERT_TRUE(rig.manager->configure("spare").ok());
   rig.run(2);
@@ -280,7 +280,7 @@ spare: {ros__parameters: {joints: [a]}}
 
 TEST(HardwareLifecycle, SetStateReactivatesComponentAndClearsFault) {
   TwoSystems rig;
-  rig.manager->start(Names{"left"});
+  rig.start({"left"});
   rig.hardware->read_answer = HardwareReturn::error;
   rig.run(1);
   rig.hardware->read_answer = HardwareReturn::ok;
@@ -289,7 +289,7 @@ TEST(HardwareLifecycle, SetStateReactivatesComponentAndClearsFault) {
   EXPECT_THAT(rig.hardware->calls, ElementsAre("on_configure", "on_activate"));
   EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::active);
   EXPECT_THAT(rig.view("FakeSystem").fault, IsEmpty());
-  EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
+  EXPECT_TRUE(rig.switch_to({"left"}).ok());
 }
 
 TEST(HardwareLifecycle, ComponentRateIsRoundedWithWarning) {
@@ -327,7 +327,7 @@ TEST(HardwareLifecycle, PluginNameLoadsComponentFromSharedLibrary) {
 
 TEST(EmergencyStop, StopIsLatchedUntilReset) {
   TwoSystems rig;
-  rig.manager->start(Names{"states", "left", "right"});
+  rig.start({"states", "left", "right"});
   Node node(rig.bus, "/speaker");
   node.advertise<std_msgs::msg::Float64MultiArray>("/left/commands").publish({{}, {0.5}}, rig.now);
   rig.run(2);
@@ -384,7 +384,7 @@ TEST(EmergencyStop, HardwareActivatedDuringStopIsHeld) {
 
 TEST(EmergencyStop, ThrowingHardwareBecomesErrorAndOthersStop) {
   TwoSystems rig;
-  rig.manager->start(Names{"left", "right"});
+  rig.start({"left", "right"});
   rig.hardware->throw_in = "on_stop";
   rig.manager->stop("the test");
   EXPECT_EQ(rig.view("FakeSystem").state, HardwareState::unconfigured);

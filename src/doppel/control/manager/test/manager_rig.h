@@ -3,6 +3,8 @@
 // recorded.
 
 #include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -14,7 +16,26 @@
 
 namespace doppel {
 
+// The YAML of one controller.
+inline std::string controller_yaml(const std::string& name, const std::string& type,
+                                   const std::string& parameters) {
+  return "controller_manager: {ros__parameters: {" + name + ": {type: " + type + "}}}\n" + name +
+         ": {ros__parameters: {" + parameters + "}}\n";
+}
+
+// All messages of one type on one topic.
+template <class M>
+struct Recorder {
+  Recorder(Bus& bus, const std::string& topic) : node(bus, "/listener") {
+    node.subscribe<M>(topic, [this](const M& message) { messages.push_back(message); });
+  }
+  Node node;
+  std::vector<M> messages;
+};
+
 struct ManagerRig {
+  using Names = std::vector<std::string>;
+
   explicit ManagerRig(const std::string& yaml, std::vector<FakeJoint> joints = {{"a"}, {"b"}},
                       FakeHardwareOptions hardware_options = {}, ControllerManagerOptions options = {})
       : model(fake_robot(joints)), registry(builtin_controllers()) {
@@ -43,6 +64,37 @@ struct ManagerRig {
       manager->settle(now);
       now += manager->period();
     }
+  }
+
+  // Loads, configures and activates.
+  void start(const Names& names) {
+    bus.set_now(now);
+    manager->start(names);
+  }
+  Status switch_to(const Names& on, const Names& off = {}) {
+    return manager->switch_controllers(on, off, Strictness::strict);
+  }
+  // Publishes and delivers a message.
+  template <class M>
+  void say(const std::string& topic, const M& message) {
+    if (!speaker) speaker = std::make_unique<Node>(bus, "/speaker");
+    speaker->advertise<M>(topic).publish(message, now);
+    bus.set_now(now);
+    bus.spin();
+  }
+  // Calls a service through an edge, as an external client. Throws without a response.
+  template <class S>
+  typename S::Response call(const std::string& service, const typename S::Request& request) {
+    if (!edge) edge = bus.attach("client");
+    std::optional<typename S::Response> response;
+    edge->call(service, to_cdr(request), [&](const Status& status, const Bytes& cdr) {
+      if (!status) throw std::runtime_error(status.why());
+      if (const Status read = from_cdr(cdr, response.emplace()); !read) throw std::runtime_error(read.why());
+    });
+    bus.set_now(now);
+    bus.spin();
+    if (!response) throw std::runtime_error("expected a response from " + service);
+    return *response;
   }
 
   [[nodiscard]] std::size_t count(Severity severity, const std::string& part) const {
@@ -75,6 +127,8 @@ struct ManagerRig {
   std::unique_ptr<ControllerManager> manager;
   FakeHardware* hardware = nullptr;
   Time now{};
+  std::unique_ptr<Node> speaker;
+  std::unique_ptr<Edge> edge;
 };
 
 // The text of what the call throws; "" if it does not throw.

@@ -92,19 +92,19 @@ TEST(ControllerSwitch, RandomSequenceKeepsClaimsExclusive) {
 
 TEST(ControllerSwitch, HandoverKeepsCommand) {
   ManagerRig rig(groups({{"one", "a"}, {"two", "a"}}));
-  rig.manager->start(Names{"one"});
+  rig.start({"one"});
   rig.manager->load("two");
   ASSERT_TRUE(rig.manager->configure("two").ok());
   Node node(rig.bus, "/speaker");
   node.advertise<std_msgs::msg::Float64MultiArray>("/one/commands").publish({{}, {0.75}}, rig.now);
   rig.run(2);
   rig.hardware->set_offset("a", -0.1);  // it sags
-  ASSERT_TRUE(rig.manager->switch_controllers(Names{"two"}, Names{"one"}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({"two"}, {"one"}).ok());
   rig.run(1);
   EXPECT_EQ(rig.manager->command("a/position"), 0.75);
-  ASSERT_TRUE(rig.manager->switch_controllers(Names{}, Names{"two"}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({}, {"two"}).ok());
   rig.run(5);
-  ASSERT_TRUE(rig.manager->switch_controllers(Names{"one"}, Names{}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({"one"}).ok());
   rig.run(1);
   EXPECT_TRUE(std::isnan(rig.manager->command("a/position")));
 }
@@ -118,12 +118,12 @@ TEST(ControllerSwitch, DeactivationZeroReachesHardware) {
   options.joints = {"a"};
   options.commands = {kVelocity};
   ManagerRig rig(yaml, {{"a"}}, options);
-  rig.manager->start(Names{"g"});
+  rig.start({"g"});
   Node node(rig.bus, "/speaker");
   node.advertise<std_msgs::msg::Float64MultiArray>("/g/commands").publish({{}, {0.75}}, rig.now);
   rig.run(2);
   ASSERT_EQ(rig.hardware->last_command("a/velocity"), 0.75);
-  ASSERT_TRUE(rig.manager->switch_controllers(Names{}, Names{"g"}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({}, {"g"}).ok());
   EXPECT_EQ(rig.hardware->command_at_release("a/velocity"), 0.0);
 }
 

@@ -79,8 +79,8 @@ void make_inactive(ManagerRig& rig, const Names& names) {
 TEST(ControllerManager, ClaimsAreExclusive) {
   ManagerRig rig(kTwoGroups);
   make_inactive(rig, {"left", "both"});
-  EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
-  const Status refused = rig.manager->switch_controllers(Names{"both"}, Names{}, Strictness::strict);
+  EXPECT_TRUE(rig.switch_to({"left"}).ok());
+  const Status refused = rig.switch_to({"both"});
   EXPECT_EQ(refused.why(),
             "'both' claims the command interface 'a/position', which is claimed by 'left'; deactivate 'left' "
             "first");
@@ -88,7 +88,7 @@ TEST(ControllerManager, ClaimsAreExclusive) {
   EXPECT_EQ(rig.manager->command_interfaces()[1].claimed_by, "");
   EXPECT_FALSE(rig.hardware->claimed("b/position"));
 
-  EXPECT_TRUE(rig.manager->switch_controllers(Names{"both"}, Names{"left"}, Strictness::strict).ok());
+  EXPECT_TRUE(rig.switch_to({"both"}, {"left"}).ok());
   EXPECT_EQ(rig.manager->command_interfaces()[0].claimed_by, "both");
   EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
   EXPECT_TRUE(rig.hardware->claimed("a/position"));
@@ -100,12 +100,12 @@ TEST(ControllerManager, StrictRefusesAllAndBestEffortSwitchesPart) {
   make_inactive(rig, {"left", "both", "states"});
   for (const Names& impossible :
        {Names{"states", "nobody"}, Names{"left", "both"}, Names{"states", "states "}}) {
-    EXPECT_FALSE(rig.manager->switch_controllers(impossible, Names{}, Strictness::strict).ok());
+    EXPECT_FALSE(rig.switch_to(impossible).ok());
     EXPECT_EQ(rig.state_of("states"), ControllerState::inactive);
     EXPECT_EQ(rig.state_of("left"), ControllerState::inactive);
   }
   EXPECT_TRUE(rig.hardware->switches.empty());
-  EXPECT_FALSE(rig.manager->switch_controllers(Names{}, Names{"left"}, Strictness::strict).ok());
+  EXPECT_FALSE(rig.switch_to({}, {"left"}).ok());
 
   EXPECT_TRUE(
       rig.manager->switch_controllers(Names{"states", "lefd", "left"}, Names{}, Strictness::best_effort)
@@ -115,7 +115,7 @@ TEST(ControllerManager, StrictRefusesAllAndBestEffortSwitchesPart) {
   EXPECT_EQ(rig.count(Severity::warning, "did you mean 'left'?"), 1u) << rig.said();
   // Best effort accepts what is already the case; it fails if nothing at all can be switched.
   EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::best_effort).ok());
-  EXPECT_FALSE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
+  EXPECT_FALSE(rig.switch_to({"left"}).ok());
   EXPECT_FALSE(rig.manager->switch_controllers(Names{"nobody"}, Names{}, Strictness::best_effort).ok());
 }
 
@@ -124,7 +124,7 @@ TEST(ControllerManager, StrictRefusesAllAndBestEffortSwitchesPart) {
 TEST(ControllerManager, FailedActivationStopsNoOtherController) {
   ManagerRig rig(kTwoGroups);
   make_inactive(rig, {"left", "both", "states"});
-  ASSERT_TRUE(rig.manager->switch_controllers(Names{"left", "states"}, Names{}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({"left", "states"}).ok());
   const Status refused =
       rig.manager->switch_controllers(Names{"both"}, Names{"states"}, Strictness::best_effort);
   EXPECT_EQ(refused.why(),
@@ -148,9 +148,9 @@ left: {ros__parameters: {joints: [a]}}
 probe: {ros__parameters: {joint: a}}
 )");
   make_inactive(rig, {"left", "probe"});
-  ASSERT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
+  ASSERT_TRUE(rig.switch_to({"left"}).ok());
   rig.refuses = true;
-  const Status status = rig.manager->switch_controllers(Names{"probe"}, Names{"left"}, Strictness::strict);
+  const Status status = rig.switch_to({"probe"}, {"left"});
   EXPECT_THAT(status.why(), HasSubstr("not today"));
   EXPECT_EQ(rig.state_of("left"), ControllerState::active);
   EXPECT_EQ(rig.state_of("probe"), ControllerState::inactive);
@@ -174,13 +174,12 @@ TEST(ControllerManager, HardwareRefusalFailsSwitch) {
 TEST(ControllerManager, InvalidTransitionsAreRefused) {
   ManagerRig rig(kTwoGroups);
   rig.manager->load("left");
-  EXPECT_THAT(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).why(),
-              HasSubstr("not configured"));
+  EXPECT_THAT(rig.switch_to({"left"}).why(), HasSubstr("not configured"));
   EXPECT_TRUE(rig.manager->configure("left").ok());
-  EXPECT_TRUE(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::strict).ok());
+  EXPECT_TRUE(rig.switch_to({"left"}).ok());
   EXPECT_FALSE(rig.manager->configure("left").ok());
   EXPECT_FALSE(rig.manager->unload("left").ok());
-  EXPECT_TRUE(rig.manager->switch_controllers(Names{}, Names{"left"}, Strictness::strict).ok());
+  EXPECT_TRUE(rig.switch_to({}, {"left"}).ok());
   EXPECT_TRUE(rig.manager->unload("left").ok());
   EXPECT_TRUE(rig.manager->controllers().empty());
   rig.manager->load("left");  // its node's names are free again
@@ -215,10 +214,9 @@ TEST(ControllerManager, ThrowingTransitionIsRefusedAndManagerKeepsRunning) {
     const std::vector<std::string> names{"t"};
     EXPECT_EQ(rig.manager->configure("t").ok(), transition != "configure");
     if (transition == "configure") continue;
-    EXPECT_EQ(rig.manager->switch_controllers(names, {}, Strictness::strict).ok(), transition != "activate");
+    EXPECT_EQ(rig.switch_to(names).ok(), transition != "activate");
     if (transition == "activate") continue;
-    EXPECT_TRUE(rig.manager->switch_controllers({}, names, Strictness::strict).ok())
-        << "expected it to stop nevertheless";
+    EXPECT_TRUE(rig.switch_to({}, names).ok()) << "expected it to stop nevertheless";
     EXPECT_EQ(rig.manager->configure("t").ok(), transition != "cleanup")
         << "expected configure to clean up first";
   }
@@ -293,7 +291,7 @@ gripper:
     joints: [a, finger]
 )",
                  {{"a"}, {.name = "finger", .mimics = "a"}});
-  rig.manager->start(Names{"gripper"});
+  rig.start({"gripper"});
   EXPECT_EQ(rig.count(Severity::warning, "test.yaml:6:17: joint 'finger' mimics 'a'"), 1u) << rig.said();
   EXPECT_THAT(rig.manager->controllers()[0].claimed, ElementsAre("a/position"));
 }
@@ -330,7 +328,7 @@ controller_manager:
 slow: {ros__parameters: {update_rate: 25}}
 odd: {ros__parameters: {update_rate: 30}}
 )");
-  rig.manager->start(Names{"z_first", "slow", "odd"});
+  rig.start({"z_first", "slow", "odd"});
   EXPECT_EQ(rig.count(Severity::warning,
                       "30 Hz does not divide the controller manager's 100 Hz; 'odd' is updated every 3 "
                       "ticks, at 33.3333 Hz"),
@@ -362,7 +360,7 @@ odd: {ros__parameters: {update_rate: 30}}
 
 TEST(ControllerManager, DoubleClaimAtStartIsReportedWithBothPlaces) {
   ManagerRig rig(kTwoGroups);
-  const std::string error = input_error_of([&] { rig.manager->start(Names{"states", "left", "both"}); });
+  const std::string error = input_error_of([&] { rig.start({"states", "left", "both"}); });
   EXPECT_THAT(error, HasSubstr("test.yaml:13:14: error: 'both' and 'left' both claim the command interface "
                                "'a/position' at test.yaml:10:14"));
   EXPECT_TRUE(rig.manager->controllers().empty());
@@ -373,7 +371,7 @@ TEST(ControllerManager, MissingInterfaceAtStartIsReportedWithPlace) {
   FakeHardwareOptions options;
   options.joints = {"a"};
   ManagerRig rig(kTwoGroups, {{"a"}, {"b"}}, options);
-  const std::string error = input_error_of([&] { rig.manager->start(Names{"both"}); });
+  const std::string error = input_error_of([&] { rig.start({"both"}); });
   EXPECT_THAT(error, HasSubstr("test.yaml:13:17: error: 'both' requires the command interface 'b/position', "
                                "which no hardware exports"));
 }
@@ -387,7 +385,7 @@ controller_manager:
 one: {ros__parameters: {joints: [x]}}
 two: {ros__parameters: {joints: [z]}}
 )");
-  const std::string error = input_error_of([&] { rig.manager->start(Names{"one", "two"}); });
+  const std::string error = input_error_of([&] { rig.start({"one", "two"}); });
   EXPECT_THAT(error, HasSubstr("'x'"));
   EXPECT_THAT(error, HasSubstr("'z'"));
 }
@@ -460,7 +458,7 @@ TEST(ControllerManager, TypeParameterOfControllerIsNoTypo) {
       "controller_manager: {ros__parameters: {g: {type: position_controllers/JointGroupPositionController,\n"
       "  node_options_args: [-r, '~/commands:=/wanted']}}}\n"
       "g: {ros__parameters: {type: position_controllers/JointGroupPositionController, joints: [a]}}");
-  rig.manager->start(Names{"g"});
+  rig.start({"g"});
   EXPECT_EQ(rig.said(), "");
   EXPECT_TRUE(rig.diagnostics.all().empty());
   bool renamed = false;
@@ -470,13 +468,13 @@ TEST(ControllerManager, TypeParameterOfControllerIsNoTypo) {
       "controller_manager: {ros__parameters: {g: {type: "
       "position_controllers/JointGroupPositionController}}}\n"
       "g: {ros__parameters: {type: a/B, joints: [a]}}");
-  other.manager->start(Names{"g"});
+  other.start({"g"});
   EXPECT_EQ(other.count(Severity::warning, "the type 'a/B' has no effect here"), 1u) << other.said();
 }
 
 TEST(ControllerManager, RestartReclaimsAndClearsCommands) {
   ProbeRig rig(kTwoGroups);
-  rig.manager->start(Names{"left"});
+  rig.start({"left"});
   rig.hardware->switches.clear();
   rig.manager->restart(Time{});
   EXPECT_EQ(rig.state_of("left"), ControllerState::active);
@@ -490,7 +488,7 @@ TEST(ControllerManager, SharedLibraryRegistersControllers) {
       "{value: 0.5}}");
   load_plugin_library(DOPPEL_TEST_CONTROLLER_PLUGIN, rig.registry, rig.hardware_types);
   EXPECT_EQ(rig.registry.find("test_plugin/Constant")->library, DOPPEL_TEST_CONTROLLER_PLUGIN);
-  rig.manager->start(Names{"c"});
+  rig.start({"c"});
   rig.run(2);
   EXPECT_EQ(rig.hardware->position("a"), 0.5);
   EXPECT_THAT(input_error_of([&] {

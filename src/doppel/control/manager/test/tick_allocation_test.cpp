@@ -26,7 +26,7 @@ TEST(ManagerTick, NeitherAllocatesNorFrees) {
   options.commands = {kPosition, kEffort};
   options.joints = {"a", "b"};
   ManagerRig rig(kAll, {{.name = "a", .upper = 1, .velocity = 0.1}, {.name = "b", .effort = 1}}, options);
-  rig.manager->start(std::vector<std::string>{"states", "group", "pid"});
+  rig.start({"states", "group", "pid"});
   // With subscribers, so that messages are built and sent, and with commands beyond the limits.
   const auto edge = rig.bus.attach("listener");
   for (const TopicInfo& topic : rig.bus.topics()) edge->subscribe(topic.id);
