@@ -65,7 +65,8 @@ void measure(const char* what, const std::vector<Pair>& pairs) {
                        took / static_cast<double>(pairs.size()), worst, wrong);
   };
   const auto own = [](const Pair& pair) {
-    return convex_depth(pair.a.own, pair.b.own, pair.X_AB, true).depth;
+    static ConvexWorkspace memory;
+    return std::max(0.0, -convex_distance(pair.a.own, pair.b.own, pair.X_AB, 0.0, memory).distance);
   };
   fmt::print("{:<32} {:4}: doppel {}; FCL {}\n", what, pairs.size(), with(own), with(by_fcl));
 }

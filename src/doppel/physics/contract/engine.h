@@ -8,7 +8,6 @@
 // throws std::out_of_range. After step() all reported values belong to the same instant.
 
 #include <Eigen/Core>
-#include <compare>
 #include <memory>
 #include <optional>
 #include <span>
@@ -21,6 +20,7 @@
 #include "doppel/export.h"
 #include "doppel/physics/contract/model_instance.h"
 #include "doppel/physics/contract/world.h"
+#include "doppel/robot/collision/body_id.h"
 
 namespace doppel {
 
@@ -51,13 +51,6 @@ struct EngineCapabilities {
   bool bounce = false;                    // contacts with a restitution (CollisionShape)
   std::vector<Integrator> integrators;    // the first is the default
   EngineTolerances tolerances;
-};
-
-// A body: a link of an instance. The ground is instance -1, link 0.
-struct DOPPEL_API BodyId {
-  int instance = -1, link = 0;
-  [[nodiscard]] bool is_ground() const { return instance < 0; }
-  auto operator<=>(const BodyId&) const = default;
 };
 
 struct Contact {

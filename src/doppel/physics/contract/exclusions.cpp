@@ -1,53 +1,17 @@
 #include "doppel/physics/contract/exclusions.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 
+#include "doppel/robot/collision/link_pairs.h"
+
 namespace doppel {
-
-std::vector<int> rigid_groups(const Model& model) {
-  std::vector<int> groups(model.links.size(), 0);
-  for (const ModelJoint& joint : model.joints) {
-    groups[joint.child_link] = joint.type == JointType::fixed ? groups[joint.parent_link] : joint.child_link;
-  }
-  return groups;
-}
-
-std::vector<LinkPair> link_pairs(const Model& model, const std::vector<bool>& has_shape) {
-  const std::vector<int> groups = rigid_groups(model);
-  // The joint that moves a group against its parent's group; -1: the root's.
-  const auto joint_to_parent = [&](int group) { return model.links[group].joint; };
-  const auto joined_by = [&](int upper, int lower) {
-    const int joint = joint_to_parent(lower);
-    return joint >= 0 && groups[model.joints[joint].parent_link] == upper ? joint : -1;
-  };
-  std::vector<LinkPair> pairs;
-  for (int a = 0; a < static_cast<int>(model.links.size()); ++a) {
-    for (int b = a + 1; has_shape[a] && b < static_cast<int>(model.links.size()); ++b) {
-      if (!has_shape[b]) continue;
-      LinkPair pair{a, b, ""};
-      const int joint = std::max(joined_by(groups[a], groups[b]), joined_by(groups[b], groups[a]));
-      if (groups[a] == groups[b]) {
-        pair.reason = "one rigid body";
-      } else if (joint >= 0) {
-        pair.reason = fmt::format("joined by {}", model.joints[joint].name);
-      }
-      pairs.push_back(std::move(pair));
-    }
-  }
-  return pairs;
-}
 
 Exclusions::Exclusions(const WorldSettings& settings, std::span<const ModelInstance> instances)
     : instances_(instances), ground_(settings.ground) {
   for (std::size_t i = 0; i < instances.size(); ++i) {
     const ModelInstance& instance = instances[i];
     groups_.push_back(rigid_groups(*instance.model));
-    std::vector<bool> has_shape;
-    for (const auto& shapes : instance.shapes) has_shape.push_back(!shapes.empty());
-    for (LinkPair& pair : link_pairs(*instance.model, has_shape)) {
-      if (pair.reason.empty() && !instance.self_collision) pair.reason = "self-collision is off";
+    for (const LinkPair& pair : link_pairs(*instance.model, instance.shapes, instance.self_collision)) {
       const int index = static_cast<int>(i);
       if (!pair.reason.empty()) pairs_[{{index, pair.a}, {index, pair.b}}] = {pair.reason, 0.0, false};
     }

@@ -5,6 +5,7 @@
 // body that starts inside the ground or another instance would be thrown.
 
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
@@ -15,19 +16,10 @@
 
 namespace doppel {
 
+class CollisionScene;
+
 // m: depth up to which a body counts as standing on the ground or beside another one, not inside it.
 inline constexpr double kOverlap = 1e-4;
-
-// For each link, the topmost link that it is rigidly joined to by fixed joints; 0: it is fixed to the root.
-DOPPEL_API std::vector<int> rigid_groups(const Model& model);
-
-struct LinkPair {
-  int a = -1, b = -1;  // links of one model, a < b
-  std::string reason;  // empty: they may collide
-};
-// Every pair of the links for which `has_shape` holds, with the reason why it never collides: within one
-// rigid body, or between two bodies that one joint joins.
-DOPPEL_API std::vector<LinkPair> link_pairs(const Model& model, const std::vector<bool>& has_shape);
 
 class DOPPEL_API Exclusions {
  public:
@@ -62,5 +54,10 @@ class DOPPEL_API Exclusions {
   std::vector<std::vector<int>> groups_;  // [instances][links]
   std::map<Key, Entry> pairs_;
 };
+
+// The world for distances and collision checks, so that what plans a motion sees what the engine simulates: the
+// same bodies under the same BodyId, their shapes, the ground, and the excluded pairs with their reasons. Robots
+// and objects are where the world puts them at reset; a CollisionContext starts each in Model::neutral().
+DOPPEL_API std::shared_ptr<const CollisionScene> make_collision_scene(const CompiledWorld& world);
 
 }  // namespace doppel

@@ -7,11 +7,7 @@
 #include <stdexcept>
 
 #include "doppel/base/math/mass_properties.h"
-#include "doppel/description/meshes/mesh.h"
-#include "doppel/description/meshes/shape_mesh.h"
-#include "doppel/physics/contract/detail/contact_friction.h"
-#include "doppel/physics/contract/detail/mesh_parts.h"
-#include "doppel/physics/contract/size_limits.h"
+#include "doppel/robot/collision/size_limits.h"
 
 namespace doppel {
 namespace {
@@ -19,187 +15,6 @@ namespace {
 constexpr const char* kObjectLink = "link";
 // Engines reject bodies of about 1e-15 kg, and no measured quantity distinguishes a smaller mass from zero.
 constexpr double kMinMass = 1e-9;  // kg
-
-// A plane collides as a slab below it.
-constexpr double kPlaneSide = 100.0, kPlaneDepth = 1.0;  // m, at least
-
-// Of a primitive, or of a mesh that was loaded.
-CollisionShape shape_of(const Geometry& geometry, const CollisionMesh* mesh, const Pose& X_LG,
-                        const Friction& friction) {
-  CollisionShape out{Box{}, X_LG, friction};
-  if (mesh != nullptr) {
-    if (mesh->hull != nullptr) {
-      out.geometry = mesh->hull;
-    } else {
-      out.geometry = Box{mesh->box_size};
-      out.X_LS = X_LG * mesh->X_GB;
-    }
-  } else if (const auto* plane = std::get_if<Plane>(&geometry)) {
-    const Eigen::Vector2d sides = plane->size.cwiseMax(kPlaneSide).cwiseMin(kMaxShapeSize);
-    out.geometry = Box{{sides.x(), sides.y(), kPlaneDepth}};
-    out.X_LS = X_LG * Pose(rotation_from_z(plane->normal)) * Eigen::Translation3d(0, 0, -kPlaneDepth / 2);
-  } else {
-    std::visit(
-        [&](const auto& primitive) {
-          if constexpr (requires { out.geometry = primitive; }) {
-            out.geometry = primitive;
-          } else if (const auto convex = convex_surface(geometry)) {
-            out.geometry = std::make_shared<const CollisionHull>(CollisionHull{convex->vertices});
-          }
-        },
-        geometry);
-  }
-  return out;
-}
-
-// What of a mesh collides: the hull of a robot's link, the triangles of what stands still in a world, or the hulls of
-// the connected surfaces of what moves in it.
-enum class MeshUse { hull, still, moving };
-
-class ShapeReader {
- public:
-  ShapeReader(CollisionMeshes& meshes, Diagnostics& diagnostics)
-      : meshes_(meshes), diagnostics_(diagnostics) {}
-
-  std::vector<CollisionShape> shapes_of(const RobotDescription& robot, const Model& model, const Link& link,
-                                        MeshUse use) {
-    const ContactSurface of_link = surface_of(robot, link.name);
-    std::vector<CollisionShape> out;
-    for (const Collision& collision : link.collisions) {
-      if (!has_size(collision.geometry)) {
-        diagnostics_.warning(
-            "physics.empty_shape", collision.source,
-            fmt::format("a collision shape of link '{}' has no size and collides with nothing", link.name),
-            "write positive sizes, m");
-        continue;
-      }
-      if (size_span(collision.geometry).most > kMaxShapeSize || is_scaled_badly(collision.geometry))
-        check_sizes(collision.geometry, "physics.size", collision.source, errors_);
-      const Friction friction =
-          friction_of(overlaid(of_link, collision.surface), model, collision, diagnostics_);
-      const std::optional<double> restitution =
-          restitution_of(overlaid(of_link, collision.surface), collision, diagnostics_);
-      const std::size_t first = out.size();
-      add_shapes(link, collision, friction, use, out);
-      for (std::size_t i = first; i < out.size(); ++i) {
-        check_mesh_size(collision, out[i]);
-        out[i].restitution = restitution;
-      }
-    }
-    return out;
-  }
-
-  // Throws InputError with all sizes that are too large.
-  void throw_if_errors() { errors_.throw_if_errors(); }
-
- private:
-  void add_shapes(const Link& link, const Collision& collision, const Friction& friction, MeshUse use,
-                  std::vector<CollisionShape>& out) {
-    const CollisionMesh* mesh = nullptr;
-    if (const auto* map = std::get_if<Heightmap>(&collision.geometry)) {
-      add_terrain(link, collision, *map, friction, use, out);
-      return;
-    }
-    if (const auto* geometry = std::get_if<MeshGeometry>(&collision.geometry)) {
-      if (use != MeshUse::hull) {
-        add_parts(link, collision, *geometry, friction, use, out);
-        return;
-      }
-      mesh = mesh_of(link, collision, *geometry);
-      if (mesh == nullptr) return;
-    }
-    out.push_back(shape_of(collision.geometry, mesh, collision.origin.pose(), friction));
-  }
-
-  static bool is_scaled_badly(const Geometry& geometry) {
-    const auto* const mesh = std::get_if<MeshGeometry>(&geometry);
-    return mesh != nullptr && !(mesh->scale.cwiseAbs().maxCoeff() <= kMaxShapeSize);
-  }
-
-  // A mesh gives its hull, or the box that replaces a flat one.
-  void check_mesh_size(const Collision& collision, const CollisionShape& shape) {
-    if (!std::holds_alternative<MeshGeometry>(collision.geometry)) return;
-    double distance = shape.X_LS.translation().cwiseAbs().maxCoeff();
-    if (const auto* const box = std::get_if<Box>(&shape.geometry)) {
-      distance = std::max(distance, box->size.maxCoeff());
-    } else if (const auto* const hull = std::get_if<SharedHull>(&shape.geometry); hull != nullptr && *hull) {
-      for (const Eigen::Vector3f& p : (*hull)->vertices)
-        distance = std::max(distance, static_cast<double>(p.cwiseAbs().maxCoeff()));
-    }
-    check_range("distance of a vertex from the mesh's origin", distance, 0, kMaxShapeSize, "m",
-                "physics.size", collision.source, errors_);
-  }
-
-  // A terrain without heights was reported when it was read.
-  void add_terrain(const Link& link, const Collision& collision, const Heightmap& map,
-                   const Friction& friction, MeshUse use, std::vector<CollisionShape>& out) {
-    if (map.field == nullptr) return;
-    if (use == MeshUse::still) {
-      out.push_back({map.field, collision.origin.pose(), friction});
-      return;
-    }
-    diagnostics_.warning(
-        "physics.moving_heightmap", collision.source,
-        fmt::format("the heightmap of link '{}' collides with nothing, because its model may move",
-                    link.name),
-        "write <static>true</static>");
-  }
-
-  void add_parts(const Link& link, const Collision& collision, const MeshGeometry& geometry,
-                 const Friction& friction, MeshUse use, std::vector<CollisionShape>& out) {
-    if (geometry.path.empty()) return;
-    MeshParts made;
-    try {
-      const TriangleMesh mesh = load_mesh(geometry);
-      made = use == MeshUse::still ? static_parts(mesh) : moving_parts(mesh);
-    } catch (const InputError& error) {
-      return leave_out(link, collision, error);
-    }
-    for (const std::vector<Eigen::Vector3f>& part : made.parts) {
-      const CollisionMesh solid = make_collision_mesh(part);
-      out.push_back(shape_of(geometry, &solid, collision.origin.pose(), friction));
-    }
-    if (made.filled > 0 && use == MeshUse::still) {
-      diagnostics_.note(
-          "physics.filled_mesh", collision.source,
-          fmt::format("{} of the {} parts of the mesh '{}' of link '{}' have more than {} triangles and are "
-                      "not convex; they collide as their convex hulls",
-                      made.filled, made.parts.size(), geometry.uri, link.name, kMaxShellTriangles),
-          "give the collision a simpler mesh, or boxes");
-    }
-    if (made.joined > 0) {
-      diagnostics_.note(
-          "physics.filled_mesh", collision.source,
-          fmt::format("the mesh '{}' of link '{}', which moves, has {} connected surfaces, more "
-                      "than {}; it collides as one convex hull",
-                      geometry.uri, link.name, made.joined, kMaxMovingParts),
-          "give the collision a simpler mesh, or boxes");
-    }
-  }
-
-  // A shape that cannot be read collides with nothing.
-  void leave_out(const Link& link, const Collision& collision, const InputError& error) {
-    for (Diagnostic diagnostic : error.diagnostics()) {
-      diagnostic.severity = Severity::warning;
-      diagnostic.message += fmt::format("; this shape of link '{}' collides with nothing", link.name);
-      if (!diagnostic.where.known()) diagnostic.where = collision.source;
-      diagnostics_.add(std::move(diagnostic));
-    }
-  }
-
-  const CollisionMesh* mesh_of(const Link& link, const Collision& collision, const MeshGeometry& geometry) {
-    try {
-      return meshes_.find(geometry, fmt::format("link '{}'", link.name), collision.source, diagnostics_);
-    } catch (const InputError& error) {
-      leave_out(link, collision, error);
-      return nullptr;
-    }
-  }
-
-  CollisionMeshes& meshes_;
-  Diagnostics& diagnostics_;
-  Diagnostics errors_;
-};
 
 // Side lengths of the box with about the same inertia, and its centre.
 struct SolidBox {
@@ -345,18 +160,14 @@ ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
   out.set_on_ground = options.set_on_ground;
   out.passive = options.passive;
   out.X_BO = options.X_BO;
-  ShapeReader reader(meshes, diagnostics);
-  std::vector<std::string> keep;  // links whose shapes collide as they are described
-  out.shapes.resize(model->links.size());
   const MeshUse use = !options.passive ? MeshUse::hull : model->nv == 0 ? MeshUse::still : MeshUse::moving;
-  for (std::size_t i = 0; i < model->links.size(); ++i) {
-    const Link* const link = description->find_link(model->links[i].name);
-    if (link == nullptr) continue;  // the world that a floating base was given
-    out.shapes[i] = reader.shapes_of(*description, *model, *link, use);
-    if (!contact_shape_of(*description, *link).empty()) keep.push_back(link->name);
+  Diagnostics found;
+  out.shapes = link_shapes(*description, *model, use, meshes, found);
+  for (const Diagnostic& diagnostic : found.all()) {
+    if (diagnostic.severity != Severity::error) diagnostics.add(diagnostic);
   }
-  reader.throw_if_errors();
-  out.rolling = fit_rolling_parts(*model, out.q0, keep, out.shapes);
+  found.throw_if_errors();
+  out.rolling = fit_rolling_parts(*model, out.q0, out.shapes);
   out.description = std::move(description);
   out.model = std::move(model);
   refuse_extremes(*out.description, out);
@@ -376,8 +187,12 @@ ModelInstance make_instance(const WorldObject& object, CollisionMeshes& meshes, 
   out.shapes.resize(out.model->links.size());
   const bool shaped = mesh != nullptr || !std::holds_alternative<MeshGeometry>(object.shape);
   if (shaped) {
-    out.shapes.back().push_back(shape_of(object.shape, mesh, object.X_OS, uniform_friction(object.friction)));
-    out.shapes.back().back().restitution = object.restitution;
+    CollisionShape shape =
+        collision_shape(object.shape, mesh, object.X_OS, uniform_friction(object.friction));
+    shape.restitution = object.restitution;
+    shape.id.link = out.base_link();
+    shape.source = object.source;
+    out.shapes.back().push_back(std::move(shape));
   }
   out.q0 = out.model->neutral();
   if (object.mass > 0) {

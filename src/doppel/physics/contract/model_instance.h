@@ -12,10 +12,10 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
-#include "doppel/physics/contract/collision_shape.h"
 #include "doppel/physics/contract/servo.h"
 #include "doppel/physics/contract/wheels.h"
 #include "doppel/physics/contract/world.h"
+#include "doppel/robot/collision/link_shapes.h"
 #include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
@@ -24,11 +24,11 @@ struct DOPPEL_API ModelInstance {
   std::string name;                                     // unique in its world; never "ground"
   std::shared_ptr<const RobotDescription> description;  // visuals and source locations; not read by engines
   std::shared_ptr<const Model> model;
-  std::vector<std::vector<CollisionShape>> shapes;  // [links]
-  Pose X_WR = Pose::Identity();                     // links[0] of the model, which does not move
-  Eigen::VectorXd q0;                               // [nq] rad, m: the configuration at reset
-  std::vector<ServoParameters> servos;              // [joints]
-  std::vector<RollingPart> rolling;                 // wheels and casters, whose shapes are as they roll
+  LinkShapes shapes;                    // [links]
+  Pose X_WR = Pose::Identity();         // links[0] of the model, which does not move
+  Eigen::VectorXd q0;                   // [nq] rad, m: the configuration at reset
+  std::vector<ServoParameters> servos;  // [joints]
+  std::vector<RollingPart> rolling;     // wheels and casters, whose shapes are as they roll
   bool self_collision = true;
   // A floating joint from the root moves along z so that the lowest point of the shapes lies on the ground;
   // where X_WR is not the identity, it is only lifted out of the ground.

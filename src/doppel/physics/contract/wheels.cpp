@@ -9,7 +9,7 @@
 
 #include "doppel/base/core/overloaded.h"
 #include "doppel/base/core/text.h"
-#include "doppel/physics/contract/exclusions.h"
+#include "doppel/robot/collision/link_pairs.h"
 #include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
@@ -130,9 +130,8 @@ void fix_turning_direction(Friction& friction, const Eigen::Vector3d& axle) {
 
 class Fitter {
  public:
-  Fitter(const Model& model, const Eigen::VectorXd& q0, const std::vector<std::string>& keep,
-         std::vector<std::vector<CollisionShape>>& shapes)
-      : model_(model), keep_(keep), shapes_(shapes), data_(model), groups_(rigid_groups(model)) {
+  Fitter(const Model& model, const Eigen::VectorXd& q0, LinkShapes& shapes)
+      : model_(model), shapes_(shapes), data_(model), groups_(rigid_groups(model)) {
     forward_kinematics(model, data_, q0);
     for (std::size_t link = 0; link < shapes.size(); ++link) {
       for (const CollisionShape& shape : shapes[link])
@@ -192,7 +191,7 @@ class Fitter {
     if (best_shape == nullptr || !rolls_on_ground(best, best_axis, best_shape)) return;
     fix_turning_direction(best_shape->friction, best_axis.direction);
     best.friction = best_shape->friction;
-    if (!best_round.rolls_already && !kept(best.link))
+    if (!best_round.rolls_already && !best_shape->as_described)
       *best_shape = rolling_shape(best_round, best_axis, *best_shape);
     found_.push_back(std::move(best));
   }
@@ -214,10 +213,6 @@ class Fitter {
       }
     }
     return true;
-  }
-
-  [[nodiscard]] bool kept(int link) const {
-    return std::ranges::find(keep_, model_.links[static_cast<std::size_t>(link)].name) != keep_.end();
   }
 
   void find_casters() {
@@ -250,8 +245,7 @@ class Fitter {
   [[nodiscard]] int base_group() const { return group_of(model_.joints.front().child_link); }
 
   const Model& model_;
-  const std::vector<std::string>& keep_;
-  std::vector<std::vector<CollisionShape>>& shapes_;
+  LinkShapes& shapes_;
   Data data_;
   std::vector<int> groups_;
   double lowest_ = kInfinity;  // m, z of the robot's lowest point
@@ -261,12 +255,11 @@ class Fitter {
 }  // namespace
 
 std::vector<RollingPart> fit_rolling_parts(const Model& model, const Eigen::VectorXd& q0,
-                                           const std::vector<std::string>& keep,
-                                           std::vector<std::vector<CollisionShape>>& shapes) {
+                                           LinkShapes& shapes) {
   const bool floats = !model.joints.empty() && model.joints.front().type == JointType::floating &&
                       model.joints.front().parent_link == 0;
   if (!floats) return {};
-  return Fitter(model, q0, keep, shapes).fit();
+  return Fitter(model, q0, shapes).fit();
 }
 
 }  // namespace doppel

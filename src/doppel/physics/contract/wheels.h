@@ -12,7 +12,7 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
-#include "doppel/physics/contract/collision_shape.h"
+#include "doppel/robot/collision/link_shapes.h"
 #include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
@@ -38,11 +38,9 @@ inline constexpr double kCasterFriction = 0.05;  // Coulomb, of a ball that stan
 // A wheel is a shape that is round about the axis of a continuous joint (or of one with more than two turns)
 // that is horizontal at q0 and has no moving joint behind it: a cylinder or sphere, or a mesh whose hull has
 // the same radius in all directions within 4 %. It is not wider than its diameter, no other shape of its link
-// protrudes from it, and its bottom is near the robot's lowest point. `keep`: names of links
-// whose shapes stay as they are (<doppel:contact>). A caster is a sphere, or a shape of a link named
+// protrudes from it, and its bottom is near the robot's lowest point. A caster is a sphere, or a shape of a link named
 // caster, ball or skid, that cannot move in the base, and whose lowest point is near that of the wheels.
 DOPPEL_API std::vector<RollingPart> fit_rolling_parts(const Model& model, const Eigen::VectorXd& q0,
-                                                      const std::vector<std::string>& keep,
-                                                      std::vector<std::vector<CollisionShape>>& shapes);
+                                                      LinkShapes& shapes);
 
 }  // namespace doppel

@@ -10,7 +10,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/yaml_fix.h"
-#include "doppel/physics/contract/size_limits.h"
+#include "doppel/robot/collision/size_limits.h"
 
 namespace doppel {
 namespace {

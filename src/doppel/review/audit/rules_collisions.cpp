@@ -4,10 +4,10 @@
 #include <algorithm>
 #include <map>
 #include <set>
+#include <tuple>
 
 #include "doppel/review/audit/detail/ros_rules.h"
-#include "doppel/robot/collision/collision.h"
-#include "doppel/robot/kinematics/kinematics.h"
+#include "doppel/robot/collision/collision_scene.h"
 
 namespace doppel::audit_rules {
 namespace {
@@ -80,24 +80,15 @@ class Bodies {
   std::vector<std::pair<int, int>> chain_;  // parent and child of each joint that moves
 };
 
-std::vector<Pose> poses_of(const AuditInput& in) {
-  Data data(*in.model);
-  forward_kinematics(*in.model, data, in.model->neutral());
-  std::vector<Pose> out(in.robot.links.size(), Pose::Identity());
-  for (std::size_t i = 0; i < in.robot.links.size(); ++i) {
-    const int link = in.model->find_link(in.robot.links[i].name);
-    if (link >= 0) out[i] = data.X_WL[static_cast<std::size_t>(link)];
+// The two links of the robot alone, with their triangles.
+bool triangles_touch(SceneInstance robot, int a, int b) {
+  for (int link = 0; link < static_cast<int>(robot.shapes.size()); ++link) {
+    if (link != a && link != b) robot.shapes[static_cast<std::size_t>(link)].clear();
   }
-  return out;
-}
-
-// The two links alone, with their triangles.
-bool triangles_touch(const AuditInput& in, int a, int b, const std::vector<Pose>& X_WL) {
-  RobotDescription pair;
-  pair.links = {in.robot.links[static_cast<std::size_t>(a)], in.robot.links[static_cast<std::size_t>(b)]};
-  const LinkCollider collider(pair, CollisionDetail::triangles);
-  const std::vector<Pose> poses{X_WL[static_cast<std::size_t>(a)], X_WL[static_cast<std::size_t>(b)]};
-  return collider.touch(0, 1, poses);
+  SceneOptions options;
+  options.detail = CollisionDetail::triangles;
+  CollisionContext context(std::make_shared<const CollisionScene>(std::vector{std::move(robot)}, options));
+  return context.closer({0, a}, {0, b}, -kTouching);
 }
 
 bool has_mesh(const Link& link) {
@@ -123,23 +114,24 @@ double least_width(const Link& link) {
   return out;
 }
 
+// Two links that overlap, by index into RobotDescription::links, a < b, and into Model::links.
+struct Overlap {
+  int link_a = 0, link_b = 0;
+  int model_a = 0, model_b = 0;
+  double depth = 0;  // m
+};
+
 class Overlaps {
  public:
   Overlaps(const AuditInput& in, Findings& out)
-      : in_(in), out_(out), bodies_(in.robot), X_WL_(poses_of(in)) {}
+      : in_(in), out_(out), bodies_(in.robot), robot_(described_robot(in.robot, *in.model)) {}
 
   void check() {
-    const LinkCollider collider(in_.robot, CollisionDetail::hulls);
-    auto contacts = collider.contacts(X_WL_);
-    std::erase_if(contacts,
-                  [&](const LinkContact& c) { return c.depth < kDepth || bodies_.same(c.link_a, c.link_b); });
-    // The deepest first: the number of pairs that are checked by triangles is limited.
-    std::sort(contacts.begin(), contacts.end(),
-              [](const auto& a, const auto& b) { return a.depth > b.depth; });
+    std::vector<Overlap> contacts = find();
     const std::size_t told_before = out_.all().size();
     for (std::size_t i = 0; i < contacts.size(); ++i) {
       if (out_.all().size() - told_before == kMaxReported) return report_rest(contacts.size() - i);
-      const LinkContact& contact = contacts[i];
+      const Overlap& contact = contacts[i];
       if (bodies_.neighbours(contact.link_a, contact.link_b)) {
         neighbours(contact);
       } else {
@@ -149,8 +141,35 @@ class Overlaps {
   }
 
  private:
+  // The deepest first: the number of pairs that are checked by triangles is limited.
+  [[nodiscard]] std::vector<Overlap> find() const {
+    const auto index_of = [this](int link) {
+      const std::string& name = in_.model->links[static_cast<std::size_t>(link)].name;
+      return static_cast<int>(std::ranges::find(in_.robot.links, name, &Link::name) -
+                              in_.robot.links.begin());
+    };
+    CollisionContext context(std::make_shared<const CollisionScene>(std::vector{robot_}));
+    std::vector<Overlap> out;
+    const auto add = [&](BodyId a, BodyId b) {
+      const int i = index_of(a.link), k = index_of(b.link);
+      if (bodies_.same(i, k) || !context.closer(a, b, -kDepth)) return;
+      const double depth = -context.distance(a, b).distance;
+      if (i < k)
+        out.push_back({i, k, a.link, b.link, depth});
+      else
+        out.push_back({k, i, b.link, a.link, depth});
+    };
+    // Neighbours, which are allowed to touch, are judged by another measure.
+    for (const auto& [a, b] : context.scene().tested_pairs()) add(a, b);
+    for (const AllowedPair& pair : context.scene().allowed_pairs()) add(pair.a, pair.b);
+    std::ranges::sort(out, [](const Overlap& x, const Overlap& y) {
+      return std::tuple(-x.depth, x.link_a, x.link_b) < std::tuple(-y.depth, y.link_a, y.link_b);
+    });
+    return out;
+  }
+
   [[nodiscard]] const Link& link(int index) const { return in_.robot.links[static_cast<std::size_t>(index)]; }
-  [[nodiscard]] std::string subject(const LinkContact& c) const {
+  [[nodiscard]] std::string subject(const Overlap& c) const {
     return fmt::format("links '{}' and '{}'", link(c.link_a).name, link(c.link_b).name);
   }
 
@@ -160,7 +179,7 @@ class Overlaps {
              "correct those first");
   }
 
-  void neighbours(const LinkContact& c) {
+  void neighbours(const Overlap& c) {
     // Hulls of parts that reach around each other overlap deeply without a fault; only exact shapes
     // can be judged.
     if (has_mesh(link(c.link_a)) || has_mesh(link(c.link_b))) return;
@@ -173,7 +192,7 @@ class Overlaps {
              "check the position of the shapes, or exclude the pair from collision checks");
   }
 
-  void apart(const LinkContact& c) {
+  void apart(const Overlap& c) {
     // Where one joint mimics the other, the links are meshing gears, or fingers that close on each other.
     if (bodies_.coupled(c.link_a, c.link_b)) return;
     const bool meshes = has_mesh(link(c.link_a)) || has_mesh(link(c.link_b));
@@ -181,7 +200,7 @@ class Overlaps {
     const std::size_t cost = triangles_of(link(c.link_a)) + triangles_of(link(c.link_b));
     if (meshes && cost <= triangles_left_) {
       triangles_left_ -= cost;
-      only_hulls = !triangles_touch(in_, c.link_a, c.link_b, X_WL_);
+      only_hulls = !triangles_touch(robot_, c.model_a, c.model_b);
     }
     out_.add(
         "collision.overlap", only_hulls ? Severity::note : Severity::warning, subject(c),
@@ -198,7 +217,7 @@ class Overlaps {
   const AuditInput& in_;
   Findings& out_;
   Bodies bodies_;
-  std::vector<Pose> X_WL_;
+  SceneInstance robot_;
   std::size_t triangles_left_ = kTriangles;
 };
 

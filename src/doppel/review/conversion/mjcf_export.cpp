@@ -8,13 +8,12 @@
 
 #include "doppel/base/math/decimals.h"
 #include "doppel/base/xml/element.h"
-#include "doppel/physics/contract/collision_shape.h"
-#include "doppel/physics/contract/exclusions.h"
 #include "doppel/physics/contract/servo.h"
 #include "doppel/physics/mjcf/mjcf.h"
 #include "doppel/review/conversion/detail/quantities.h"
 #include "doppel/review/conversion/detail/unique_name.h"
-#include "doppel/robot/collision/collision.h"
+#include "doppel/robot/collision/collision_scene.h"
+#include "doppel/robot/collision/link_pairs.h"
 
 namespace doppel {
 
@@ -139,14 +138,16 @@ class MjcfWriter final : private MjcfNaming {
                                  const SourceLocation& where, const char* use) {
     XmlNode geom = element("geom", {{"class", use}});
     Pose X_shape = X;
-    if (!has_extent(geometry)) {
+    const auto* const file = std::get_if<MeshGeometry>(&geometry);
+    if (!has_size(geometry) || std::holds_alternative<Plane>(geometry) ||
+        (file != nullptr && file->path.empty())) {
       diagnostics_.warning(
           "mjcf.shape", where,
           fmt::format("a {} shape of link '{}' has no size or no file and is omitted", use, link.name));
       return std::nullopt;
     }
-    if (const auto* mesh = std::get_if<MeshGeometry>(&geometry)) {
-      if (!mesh_shape(link, *mesh, where, geom, X_shape)) return std::nullopt;
+    if (file != nullptr) {
+      if (!mesh_shape(link, *file, where, geom, X_shape)) return std::nullopt;
     } else if (const auto* box = std::get_if<Box>(&geometry)) {
       mjcf_size(geom, *box);
     } else if (const auto* cylinder = std::get_if<Cylinder>(&geometry)) {
@@ -208,29 +209,17 @@ class MjcfWriter final : private MjcfNaming {
 
   // Neighbours, and links that overlap at the start, which would be pushed apart; as in `doppel up`.
   XmlNode exclusions() {
-    const std::set<std::pair<int, int>> touching = touching_at_start();
+    CollisionContext context(
+        std::make_shared<const CollisionScene>(std::vector{described_robot(robot_, model_)}));
+    std::set<std::pair<int, int>> pairs;
+    for (const AllowedPair& pair : context.scene().allowed_pairs()) pairs.emplace(pair.a.link, pair.b.link);
+    for (const PairDistance& pair : context.contacts()) pairs.emplace(pair.a.link, pair.b.link);
     XmlNode contact = element("contact");
-    for (const LinkPair& pair : link_pairs(model_, has_shape_)) {
-      if (pair.reason.empty() && !touching.contains({pair.a, pair.b})) continue;
-      contact.children.push_back(
-          element("exclude", {{"body1", bodies_[pair.a]}, {"body2", bodies_[pair.b]}}));
+    for (const auto& [a, b] : pairs) {
+      if (!has_shape_[a] || !has_shape_[b]) continue;
+      contact.children.push_back(element("exclude", {{"body1", bodies_[a]}, {"body2", bodies_[b]}}));
     }
     return contact;
-  }
-
-  [[nodiscard]] std::set<std::pair<int, int>> touching_at_start() const {
-    Data data(model_);
-    forward_kinematics(model_, data, model_.neutral());
-    std::vector<int> in_model;
-    std::vector<Pose> X_WL;
-    for (const Link& link : robot_.links) {
-      in_model.push_back(model_.find_link(link.name));
-      X_WL.push_back(data.X_WL[in_model.back()]);
-    }
-    std::set<std::pair<int, int>> out;
-    for (const LinkContact& contact : LinkCollider(robot_, CollisionDetail::hulls).contacts(X_WL))
-      out.insert(std::minmax(in_model[contact.link_a], in_model[contact.link_b]));
-    return out;
   }
 
   // stiffness (ctrl - q) - damping v, clipped at the effort: <position> with its damping, which this version

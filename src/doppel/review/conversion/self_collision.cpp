@@ -1,9 +1,8 @@
 #include "doppel/review/conversion/self_collision.h"
 
 #include <algorithm>
+#include <memory>
 #include <numbers>
-
-#include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
 namespace {
@@ -30,8 +29,7 @@ Eigen::Quaterniond next_rotation(std::uint64_t& state) {
 }
 
 struct Pair {
-  int a, b;               // model links
-  int shape_a, shape_b;   // description links
+  int a, b;               // links
   bool collided = false;  // in any sample
   int times = 0;          // in the first kAlwaysSamples
 };
@@ -39,20 +37,15 @@ struct Pair {
 class Sampling {
  public:
   Sampling(const RobotDescription& robot, const Model& model, const SelfCollisionOptions& options)
-      : model_(model), options_(options), collider_(robot, options.detail), data_(model) {
-    X_WL_.resize(robot.links.size(), Pose::Identity());
-    for (const ModelLink& link : model.links) {
-      const auto is = [&link](const Link& candidate) { return candidate.name == link.name; };
-      const auto found = std::find_if(robot.links.begin(), robot.links.end(), is);
-      in_description_.push_back(found == robot.links.end() ? -1
-                                                           : static_cast<int>(found - robot.links.begin()));
-    }
-  }
+      : model_(model),
+        options_(options),
+        context_(std::make_shared<const CollisionScene>(std::vector{described_robot(robot, model)},
+                                                        SceneOptions{.detail = options.detail})) {}
 
   SelfCollisions run() {
     gather_pairs();
     out_.checked_pairs = static_cast<int>(pairs_.size());
-    place(model_.neutral());
+    context_.set_configuration(0, model_.neutral());
     settle([this](const Pair& pair) { return touch(pair) || adjacent(pair); },
            [this](const Pair& pair) {
              return adjacent(pair) ? DisabledReason::adjacent : DisabledReason::by_default;
@@ -70,14 +63,13 @@ class Sampling {
   }
 
  private:
+  [[nodiscard]] bool solid(int link) const { return context_.scene().has_shape({0, link}); }
+
   void gather_pairs() {
     const int count = static_cast<int>(model_.links.size());
-    const auto solid = [this](int link) {
-      return in_description_[link] >= 0 && collider_.has_shape(in_description_[link]);
-    };
     for (int a = 0; a < count; ++a) {
       for (int b = a + 1; solid(a) && b < count; ++b) {
-        if (solid(b)) pairs_.push_back({a, b, in_description_[a], in_description_[b]});
+        if (solid(b)) pairs_.push_back({a, b});
       }
     }
   }
@@ -87,21 +79,12 @@ class Sampling {
     for (int at = pair.b; model_.links[at].joint >= 0;) {
       at = model_.joints[model_.links[at].joint].parent_link;
       if (at == pair.a) return true;
-      if (in_description_[at] >= 0 && collider_.has_shape(in_description_[at])) return false;
+      if (solid(at)) return false;
     }
     return false;
   }
 
-  void place(const Eigen::VectorXd& q) {
-    forward_kinematics(model_, data_, q);
-    for (std::size_t i = 0; i < in_description_.size(); ++i) {
-      if (in_description_[i] >= 0) X_WL_[in_description_[i]] = data_.X_WL[i];
-    }
-  }
-
-  [[nodiscard]] bool touch(const Pair& pair) const {
-    return collider_.touch(pair.shape_a, pair.shape_b, X_WL_);
-  }
+  [[nodiscard]] bool touch(const Pair& pair) { return context_.closer({0, pair.a}, {0, pair.b}, -kTouching); }
 
   template <class Is, class Why>
   void settle(Is&& is, Why&& why) {
@@ -120,7 +103,7 @@ class Sampling {
           !options_.progress(static_cast<double>(i) / options_.samples)) {
         return false;
       }
-      place(random_configuration(model_, state));
+      context_.set_configuration(0, random_configuration(model_, state));
       for (Pair& pair : pairs_) {
         if (i >= kAlwaysSamples && pair.collided) continue;
         if (!touch(pair)) continue;
@@ -133,10 +116,7 @@ class Sampling {
 
   const Model& model_;
   const SelfCollisionOptions& options_;
-  LinkCollider collider_;
-  Data data_;
-  std::vector<Pose> X_WL_;           // [description links]
-  std::vector<int> in_description_;  // [model links]; -1: not there
+  CollisionContext context_;
   std::vector<Pair> pairs_;
   SelfCollisions out_;
 };

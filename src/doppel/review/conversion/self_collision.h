@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/robot/collision/collision.h"
+#include "doppel/robot/collision/collision_scene.h"
 #include "doppel/robot/kinematics/model.h"
 
 namespace doppel {

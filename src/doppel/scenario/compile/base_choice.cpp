@@ -15,7 +15,7 @@
 #include "doppel/description/gazebo/simulator_plugins.h"
 #include "doppel/description/meshes/mesh.h"
 #include "doppel/description/urdf/legs.h"
-#include "doppel/physics/contract/collision_shape.h"
+#include "doppel/robot/collision/collision_shape.h"
 
 namespace doppel {
 namespace {

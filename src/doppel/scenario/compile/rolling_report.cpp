@@ -7,6 +7,7 @@
 
 #include "doppel/physics/contract/exclusions.h"
 #include "doppel/physics/contract/step_loop.h"
+#include "doppel/robot/collision/link_pairs.h"
 
 namespace doppel {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "doppel/description/gazebo/model_plugins.h"
-#include "doppel/physics/contract/size_limits.h"
+#include "doppel/robot/collision/size_limits.h"
 #include "doppel/ros/messages/utf8.h"
 #include "doppel/scenario/compile/compiled_scenario.h"
 #include "doppel/sensors/rigs/pose_messages.h"

@@ -15,7 +15,7 @@
 #include "doppel/base/xml/xml.h"
 #include "doppel/description/urdf/load.h"
 #include "doppel/description/urdf/urdf_reader.h"
-#include "doppel/physics/contract/size_limits.h"
+#include "doppel/robot/collision/size_limits.h"
 #include "doppel/twin/loop/entity.h"
 
 namespace doppel {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <optional>
 
-#include "doppel/physics/contract/friction.h"
 #include "doppel/physics/contract/world.h"
+#include "doppel/robot/collision/friction.h"
 
 namespace doppel {
 

@@ -1,4 +1,4 @@
-#include "doppel/physics/contract/collision_shape.h"
+#include "doppel/robot/collision/collision_shape.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -11,6 +11,7 @@
 #include "doppel/base/math/mass_properties.h"
 #include "doppel/base/xml/element.h"
 #include "doppel/physics/mjcf/mjcf.h"
+#include "doppel/robot/collision/link_pairs.h"
 
 namespace doppel {
 namespace {

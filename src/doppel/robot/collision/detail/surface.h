@@ -15,6 +15,9 @@ struct SurfaceFunctions {
   bool (*touch)(const void* a, const Pose& X_WA, const void* b, const Pose& X_WB);
 };
 
+// Throws std::runtime_error if the module cannot be loaded.
+const SurfaceFunctions& surface_functions();
+
 // The module's one entry: const SurfaceFunctions* doppel_surface_functions().
 inline constexpr const char* kSurfaceModule = "doppel_fcl";
 inline constexpr const char* kSurfaceEntry = "doppel_surface_functions";

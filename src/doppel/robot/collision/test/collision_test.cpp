@@ -1,14 +1,14 @@
-#include "doppel/robot/collision/collision.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <fstream>
 #include <numbers>
+#include <optional>
 #include <random>
 
 #include "doppel/description/meshes/mesh.h"
 #include "doppel/description/urdf/load.h"
+#include "doppel/robot/collision/collision_scene.h"
 #include "doppel/robot/collision/detail/convex.h"
 
 namespace doppel {
@@ -27,8 +27,21 @@ class Random {
   std::mt19937 generator_;
 };
 
+double distance(const ConvexShape& a, const ConvexShape& b, const Pose& X_AB) {
+  ConvexWorkspace memory;
+  return convex_distance(ConvexSolid(a), ConvexSolid(b), X_AB, kFarAway, memory).distance;
+}
+
+bool overlap(const ConvexShape& a, const ConvexShape& b, const Pose& X_AB) {
+  ConvexWorkspace memory;
+  return convex_closer(ConvexSolid(a), ConvexSolid(b), X_AB, -kTouching, memory);
+}
+
+// 0: they do not overlap by more than kTouching.
 double depth(const ConvexShape& a, const ConvexShape& b, const Pose& X_AB) {
-  return convex_depth(ConvexSolid(a), ConvexSolid(b), X_AB, true).depth;
+  const double found = -distance(a, b, X_AB);
+  EXPECT_EQ(overlap(a, b, X_AB), found > kTouching);
+  return found > kTouching ? found : 0;
 }
 
 Pose moved(double x, double y, double z) {
@@ -73,7 +86,7 @@ TEST(ConvexDepthTest, BoxesAgreeWithSeparatingAxisTest) {
     ASSERT_NEAR(depth(a, b, X_AB), expected > kTouching ? expected : 0, 2e-7)
         << "expected the depth of the separating axis test, trial " << trial;
     if (std::abs(expected - kTouching) > 1e-9) {
-      ASSERT_EQ(convex_depth(ConvexSolid(a), ConvexSolid(b), X_AB, false).overlap, expected > kTouching)
+      ASSERT_EQ(overlap(a, b, X_AB), expected > kTouching)
           << "expected the overlap of the separating axis test, trial " << trial;
     }
   }
@@ -202,14 +215,51 @@ std::string link_with(const std::string& name, const std::string& geometry) {
 RobotDescription robot_of(const std::string& links) {
   PackageResolver resolver;
   Diagnostics diagnostics;
-  std::string joints;
-  return parse_urdf(
-      "<robot name=\"r\">" + links +
-          "<joint name=\"j\" type=\"fixed\"><parent link=\"a\"/><child link=\"b\"/></joint></robot>",
-      "test.urdf", resolver, diagnostics);
+  const auto joint = [](const std::string& child) {
+    return "<joint name=\"to_" + child + "\" type=\"continuous\"><parent link=\"root\"/><child link=\"" +
+           child + "\"/></joint>";
+  };
+  return parse_urdf("<robot name=\"r\"><link name=\"root\"/>" + links + joint("a") + joint("b") + "</robot>",
+                    "test.urdf", resolver, diagnostics);
 }
 
-TEST(LinkColliderTest, TrianglesAgreeWithBruteForce) {
+// The links a and b of robot_of(), at any poses.
+class Pairing {
+ public:
+  Pairing(const RobotDescription& robot, CollisionDetail detail) {
+    Diagnostics diagnostics;
+    const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
+    a_.link = model.find_link("a");
+    b_.link = model.find_link("b");
+    SceneOptions options;
+    options.detail = detail;
+    context_.emplace(
+        std::make_shared<const CollisionScene>(std::vector{described_robot(robot, model)}, options));
+  }
+  void place(const Pose& X_WA, const Pose& X_WB) {
+    std::vector<Pose> X_WL(3, Pose::Identity());
+    X_WL[static_cast<std::size_t>(a_.link)] = X_WA;
+    X_WL[static_cast<std::size_t>(b_.link)] = X_WB;
+    context_->set_link_poses(0, X_WL);
+  }
+  bool touch(const Pose& X_WA, const Pose& X_WB) {
+    place(X_WA, X_WB);
+    return context_->closer(a_, b_, -kTouching);
+  }
+  double depth(const Pose& X_AB) {
+    place(Pose::Identity(), X_AB);
+    return std::max(0.0, -context_->distance(a_, b_).distance);
+  }
+  CollisionContext& context() { return *context_; }
+  [[nodiscard]] BodyId a() const { return a_; }
+  [[nodiscard]] BodyId b() const { return b_; }
+
+ private:
+  BodyId a_{0, -1}, b_{0, -1};
+  std::optional<CollisionContext> context_;
+};
+
+TEST(CollisionSceneTest, TrianglesAgreeWithBruteForce) {
   SCOPED_TRACE("seed 44");
   Random random(44);
   std::vector<std::array<Vector3d, 4>> solids;
@@ -222,16 +272,16 @@ TEST(LinkColliderTest, TrianglesAgreeWithBruteForce) {
   const std::string second = write_tetrahedra("second.stl", {solids.begin() + 6, solids.end()});
   const RobotDescription robot = robot_of(link_with("a", "<mesh filename=\"file://" + first + "\"/>") +
                                           link_with("b", "<mesh filename=\"file://" + second + "\"/>"));
-  const LinkCollider triangles(robot, CollisionDetail::triangles), hulls(robot, CollisionDetail::hulls);
+  Pairing triangles(robot, CollisionDetail::triangles), hulls(robot, CollisionDetail::hulls);
   const TriangleMesh mesh_a = load_mesh(first, Vector3d::Ones()),
                      mesh_b = load_mesh(second, Vector3d::Ones());
   int touching = 0;
   for (int trial = 0; trial < 2000; ++trial) {
     const std::vector<Pose> X_WL{random.pose(0.5), random.pose(0.5)};
     const bool expected = brute_force_touch(mesh_a, mesh_b, X_WL[0].inverse() * X_WL[1]);
-    ASSERT_EQ(triangles.touch(0, 1, X_WL), expected) << "trial " << trial;
+    ASSERT_EQ(triangles.touch(X_WL[0], X_WL[1]), expected) << "trial " << trial;
     if (expected) {
-      ASSERT_TRUE(hulls.touch(0, 1, X_WL)) << "trial " << trial;
+      ASSERT_TRUE(hulls.touch(X_WL[0], X_WL[1])) << "trial " << trial;
     }
     touching += expected ? 1 : 0;
   }
@@ -239,29 +289,30 @@ TEST(LinkColliderTest, TrianglesAgreeWithBruteForce) {
   EXPECT_LT(touching, 1900);
 }
 
-TEST(LinkColliderTest, ShapeOriginsAreApplied) {
+TEST(CollisionSceneTest, ShapeOriginsAreApplied) {
   const RobotDescription robot = robot_of(
       "<link name=\"a\"><collision><origin xyz=\"1 0 0\"/><geometry><box size=\"0.2 0.2 0.2\"/></geometry>"
       "</collision><collision><geometry><sphere radius=\"0.1\"/></geometry></collision></link>" +
       link_with("b", "<cylinder radius=\"0.05\" length=\"0.4\"/>"));
-  const LinkCollider collider(robot, CollisionDetail::hulls);
-  EXPECT_TRUE(collider.has_shape(0));
-  const auto at = [](double x) { return std::vector<Pose>{Pose::Identity(), moved(x, 0, 0)}; };
-  EXPECT_NEAR(collider.depth(0, 1, at(1.1)), 0.05, 1e-6);
-  EXPECT_NEAR(collider.depth(1, 0, at(0.12)), 0.03, 1e-6);
-  EXPECT_EQ(collider.depth(0, 1, at(0.5)), 0);
-  ASSERT_EQ(collider.contacts(at(1.1)).size(), 1u);
-  EXPECT_EQ(collider.contacts(at(1.1))[0].link_a, 0);
-  EXPECT_EQ(collider.contacts(at(1.1))[0].link_b, 1);
+  Pairing pair(robot, CollisionDetail::hulls);
+  CollisionContext& context = pair.context();
+  EXPECT_TRUE(context.scene().has_shape(pair.a()));
+  EXPECT_NEAR(pair.depth(moved(1.1, 0, 0)), 0.05, 1e-6);
+  EXPECT_NEAR(pair.depth(moved(0.12, 0, 0)), 0.03, 1e-6);
+  EXPECT_EQ(pair.depth(moved(0.5, 0, 0)), 0);
+  pair.place(Pose::Identity(), moved(1.1, 0, 0));
+  ASSERT_EQ(context.contacts().size(), 1u);
+  EXPECT_EQ(context.contacts()[0].a, pair.a());
+  EXPECT_EQ(context.contacts()[0].b, pair.b());
 }
 
-TEST(LinkColliderTest, MissingMeshesAndEmptyShapesAreLeftOut) {
+TEST(CollisionSceneTest, MissingMeshesAndEmptyShapesAreLeftOut) {
   const RobotDescription robot =
       robot_of(link_with("a", "<mesh filename=\"nowhere.stl\"/>") + link_with("b", "<sphere radius=\"0\"/>"));
-  const LinkCollider collider(robot, CollisionDetail::triangles);
-  EXPECT_FALSE(collider.has_shape(0));
-  EXPECT_FALSE(collider.has_shape(1));
-  EXPECT_TRUE(collider.contacts(std::vector<Pose>(2, Pose::Identity())).empty());
+  Pairing pair(robot, CollisionDetail::triangles);
+  EXPECT_FALSE(pair.context().scene().has_shape(pair.a()));
+  EXPECT_FALSE(pair.context().scene().has_shape(pair.b()));
+  EXPECT_TRUE(pair.context().contacts().empty());
 }
 
 }  // namespace

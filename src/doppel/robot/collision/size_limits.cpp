@@ -1,4 +1,4 @@
-#include "doppel/physics/contract/size_limits.h"
+#include "doppel/robot/collision/size_limits.h"
 
 #include <fmt/format.h>
 

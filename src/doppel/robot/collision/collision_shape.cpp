@@ -1,4 +1,4 @@
-#include "doppel/physics/contract/collision_shape.h"
+#include "doppel/robot/collision/collision_shape.h"
 
 #include <fmt/format.h>
 
@@ -12,6 +12,7 @@
 #include <numbers>
 
 #include "doppel/description/meshes/mesh.h"
+#include "doppel/description/meshes/mesh_report.h"
 
 namespace doppel {
 namespace {
@@ -104,6 +105,17 @@ struct ReachBelow {
   static constexpr double kNoHeight = std::numeric_limits<double>::infinity();
 };
 
+Vertices load_vertices(const MeshGeometry& mesh, MeshSource source, const SourceLocation& where) {
+  // A report is of the whole file.
+  if (source == MeshSource::file || !mesh.submesh.empty()) return load_mesh(mesh).vertices;
+  const MeshReport& report = cached_mesh_report(mesh.path);
+  if (!report.problem.empty()) throw InputError(report.rule, where, report.problem);
+  Vertices out;
+  for (const Eigen::Vector3f& p : report.hull)
+    out.emplace_back(p.cast<double>().cwiseProduct(mesh.scale).cast<float>());
+  return out;
+}
+
 }  // namespace
 
 bool has_size(const Geometry& geometry) {
@@ -161,7 +173,7 @@ const CollisionMesh* CollisionMeshes::find(const MeshGeometry& mesh, const std::
                                       mesh.scale.z(), mesh.submesh, mesh.center_submesh);
   const auto found = loaded_.find(key);
   if (found != loaded_.end()) return &found->second;
-  CollisionMesh made = make_collision_mesh(load_mesh(mesh).vertices);
+  CollisionMesh made = make_collision_mesh(load_vertices(mesh, source_, where));
   if (made.hull == nullptr) {
     diagnostics.warning(
         "physics.flat_mesh", where,

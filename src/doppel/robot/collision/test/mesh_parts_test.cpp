@@ -1,5 +1,5 @@
 // The convex parts of the meshes of a world.
-#include "doppel/physics/contract/detail/mesh_parts.h"
+#include "doppel/robot/collision/detail/mesh_parts.h"
 
 #include <gtest/gtest.h>
 

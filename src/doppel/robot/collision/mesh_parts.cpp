@@ -1,4 +1,4 @@
-#include "doppel/physics/contract/detail/mesh_parts.h"
+#include "doppel/robot/collision/detail/mesh_parts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "doppel/physics/contract/detail/contact_friction.h"
+#include "doppel/robot/collision/detail/contact_friction.h"
 
 #include <fmt/format.h>
 

@@ -6,7 +6,7 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/description/urdf/robot_description.h"
-#include "doppel/physics/contract/friction.h"
+#include "doppel/robot/collision/friction.h"
 #include "doppel/robot/kinematics/model.h"
 
 namespace doppel {

@@ -1,0 +1,241 @@
+#include "doppel/robot/collision/collision_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <stdexcept>
+
+#include "doppel/base/core/overloaded.h"
+#include "doppel/base/core/plugin_module.h"
+#include "doppel/description/meshes/mesh.h"
+#include "doppel/description/meshes/shape_mesh.h"
+#include "doppel/robot/collision/detail/field_distance.h"
+#include "doppel/robot/collision/detail/scene_bodies.h"
+#include "doppel/robot/collision/detail/surface.h"
+#include "doppel/robot/collision/link_pairs.h"
+
+namespace doppel {
+namespace {
+
+ConvexPoints points_of(const std::vector<Eigen::Vector3f>& vertices) {
+  ConvexPoints out;
+  out.vertices.resize(3, static_cast<Eigen::Index>(vertices.size()));
+  for (std::size_t i = 0; i < vertices.size(); ++i)
+    out.vertices.col(static_cast<Eigen::Index>(i)) = vertices[i].cast<double>();
+  return out;
+}
+
+ConvexPoints bounds_of(const HeightField& field) {
+  const auto [low, high] = std::ranges::minmax(field.heights);
+  ConvexPoints out;
+  out.vertices.resize(3, 8);
+  for (int i = 0; i < 8; ++i) {
+    out.vertices.col(i) << (i & 1 ? 0.5 : -0.5) * field.size.x(), (i & 2 ? 0.5 : -0.5) * field.size.y(),
+        i & 4 ? high : low - kSolidBelow;
+  }
+  return out;
+}
+
+ConvexShape convex_shape(const CollisionShape& shape) {
+  return std::visit(
+      Overloaded{[](const SharedHull& hull) -> ConvexShape { return points_of(hull->vertices); },
+                 [](const SharedField& field) -> ConvexShape { return bounds_of(*field); },
+                 [](const auto& primitive) -> ConvexShape { return primitive; }},
+      shape.geometry);
+}
+
+// The triangles of a description's shape, and the sphere around them, which a reduced hull does not give.
+void add_surface(const RobotDescription& robot, const std::string& link, SolidShape& shape) {
+  const Collision& collision =
+      robot.find_link(link)->collisions.at(static_cast<std::size_t>(shape.id.collision));
+  if (std::holds_alternative<Plane>(collision.geometry)) return;  // it collides as a slab
+  const auto* const mesh = std::get_if<MeshGeometry>(&collision.geometry);
+  shape.is_mesh = mesh != nullptr;
+  const std::optional<TriangleMesh> triangles =
+      mesh != nullptr ? std::optional(load_mesh(*mesh)) : convex_surface(collision.geometry);
+  if (shape.is_mesh) {
+    const ConvexSolid whole(points_of(triangles->vertices));
+    const Pose X_SG = shape.X_LS.inverse() * collision.origin.pose();
+    shape.solid.centre = X_SG * whole.centre;
+    shape.solid.radius = whole.radius;
+  }
+  const SurfaceFunctions& functions = surface_functions();
+  shape.surface = {functions.make(collision.geometry, triangles ? &*triangles : nullptr), functions.discard};
+  shape.X_LG = collision.origin.pose();
+}
+
+void bound(SceneBody& body) {
+  Eigen::AlignedBox3d box;
+  for (const SolidShape& shape : body.shapes) {
+    const Eigen::Vector3d centre = shape.X_LS * shape.solid.centre;
+    box.extend(Eigen::Vector3d(centre.array() - shape.solid.radius));
+    box.extend(Eigen::Vector3d(centre.array() + shape.solid.radius));
+  }
+  body.centre = box.center();
+  for (const SolidShape& shape : body.shapes) {
+    const double reach = (shape.X_LS * shape.solid.centre - body.centre).norm() + shape.solid.radius;
+    body.radius = std::max(body.radius, reach);
+  }
+}
+
+class SceneBuilder {
+ public:
+  SceneBuilder(std::vector<SceneInstance> instances, const SceneOptions& options) : options_(options) {
+    out_.instances = std::move(instances);
+  }
+
+  CollisionScene::Impl build() {
+    if (options_.ground) {
+      out_.ground = 0;
+      out_.bodies.emplace_back();
+    }
+    for (std::size_t i = 0; i < out_.instances.size(); ++i) add_bodies(static_cast<int>(i));
+    for (std::size_t i = 0; i < out_.instances.size(); ++i) allow_pairs_of(static_cast<int>(i));
+    for (const AllowedPair& pair : options_.allowed) allow(pair.a, pair.b, pair.reason);
+    divide_pairs();
+    return std::move(out_);
+  }
+
+ private:
+  void add_bodies(int index) {
+    const SceneInstance& instance = out_.instances[static_cast<std::size_t>(index)];
+    const std::size_t links = instance.model == nullptr ? 1 : instance.model->links.size();
+    if (instance.shapes.size() != links)
+      throw std::invalid_argument(fmt::format("the shapes of '{}' are of {} links; it has {}", instance.name,
+                                              instance.shapes.size(), links));
+    if (instance.held && !(instance.held->holder.instance < index))
+      throw std::invalid_argument(
+          fmt::format("'{}' is held by an instance that is not before it", instance.name));
+    groups_.push_back(instance.model == nullptr ? std::vector<int>{0} : rigid_groups(*instance.model));
+    out_.body_of.emplace_back(links, -1);
+    for (std::size_t link = 0; link < links; ++link) {
+      if (instance.shapes[link].empty()) continue;
+      SceneBody body;
+      body.id = {index, static_cast<int>(link)};
+      body.index = out_.bodies.size();
+      body.first_shape = out_.shapes;
+      for (const CollisionShape& shape : instance.shapes[link])
+        body.shapes.push_back(solid_of(instance, shape));
+      bound(body);
+      out_.shapes += body.shapes.size();
+      out_.body_of.back()[link] = static_cast<int>(body.index);
+      out_.bodies.push_back(std::move(body));
+    }
+  }
+
+  [[nodiscard]] SolidShape solid_of(const SceneInstance& instance, const CollisionShape& shape) const {
+    SolidShape out{shape.id, shape.X_LS, ConvexSolid(convex_shape(shape))};
+    if (const auto* field = std::get_if<SharedField>(&shape.geometry)) out.field = *field;
+    const bool described = instance.description != nullptr && instance.model != nullptr;
+    if (options_.detail == CollisionDetail::triangles && described && out.field == nullptr) {
+      const auto link = static_cast<std::size_t>(shape.id.link);
+      add_surface(*instance.description, instance.model->links.at(link).name, out);
+    }
+    return out;
+  }
+
+  void allow(BodyId a, BodyId b, const std::string& reason) {
+    allowed_.try_emplace(std::minmax(a, b), reason);
+  }
+
+  void allow_pairs_of(int index) {
+    const SceneInstance& instance = out_.instances[static_cast<std::size_t>(index)];
+    if (instance.model != nullptr) {
+      for (const LinkPair& pair : link_pairs(*instance.model, instance.shapes, instance.self_collision)) {
+        if (!pair.reason.empty()) allow({index, pair.a}, {index, pair.b}, pair.reason);
+      }
+    }
+    if (!instance.held) return;
+    const BodyId holder = instance.held->holder;
+    const std::vector<int>& groups = groups_.at(static_cast<std::size_t>(holder.instance));
+    const std::vector<int>& touch = instance.held->touch_links;
+    for (int link = 0; link < static_cast<int>(groups.size()); ++link) {
+      const bool joined =
+          groups[static_cast<std::size_t>(link)] == groups.at(static_cast<std::size_t>(holder.link));
+      if (!joined && std::ranges::find(touch, link) == touch.end()) continue;
+      for (std::size_t own = 0; own < instance.shapes.size(); ++own) {
+        allow({index, static_cast<int>(own)}, {holder.instance, link},
+              joined ? fmt::format("held by {}", name_of(holder)) : "a touch link");
+      }
+    }
+  }
+
+  [[nodiscard]] const std::string& name_of(BodyId body) const {
+    const SceneInstance& instance = out_.instances[static_cast<std::size_t>(body.instance)];
+    return instance.model == nullptr ? instance.name
+                                     : instance.model->links[static_cast<std::size_t>(body.link)].name;
+  }
+
+  // The ground is fixed, too.
+  [[nodiscard]] bool fixed(BodyId body) const {
+    if (body.is_ground()) return true;
+    const auto index = static_cast<std::size_t>(body.instance);
+    return !out_.instances[index].moves && !out_.instances[index].held &&
+           groups_[index][static_cast<std::size_t>(body.link)] == 0;
+  }
+
+  void divide_pairs() {
+    for (std::size_t i = 0; i < out_.bodies.size(); ++i) {
+      for (std::size_t k = i + 1; k < out_.bodies.size(); ++k) {
+        const std::pair<BodyId, BodyId> pair{out_.bodies[i].id, out_.bodies[k].id};
+        if (const auto found = allowed_.find(pair); found != allowed_.end()) {
+          out_.allowed.push_back({pair.first, pair.second, found->second});
+        } else if (fixed(pair.first) && fixed(pair.second)) {
+          out_.allowed.push_back({pair.first, pair.second, "both fixed to the world"});
+        } else {
+          out_.tested.push_back(pair);
+          out_.tested_bodies.emplace_back(static_cast<int>(i), static_cast<int>(k));
+        }
+      }
+    }
+  }
+
+  const SceneOptions& options_;
+  CollisionScene::Impl out_;
+  std::vector<std::vector<int>> groups_;  // [instances][links]
+  std::map<std::pair<BodyId, BodyId>, std::string> allowed_;
+};
+
+}  // namespace
+
+const SurfaceFunctions& surface_functions() {
+  using Entry = const SurfaceFunctions* (*)();
+  static const SurfaceFunctions* const functions =
+      reinterpret_cast<Entry>(plugin_symbol(kSurfaceModule, kSurfaceEntry))();
+  return *functions;
+}
+
+SceneInstance described_robot(const RobotDescription& robot, const Model& model) {
+  CollisionMeshes meshes(MeshSource::report);
+  Diagnostics ignored;  // `check` has rules for shapes
+  SceneInstance out;
+  out.name = robot.name;
+  out.model = std::make_shared<const Model>(model);
+  out.shapes = link_shapes(robot, model, MeshUse::hull, meshes, ignored);
+  out.description = &robot;
+  return out;
+}
+
+CollisionScene::CollisionScene(std::vector<SceneInstance> instances, SceneOptions options)
+    : impl_(std::make_unique<const Impl>(SceneBuilder(std::move(instances), options).build())) {}
+
+CollisionScene::~CollisionScene() = default;
+
+const std::vector<SceneInstance>& CollisionScene::instances() const {
+  return impl_->instances;
+}
+
+bool CollisionScene::has_shape(BodyId body) const {
+  return impl_->find(body) >= 0;
+}
+
+const std::vector<std::pair<BodyId, BodyId>>& CollisionScene::tested_pairs() const {
+  return impl_->tested;
+}
+
+const std::vector<AllowedPair>& CollisionScene::allowed_pairs() const {
+  return impl_->allowed;
+}
+
+}  // namespace doppel

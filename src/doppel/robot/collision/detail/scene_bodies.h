@@ -1,0 +1,47 @@
+#pragma once
+// The bodies of a CollisionScene as its contexts use them.
+
+#include "doppel/robot/collision/collision_scene.h"
+#include "doppel/robot/collision/detail/convex.h"
+
+namespace doppel {
+
+struct SolidShape {
+  ShapeId id;
+  Pose X_LS = Pose::Identity();  // in the link
+  ConvexSolid solid;             // of a terrain: its bounds
+  SharedField field = nullptr;   // of a terrain
+  // With CollisionDetail::triangles.
+  std::shared_ptr<void> surface = nullptr;
+  Pose X_LG = Pose::Identity();  // of the surface, in the link
+  bool is_mesh = false;
+};
+
+// The ground has no shapes.
+struct SceneBody {
+  BodyId id;
+  std::size_t index = 0;  // in CollisionScene::Impl::bodies
+  std::vector<SolidShape> shapes;
+  // Bounding sphere in the link, m.
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  double radius = 0;
+  std::size_t first_shape = 0;  // index of shapes[0] among all shapes of the scene
+};
+
+struct CollisionScene::Impl {
+  std::vector<SceneInstance> instances;
+  std::vector<SceneBody> bodies;          // with shapes, and the ground; ascending
+  std::vector<std::vector<int>> body_of;  // [instances][links] index into bodies; -1: no shape
+  int ground = -1;                        // index into bodies; -1: none
+  std::vector<std::pair<BodyId, BodyId>> tested;
+  std::vector<std::pair<int, int>> tested_bodies;  // [tested] indices into bodies
+  std::vector<AllowedPair> allowed;
+  std::size_t shapes = 0;  // of all bodies
+
+  [[nodiscard]] int find(BodyId body) const {
+    if (body.is_ground()) return ground;
+    return body_of.at(static_cast<std::size_t>(body.instance)).at(static_cast<std::size_t>(body.link));
+  }
+};
+
+}  // namespace doppel
