@@ -131,7 +131,7 @@ TEST_F(ActionServerTest, CancelRequestSelectsOneAllOrEarlierGoals) {
   EXPECT_EQ(server_->status(id_of(2)), GoalStatus::canceling);
   server_->finish(id_of(2), GoalStatus::canceled, {});
   EXPECT_EQ(cancel(id_of(2)).return_code, Code::ERROR_GOAL_TERMINATED);
-  EXPECT_EQ(cancel({}, seconds(2)).goals_canceling.size(), 1U)
+  EXPECT_EQ(cancel({}, Time(seconds(2))).goals_canceling.size(), 1U)
       << "expected the first only; the second is finished, the third is later";
   EXPECT_EQ(cancel(id_of(1)).return_code, Code::ERROR_GOAL_TERMINATED)
       << "expected rcl's answer for a goal that is already canceling";

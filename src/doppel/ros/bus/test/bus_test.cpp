@@ -238,11 +238,11 @@ TEST(Edge, SubscriptionReceivesMessages) {
   publisher.publish({1}, {});  // not yet: the subscription takes effect at the next step
   bus.spin();
   EXPECT_THAT(names(topic(bus, "/x").subscribers), ElementsAre("edge"));
-  publisher.publish({2}, milliseconds(7));
+  publisher.publish({2}, Time(milliseconds(7)));
   EXPECT_TRUE(is_readable(*edge));
   Edge::Incoming incoming;
   ASSERT_TRUE(edge->next(incoming));
-  EXPECT_EQ(incoming.stamp, milliseconds(7));
+  EXPECT_EQ(incoming.stamp, Time(milliseconds(7)));
   EXPECT_FALSE(edge->next(incoming));
   EXPECT_FALSE(is_readable(*edge)) << "expected next() to drain the descriptor";
   edge->unsubscribe(id);

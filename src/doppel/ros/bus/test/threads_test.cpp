@@ -46,9 +46,9 @@ TEST(Allocation, PublishingNeverAllocates) {
   latched.publish(state, {});  // allocates once
   const auto publish = [&] {
     for (int i = 0; i < 100; ++i) {
-      unheard.publish(state, milliseconds(i));
-      listened.publish(state, milliseconds(i));
-      latched.publish(state, milliseconds(i));
+      unheard.publish(state, Time(milliseconds(i)));
+      listened.publish(state, Time(milliseconds(i)));
+      latched.publish(state, Time(milliseconds(i)));
       bus.spin();
     }
   };
