@@ -1,8 +1,13 @@
 """Programs that fill the generators' own structs with the values and print the bytes that the generators' code writes."""
 import math
 
-from golden.idl import scoped
 from golden.types import BASIC
+
+
+def scoped(name):
+    """sensor_msgs/msg/JointState -> sensor_msgs::msg::dds_::JointState_, as the generated IDL has it"""
+    package, kind, leaf = name.split("/")
+    return f"{package}::{kind}::dds_::{leaf}_"
 
 
 def literal(type, value):
