@@ -55,7 +55,7 @@ void BaseController::on_init(ControllerContext& context) {
   } else {
     node.subscribe<geometry_msgs::msg::TwistStamped>(type_.topic, receive, qos);
   }
-  if (type_.silence != Silence::wait) return;
+  if (type_.no_command != NoCommand::wait) return;
   node.serve<control_msgs::srv::SetOdometry>("~/set_odometry", [this](const auto& request, auto respond) {
     if (!active_) return respond({false, "the controller is not active"});
     odometry_.reset({request.x, request.y, request.yaw});
@@ -75,7 +75,7 @@ Status BaseController::on_configure() {
   if (Status fine = publisher_.configure(); !fine) return fine;
   if (Status fine = arrange(); !fine) return fine;
   const Duration timeout = std::max(from_seconds(timeout_), type_.shortest_timeout);
-  uses_once_ = type_.silence == Silence::stop && timeout == Duration{};
+  uses_once_ = type_.no_command == NoCommand::stop && timeout == Duration{};
   command_.configure(*context_, type_.timeout_parameter, timeout);
   odometry_.set_window(static_cast<std::size_t>(window_));
   odometry_.reset();
@@ -92,11 +92,11 @@ InterfaceConfiguration BaseController::command_interfaces() const {
 InterfaceConfiguration BaseController::state_interfaces() const {
   // Without feedback only the angle of the steering is needed.
   if (open_loop_ && steered_.empty()) return {};
-  InterfaceConfiguration read{InterfaceConfiguration::Kind::individual, {}};
+  InterfaceConfiguration states{InterfaceConfiguration::Kind::individual, {}};
   const std::string feedback = position_feedback_ ? kPosition : kVelocity;
-  for (const BaseWheel& wheel : wheels_) read.names.push_back(wheel.measured + "/" + feedback);
-  for (const std::string& joint : steered_measured_) read.names.push_back(joint + "/" + kPosition);
-  return read;
+  for (const BaseWheel& wheel : wheels_) states.names.push_back(wheel.measured + "/" + feedback);
+  for (const std::string& joint : steered_measured_) states.names.push_back(joint + "/" + kPosition);
+  return states;
 }
 
 std::vector<std::string> BaseController::reference_interfaces() const {
@@ -144,7 +144,7 @@ void BaseController::set_chained_mode(bool chained) {
   chained_ = chained;
   command_.forget(context_->node->bus().now());
   read_reference();
-  const bool brakes = type_.silence == Silence::wait && is_number(reference_);
+  const bool brakes = type_.no_command == NoCommand::wait && is_number(reference_);
   set_reference(brakes ? PlanarVelocity{} : kNoReference);
 }
 
@@ -156,9 +156,9 @@ void BaseController::take_reference(Time now) {
   const bool stale = command_.is_stale(now);
   if (!stale && is_number(commanded)) {
     set_reference(commanded);
-  } else if (type_.silence == Silence::stop) {
+  } else if (type_.no_command == NoCommand::stop) {
     set_reference(kNoReference);
-  } else if (stale || type_.silence == Silence::brake) {
+  } else if (stale || type_.no_command == NoCommand::brake) {
     set_reference({});
   }
   if (uses_once_) command_.forget(now);
@@ -167,7 +167,7 @@ void BaseController::take_reference(Time now) {
 void BaseController::update(Time now, Duration period) {
   take_reference(now);
   const bool commanded = is_number(reference_);
-  if (!commanded && type_.silence == Silence::wait) return;  // no command yet
+  if (!commanded && type_.no_command == NoCommand::wait) return;  // no command yet
   const double dt = to_seconds(period);
   PlanarVelocity velocity;
   if (commanded) {
@@ -175,7 +175,7 @@ void BaseController::update(Time now, Duration period) {
                 limiters_[2].limit(reference_.yaw, dt)};
   }
   const std::optional<PlanarVelocity> measured = state_handles.empty() ? velocity : measure(dt);
-  if (!measured && type_.silence != Silence::stop) {
+  if (!measured && type_.no_command != NoCommand::stop) {
     // ros2_control deactivates the controller, which stops the wheels.
     invalid_state_ = true;
     return stop();
@@ -193,7 +193,7 @@ void BaseController::update(Time now, Duration period) {
   }
   publisher_.publish(now, odometry_);
   report(now, velocity);
-  if (chained_ && type_.silence == Silence::stop) set_reference(kNoReference);
+  if (chained_ && type_.no_command == NoCommand::stop) set_reference(kNoReference);
 }
 
 double BaseController::wheel_speed(std::size_t wheel, double dt) {

@@ -22,7 +22,7 @@ constexpr std::array<double, kMecanumWheels> kAside{-1, 1, -1, 1}, kTurn{-1, 1, 
 class MecanumDriveController : public BaseController {
  public:
   MecanumDriveController()
-      : BaseController({.silence = Silence::stop,
+      : BaseController({.no_command = NoCommand::stop,
                         .topic = "~/reference",
                         .timeout_parameter = "reference_timeout",
                         .sideways = true,

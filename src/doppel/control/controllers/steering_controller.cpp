@@ -28,7 +28,7 @@ double side_of(std::size_t index, std::size_t count) {
 class SteeringController : public BaseController {
  public:
   explicit SteeringController(SteeringKind kind)
-      : BaseController({.silence = Silence::stop,
+      : BaseController({.no_command = NoCommand::stop,
                         .topic = "~/reference",
                         .timeout_parameter = "reference_timeout",
                         .odometry = {.odometry = "~/odometry",

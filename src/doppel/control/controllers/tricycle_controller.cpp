@@ -25,7 +25,7 @@ class TricycleController : public BaseController {
  public:
   TricycleController()
       : BaseController(
-            {.silence = Silence::brake,
+            {.no_command = NoCommand::brake,
              .shortest_timeout = Duration{1},  // 0 is no time at all there, not "never"
              .has_references = false,
              .odometry = {

@@ -25,7 +25,7 @@ struct BaseWheel {
 };
 
 // What a base does before the first command, and after one has timed out.
-enum class Silence {
+enum class NoCommand {
   wait,   // nothing before the first one, without odometry; then the references are zero
   brake,  // the velocity is zero, through the limits
   stop    // there is no reference, and the wheels are commanded to stop
@@ -33,10 +33,10 @@ enum class Silence {
 
 // What differs between the types of bases.
 struct BaseType {
-  Silence silence = Silence::wait;
+  NoCommand no_command = NoCommand::wait;
   std::string topic = "~/cmd_vel";  // of commands
   const char* timeout_parameter = "cmd_vel_timeout";
-  Duration shortest_timeout{};  // what a time-out of 0 is; 0: by `silence`, never or one update
+  Duration shortest_timeout{};  // what a time-out of 0 is; 0: by `no_command`, never or one update
   bool sideways = false;        // it moves in every direction
   bool has_references = true;   // it can follow another controller in a chain
   enum class Limits { none, present, with_deprecated } limits = Limits::none;

@@ -242,11 +242,10 @@ base: {ros__parameters: {)" +
   ASSERT_TRUE(rig.switch_to({"base", "forward"}).ok());
   rig.run(2);
   EXPECT_TRUE(std::isnan(rig.hardware->last_command("l/velocity")));
-  Node node(rig.bus, "/speaker");
-  node.advertise<std_msgs::msg::Float64MultiArray>("/forward/commands").publish({{}, {3.0, 0.0}}, rig.now);
+  rig.say<std_msgs::msg::Float64MultiArray>("/forward/commands", {{}, {3.0, 0.0}});
   rig.run(200);  // no time-out in a chain
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("l/velocity"), 3.0);
-  node.advertise<TwistStamped>("/base/cmd_vel").publish({{}, {{1, 0, 0}, {}}}, rig.now);
+  rig.say<TwistStamped>("/base/cmd_vel", {{}, {{1, 0, 0}, {}}});
   rig.run(1);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("l/velocity"), 3.0);
   ASSERT_TRUE(rig.switch_to({}, {"forward"}).ok());
@@ -463,10 +462,8 @@ TEST(DiffDrive, FramePrefixFollowsParametersAndNamespace) {
                                  "{ros__parameters: {") +
                              kBase + ", " + c.parameters + "}}\n";
     ManagerRig rig(yaml, continuous_joints({"l", "r"}), wheels(), options);
-    Node node(rig.bus, "/listener");
-    std::vector<nav_msgs::msg::Odometry> odometry;
-    node.subscribe<nav_msgs::msg::Odometry>(std::string(c.name_space) + "/base/odom",
-                                            [&](const auto& m) { odometry.push_back(m); });
+    const Recorder<nav_msgs::msg::Odometry> recorder(rig.bus, std::string(c.name_space) + "/base/odom");
+    const auto& odometry = recorder.messages;
     rig.start({"base"});
     rig.run(60);
     ASSERT_FALSE(odometry.empty()) << c.parameters << rig.said();
@@ -514,6 +511,12 @@ TEST(DiffDrive, DeprecatedParametersAreReportedAndObeyed) {
   rig.say(2, 0);
   rig.run(1);
   EXPECT_DOUBLE_EQ(rig.left(), 2.0);
+}
+
+TEST(DiffDrive, DeprecatedParametersThatAreNotWrittenAreNotReported) {
+  DiffRig rig;
+  rig.start();
+  EXPECT_EQ(rig.count(Severity::warning, ""), 0U) << rig.said();
 }
 
 TEST(DiffDrive, InvalidStateStopsWheels) {

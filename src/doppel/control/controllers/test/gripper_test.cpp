@@ -137,21 +137,22 @@ TEST(GripperController, EffortIsLimitedToMaxEffort) {
 
 TEST(GripperController, CommandOfTopicHoldsAndCancelsGoal) {
   Rig<GripperCommand> rig("effort_controllers", "gains: {a: {p: 4.0}}, max_effort: 3.0", {kEffort});
-  Node client(rig.bus, "/client");
-  const auto commands = client.advertise<control_msgs::msg::GripperCommand>("/grip/command");
+  const auto command = [&rig](double position, double max_effort) {
+    rig.say<control_msgs::msg::GripperCommand>("/grip/command", {position, max_effort});
+  };
   rig.run(1);
   rig.send({{2.0, 1.5}});
-  commands.publish({0.25, 1.5}, rig.now);
+  command(0.25, 1.5);
   rig.run(2);
   EXPECT_EQ(rig.answers[0].status, GoalStatus::canceled);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.0) << "expected 4 x 0.25";
-  commands.publish({2.0, 1.5}, rig.now);
+  command(2.0, 1.5);
   rig.run(2);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.5);
-  commands.publish({std::nan(""), 1.5}, rig.now);
+  command(std::nan(""), 1.5);
   rig.run(2);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 1.5) << "expected the last valid command";
-  commands.publish({2.0, -1}, rig.now);
+  command(2.0, -1);
   rig.run(2);
   EXPECT_DOUBLE_EQ(rig.hardware->last_command("a/effort"), 3.0) << "expected the controller's own limit";
 }

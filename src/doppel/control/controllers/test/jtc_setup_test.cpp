@@ -208,11 +208,12 @@ struct Handles {
 };
 
 struct Bare {
-  explicit Bare(const std::string& more = "") : model(fake_robot({{"a"}})), node(bus, "/arm") {
-    const ParameterFile file = ParameterFile::parse(
-        "arm: {ros__parameters: {joints: [a], command_interfaces: [position], state_interfaces: [position]" +
-            more + "}}",
-        "bare.yaml");
+  explicit Bare(const std::string& more = "", const std::string& commands = "position")
+      : model(fake_robot({{"a"}})), node(bus, "/arm") {
+    const ParameterFile file =
+        ParameterFile::parse("arm: {ros__parameters: {joints: [a], command_interfaces: [" + commands +
+                                 "], state_interfaces: [position]" + more + "}}",
+                             "bare.yaml");
     overrides = file.overrides_for("/arm");
     context = {"arm", &node, &model, &log, &overrides, 100};
     controller.on_init(context);
@@ -326,23 +327,11 @@ TEST(JtcSetup, DeactivationAbortsGoal) {
 
 // jtc.md, B13.
 TEST(JtcSetup, DeactivationKeepsPositionAndZeroesOtherCommands) {
-  ParameterFile file = ParameterFile::parse(
-      "arm: {ros__parameters: {joints: [a], command_interfaces: [position, velocity, acceleration], "
-      "state_interfaces: [position]}}",
-      "t.yaml");
-  Bus bus;
-  const Model model = fake_robot({{"a"}});
-  Node node(bus, "/arm");
-  Log log;
-  ParameterOverrides overrides = file.overrides_for("/arm");
-  ControllerContext context{"arm", &node, &model, &log, &overrides, 100};
-  JointTrajectoryController controller;
-  controller.on_init(context);
-  ASSERT_TRUE(controller.on_configure().ok());
+  Bare bare("", "position, velocity, acceleration");
   Handles commands({"a/position", "a/velocity", "a/acceleration"}, 0.4), states({"a/position"}, 0);
-  commands.give(controller), states.give_states(controller);
-  ASSERT_TRUE(controller.on_activate().ok());
-  ASSERT_TRUE(controller.on_deactivate().ok());
+  commands.give(bare.controller), states.give_states(bare.controller);
+  ASSERT_TRUE(bare.controller.on_activate().ok());
+  ASSERT_TRUE(bare.controller.on_deactivate().ok());
   EXPECT_THAT(commands.values, ElementsAre(0.4, 0, 0));
 }
 

@@ -77,8 +77,7 @@ bool bring_hardware_to(ManagerRig& rig, const std::string& label) {
 struct CommandedRig : ManagerRig {
   CommandedRig() : ManagerRig(kOneGroup) {
     manager->start(Names{"left"});
-    Node node(bus, "/speaker");
-    node.advertise<std_msgs::msg::Float64MultiArray>("/left/commands").publish({{}, {0.5}}, now);
+    say<std_msgs::msg::Float64MultiArray>("/left/commands", {{}, {0.5}});
     run(2);
     EXPECT_EQ(hardware->last_command("a/position"), 0.5);
     EXPECT_TRUE(switch_to({}, {"left"}).ok());
@@ -328,11 +327,10 @@ TEST(HardwareLifecycle, PluginNameLoadsComponentFromSharedLibrary) {
 TEST(EmergencyStop, StopIsLatchedUntilReset) {
   TwoSystems rig;
   rig.start({"states", "left", "right"});
-  Node node(rig.bus, "/speaker");
-  node.advertise<std_msgs::msg::Float64MultiArray>("/left/commands").publish({{}, {0.5}}, rig.now);
+  rig.say<std_msgs::msg::Float64MultiArray>("/left/commands", {{}, {0.5}});
   rig.run(2);
   ASSERT_EQ(rig.hardware->position("a"), 0.5);
-  node.advertise<std_msgs::msg::Bool>("/controller_manager/emergency_stop").publish({true}, rig.now);
+  rig.say<std_msgs::msg::Bool>("/controller_manager/emergency_stop", {true});
   EXPECT_TRUE(rig.manager->is_stopped());
   EXPECT_EQ(rig.hardware->calls.back(), "on_stop");
   EXPECT_EQ(rig.other->calls.back(), "on_stop");
@@ -345,7 +343,7 @@ TEST(EmergencyStop, StopIsLatchedUntilReset) {
   EXPECT_EQ(rig.hardware->writes, writes);
   EXPECT_THAT(rig.manager->switch_controllers(Names{"left"}, Names{}, Strictness::best_effort).why(),
               HasSubstr("the emergency stop is on"));
-  node.advertise<std_msgs::msg::Bool>("/controller_manager/emergency_stop").publish({false}, rig.now);
+  rig.say<std_msgs::msg::Bool>("/controller_manager/emergency_stop", {false});
   EXPECT_TRUE(rig.manager->is_stopped());  // latched: only the service resets it
 
   ASSERT_TRUE(rig.manager->reset_stop().ok());

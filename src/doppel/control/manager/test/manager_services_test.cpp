@@ -30,20 +30,11 @@ wrong: {ros__parameters: {joints: [nothing]}}
 )";
 
 struct ServiceRig : ManagerRig {
-  explicit ServiceRig(const char* yaml = kYaml) : ManagerRig(yaml), edge(bus.attach("test")) {}
+  explicit ServiceRig(const char* yaml = kYaml) : ManagerRig(yaml) { edge = bus.attach("test"); }
 
   template <class S>
   typename S::Response call(const std::string& service, const typename S::Request& request) {
-    std::optional<typename S::Response> response;
-    edge->call("/controller_manager/" + service, to_cdr(request), [&](Status status, Bytes cdr) {
-      ASSERT_TRUE(status.ok()) << status.why();
-      typename S::Response out;
-      ASSERT_TRUE(from_cdr(cdr, out).ok());
-      response = std::move(out);
-    });
-    bus.spin();
-    if (!response) throw std::runtime_error("expected a response from " + service);
-    return *response;
+    return ManagerRig::call<S>("/controller_manager/" + service, request);
   }
   bool make_inactive(const std::string& name) {
     return call<srv::LoadController>("load_controller", {name}).ok &&
@@ -67,7 +58,6 @@ struct ServiceRig : ManagerRig {
     bus.spin();
     return found;
   }
-  std::unique_ptr<Edge> edge;
 };
 
 // A parameter file of a spawner; its absolute path.

@@ -95,8 +95,7 @@ TEST(ControllerSwitch, HandoverKeepsCommand) {
   rig.start({"one"});
   rig.manager->load("two");
   ASSERT_TRUE(rig.manager->configure("two").ok());
-  Node node(rig.bus, "/speaker");
-  node.advertise<std_msgs::msg::Float64MultiArray>("/one/commands").publish({{}, {0.75}}, rig.now);
+  rig.say<std_msgs::msg::Float64MultiArray>("/one/commands", {{}, {0.75}});
   rig.run(2);
   rig.hardware->set_offset("a", -0.1);  // it sags
   ASSERT_TRUE(rig.switch_to({"two"}, {"one"}).ok());
@@ -119,8 +118,7 @@ TEST(ControllerSwitch, DeactivationZeroReachesHardware) {
   options.commands = {kVelocity};
   ManagerRig rig(yaml, {{"a"}}, options);
   rig.start({"g"});
-  Node node(rig.bus, "/speaker");
-  node.advertise<std_msgs::msg::Float64MultiArray>("/g/commands").publish({{}, {0.75}}, rig.now);
+  rig.say<std_msgs::msg::Float64MultiArray>("/g/commands", {{}, {0.75}});
   rig.run(2);
   ASSERT_EQ(rig.hardware->last_command("a/velocity"), 0.75);
   ASSERT_TRUE(rig.switch_to({}, {"g"}).ok());

@@ -30,12 +30,9 @@ TEST(ManagerTick, NeitherAllocatesNorFrees) {
   // With subscribers, so that messages are built and sent, and with commands beyond the limits.
   const auto edge = rig.bus.attach("listener");
   for (const TopicInfo& topic : rig.bus.topics()) edge->subscribe(topic.id);
-  Node commander(rig.bus, "/commander");
-  const auto commands = commander.advertise<std_msgs::msg::Float64MultiArray>("/group/commands");
-  const auto references = commander.advertise<control_msgs::msg::MultiDOFCommand>("/pid/reference");
   rig.run(2);
-  commands.publish({{}, {7.0}}, rig.now);
-  references.publish({{}, {100.0}, {}}, rig.now);
+  rig.say<std_msgs::msg::Float64MultiArray>("/group/commands", {{}, {7.0}});
+  rig.say<control_msgs::msg::MultiDOFCommand>("/pid/reference", {{}, {100.0}, {}});
   rig.run(2);
 
   test::HeapTouches touches;
