@@ -38,7 +38,7 @@ std::vector<ShapeId> ids_of(const LinkShapes& shapes) {
 
 class WorldScene : public testing::TestWithParam<const char*> {};
 
-TEST_P(WorldScene, EngineAuditAndSceneSeeTheSameShapes) {
+TEST_P(WorldScene, EngineAuditAndSceneSeeSameShapes) {
   const RobotDescription description = bundled_robot(GetParam());
   World world;
   world.objects.push_back(test::make_object("table", Box{{1, 1, 0.1}}, {2, 0, 0.05}, 0));
@@ -60,7 +60,7 @@ TEST_P(WorldScene, EngineAuditAndSceneSeeTheSameShapes) {
   }
 }
 
-TEST_P(WorldScene, PairsAreThoseThatTheEngineTests) {
+TEST_P(WorldScene, EngineTestsSamePairs) {
   World world;
   world.objects.push_back(test::make_object("table", Box{{1, 1, 0.1}}, {2, 0, 0.05}, 0));
   world.objects.push_back(test::make_object("ball", Sphere{0.05}, {1, 1, 1}, 0.1));

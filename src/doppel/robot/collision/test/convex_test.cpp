@@ -53,7 +53,7 @@ double reach(const ConvexSolid& solid, const Vector3d& n) {
   return solid.support(n).dot(n) + solid.rounding;
 }
 
-TEST(ConvexDistanceTest, EveryPairOfKindsHasACertificate) {
+TEST(ConvexDistanceTest, EveryPairOfKindsHasCertificate) {
   SCOPED_TRACE("seed 51");
   Dice dice(51);
   ConvexWorkspace memory;
@@ -81,7 +81,7 @@ TEST(ConvexDistanceTest, EveryPairOfKindsHasACertificate) {
   EXPECT_LT(apart, 34000);
 }
 
-TEST(ConvexDistanceTest, CloserAgreesWithTheDistanceAndFarIsALowerBound) {
+TEST(ConvexDistanceTest, CloserAgreesWithDistanceAndFarGivesLowerBound) {
   SCOPED_TRACE("seed 52");
   Dice dice(52);
   ConvexWorkspace memory;
@@ -103,7 +103,7 @@ TEST(ConvexDistanceTest, CloserAgreesWithTheDistanceAndFarIsALowerBound) {
   }
 }
 
-TEST(ConvexDistanceTest, CapsulesAgreeWithTheDistanceOfTheirAxes) {
+TEST(ConvexDistanceTest, CapsulesAgreeWithDistanceOfTheirAxes) {
   SCOPED_TRACE("seed 53");
   Dice dice(53);
   ConvexWorkspace memory;
@@ -141,7 +141,7 @@ HeightField slope(double rise) {
   return out;
 }
 
-TEST(FieldDistanceTest, SphereAboveASlopeIsAtItsDistanceFromThePlane) {
+TEST(FieldDistanceTest, SphereAboveSlopeIsMeasuredToItsPlane) {
   SCOPED_TRACE("seed 54");
   Dice dice(54);
   FieldWorkspace cells;
@@ -162,7 +162,7 @@ TEST(FieldDistanceTest, SphereAboveASlopeIsAtItsDistanceFromThePlane) {
   }
 }
 
-TEST(FieldDistanceTest, BoxBesideTheTerrainIsMeasuredToItsSide) {
+TEST(FieldDistanceTest, BoxBesideTerrainIsMeasuredToItsSide) {
   FieldWorkspace cells;
   ConvexWorkspace memory;
   const HeightField field = slope(0);

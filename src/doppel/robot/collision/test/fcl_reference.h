@@ -2,7 +2,6 @@
 // Distances by FCL 0.7, for the comparison with CollisionScene: the same shapes, as FCL's primitives and
 // convex polyhedra.
 
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/capsule.h>
 #include <fcl/geometry/shape/convex.h>
@@ -30,17 +29,11 @@ namespace doppel::test {
 
 using FclGeometry = std::shared_ptr<fcl::CollisionGeometryd>;
 
-// A convex polyhedron twice: as a solid, which FCL collides, and as triangles, whose distance it finds exactly.
-struct FclShape {
-  FclGeometry solid, surface;
-};
-
-inline FclShape fcl_polyhedron(const std::vector<Eigen::Vector3f>& points) {
+inline FclGeometry fcl_hull(const std::vector<Eigen::Vector3f>& points) {
   const ConvexHull convex = convex_hull(points);
   auto vertices = std::make_shared<std::vector<fcl::Vector3d>>();
-  std::vector<int> renamed(points.size(), -1);  // FCL wants no vertex without a face
   auto faces = std::make_shared<std::vector<int>>();
-  std::vector<fcl::Triangle> triangles;
+  std::vector<int> renamed(points.size(), -1);  // FCL wants no vertex without a face
   for (const auto& triangle : convex.triangles) {
     faces->push_back(3);
     for (const std::uint32_t corner : triangle) {
@@ -50,34 +43,21 @@ inline FclShape fcl_polyhedron(const std::vector<Eigen::Vector3f>& points) {
       }
       faces->push_back(renamed[corner]);
     }
-    const std::size_t n = faces->size();
-    triangles.emplace_back((*faces)[n - 3], (*faces)[n - 2], (*faces)[n - 1]);
   }
-  auto surface = std::make_shared<fcl::BVHModel<fcl::OBBRSSd>>();
-  surface->beginModel(static_cast<int>(triangles.size()), static_cast<int>(vertices->size()));
-  surface->addSubModel(*vertices, triangles);
-  surface->endModel();
-  return {std::make_shared<fcl::Convexd>(vertices, static_cast<int>(triangles.size()), faces), surface};
+  return std::make_shared<fcl::Convexd>(vertices, static_cast<int>(convex.triangles.size()), faces);
 }
 
-inline FclShape fcl_shape(const CollisionShape& shape) {
-  const auto same = [](const FclGeometry& geometry) { return FclShape{geometry, geometry}; };
+inline FclGeometry fcl_geometry(const CollisionShape& shape) {
+  using Out = FclGeometry;
   return std::visit(
       Overloaded{
-          [&](const Box& s) {
-            std::vector<Eigen::Vector3f> corners;
-            for (int i = 0; i < 8; ++i) {
-              const Eigen::Vector3d sign(i & 1 ? 0.5 : -0.5, i & 2 ? 0.5 : -0.5, i & 4 ? 0.5 : -0.5);
-              corners.push_back(s.size.cwiseProduct(sign).cast<float>());
-            }
-            return FclShape{std::make_shared<fcl::Boxd>(s.size), fcl_polyhedron(corners).surface};
-          },
-          [&](const Cylinder& s) { return same(std::make_shared<fcl::Cylinderd>(s.radius, s.length)); },
-          [&](const Capsule& s) { return same(std::make_shared<fcl::Capsuled>(s.radius, s.length)); },
-          [&](const Sphere& s) { return same(std::make_shared<fcl::Sphered>(s.radius)); },
-          [&](const Ellipsoid& s) { return same(std::make_shared<fcl::Ellipsoidd>(s.radii)); },
-          [](const SharedHull& s) { return fcl_polyhedron(s->vertices); },
-          [](const SharedField&) -> FclShape { throw std::logic_error("robots have no terrain"); }},
+          [](const Box& s) -> Out { return std::make_shared<fcl::Boxd>(s.size); },
+          [](const Cylinder& s) -> Out { return std::make_shared<fcl::Cylinderd>(s.radius, s.length); },
+          [](const Capsule& s) -> Out { return std::make_shared<fcl::Capsuled>(s.radius, s.length); },
+          [](const Sphere& s) -> Out { return std::make_shared<fcl::Sphered>(s.radius); },
+          [](const Ellipsoid& s) -> Out { return std::make_shared<fcl::Ellipsoidd>(s.radii); },
+          [](const SharedHull& s) -> Out { return fcl_hull(s->vertices); },
+          [](const SharedField&) -> Out { throw std::logic_error("robots have no terrain"); }},
       shape.geometry);
 }
 
@@ -86,11 +66,11 @@ class FclReference {
   explicit FclReference(const LinkShapes& shapes) {
     for (const auto& of_link : shapes) {
       links_.emplace_back();
-      for (const CollisionShape& shape : of_link) links_.back().push_back({fcl_shape(shape), shape.X_LS});
+      for (const CollisionShape& shape : of_link) links_.back().push_back({fcl_geometry(shape), shape.X_LS});
     }
   }
 
-  // m, of surfaces that do not touch. Each of FCL's solvers ends too early for some pairs: libccd's for
+  // m, of links that do not touch. Each of FCL's solvers ends too early for some pairs: libccd's for
   // cylinders with parallel axes, FCL's own for polyhedra. What they find is a distance of two points, so that
   // the smaller one is right, or nearer to it.
   [[nodiscard]] double distance(int link_a, int link_b, std::span<const Pose> X_WL) const {
@@ -99,14 +79,11 @@ class FclReference {
     request.distance_tolerance = 1e-8;
     for (const Placed& a : links_[static_cast<std::size_t>(link_a)]) {
       for (const Placed& b : links_[static_cast<std::size_t>(link_b)]) {
-        const bool triangles = a.shape.surface != a.shape.solid && b.shape.surface != b.shape.solid;
         for (const fcl::GJKSolverType solver : {fcl::GST_LIBCCD, fcl::GST_INDEP}) {
-          if (triangles && solver == fcl::GST_INDEP) continue;  // no solver is used
           request.gjk_solver_type = solver;
           fcl::DistanceResultd result;
-          fcl::distance(a.shape.surface.get(), X_WL[static_cast<std::size_t>(link_a)] * a.X_LS,
-                        b.shape.surface.get(), X_WL[static_cast<std::size_t>(link_b)] * b.X_LS, request,
-                        result);
+          fcl::distance(a.geometry.get(), X_WL[static_cast<std::size_t>(link_a)] * a.X_LS, b.geometry.get(),
+                        X_WL[static_cast<std::size_t>(link_b)] * b.X_LS, request, result);
           nearest = std::min(nearest, result.min_distance);
         }
       }
@@ -119,8 +96,8 @@ class FclReference {
     for (const Placed& a : links_[static_cast<std::size_t>(link_a)]) {
       for (const Placed& b : links_[static_cast<std::size_t>(link_b)]) {
         fcl::CollisionResultd result;
-        fcl::collide(a.shape.solid.get(), X_WL[static_cast<std::size_t>(link_a)] * a.X_LS,
-                     b.shape.solid.get(), X_WL[static_cast<std::size_t>(link_b)] * b.X_LS, request, result);
+        fcl::collide(a.geometry.get(), X_WL[static_cast<std::size_t>(link_a)] * a.X_LS, b.geometry.get(),
+                     X_WL[static_cast<std::size_t>(link_b)] * b.X_LS, request, result);
         if (result.isCollision()) return true;
       }
     }
@@ -129,13 +106,13 @@ class FclReference {
 
  private:
   struct Placed {
-    FclShape shape;
+    FclGeometry geometry;
     Pose X_LS;
   };
   std::vector<std::vector<Placed>> links_;
 };
 
-// A description of robots/ or of a file, as engines see it.
+// A description of robots/ or of a file, as engines see it: pairs that touch at the start are allowed.
 struct CollidingRobot {
   std::shared_ptr<const Model> model;
   std::shared_ptr<const CollisionScene> scene;
@@ -155,7 +132,11 @@ inline CollidingRobot load_colliding(const std::string& target, const std::files
   instance.name = robot.name;
   instance.model = out.model;
   instance.shapes = link_shapes(robot, *out.model, MeshUse::hull, meshes, diagnostics);
-  out.scene = std::make_shared<const CollisionScene>(std::vector{std::move(instance)});
+  CollisionContext start(std::make_shared<const CollisionScene>(std::vector{instance}));
+  SceneOptions options;
+  for (const PairDistance& pair : start.contacts())
+    options.allowed.push_back({pair.a, pair.b, "touching at the start"});
+  out.scene = std::make_shared<const CollisionScene>(std::vector{std::move(instance)}, options);
   return out;
 }
 

@@ -73,7 +73,7 @@ TEST(CollisionScene, AllowedPairsHaveTheirReason) {
   EXPECT_FALSE(scene.has_shape({0, 0}));
 }
 
-TEST(CollisionScene, NoPairOfALinkIsTestedWithoutSelfCollision) {
+TEST(CollisionScene, NoPairIsTestedWithoutSelfCollision) {
   SceneInstance robot = beads();
   robot.self_collision = false;
   const CollisionScene scene({robot});
@@ -81,7 +81,7 @@ TEST(CollisionScene, NoPairOfALinkIsTestedWithoutSelfCollision) {
   EXPECT_EQ(reason(scene, kFirst, kSecond), "self-collision is off");
 }
 
-TEST(CollisionContext, DistanceNamesTheNearestShapesAndTheirPoints) {
+TEST(CollisionContext, DistanceNamesNearestShapesAndTheirPoints) {
   CollisionContext context(std::make_shared<const CollisionScene>(std::vector{beads()}));
   context.set_configuration(0, q(0.3, 0));
   const PairDistance found = context.distance();
@@ -109,7 +109,7 @@ TEST(CollisionContext, ContactsHaveTheirDepth) {
   EXPECT_FALSE(context.in_collision(-kTouching));
 }
 
-TEST(CollisionContext, GroundIsAHalfSpace) {
+TEST(CollisionContext, GroundIsHalfSpace) {
   SceneInstance robot = beads();
   robot.X_WR.translation().z() = -0.45;
   SceneOptions options;
@@ -175,7 +175,7 @@ TEST(CollisionContext, TerrainIsMeasuredFromBothSides) {
   }
 }
 
-TEST(CollisionScene, ShapesThatDoNotFitTheModelAreRefused) {
+TEST(CollisionScene, ShapesOfAnotherModelAreRefused) {
   SceneInstance robot = beads();
   robot.shapes.pop_back();
   EXPECT_THROW(CollisionScene({robot}), std::invalid_argument);
