@@ -10,9 +10,9 @@
 
 #include "doppel/base/core/text.h"
 #include "doppel/base/xml/xml.h"
+#include "doppel/base/yaml/yaml_text.h"
 #include "doppel/description/gazebo/plugin_values.h"
 #include "doppel/description/gazebo/root_link.h"
-#include "doppel/description/gazebo/yaml_text.h"
 
 namespace doppel {
 namespace {

@@ -7,10 +7,10 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/base/xml/element.h"
+#include "doppel/base/yaml/yaml_text.h"
 #include "doppel/description/gazebo/base_plugins.h"
 #include "doppel/description/gazebo/plugin_values.h"
 #include "doppel/description/gazebo/simulator_plugins.h"
-#include "doppel/description/gazebo/yaml_text.h"
 
 namespace doppel {
 namespace {

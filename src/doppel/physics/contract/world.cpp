@@ -1,7 +1,6 @@
 #include "doppel/physics/contract/world.h"
 
 #include <fmt/format.h>
-#include <yaml-cpp/yaml.h>
 
 #include <algorithm>
 #include <cmath>
@@ -9,91 +8,42 @@
 #include <set>
 
 #include "doppel/base/core/names.h"
-#include "doppel/base/core/yaml_fix.h"
+#include "doppel/base/yaml/yaml_fields.h"
 #include "doppel/robot/collision/size_limits.h"
 
 namespace doppel {
 namespace {
 
+const YamlRules kRules{"world.syntax", "world.unreadable", "world.too_large", "world.invalid",
+                       "world.unknown_key"};
+
 // Reads one file and collects all of its errors.
-class WorldReader {
+class WorldReader : YamlFields {
  public:
   WorldReader(const std::filesystem::path& file, PackageResolver& resolver)
-      : file_(std::make_shared<const std::string>(file.string())),
-        folder_(file.parent_path()),
-        resolver_(resolver) {}
+      : YamlFields(kRules), file_(file), folder_(file.parent_path()), resolver_(resolver) {}
 
   World read() {
-    YAML::Node root;
-    try {
-      root = YAML::LoadFile(*file_);
-    } catch (const YAML::ParserException& error) {
-      throw InputError("world.syntax", at(error.mark), "this is not YAML: " + error.msg, yaml_fix(error.msg));
-    } catch (const YAML::BadFile&) {
-      throw InputError("world.unreadable", at(YAML::Mark::null_mark()), "the world file cannot be read",
-                       "give a file that exists and is readable");
-    }
+    const PlacedYaml root = load_yaml(file_, kRules, "world file");
     World world;
-    if (root.IsNull()) return world;
+    if (root.is_null()) return world;
     if (fields(root, "a world",
                {"name", "gravity", "step", "integrator", "ground", "friction_rule", "robot", "robots",
                 "objects"})) {
       read_world(root, world);
     }
-    errors_.throw_if_errors();
+    errors().throw_if_errors();
     return world;
   }
 
  private:
-  [[nodiscard]] SourceLocation at(const YAML::Mark& mark) const {
-    SourceLocation where;
-    where.file = file_;
-    if (mark.is_null()) return where;
-    where.line = mark.line + 1;
-    where.column = mark.column + 1;
-    return where;
-  }
-
-  void error(const YAML::Node& node, const std::string& message, const std::string& fix = "") {
-    errors_.error("world.invalid", at(node.Mark()), message, fix);
-  }
-
-  // True where `node` is a map; every key that is not among `known` is an error.
-  bool fields(const YAML::Node& node, const std::string& what, const std::vector<std::string>& known) {
-    if (!node.IsMap()) {
-      error(node, what + " must be a map");
-      return false;
-    }
-    std::set<std::string> seen;
-    for (const auto& field : node) {
-      const std::string key = field.first.IsScalar() ? field.first.Scalar() : "";
-      if (std::find(known.begin(), known.end(), key) == known.end()) {
-        errors_.error("world.unknown_key", at(field.first.Mark()),
-                      fmt::format("{} has no key '{}'{}", what, key, did_you_mean(key, known)));
-      } else if (!seen.insert(key).second) {
-        error(field.first, fmt::format("the key '{}' is given twice", key));
-      }
-    }
-    return true;
-  }
-
-  double number(const YAML::Node& node, const std::string& what) {
-    double value = 0;
-    if (!node.IsScalar() || !YAML::convert<double>::decode(node, value) || !std::isfinite(value)) {
-      error(node, fmt::format("{} must be a number{}", what,
-                              node.IsScalar() ? ", not '" + node.Scalar() + "'" : ""));
-      return 0;
-    }
-    return value;
-  }
-
-  double not_negative(const YAML::Node& node, const std::string& what) {
+  double not_negative(const PlacedYaml& node, const std::string& what) {
     const double value = number(node, what);
     if (value < 0) error(node, fmt::format("{} is {}, but cannot be negative", what, value));
     return value;
   }
 
-  double positive(const YAML::Node& node, const std::string& what) {
+  double positive(const PlacedYaml& node, const std::string& what) {
     if (!node) return 0;
     const double value = number(node, what);
     if (value <= 0) error(node, fmt::format("{} is {}, but must be positive", what, value));
@@ -101,23 +51,11 @@ class WorldReader {
   }
 
   template <int N>
-  Eigen::Matrix<double, N, 1> vector(const YAML::Node& node, const std::string& what) {
-    Eigen::Matrix<double, N, 1> out = Eigen::Matrix<double, N, 1>::Zero();
-    if (!node.IsSequence() || node.size() != N) {
-      error(node, fmt::format("{} must be a list of {} numbers", what, N));
-      return out;
-    }
-    for (int i = 0; i < N; ++i) out[i] = number(node[i], what);
-    return out;
+  Eigen::Matrix<double, N, 1> vector(const PlacedYaml& node, const std::string& what) {
+    return Eigen::Matrix<double, N, 1>(numbers(node, what, N).data());
   }
 
-  std::string text(const YAML::Node& node, const std::string& what) {
-    if (node.IsScalar() && !node.Scalar().empty()) return node.Scalar();
-    error(node, what + " must be a string");
-    return "";
-  }
-
-  Pose pose(const YAML::Node& node) {
+  Pose pose(const PlacedYaml& node) {
     const Eigen::Vector3d xyz =
         node["xyz"] ? vector<3>(node["xyz"], "xyz") : Eigen::Vector3d(Eigen::Vector3d::Zero());
     const Eigen::Vector3d rpy =
@@ -125,8 +63,8 @@ class WorldReader {
     return make_pose(xyz, rpy);
   }
 
-  void read_world(const YAML::Node& root, World& world) {
-    world.name = std::filesystem::path(*file_).stem().string();
+  void read_world(const PlacedYaml& root, World& world) {
+    world.name = file_.stem().string();
     if (root["name"]) world.name = text(root["name"], "name");
     if (root["gravity"]) world.gravity = vector<3>(root["gravity"], "gravity");
     if (root["step"]) {
@@ -145,7 +83,7 @@ class WorldReader {
     if (root["objects"]) read_objects(root["objects"], world);
   }
 
-  Duration step(const YAML::Node& node) {
+  Duration step(const PlacedYaml& node) {
     const double seconds = number(node, "step");
     if (seconds >= kMinStep && seconds <= kMaxStep) return from_seconds(seconds);
     error(node, fmt::format("step is {} s, but must be from {} to {} s", seconds, kMinStep, kMaxStep),
@@ -153,27 +91,29 @@ class WorldReader {
     return World{}.step;
   }
 
-  Integrator integrator(const YAML::Node& node) {
+  Integrator integrator(const PlacedYaml& node) {
     try {
-      return integrator_named(text(node, "integrator"), "world.invalid", at(node.Mark()));
+      return integrator_named(text(node, "integrator"), "world.invalid", node.where);
     } catch (const InputError& unknown) {  // the file's other errors are reported with it
-      for (const Diagnostic& diagnostic : unknown.diagnostics()) errors_.add(diagnostic);
+      for (const Diagnostic& diagnostic : unknown.diagnostics()) errors().add(diagnostic);
       return World{}.integrator;
     }
   }
 
-  double restitution(const YAML::Node& node) {
+  double restitution(const PlacedYaml& node) {
     const double out = not_negative(node, "restitution");
     if (out > 1) error(node, "restitution must be from 0 (no rebound) to 1 (no loss)");
     return out;
   }
 
-  void read_ground(const YAML::Node& node, World& world) {
-    if (node.IsScalar()) {
-      if (!YAML::convert<bool>::decode(node, world.ground)) {
+  void read_ground(const PlacedYaml& node, World& world) {
+    if (node.is_scalar()) {
+      const std::optional<bool> ground = flag_in(node);
+      world.ground = ground.value_or(true);
+      if (!ground) {
         error(node,
               fmt::format("ground must be true, false or a map with its friction or restitution, not '{}'",
-                          node.Scalar()));
+                          node.text));
       }
     } else if (fields(node, "the ground", {"friction", "restitution"})) {
       if (node["friction"]) world.ground_friction = not_negative(node["friction"], "friction");
@@ -181,18 +121,18 @@ class WorldReader {
     }
   }
 
-  void read_robots(const YAML::Node& node, World& world) {
-    if (!node.IsSequence()) return error(node, "robots must be a list");
-    for (const auto& item : node) {
+  void read_robots(const PlacedYaml& node, World& world) {
+    if (!node.is_list()) return error(node, "robots must be a list");
+    for (const PlacedYaml& item : node.items) {
       if (fields(item, "a robot",
                  {"robot", "namespace", "xyz", "rpy", "controllers", "arguments", "base", "tf"}))
         world.robots.push_back(read_robot(item));
     }
   }
 
-  WorldRobot read_robot(const YAML::Node& node) {
+  WorldRobot read_robot(const PlacedYaml& node) {
     WorldRobot robot;
-    robot.source = at(node.Mark());
+    robot.source = node.where;
     if (node["robot"]) {
       robot.target = file_or_name(text(node["robot"], "robot"));
     } else {
@@ -216,25 +156,15 @@ class WorldReader {
     return robot;
   }
 
-  void read_arguments(const YAML::Node& node, WorldRobot& robot) {
-    if (!node.IsMap()) return error(node, "arguments must be a map of names and values");
-    for (const auto& argument : node) {
-      if (argument.first.IsScalar() && argument.second.IsScalar()) {
-        robot.arguments.emplace_back(argument.first.Scalar(), argument.second.Scalar());
+  void read_arguments(const PlacedYaml& node, WorldRobot& robot) {
+    if (!node.is_map()) return error(node, "arguments must be a map of names and values");
+    for (std::size_t i = 0; i < node.keys.size(); ++i) {
+      if (node.keys[i].is_scalar() && node.items[i].is_scalar()) {
+        robot.arguments.emplace_back(node.keys[i].text, node.items[i].text);
       } else {
-        error(argument.first, "an argument must be a name and one value");
+        error(node.keys[i], "an argument must be a name and one value");
       }
     }
-  }
-
-  // The index of the text among `known`; 0 and an error where it is none of them.
-  std::size_t choice(const YAML::Node& node, const std::string& what, const std::vector<std::string>& known) {
-    const std::string value = text(node, what);
-    const auto found = std::find(known.begin(), known.end(), value);
-    if (found != known.end()) return static_cast<std::size_t>(found - known.begin());
-    error(node, fmt::format("{} is '{}'; it must be one of {}{}", what, value, fmt::join(known, ", "),
-                            did_you_mean(value, known)));
-    return 0;
   }
 
   // A file next to the world file has priority over a package or bundled robot of the same name.
@@ -244,13 +174,13 @@ class WorldReader {
     return std::filesystem::exists(beside, none) ? beside.string() : written;
   }
 
-  void read_objects(const YAML::Node& node, World& world) {
-    if (!node.IsSequence()) {
+  void read_objects(const PlacedYaml& node, World& world) {
+    if (!node.is_list()) {
       error(node, "objects must be a list");
       return;
     }
     std::map<std::string, SourceLocation> names;
-    for (const auto& item : node) {
+    for (const PlacedYaml& item : node.items) {
       if (!fields(item, "an object",
                   {"name", "box", "cylinder", "capsule", "sphere", "mesh", "xyz", "rpy", "mass", "friction",
                    "restitution", "color"})) {
@@ -268,9 +198,9 @@ class WorldReader {
     }
   }
 
-  WorldObject read_object(const YAML::Node& node) {
+  WorldObject read_object(const PlacedYaml& node) {
     WorldObject object;
-    object.source = at(node.Mark());
+    object.source = node.where;
     if (node["name"]) {
       object.name = text(node["name"], "name");
     } else {
@@ -278,8 +208,7 @@ class WorldReader {
     }
     read_shape(node, object);
     object.X_WO = pose(node);
-    check_distance(object.X_WO, "world.invalid", node["xyz"] ? at(node["xyz"].Mark()) : object.source,
-                   errors_);
+    check_distance(object.X_WO, "world.invalid", node["xyz"] ? node["xyz"].where : object.source, errors());
     if (node["mass"]) object.mass = mass(node["mass"]);
     if (node["friction"]) object.friction = not_negative(node["friction"], "friction");
     if (node["restitution"]) object.restitution = restitution(node["restitution"]);
@@ -292,7 +221,7 @@ class WorldReader {
     return object;
   }
 
-  void read_shape(const YAML::Node& node, WorldObject& object) {
+  void read_shape(const PlacedYaml& node, WorldObject& object) {
     const std::vector<std::string> kinds{"box", "cylinder", "capsule", "sphere", "mesh"};
     std::vector<std::string> found;
     std::copy_if(kinds.begin(), kinds.end(), std::back_inserter(found),
@@ -305,10 +234,10 @@ class WorldReader {
       return;
     }
     const std::string& kind = found[0];
-    const YAML::Node shape = node[kind];
+    const PlacedYaml& shape = node[kind];
     if (kind == "box") {
       const Eigen::Vector3d size = vector<3>(shape, "box");
-      if (shape.IsSequence() && size.minCoeff() <= 0) error(shape, "the sides of a box must be positive");
+      if (shape.is_list() && size.minCoeff() <= 0) error(shape, "the sides of a box must be positive");
       object.shape = Box{size};
     } else if (kind == "mesh") {
       object.shape = mesh(shape);
@@ -323,19 +252,19 @@ class WorldReader {
   }
 
   // 0: fixed to the world.
-  double mass(const YAML::Node& node) {
+  double mass(const PlacedYaml& node) {
     const double value = not_negative(node, "mass");
-    if (value > 0) check_mass(value, "world.invalid", at(node.Mark()), errors_);
+    if (value > 0) check_mass(value, "world.invalid", node.where, errors());
     return value;
   }
 
   // The sizes of a shape that has been reported as not positive are not reported again.
-  void check_shape(const YAML::Node& node, const Geometry& shape) {
+  void check_shape(const PlacedYaml& node, const Geometry& shape) {
     if (size_span(shape).least > 0 || std::holds_alternative<MeshGeometry>(shape))
-      check_sizes(shape, "world.invalid", at(node.Mark()), errors_);
+      check_sizes(shape, "world.invalid", node.where, errors());
   }
 
-  bool needs(const YAML::Node& node, const std::string& what, const std::vector<std::string>& keys) {
+  bool needs(const PlacedYaml& node, const std::string& what, const std::vector<std::string>& keys) {
     if (!fields(node, "a " + what, keys)) return false;
     for (const std::string& key : keys) {
       if (!node[key]) error(node, fmt::format("a {} needs a {}", what, key));
@@ -343,10 +272,10 @@ class WorldReader {
     return true;
   }
 
-  MeshGeometry mesh(const YAML::Node& node) {
+  MeshGeometry mesh(const PlacedYaml& node) {
     MeshGeometry out;
-    if (node.IsScalar()) {
-      out.uri = node.Scalar();
+    if (node.is_scalar()) {
+      out.uri = node.text;
     } else if (fields(node, "a mesh", {"uri", "scale"})) {
       if (node["uri"]) out.uri = text(node["uri"], "uri");
       if (!node["uri"]) error(node, "a mesh needs a uri");
@@ -362,10 +291,8 @@ class WorldReader {
     return out;
   }
 
-  std::shared_ptr<const std::string> file_;
-  std::filesystem::path folder_;
+  std::filesystem::path file_, folder_;
   PackageResolver& resolver_;
-  Diagnostics errors_;
 };
 
 }  // namespace

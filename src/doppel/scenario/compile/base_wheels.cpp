@@ -7,8 +7,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "doppel/base/yaml/yaml_text.h"
 #include "doppel/description/gazebo/root_link.h"
-#include "doppel/description/gazebo/yaml_text.h"
 #include "doppel/physics/contract/exclusions.h"
 #include "doppel/robot/kinematics/kinematics.h"
 

@@ -9,9 +9,9 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/text.h"
+#include "doppel/base/yaml/yaml_text.h"
 #include "doppel/description/gazebo/base_plugins.h"
 #include "doppel/description/gazebo/model_plugins.h"
-#include "doppel/description/gazebo/yaml_text.h"
 #include "doppel/scenario/compile/detail/base_wheels.h"
 #include "doppel/scenario/resolve/controllers_search.h"
 #include "doppel/scenario/resolve/open_target.h"

@@ -1,5 +1,5 @@
 #pragma once
-// Names of the user in YAML that is generated for controllers.
+// Names of the user in YAML that is generated.
 
 #include <string>
 
