@@ -5,7 +5,6 @@
 #include "app/process.h"
 #include "app/verbs/description_target.h"
 #include "doppel/base/core/installation.h"
-#include "doppel/review/audit/audit.h"
 
 namespace doppel::app {
 
@@ -23,10 +22,6 @@ Scenario described_scenario(const DescribedBy& by) {
     for (const std::string& text : by.set) robot.arguments.push_back(split_argument(text));
   }
   scenario.bundled_robots = data_folder() / "robots";
-  scenario.inspect = [](const ExpandedDescription& expanded, Diagnostics& diagnostics) {
-    for (Finding& finding : misspellings(expanded))
-      diagnostics.warning(finding.rule, finding.where, finding.message, finding.fix);
-  };
   return scenario;
 }
 

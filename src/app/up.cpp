@@ -351,6 +351,7 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
   const Rosout rosout(twin.bus());
   log.add_sink(rosout.sink());
   report_unused(ros, twin.bus(), diagnostics);
+  for (const auto& robot : twin.robots()) report_misspellings(robot->machine(), diagnostics);
   print_start_diagnostics(diagnostics, options.verbose);
 
   TwinSession session(twin, session_with, log);

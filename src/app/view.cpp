@@ -63,6 +63,7 @@ int run_view(const ViewOptions& options, const RosArguments& ros) {
   const Rosout rosout(viewer.bus());
   log.add_sink(rosout.sink());
   report_unused(ros, viewer.bus(), diagnostics);
+  report_misspellings(viewer.expanded(), diagnostics);
   print_diagnostics(diagnostics, true, kFewOfRule);
 
   ViewSession session(viewer, scenario.robots.front(), session_with, log);

@@ -15,6 +15,7 @@
 #include "doppel/base/core/shown_path.h"
 #include "doppel/lab/base_report/base_report.h"
 #include "doppel/scenario/compile/robot_setup.h"
+#include "doppel/session/live/audit_result.h"
 
 namespace doppel::app {
 namespace {
@@ -69,6 +70,8 @@ int run_report(const BaseVerb& options) {
   wanted.controller = options.controller;
   wanted.on_leg = [](const std::string& leg) { print_stderr("base: {} ...\n", leg); };
   Diagnostics diagnostics;
+  if (const auto description = expanded_if_possible(scenario, scenario.robots.front()))
+    report_misspellings(*description, diagnostics);
   const BaseReport report = [&] {
     try {
       return report_base(scenario, wanted, diagnostics);

@@ -20,6 +20,7 @@
 #include "doppel/lab/verification/compare.h"
 #include "doppel/ros/messages/codec.h"
 #include "doppel/ros/messages/trajectory_msgs.h"
+#include "doppel/session/live/audit_result.h"
 
 namespace doppel::app {
 namespace {
@@ -196,6 +197,7 @@ int run_compare(const CompareVerb& options) {
   if (!options.world.empty()) scenario.world = options.world;
   Diagnostics diagnostics;
   CompiledScenario machine(scenario, diagnostics);
+  for (const auto& robot : machine.robots) report_misspellings(*robot, diagnostics);
   print_diagnostics(diagnostics);
   MotionSubject subject = motion_subject(machine);
   if (!chosen.trajectory.empty()) {

@@ -15,6 +15,7 @@
 #include "doppel/base/core/names.h"
 #include "doppel/lab/headless_run/headless_run.h"
 #include "doppel/sensors/rigs/picture.h"
+#include "doppel/session/live/audit_result.h"
 #include "doppel/twin/assembly/twin.h"
 
 namespace doppel::app {
@@ -101,6 +102,7 @@ int run_snapshot(const SnapshotVerb& options, bool sized) {
   Diagnostics diagnostics;
   Log quiet;
   Twin twin(scenario, quiet, diagnostics);
+  for (const auto& robot : twin.robots()) report_misspellings(robot->machine(), diagnostics);
   const RunResult run = run_headless(twin, {.duration = from_seconds(options.time)});
   run.throw_if_failed();
   if (run.end == RunEnd::diverged) {

@@ -17,6 +17,7 @@
 #include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
+#include "doppel/session/live/audit_result.h"
 
 namespace doppel::app {
 namespace {
@@ -88,6 +89,7 @@ int run_verify(const VerifyVerb& options) {
   };
   Diagnostics diagnostics;
   CompiledScenario machine(scenario, diagnostics);
+  for (const auto& robot : machine.robots) report_misspellings(*robot, diagnostics);
   print_diagnostics(diagnostics);
   if (!options.plot.empty()) {
     const std::vector<std::filesystem::path> sources = machine.files();

@@ -152,8 +152,17 @@ ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, 
   ExpandedTarget out;
   out.target = find_target(robot.target, scenario.bundled_robots, resolver);
   out.description = expand_for_simulation(out.target.description, robot.arguments, resolver, diagnostics);
-  if (scenario.inspect) scenario.inspect(out.description, diagnostics);
   return out;
+}
+
+std::optional<ExpandedDescription> expanded_if_possible(const Scenario& scenario, const WorldRobot& robot) {
+  PackageResolver resolver;
+  Diagnostics ignored;
+  try {
+    return expand_target(scenario, robot, resolver, ignored).description;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
 }
 
 namespace {
@@ -176,11 +185,12 @@ void complete(const Scenario& scenario, const WorldRobot& robot, const PackageRe
 RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, PackageResolver& resolver,
                         Diagnostics& diagnostics) {
   RobotSetup setup;
-  ExpandedTarget expanded = expand_target(scenario, robot, resolver, diagnostics);
-  setup.target = std::move(expanded.target);
-  setup.description.robot = read_description(expanded.description, resolver, diagnostics);
+  ExpandedTarget found = expand_target(scenario, robot, resolver, diagnostics);
+  setup.target = std::move(found.target);
+  setup.expanded = std::make_shared<const ExpandedDescription>(std::move(found.description));
+  setup.description.robot = read_description(*setup.expanded, resolver, diagnostics);
   diagnostics.throw_if_errors();
-  setup.description.files = std::move(expanded.description.files);
+  setup.description.files = setup.expanded->files;
   complete(scenario, robot, resolver, setup, diagnostics);
   return setup;
 }

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
@@ -24,7 +25,8 @@ struct GeneratedBase {
 struct RobotSetup {
   Target target;
   LoadedDescription description;
-  ParameterFile controllers;       // generated if the package has none
+  std::shared_ptr<const ExpandedDescription> expanded = nullptr;  // nullptr: it was not read from a file
+  ParameterFile controllers;                                      // generated if the package has none
   std::string controllers_origin;  // for messages: "config/ros2_controllers.yaml" or "generated"
   std::vector<std::filesystem::path> controllers_files;  // the files it was read from; empty: generated
   std::vector<std::filesystem::path> declaring_files;    // found files that declare controllers
@@ -44,6 +46,10 @@ struct ExpandedTarget {
 };
 DOPPEL_API ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot,
                                         PackageResolver& resolver, Diagnostics& diagnostics);
+
+// Its description alone, without messages; nullopt: expand_target() throws InputError.
+DOPPEL_API std::optional<ExpandedDescription> expanded_if_possible(const Scenario& scenario,
+                                                                   const WorldRobot& robot);
 
 // Throws InputError. Choices on the user's behalf (use_sim:=true, which controllers' file) are notes. Where there is
 // no file, generate_controllers() follows.

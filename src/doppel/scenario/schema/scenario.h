@@ -2,13 +2,11 @@
 // The complete input of a run: filled by the command line, by tests or by user programs.
 
 #include <filesystem>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "doppel/base/core/time.h"
-#include "doppel/description/urdf/load.h"
 #include "doppel/physics/contract/engine_modules.h"
 #include "doppel/physics/contract/world_robot.h"
 #include "doppel/ros/bus/ros_arguments.h"
@@ -29,9 +27,6 @@ struct Scenario {
   RigOptions sensors;        // the seed of noise, and whether the loop waits for samples
   bool wall_stamps = false;  // messages are stamped with wall-clock time, and there is no /clock
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
-  // Called with each expanded description whenever one is read, also at a reload; its diagnostics are
-  // reported with the others.
-  std::function<void(const ExpandedDescription&, Diagnostics&)> inspect;
 };
 
 }  // namespace doppel

@@ -16,6 +16,15 @@ AuditReport audit_target(OpenedTarget& target, AuditOptions options) {
   return audit(target.target.description, target.arguments, target.resolver, options);
 }
 
+void report_misspellings(const ExpandedDescription& description, Diagnostics& diagnostics) {
+  for (Finding& finding : misspellings(description))
+    diagnostics.warning(finding.rule, finding.where, finding.message, finding.fix);
+}
+
+void report_misspellings(const CompiledRobot& robot, Diagnostics& diagnostics) {
+  if (robot.setup().expanded != nullptr) report_misspellings(*robot.setup().expanded, diagnostics);
+}
+
 std::vector<Finding> audit_run(const Scenario& scenario) {
   constexpr Duration kRun{1'000'000'000};
   const RunResult result = run_headless({scenario, {.duration = kRun, .at_rest = true}});

@@ -9,6 +9,7 @@
 
 #include "doppel/export.h"
 #include "doppel/review/audit/audit.h"
+#include "doppel/scenario/compile/compiled_robot.h"
 #include "doppel/scenario/resolve/open_target.h"
 #include "doppel/scenario/schema/scenario.h"
 
@@ -21,6 +22,10 @@ struct BundledFolders {
 
 // The audit of a target with its package. Throws InputError as the expansion does.
 DOPPEL_API AuditReport audit_target(OpenedTarget& target, AuditOptions options);
+
+// Misspelt elements and attributes of a description that was read, as warnings; a robot from a text has none.
+DOPPEL_API void report_misspellings(const ExpandedDescription& description, Diagnostics& diagnostics);
+DOPPEL_API void report_misspellings(const CompiledRobot& robot, Diagnostics& diagnostics);
 
 // Runs the scenario for one second of simulated time with its controllers and without commands: findings for
 // what moves, oscillates or diverges. Throws InputError if the robot cannot be started.

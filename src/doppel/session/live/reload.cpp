@@ -11,6 +11,8 @@
 
 #include "doppel/base/core/abandoned_thread.h"
 #include "doppel/base/core/guarded_thread.h"
+#include "doppel/scenario/compile/robot_setup.h"
+#include "doppel/session/live/audit_result.h"
 
 namespace doppel {
 namespace {
@@ -30,6 +32,32 @@ std::string names_of(const std::vector<std::filesystem::path>& files) {
   return out;
 }
 
+// The replacement, with the misspellings of its descriptions; those of a refused edit are often its cause.
+std::shared_ptr<Twin::Replacement> prepared(const std::shared_ptr<const Twin::Running>& running,
+                                            Diagnostics& diagnostics) {
+  try {
+    auto fresh = Twin::prepare(running, diagnostics);
+    for (const auto& robot : Twin::robots(*fresh)) report_misspellings(*robot, diagnostics);
+    return fresh;
+  } catch (const InputError&) {
+    for (const ExpandedDescription& description : Twin::expand(*running))
+      report_misspellings(description, diagnostics);
+    throw;
+  }
+}
+
+std::shared_ptr<Viewer::Replacement> prepared(const Scenario& scenario, Diagnostics& diagnostics) {
+  try {
+    auto fresh = Viewer::prepare(scenario, diagnostics);
+    report_misspellings(Viewer::expanded(*fresh), diagnostics);
+    return fresh;
+  } catch (const InputError&) {
+    if (const auto description = expanded_if_possible(scenario, scenario.robots.front()))
+      report_misspellings(*description, diagnostics);
+    throw;
+  }
+}
+
 }  // namespace
 
 Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> before,
@@ -39,7 +67,7 @@ Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> 
     return [&twin, before, files_read,
             running = twin.running()](Diagnostics& diagnostics) -> Reloadable::TakeOver {
       const FilesRead::Recording recording(*files_read);
-      return [&twin, before, fresh = Twin::prepare(running, diagnostics)] {
+      return [&twin, before, fresh = prepared(running, diagnostics)] {
         before(*fresh);
         return twin.replace(fresh) == Twin::Reload::controllers_kept
                    ? "joints and controllers kept their state"
@@ -57,7 +85,7 @@ Reloadable reloadable(Viewer& viewer, std::function<void(const Viewer::Replaceme
     return [&viewer, before, files_read,
             scenario = viewer.scenario()](Diagnostics& diagnostics) -> Reloadable::TakeOver {
       const FilesRead::Recording recording(*files_read);
-      return [&viewer, before, fresh = Viewer::prepare(*scenario, diagnostics)] {
+      return [&viewer, before, fresh = prepared(*scenario, diagnostics)] {
         before(*fresh);
         viewer.replace(fresh);
         return "joints keep their positions";

@@ -88,6 +88,18 @@ Twin::Reload Twin::replace(const std::shared_ptr<Replacement>& replacement) {
 std::vector<ModelInstance> Twin::instances(const Replacement& replacement) {
   return replacement.machine->engine->world().instances();
 }
+const std::vector<std::shared_ptr<const CompiledRobot>>& Twin::robots(const Replacement& replacement) {
+  return replacement.machine->robots;
+}
+std::vector<ExpandedDescription> Twin::expand(const Running& running) {
+  std::vector<ExpandedDescription> out;
+  for (const auto& robot : running.robots.now) {
+    if (robot->asked().target.empty()) continue;
+    auto description = expanded_if_possible(running.sources->scenario, robot->asked());
+    if (description) out.push_back(std::move(*description));
+  }
+  return out;
+}
 std::vector<std::filesystem::path> Twin::files() const {
   return impl_->core.machine().files();
 }

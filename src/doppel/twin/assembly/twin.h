@@ -89,8 +89,13 @@ class DOPPEL_API Twin {
   // if a robot was added or removed since prepare(); the old machine then keeps running.
   enum class Reload { controllers_kept, controllers_recreated };
   Reload replace(const std::shared_ptr<Replacement>& replacement);
-  // The instances of a replacement, before replace().
+  // The instances and the robots of a replacement, before replace().
   [[nodiscard]] static std::vector<ModelInstance> instances(const Replacement& replacement);
+  [[nodiscard]] static const std::vector<std::shared_ptr<const CompiledRobot>>& robots(
+      const Replacement& replacement);
+  // The present descriptions of the robots' files, without those that cannot be expanded: of an edit that prepare()
+  // refuses. On any thread.
+  [[nodiscard]] static std::vector<ExpandedDescription> expand(const Running& running);
   // All files from which the twin was made, which a reload watches. The loop's thread.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 

@@ -40,12 +40,13 @@ double allowed(const ModelJoint& joint, double position) {
 struct ViewerPicture {
   ViewerPicture(const Scenario& scenario, Diagnostics& diagnostics) {
     PackageResolver resolver;
-    ExpandedTarget expanded = expand_target(scenario, scenario.robots.front(), resolver, diagnostics);
+    ExpandedTarget read = expand_target(scenario, scenario.robots.front(), resolver, diagnostics);
     Diagnostics found;
-    target = std::move(expanded.target);
-    description.robot = read_description(expanded.description, resolver, found);
+    target = std::move(read.target);
+    expanded = std::move(read.description);
+    description.robot = read_description(expanded, resolver, found);
     make_drawable(found, diagnostics);
-    description.files = std::move(expanded.description.files);
+    description.files = expanded.files;
     model = std::make_shared<const Model>(compile_model(description.robot, BaseKind::fixed, diagnostics));
     add_ros_parameters(scenario.ros, parameters);
     start = model->neutral();
@@ -53,6 +54,7 @@ struct ViewerPicture {
   }
 
   Target target;
+  ExpandedDescription expanded;
   LoadedDescription description;
   std::shared_ptr<const Model> model;
   ParameterFile parameters;  // of the command line
@@ -224,6 +226,10 @@ const RobotDescription& Viewer::description(const Replacement& replacement) {
   return replacement.picture->description.robot;
 }
 
+const ExpandedDescription& Viewer::expanded(const Replacement& replacement) {
+  return replacement.picture->expanded;
+}
+
 std::vector<std::filesystem::path> Viewer::files() const {
   return files_of(impl_->picture->target, impl_->picture->description);
 }
@@ -233,6 +239,9 @@ const Model& Viewer::model() const {
 }
 const RobotDescription& Viewer::description() const {
   return impl_->picture->description.robot;
+}
+const ExpandedDescription& Viewer::expanded() const {
+  return impl_->picture->expanded;
 }
 const Eigen::VectorXd& Viewer::q() const {
   return impl_->q;

@@ -18,7 +18,7 @@ namespace doppel {
 
 class DOPPEL_API Viewer {
  public:
-  // Uses the scenario's first robot's target and arguments, bundled_robots and inspect. Errors that do not
+  // Uses the scenario's first robot's target and arguments, and bundled_robots. Errors that do not
   // affect the picture are warnings in `diagnostics` (twin/viewer/detail/drawable.h); throws InputError if nothing
   // can be drawn. `log`, which outlives the viewer, gets later messages: invalid commands, each once.
   Viewer(const Scenario& scenario, const Log& log, Diagnostics& diagnostics);
@@ -42,11 +42,13 @@ class DOPPEL_API Viewer {
   void replace(const std::shared_ptr<Replacement>& replacement);
   // The description of a replacement, before replace().
   [[nodiscard]] static const RobotDescription& description(const Replacement& replacement);
+  [[nodiscard]] static const ExpandedDescription& expanded(const Replacement& replacement);
   // All files from which the picture was made. The loop's thread.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 
   [[nodiscard]] const Model& model() const;
   [[nodiscard]] const RobotDescription& description() const;
+  [[nodiscard]] const ExpandedDescription& expanded() const;
   [[nodiscard]] const Eigen::VectorXd& q() const;  // [model().nq] rad, m
   [[nodiscard]] Bus& bus();
 
