@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <map>
 
+#include "doppel/base/core/names.h"
 #include "doppel/robot/kinematics/detail/assumed_masses.h"
 #include "doppel/robot/kinematics/link_inertia.h"
+#include "doppel/robot/kinematics/link_masses.h"
 
 namespace doppel {
 namespace {
@@ -34,8 +36,8 @@ Counts counts(JointType type) {
 // One compilation: the description, the model under construction, and the lookups between them.
 class Compiler {
  public:
-  Compiler(const RobotDescription& robot, Diagnostics& diagnostics)
-      : robot_(robot), diagnostics_(diagnostics) {
+  Compiler(const RobotDescription& robot, const LinkMasses& masses, Diagnostics& diagnostics)
+      : robot_(robot), masses_(masses), diagnostics_(diagnostics) {
     model_.name = robot.name;
     for (const Link& link : robot.links) links_.emplace(link.name, &link);
     for (const Joint& joint : robot.joints) children_[joint.parent].push_back(&joint);
@@ -67,6 +69,7 @@ class Compiler {
                                    robot_.name, robot_.links.size(), root.name));
     }
     resolve_mimics();
+    check_masses();
     weigh();
     return std::move(model_);
   }
@@ -90,7 +93,9 @@ class Compiler {
     const bool weightless = std::any_of(
         robot_.gazebo.begin(), robot_.gazebo.end(),
         [&](const GazeboExtension& e) { return e.reference == link.name && e.gravity && !*e.gravity; });
-    model_.links.push_back({link.name, joint, link_inertia(link, diagnostics_), weightless});
+    const auto given = masses_.find(link.name);
+    const auto inertia = given != masses_.end() ? given->second : link_inertia(link, diagnostics_);
+    model_.links.push_back({link.name, joint, inertia, weightless});
     sources_.push_back(&link);
   }
 
@@ -236,12 +241,25 @@ class Compiler {
     }
   }
 
+  void check_masses() const {
+    for (const auto& [name, mass] : masses_) {
+      if (links_.contains(name)) continue;
+      std::vector<std::string> names;
+      for (const Link& link : robot_.links) names.push_back(link.name);
+      throw InputError("model.unknown_link", robot_.source,
+                       fmt::format("a mass is given for the link '{}', which '{}' does not have{}", name,
+                                   robot_.name, did_you_mean(name, names)),
+                       "correct the name of the link in the scenario's masses");
+    }
+  }
+
   void weigh() {
     assume_masses(model_, sources_, diagnostics_);
     for (const ModelLink& link : model_.links) model_.total_mass += link.inertia ? link.inertia->mass : 0.0;
   }
 
   const RobotDescription& robot_;
+  const LinkMasses& masses_;
   Diagnostics& diagnostics_;
   Model model_;
   std::map<std::string, const Link*> links_;
@@ -300,7 +318,23 @@ void Model::apply_mimics(Eigen::Ref<Eigen::VectorXd> q) const {
 }
 
 Model compile_model(const RobotDescription& robot, BaseKind base, Diagnostics& diagnostics) {
-  return Compiler(robot, diagnostics).compile(base);
+  return compile_model(robot, base, {}, diagnostics);
+}
+
+Model compile_model(const RobotDescription& robot, BaseKind base, const LinkMasses& masses,
+                    Diagnostics& diagnostics) {
+  return Compiler(robot, masses, diagnostics).compile(base);
+}
+
+LinkMasses masses_not_written(const RobotDescription& robot, const Model& model) {
+  LinkMasses out;
+  for (const ModelLink& link : model.links) {
+    const Link* const source = robot.find_link(link.name);
+    Diagnostics reported;  // when the model was compiled
+    if (source != nullptr && link.inertia && !link_inertia(*source, reported))
+      out.emplace(link.name, *link.inertia);
+  }
+  return out;
 }
 
 Data::Data(const Model& model)

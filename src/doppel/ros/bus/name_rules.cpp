@@ -154,6 +154,14 @@ void NameRules::add(std::string_view text, const Owner& owner) {
   rules_.push_back(std::move(rule));
 }
 
+std::vector<std::string> NameRules::texts() const {
+  std::vector<std::string> out;
+  for (const Rule& rule : rules_) {
+    if (rule.owner == Owner{}) out.push_back(rule.text);
+  }
+  return out;
+}
+
 void NameRules::remove(const Owner& owner) {
   std::erase_if(rules_, [&owner](const Rule& rule) { return rule.owner == owner; });
 }

@@ -52,6 +52,8 @@ class DOPPEL_API NameRules {
   void remove(const Owner& owner);
   void remove_all_of(const void* whose);
   [[nodiscard]] bool empty() const { return rules_.empty(); }
+  // As they were given, in order, without those of owners.
+  [[nodiscard]] std::vector<std::string> texts() const;
 
   // The name of a node by the rules; `full_name`: its absolute name before.
   std::string node(std::string_view full_name);

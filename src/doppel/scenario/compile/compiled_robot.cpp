@@ -167,40 +167,48 @@ HardwareDescription generated_with_sensors(const Model& model, const RobotDescri
   return out;
 }
 
-std::vector<HardwareDescription> hardware_of(const RobotSetup& setup, const Model& model,
-                                             Diagnostics& diagnostics) {
-  const RobotDescription& robot = setup.description.robot;
-  bool position = false;
-  Diagnostics unknown;  // discarded: the simulated hardware reports them itself
-  std::vector<std::string> names;
-  for (const Joint& joint : robot.joints) names.push_back(joint.name);
-  for (const auto& hardware : robot.hardware) {
-    for (const auto& joint : hardware.joints) {
-      if (robot.find_joint(joint.name) == nullptr) {
-        unknown.warning(
-            "ros2_control.unknown_joint", joint.source,
-            fmt::format(
-                "<ros2_control> '{}' lists the joint '{}', which the robot does not have; it is ignored{}",
-                hardware.name, joint.name, did_you_mean(joint.name, names)),
-            "use the name of the <joint> element, or remove the entry");
-        continue;
-      }
-      for (const auto& interface : joint.command_interfaces)
-        position = position || interface.name == kPosition;
+bool offers_positions(const RobotDescription& robot) {
+  for (const HardwareDescription& hardware : robot.hardware) {
+    for (const HardwareJointDescription& joint : hardware.joints) {
+      const bool position =
+          std::ranges::find(joint.command_interfaces, kPosition, &HardwareInterfaceDescription::name) !=
+          joint.command_interfaces.end();
+      if (position && robot.find_joint(joint.name) != nullptr) return true;
     }
   }
-  if (setup.from_plugins) return {generated_with_sensors(model, robot)};
-  if (robot.hardware.empty() || (setup.controllers_origin == "generated" && !position)) {
-    for (const Diagnostic& d : unknown.all()) diagnostics.add(d);
-    diagnostics.note(
-        "up.hardware_generated", robot.source,
-        robot.hardware.empty()
-            ? "there is no <ros2_control>; every joint that can be driven gets simulated interfaces"
-            : "no joint in <ros2_control> has a position command interface; every joint that can be driven "
-              "gets simulated interfaces instead");
-    return {generated_with_sensors(model, robot)};
+  return false;
+}
+
+bool generates_hardware(const RobotSetup& setup, const std::optional<RobotChoices>& choices) {
+  if (choices) return choices->generated_hardware;
+  const RobotDescription& robot = setup.description.robot;
+  return robot.hardware.empty() || (setup.controllers_origin == kGeneratedOrigin && !offers_positions(robot));
+}
+
+// The interfaces of joints that the robot does not have, where no hardware is made of them, which reports them itself.
+void report_unknown_joints(const RobotDescription& robot, Diagnostics& diagnostics) {
+  std::vector<std::string> names;
+  for (const Joint& joint : robot.joints) names.push_back(joint.name);
+  for (const HardwareDescription& hardware : robot.hardware) {
+    for (const HardwareJointDescription& joint : hardware.joints) {
+      if (robot.find_joint(joint.name) != nullptr) continue;
+      diagnostics.warning(
+          "ros2_control.unknown_joint", joint.source,
+          fmt::format(
+              "<ros2_control> '{}' lists the joint '{}', which the robot does not have; it is ignored{}",
+              hardware.name, joint.name, did_you_mean(joint.name, names)),
+          "use the name of the <joint> element, or remove the entry");
+    }
   }
-  return robot.hardware;
+}
+
+void report_generated_hardware(const RobotDescription& robot, Diagnostics& diagnostics) {
+  diagnostics.note(
+      "up.hardware_generated", robot.source,
+      robot.hardware.empty()
+          ? "there is no <ros2_control>; every joint that can be driven gets simulated interfaces"
+          : "no joint in <ros2_control> has a position command interface; every joint that can be driven "
+            "gets simulated interfaces instead");
 }
 
 // A model's description as a robot's: under its name, with its files as absolute URIs, and as URDF text.
@@ -291,12 +299,19 @@ void CompiledRobot::build(const Scenario& scenario, const World& world, std::opt
                           RobotSetup& setup, CollisionMeshes& meshes, Diagnostics& diagnostics) {
   const RobotDescription& robot = description();
   const bool has_world = robot.find_link("world") != nullptr;
+  if (const RobotChoices* const chosen = scenario.choices_of(asked_)) choices_ = *chosen;
+  if (choices_ && !asked_.base && !has_world) {
+    throw InputError("scenario.no_base", asked_.source,
+                     fmt::format("the scenario is complete, but the robot '{}' has no base", asked_.target),
+                     "write base: fixed or base: floating");
+  }
   const std::optional<BaseKind> decided = asked_.base || has_world ? asked_.base : running;
   base_decided_ = decided.has_value();
   base_ = decided ? BaseChoice{*decided, "it was requested"} : choose_base(robot);
   if (!decided && base_.kind == BaseKind::floating && !world.ground)
     base_ = {BaseKind::fixed, "the world has no ground"};
-  const auto model = std::make_shared<const Model>(compile_model(robot, base_.kind, diagnostics));
+  const auto model = std::make_shared<const Model>(
+      compile_model(robot, base_.kind, choices_ ? choices_->masses : LinkMasses{}, diagnostics));
   InstanceOptions options;
   options.name = asked_.name_space;
   options.X_WR = asked_.X_WR.value_or(world.X_WR);
@@ -308,7 +323,7 @@ void CompiledRobot::build(const Scenario& scenario, const World& world, std::opt
   const std::shared_ptr<const RobotDescription> shared(setup_, &robot);  // the setup lives as long
   made_ = make_instance(shared, model, options, meshes, diagnostics);
   sensors_ = find_sensors(*shared, *model, diagnostics);
-  if (setup.controllers_files.empty()) {
+  if (setup.controllers_origin == kGeneratedOrigin) {
     generate_controllers(scenario, asked_, made_, setup, diagnostics);
   } else {
     report_base_axes(base_wheels(made_), setup.controllers, diagnostics);
@@ -323,8 +338,20 @@ void CompiledRobot::report_choices(const Instance& instance, Diagnostics& diagno
   report_contact_values(description(), diagnostics);
   report_transmissions(description(), diagnostics);
   report_height(*this, instance, diagnostics);
-  hardware_ = hardware_of(*setup_, model(), diagnostics);
+  make_hardware(diagnostics);
   report_rotors(description(), model(), servos(), hardware_, diagnostics);
+}
+
+void CompiledRobot::make_hardware(Diagnostics& diagnostics) {
+  generated_hardware_ = generates_hardware(*setup_, choices_);
+  if (!setup_->from_plugins && !generated_hardware_) {
+    hardware_ = description().hardware;
+    return;
+  }
+  hardware_ = {generated_with_sensors(model(), description())};
+  if (setup_->from_plugins) return;
+  report_unknown_joints(description(), diagnostics);
+  if (!choices_) report_generated_hardware(description(), diagnostics);
 }
 
 std::vector<std::filesystem::path> CompiledRobot::files() const {

@@ -45,6 +45,9 @@ class DOPPEL_API CompiledRobot {
   [[nodiscard]] const ModelInstance& instance() const { return made_; }
   [[nodiscard]] const std::vector<ServoParameters>& servos() const { return made_.servos; }  // [joints]
   [[nodiscard]] const std::vector<HardwareDescription>& hardware() const { return hardware_; }
+  [[nodiscard]] const std::optional<RobotChoices>& choices() const { return choices_; }  // of the scenario
+  // Simulated interfaces of all joints instead of the description's.
+  [[nodiscard]] bool has_generated_hardware() const { return generated_hardware_; }
   [[nodiscard]] const RobotSensors& sensors() const { return sensors_; }
   [[nodiscard]] BaseKind base() const { return base_.kind; }
   // It was sent to a service, so that no file is read again.
@@ -55,16 +58,19 @@ class DOPPEL_API CompiledRobot {
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 
  private:
+  void make_hardware(Diagnostics& diagnostics);
   void build(const Scenario& scenario, const World& world, std::optional<BaseKind> running, RobotSetup& setup,
              CollisionMeshes& meshes, Diagnostics& diagnostics);
 
   WorldRobot asked_;
+  std::optional<RobotChoices> choices_;
   std::shared_ptr<const RobotSetup> setup_;
   BaseChoice base_;
   bool base_decided_ = false;  // by the user or the replaced machine
   Eigen::Vector3d gravity_R_ = Eigen::Vector3d::Zero();
   ModelInstance made_;
   RobotSensors sensors_;
+  bool generated_hardware_ = false;
   std::vector<HardwareDescription> hardware_;  // the description's, or a generated one
 };
 

@@ -30,7 +30,8 @@ bool among(const std::vector<WorldRobot>& robots, const std::string& name_space)
 std::vector<WorldRobot> robots_asked_for(const Scenario& scenario, const World& world,
                                          const RunningRobots* running, Diagnostics& diagnostics) {
   std::vector<WorldRobot> all = scenario.robots;
-  all.insert(all.end(), world.robots.begin(), world.robots.end());
+  std::ranges::copy_if(world.robots, std::back_inserter(all),
+                       [&](const WorldRobot& robot) { return !scenario.complete || !robot.model.empty(); });
   name_robots(all, diagnostics);
   if (running == nullptr) return all;
   const std::size_t named = scenario.robots.size();
@@ -187,7 +188,11 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
     std::ranges::copy_if(running->now, std::back_inserter(robots),
                          [](const auto& robot) { return robot->from_text(); });
   }
-  choose_step(diagnostics);
+  if (scenario.step) {
+    world.step = *scenario.step;
+  } else {
+    choose_step(diagnostics);
+  }
   std::vector<ModelInstance> instances;
   for (const auto& robot : robots) instances.push_back(robot->instance());
   const std::size_t robot_count = instances.size();

@@ -12,6 +12,7 @@
 #include "doppel/base/yaml/yaml_text.h"
 #include "doppel/description/gazebo/base_plugins.h"
 #include "doppel/description/gazebo/model_plugins.h"
+#include "doppel/description/overlay/overlay.h"
 #include "doppel/scenario/compile/detail/base_wheels.h"
 #include "doppel/scenario/resolve/controllers_search.h"
 #include "doppel/scenario/resolve/open_target.h"
@@ -108,10 +109,20 @@ std::string generated_controllers(const std::vector<std::string>& joints, bool v
   return base == nullptr ? yaml : yaml + base->section;
 }
 
+void add_chosen(const RobotChoices& choices, RobotSetup& setup) {
+  for (const std::string& yaml : choices.parameters)
+    setup.controllers.add(ParameterFile::parse(yaml, "<controllers of the scenario>"));
+  setup.generated = choices.parameters;
+}
+
 void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const PackageResolver& resolver,
                         RobotSetup& setup, Diagnostics& diagnostics) {
   Diagnostics said;
-  if (robot.controllers) {
+  const RobotChoices* const choices = scenario.choices_of(robot);
+  if (choices != nullptr) {
+    setup.controllers_named = true;
+    setup.controllers_files = choices->controllers;
+  } else if (robot.controllers) {
     setup.controllers_named = true;
     setup.controllers_files = {*robot.controllers};
   } else {
@@ -139,9 +150,14 @@ void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const
     NameRules names = scenario.ros.names;
     const std::string manager = names.node(in_namespace(robot.name_space, "controller_manager"));
     report_other_managers(setup.controllers, manager, diagnostics);
+    if (choices != nullptr) add_chosen(*choices, setup);
     return;
   }
-  setup.controllers_origin = "generated";
+  if (choices != nullptr) {
+    setup.controllers_origin = "the scenario";
+    return add_chosen(*choices, setup);
+  }
+  setup.controllers_origin = kGeneratedOrigin;
   setup.unused_files = others;
 }
 
@@ -151,7 +167,10 @@ ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot, 
                              Diagnostics& diagnostics) {
   ExpandedTarget out;
   out.target = find_target(robot.target, scenario.bundled_robots, resolver);
-  out.description = expand_for_simulation(out.target.description, robot.arguments, resolver, diagnostics);
+  out.arguments = robot.arguments;
+  out.description = scenario.choices_of(robot) != nullptr
+                        ? expand_corrected(out.target.description, out.arguments, resolver, diagnostics)
+                        : expand_for_simulation(out.target.description, out.arguments, resolver, diagnostics);
   return out;
 }
 
@@ -177,7 +196,7 @@ void address(const Scenario& scenario, const WorldRobot& robot, RobotSetup& setu
 void complete(const Scenario& scenario, const WorldRobot& robot, const PackageResolver& resolver,
               RobotSetup& setup, Diagnostics& diagnostics) {
   choose_controllers(scenario, robot, resolver, setup, diagnostics);
-  if (!setup.controllers_files.empty()) address(scenario, robot, setup);
+  if (setup.controllers_origin != kGeneratedOrigin) address(scenario, robot, setup);
 }
 
 }  // namespace
@@ -187,6 +206,7 @@ RobotSetup set_up_robot(const Scenario& scenario, const WorldRobot& robot, Packa
   RobotSetup setup;
   ExpandedTarget found = expand_target(scenario, robot, resolver, diagnostics);
   setup.target = std::move(found.target);
+  setup.arguments = std::move(found.arguments);
   setup.expanded = std::make_shared<const ExpandedDescription>(std::move(found.description));
   setup.description.robot = read_description(*setup.expanded, resolver, diagnostics);
   diagnostics.throw_if_errors();
@@ -251,9 +271,9 @@ void generate_controllers(const Scenario& scenario, const WorldRobot& robot, con
                     setup.unused_files),
         "give your own file with --controllers FILE, or put it into the package's config/");
   }
-  setup.controllers = ParameterFile::parse(
-      generated_controllers(joints, offers_velocities(description, joints), base ? &*base : nullptr),
-      "<generated controllers>");
+  setup.generated = {
+      generated_controllers(joints, offers_velocities(description, joints), base ? &*base : nullptr)};
+  setup.controllers = ParameterFile::parse(setup.generated.front(), "<generated controllers>");
   address(scenario, robot, setup);
 }
 
@@ -269,9 +289,8 @@ void add_spare_base(const ModelInstance& made, RobotSetup& setup) {
   std::vector<std::string> others = joints_to_drive(description);
   setup.spare_base = {base->name, generated_base_text(*base), base->joints,
                       leave_to_base(made, description, *base, others)};
-  setup.controllers.add(
-      ParameterFile::parse("controller_manager:\n  ros__parameters:\n" + base->declaration + base->section,
-                           "<generated controllers>"));
+  setup.generated = {"controller_manager:\n  ros__parameters:\n" + base->declaration + base->section};
+  setup.controllers.add(ParameterFile::parse(setup.generated.front(), "<generated controllers>"));
 }
 
 }  // namespace doppel

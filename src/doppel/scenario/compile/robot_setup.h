@@ -22,10 +22,13 @@ struct GeneratedBase {
   std::vector<std::string> joints, free_joints;  // that it commands, and the casters
 };
 
+inline constexpr const char* kGeneratedOrigin = "generated";
+
 struct RobotSetup {
   Target target;
   LoadedDescription description;
   std::shared_ptr<const ExpandedDescription> expanded = nullptr;  // nullptr: it was not read from a file
+  XacroArguments arguments = {};                                  // of the expansion
   ParameterFile controllers;                                      // generated if the package has none
   std::string controllers_origin;  // for messages: "config/ros2_controllers.yaml" or "generated"
   std::vector<std::filesystem::path> controllers_files;  // the files it was read from; empty: generated
@@ -36,6 +39,7 @@ struct RobotSetup {
   std::string unused_files;                   // of controllers of other robots; a note, or empty
   // Declared in `controllers`; started where the files that were found leave its joints without a controller.
   std::optional<GeneratedBase> spare_base;
+  std::vector<std::string> generated;  // the YAML texts of the controllers that were generated
 };
 
 // A robot's target, found and expanded with its overlay. Throws InputError: there is no such target, or
@@ -43,6 +47,7 @@ struct RobotSetup {
 struct ExpandedTarget {
   Target target;
   ExpandedDescription description;
+  XacroArguments arguments;  // with those that select simulation
 };
 DOPPEL_API ExpandedTarget expand_target(const Scenario& scenario, const WorldRobot& robot,
                                         PackageResolver& resolver, Diagnostics& diagnostics);

@@ -72,22 +72,24 @@ XacroArguments simulation_arguments(const fs::path& description, XacroArguments 
   return given;
 }
 
-ExpandedDescription expand_for_simulation(const fs::path& description, const XacroArguments& given,
+ExpandedDescription expand_for_simulation(const fs::path& description, XacroArguments& arguments,
                                           PackageResolver& resolver, Diagnostics& diagnostics) {
   Diagnostics reported;
-  const XacroArguments arguments = simulation_arguments(description, given, resolver, reported);
-  if (arguments.size() == given.size()) return expand_corrected(description, given, resolver, diagnostics);
+  XacroArguments simulated = simulation_arguments(description, arguments, resolver, reported);
+  if (simulated.size() == arguments.size())
+    return expand_corrected(description, arguments, resolver, diagnostics);
   try {
-    ExpandedDescription out = expand_corrected(description, arguments, resolver, reported);
+    ExpandedDescription out = expand_corrected(description, simulated, resolver, reported);
     for (const Diagnostic& d : reported.all()) diagnostics.add(d);
+    arguments = std::move(simulated);
     return out;
   } catch (const InputError& problem) {
-    ExpandedDescription out = expand_corrected(description, given, resolver, diagnostics);
+    ExpandedDescription out = expand_corrected(description, arguments, resolver, diagnostics);
     const Diagnostic& why = problem.diagnostics().front();
     diagnostics.note("up.use_sim", why.where,
                      fmt::format("the description cannot be expanded with {}:={}, which selects simulation; "
                                  "it is expanded without it. {}",
-                                 arguments.back().first, arguments.back().second, why.message));
+                                 simulated.back().first, simulated.back().second, why.message));
     return out;
   }
 }

@@ -2,6 +2,7 @@
 // The complete input of a run: filled by the command line, by tests or by user programs.
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,14 +10,29 @@
 #include "doppel/base/core/time.h"
 #include "doppel/physics/contract/engine_modules.h"
 #include "doppel/physics/contract/world_robot.h"
+#include "doppel/robot/kinematics/link_masses.h"
 #include "doppel/ros/bus/ros_arguments.h"
 #include "doppel/sensors/rigs/light_rig.h"
 
 namespace doppel {
 
+// All that would be guessed of a robot but its arguments, base and namespace.
+struct RobotChoices {
+  std::vector<std::filesystem::path> controllers = {};  // files; later ones have priority
+  std::vector<std::string> parameters = {};  // YAML texts of controllers without a file, after the files
+  std::vector<std::string> active = {}, inactive = {};  // controllers to start, to load only; no others
+  bool generated_hardware = false;  // simulated interfaces of every joint that can be driven
+  LinkMasses masses = {};           // of links without a mass
+};
+
 struct Scenario {
   std::vector<WorldRobot> robots;              // in addition to those of the world file
   std::optional<std::filesystem::path> world;  // a world file; none: empty, with ground
+  // Nothing is guessed: the robots of the world file are not added to those above, which have a base and choices.
+  bool complete = false;
+  std::map<std::string, RobotChoices>
+      choices;                   // by namespace; of a robot without them, what is not given is guessed
+  std::optional<Duration> step;  // of the physics; none: the world's, or what the controllers' rates need
   std::string engine = kDefaultEngine;
   bool start_controllers = true;     // false: no controller is loaded, the joints are passive
   std::vector<std::string> plugins;  // shared libraries with controllers and hardware
@@ -27,6 +43,12 @@ struct Scenario {
   RigOptions sensors;        // the seed of noise, and whether the loop waits for samples
   bool wall_stamps = false;  // messages are stamped with wall-clock time, and there is no /clock
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
+
+  // nullptr: none. A robot that was sent to a service, and a model of the world, have none.
+  [[nodiscard]] const RobotChoices* choices_of(const WorldRobot& robot) const {
+    const auto found = choices.find(robot.name_space);
+    return found == choices.end() || robot.target.empty() ? nullptr : &found->second;
+  }
 };
 
 }  // namespace doppel

@@ -78,6 +78,25 @@ void Twin::on_robots_changed(std::function<void()> callback) {
   impl_->core.on_robots_changed(std::move(callback));
 }
 
+Scenario Twin::complete_scenario() const {
+  Scenario out = impl_->core.scenario();
+  out.complete = true;
+  out.step = step_size();
+  out.robots.clear();
+  out.choices.clear();
+  for (const auto& robot : robots()) {
+    // A model of an SDF world is a robot by what its file has written.
+    if (robot->machine().asked().target.empty()) continue;
+    WorldRobot& chosen = out.robots.emplace_back(robot->machine().asked());
+    chosen.arguments = robot->machine().setup().arguments;
+    chosen.base = robot->machine().base();
+    chosen.controllers.reset();
+    chosen.activate.clear();
+    out.choices[chosen.name_space] = robot->choices();
+  }
+  return out;
+}
+
 std::shared_ptr<Twin::Replacement> Twin::prepare(const std::shared_ptr<const Running>& running,
                                                  Diagnostics& diagnostics) {
   return prepare_replacement(running, diagnostics);

@@ -77,6 +77,10 @@ class DOPPEL_API Twin {
   // Called on the loop's thread after a robot was added or removed.
   void on_robots_changed(std::function<void()> callback);
 
+  // The scenario with each choice that was made for it (Scenario::complete): a twin of it guesses nothing and has the same
+  // state hash. Before the first step.
+  [[nodiscard]] Scenario complete_scenario() const;
+
   // -- reload of the sources
   // A machine made from the scenario's current files, built beside the running machine; opaque.
   using Replacement = TwinReplacement;

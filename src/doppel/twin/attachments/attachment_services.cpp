@@ -10,7 +10,7 @@
 #include "doppel/ros/messages/gazebo_ros_link_attacher.h"
 #include "doppel/ros/messages/linkattacher_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
-#include "doppel/twin/loop/entity.h"
+#include "doppel/twin/entities/entity.h"
 
 namespace doppel {
 namespace {

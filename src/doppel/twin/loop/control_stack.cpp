@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 
+#include "doppel/base/yaml/yaml_text.h"
 #include "doppel/control/manager/joint_list.h"
 #include "doppel/control/manager/rates.h"
 #include "doppel/twin/loop/detail/state_hash.h"
@@ -335,8 +336,32 @@ void ControlStack::hold(GeneratedController wanted, const Log& log) {
        "add them to a controller, or give another file with --controllers FILE"});
 }
 
-ControllerSelection ControlStack::selection_of(const std::vector<std::string>& activate) const {
+std::string ControlStack::generated_yaml() const {
+  if (generated_.empty()) return "";
+  std::string declarations = "controller_manager:\n  ros__parameters:\n", sections;
+  const auto list = [](const std::vector<std::string>& values) {
+    std::string out;
+    for (const std::string& value : values) out += (out.empty() ? "" : ", ") + yaml_text(value);
+    return "[" + out + "]";
+  };
+  for (const GeneratedController& one : generated_) {
+    declarations += fmt::format("    {}:\n      type: {}\n", one.name, one.type);
+    if (one.joints.empty()) continue;
+    sections += fmt::format("{}:\n  ros__parameters:\n    joints: {}\n", one.name, list(one.joints));
+    for (const auto& [parameter, values] : one.parameters)
+      sections += fmt::format("    {}: {}\n", parameter, list(values));
+  }
+  return declarations + sections;
+}
+
+ControllerSelection ControlStack::selection_of(const CompiledRobot& machine) const {
   ControllerSelection selection;
+  if (machine.choices()) {
+    selection.active = machine.choices()->active;
+    selection.inactive = machine.choices()->inactive;
+    return selection;
+  }
+  const std::vector<std::string>& activate = machine.asked().activate;
   selection.active = activate;
   selection.only_compatible = activate.empty() && !named_;
   for (const auto& [name, type] : manager_->declared_controllers()) {

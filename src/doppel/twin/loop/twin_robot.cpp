@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "doppel/control/manager/joint_list.h"
+#include "doppel/robot/kinematics/link_masses.h"
 #include "doppel/twin/loop/detail/ground_truth.h"
 #include "doppel/twin/loop/detail/load_publisher.h"
 #include "doppel/twin/loop/detail/oscillation_watch.h"
@@ -215,6 +216,19 @@ std::string TwinRobot::controllers_origin() const {
   const RobotSetup& setup = machine_->setup();
   const bool beside = !setup.controllers_files.empty() && control_->has_generated();
   return setup.controllers_origin + (beside ? " and generated" : "");
+}
+
+RobotChoices TwinRobot::choices() const {
+  const RobotSetup& setup = machine_->setup();
+  RobotChoices out;
+  out.controllers = setup.controllers_files;
+  out.parameters = setup.generated;
+  if (control_->has_generated()) out.parameters.push_back(control_->generated_yaml());
+  for (const ControllerView& controller : controller_manager().controllers())
+    (controller.state == ControllerState::active ? out.active : out.inactive).push_back(controller.name);
+  out.generated_hardware = machine_->has_generated_hardware();
+  out.masses = masses_not_written(description(), model());
+  return out;
 }
 
 std::vector<JointSnapshot> TwinRobot::joints() const {

@@ -78,9 +78,7 @@ class DOPPEL_API TwinRobot {
   // Starts the ControlLoop of real hardware, in wall-clock time besides the simulation. With the gate.
   void start_loop();
   // The controllers to start in a robot that has not run before.
-  [[nodiscard]] ControllerSelection first_selection() const {
-    return control_->selection_of(machine_->asked().activate);
-  }
+  [[nodiscard]] ControllerSelection first_selection() const { return control_->selection_of(*machine_); }
   // Replaces the machine by one with the same structure; controllers continue. Publishers must be recreated
   // afterwards. The former machine can be restored by the same function, unchanged.
   void take_over(std::shared_ptr<const CompiledRobot> machine, Instance now);
@@ -138,6 +136,7 @@ class DOPPEL_API TwinRobot {
   [[nodiscard]] const ControllerManager& controller_manager() const { return control_->manager(); }
   [[nodiscard]] ControllerSelection present_selection() const { return control_->present_selection(); }
   [[nodiscard]] std::string controllers_origin() const;
+  [[nodiscard]] RobotChoices choices() const;               // as it runs now
   [[nodiscard]] std::vector<JointSnapshot> joints() const;  // scalar joints, in the model's order
   // The joints that were not at rest kRestTime after the start; nullopt: not yet, no controllers were to
   // start, or the robot was commanded.

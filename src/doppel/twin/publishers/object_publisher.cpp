@@ -7,7 +7,7 @@
 #include "doppel/description/meshes/shape_mesh.h"
 #include "doppel/description/meshes/texture_coordinates.h"
 #include "doppel/sensors/rigs/pose_messages.h"
-#include "doppel/twin/loop/entity.h"
+#include "doppel/twin/entities/entity.h"
 #include "doppel/twin/publishers/detail/scene_message.h"
 
 namespace doppel {

@@ -299,8 +299,7 @@ std::shared_ptr<TwinReplacement> prepare_replacement(const std::shared_ptr<const
     }
     const auto start = [&](ControlStack& control, const Log& quiet) {
       if (is_new) {
-        if (from.scenario.start_controllers)
-          control.start(control.selection_of(robot->asked().activate), quiet);
+        if (from.scenario.start_controllers) control.start(control.selection_of(*robot), quiet);
         return;
       }
       ControllerSelection& selection = fresh->selections[robot->name_space()];

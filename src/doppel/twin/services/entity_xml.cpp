@@ -16,7 +16,7 @@
 #include "doppel/description/urdf/load.h"
 #include "doppel/description/urdf/urdf_reader.h"
 #include "doppel/robot/collision/size_limits.h"
-#include "doppel/twin/loop/entity.h"
+#include "doppel/twin/entities/entity.h"
 
 namespace doppel {
 namespace {

@@ -11,7 +11,7 @@
 #include "doppel/ros/bus/standard_node.h"
 #include "doppel/ros/messages/std_srvs.h"
 #include "doppel/sensors/rigs/pose_messages.h"
-#include "doppel/twin/loop/entity.h"
+#include "doppel/twin/entities/entity.h"
 #include "doppel/twin/loop/load_range.h"
 #include "doppel/twin/services/detail/service_answer.h"
 

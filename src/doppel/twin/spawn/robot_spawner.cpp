@@ -82,7 +82,7 @@ std::shared_ptr<JoiningRobot> prepare_robot(const RunningTwin& running, const Wo
   const Instance instance = instance_of(*alone, *machine);
   machine->report_choices(instance, diagnostics);
   const auto start = [&](ControlStack& control, const Log& quiet) {
-    if (from.scenario.start_controllers) control.start(control.selection_of(robot.activate), quiet);
+    if (from.scenario.start_controllers) control.start(control.selection_of(*machine), quiet);
   };
   rehearse(*machine, instance, from, start, diagnostics);
   auto joining = std::make_shared<JoiningRobot>();

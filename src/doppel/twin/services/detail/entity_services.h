@@ -17,7 +17,7 @@
 #include "doppel/physics/contract/world_robot.h"
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/messages/gazebo_msgs.h"
-#include "doppel/twin/loop/entity.h"
+#include "doppel/twin/entities/entity.h"
 #include "doppel/twin/loop/tickable.h"
 #include "doppel/twin/loop/twin_core.h"
 #include "doppel/twin/services/detail/entity_xml.h"

@@ -1,4 +1,4 @@
-#include "doppel/twin/loop/entity.h"
+#include "doppel/twin/entities/entity.h"
 
 #include <fmt/format.h>
 
