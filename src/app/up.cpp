@@ -19,9 +19,11 @@
 #include "app/live_table.h"
 #include "app/print_stderr.h"
 #include "app/process.h"
+#include "app/run_scenario.h"
 #include "app/snapshot.h"
 #include "app/terminal_log.h"
 #include "app/verbs/description_target.h"
+#include "app/verbs/output.h"
 #include "doppel/base/core/guarded_thread.h"
 #include "doppel/base/core/installation.h"
 #include "doppel/ros/bus/rosout.h"
@@ -38,7 +40,8 @@ constexpr std::size_t kMinGroup = 3;  // sensors of one kind that are listed as 
 
 struct UpOptions {
   DescribedBy robot;
-  std::string world, controllers, base = "auto", speed = "1", stamp = "sim", engine = kDefaultEngine;
+  std::string write_scenario, world, controllers, base = "auto", speed = "1", stamp = "sim",
+                                                  engine = kDefaultEngine;
   std::vector<std::string> robots, activate, plugins;
   double duration = 0;
   std::uint64_t seed = 0;
@@ -332,12 +335,16 @@ RunStatistics run_twin(Runner& runner, Twin& twin, TerminalLog& terminal, const 
   return runner.run(stop);
 }
 
-int run_up(const UpOptions& options, const RosArguments& ros) {
+int run_up(const UpOptions& options, const CLI::App& verb, const RosArguments& given_ros) {
   const double speed = parse_speed(options.speed);
   if (options.duration < 0 || !std::isfinite(options.duration)) {
     throw InputError("cli.duration", {}, "--duration must be a positive number of simulated seconds");
   }
-  const Scenario scenario = make_scenario(options, ros);
+  if (!options.write_scenario.empty()) check_output(options.write_scenario);
+  Diagnostics diagnostics;
+  const std::optional<Scenario> written = given_scenario(options.robot.words, verb, given_ros, diagnostics);
+  const Scenario scenario = written ? *written : make_scenario(options, given_ros);
+  const RosArguments& ros = scenario.ros;
   SessionOptions session_with = session_options(options.edges, ros);
   session_with.reload = !options.no_reload;
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
@@ -346,13 +353,16 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
   TerminalLog terminal;
   Log log;
   log.add_sink(terminal.sink(ros.log_level));
-  Diagnostics diagnostics;
   Twin twin(scenario, log, diagnostics);
   const Rosout rosout(twin.bus());
   log.add_sink(rosout.sink());
   report_unused(ros, twin.bus(), diagnostics);
   for (const auto& robot : twin.robots()) report_misspellings(robot->machine(), diagnostics);
   print_start_diagnostics(diagnostics, options.verbose);
+  if (!options.write_scenario.empty()) {
+    write_scenario(twin, options.write_scenario);
+    return 0;
+  }
 
   TwinSession session(twin, session_with, log);
   Browser browser(log);
@@ -360,6 +370,7 @@ int run_up(const UpOptions& options, const RosArguments& ros) {
   summary.robot = twin.name();
   summary.engine = twin.engine().world().capabilities().name;
   print_twin_banner(twin, summary.engine, options.verbose);
+  if (written) print_stderr("  scenario     {}\n", content_hash_text(twin, options.robot.words.front()));
   print_stderr("{}", session.banner());
   if (!options.headless && !options.json && !options.edges.no_open)
     browser.open(session.server().server().page_url());
@@ -394,6 +405,9 @@ constexpr const char* kUpExamples =
     "  doppel up omarm_one --ros-args -r __ns:=/left -r /clock:=clock -p robot_state_publisher:"
     "frame_prefix:=left/\n"
     "  doppel up omarm_one --host 0.0.0.0      # for a tablet beside the robot: open the printed address\n"
+    "  doppel up omarm_one --world table --write-scenario run.yaml   # what would run, with nothing left to "
+    "guess\n"
+    "  doppel up run.yaml\n"
     "  doppel up omarm_zero --headless --duration 10 --speed max --json";
 
 }  // namespace
@@ -445,6 +459,7 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   up->add_option("--sensor-threads", options->sensor_threads,
                  "Threads among which cameras and lidars are divided (default 1); the data are the same")
       ->check(CLI::Range(1, 64));
+  add_write_scenario(*up, options->write_scenario);
   up->add_flag("--no-reload", options->no_reload, "Do not reload when the sources change");
   up->add_flag("-v,--verbose", options->verbose,
                "Print the load and sag of each drive, and the notes about a bundled robot");
@@ -452,7 +467,7 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   up->add_flag("--json", options->json, "Print a JSON summary to stdout at the end");
   add_edge_options(*up, options->edges);
   up->footer(kUpExamples);
-  up->callback([options, &ros, &exit_code] { exit_code = run_up(*options, ros); });
+  up->callback([options, up, &ros, &exit_code] { exit_code = run_up(*options, *up, ros); });
 }
 
 }  // namespace doppel::app
