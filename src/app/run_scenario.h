@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "doppel/scenario/schema/scenario_file.h"
-#include "doppel/twin/loop/twin.h"
+#include "doppel/twin/assembly/twin.h"
 
 namespace CLI {
 class App;

@@ -152,7 +152,8 @@ void GraphClient::Impl::turn() {
   for (auto& [topic, subscription] : subscriptions) {
     while (subscription.reader->take(sample)) {
       if (inbox.size() < kMaxUnread)
-        inbox.push_back({topic, subscription.type, time_from_nanoseconds(sample.source_timestamp), sample.cdr});
+        inbox.push_back(
+            {topic, subscription.type, time_from_nanoseconds(sample.source_timestamp), sample.cdr});
     }
   }
   take_replies();

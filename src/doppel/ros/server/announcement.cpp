@@ -1,4 +1,3 @@
-#include "doppel/base/core/time.h"
 #include "doppel/ros/server/announcement.h"
 
 #include <arpa/inet.h>
@@ -16,6 +15,8 @@
 #include <cstring>
 #include <fstream>
 #include <nlohmann/json.hpp>
+
+#include "doppel/base/core/time.h"
 
 namespace doppel {
 namespace {
@@ -101,12 +102,9 @@ Announcement::Announcement(std::string robot, std::uint16_t port, const std::str
   }
   problem_ = ownership_problem(folder);
   if (!problem_.empty()) return;
-  const nlohmann::json object{{"pid", getpid()},
-                              {"port", port},
-                              {"robot", std::move(robot)},
-                              {"address", address},
-                              {"token", token},
-                              {"started", nanoseconds_of(system_time())}};
+  const nlohmann::json object{
+      {"pid", getpid()},    {"port", port},   {"robot", std::move(robot)},
+      {"address", address}, {"token", token}, {"started", nanoseconds_of(system_time())}};
   const fs::path file = folder / fmt::format("{}-{}.json", getpid(), port);
   const fs::path draft = file.string() + ".new";  // renamed when complete, so that readers never get a part
   if (!write_private(draft, object.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n")) {

@@ -31,7 +31,7 @@ class DOPPEL_API Viewer {
   // `now`: wall-clock time since the epoch.
   void step(Time now);
 
-  // -- reload of the sources, as in a twin (twin/loop/twin.h)
+  // -- reload of the sources, as in a twin (twin/assembly/twin.h)
   struct Replacement;
   // The input of prepare(), which may outlive the viewer. The loop's thread.
   [[nodiscard]] std::shared_ptr<const Scenario> scenario() const;

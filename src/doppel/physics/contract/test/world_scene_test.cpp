@@ -1,6 +1,4 @@
 // One list of shapes and pairs: what an engine compiles, what the audit checks and what a planner sees.
-#include "doppel/physics/contract/exclusions.h"
-
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +7,7 @@
 #include <set>
 
 #include "doppel/description/urdf/load.h"
+#include "doppel/physics/contract/exclusions.h"
 #include "doppel/physics/contract/test/allocation_counter.h"
 #include "doppel/physics/contract/test/engine_fixture.h"
 #include "doppel/robot/collision/collision_scene.h"
