@@ -55,7 +55,7 @@ TEST(HeadlessRun, TwoPartsGiveHashOfOneRun) {
 
 TEST(HeadlessRun, ConditionEndsIt) {
   HeadlessOptions options;
-  options.until = [](Twin& twin) { return twin.now() >= from_seconds(0.025); };
+  options.until = [](Twin& twin) { return twin.now() >= time_from_seconds(0.025); };
   const RunResult result = run_headless({scenario_of("lab_arm"), options});
   EXPECT_EQ(result.end, RunEnd::condition_met);
   EXPECT_EQ(result.steps, 25u);
