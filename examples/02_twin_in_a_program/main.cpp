@@ -13,7 +13,7 @@ int main() {
   scenario.bundled_robots = doppel::data_folder() / "robots";
   doppel::Twin twin(scenario, log, diagnostics);
 
-  while (twin.now() < doppel::from_seconds(1.0)) {
+  while (twin.now() < doppel::time_from_seconds(1.0)) {
     twin.between_steps();
     twin.step();
   }

@@ -57,7 +57,7 @@ class DOPPEL_API Twin {
 
   // The running machine as input of prepare_robot() and prepare(), which may outlive the twin; opaque. The
   // loop's thread.
-  using Running = RunningTwin;
+  using Running = RunningMachine;
   [[nodiscard]] std::shared_ptr<const Running> running() const;
 
   // -- spawned and deleted robots

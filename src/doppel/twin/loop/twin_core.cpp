@@ -127,8 +127,8 @@ std::map<std::string, ControllerSelection> TwinCore::present_selections() const 
   return out;
 }
 
-std::shared_ptr<const RunningTwin> TwinCore::running() const {
-  auto out = std::make_shared<RunningTwin>();
+std::shared_ptr<const RunningMachine> TwinCore::running() const {
+  auto out = std::make_shared<RunningMachine>();
   out->sources = sources_;
   out->robots = {machine_->robots, machine_->world.robots};
   out->selections = present_selections();

@@ -36,7 +36,7 @@ struct TwinSources {
 };
 
 // The running machine as input of a build on another thread.
-struct RunningTwin {
+struct RunningMachine {
   std::shared_ptr<const TwinSources> sources;
   RunningRobots robots;
   std::map<std::string, ControllerSelection> selections;  // by namespace
@@ -101,7 +101,7 @@ class DOPPEL_API TwinCore {
   [[nodiscard]] std::vector<std::unique_ptr<TwinRobot>>& robots() { return robots_; }
   [[nodiscard]] const std::vector<std::unique_ptr<TwinRobot>>& robots() const { return robots_; }
   [[nodiscard]] std::map<std::string, ControllerSelection> present_selections() const;
-  [[nodiscard]] std::shared_ptr<const RunningTwin> running() const;
+  [[nodiscard]] std::shared_ptr<const RunningMachine> running() const;
 
   // -- what the core and its parts share
   [[nodiscard]] Engine& engine() const { return *machine_->engine; }

@@ -284,7 +284,7 @@ void TwinReload::between_steps(Time now) {
   if (edited_ && now - edited_->applied > kEditProbation) edited_.reset();
 }
 
-std::shared_ptr<TwinReplacement> prepare_replacement(const std::shared_ptr<const RunningTwin>& running,
+std::shared_ptr<TwinReplacement> prepare_replacement(const std::shared_ptr<const RunningMachine>& running,
                                                      Diagnostics& diagnostics) {
   const TwinSources& from = *running->sources;
   auto fresh = std::make_shared<TwinReplacement>();

@@ -17,12 +17,12 @@ namespace doppel {
 struct TwinReplacement {
   std::unique_ptr<CompiledScenario> machine;
   std::map<std::string, ControllerSelection> selections;  // by namespace
-  std::shared_ptr<const RunningTwin> running;             // the machine for which it was made
+  std::shared_ptr<const RunningMachine> running;          // the machine for which it was made
 };
 
 // On any thread. Throws InputError if the files cannot be used; the running machine is not affected.
 [[nodiscard]] DOPPEL_API std::shared_ptr<TwinReplacement> prepare_replacement(
-    const std::shared_ptr<const RunningTwin>& running, Diagnostics& diagnostics);
+    const std::shared_ptr<const RunningMachine>& running, Diagnostics& diagnostics);
 
 class DOPPEL_API TwinReload : public Tickable {
  public:

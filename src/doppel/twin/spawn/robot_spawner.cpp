@@ -44,7 +44,7 @@ void keep_to_packages(RobotDescription& robot, const PackageResolver& resolver) 
 
 }  // namespace
 
-std::shared_ptr<JoiningRobot> prepare_robot(const RunningTwin& running, const WorldRobot& robot,
+std::shared_ptr<JoiningRobot> prepare_robot(const RunningMachine& running, const WorldRobot& robot,
                                             const SpawnedText& text, Diagnostics& diagnostics) {
   const TwinSources& from = *running.sources;
   if (const Status fine = check_namespace("/" + robot.name_space); !fine) {
@@ -96,8 +96,8 @@ struct RobotSpawner::Spawning {
   WorldRobot robot;
   SpawnedText text;
   std::function<void(const Status&)> done;
-  std::shared_ptr<const RunningTwin> running;  // at the call
-  std::shared_ptr<const CompiledWorld> world;  // to which it is added
+  std::shared_ptr<const RunningMachine> running;  // at the call
+  std::shared_ptr<const CompiledWorld> world;     // to which it is added
   std::shared_ptr<JoiningRobot> joining;
   Diagnostics notes;
   std::string why;  // the reason if it cannot be spawned

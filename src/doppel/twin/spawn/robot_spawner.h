@@ -21,7 +21,7 @@ using SpawnedText = std::variant<std::string, SdfModel>;  // a URDF, or a read m
 
 // Prepares a robot on any thread while the twin runs: description, model, shapes, the world compiled with it, and its
 // controllers rehearsed. `text`: a URDF, or a model of SDF that its plugins drive. Throws InputError.
-[[nodiscard]] DOPPEL_API std::shared_ptr<JoiningRobot> prepare_robot(const RunningTwin& running,
+[[nodiscard]] DOPPEL_API std::shared_ptr<JoiningRobot> prepare_robot(const RunningMachine& running,
                                                                      const WorldRobot& robot,
                                                                      const SpawnedText& text,
                                                                      Diagnostics& diagnostics);
