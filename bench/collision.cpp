@@ -30,16 +30,16 @@ double computed_us() {
 }
 
 struct Comparison {
-  std::size_t pairs = 0;    // of a state
-  double difference = 0;    // m, the largest of two that are apart by FCL
-  int apart = 0;            // pairs that differ by more than kAgreement
-  int called_free = 0;      // states that FCL calls touching and doppel free
-  int called_touching = 0;  // the reverse
-  int touching = 0;         // states, by FCL
-  double own = 0, fcl = 0;  // us of a state: all pairs
-  double nearest = 0;       // us of a state: CollisionContext::distance()
-  double check = 0;         // us of a state: in_collision()
-  double fcl_check = 0;     // us of a state: fcl::collide() up to the first pair that touches
+  std::size_t pairs = 0;       // of a state
+  double difference = 0;       // m, the largest of two that are apart by FCL
+  int apart = 0;               // pairs that differ by more than kAgreement
+  int called_free = 0;         // states that FCL calls touching and doppel free
+  int called_touching = 0;     // the reverse
+  int touching = 0;            // states, by FCL
+  double doppel = 0, fcl = 0;  // us of a state: all pairs
+  double nearest = 0;          // us of a state: CollisionContext::distance()
+  double check = 0;            // us of a state: in_collision()
+  double fcl_check = 0;        // us of a state: fcl::collide() up to the first pair that touches
 };
 
 class Bench {
@@ -55,10 +55,11 @@ class Bench {
     std::mt19937_64 random(kSeed);
     const auto& pairs = robot_.scene->tested_pairs();
     out_.pairs = pairs.size();
-    own_.resize(pairs.size());
+    doppel_.resize(pairs.size());
     theirs_.resize(pairs.size());
     for (int state = 0; state < states_; ++state) compare(test::random_state(*robot_.model, random));
-    for (double* time : {&out_.own, &out_.fcl, &out_.nearest, &out_.check, &out_.fcl_check}) *time /= states_;
+    for (double* time : {&out_.doppel, &out_.fcl, &out_.nearest, &out_.check, &out_.fcl_check})
+      *time /= states_;
     return out_;
   }
 
@@ -73,10 +74,10 @@ class Bench {
   void compare(const Eigen::VectorXd& q) {
     const auto& pairs = robot_.scene->tested_pairs();
     bool touching = false, colliding = false;
-    timed(out_.own, [&] {
+    timed(out_.doppel, [&] {
       context_.set_configuration(0, q);
       for (std::size_t i = 0; i < pairs.size(); ++i)
-        own_[i] = context_.distance(pairs[i].first, pairs[i].second).distance;
+        doppel_[i] = context_.distance(pairs[i].first, pairs[i].second).distance;
     });
     timed(out_.fcl, [&] {
       forward_kinematics(*robot_.model, data_, q);
@@ -103,7 +104,7 @@ class Bench {
     out_.called_free += touching && !colliding ? 1 : 0;
     out_.called_touching += colliding && !touching ? 1 : 0;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      const double difference = std::abs(std::max(own_[i], 0.0) - std::max(theirs_[i], 0.0));
+      const double difference = std::abs(std::max(doppel_[i], 0.0) - std::max(theirs_[i], 0.0));
       out_.difference = std::max(out_.difference, difference);
       out_.apart += difference > kAgreement ? 1 : 0;
     }
@@ -115,7 +116,7 @@ class Bench {
   test::FclReference fcl_;
   Data data_;
   Comparison out_;
-  std::vector<double> own_, theirs_;  // [pairs] m
+  std::vector<double> doppel_, theirs_;  // [pairs] m
 };
 
 std::vector<std::string> default_robots() {
@@ -137,12 +138,12 @@ int main(int argc, char** argv) {
   if (robots.empty()) robots = default_robots();
   fmt::print("{} random states of each robot, seed {}; us are those of a state\n", states, kSeed);
   fmt::print("{:<16}{:>6} {:>13} {:>8} {:>9} {:>6} {:>9} {:>8} {:>8} {:>9} {:>8} {:>9}\n", "robot", "pairs",
-             "difference/m", ">0.1 mm", "touching", "free!", "touching!", "own/us", "FCL/us", "nearest/us",
+             "difference/m", ">0.1 mm", "touching", "free!", "touching!", "doppel/us", "FCL/us", "nearest/us",
              "check/us", "FCL check");
   for (const std::string& robot : robots) {
     const Comparison c = Bench(robot, states).run();
     fmt::print("{:<16}{:>6} {:>13.1e} {:>8} {:>9} {:>6} {:>9} {:>8.1f} {:>8.1f} {:>9.1f} {:>8.1f} {:>9.1f}\n",
                std::filesystem::path(robot).stem().string(), c.pairs, c.difference, c.apart, c.touching,
-               c.called_free, c.called_touching, c.own, c.fcl, c.nearest, c.check, c.fcl_check);
+               c.called_free, c.called_touching, c.doppel, c.fcl, c.nearest, c.check, c.fcl_check);
   }
 }

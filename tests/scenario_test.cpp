@@ -135,8 +135,10 @@ constexpr const char* kBareArm = R"(<robot name="bare">
   <link name="base"/>
   <joint name="a" type="revolute"><parent link="base"/><child link="upper"/><axis xyz="0 1 0"/>
     <limit lower="-1" upper="1" effort="5" velocity="2"/></joint>
-  <link name="upper"><collision><origin xyz="0 0 0.15"/><geometry><box size="0.05 0.05 0.3"/></geometry></collision></link>
-  <joint name="b" type="revolute"><parent link="upper"/><child link="lower"/><origin xyz="0 0 0.3" rpy="0 0.1 0"/>
+  <link name="upper">
+    <collision><origin xyz="0 0 0.15"/><geometry><box size="0.05 0.05 0.3"/></geometry></collision></link>
+  <joint name="b" type="revolute">
+    <parent link="upper"/><child link="lower"/><origin xyz="0 0 0.3" rpy="0 0.1 0"/>
     <axis xyz="0 1 0"/><limit lower="-1" upper="1" effort="5" velocity="2"/></joint>
   <link name="lower"/>
 </robot>)";
@@ -171,7 +173,7 @@ one:
 TEST_F(ScenarioRun, CompleteScenarioWithoutBaseIsRefused) {
   Scenario scenario;
   scenario.complete = true;
-  scenario.robots = {{.target = "lab_arm"}};
+  scenario.robots = {{.target = "kate"}};
   scenario.choices[""] = {};
   EXPECT_THROW(bring_up(scenario), InputError);
 }

@@ -20,8 +20,8 @@ struct DescribedBy {
 // TARGET and --set.
 void add_described_by(CLI::App& verb, DescribedBy& by, bool required = true);
 
-// The scenario of that description (without a robot where there is none). Throws InputError: an argument that is not
-// name:=value.
+// The scenario of that description (without a robot where there is none). Throws InputError: an argument that
+// is not name:=value.
 Scenario described_scenario(const DescribedBy& by);
 
 }  // namespace doppel::app

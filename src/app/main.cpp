@@ -46,8 +46,8 @@ void refuse_elsewhere(const CLI::App& app, const char* option) {
 }
 
 // An engine's state is one block of many megabytes, most of which is never touched. glibc moves its threshold
-// up when such a block is freed; later ones then come from the heap, on pages that are in use, and hundreds of
-// edits leave it in pieces. A fixed threshold keeps these blocks apart from the heap.
+// up when such a block is freed; later ones then come from the heap, on pages that are in use, and hundreds
+// of edits leave it in pieces. A fixed threshold keeps these blocks apart from the heap.
 void keep_large_blocks_apart() {
   constexpr int kLargeBlock = 1 << 20, kSpareTop = 1 << 22;
   mallopt(M_MMAP_THRESHOLD, kLargeBlock);

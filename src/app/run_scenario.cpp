@@ -24,8 +24,8 @@ constexpr const char* kOptionsOfScenario[] = {
 std::vector<ReadFile> files_of_run(const Twin& twin, const Scenario& scenario) {
   std::vector<fs::path> files = twin.files();
   for (const std::string& plugin : scenario.plugins) files.emplace_back(plugin);
-  for (const auto& given : scenario.ros.parameters) {
-    if (const auto* file = std::get_if<GivenParameterFile>(&given)) files.emplace_back(file->path);
+  for (const auto& parameter : scenario.ros.parameters) {
+    if (const auto* file = std::get_if<GivenParameterFile>(&parameter)) files.emplace_back(file->path);
   }
   return files_with_hashes(files);
 }
@@ -40,9 +40,9 @@ std::optional<Scenario> given_scenario(const std::vector<std::string>& words, co
                                        const RosArguments& ros, Diagnostics& diagnostics) {
   if (words.empty() || !is_scenario_file(words.front())) return std::nullopt;
   const std::string& file = words.front();
-  const auto refuse = [&file](const std::string& given) {
+  const auto refuse = [&file](const std::string& argument) {
     throw InputError("cli.scenario", make_location(file),
-                     given + " beside a scenario, which has its own values",
+                     argument + " beside a scenario, which has its own values",
                      "edit the scenario file, or start its robot with options and --write-scenario FILE");
   };
   if (words.size() > 1) refuse(fmt::format("'{}' is given", words[1]));

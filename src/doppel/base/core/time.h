@@ -1,6 +1,7 @@
 #pragma once
-// Time of a run and durations, in nanoseconds, exact, so that a million steps of 1 ms are 1000 s. A point in time and a
-// duration are different types (std::chrono): their difference is a duration, and two times cannot be added.
+// Time of a run and durations, in nanoseconds, exact, so that a million steps of 1 ms are 1000 s. A point in
+// time and a duration are different types (std::chrono): their difference is a duration, and two times cannot
+// be added.
 
 #include <chrono>
 #include <cstdint>
@@ -9,8 +10,9 @@ namespace doppel {
 
 using Duration = std::chrono::nanoseconds;
 
-// The clock of a run. It counts from the start of the simulation, and stands still while the run is paused. It has no
-// now(): the time of a run is a property of its engine or its bus, so that two runs in a process are independent.
+// The clock of a run. It counts from the start of the simulation, and stands still while the run is paused.
+// It has no now(): the time of a run is a property of its engine or its bus, so that two runs in a process
+// are independent.
 struct RunClock {
   using rep = Duration::rep;
   using period = Duration::period;

@@ -22,16 +22,16 @@ void YamlFields::error(const PlacedYaml& value, const std::string& message, cons
 }
 
 bool YamlFields::fields(const PlacedYaml& value, const std::string& what,
-                        const std::vector<std::string>& known) {
+                        const std::vector<std::string>& keys) {
   if (!value.is_map()) {
     error(value, what + " must be a map");
     return false;
   }
   std::set<std::string> seen;
   for (const PlacedYaml& key : value.keys) {
-    if (std::find(known.begin(), known.end(), key.text) == known.end()) {
+    if (std::find(keys.begin(), keys.end(), key.text) == keys.end()) {
       errors_.error(rules_.unknown_key, key.where,
-                    fmt::format("{} has no key '{}'{}", what, key.text, did_you_mean(key.text, known)));
+                    fmt::format("{} has no key '{}'{}", what, key.text, did_you_mean(key.text, keys)));
     } else if (!seen.insert(key.text).second) {
       error(key, fmt::format("the key '{}' is given twice", key.text));
     }
@@ -84,12 +84,12 @@ std::vector<std::string> YamlFields::texts(const PlacedYaml& value, const std::s
 }
 
 std::size_t YamlFields::choice(const PlacedYaml& value, const std::string& what,
-                               const std::vector<std::string>& known) {
+                               const std::vector<std::string>& choices) {
   const std::string written = text(value, what);
-  const auto found = std::find(known.begin(), known.end(), written);
-  if (found != known.end()) return static_cast<std::size_t>(found - known.begin());
-  error(value, fmt::format("{} is '{}'; it must be one of {}{}", what, written, fmt::join(known, ", "),
-                           did_you_mean(written, known)));
+  const auto found = std::find(choices.begin(), choices.end(), written);
+  if (found != choices.end()) return static_cast<std::size_t>(found - choices.begin());
+  error(value, fmt::format("{} is '{}'; it must be one of {}{}", what, written, fmt::join(choices, ", "),
+                           did_you_mean(written, choices)));
   return 0;
 }
 

@@ -21,16 +21,17 @@ class DOPPEL_API YamlFields {
   explicit YamlFields(YamlRules rules) : rules_(std::move(rules)) {}
 
   void error(const PlacedYaml& value, const std::string& message, const std::string& fix = "");
-  // True for a map; every key that is not among `known`, and every second one, is an error.
-  bool fields(const PlacedYaml& value, const std::string& what, const std::vector<std::string>& known);
+  // True for a map; every key that is not among `keys`, and every second one, is an error.
+  bool fields(const PlacedYaml& value, const std::string& what, const std::vector<std::string>& keys);
   double number(const PlacedYaml& value, const std::string& what);  // finite
   // `size` of them.
   std::vector<double> numbers(const PlacedYaml& value, const std::string& what, std::size_t size);
   bool flag(const PlacedYaml& value, const std::string& what);
   std::string text(const PlacedYaml& value, const std::string& what);  // not empty
   std::vector<std::string> texts(const PlacedYaml& value, const std::string& what);
-  // The index of the text among `known`.
-  std::size_t choice(const PlacedYaml& value, const std::string& what, const std::vector<std::string>& known);
+  // The index of the text among `choices`.
+  std::size_t choice(const PlacedYaml& value, const std::string& what,
+                     const std::vector<std::string>& choices);
 
   [[nodiscard]] Diagnostics& errors() { return errors_; }
 

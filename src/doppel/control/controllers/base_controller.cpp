@@ -205,8 +205,8 @@ double BaseController::wheel_speed(std::size_t wheel, double dt) {
   return speed;
 }
 
-// The least squares of all wheels, where the columns of their kinematics are orthogonal: wheels in pairs on both sides,
-// or evenly spaced on a circle.
+// The least squares of all wheels, where the columns of their kinematics are orthogonal: wheels in pairs on
+// both sides, or evenly spaced on a circle.
 std::optional<PlanarVelocity> BaseController::measure(double dt) {
   const auto is_finite = [](const StateHandle& state) { return std::isfinite(state.get()); };
   if (!std::ranges::all_of(state_handles, is_finite)) return std::nullopt;

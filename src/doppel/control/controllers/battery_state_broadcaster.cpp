@@ -41,8 +41,8 @@ std::uint8_t enumerator(double value) {
   return value >= 0 && value <= 255 ? static_cast<std::uint8_t>(value) : std::uint8_t{0};
 }
 
-// ~/battery_state is the mean or sum over all batteries, ~/raw_battery_states has each of them. As there, percentages are
-// from 0 to 100.
+// ~/battery_state is the mean or sum over all batteries, ~/raw_battery_states has each of them. As there,
+// percentages are from 0 to 100.
 class BatteryStateBroadcaster : public SensorBroadcaster {
  public:
   void on_init(ControllerContext& context) override {
@@ -178,8 +178,8 @@ class BatteryStateBroadcaster : public SensorBroadcaster {
                                            : !std::isnan(out.voltage) && out.voltage != 0;
   }
 
-  // Means of voltage, temperature, current and percentage, the sum of charges, the largest status and health, over the
-  // batteries that have them.
+  // Means of voltage, temperature, current and percentage, the sum of charges, the largest status and health,
+  // over the batteries that have them.
   void combine() {
     const auto over_all = [&](float BatteryState::*field, bool mean, const auto& has) {
       float sum = 0;

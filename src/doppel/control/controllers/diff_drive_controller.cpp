@@ -1,6 +1,6 @@
 // Drives a base with wheels on two sides from ~/cmd_vel (geometry_msgs/msg/TwistStamped). Compatible with
-// ros2_controllers' diff_drive_controller of ROS 2 Jazzy; ~/set_odometry (control_msgs/srv/SetOdometry) is that of later
-// releases.
+// ros2_controllers' diff_drive_controller of ROS 2 Jazzy; ~/set_odometry (control_msgs/srv/SetOdometry) is
+// that of later releases.
 
 #include <fmt/format.h>
 
@@ -107,7 +107,8 @@ class DiffDriveController : public BaseController {
     check_driven_joints(context, kRightWheels, right_);
   }
 
-  // ROS 2 Humble has commands without stamps, which Jazzy does not have. Reported where a user's file sets it.
+  // ROS 2 Humble has commands without stamps, which Jazzy does not have. Reported where a user's file sets
+  // it.
   void declare_stamps(ControllerContext& context) {
     constexpr const char* kStamped = "use_stamped_vel";
     bool stamped = true;

@@ -11,7 +11,8 @@ namespace {
 
 constexpr std::array kParts{"force.x", "force.y", "force.z", "torque.x", "torque.y", "torque.z"};
 
-// Of interfaces that are not named, the message has NaN. Offsets are added before the multiplication, as there.
+// The message has NaN for interfaces that are not named. Offsets are added before the multiplication, as
+// there.
 class ForceTorqueBroadcaster : public MessageBroadcaster<geometry_msgs::msg::WrenchStamped> {
  public:
   void on_init(ControllerContext& context) override {

@@ -219,8 +219,9 @@ class JointGroupController : public CommandForwarder {
   std::string interface_;
 };
 
-// One number for all its joints, also as ~/command (std_msgs/msg/Float64), as the joint plugins of gz-sim read it.
-// Parameters: joints, interface_name, initial_value (NaN: none). Velocity and effort go to zero when it is deactivated.
+// One number for all its joints, also as ~/command (std_msgs/msg/Float64), as the joint plugins of gz-sim
+// read it. Parameters: joints, interface_name, initial_value (NaN: none). Velocity and effort go to zero when
+// it is deactivated.
 class ScalarCommandController : public CommandForwarder {
  public:
   void on_init(ControllerContext& context) override {

@@ -5,9 +5,9 @@
 // goal_tolerance of its position. A joint that has not moved for stall_timeout has stalled: the goal then
 // succeeds, because the gripper holds an object (allow_stalling), or fails.
 //
-// All of them also take ~/command (control_msgs/msg/GripperCommand), as PR2's gripper controller did: the newest command
-// holds, without a result; a goal in progress is cancelled by it, as by another goal. A negative max_effort, PR2's
-// "no limit", is the controller's own max_effort.
+// All of them also take ~/command (control_msgs/msg/GripperCommand), as PR2's gripper controller did: the
+// newest command holds, without a result; a goal in progress is cancelled by it, as by another goal. A
+// negative max_effort, PR2's "no limit", is the controller's own max_effort.
 
 #include <fmt/format.h>
 

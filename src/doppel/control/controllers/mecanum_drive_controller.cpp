@@ -1,5 +1,6 @@
-// Drives a base with four mecanum wheels from ~/reference. Compatible with ros2_controllers' mecanum_drive_controller of
-// ROS 2 Jazzy. Order of the wheels: front left, front right, rear right, rear left.
+// Drives a base with four mecanum wheels from ~/reference. Compatible with ros2_controllers'
+// mecanum_drive_controller of ROS 2 Jazzy. Order of the wheels: front left, front right, rear right, rear
+// left.
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
-// Drives a base on three or more omni wheels, evenly spaced on a circle with their axles to its centre, from ~/cmd_vel.
-// Compatible with ros2_controllers' omni_wheel_drive_controller of ROS 2 Jazzy and later: wheels anti-clockwise, the first
-// one at `wheel_offset` from the base's x axis; a wheel that turns by the right hand about the outward axle drives the
-// base to the right, seen from the centre. There are no limits. ~/set_odometry (control_msgs/srv/SetOdometry) is that of
-// later releases.
+// Drives a base on three or more omni wheels, evenly spaced on a circle with their axles to its centre, from
+// ~/cmd_vel. Compatible with ros2_controllers' omni_wheel_drive_controller of ROS 2 Jazzy and later: wheels
+// anti-clockwise, the first one at `wheel_offset` from the base's x axis; a wheel that turns by the right
+// hand about the outward axle drives the base to the right, seen from the centre. There are no limits.
+// ~/set_odometry (control_msgs/srv/SetOdometry) is that of later releases.
 
 #include <fmt/format.h>
 

@@ -19,7 +19,8 @@ bool is_pose(const geometry_msgs::msg::Pose& pose) {
          std::abs(q.x * q.x + q.y * q.y + q.z * q.z + q.w * q.w - 1) <= kUnitWithin;
 }
 
-// A pose that is not finite, or whose quaternion is not of unit length, is published and not broadcast as a transform.
+// A pose that is not finite, or whose quaternion is not of unit length, is published and not broadcast as a
+// transform.
 class PoseBroadcaster : public SensorBroadcaster {
  public:
   void on_init(ControllerContext& context) override {

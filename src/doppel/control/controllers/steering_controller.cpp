@@ -1,5 +1,6 @@
-// Drives a base with steered wheels from ~/reference. Compatible with ros2_controllers' steering_controllers_library of
-// ROS 2 Jazzy. Of two wheels the right one is listed first. The steering stays where it is without a reference.
+// Drives a base with steered wheels from ~/reference. Compatible with ros2_controllers'
+// steering_controllers_library of ROS 2 Jazzy. Of two wheels the right one is listed first. The steering
+// stays where it is without a reference.
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
 // Drives a base with one wheel that is driven and steered, as of a forklift, from ~/cmd_vel
-// (geometry_msgs/msg/TwistStamped). Compatible with ros2_controllers' tricycle_controller of ROS 2 Jazzy: it turns on
-// the spot by steering to 90 degrees, drives slower until the angle is reached, and limits the speed of the wheel
-// (rad/s) and the angle. ~/odom at each update, and odom -> base on /tf with enable_odom_tf; ~/reset_odometry
-// (std_srvs/srv/Empty). It has no references for a chain.
+// (geometry_msgs/msg/TwistStamped). Compatible with ros2_controllers' tricycle_controller of ROS 2 Jazzy: it
+// turns on the spot by steering to 90 degrees, drives slower until the angle is reached, and limits the speed
+// of the wheel (rad/s) and the angle. ~/odom at each update, and odom -> base on /tf with enable_odom_tf;
+// ~/reset_odometry (std_srvs/srv/Empty). It has no references for a chain.
 
 #include <fmt/format.h>
 

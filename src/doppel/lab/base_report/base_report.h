@@ -43,7 +43,8 @@ struct BaseMultipliers {
 struct BaseReport {
   std::string robot, controller, type;
   std::vector<BaseLeg> legs;  // straight, left turn, right turn, left square, right square
-  // The physics diverges in a leg: `legs` has those before it, and there are no values below but the controller's.
+  // The physics diverges in a leg: `legs` has those before it, and there are no values below but the
+  // controller's.
   struct Divergence {
     std::string leg;  // "5 m straight"
     double time = 0;  // s, since the start

@@ -1,6 +1,6 @@
 #pragma once
-// A run of a twin as fast as possible, without a network or a page: until a time, a condition, a divergence, an error
-// or a cancellation. The same scenario gives the same hash, alone or beside others.
+// A run of a twin as fast as possible, without a network or a page: until a time, a condition, a divergence,
+// an error or a cancellation. The same scenario gives the same hash, alone or beside others.
 
 #include <atomic>
 #include <cstdint>

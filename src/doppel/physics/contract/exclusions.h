@@ -55,9 +55,10 @@ class DOPPEL_API Exclusions {
   std::map<Key, Entry> pairs_;
 };
 
-// The world for distances and collision checks, so that what plans a motion sees what the engine simulates: the
-// same bodies under the same BodyId, their shapes, the ground, and the excluded pairs with their reasons. Robots
-// and objects are where the world puts them at reset; a CollisionContext starts each in Model::neutral().
+// The world for distances and collision checks, so that what plans a motion sees what the engine simulates:
+// the same bodies under the same BodyId, their shapes, the ground, and the excluded pairs with their reasons.
+// Robots and objects are where the world puts them at reset; a CollisionContext starts each in
+// Model::neutral().
 DOPPEL_API std::shared_ptr<const CollisionScene> make_collision_scene(const CompiledWorld& world);
 
 }  // namespace doppel

@@ -3,12 +3,12 @@
 namespace doppel {
 
 RunEnd run_steps(const Stepped& stepped, const StepLimits& limits, const std::function<void()>& observe) {
-  for (std::uint64_t taken = 0;; ++taken) {
+  for (std::uint64_t steps = 0;; ++steps) {
     if (stepped.diverged()) return RunEnd::diverged;
-    if (taken > 0 && observe) observe();
+    if (steps > 0 && observe) observe();
     if (limits.until && limits.until()) return RunEnd::condition_met;
     if (limits.cancel != nullptr && limits.cancel->load(std::memory_order_relaxed)) return RunEnd::stopped;
-    if (taken == limits.steps) return RunEnd::duration_reached;
+    if (steps == limits.steps) return RunEnd::duration_reached;
     stepped.step();
   }
 }

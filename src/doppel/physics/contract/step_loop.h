@@ -1,6 +1,6 @@
 #pragma once
-// The loop of every run without a pace of its own: of an engine here, of a twin in lab/headless_run. A divergence is
-// an end of a run like any other, never an exception.
+// The loop of every run without a pace of its own: of an engine here, of a twin in lab/headless_run. A
+// divergence is an end of a run like any other, never an exception.
 
 #include <atomic>
 #include <cstdint>
@@ -38,8 +38,8 @@ struct Stepped {
   std::function<bool()> diverged;
 };
 
-// Steps until a limit is reached or the physics diverges; `observe` is called after each step with a finite result.
-// Passes on what these functions throw.
+// Steps until a limit is reached or the physics diverges; `observe` is called after each step with a finite
+// result. Passes on what these functions throw.
 DOPPEL_API RunEnd run_steps(const Stepped& stepped, const StepLimits& limits,
                             const std::function<void()>& observe = {});
 DOPPEL_API RunEnd run_steps(Engine& engine, const StepLimits& limits,

@@ -3,8 +3,8 @@
 // rolling shapes, and casters that are a fixed ball or skid.
 //
 // A wheel as a cylinder or as the hull of a mesh touches the ground in several points that change while it
-// turns: it jolts, and scrubs when it steers. As an ellipsoid of its radius and width it touches the ground in
-// one point below its middle and rolls by exactly its radius, also against walls and over steps.
+// turns: it jolts, and scrubs when it steers. As an ellipsoid of its radius and width it touches the ground
+// in one point below its middle and rolls by exactly its radius, also against walls and over steps.
 
 #include <Eigen/Core>
 #include <string>
@@ -38,8 +38,9 @@ inline constexpr double kCasterFriction = 0.05;  // Coulomb, of a ball that stan
 // A wheel is a shape that is round about the axis of a continuous joint (or of one with more than two turns)
 // that is horizontal at q0 and has no moving joint behind it: a cylinder or sphere, or a mesh whose hull has
 // the same radius in all directions within 4 %. It is not wider than its diameter, no other shape of its link
-// protrudes from it, and its bottom is near the robot's lowest point. A caster is a sphere, or a shape of a link named
-// caster, ball or skid, that cannot move in the base, and whose lowest point is near that of the wheels.
+// protrudes from it, and its bottom is near the robot's lowest point. A caster is a sphere, or a shape of a
+// link named caster, ball or skid, that cannot move in the base, and whose lowest point is near that of the
+// wheels.
 DOPPEL_API std::vector<RollingPart> fit_rolling_parts(const Model& model, const Eigen::VectorXd& q0,
                                                       LinkShapes& shapes);
 

@@ -32,11 +32,11 @@ struct CollisionContext::Impl {
   [[nodiscard]] const SceneBody& body(int index) const {
     return parts.bodies[static_cast<std::size_t>(index)];
   }
-  [[nodiscard]] std::size_t shape_index(const SceneBody& of, std::size_t shape) const {
-    return of.first_shape + shape;
+  [[nodiscard]] std::size_t shape_index(const SceneBody& owner, std::size_t shape) const {
+    return owner.first_shape + shape;
   }
-  [[nodiscard]] const Pose& pose(const SceneBody& of, std::size_t shape) const {
-    return X_WS[shape_index(of, shape)];
+  [[nodiscard]] const Pose& pose(const SceneBody& owner, std::size_t shape) const {
+    return X_WS[shape_index(owner, shape)];
   }
   [[nodiscard]] double shape_bound(const SceneBody& a, std::size_t i, const SceneBody& b,
                                    std::size_t k) const;
@@ -87,7 +87,7 @@ void CollisionContext::Impl::set_root(int instance, const Pose& X_WR_new) {
 void CollisionContext::Impl::place(int instance) {
   const auto i = static_cast<std::size_t>(instance);
   for (std::size_t link = 0; link < X_WL[i].size(); ++link) {
-    const int index = parts.body_of[i][link];
+    const int index = parts.owner[i][link];
     if (index >= 0) place_body(body(index), X_WL[i][link]);
   }
   for (std::size_t k = i + 1; k < parts.instances.size(); ++k) {
@@ -97,12 +97,12 @@ void CollisionContext::Impl::place(int instance) {
   }
 }
 
-void CollisionContext::Impl::place_body(const SceneBody& of, const Pose& pose_of_link) {
-  p_WC[of.index] = pose_of_link * of.centre;
-  for (std::size_t i = 0; i < of.shapes.size(); ++i) {
-    Pose& X = X_WS[shape_index(of, i)];
-    X = pose_of_link * of.shapes[i].X_LS;
-    shape_p_WC[shape_index(of, i)] = X * of.shapes[i].solid.centre;
+void CollisionContext::Impl::place_body(const SceneBody& placed, const Pose& pose_of_link) {
+  p_WC[placed.index] = pose_of_link * placed.centre;
+  for (std::size_t i = 0; i < placed.shapes.size(); ++i) {
+    Pose& X = X_WS[shape_index(placed, i)];
+    X = pose_of_link * placed.shapes[i].X_LS;
+    shape_p_WC[shape_index(placed, i)] = X * placed.shapes[i].solid.centre;
   }
 }
 

@@ -154,8 +154,8 @@ class SceneBuilder {
       const bool joined =
           groups[static_cast<std::size_t>(link)] == groups.at(static_cast<std::size_t>(holder.link));
       if (!joined && std::ranges::find(touch, link) == touch.end()) continue;
-      for (std::size_t own = 0; own < instance.shapes.size(); ++own) {
-        allow({index, static_cast<int>(own)}, {holder.instance, link},
+      for (std::size_t shape = 0; shape < instance.shapes.size(); ++shape) {
+        allow({index, static_cast<int>(shape)}, {holder.instance, link},
               joined ? fmt::format("held by {}", name_of(holder)) : "a touch link");
       }
     }

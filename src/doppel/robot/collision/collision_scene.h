@@ -83,7 +83,7 @@ class DOPPEL_API CollisionScene {
 
   [[nodiscard]] const std::vector<SceneInstance>& instances() const;
   [[nodiscard]] bool has_shape(BodyId body) const;
-  // Of the bodies with shapes, in ascending order: the pairs that queries test, and the others.
+  // The pairs of bodies with shapes, in ascending order: those that queries test, and the others.
   [[nodiscard]] const std::vector<std::pair<BodyId, BodyId>>& tested_pairs() const;
   [[nodiscard]] const std::vector<AllowedPair>& allowed_pairs() const;
 
@@ -128,7 +128,7 @@ class DOPPEL_API CollisionContext {
   //
   // The nearest of all tested pairs; kFarAway: there is none within `far`.
   [[nodiscard]] PairDistance distance(double far = kFarAway);
-  // Of two bodies, tested or not.
+  // The distance of two bodies, tested or not.
   [[nodiscard]] PairDistance distance(BodyId a, BodyId b, double far = kFarAway);
 
   // Whether two bodies, tested or not, or any tested pair, are closer than `clearance` (m). kTouching counts

@@ -82,11 +82,11 @@ Feature nearest_on_triangle(const Simplex& s, int i, int j, int k) {
 
 // Whether the origin is on the other side of the face i j k than the corner l, or the four are in one plane.
 bool outside(const Simplex& s, int i, int j, int k, int l) {
-  const auto at = [&s](int corner) -> const Vector3d& {
+  const auto point = [&s](int corner) -> const Vector3d& {
     return s.points[static_cast<std::size_t>(corner)].p;
   };
-  const Vector3d n = (at(j) - at(i)).cross(at(k) - at(i));
-  const double of_corner = n.dot(at(l) - at(i)), of_origin = -n.dot(at(i));
+  const Vector3d n = (point(j) - point(i)).cross(point(k) - point(i));
+  const double of_corner = n.dot(point(l) - point(i)), of_origin = -n.dot(point(i));
   return of_corner * of_origin <= 0;
 }
 

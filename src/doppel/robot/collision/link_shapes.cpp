@@ -141,31 +141,32 @@ class ShapeReader {
   void add_parts(const Link& link, const Collision& collision, const MeshGeometry& geometry,
                  const Friction& friction, std::vector<CollisionShape>& out) {
     if (geometry.path.empty()) return;
-    MeshParts made;
+    MeshParts decomposition;
     try {
       const TriangleMesh mesh = load_mesh(geometry);
-      made = use_ == MeshUse::still ? static_parts(mesh) : moving_parts(mesh);
+      decomposition = use_ == MeshUse::still ? static_parts(mesh) : moving_parts(mesh);
     } catch (const InputError& error) {
       return leave_out(link, collision, error);
     }
-    for (const std::vector<Eigen::Vector3f>& part : made.parts) {
+    for (const std::vector<Eigen::Vector3f>& part : decomposition.parts) {
       const CollisionMesh solid = make_collision_mesh(part);
       out.push_back(collision_shape(geometry, &solid, collision.origin.pose(), friction));
     }
-    if (made.filled > 0 && use_ == MeshUse::still) {
+    if (decomposition.filled > 0 && use_ == MeshUse::still) {
       diagnostics_.note(
           "physics.filled_mesh", collision.source,
           fmt::format("{} of the {} parts of the mesh '{}' of link '{}' have more than {} triangles and are "
                       "not convex; they collide as their convex hulls",
-                      made.filled, made.parts.size(), geometry.uri, link.name, kMaxShellTriangles),
+                      decomposition.filled, decomposition.parts.size(), geometry.uri, link.name,
+                      kMaxShellTriangles),
           "give the collision a simpler mesh, or boxes");
     }
-    if (made.joined > 0) {
+    if (decomposition.joined > 0) {
       diagnostics_.note(
           "physics.filled_mesh", collision.source,
           fmt::format("the mesh '{}' of link '{}', which moves, has {} connected surfaces, more "
                       "than {}; it collides as one convex hull",
-                      geometry.uri, link.name, made.joined, kMaxMovingParts),
+                      geometry.uri, link.name, decomposition.joined, kMaxMovingParts),
           "give the collision a simpler mesh, or boxes");
     }
   }

@@ -12,8 +12,8 @@ namespace doppel {
 
 using LinkShapes = std::vector<std::vector<CollisionShape>>;  // [Model::links]
 
-// What of a mesh collides: the hull of a robot's link, the triangles of what stands still in a world, or the
-// hulls of the connected surfaces of what moves in it.
+// The part of a mesh that collides: the hull of a robot's link, the triangles of what stands still in a
+// world, or the hulls of the connected surfaces of what moves in it.
 enum class MeshUse { hull, still, moving };
 
 // `model` is compiled from `robot`. A mesh that cannot be read, or a shape without a size, is left out with a

@@ -113,18 +113,18 @@ bool Polytope::grow(const DifferencePoint& point, int seen_from) {
   add_point(point);
   m_.rim_face.assign(m_.points.size(), -1);
   for (const ConvexWorkspace::Edge& edge : m_.rim) {
-    if (m_.rim_face[edge.from] >= 0) return false;
-    const int fresh = add_face(edge.from, edge.to, apex);
-    m_.rim_face[edge.from] = fresh;
+    if (m_.rim_face[edge.begin] >= 0) return false;
+    const int fresh = add_face(edge.begin, edge.end, apex);
+    m_.rim_face[edge.begin] = fresh;
     m_.faces[fresh].beside = {edge.outside, -1, -1};
     Face& outside = m_.faces[edge.outside];
     for (int e = 0; e < 3; ++e) {
-      if (outside.corners[e] == edge.to && outside.corners[(e + 1) % 3] == edge.from)
+      if (outside.corners[e] == edge.end && outside.corners[(e + 1) % 3] == edge.begin)
         outside.beside[e] = fresh;
     }
   }
   for (const ConvexWorkspace::Edge& edge : m_.rim) {
-    const int mine = m_.rim_face[edge.from], next = m_.rim_face[edge.to];
+    const int mine = m_.rim_face[edge.begin], next = m_.rim_face[edge.end];
     if (next < 0) return false;
     m_.faces[mine].beside[1] = next;
     m_.faces[next].beside[2] = mine;

@@ -14,8 +14,8 @@ namespace doppel {
 
 using LinkMasses = std::map<std::string, MassProperties>;  // by link, in its frame
 
-// compile_model() (model.h) with these masses instead of written or estimated ones. Throws InputError also for a mass of
-// a link that the robot does not have ("model.unknown_link").
+// compile_model() (model.h) with these masses instead of written or estimated ones. Throws InputError also
+// for a mass of a link that the robot does not have ("model.unknown_link").
 DOPPEL_API Model compile_model(const RobotDescription& robot, BaseKind base, const LinkMasses& masses,
                                Diagnostics& diagnostics);
 

@@ -93,8 +93,8 @@ class Compiler {
     const bool weightless = std::any_of(
         robot_.gazebo.begin(), robot_.gazebo.end(),
         [&](const GazeboExtension& e) { return e.reference == link.name && e.gravity && !*e.gravity; });
-    const auto given = masses_.find(link.name);
-    const auto inertia = given != masses_.end() ? given->second : link_inertia(link, diagnostics_);
+    const auto mass = masses_.find(link.name);
+    const auto inertia = mass != masses_.end() ? mass->second : link_inertia(link, diagnostics_);
     model_.links.push_back({link.name, joint, inertia, weightless});
     sources_.push_back(&link);
   }

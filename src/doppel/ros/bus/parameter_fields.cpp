@@ -17,8 +17,8 @@ ParameterOptions read_only(ParameterOptions rules) {
   return rules;
 }
 
-ParameterOptions value_range(double from, double to) {
-  return {.range = ParameterRange{from, to}};
+ParameterOptions value_range(double lower, double upper) {
+  return {.range = ParameterRange{lower, upper}};
 }
 
 ParameterOptions minimum(double least) {

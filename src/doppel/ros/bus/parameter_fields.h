@@ -1,8 +1,9 @@
 #pragma once
-// Parameters of a node as a list of the members of a struct, from which their declaration, their reading and their
-// changes follow:
+// Parameters of a node as a list of the members of a struct, from which their declaration, their reading and
+// their changes follow:
 //
-//   const std::vector<ParameterField> fields{{"deadzone", &s.deadzone, "of an axis' range", value_range(0, 0.9)},
+//   const std::vector<ParameterField> fields{{"deadzone", &s.deadzone, "of an axis' range", value_range(0,
+// 0.9)},
 //                                            {"device_id", &s.device, "of the joystick", read_only()}};
 //   for (const ParameterField& field : fields) declare_field(parameters, overrides, field);
 
@@ -29,11 +30,11 @@ struct ParameterField {
 
 // Rules, which can be combined: read_only(value_range(0, 31)).
 DOPPEL_API ParameterOptions read_only(ParameterOptions rules = {});
-DOPPEL_API ParameterOptions value_range(double from, double to);
+DOPPEL_API ParameterOptions value_range(double lower, double upper);
 DOPPEL_API ParameterOptions minimum(double least);
 
-// Declares the parameter with the value that is written for it, which the member then has. Throws InputError as
-// declare_parameter() does.
+// Declares the parameter with the value that is written for it, which the member then has. Throws InputError
+// as declare_parameter() does.
 DOPPEL_API void declare_field(Parameters& parameters, ParameterOverrides* overrides,
                               const ParameterField& field);
 // The member takes the present value of the declared parameter.

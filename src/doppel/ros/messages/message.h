@@ -1,6 +1,6 @@
 #pragma once
-// A message is a plain struct named as in ROS 2, with a list of its fields, from which CDR, JSON, YAML, schema
-// text and the type hash are derived. The built-in ones are generated from definitions/
+// A message is a plain struct named as in ROS 2, with a list of its fields, from which CDR, JSON, YAML,
+// schema text and the type hash are derived. The built-in ones are generated from definitions/
 // (generator/definition.h describes the text). A message of another library is one struct:
 //
 //   namespace my_msgs::msg {

@@ -84,7 +84,8 @@ std::string yaml_value(const ParameterMember& member) {
       member);
 }
 
-// The section of a node. "axis_linear.x" and the components after it are one line: "axis_linear: {x: 5, y: -1}".
+// The section of a node. "axis_linear.x" and the components after it are one line: "axis_linear: {x: 5, y:
+// -1}".
 std::string yaml_section(const char* node, const std::vector<ParameterField>& fields) {
   std::string out = fmt::format("{}:\n  ros__parameters:\n", node), open_group;
   for (const ParameterField& field : fields) {

@@ -185,7 +185,8 @@ bool generates_hardware(const RobotSetup& setup, const std::optional<RobotChoice
   return robot.hardware.empty() || (setup.controllers_origin == kGeneratedOrigin && !offers_positions(robot));
 }
 
-// The interfaces of joints that the robot does not have, where no hardware is made of them, which reports them itself.
+// The interfaces of joints that the robot does not have, where no hardware is made of them, which reports
+// them itself.
 void report_unknown_joints(const RobotDescription& robot, Diagnostics& diagnostics) {
   std::vector<std::string> names;
   for (const Joint& joint : robot.joints) names.push_back(joint.name);
@@ -245,7 +246,8 @@ std::string signature(const HardwareDescription& hardware) {
       for (const auto& i : part.state_interfaces) out += "state " + i.name + '\n';
     }
   }
-  // The place to which a sensor is bound must not change; a joint's values may change while controllers continue.
+  // The place to which a sensor is bound must not change; a joint's values may change while controllers
+  // continue.
   for (const HardwareJointDescription& sensor : hardware.sensors) {
     for (const auto& [name, value] : sensor.params) out += "param " + name + '=' + value + '\n';
     for (const auto& i : sensor.state_interfaces)

@@ -36,8 +36,8 @@ DOPPEL_API XacroArguments simulation_arguments(const std::filesystem::path& desc
                                                const PackageResolver& resolver, Diagnostics& diagnostics);
 
 // Expands the description with its overlay and the argument that selects simulation; without that argument,
-// and with a note, if the expansion fails only because of it. `arguments`: the given ones, afterwards those of the
-// expansion. Throws InputError.
+// and with a note, if the expansion fails only because of it. `arguments`: the given ones, afterwards those
+// of the expansion. Throws InputError.
 DOPPEL_API ExpandedDescription expand_for_simulation(const std::filesystem::path& description,
                                                      XacroArguments& arguments, PackageResolver& resolver,
                                                      Diagnostics& diagnostics);

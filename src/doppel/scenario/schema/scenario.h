@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "doppel/base/core/time.h"
+#include "doppel/export.h"
 #include "doppel/physics/contract/engine_modules.h"
 #include "doppel/physics/contract/world_robot.h"
 #include "doppel/robot/kinematics/link_masses.h"
@@ -25,10 +26,11 @@ struct RobotChoices {
   LinkMasses masses = {};           // of links without a mass
 };
 
-struct Scenario {
+struct DOPPEL_API Scenario {
   std::vector<WorldRobot> robots;              // in addition to those of the world file
   std::optional<std::filesystem::path> world;  // a world file; none: empty, with ground
-  // Nothing is guessed: the robots of the world file are not added to those above, which have a base and choices.
+  // Nothing is guessed: the robots of the world file are not added to those above, which have a base and
+  // choices.
   bool complete = false;
   std::map<std::string, RobotChoices>
       choices;                   // by namespace; of a robot without them, what is not given is guessed

@@ -1,6 +1,7 @@
 #pragma once
-// A scenario as a file: YAML or JSON with all that a run reads, and the SHA-256 of each file (docs/scenarios.md). Paths
-// are relative to the folder of the scenario file; those of the data that come with doppel begin with "bundled:".
+// A scenario as a file: YAML or JSON with all that a run reads, and the SHA-256 of each file
+// (docs/scenarios.md). Paths are relative to the folder of the scenario file; those of the data that come
+// with doppel begin with "bundled:".
 
 #include <filesystem>
 #include <string>
@@ -29,16 +30,16 @@ struct ScenarioFile {
 // True for a file that has the key doppel_scenario. Does not throw.
 DOPPEL_API bool is_scenario_file(const std::filesystem::path& file);
 
-// Throws InputError with all errors of the file: unknown keys with the nearest one, wrong types, values that are missing
-// in a complete scenario. `bundled_robots`: of the result.
+// Throws InputError with all errors of the file: unknown keys with the nearest one, wrong types, values that
+// are missing in a complete scenario. `bundled_robots`: of the result.
 DOPPEL_API ScenarioFile load_scenario(const std::filesystem::path& file,
                                       const std::filesystem::path& bundled_robots);
 
 // The present bytes of files, each once, in their order.
 DOPPEL_API std::vector<ReadFile> files_with_hashes(const std::vector<std::filesystem::path>& files);
 
-// SHA-256 over the scenario and the hashes of its files. `folder`: of the scenario file; another place of the same files
-// beside it has the same hash.
+// SHA-256 over the scenario and the hashes of its files. `folder`: of the scenario file; another place of the
+// same files beside it has the same hash.
 DOPPEL_API std::string content_hash(const Scenario& scenario, const std::vector<ReadFile>& files,
                                     const std::filesystem::path& folder);
 

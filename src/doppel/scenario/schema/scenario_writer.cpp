@@ -81,11 +81,11 @@ std::vector<std::string> words_of(const RosArguments& ros, const fs::path& folde
     out.push_back(std::move(value));
   };
   for (const std::string& rule : ros.names.texts()) add("-r", rule);
-  for (const auto& given : ros.parameters) {
-    if (const auto* file = std::get_if<GivenParameterFile>(&given)) {
+  for (const auto& parameter : ros.parameters) {
+    if (const auto* file = std::get_if<GivenParameterFile>(&parameter)) {
       add("--params-file", written_path(file->path, folder));
     } else {
-      add("-p", std::get<GivenParameter>(given).text);
+      add("-p", std::get<GivenParameter>(parameter).text);
     }
   }
   constexpr std::array kLevels{"info", "warn", "error"};

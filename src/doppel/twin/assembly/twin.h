@@ -62,7 +62,8 @@ class DOPPEL_API Twin {
 
   // -- spawned and deleted robots
   // Prepares a robot on any thread while the twin runs: description, model, shapes, the world compiled with
-  // it, and its controllers rehearsed. `text`: a URDF, or a model of SDF that its plugins drive. Throws InputError.
+  // it, and its controllers rehearsed. `text`: a URDF, or a model of SDF that its plugins drive. Throws
+  // InputError.
   [[nodiscard]] static std::shared_ptr<JoiningRobot> prepare_robot(
       const std::shared_ptr<const Running>& running, const WorldRobot& robot, const SpawnedText& text,
       Diagnostics& diagnostics);
@@ -77,8 +78,8 @@ class DOPPEL_API Twin {
   // Called on the loop's thread after a robot was added or removed.
   void on_robots_changed(std::function<void()> callback);
 
-  // The scenario with each choice that was made for it (Scenario::complete): a twin of it guesses nothing and has the same
-  // state hash. Before the first step.
+  // The scenario with each choice that was made for it (Scenario::complete): a twin of it guesses nothing and
+  // has the same state hash. Before the first step.
   [[nodiscard]] Scenario complete_scenario() const;
 
   // -- reload of the sources
@@ -97,8 +98,8 @@ class DOPPEL_API Twin {
   [[nodiscard]] static std::vector<ModelInstance> instances(const Replacement& replacement);
   [[nodiscard]] static const std::vector<std::shared_ptr<const CompiledRobot>>& robots(
       const Replacement& replacement);
-  // The present descriptions of the robots' files, without those that cannot be expanded: of an edit that prepare()
-  // refuses. On any thread.
+  // The present descriptions of the robots' files, without those that cannot be expanded: of an edit that
+  // prepare() refuses. On any thread.
   [[nodiscard]] static std::vector<ExpandedDescription> expand(const Running& running);
   // All files from which the twin was made, which a reload watches. The loop's thread.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;

@@ -1,6 +1,6 @@
 #pragma once
-// Attachments of links to each other, on request of a service or of a description's plugin, and /doppel/grasps, what the
-// robots hold.
+// Attachments of links to each other, on request of a service or of a description's plugin, and
+// /doppel/grasps, what the robots hold.
 
 #include "doppel/export.h"
 

@@ -63,8 +63,8 @@ class DOPPEL_API ControlStack {
   // joint_state_broadcaster is added if there is none, and a joint_trajectory_controller for the joints with
   // position commands and without a controller, except `selection.released`, with a note.
   void start(const ControllerSelection& selection, const Log& log);
-  // All controllers of the YAML active, or, if some are named, those active and the others inactive; of a robot with
-  // choices exactly these.
+  // All controllers of the YAML active, or, if some are named, those active and the others inactive; of a
+  // robot with choices exactly these.
   [[nodiscard]] ControllerSelection selection_of(const CompiledRobot& machine) const;
   // The controllers that no file declares, as YAML.
   [[nodiscard]] std::string generated_yaml() const;

@@ -83,12 +83,12 @@ std::unique_ptr<TwinRobot> TwinCore::make_robot(std::shared_ptr<const CompiledRo
                      "remove __ns, and give each robot its namespace: --robot TARGET:NAMESPACE");
   }
   const Instance instance = instance_of(engine(), *robot);
-  auto made =
+  auto fresh =
       std::make_unique<TwinRobot>(TwinRobot::Surroundings{bus_, sources_->controllers, sources_->hardware,
                                                           scenario(), log_, gate_, statics_, earth_, ranges_},
                                   std::move(robot), instance, former, diagnostics);
-  made->control_at_once(steps_);
-  return made;
+  fresh->control_at_once(steps_);
+  return fresh;
 }
 
 void TwinCore::exchange_machine(std::unique_ptr<CompiledScenario>& machine) {

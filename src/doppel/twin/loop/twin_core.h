@@ -1,7 +1,8 @@
 #pragma once
-// The core of a twin: robots in one world, in one engine with one clock, and the loop that steps them. Everything else of a
-// twin (services, publishers, sensors, spawning, reload) is a part: a Tickable that is added to the core, uses its
-// functions, and is called by the loop through the base class alone, so that the loop depends on none of them.
+// The core of a twin: robots in one world, in one engine with one clock, and the loop that steps them.
+// Everything else of a twin (services, publishers, sensors, spawning, reload) is a part: a Tickable that is
+// added to the core, uses its functions, and is called by the loop through the base class alone, so that the
+// loop depends on none of them.
 
 #include <cstdint>
 #include <functional>

@@ -1,5 +1,5 @@
 #pragma once
-// What a twin publishes of its world: /clock, contacts, objects and their surroundings.
+// The publishers of a twin's world: /clock, contacts, objects and their surroundings.
 
 #include "doppel/export.h"
 

@@ -1,6 +1,6 @@
 #pragma once
-// The reload of a running twin: a machine made from the scenario's current files is built on another thread and replaces
-// the running one between two steps. An edit with which the physics diverges is taken back.
+// The reload of a running twin: a machine made from the scenario's current files is built on another thread
+// and replaces the running one between two steps. An edit with which the physics diverges is taken back.
 
 #include <map>
 #include <memory>
@@ -40,7 +40,7 @@ class DOPPEL_API TwinReload : public Tickable {
   // The machine before the last edit, with its state at that moment, while the edit may be taken back.
   struct Edited {
     std::shared_ptr<TwinReplacement> before;
-    // Of the edit; another one: something was added or removed since.
+    // The world of the edit; another one: something was added or removed since.
     std::shared_ptr<const CompiledWorld> world;
     Time applied{};  // simulated
   };

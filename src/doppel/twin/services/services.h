@@ -1,6 +1,6 @@
 #pragma once
-// Gazebo's services of a twin: time, states and loads (/gazebo), entities that come and go (/spawn_entity, /delete_entity),
-// and those of gz-sim below /world/NAME.
+// Gazebo's services of a twin: time, states and loads (/gazebo), entities that come and go (/spawn_entity,
+// /delete_entity), and those of gz-sim below /world/NAME.
 
 #include "doppel/export.h"
 

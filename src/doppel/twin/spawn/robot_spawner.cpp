@@ -46,45 +46,45 @@ void keep_to_packages(RobotDescription& robot, const PackageResolver& resolver) 
 
 std::shared_ptr<JoiningRobot> prepare_robot(const RunningMachine& running, const WorldRobot& robot,
                                             const SpawnedText& text, Diagnostics& diagnostics) {
-  const TwinSources& from = *running.sources;
+  const TwinSources& sources = *running.sources;
   if (const Status fine = check_namespace("/" + robot.name_space); !fine) {
     throw InputError(
         "up.namespace", robot.source,
         fmt::format("'{}' is not a valid namespace of a robot: {}", robot.name_space, fine.why()),
         "use letters, digits and _ in a namespace");
   }
-  for (const auto& known : running.robots.now) {
-    if (known->name_space() == robot.name_space) refuse_taken(robot.name_space);
+  for (const auto& other : running.robots.now) {
+    if (other->name_space() == robot.name_space) refuse_taken(robot.name_space);
   }
   PackageResolver resolver;
-  resolver.add_bundled(from.scenario.bundled_robots);
-  for (const auto& known : running.robots.now) {
-    if (!known->asked().target.empty()) resolver.add_context(known->setup().target.description);
+  resolver.add_bundled(sources.scenario.bundled_robots);
+  for (const auto& other : running.robots.now) {
+    if (!other->asked().target.empty()) resolver.add_context(other->setup().target.description);
   }
   World world;
   static_cast<WorldSettings&>(world) = running.world->settings();
   CollisionMeshes meshes;
   std::shared_ptr<CompiledRobot> machine;
   if (const auto* const model = std::get_if<SdfModel>(&text)) {
-    machine = std::make_shared<CompiledRobot>(robot, from.scenario, world, *model, model->name, meshes,
+    machine = std::make_shared<CompiledRobot>(robot, sources.scenario, world, *model, model->name, meshes,
                                               diagnostics);
   } else {
     RobotDescription description =
         parse_urdf(std::get<std::string>(text), robot.name_space + ".urdf", resolver, diagnostics);
     diagnostics.throw_if_errors();
     keep_to_packages(description, resolver);
-    machine = std::make_shared<CompiledRobot>(robot, from.scenario, world, std::move(description), meshes,
+    machine = std::make_shared<CompiledRobot>(robot, sources.scenario, world, std::move(description), meshes,
                                               diagnostics);
   }
-  const auto alone = compile_world(from.scenario.engine, static_cast<const WorldSettings&>(world),
+  const auto alone = compile_world(sources.scenario.engine, static_cast<const WorldSettings&>(world),
                                    {machine->instance()}, diagnostics)
                          ->make_engine();
   const Instance instance = instance_of(*alone, *machine);
   machine->report_choices(instance, diagnostics);
   const auto start = [&](ControlStack& control, const Log& quiet) {
-    if (from.scenario.start_controllers) control.start(control.selection_of(*machine), quiet);
+    if (sources.scenario.start_controllers) control.start(control.selection_of(*machine), quiet);
   };
-  rehearse(*machine, instance, from, start, diagnostics);
+  rehearse(*machine, instance, sources, start, diagnostics);
   auto joining = std::make_shared<JoiningRobot>();
   joining->machine = machine;
   joining->compile_into(running.world);

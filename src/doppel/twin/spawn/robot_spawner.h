@@ -1,6 +1,6 @@
 #pragma once
-// Robots that are spawned while the twin runs: prepared on a thread of their own, which may never end, and added to the
-// twin between two steps.
+// Robots that are spawned while the twin runs: prepared on a thread of their own, which may never end, and
+// added to the twin between two steps.
 
 #include <atomic>
 #include <functional>
@@ -19,8 +19,8 @@ namespace doppel {
 
 using SpawnedText = std::variant<std::string, SdfModel>;  // a URDF, or a read model of SDF
 
-// Prepares a robot on any thread while the twin runs: description, model, shapes, the world compiled with it, and its
-// controllers rehearsed. `text`: a URDF, or a model of SDF that its plugins drive. Throws InputError.
+// Prepares a robot on any thread while the twin runs: description, model, shapes, the world compiled with it,
+// and its controllers rehearsed. `text`: a URDF, or a model of SDF that its plugins drive. Throws InputError.
 [[nodiscard]] DOPPEL_API std::shared_ptr<JoiningRobot> prepare_robot(const RunningMachine& running,
                                                                      const WorldRobot& robot,
                                                                      const SpawnedText& text,
@@ -34,8 +34,8 @@ class DOPPEL_API RobotSpawner {
   RobotSpawner(const RobotSpawner&) = delete;
   RobotSpawner& operator=(const RobotSpawner&) = delete;
 
-  // Brings up a robot under its namespace at its pose. `done` is called later, on the loop's thread, or at once with a
-  // refusal: another robot is being spawned, or too many builds have not ended.
+  // Brings up a robot under its namespace at its pose. `done` is called later, on the loop's thread, or at
+  // once with a refusal: another robot is being spawned, or too many builds have not ended.
   using Done = std::function<void(const Status&)>;
   void spawn(WorldRobot robot, SpawnedText text, Done done);
 

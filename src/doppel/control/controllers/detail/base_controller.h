@@ -1,6 +1,6 @@
 #pragma once
-// What the controllers of mobile bases share: commands with a time-out, the references of a chain, limits, odometry, and
-// the kinematics of a table of wheels. Compatible with ros2_controllers of ROS 2 Jazzy.
+// The common part of the controllers of mobile bases: commands with a time-out, the references of a chain,
+// limits, odometry, and the kinematics of a table of wheels. Compatible with ros2_controllers of ROS 2 Jazzy.
 
 #include <array>
 #include <optional>
@@ -14,8 +14,8 @@
 
 namespace doppel {
 
-// A driven wheel. The position of its contact, the direction of its axle and that of its rollers determine how fast its
-// rim has to move for a velocity of the base: ahead * x + aside * y + turn * yaw, m/s.
+// A driven wheel. The position of its contact, the direction of its axle and that of its rollers determine
+// how fast its rim has to move for a velocity of the base: ahead * x + aside * y + turn * yaw, m/s.
 struct BaseWheel {
   std::string joint, measured;  // its velocity is commanded; its state is read
   double radius = 0;            // m; negative: the axis of the joint points to the other side
@@ -31,7 +31,7 @@ enum class NoCommand {
   stop    // there is no reference, and the wheels are commanded to stop
 };
 
-// What differs between the types of bases.
+// The differences between the types of bases.
 struct BaseType {
   NoCommand no_command = NoCommand::wait;
   std::string topic = "~/cmd_vel";  // of commands

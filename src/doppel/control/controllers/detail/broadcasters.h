@@ -1,7 +1,7 @@
 #pragma once
-// Broadcasters of state interfaces: of one sensor as one message (IMU, force-torque, range, satellite and magnetic
-// sensors, poses), of lists as numbers, and of batteries. Parameters, defaults, topics and QoS as in ros2_controllers (its
-// jazzy branch, 4.x).
+// Broadcasters of state interfaces: of one sensor as one message (IMU, force-torque, range, satellite and
+// magnetic sensors, poses), of lists as numbers, and of batteries. Parameters, defaults, topics and QoS as in
+// ros2_controllers (its jazzy branch, 4.x).
 
 #include <array>
 #include <memory>

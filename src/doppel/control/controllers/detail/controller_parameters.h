@@ -1,6 +1,7 @@
 #pragma once
-// The parameters of a controller as a list of its members (parameter_fields.h), with the errors for those that have to be
-// written and the reports of those that are deprecated. Errors and reports have the place in the YAML.
+// The parameters of a controller as a list of its members (parameter_fields.h), with the errors for those
+// that have to be written and the reports of those that are deprecated. Errors and reports have the place in
+// the YAML.
 
 #include <string>
 #include <utility>
@@ -37,8 +38,8 @@ ParameterOptions one_of(std::vector<std::string> choices);
 
 // Throws InputError for an invalid or a missing value.
 void declare_parameters(ControllerContext& context, const ControllerParameters& list);
-// Declares the deprecated name of the parameter that is declared as `present`. A value that is written for it is reported,
-// and the member takes it unless it is empty or 0. True: it has taken it.
+// Declares the deprecated name of the parameter that is declared as `present`. A value that is written for it
+// is reported, and the member takes it unless it is empty or 0. True: it has taken it.
 bool declare_old_name(ControllerContext& context, const char* rule, const ControllerParameter& old,
                       const std::string& present);
 // The members take the present values of those that can be changed.

@@ -26,7 +26,8 @@ struct PidGains {
   double error_deadband = 0;          // no integration while |error| is not above it
 };
 
-// The numbers among the gains as parameters, "gains.JOINT.p". `times`: rules of the time constant and the deadband.
+// The numbers among the gains as parameters, "gains.JOINT.p". `times`: rules of the time constant and the
+// deadband.
 ControllerParameters gain_parameters(PidGains& gains, const std::string& prefix,
                                      const ParameterOptions& times = {});
 

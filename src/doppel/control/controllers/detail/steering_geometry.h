@@ -1,6 +1,6 @@
 #pragma once
-// The geometry of bases with steered wheels: bicycle (one driven, one steered wheel), tricycle (two driven, one steered)
-// and Ackermann (two and two).
+// The geometry of bases with steered wheels: bicycle (one driven, one steered wheel), tricycle (two driven,
+// one steered) and Ackermann (two and two).
 
 #include <cstddef>
 
@@ -18,9 +18,9 @@ struct SteeringGeometry {
   [[nodiscard]] std::size_t steered() const { return kind == SteeringKind::ackermann ? 2 : 1; }
   // The angle of a single steered wheel in the middle, for a velocity; 0 at rest.
   [[nodiscard]] double steering_for(double linear, double angular) const;
-  // Of a driven wheel relative to the middle, at a steering angle; side: -1 right, 1 left.
+  // The speed of a driven wheel relative to the middle, at a steering angle; side: -1 right, 1 left.
   [[nodiscard]] double traction_factor(double steering, double side) const;
-  // Of a steered wheel, for the angle in the middle, and the reverse.
+  // The angle of a steered wheel for the angle in the middle, and the reverse.
   [[nodiscard]] double wheel_angle(double steering, double side) const;
   [[nodiscard]] double middle_angle(double wheel, double side) const;
 };

@@ -30,7 +30,8 @@ class BaseDrive {
   // The wheels of both sides, whose mean rolls; for the ways of BaseLeg::rolled.
   void watch_wheels(std::vector<std::string> left, std::vector<std::string> right, double radius);
 
-  // Commands a velocity (m/s, rad/s) for a time (s) at 20 Hz, and records the leg. Ends when the physics diverges.
+  // Commands a velocity (m/s, rad/s) for a time (s) at 20 Hz, and records the leg. Ends when the physics
+  // diverges.
   void drive(double seconds, double v, double w);
   [[nodiscard]] bool diverged() const { return twin_->diverged(); }
   void stop();

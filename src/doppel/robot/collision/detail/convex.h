@@ -63,7 +63,7 @@ struct ConvexWorkspace {
     bool alive = true;
   };
   struct Edge {
-    int from, to, outside;
+    int begin, end, outside;
   };
   std::vector<Eigen::Vector3d> points, points_of_a;
   std::vector<Face> faces;

@@ -110,7 +110,7 @@ TEST(ConvexDistanceTest, CapsulesAgreeWithDistanceOfTheirAxes) {
   for (int trial = 0; trial < 2000; ++trial) {
     const Capsule a{dice.in(0.01, 0.1), dice.in(0.1, 0.5)}, b{dice.in(0.01, 0.1), dice.in(0.1, 0.5)};
     const Pose X_AB = dice.pose(0.4);
-    // By alternating projections, which converge for two segments.
+    // Alternating projections converge for two segments.
     const auto on_axis = [](const Vector3d& p, double length) {
       return Vector3d(0, 0, std::clamp(p.z(), -0.5 * length, 0.5 * length));
     };

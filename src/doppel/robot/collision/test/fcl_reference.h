@@ -71,8 +71,8 @@ class FclReference {
   }
 
   // m, of links that do not touch. Each of FCL's solvers ends too early for some pairs: libccd's for
-  // cylinders with parallel axes, FCL's own for polyhedra. What they find is a distance of two points, so that
-  // the smaller one is right, or nearer to it.
+  // cylinders with parallel axes, FCL's own for polyhedra. What they find is a distance of two points, so
+  // that the smaller one is right, or nearer to it.
   [[nodiscard]] double distance(int link_a, int link_b, std::span<const Pose> X_WL) const {
     double nearest = std::numeric_limits<double>::infinity();
     fcl::DistanceRequestd request;

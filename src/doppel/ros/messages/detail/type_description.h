@@ -74,7 +74,7 @@ FieldDescription describe_field(const char* name, const T& initial) {
   return field;
 }
 
-// Of a struct with a field list of its own.
+// Describes a struct with a field list of its own.
 template <Message M>
 TypeDescription describe_struct() {
   TypeDescription type{.name = std::string(M::kType), .fields = {}, .constants = {}};

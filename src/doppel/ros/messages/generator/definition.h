@@ -1,6 +1,6 @@
 #pragma once
-// The message types of definitions/*.msgs as data, for the writers of C++ and IDL. A file has the types of one
-// ROS package, as text of .msg, .srv and .action files in fewer lines:
+// The message types of definitions/*.msgs as data, for the writers of C++ and IDL. A file has the types of
+// one ROS package, as text of .msg, .srv and .action files in fewer lines:
 //
 //   # What the package is for.
 //

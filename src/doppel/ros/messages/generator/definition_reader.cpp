@@ -276,25 +276,25 @@ class FileReader {
     const auto basic = std::ranges::find(kBasicTypes, std::string_view(name), &BasicType::name);
     if (basic != std::end(kBasicTypes)) return {.basic = &*basic};
     const std::size_t slash = name.find('/');
-    const bool own = slash == std::string::npos;
-    const std::string package = own ? package_.name : name.substr(0, slash);
-    if (!own && package != package_.name && all_.package(package) == nullptr) {
-      const std::vector<std::string> known = all_.package_names();
-      const bool begun = std::ranges::find(known, package) != known.end();
+    const bool in_package = slash == std::string::npos;
+    const std::string package = in_package ? package_.name : name.substr(0, slash);
+    if (!in_package && package != package_.name && all_.package(package) == nullptr) {
+      const std::vector<std::string> names = all_.package_names();
+      const bool begun = std::ranges::find(names, package) != names.end();
       refuse(start,
              begun ? fmt::format("the package '{}' uses this one", package)
-                   : fmt::format("there is no package '{}'{}", package, did_you_mean(package, known)),
+                   : fmt::format("there is no package '{}'{}", package, did_you_mean(package, names)),
              begun ? "remove one of the uses: packages must not use each other"
                    : "correct the name, or define the package in a file of its name");
     }
-    const std::string message = own ? name : name.substr(slash + 1);
+    const std::string message = in_package ? name : name.substr(slash + 1);
     const Type* type = all_.find(package + "/msg/" + message);
     if (type == nullptr) {
-      std::vector<std::string> known = all_.messages(package);
-      if (own)
-        std::ranges::transform(kBasicTypes, std::back_inserter(known),
+      std::vector<std::string> names = all_.messages(package);
+      if (in_package)
+        std::ranges::transform(kBasicTypes, std::back_inserter(names),
                                [](auto& t) { return std::string(t.name); });
-      refuse(start, fmt::format("there is no type '{}'{}", name, did_you_mean(message, known)),
+      refuse(start, fmt::format("there is no type '{}'{}", name, did_you_mean(message, names)),
              "correct the name, or define the type above its use");
     }
     if (package != package_.name) package_.uses.insert(package);

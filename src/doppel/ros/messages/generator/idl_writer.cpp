@@ -5,8 +5,8 @@
 namespace doppel::message_generator {
 namespace {
 
-// As rosidl hands types to a DDS vendor's generator: modules <package>::<kind>::dds_, names with a trailing
-// '_'.
+// The names follow those by which rosidl hands types to a DDS vendor's generator: modules
+// <package>::<kind>::dds_, names with a trailing '_'.
 std::string scoped(std::string_view package, std::string_view kind, std::string_view name) {
   return fmt::format("{}::{}::dds_::{}_", package, kind, name);
 }

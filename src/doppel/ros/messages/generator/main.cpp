@@ -1,6 +1,6 @@
 // generate_messages cpp|idl FOLDER DEFINITIONS...
-// Writes C++ (headers and the table of types) or IDL into a folder. A file that has not changed keeps its time,
-// so that nothing that includes it is compiled again.
+// Writes C++ (headers and the table of types) or IDL into a folder. A file that has not changed keeps its
+// time, so that nothing that includes it is compiled again.
 
 #include <fmt/format.h>
 

@@ -6,7 +6,8 @@
 
 namespace doppel::schema_detail {
 
-// As a file in `folder` writes it: relative to it, or "bundled:" and the path in the data that come with doppel.
+// The path as a file in `folder` writes it: relative to it, or "bundled:" and the path in the data that come
+// with doppel.
 std::string written_path(const std::filesystem::path& path, const std::filesystem::path& folder);
 // The same of a word that may be the name of a robot or world instead, which is kept.
 std::string written_word(const std::string& word, const std::filesystem::path& folder);
