@@ -87,7 +87,7 @@ void CollisionContext::Impl::set_root(int instance, const Pose& X_WR_new) {
 void CollisionContext::Impl::place(int instance) {
   const auto i = static_cast<std::size_t>(instance);
   for (std::size_t link = 0; link < X_WL[i].size(); ++link) {
-    const int index = parts.owner[i][link];
+    const int index = parts.body_of[i][link];
     if (index >= 0) place_body(body(index), X_WL[i][link]);
   }
   for (std::size_t k = i + 1; k < parts.instances.size(); ++k) {

@@ -174,7 +174,8 @@ TEST(RuleTable, EveryParserRuleIsListed) {
       for (std::sregex_iterator i(text.begin(), text.end(), reports), end; i != end; ++i) {
         ++seen;
         const std::string rule = (*i)[1];
-        EXPECT_TRUE(is_reported_elsewhere(rule) || find_rule(rule) != nullptr) << rule << " of " << entry.path();
+        EXPECT_TRUE(is_reported_elsewhere(rule) || find_rule(rule) != nullptr)
+            << rule << " of " << entry.path();
       }
     }
   }
