@@ -134,6 +134,10 @@ std::vector<std::string> default_robots() {
 
 int main(int argc, char** argv) {
   const int states = argc > 1 ? std::atoi(argv[1]) : 10000;
+  if (states < 1) {
+    fmt::print(stderr, "usage: bench_collision [states] [robot or file ...]\n");
+    return 2;
+  }
   std::vector<std::string> robots(argv + std::min(argc, 2), argv + argc);
   if (robots.empty()) robots = default_robots();
   fmt::print("{} random states of each robot, seed {}; us are those of a state\n", states, kSeed);
