@@ -70,7 +70,7 @@ class GripperController : public Controller {
             {settings_.joint + "/" + kPosition, settings_.joint + "/" + kVelocity}};
   }
 
-  // As in ros2_controllers, changed parameters take effect at the next configuration.
+  // Changed parameters take effect at the next configuration, as in ros2_controllers.
   Status on_configure() override {
     read_parameters(context_->node->parameters(), parameters());
     set_gains();

@@ -74,12 +74,12 @@ void OdometryPublisher::report_base_frame(const ControllerContext& context) cons
 
 // Some controllers publish the transform on a topic of their own, which no listener of TF reads.
 void OdometryPublisher::report_transform_topic(const ControllerContext& context) const {
-  const std::string& own = base_transform_.topic;
-  if (!options_.transform.starts_with('~') || own.ends_with("/tf") || !sends_tf_) return;
+  const std::string& topic = base_transform_.topic;
+  if (!options_.transform.starts_with('~') || topic.ends_with("/tf") || !sends_tf_) return;
   context.log->note(context.name, fmt::format("the transform of the base is on {}, as in ros2_controllers, "
                                               "and not on /tf; add --ros-args -r {}:=/tf "
                                               "for RViz, Nav2 and other listeners of TF",
-                                              own, own));
+                                              topic, topic));
 }
 
 void OdometryPublisher::declare(ControllerContext& context, const Options& options) {

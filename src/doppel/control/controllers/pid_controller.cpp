@@ -216,7 +216,7 @@ class PidController : public Controller {
                            did_you_mean(name, names));
       }
     }
-    // As in ros2_controllers NaN keeps the present reference of a degree of freedom; infinity is ignored.
+    // NaN keeps the present reference of a degree of freedom; infinity is ignored, as in ros2_controllers.
     const auto infinite = [](double value) { return std::isinf(value); };
     const bool bad = std::any_of(message.values.begin(), message.values.end(), infinite) ||
                      std::any_of(message.values_dot.begin(), message.values_dot.end(), infinite);

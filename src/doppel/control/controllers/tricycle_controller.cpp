@@ -19,7 +19,7 @@ namespace doppel {
 namespace {
 
 constexpr double kFullSpeedBelow = std::numbers::pi / 6;  // rad, between the present and the commanded angle
-constexpr double kLeastScale = 0.01;                      // of the speed, beyond a right angle
+constexpr double kMinScale = 0.01;                        // of the speed, beyond a right angle
 
 class TricycleController : public BaseController {
  public:
@@ -114,7 +114,7 @@ class TricycleController : public BaseController {
       speed = velocity.x / (wheel_radius_ * std::cos(angle));
     }
     if (const double missing = std::abs(angle - state_handles[1].get()); missing >= kFullSpeedBelow)
-      speed *= missing > std::numbers::pi / 2 ? kLeastScale : std::cos(missing);
+      speed *= missing > std::numbers::pi / 2 ? kMinScale : std::cos(missing);
     speed = traction_limits_.limit(speed, speeds_, dt);
     angle = steering_limits_.limit(angle, angles_, dt);
     speeds_.push(speed);

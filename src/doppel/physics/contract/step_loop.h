@@ -32,7 +32,7 @@ struct StepLimits {
   const std::atomic<bool>* cancel = nullptr;  // true: the run ends
 };
 
-// What a loop steps, and how it tells that the physics has diverged.
+// The steps of a loop, and the test of whether the physics has diverged.
 struct Stepped {
   std::function<void()> step;
   std::function<bool()> diverged;

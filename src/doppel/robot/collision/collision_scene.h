@@ -131,7 +131,7 @@ class DOPPEL_API CollisionContext {
   // The distance of two bodies, tested or not.
   [[nodiscard]] PairDistance distance(BodyId a, BodyId b, double far = kFarAway);
 
-  // Whether two bodies, tested or not, or any tested pair, are closer than `clearance` (m). kTouching counts
+  // True if two bodies, tested or not, or any tested pair, are closer than `clearance` (m). kTouching counts
   // face to face as a collision, -kTouching does not. With CollisionDetail::triangles, surfaces that cross
   // are closer than any clearance, and others are so only by a positive clearance.
   [[nodiscard]] bool closer(BodyId a, BodyId b, double clearance);

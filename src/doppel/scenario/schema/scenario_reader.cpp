@@ -199,10 +199,14 @@ class ScenarioReader : YamlFields {
       const PlacedYaml& link = value.items[i];
       if (!fields(link, "the mass of a link", {"mass", "com", "inertia"})) continue;
       MassProperties& mass = out[value.keys[i].text];
-      mass.mass = number(link["mass"], "mass");
+      // A key that is missing has no place; its error is at the link's.
+      const auto required = [&link](const char* key) -> const PlacedYaml& {
+        return link[key] ? link[key] : link;
+      };
+      mass.mass = number(required("mass"), "mass");
       if (!(mass.mass > 0)) error(link, "mass must be positive");
       if (link["com"]) mass.com = vector(link["com"], "com");
-      const std::vector<double> I = numbers(link["inertia"], "inertia", 6);
+      const std::vector<double> I = numbers(required("inertia"), "inertia", 6);
       mass.I << I[0], I[1], I[2], I[1], I[3], I[4], I[2], I[4], I[5];
     }
   }

@@ -213,7 +213,7 @@ std::string content_hash(const Scenario& scenario, const std::vector<ReadFile>& 
 std::string scenario_text(const Scenario& scenario, const std::vector<ReadFile>& files,
                           const fs::path& folder, ScenarioFormat format) {
   Tree tree = tree_of(scenario, files, folder);
-  tree["content_hash"] = content_hash(scenario, files, folder);
+  tree["content_hash"] = sha256_hex(tree.dump());
   return format == ScenarioFormat::json ? tree.dump(2) + "\n" : yaml_of(tree);
 }
 

@@ -24,7 +24,7 @@ struct BaseWheel {
   double last = kNaN;  // rad, at the last update; NaN: none since it was configured
 };
 
-// What a base does before the first command, and after one has timed out.
+// The behaviour of a base before the first command, and after one has timed out.
 enum class NoCommand {
   wait,   // nothing before the first one, without odometry; then the references are zero
   brake,  // the velocity is zero, through the limits

@@ -12,7 +12,7 @@
 
 namespace doppel {
 
-// What is reported if a parameter is not written, or written with an empty text or list. "{}" is its name.
+// The report for a parameter that is not written, or written with an empty text or list. "{}" is its name.
 struct Requirement {
   const char* rule = nullptr;  // nullptr: it need not be written
   std::string problem, fix;    // the problem follows "controller 'NAME'"

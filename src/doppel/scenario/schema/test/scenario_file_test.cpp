@@ -157,6 +157,13 @@ TEST_F(ScenarioFileTest, MassWithoutInertiaIsError) {
               AllOf(HasSubstr("mass must be positive"), HasSubstr("inertia must be a list of 6 numbers")));
 }
 
+TEST_F(ScenarioFileTest, MissingMassAndInertiaAreErrorsAtLink) {
+  const std::string error =
+      error_of("doppel_scenario: 1\nrobots:\n  - robot: a\n    choices: {masses: {l: {com: [0, 0, 0]}}}\n");
+  EXPECT_THAT(error, AllOf(HasSubstr("run.yaml:4:27: error: mass must be a number"),
+                           HasSubstr("run.yaml:4:27: error: inertia must be a list of 6 numbers")));
+}
+
 TEST_F(ScenarioFileTest, RotationThatIsNoneIsError) {
   EXPECT_THAT(
       error_of("doppel_scenario: 1\nrobots:\n  - {robot: a, rotation: [2, 0, 0, 0, 1, 0, 0, 0, 1]}\n"),
