@@ -11,7 +11,9 @@ file(RELATIVE_PATH library_from_program /${CMAKE_INSTALL_BINDIR} /${CMAKE_INSTAL
 set_target_properties(doppel PROPERTIES INSTALL_RPATH "$ORIGIN/${library_from_program}")
 install(TARGETS doppel RUNTIME COMPONENT program)
 
-install(TARGETS doppel_library EXPORT doppel LIBRARY COMPONENT library NAMELINK_COMPONENT development)
+install(TARGETS doppel_library doppel_tools_library EXPORT doppel
+  LIBRARY COMPONENT library NAMELINK_COMPONENT development)
+set_target_properties(doppel_verbs PROPERTIES INSTALL_RPATH "$ORIGIN/..")
 install(TARGETS ${plugin_modules} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/doppel COMPONENT library)
 
 # The public headers lie directly in the folders of their modules; what they include of the folders below is their templates
@@ -44,14 +46,20 @@ install(FILES ${generated_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/doppe
 install(EXPORT doppel FILE doppelTargets.cmake NAMESPACE doppel:: DESTINATION ${doppel_cmakedir} COMPONENT development)
 get_property(DOPPEL_COMPONENTS GLOBAL PROPERTY DOPPEL_FLOORS)
 list(JOIN DOPPEL_COMPONENTS " " DOPPEL_COMPONENTS)
-file(RELATIVE_PATH DOPPEL_PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_package_config_file(${CMAKE_CURRENT_LIST_DIR}/doppelConfig.cmake.in ${PROJECT_BINARY_DIR}/doppelConfig.cmake
   INSTALL_DESTINATION ${doppel_cmakedir})
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/doppelConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/doppelConfig.cmake ${PROJECT_BINARY_DIR}/doppelConfigVersion.cmake
   DESTINATION ${doppel_cmakedir} COMPONENT development)
-configure_file(${CMAKE_CURRENT_LIST_DIR}/doppel.pc.in ${PROJECT_BINARY_DIR}/doppel.pc @ONLY)
-install(FILES ${PROJECT_BINARY_DIR}/doppel.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+file(RELATIVE_PATH DOPPEL_PC_PREFIX /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+function(doppel_pkg_config DOPPEL_PC_NAME DOPPEL_PC_ABOUT DOPPEL_PC_LIBRARY)
+  list(JOIN ARGN " " DOPPEL_PC_REQUIRES)
+  set(file ${PROJECT_BINARY_DIR}/${DOPPEL_PC_NAME}.pc)
+  configure_file(${PROJECT_SOURCE_DIR}/cmake/doppel.pc.in ${file} @ONLY)
+  install(FILES ${file} DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+endfunction()
+doppel_pkg_config(doppel "Turns a robot description into a digital twin" doppel eigen3 fmt)
+doppel_pkg_config(doppel-tools "Conversion, calibration, verification and clients beside doppel's twins" doppel_tools doppel)
 
 install(DIRECTORY robots worlds datasheets DESTINATION ${doppel_datadir} COMPONENT data)
 # `doppel man TOPIC` prints the pages that help texts and errors name.
@@ -70,7 +78,7 @@ add_custom_command(OUTPUT ${manual}/stamp
   COMMAND doppel completion zsh > ${manual}/_doppel
   COMMAND doppel completion fish > ${manual}/doppel.fish
   COMMAND ${CMAKE_COMMAND} -E touch ${manual}/stamp
-  DEPENDS doppel COMMENT "Writing the manual" VERBATIM)
+  DEPENDS doppel doppel_verbs COMMENT "Writing the manual" VERBATIM)
 add_custom_target(doppel_manual ALL DEPENDS ${manual}/stamp)
 # A build of the program alone has no manual yet.
 install(CODE "if(NOT EXISTS \"${manual}/stamp\")

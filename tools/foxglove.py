@@ -87,11 +87,11 @@ class Client:
 class Twin:
     """`doppel up` in the background, ready when the constructor returns."""
 
-    def __init__(self, program, arguments, port, log):
+    def __init__(self, program, arguments, port, log, **process):
         self.log = open(log, "w+")
         self.port = port
         self.process = subprocess.Popen([program, "up", *arguments, "--headless", "--no-ros", "--port", str(port)],
-                                        stdout=self.log, stderr=subprocess.STDOUT)
+                                        stdout=self.log, stderr=subprocess.STDOUT, **process)
         for _ in range(600):
             try:
                 socket.create_connection(("127.0.0.1", port), timeout=1).close()

@@ -8,8 +8,8 @@
 #include <sstream>
 
 #include "app/command_tree.h"
-#include "app/man_page.h"
-#include "app/verbs/output.h"
+#include "app/documents.h"
+#include "app/output.h"
 #include "app/verbs/robots.h"
 #include "doppel/base/core/installation.h"
 #include "doppel/physics/contract/engine_modules.h"

@@ -2,8 +2,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include "app/description_target.h"
 #include "app/process.h"
-#include "app/verbs/description_target.h"
 #include "doppel/base/core/installation.h"
 
 namespace doppel::app {

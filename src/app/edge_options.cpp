@@ -4,8 +4,8 @@
 
 #include <cstdlib>
 
+#include "app/description_target.h"
 #include "app/process.h"
-#include "app/verbs/description_target.h"
 #include "doppel/base/core/installation.h"
 #include "doppel/ros/server/admission.h"
 #include "doppel/version.h"

@@ -6,18 +6,16 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "app/completion.h"
+#include "app/documents.h"
 #include "app/failures.h"
-#include "app/man_page.h"
 #include "app/print_stderr.h"
 #include "app/process.h"
 #include "app/up.h"
 #include "app/usage.h"
-#include "app/verbs/verbs.h"
 #include "app/view.h"
 #include "doppel/base/core/abandoned_thread.h"
 #include "doppel/base/core/diagnostic.h"
-#include "doppel/base/core/installation.h"
+#include "doppel/base/core/plugin_module.h"
 #include "doppel/ros/bus/ros_arguments.h"
 #include "doppel/ros/network/environment.h"
 #include "doppel/version.h"
@@ -54,9 +52,14 @@ void keep_large_blocks_apart() {
   mallopt(M_TRIM_THRESHOLD, kSpareTop);
 }
 
-int run(int argc, char** argv) {
-  std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size is then an error of write()
+// The other verbs are a plugin module: up and view neither wait for its build in a new checkout nor load it.
+void add_other_verbs(CLI::App& app, const doppel::RosArguments& ros, int& exit_code) {
+  using AddVerbs = void(CLI::App&, const doppel::RosArguments&, int&);
+  void* const add_verbs = doppel::plugin_symbol("doppel_verbs", "doppel_add_verbs");
+  reinterpret_cast<AddVerbs*>(add_verbs)(app, ros, exit_code);
+}
+
+int run(const std::vector<std::string>& arguments) {
   CLI::App app("doppel turns a robot description into a digital twin.", "doppel");
   app.set_version_flag("-v,--version", "doppel " + std::string(doppel::version()));
   app.require_subcommand(1);
@@ -73,44 +76,43 @@ int run(int argc, char** argv) {
   doppel::RosArguments ros;  // of up, view and teleop
   doppel::app::add_up(app, ros, exit_code);
   doppel::app::add_view(app, ros, exit_code);
-  doppel::app::add_verbs(app, ros, exit_code);
-  doppel::app::add_completion(app, exit_code);
-  doppel::app::add_man(app, exit_code);
-  doppel::app::add_help(app, exit_code);
-  doppel::app::group_verbs(app);
+  if (arguments.empty() || (arguments.front() != "up" && arguments.front() != "view"))
+    add_other_verbs(app, ros, exit_code);
   // Last: verbs inherit the footer that exists when they are added.
   app.footer(
       "Start here:\n  doppel up omarm_one\nor, to view a description without physics:\n  doppel view "
       "my_arm.urdf\nand from another shell:\n  doppel topic echo /joint_states\nor, for an arm of your "
       "own:\n  doppel new my_arm");
-  if (argc == 1) {
+  if (arguments.empty()) {
     fmt::print("{}", doppel::app::short_help(app));
     return 0;
   }
-  std::vector<std::string> words(argv + 1, argv + argc);
-  return doppel::app::with_failures_reported([&] {
-    try {
-      ros = doppel::take_ros_arguments(words);
-      const std::string verb = words.empty() ? "doppel" : words.front();
-      if (!ros.empty() && verb != "up" && verb != "view" && verb != "teleop") refuse_ros_arguments(verb);
-      app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
-    } catch (const CLI::ParseError& error) {
-      return doppel::app::report_usage(app, error);
-    } catch (const doppel::InputError& error) {
-      doppel::app::print_stderr("{}\n{}", error.what(), doppel::app::help_line(error));
-      return kBadInput;
-    }
-    return exit_code;
-  });
+  try {
+    std::vector<std::string> words = arguments;
+    ros = doppel::take_ros_arguments(words);
+    const std::string verb = words.empty() ? "doppel" : words.front();
+    if (!ros.empty() && verb != "up" && verb != "view" && verb != "teleop") refuse_ros_arguments(verb);
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
+  } catch (const CLI::ParseError& error) {
+    return doppel::app::report_usage(app, error);
+  } catch (const doppel::InputError& error) {
+    doppel::app::print_stderr("{}\n{}", error.what(), doppel::app::help_line(error));
+    return kBadInput;
+  }
+  return exit_code;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
   keep_large_blocks_apart();
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size is then an error of write()
   doppel::app::fill_standard_files();
   doppel::ros2::forget_statistics();
-  const int exit_code = doppel::app::with_output_written(run(argc, argv));
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  const int exit_code =
+      doppel::app::with_output_written(doppel::app::with_failures_reported([&] { return run(words); }));
   if (doppel::has_abandoned_thread()) {
     std::fflush(nullptr);
     std::_Exit(exit_code);

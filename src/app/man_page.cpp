@@ -5,15 +5,13 @@
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
-#include <map>
 #include <memory>
 
 #include "app/command_tree.h"
-#include "app/verbs/output.h"
+#include "app/documents.h"
+#include "app/output.h"
 #include "doppel/base/core/diagnostic.h"
-#include "doppel/base/core/installation.h"
 #include "doppel/base/core/names.h"
-#include "doppel/base/xml/xml.h"
 #include "doppel/version.h"
 
 namespace doppel::app {
@@ -146,47 +144,6 @@ int write_all(const CLI::App& app, const fs::path& folder) {
   return 0;
 }
 
-// The pages of the documentation, by their names: "worlds.md", "tutorials/kate.md".
-std::map<std::string, fs::path> documents() {
-  std::map<std::string, fs::path> out;
-  std::error_code none;
-  const fs::path root = data_folder() / "docs";
-  for (fs::recursive_directory_iterator it(root, none), end; !none && it != end; it.increment(none)) {
-    if (it->path().extension() == ".md")
-      out.emplace(it->path().lexically_relative(root).string(), it->path());
-  }
-  return out;
-}
-
-std::string read_page(const fs::path& page) {
-  constexpr std::size_t kMaxPageBytes = 4 << 20;
-  return read_file(page.string(), kMaxPageBytes);
-}
-
-// "worlds", "worlds.md", "docs/worlds.md" and, of a tutorial, "kate" name a page. Empty: there is none.
-fs::path find_document(const std::map<std::string, fs::path>& pages, std::string name) {
-  if (name.starts_with("docs/")) name.erase(0, 5);
-  for (const std::string& candidate :
-       {name, name + ".md", "tutorials/" + name, "tutorials/" + name + ".md"}) {
-    if (const auto page = pages.find(candidate); page != pages.end()) return page->second;
-  }
-  return {};
-}
-
-// The section of troubleshooting.md whose heading names the rule in code. Empty: there is none.
-std::string help_on_rule(const std::map<std::string, fs::path>& pages, const std::string& rule) {
-  const auto page = pages.find("troubleshooting.md");
-  if (page == pages.end() || rule.find('.') == std::string::npos) return "";
-  const std::string text = read_page(page->second);
-  const std::size_t name = text.find("`" + rule + "`");
-  if (name == std::string::npos) return "";
-  const std::size_t begin = text.rfind('\n', name) + 1;
-  if (!text.substr(begin, name - begin).starts_with("### ")) return "";
-  std::string section = text.substr(begin + 4);  // without "### "
-  section.resize(std::min({section.find("\n## "), section.find("\n### "), section.size()}));
-  return section.substr(0, section.find_last_not_of('\n') + 1) + "\n";
-}
-
 int run_man(const CLI::App& app, const ManOptions& options) {
   if (!options.folder.empty()) return write_all(app, options.folder);
   if (options.page.empty()) {
@@ -200,18 +157,13 @@ int run_man(const CLI::App& app, const ManOptions& options) {
     deliver(verb_page(*verb));
     return 0;
   }
-  const std::map<std::string, fs::path> pages = documents();
-  if (const fs::path page = find_document(pages, options.page); !page.empty()) {
-    deliver(read_page(page));
+  if (const std::string text = document_text(options.page); !text.empty()) {
+    deliver(text);
     return 0;
   }
-  if (const std::string section = help_on_rule(pages, options.page); !section.empty()) {
-    deliver(section);
-    return 0;
-  }
-  for (const auto& [name, file] : pages) {
+  for (const std::string& name : document_names()) {
     names.push_back(name);
-    names.push_back(file.stem().string());
+    names.push_back(fs::path(name).stem().string());
   }
   const auto near = nearest_name(options.page, names);
   throw InputError("cli.use", {},
@@ -221,24 +173,6 @@ int run_man(const CLI::App& app, const ManOptions& options) {
 }
 
 }  // namespace
-
-std::string help_line(const InputError& error) {
-  try {
-    const std::map<std::string, fs::path> pages = documents();
-    for (const Diagnostic& one : error.diagnostics()) {
-      if (!help_on_rule(pages, one.rule).empty()) return fmt::format("  help: doppel man {}\n", one.rule);
-    }
-  } catch (const InputError&) {
-    return "";  // the page is unreadable: the error itself is printed without it
-  }
-  return "";
-}
-
-std::vector<std::string> document_names() {
-  std::vector<std::string> names;
-  for (const auto& [name, file] : documents()) names.push_back(name);
-  return names;
-}
 
 void add_man(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<ManOptions>();

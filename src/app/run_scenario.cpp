@@ -5,8 +5,8 @@
 #include <CLI/CLI.hpp>
 #include <filesystem>
 
+#include "app/output.h"
 #include "app/print_stderr.h"
-#include "app/verbs/output.h"
 #include "doppel/base/core/installation.h"
 
 namespace doppel::app {

@@ -59,11 +59,12 @@ int main(int argc, char** argv) {
   setenv("DOPPEL_ROOT", root.c_str(), 1);
   // The words of the command, with the program's name in the place of the folder.
   char** const words = argv + 1;
-  const bool xacro = argc > 2 && std::string_view(argv[2]) == "xacro";
-  if (doppel::app::must_build(root, xacro ? doppel::app::Part::xacro : doppel::app::Part::all)) {
-    if (const int failed = doppel::app::build(root)) return failed;
+  using doppel::app::Part;
+  const Part part = doppel::app::part_for(argc > 2 ? argv[2] : "");
+  if (doppel::app::must_build(root, part)) {
+    if (const int failed = doppel::app::build(root, part)) return failed;
     become_program(root, words);  // not this one, which may have been rebuilt as well
   }
-  if (!xacro) become_program(root, words);
+  if (part != Part::xacro) become_program(root, words);
   return expand(argc - 1, words);
 }

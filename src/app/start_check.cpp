@@ -17,8 +17,9 @@ namespace doppel::app {
 namespace {
 
 // The list, with a NUL behind each path; empty: it cannot be read.
-std::string read_list(int folder) {
-  const FileDescriptor file(openat(folder, "build/.doppel-built", O_RDONLY | O_CLOEXEC));
+std::string read_list(int folder, Part part) {
+  const char* const path = part == Part::twin ? "build/.twin-built" : "build/.doppel-built";
+  const FileDescriptor file(openat(folder, path, O_RDONLY | O_CLOEXEC));
   struct stat status {};
   if (!file.is_open() || fstat(file.get(), &status) != 0) return {};
   std::string out(static_cast<std::size_t>(status.st_size), '\0');
@@ -51,10 +52,15 @@ bool makes_xacro(std::string_view path) {
 
 }  // namespace
 
+Part part_for(std::string_view verb) {
+  if (verb == "up" || verb == "view") return Part::twin;
+  return verb == "xacro" ? Part::xacro : Part::all;
+}
+
 bool must_build(const std::string& root, Part part) {
   const FileDescriptor folder(open(root.c_str(), O_PATH | O_DIRECTORY | O_CLOEXEC));
   if (!folder.is_open() || faccessat(folder.get(), "build/bin/doppel", X_OK, 0) != 0) return true;
-  std::string list = read_list(folder.get());
+  std::string list = read_list(folder.get(), part);
   if (list.empty()) return true;
   for (char *at = list.data(), *const end = at + list.size(); at != end;) {
     char* const line_end = static_cast<char*>(std::memchr(at, '\n', static_cast<std::size_t>(end - at)));
@@ -76,12 +82,13 @@ bool must_build(const std::string& root, Part part) {
   return false;
 }
 
-int build(const std::string& root) {
+int build(const std::string& root, Part part) {
   const std::string tool = root + "/tools/build";
   const pid_t child = fork();
   if (child == 0) {
     dup2(STDERR_FILENO, STDOUT_FILENO);
-    execl(tool.c_str(), tool.c_str(), "doppel", static_cast<char*>(nullptr));
+    const char* const what = part == Part::twin ? "twin" : "doppel";
+    execl(tool.c_str(), tool.c_str(), what, static_cast<char*>(nullptr));
     _exit(127);
   }
   int status = 0;

@@ -9,9 +9,9 @@
 
 #include "app/command_tree.h"
 #include "app/failures.h"
+#include "app/output.h"
 #include "app/print_stderr.h"
 #include "app/synonyms.h"
-#include "app/verbs/output.h"
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/names.h"
 

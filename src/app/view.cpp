@@ -9,11 +9,11 @@
 
 #include "app/browser.h"
 #include "app/described_scenario.h"
+#include "app/description_target.h"
 #include "app/edge_options.h"
 #include "app/print_stderr.h"
 #include "app/process.h"
 #include "app/terminal_log.h"
-#include "app/verbs/description_target.h"
 #include "doppel/ros/bus/rosout.h"
 #include "doppel/session/live/session.h"
 #include "doppel/twin/viewer/viewer.h"

@@ -7,9 +7,9 @@
 #include <memory>
 
 #include "app/described_scenario.h"
+#include "app/description_target.h"
+#include "app/output.h"
 #include "app/print_stderr.h"
-#include "app/verbs/description_target.h"
-#include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/output_file.h"
 #include "doppel/base/core/shown_path.h"

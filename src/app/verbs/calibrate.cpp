@@ -5,7 +5,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
-#include "app/verbs/description_target.h"
+#include "app/description_target.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"

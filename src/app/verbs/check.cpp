@@ -9,9 +9,9 @@
 #include <memory>
 
 #include "app/described_scenario.h"
+#include "app/description_target.h"
 #include "app/edge_options.h"
 #include "app/print_stderr.h"
-#include "app/verbs/description_target.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
 #include "doppel/description/overlay/overlay.h"

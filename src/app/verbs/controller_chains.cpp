@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <deque>
 
+#include "app/output.h"
 #include "app/verbs/controllers.h"
-#include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/review/conversion/tree.h"
 

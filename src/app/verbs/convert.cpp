@@ -9,9 +9,10 @@
 #include <csignal>
 #include <memory>
 
+#include "app/description_target.h"
+#include "app/output.h"
 #include "app/print_stderr.h"
-#include "app/verbs/description_target.h"
-#include "app/verbs/output.h"
+#include "app/verbs/found_controllers.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/text.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <map>
 
-#include "app/verbs/description_target.h"
+#include "app/description_target.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
 #include "doppel/description/overlay/overlay.h"

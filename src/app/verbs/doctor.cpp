@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "app/edge_options.h"
-#include "app/verbs/output.h"
+#include "app/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/installation.h"
 #include "doppel/review/doctor/findings.h"

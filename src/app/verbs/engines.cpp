@@ -5,7 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "app/verbs/output.h"
+#include "app/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/lab/verification/engine_table.h"
 

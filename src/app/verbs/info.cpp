@@ -6,8 +6,9 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "app/verbs/description_target.h"
-#include "app/verbs/output.h"
+#include "app/description_target.h"
+#include "app/output.h"
+#include "app/verbs/found_controllers.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/shown_path.h"
 #include "doppel/description/overlay/overlay.h"

@@ -6,8 +6,8 @@
 #include <filesystem>
 #include <memory>
 
+#include "app/output.h"
 #include "app/process.h"
-#include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/shown_path.h"
 #include "doppel/description/scaffold/arm_package.h"

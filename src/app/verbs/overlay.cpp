@@ -11,9 +11,9 @@
 #include <cstdlib>
 #include <nlohmann/json.hpp>
 
+#include "app/description_target.h"
+#include "app/output.h"
 #include "app/print_stderr.h"
-#include "app/verbs/description_target.h"
-#include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/shown_path.h"

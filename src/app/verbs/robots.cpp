@@ -8,8 +8,9 @@
 #include <filesystem>
 #include <memory>
 
-#include "app/verbs/description_target.h"
-#include "app/verbs/output.h"
+#include "app/description_target.h"
+#include "app/output.h"
+#include "app/verbs/found_controllers.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/installation.h"
 #include "doppel/base/xml/xml.h"

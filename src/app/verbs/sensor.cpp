@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/number_checks.h"
-#include "app/verbs/output.h"
+#include "app/output.h"
 #include "app/verbs/saved_message.h"
 #include "app/verbs/sensor_verbs.h"
 #include "app/verbs/verbs.h"

@@ -8,7 +8,7 @@
 #include <span>
 #include <utility>
 
-#include "app/verbs/output.h"
+#include "app/output.h"
 #include "app/verbs/sensor_verbs.h"
 #include "doppel/ros/messages/sensor_msgs.h"
 #include "doppel/ros/messages/tf2_msgs.h"

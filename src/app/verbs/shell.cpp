@@ -15,9 +15,9 @@
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/near_names.h"
 #include "doppel/ros/bus/name_rules.h"
+#include "doppel/ros/client/graph_client.h"
 #include "doppel/ros/client/websocket_client.h"
 #include "doppel/ros/network/environment.h"
-#include "doppel/ros/network/graph_client.h"
 #include "doppel/ros/server/announcement.h"
 
 namespace doppel::app {

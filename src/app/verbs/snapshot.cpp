@@ -7,9 +7,9 @@
 #include <sstream>
 
 #include "app/described_scenario.h"
+#include "app/description_target.h"
+#include "app/output.h"
 #include "app/print_stderr.h"
-#include "app/verbs/description_target.h"
-#include "app/verbs/output.h"
 #include "app/verbs/saved_message.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"

@@ -1,5 +1,5 @@
 // doppel spawn and delete: adds and removes robots of a running twin.
-#include "app/verbs/description_target.h"
+#include "app/description_target.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
 #include "doppel/ros/messages/gazebo_msgs.h"

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "app/description_target.h"
 #include "app/verbs/calibrate_joystick.h"
-#include "app/verbs/description_target.h"
 #include "app/verbs/joystick.h"
 #include "app/verbs/teleop_options.h"
 #include "doppel/base/core/output_file.h"

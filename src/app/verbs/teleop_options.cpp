@@ -4,7 +4,7 @@
 
 #include <cstdlib>
 
-#include "app/verbs/description_target.h"
+#include "app/description_target.h"
 
 namespace doppel::app {
 

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "app/number_checks.h"
-#include "app/verbs/output.h"
+#include "app/output.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/tf_frames.h"
 #include "app/verbs/verbs.h"

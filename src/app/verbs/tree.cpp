@@ -5,8 +5,8 @@
 #include <cstdlib>
 #include <memory>
 
-#include "app/verbs/description_target.h"
-#include "app/verbs/output.h"
+#include "app/description_target.h"
+#include "app/output.h"
 #include "app/verbs/verbs.h"
 
 namespace doppel::app {

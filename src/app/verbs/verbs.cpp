@@ -5,7 +5,14 @@
 #include <utility>
 #include <vector>
 
+#include "app/completion.h"
+#include "app/man_page.h"
+#include "app/usage.h"
+#include "doppel/export.h"
+
 namespace doppel::app {
+
+namespace {
 
 void add_verbs(CLI::App& app, const RosArguments& ros, int& exit_code) {
   add_move(app, exit_code);
@@ -19,8 +26,12 @@ void add_verbs(CLI::App& app, const RosArguments& ros, int& exit_code) {
     add(app, exit_code);
   }
   add_names(app, exit_code);
+  add_completion(app, exit_code);
+  add_man(app, exit_code);
+  add_help(app, exit_code);
 }
 
+// Assigns every verb to its heading in --help.
 void group_verbs(CLI::App& app) {
   const std::vector<std::pair<std::string, std::vector<std::string>>> groups{
       {"Twins",
@@ -35,4 +46,11 @@ void group_verbs(CLI::App& app) {
   }
 }
 
+}  // namespace
 }  // namespace doppel::app
+
+// The entry of the module, called by main() behind add_up() and add_view().
+extern "C" DOPPEL_API void doppel_add_verbs(CLI::App& app, const doppel::RosArguments& ros, int& exit_code) {
+  doppel::app::add_verbs(app, ros, exit_code);
+  doppel::app::group_verbs(app);
+}

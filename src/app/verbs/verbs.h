@@ -1,6 +1,5 @@
 #pragma once
-// ROS 2's verbs against a running twin: topic, control, tf, node, service, param, action,
-// interface; and move.
+// The verbs of the plugin module doppel_verbs: all but up and view.
 
 namespace CLI {
 class App;
@@ -11,13 +10,10 @@ struct RosArguments;
 
 namespace doppel::app {
 
-// Adds all verbs; when one has run, `exit_code` is 0 for success, 1 for failure. Wrong use throws InputError.
+// Each adds a verb; when it has run, `exit_code` is 0 for success, 1 for failure. Wrong use throws
+// InputError.
 // ros: --ros-args, for verbs that start nodes.
-void add_verbs(CLI::App& app, const RosArguments& ros, int& exit_code);
-
-// Assigns every verb to its heading in --help.
-void group_verbs(CLI::App& app);
-
+// ROS 2's verbs against a running twin, and move, teleop, stop, spawn.
 void add_topic(CLI::App& app, int& exit_code);
 void add_interface(CLI::App& app, int& exit_code);
 void add_control(CLI::App& app, int& exit_code);

@@ -11,10 +11,10 @@
 #include <optional>
 
 #include "app/described_scenario.h"
+#include "app/description_target.h"
+#include "app/output.h"
 #include "app/print_stderr.h"
-#include "app/verbs/description_target.h"
 #include "app/verbs/motion_subject.h"
-#include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
 #include "doppel/session/live/audit_result.h"

@@ -7,8 +7,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "app/verbs/description_target.h"
-#include "app/verbs/output.h"
+#include "app/description_target.h"
+#include "app/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/installation.h"
 #include "doppel/base/core/names.h"

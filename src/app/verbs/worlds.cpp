@@ -4,7 +4,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 
-#include "app/verbs/output.h"
+#include "app/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/scenario/sdf/sdf_world.h"
 

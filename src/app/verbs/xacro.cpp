@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <filesystem>
 
+#include "app/output.h"
 #include "app/print_stderr.h"
 #include "app/process.h"
-#include "app/verbs/output.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/installation.h"
 

@@ -33,8 +33,9 @@ std::string why_unusable(const std::string& name, const char* reason) {
   const auto left_out = std::ranges::find_if(
       kOptional, [&](const OptionalModule& module) { return name.starts_with(module.name); });
   if (left_out == std::end(kOptional))
-    return fmt::format("the module {} is missing; install or build doppel as a whole",
-                       path_of(name).string());
+    return fmt::format(
+        "the module {} is missing; install doppel as a whole, or build it as a whole: tools/build doppel",
+        path_of(name).string());
   return fmt::format(
       "doppel was built without the module {}; install {}, configure with -D{}=ON and build again", name,
       left_out->package, left_out->option);

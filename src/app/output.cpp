@@ -1,4 +1,4 @@
-#include "app/verbs/output.h"
+#include "app/output.h"
 
 #include <fmt/format.h>
 #include <unistd.h>

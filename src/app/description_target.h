@@ -2,13 +2,11 @@
 // The first step of every verb over a description: TARGET and its name:=value arguments, as for `doppel up`,
 // are resolved to a file and its packages; diagnostics are printed on stderr.
 
-#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
-#include "doppel/review/conversion/planning_groups.h"
 #include "doppel/scenario/resolve/open_target.h"
 
 namespace CLI {
@@ -30,15 +28,6 @@ DescriptionTarget open_target(const std::string& target, XacroArguments argument
 
 // The description with its overlay, as every command uses it. Warnings go to stderr.
 LoadedDescription load_target(DescriptionTarget& target);
-
-// The controllers that belong to a description (scenario/resolve/controllers_search.h), or those of the file that was
-// given. One that cannot be read is an error if it was given, else a warning on stderr.
-struct FoundControllers {
-  std::vector<std::filesystem::path> files;
-  std::vector<JointGroup> controllers;
-};
-FoundControllers find_controllers(const RobotDescription& robot, const DescriptionTarget& target,
-                                  const std::string& given = "");
 
 // "name:=value". Throws InputError.
 std::pair<std::string, std::string> split_argument(const std::string& text);

@@ -1,4 +1,4 @@
-#include "app/verbs/description_target.h"
+#include "app/description_target.h"
 
 #include <fmt/format.h>
 
@@ -6,11 +6,8 @@
 #include <utility>
 
 #include "app/print_stderr.h"
-#include "app/process.h"
 #include "doppel/base/core/installation.h"
 #include "doppel/description/overlay/overlay.h"
-#include "doppel/scenario/resolve/controllers_search.h"
-#include "doppel/scenario/resolve/ros1_controllers.h"
 
 namespace doppel::app {
 
@@ -46,28 +43,6 @@ LoadedDescription load_target(DescriptionTarget& target) {
       load_corrected(target.target.description, target.arguments, target.resolver, diagnostics);
   print_diagnostics(diagnostics);
   return loaded;
-}
-
-FoundControllers find_controllers(const RobotDescription& robot, const DescriptionTarget& target,
-                                  const std::string& given) {
-  std::vector<ControllersFile> files;
-  if (!given.empty()) {
-    Diagnostics diagnostics;
-    files.push_back(controllers_in(load_controllers(given, robot, diagnostics)));
-    print_diagnostics(diagnostics);
-  } else {
-    ControllersSearch search = find_controllers_files(robot, target.target, target.resolver);
-    Diagnostics diagnostics;
-    report(search, diagnostics);
-    print_diagnostics(diagnostics);
-    files = std::move(search.files);
-  }
-  FoundControllers found;
-  for (const ControllersFile& file : files) {
-    found.files.push_back(file.path);
-    for (JointGroup& controller : joint_groups(file)) found.controllers.push_back(std::move(controller));
-  }
-  return found;
 }
 
 void print_diagnostics(const Diagnostics& diagnostics, bool notes, std::size_t most_of_rule) {

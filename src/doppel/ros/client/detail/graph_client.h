@@ -5,8 +5,8 @@
 #include <set>
 
 #include "doppel/base/core/file_descriptor.h"
+#include "doppel/ros/client/graph_client.h"
 #include "doppel/ros/network/graph.h"
-#include "doppel/ros/network/graph_client.h"
 #include "doppel/ros/network/service.h"
 
 namespace doppel::ros2 {

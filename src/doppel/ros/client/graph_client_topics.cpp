@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "doppel/ros/client/detail/graph_client.h"
 #include "doppel/ros/messages/described_type.h"
 #include "doppel/ros/messages/type_description_interfaces.h"
-#include "doppel/ros/network/detail/graph_client.h"
 #include "doppel/ros/network/names.h"
 
 namespace doppel::ros2 {

@@ -1,6 +1,6 @@
 // The command line's view of a ROS 2 graph, over loopback.
 
-#include "doppel/ros/network/graph_client.h"
+#include "doppel/ros/client/graph_client.h"
 
 #include <gmock/gmock.h>
 
@@ -11,7 +11,7 @@
 #include "doppel/ros/network/graph.h"
 #include "doppel/ros/network/names.h"
 #include "doppel/ros/network/service.h"
-#include "library_peer.h"
+#include "doppel/ros/network/test/library_peer.h"
 
 namespace doppel::ros2 {
 namespace {

@@ -5,7 +5,7 @@
 #include <algorithm>
 
 #include "doppel/ros/bus/parameter_services.h"
-#include "doppel/ros/network/detail/graph_client.h"
+#include "doppel/ros/client/detail/graph_client.h"
 
 namespace doppel::ros2 {
 namespace {

@@ -1,4 +1,4 @@
-#include "doppel/ros/network/graph_client.h"
+#include "doppel/ros/client/graph_client.h"
 
 #include <fmt/format.h>
 #include <poll.h>
@@ -7,7 +7,7 @@
 
 #include <algorithm>
 
-#include "doppel/ros/network/detail/graph_client.h"
+#include "doppel/ros/client/detail/graph_client.h"
 
 namespace doppel::ros2 {
 namespace {
