@@ -14,9 +14,9 @@
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/installation.h"
 #include "doppel/base/xml/xml.h"
+#include "doppel/description/gazebo/sensor_reader.h"
 #include "doppel/description/overlay/overlay.h"
 #include "doppel/robot/kinematics/model.h"
-#include "doppel/sensors/models/sensor_reader.h"
 
 namespace doppel::app {
 

@@ -5,12 +5,12 @@
 #include <tuple>
 
 #include "doppel/control/hardware/hardware_registry.h"
+#include "doppel/description/gazebo/sensor_reader.h"
 #include "doppel/description/overlay/overlay.h"
 #include "doppel/description/urdf/urdf_parser.h"
 #include "doppel/review/audit/detail/description_facts.h"
 #include "doppel/review/audit/detail/rules.h"
 #include "doppel/sensors/models/sensor_binding.h"
-#include "doppel/sensors/models/sensor_reader.h"
 
 namespace doppel {
 namespace audit_rules {

@@ -1,7 +1,7 @@
 #include "doppel/scenario/compile/robot_sensors.h"
 
+#include "doppel/description/gazebo/sensor_reader.h"
 #include "doppel/scenario/compile/compiled_robot.h"
-#include "doppel/sensors/models/sensor_reader.h"
 
 namespace doppel {
 

@@ -4,9 +4,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "doppel/description/gazebo/sensor_description.h"
 #include "doppel/export.h"
 #include "doppel/sensors/models/counter_random.h"
-#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

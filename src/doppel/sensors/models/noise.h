@@ -6,10 +6,10 @@
 #include <span>
 #include <vector>
 
+#include "doppel/description/gazebo/sensor_description.h"
 #include "doppel/export.h"
 #include "doppel/sensors/models/bias_walk.h"
 #include "doppel/sensors/models/counter_random.h"
-#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

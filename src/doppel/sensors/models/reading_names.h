@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "doppel/description/gazebo/sensor_description.h"
 #include "doppel/export.h"
-#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "doppel/base/math/pose_motion.h"
+#include "doppel/description/gazebo/sensor_description.h"
 #include "doppel/export.h"
-#include "doppel/sensors/models/sensor_description.h"
 #include "doppel/sensors/render/ray_caster.h"
 
 namespace doppel {

@@ -5,8 +5,8 @@
 #include <algorithm>
 
 #include "doppel/base/core/names.h"
+#include "doppel/description/gazebo/sensor_reader.h"
 #include "doppel/robot/kinematics/kinematics.h"
-#include "doppel/sensors/models/sensor_reader.h"
 
 namespace doppel {
 namespace {

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/description/gazebo/sensor_description.h"
 #include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
 #include "doppel/robot/kinematics/model.h"
-#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

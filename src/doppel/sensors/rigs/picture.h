@@ -3,9 +3,9 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/images/image.h"
+#include "doppel/description/gazebo/sensor_description.h"
 #include "doppel/export.h"
 #include "doppel/physics/contract/engine.h"
-#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

@@ -5,8 +5,8 @@
 #include <string>
 
 #include "doppel/base/core/time.h"
+#include "doppel/description/gazebo/sensor_description.h"
 #include "doppel/ros/messages/doppel_msgs.h"
-#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

@@ -6,9 +6,9 @@
 #include <string_view>
 #include <tuple>
 
+#include "doppel/description/gazebo/sensor_reader.h"
 #include "doppel/sensors/models/lens.h"
 #include "doppel/sensors/models/scan_pattern.h"
-#include "doppel/sensors/models/sensor_reader.h"
 
 namespace {
 

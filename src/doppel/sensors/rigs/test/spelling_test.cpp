@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "doppel/description/gazebo/sensor_reader.h"
 #include "doppel/description/urdf/load.h"
-#include "doppel/sensors/models/sensor_reader.h"
 #include "light_fixture.h"
 
 namespace doppel {

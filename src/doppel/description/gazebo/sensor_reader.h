@@ -7,9 +7,9 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/xml/xml.h"
+#include "doppel/description/gazebo/sensor_description.h"
 #include "doppel/description/urdf/robot_description.h"
 #include "doppel/export.h"
-#include "doppel/sensors/models/sensor_description.h"
 
 namespace doppel {
 

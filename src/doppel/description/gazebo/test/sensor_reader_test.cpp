@@ -1,13 +1,13 @@
 // Sensors in all spellings: types, plugins of Gazebo classic in the forms of ROS 1 and ROS 2, presets, and what is wrong.
-#include "doppel/sensors/models/sensor_reader.h"
+#include "doppel/description/gazebo/sensor_reader.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 
+#include "doppel/description/gazebo/camera_intrinsics.h"
 #include "doppel/description/urdf/load.h"
-#include "doppel/sensors/models/lens.h"
 
 namespace doppel {
 namespace {

@@ -1,5 +1,5 @@
 // <imu>, <force_torque>, <contact> and the sensors of the environment.
-#include "doppel/sensors/models/detail/sensor_kinds.h"
+#include "doppel/description/gazebo/detail/sensor_kinds.h"
 
 namespace doppel {
 namespace {

@@ -1,14 +1,14 @@
-#include "doppel/sensors/models/sensor_reader.h"
+#include "doppel/description/gazebo/sensor_reader.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
 #include "doppel/base/core/names.h"
-#include "doppel/sensors/models/detail/sensor_kinds.h"
-#include "doppel/sensors/models/detail/sensor_plugins.h"
-#include "doppel/sensors/models/detail/sensor_presets.h"
-#include "doppel/sensors/models/detail/sensor_values.h"
+#include "doppel/description/gazebo/detail/sensor_kinds.h"
+#include "doppel/description/gazebo/detail/sensor_plugins.h"
+#include "doppel/description/gazebo/detail/sensor_presets.h"
+#include "doppel/description/gazebo/detail/sensor_values.h"
 
 namespace doppel {
 namespace {

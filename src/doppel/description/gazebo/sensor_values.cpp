@@ -1,4 +1,4 @@
-#include "doppel/sensors/models/detail/sensor_values.h"
+#include "doppel/description/gazebo/detail/sensor_values.h"
 
 #include <fmt/format.h>
 

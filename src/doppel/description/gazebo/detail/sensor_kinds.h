@@ -1,8 +1,8 @@
 #pragma once
 // The elements of each kind of sensor. Source: SDFormat 1.11.
 
-#include "doppel/sensors/models/detail/sensor_values.h"
-#include "doppel/sensors/models/sensor_description.h"
+#include "doppel/description/gazebo/detail/sensor_values.h"
+#include "doppel/description/gazebo/sensor_description.h"
 
 namespace doppel {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "doppel/sensors/models/detail/sensor_kinds.h"
-#include "doppel/sensors/models/lens.h"
+#include "doppel/description/gazebo/camera_intrinsics.h"
+#include "doppel/description/gazebo/detail/sensor_kinds.h"
 
 namespace doppel {
 namespace {

@@ -1,5 +1,5 @@
 // The values of presets as the elements that a user would write, so that they are read as those are.
-#include "doppel/sensors/models/detail/sensor_presets.h"
+#include "doppel/description/gazebo/detail/sensor_presets.h"
 
 #include <fmt/format.h>
 

@@ -1,4 +1,4 @@
-#include "doppel/sensors/models/detail/sensor_plugins.h"
+#include "doppel/description/gazebo/detail/sensor_plugins.h"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -10,7 +10,7 @@
 #include "doppel/base/core/text.h"
 #include "doppel/base/xml/element.h"
 #include "doppel/description/gazebo/plugin_values.h"
-#include "doppel/sensors/models/sensor_reader.h"
+#include "doppel/description/gazebo/sensor_reader.h"
 
 namespace doppel {
 namespace {

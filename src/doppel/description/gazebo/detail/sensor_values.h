@@ -5,7 +5,7 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/xml/xml.h"
-#include "doppel/sensors/models/sensor_description.h"
+#include "doppel/description/gazebo/sensor_description.h"
 
 namespace doppel {
 
