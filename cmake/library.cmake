@@ -48,7 +48,7 @@ target_compile_definitions(doppel_library PRIVATE DOPPEL_VERSION="${PROJECT_VERS
 set_target_properties(doppel_library PROPERTIES EXPORT_NAME doppel)
 add_library(doppel::doppel ALIAS doppel_library)
 get_property(plugin_modules GLOBAL PROPERTY DOPPEL_PLUGIN_MODULES)
-list(FILTER plugin_modules EXCLUDE REGEX "^doppel_engine_")
+list(FILTER plugin_modules EXCLUDE REGEX "^doppel_engine_|_avx[0-9]+$")
 add_dependencies(doppel_library ${plugin_modules})
 
 doppel_shared_library(doppel_tools_library doppel_tools ${other_modules})

@@ -11,13 +11,16 @@ void RayBatch::resize(std::size_t rays, std::size_t origins) {
 
 namespace {
 
-// All compute the same, in registers of different width.
+// All compute the same, in registers of different width. A checkout that was just built has only the plain
+// one.
 const char* module_for_processor() {
 #ifdef __x86_64__
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl"))
+      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
+      plugin_module_exists("doppel_embree_avx512"))
     return "doppel_embree_avx512";
-  if (__builtin_cpu_supports("avx2")) return "doppel_embree_avx2";
+  if (__builtin_cpu_supports("avx2") && plugin_module_exists("doppel_embree_avx2"))
+    return "doppel_embree_avx2";
 #endif
   return "doppel_embree";
 }

@@ -9,7 +9,6 @@
 #include <optional>
 #include <utility>
 
-#include "doppel/base/core/abandoned_thread.h"
 #include "doppel/base/core/guarded_thread.h"
 #include "doppel/scenario/compile/robot_setup.h"
 #include "doppel/session/live/audit_result.h"
@@ -121,13 +120,10 @@ struct Reloader::Attempt {
     Diagnostics diagnostics;
     Reloadable::TakeOver take_over;
     std::exception_ptr thrown;
-    std::promise<void> done;
   };
   std::vector<std::filesystem::path> changed;
   std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
   std::shared_ptr<Work> work;
-  std::future<void> done;
-  std::thread thread;
   int builds = 0;
   bool late = false;  // and reported
 };
@@ -182,34 +178,29 @@ void Reloader::begin_attempt(std::vector<std::filesystem::path> changed) {
   }
   ++attempt_->builds;
   const auto work = attempt_->work = std::make_shared<Attempt::Work>();
-  attempt_->done = work->done.get_future();
   try {
-    if (*unfinished_ >= kMaxUnfinished) {
+    if (builds_.unfinished() >= kMaxUnfinished) {
       throw InputError("reload.unfinished", {},
                        fmt::format("{} earlier edits are still being read", kMaxUnfinished),
                        "restart doppel to apply this edit");
     }
     if (!on_loop([&] { work->build = what_.begin(); })) return;
-    const auto build = [work, unfinished = unfinished_] {
-      ++*unfinished;
+    const auto build = [work] {
       try {
         work->take_over = work->build(work->diagnostics);
       } catch (...) {
         work->thrown = std::current_exception();
       }
-      --*unfinished;
-      work->done.set_value();
     };
-    attempt_->thread = std::thread(build);
+    builds_.start(build, {}, {});
   } catch (...) {
     work->thrown = std::current_exception();
-    work->done.set_value();
   }
 }
 
 bool Reloader::finish_attempt() {
   const auto deadline = attempt_->begin + kBuildDeadline;
-  while (attempt_->done.wait_for(kPollInterval) != std::future_status::ready) {
+  while (!builds_.wait_for(kPollInterval)) {
     if (ending_) return false;
     if (std::chrono::steady_clock::now() < deadline) continue;
     if (!std::exchange(attempt_->late, true)) {
@@ -220,7 +211,7 @@ bool Reloader::finish_attempt() {
     }
     return false;
   }
-  if (attempt_->thread.joinable()) attempt_->thread.join();
+  if (ending_) return false;  // the build was perhaps not begun
   try {
     if (attempt_->work->thrown) std::rethrow_exception(attempt_->work->thrown);
     take_over();
@@ -240,17 +231,9 @@ bool Reloader::finish_attempt() {
   return !ending_;
 }
 
-// The build's thread continues, if it ever does, with what it has, and its result is dropped.
+// The result of the build is dropped.
 void Reloader::abandon_attempt() {
-  const bool ended = attempt_->done.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
-  if (attempt_->thread.joinable()) {
-    if (ended) {
-      attempt_->thread.join();
-    } else {
-      mark_thread_abandoned();
-      attempt_->thread.detach();
-    }
-  }
+  builds_.abandon();
   attempt_.reset();
 }
 

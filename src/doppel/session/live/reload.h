@@ -11,6 +11,7 @@
 #include <thread>
 #include <vector>
 
+#include "doppel/base/core/abandoned_thread.h"
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/files_read.h"
 #include "doppel/base/core/log.h"
@@ -49,8 +50,8 @@ class DOPPEL_API Reloader {
   Reloader& operator=(const Reloader&) = delete;
 
  private:
-  // A build of the present files on a thread of its own, which may never end: a mesh of a billion triangles,
-  // a folder on a network that is gone, a physics engine in an endless loop.
+  // A build of the present files, which may never end: a mesh of a billion triangles, a folder on a network
+  // that is gone, a physics engine in an endless loop.
   struct Attempt;
   void run();
   // Starts a build of the present files; `changed` is for messages, and empty repeats the present attempt.
@@ -67,9 +68,8 @@ class DOPPEL_API Reloader {
   const Log& log_;
   FileWatcher watcher_;
   std::atomic<bool> ending_{false};
-  // Builds whose threads have not ended, which those that were abandoned may never do.
-  std::shared_ptr<std::atomic<int>> unfinished_ = std::make_shared<std::atomic<int>>(0);
-  std::unique_ptr<Attempt> attempt_;  // the thread's; nullptr: none is under way
+  std::unique_ptr<Attempt> attempt_;  // by `builds_`, on the thread of run(); nullptr: none is under way
+  AbandonableWork builds_;
   std::thread thread_;
 };
 

@@ -64,7 +64,7 @@ TwinCore::TwinCore(Scenario scenario, const Log& log, Diagnostics& diagnostics)
 void TwinCore::start() {
   for (const auto& robot : robots_) {
     robot->make_publishers();
-    if (scenario().start_controllers) robot->start(robot->first_selection());
+    robot->start_first();
   }
   // Last, when all other objects are made, because the loops run concurrently.
   const std::lock_guard held(gate_);
@@ -307,7 +307,7 @@ void TwinCore::add_robot(JoiningRobot& joining) {
     machine_->robots.push_back(joining.machine);
     renew_handles();
     robots_.back()->make_publishers();
-    if (scenario().start_controllers) robots_.back()->start(robots_.back()->first_selection());
+    robots_.back()->start_first();
     robots_.back()->start_loop();
   } catch (...) {
     robots_.resize(before);

@@ -165,6 +165,10 @@ TickList TwinRobot::make_publishers() {
   return std::exchange(ticks_, std::move(fresh));
 }
 
+void TwinRobot::start_first() {
+  if (around_.scenario.start_controllers) start(control_->selection_of(*machine_));
+}
+
 void TwinRobot::start_loop() {
   if (!control_->has_real_hardware()) return;
   const LoopSettings settings = control_->manager().loop_settings();

@@ -75,10 +75,10 @@ class DOPPEL_API TwinRobot {
   void restore_publishers(TickList before) { ticks_ = std::move(before); }
   // Throws InputError; nothing is active then.
   void start(const ControllerSelection& selection) { control_->start(selection, log()); }
+  // The same for a robot that has not run before: what it chooses, unless the scenario starts no controllers.
+  void start_first();
   // Starts the ControlLoop of real hardware, in wall-clock time besides the simulation. With the gate.
   void start_loop();
-  // The controllers to start in a robot that has not run before.
-  [[nodiscard]] ControllerSelection first_selection() const { return control_->selection_of(*machine_); }
   // Replaces the machine by one with the same structure; controllers continue. Publishers must be recreated
   // afterwards. The former machine can be restored by the same function, unchanged.
   void take_over(std::shared_ptr<const CompiledRobot> machine, Instance now);

@@ -191,8 +191,8 @@ class RobotReplacement {
     const auto selection = selections.find(made.name_space());
     if (selection != selections.end()) {
       made.start(selection->second);
-    } else if (core_.scenario().start_controllers) {
-      made.start(made.first_selection());
+    } else {
+      made.start_first();
     }
     made.make_publishers();
     made.start_loop();

@@ -2,11 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <atomic>
+#include <mutex>
 #include <utility>
 
-#include "doppel/base/core/abandoned_thread.h"
-#include "doppel/base/core/guarded_thread.h"
 #include "doppel/base/core/thrown.h"
 #include "doppel/physics/contract/engine_modules.h"
 #include "doppel/ros/bus/name_rules.h"
@@ -103,7 +101,6 @@ struct RobotSpawner::Spawning {
   std::string why;  // the reason if it cannot be spawned
   int builds = 0;
   std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
-  std::atomic<bool> is_built{false};
 };
 
 // The only access of a build's thread to the spawner, because the thread may outlive it.
@@ -121,22 +118,13 @@ RobotSpawner::~RobotSpawner() {
     const std::lock_guard lock(build_results_->mutex);
     build_results_->spawner = nullptr;
   }
-  if (!builder_.joinable()) return;
-  const auto end = std::chrono::steady_clock::now() + kBuildEndTime;
-  while (spawning_ != nullptr && !spawning_->is_built && std::chrono::steady_clock::now() < end)
-    std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  if (spawning_ == nullptr || spawning_->is_built) {
-    builder_.join();
-    return;
-  }
-  mark_thread_abandoned();
-  builder_.detach();
+  static_cast<void>(builds_.wait_for(kBuildEndTime));
 }
 
 void RobotSpawner::spawn(WorldRobot robot, SpawnedText text, Done done) {
   if (spawning_ != nullptr && std::chrono::steady_clock::now() - spawning_->begin < kSpawnDeadline)
     return done(Status::refused("another robot is being spawned; call again when it is in the world"));
-  if (*unfinished_builds_ >= kMaxUnfinished) {
+  if (builds_.unfinished() >= kMaxUnfinished) {
     return done(Status::refused(fmt::format(
         "{} earlier robots are still being built; restart doppel to spawn another one", kMaxUnfinished)));
   }
@@ -152,10 +140,8 @@ void RobotSpawner::spawn(WorldRobot robot, SpawnedText text, Done done) {
 
 // On a separate thread; then settle() on the loop's thread.
 void RobotSpawner::build(const std::shared_ptr<Spawning>& job) {
-  if (builder_.joinable()) builder_.join();
   ++job->builds;
-  job->is_built = false;
-  const auto work = [results = build_results_, unfinished = unfinished_builds_, job] {
+  const auto work = [job] {
     try {
       if (job->joining == nullptr) {
         job->joining = prepare_robot(*job->running, job->robot, job->text, job->notes);
@@ -165,19 +151,18 @@ void RobotSpawner::build(const std::shared_ptr<Spawning>& job) {
     } catch (...) {
       job->why = thrown_text();
     }
-    --*unfinished;
-    job->is_built = true;
+  };
+  const auto pass_to_loop = [results = build_results_, job] {
     const std::lock_guard lock(results->mutex);
     if (results->spawner == nullptr) return;
     results->spawner->core_.bus().post([spawner = results->spawner, job] { spawner->settle(job); });
   };
-  builder_ = guarded_thread(work, [results = build_results_](const std::string& why) {
+  builds_.start(work, pass_to_loop, [results = build_results_](const std::string& why) {
     const std::lock_guard lock(results->mutex);
     if (results->spawner == nullptr) return;
     results->spawner->core_.log().error(
         kSpawnLogOrigin, "a spawned robot is ready, but could not be passed to the loop: " + why);
   });
-  ++*unfinished_builds_;
 }
 
 void RobotSpawner::settle(const std::shared_ptr<Spawning>& job) {
@@ -206,15 +191,10 @@ void RobotSpawner::answer(const Spawning& job, const Status& status) {
   }
 }
 
-// The thread continues, if it ever does, with what it has, and its result is dropped.
+// The result of the build is dropped.
 void RobotSpawner::abandon_build() {
   const auto abandoned = std::exchange(spawning_, nullptr);
-  if (abandoned->is_built) {
-    builder_.join();
-  } else {
-    mark_thread_abandoned();
-    builder_.detach();
-  }
+  builds_.abandon();
   answer(*abandoned, Status::refused(fmt::format(
                          "the robot took longer than {} s to build, and another one is spawned instead",
                          kSpawnDeadline.count())));

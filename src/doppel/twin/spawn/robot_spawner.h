@@ -2,13 +2,12 @@
 // Robots that are spawned while the twin runs: prepared on a thread of their own, which may never end, and
 // added to the twin between two steps.
 
-#include <atomic>
 #include <functional>
 #include <memory>
 #include <string>
-#include <thread>
 #include <variant>
 
+#include "doppel/base/core/abandoned_thread.h"
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
 #include "doppel/physics/contract/world_robot.h"
@@ -48,10 +47,9 @@ class DOPPEL_API RobotSpawner {
   void abandon_build();
 
   TwinCore& core_;
-  std::shared_ptr<Spawning> spawning_;  // by `builder_`; nullptr: none
+  std::shared_ptr<Spawning> spawning_;  // by `builds_`; nullptr: none
   const std::shared_ptr<BuildResults> build_results_;
-  const std::shared_ptr<std::atomic<int>> unfinished_builds_ = std::make_shared<std::atomic<int>>(0);
-  std::thread builder_;
+  AbandonableWork builds_;
 };
 
 }  // namespace doppel
