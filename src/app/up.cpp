@@ -26,6 +26,7 @@
 #include "app/terminal_log.h"
 #include "doppel/base/core/guarded_thread.h"
 #include "doppel/base/core/installation.h"
+#include "doppel/base/core/text.h"
 #include "doppel/ros/bus/rosout.h"
 #include "doppel/scenario/schema/robot_text.h"
 #include "doppel/session/live/session.h"
@@ -79,20 +80,14 @@ Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
 
 double parse_speed(const std::string& text) {
   if (text == "max") return 0.0;
-  std::size_t used = 0;
-  double speed = -1.0;
-  try {
-    speed = std::stod(text, &used);
-  } catch (const std::exception&) {
-    used = 0;
-  }
-  if (used != text.size() || !(speed >= kMinSpeed && speed <= kMaxSpeed)) {
+  const std::optional<double> speed = parse_number(text);
+  if (!speed || *speed < kMinSpeed || *speed > kMaxSpeed) {
     throw InputError("cli.speed", {},
                      fmt::format("--speed is '{}'; it must be a number from {:g} to {:g}, or max", text,
                                  kMinSpeed, kMaxSpeed),
                      "1 is real time, 0.5 half of it, max as fast as possible");
   }
-  return speed;
+  return *speed;
 }
 
 // Draws the live table from a thread of its own; the state is taken on the loop's thread, between steps.

@@ -1,8 +1,11 @@
 #pragma once
-// Text for the comparison of names and file extensions.
+// Text for the comparison of names and file extensions, and numbers in text.
 
+#include <optional>
 #include <string>
 #include <string_view>
+
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -14,5 +17,8 @@ inline std::string lowered(std::string_view text) {
   }
   return out;
 }
+
+// A finite number in the C locale, surrounded only by blanks; nullopt otherwise.
+DOPPEL_API std::optional<double> parse_number(std::string_view text);
 
 }  // namespace doppel

@@ -8,7 +8,6 @@
 #include <sstream>
 
 #include "doppel/base/core/text.h"
-#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel {
 

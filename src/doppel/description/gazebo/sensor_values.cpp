@@ -6,7 +6,7 @@
 #include <numeric>
 #include <sstream>
 
-#include "doppel/description/urdf/urdf_reader.h"
+#include "doppel/base/core/text.h"
 
 namespace doppel {
 

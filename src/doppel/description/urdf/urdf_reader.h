@@ -12,9 +12,6 @@
 
 namespace doppel {
 
-// A finite number in the C locale, surrounded only by blanks; nullopt otherwise.
-DOPPEL_API std::optional<double> parse_number(std::string_view text);
-
 class DOPPEL_API UrdfReader {
  public:
   explicit UrdfReader(Diagnostics& diagnostics) : diagnostics_(diagnostics) {}

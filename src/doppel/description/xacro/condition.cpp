@@ -49,9 +49,7 @@ Condition::Condition(std::string expression, std::string name) : impl_(std::make
 Condition::~Condition() = default;
 
 bool Condition::holds(const std::string& yaml) const {
-  std::optional<Value> plain = xacro::parse_simple_yaml(yaml);
-  if (!plain) plain = xacro::parse_whole_yaml(yaml, impl_->name, {});
-  const Value value = xacro::dotted(*plain);
+  const Value value = xacro::dotted(xacro::parse_yaml(yaml, impl_->name, {}));
   OneName scope(impl_->name, value);
   std::int64_t budget = kMaxConditionSteps;
   try {

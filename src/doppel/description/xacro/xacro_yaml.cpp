@@ -1,4 +1,4 @@
-// YAML files as values: by the simple reader where it suffices, else by yaml-cpp.
+// YAML files as values, by yaml-cpp.
 #include "doppel/description/xacro/detail/xacro_yaml.h"
 
 #include <fmt/format.h>
@@ -129,7 +129,7 @@ bool more_than_one(const std::string& text) {
 
 }  // namespace
 
-Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where) {
+Value parse_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where) {
   Converter converter(file, where);
   try {
     if (more_than_one(text))
@@ -141,11 +141,6 @@ Value parse_whole_yaml(const std::string& text, const std::filesystem::path& fil
   } catch (const ExpressionError& problem) {
     throw InputError("xacro.yaml", locate(where), problem.what());
   }
-}
-
-Value parse_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where) {
-  if (auto simple = parse_simple_yaml(text)) return *std::move(simple);
-  return parse_whole_yaml(text, file, where);
 }
 
 Value load_yaml(const std::filesystem::path& file, const TreePlace& where) {

@@ -7,6 +7,7 @@
 #include <set>
 #include <sstream>
 
+#include "doppel/base/core/text.h"
 #include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel {

@@ -5,7 +5,7 @@
 #include <set>
 
 #include "doppel/base/core/names.h"
-#include "doppel/description/urdf/urdf_reader.h"
+#include "doppel/base/core/text.h"
 #include "doppel/review/audit/detail/description_facts.h"
 #include "doppel/review/audit/detail/rules.h"
 #include "doppel/review/audit/detail/vocabulary.h"

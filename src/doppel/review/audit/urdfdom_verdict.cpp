@@ -6,6 +6,7 @@
 #include <optional>
 #include <set>
 
+#include "doppel/base/core/text.h"
 #include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel {

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "doppel/description/urdf/urdf_reader.h"
+#include "doppel/base/core/text.h"
 #include "doppel/ros/bus/name_rules.h"
 
 namespace doppel {

@@ -4,7 +4,6 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/text.h"
-#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel::sdf {
 

@@ -9,7 +9,6 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/text.h"
-#include "doppel/description/urdf/urdf_reader.h"
 
 namespace doppel::sdf {
 namespace {

@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "doppel/base/core/names.h"
+#include "doppel/base/core/text.h"
 #include "doppel/base/math/pose.h"
 #include "doppel/base/xml/xml.h"
 #include "doppel/description/urdf/load.h"

@@ -1,5 +1,5 @@
 #pragma once
-// Shared by the two readers of YAML.
+// YAML as values: scalars as PyYAML reads them, and units.
 
 #include <optional>
 #include <string>
@@ -15,11 +15,6 @@ Value yaml_scalar(std::string_view text);
 std::optional<Value> yaml_quantity(std::string_view tag, std::string_view text);
 // The factor of "!degrees", "!millimeters", ... to SI; 0: no such unit.
 double yaml_unit(std::string_view tag);
-
-// Nothing: the text uses features of YAML that this reader does not support, or is not YAML.
-std::optional<Value> parse_simple_yaml(std::string_view text);
-// Any YAML, by yaml-cpp. Throws InputError.
-Value parse_whole_yaml(const std::string& text, const std::filesystem::path& file, const TreePlace& where);
 
 // The same value with the entries of every dict as attributes too.
 Value dotted(const Value& value);

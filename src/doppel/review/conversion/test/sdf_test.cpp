@@ -4,7 +4,7 @@
 #include <set>
 
 #include "conversion_fixture.h"
-#include "doppel/description/urdf/urdf_reader.h"
+#include "doppel/base/core/text.h"
 
 namespace doppel {
 namespace {
