@@ -11,7 +11,7 @@
 
 int main(int argc, char** argv) {
   testing::InitGoogleMock(&argc, argv);
-  std::string folder = testing::TempDir() + "/doppel_test.XXXXXX";
+  std::string folder = testing::TempDir() + "doppel_test.XXXXXX";
   if (mkdtemp(folder.data()) == nullptr) {
     std::perror("error: cannot make a folder for the files of the tests");
     return 1;

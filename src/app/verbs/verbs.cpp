@@ -1,49 +1,36 @@
 #include "app/verbs/verbs.h"
 
 #include <CLI/CLI.hpp>
-#include <string>
-#include <utility>
+#include <functional>
 #include <vector>
 
+#include "app/command_tree.h"
 #include "app/completion.h"
 #include "app/man_page.h"
 #include "app/usage.h"
 #include "doppel/export.h"
 
 namespace doppel::app {
-
 namespace {
 
-void add_verbs(CLI::App& app, const RosArguments& ros, int& exit_code) {
-  add_move(app, exit_code);
-  add_teleop(app, ros, exit_code);
-  for (const auto add :
-       {add_stop,   add_spawn,     add_robots, add_topic,    add_control,   add_tf,
-        add_node,   add_service,   add_param,  add_action,   add_interface, add_new,
-        add_xacro,  add_tree,      add_info,   add_mass,     add_convert,   add_overlay,
-        add_diff,   add_calibrate, add_check,  add_verify,   add_engines,   add_compare_engines,
-        add_doctor, add_world,     add_base,   add_snapshot, add_sensor,    add_worlds}) {
-    add(app, exit_code);
-  }
-  add_names(app, exit_code);
-  add_completion(app, exit_code);
-  add_man(app, exit_code);
-  add_help(app, exit_code);
-}
+// The verbs below a heading of --help, in its order.
+struct Heading {
+  const char* name;
+  std::vector<std::function<void(CLI::App&, int& exit_code)>> verbs;
+};
 
-// Assigns every verb to its heading in --help.
-void group_verbs(CLI::App& app) {
-  const std::vector<std::pair<std::string, std::vector<std::string>>> groups{
+std::vector<Heading> headings(const RosArguments& ros) {
+  const auto add_teleop_with = [&ros](CLI::App& app, int& exit_code) { add_teleop(app, ros, exit_code); };
+  return {
       {"Twins",
-       {"up", "view", "move", "teleop", "stop", "spawn", "delete", "robots", "worlds", "sensor", "snapshot"}},
-      {"ROS 2's verbs", {"topic", "control", "tf", "node", "service", "param", "action", "interface"}},
+       {add_move, add_teleop_with, add_stop, add_spawn, add_robots, add_worlds, add_sensor, add_snapshot}},
+      {"ROS 2's verbs",
+       {add_topic, add_control, add_tf, add_node, add_service, add_param, add_action, add_interface}},
       {"Descriptions",
-       {"new", "check", "xacro", "tree", "info", "mass", "convert", "overlay", "diff", "calibrate", "world"}},
-      {"Physics", {"verify", "base", "engines", "compare-engines"}},
-      {"This machine", {"doctor", "completion", "man", "help"}}};
-  for (const auto& [group, verbs] : groups) {
-    for (const std::string& verb : verbs) app.get_subcommand(verb)->group(group);
-  }
+       {add_new, add_check, add_xacro, add_tree, add_info, add_mass, add_convert, add_overlay, add_diff,
+        add_calibrate, add_world}},
+      {"Physics", {add_verify, add_base, add_engines, add_compare_engines}},
+      {"This machine", {add_doctor, add_completion, add_man, add_help, add_names}}};
 }
 
 }  // namespace
@@ -51,6 +38,11 @@ void group_verbs(CLI::App& app) {
 
 // The entry of the module, called by main() behind add_up() and add_view().
 extern "C" DOPPEL_API void doppel_add_verbs(CLI::App& app, const doppel::RosArguments& ros, int& exit_code) {
-  doppel::app::add_verbs(app, ros, exit_code);
-  doppel::app::group_verbs(app);
+  std::size_t grouped = 0;
+  for (const doppel::app::Heading& heading : doppel::app::headings(ros)) {
+    for (const auto& add : heading.verbs) add(app, exit_code);
+    const auto verbs = doppel::app::verbs_of(app);  // hidden ones have no heading
+    for (; grouped < verbs.size(); ++grouped)
+      app.get_subcommand(verbs[grouped]->get_name())->group(heading.name);
+  }
 }

@@ -83,6 +83,7 @@ test('the pad drives the selected base, and its traces are drawn', async () => {
   await waitFor(page, () => doppel.drive.topic() !== null);
   assert.match(await page.evaluate(() => doppel.drive.topic().name), /^\/rover\//);
   await page.evaluate(() => doppel.world.setLayer('base', true));
+  await waitFor(page, () => doppel.twin.truth !== null); // the first message of the selected base
   const start = await page.evaluate(() => doppel.twin.truth[0]);
   await page.evaluate(() => doppel.drive.hold(1, 0, 0));
   await waitFor(page, (x) => doppel.twin.truth[0] > x + 0.2, start);
@@ -99,6 +100,7 @@ test('the pad drives the selected base, and its traces are drawn', async () => {
 });
 
 test('a robot that is not selected is drawn at its true pose, and a click selects it', async () => {
+  await waitFor(page, () => doppel.twin.truth !== null);
   const there = await page.evaluate(() => [...doppel.twin.truth].slice(0, 3));
   await select('/left');
   await waitFor(page, ([x, y]) => {

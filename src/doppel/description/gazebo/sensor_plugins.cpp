@@ -19,12 +19,12 @@ constexpr const char* kRule = "sensor.plugin";
 constexpr double kNoDistortion = 1e-6;  // files write 0.00000001 for none
 
 // A plugin with the sensor that it belongs to.
-struct PluginReader {
+struct SensorPluginReader {
   PluginValues values;
   SensorDescription& sensor;
   bool ros1 = false;  // its elements are in camel case
 };
-using ReadPlugin = void (*)(PluginReader&);
+using ReadPlugin = void (*)(SensorPluginReader&);
 
 bool is_camel_case(const std::string& name) {
   for (std::size_t i = 1; i < name.size(); ++i)
@@ -53,7 +53,7 @@ bool wants_best_effort(const XmlNode& plugin) {
 }
 
 // Reads the values that all of them have: namespace, frame, rate, quality of service.
-void read_common(PluginReader& in) {
+void read_common(SensorPluginReader& in) {
   PluginValues& values = in.values;
   in.sensor.name_space = values.ros_namespace();
   in.sensor.best_effort = wants_best_effort(values.element());
@@ -69,7 +69,7 @@ void read_common(PluginReader& in) {
 }
 
 // The only topic, by its name of ROS 1, or that of ROS 2 with its <remapping>.
-void set_topic(PluginReader& in, std::initializer_list<std::string_view> tags, const std::string& ros1,
+void set_topic(SensorPluginReader& in, std::initializer_list<std::string_view> tags, const std::string& ros1,
                const std::string& ros2) {
   in.sensor.topic = in.ros1 ? in.values.text(tags, ros1) : in.values.remapped(ros2);
 }
@@ -77,7 +77,7 @@ void set_topic(PluginReader& in, std::initializer_list<std::string_view> tags, c
 // -- cameras
 
 // The noise-free distortion of a plugin of ROS 1 stands in camera_info; the pictures must have it too.
-void set_distortion(PluginReader& in, CameraDescription& camera) {
+void set_distortion(SensorPluginReader& in, CameraDescription& camera) {
   constexpr std::array kNames{"distortionK1", "distortionK2", "distortionT1", "distortionT2", "distortionK3"};
   constexpr std::array kNames2{"distortion_k1", "distortion_k2", "distortion_t1", "distortion_t2",
                                "distortion_k3"};
@@ -91,18 +91,18 @@ void set_distortion(PluginReader& in, CameraDescription& camera) {
   if (any && std::ranges::all_of(own, [](double k) { return k == 0; })) camera.lens.distortion = given;
 }
 
-void set_baselines(PluginReader& in, std::vector<CameraDescription>& cameras) {
+void set_baselines(SensorPluginReader& in, std::vector<CameraDescription>& cameras) {
   const auto given = in.values.number({"hack_baseline", "hackBaseline"});
   if (!given) return;
   // The first of several is the left one, to which the others are compared.
   for (std::size_t i = cameras.size() > 1 ? 1 : 0; i < cameras.size(); ++i) cameras[i].baseline = *given;
 }
 
-std::string camera_name_of(PluginReader& in) {
+std::string camera_name_of(SensorPluginReader& in) {
   return in.values.text({"camera_name", "cameraName"}, in.ros1 ? "" : in.sensor.name);
 }
 
-void set_camera_topics(PluginReader& in, const std::string& name, const std::string& prefix,
+void set_camera_topics(SensorPluginReader& in, const std::string& name, const std::string& prefix,
                        const std::string& picture, const std::string& info) {
   auto& topics = in.sensor.topics;
   const std::string image = below(name, in.values.text({"imageTopicName"}, picture));
@@ -111,7 +111,7 @@ void set_camera_topics(PluginReader& in, const std::string& name, const std::str
   topics.emplace_back(prefix + "camera_info", in.values.remapped(about));
 }
 
-void set_depth_topics(PluginReader& in, const std::string& name) {
+void set_depth_topics(SensorPluginReader& in, const std::string& name) {
   const auto add = [&](const char* output, const char* tag, const char* otherwise) {
     in.sensor.topics.emplace_back(output, in.values.remapped(below(name, in.values.text({tag}, otherwise))));
   };
@@ -120,7 +120,7 @@ void set_depth_topics(PluginReader& in, const std::string& name) {
   add("points", "pointCloudTopicName", "points");
 }
 
-void read_depth(PluginReader& in, std::vector<CameraDescription>& cameras) {
+void read_depth(SensorPluginReader& in, std::vector<CameraDescription>& cameras) {
   const auto near = in.values.number({"min_depth", "pointCloudCutoff"});
   const auto far = in.values.number({"max_depth", "pointCloudCutoffMax"});
   for (CameraDescription& camera : cameras) {
@@ -130,7 +130,7 @@ void read_depth(PluginReader& in, std::vector<CameraDescription>& cameras) {
   }
 }
 
-void read_camera_plugin(PluginReader& in, bool depth) {
+void read_camera_plugin(SensorPluginReader& in, bool depth) {
   auto& cameras = std::get<std::vector<CameraDescription>>(in.sensor.what);
   const bool pictures = std::ranges::all_of(
       cameras, [](const CameraDescription& camera) { return camera.kind == CameraKind::colour; });
@@ -150,28 +150,28 @@ void read_camera_plugin(PluginReader& in, bool depth) {
   for (CameraDescription& camera : cameras) set_distortion(in, camera);
 }
 
-void read_picture_plugin(PluginReader& in) {
+void read_picture_plugin(SensorPluginReader& in) {
   read_camera_plugin(in, false);
 }
-void read_depth_plugin(PluginReader& in) {
+void read_depth_plugin(SensorPluginReader& in) {
   read_camera_plugin(in, true);
 }
 
 // -- lidars
 
-void read_scan_noise(PluginReader& in) {
+void read_scan_noise(SensorPluginReader& in) {
   const double stddev = in.values.number({"gaussianNoise", "gaussian_noise"}).value_or(0);
   auto& lidar = std::get<LidarDescription>(in.sensor.what);
   if (stddev > 0 && !lidar.noise.any()) lidar.noise.stddev = stddev;
   lidar.intensity_minimum = in.values.number({"min_intensity", "hokuyoMinIntensity"}).value_or(0);
 }
 
-void read_laser_plugin(PluginReader& in) {
+void read_laser_plugin(SensorPluginReader& in) {
   set_topic(in, {"topicName"}, in.sensor.name, "~/out");
   read_scan_noise(in);
 }
 
-void read_points_plugin(PluginReader& in) {
+void read_points_plugin(SensorPluginReader& in) {
   read_laser_plugin(in);
   auto& lidar = std::get<LidarDescription>(in.sensor.what);
   lidar.near = in.values.number({"min_range"}).value_or(lidar.near);
@@ -180,7 +180,7 @@ void read_points_plugin(PluginReader& in) {
 }
 
 // The rays of a scan as the one distance of a range sensor.
-void make_range(PluginReader& in, const char* radiation) {
+void make_range(SensorPluginReader& in, const char* radiation) {
   const LidarDescription rays = std::get<LidarDescription>(in.sensor.what);
   const std::string kind = in.values.text({"radiation_type", "radiation"}, radiation);
   RangeDescription range;
@@ -194,13 +194,13 @@ void make_range(PluginReader& in, const char* radiation) {
   in.sensor.what = range;
 }
 
-void read_range_plugin(PluginReader& in) {
+void read_range_plugin(SensorPluginReader& in) {
   set_topic(in, {"topicName"}, "range", "~/out");
   read_scan_noise(in);
   make_range(in, "ultrasound");
 }
 
-void read_ray_plugin(PluginReader& in) {
+void read_ray_plugin(SensorPluginReader& in) {
   set_topic(in, {"topicName"}, in.sensor.name, "~/out");
   read_scan_noise(in);
   const std::string output = in.values.text({"output_type"}, "sensor_msgs/PointCloud2");
@@ -214,7 +214,7 @@ void set_noise(NoiseDescription& noise, double stddev) {
   if (stddev > 0 && !noise.any()) noise.stddev = stddev;
 }
 
-void read_imu_plugin(PluginReader& in) {
+void read_imu_plugin(SensorPluginReader& in) {
   auto& imu = std::get<ImuDescription>(in.sensor.what);
   set_topic(in, {"topicName"}, "imu", "~/out");
   const bool start =
@@ -234,12 +234,12 @@ void read_imu_plugin(PluginReader& in) {
 }
 
 // Those that are a plugin of the model measure the true orientation.
-void read_body_imu_plugin(PluginReader& in) {
+void read_body_imu_plugin(SensorPluginReader& in) {
   read_imu_plugin(in);
   std::get<ImuDescription>(in.sensor.what).reference = OrientationReference::world_enu;
 }
 
-void read_wrench_plugin(PluginReader& in) {
+void read_wrench_plugin(SensorPluginReader& in) {
   auto& wrench = std::get<ForceTorqueDescription>(in.sensor.what);
   set_topic(in, {"topicName"}, "wrench", "wrench");
   const double stddev = in.values.number({"gaussianNoise", "gaussian_noise"}).value_or(0);
@@ -249,16 +249,16 @@ void read_wrench_plugin(PluginReader& in) {
   }
 }
 
-void read_bumper_plugin(PluginReader& in) {
+void read_bumper_plugin(SensorPluginReader& in) {
   set_topic(in, {"bumperTopicName"}, "bumper_states", "bumper_states");
   std::get<ContactDescription>(in.sensor.what).bumper = true;
 }
 
-void read_position_plugin(PluginReader& in) {
+void read_position_plugin(SensorPluginReader& in) {
   set_topic(in, {"topicName"}, "fix", "~/out");
 }
 
-void read_field_plugin(PluginReader& in) {
+void read_field_plugin(SensorPluginReader& in) {
   set_topic(in, {"topicName"}, "magnetic", "~/out");
 }
 
@@ -266,14 +266,14 @@ void read_field_plugin(PluginReader& in) {
 
 enum class Needs { camera, lidar, imu, wrench, contact, environment };
 
-struct KnownPlugin {
+struct KnownSensorPlugin {
   const char* name;  // of the file, without "lib" and ".so"
   Needs needs;
   ReadPlugin read;
   const char* type = "";  // of the sensor that it is outside of one; empty: none
 };
 
-constexpr KnownPlugin kSensorPlugins[] = {
+constexpr KnownSensorPlugin kSensorPlugins[] = {
     {"gazebo_ros_camera", Needs::camera, read_picture_plugin},
     {"gazebo_ros_multicamera", Needs::camera, read_picture_plugin},
     {"gazebo_ros_triggered_camera", Needs::camera, read_picture_plugin},
@@ -313,12 +313,12 @@ std::string stem_of(const XmlNode& plugin) {
   return name;
 }
 
-const KnownPlugin* find_plugin(const std::string& stem) {
-  const auto* const found = std::ranges::find(kSensorPlugins, stem, &KnownPlugin::name);
+const KnownSensorPlugin* find_plugin(const std::string& stem) {
+  const auto* const found = std::ranges::find(kSensorPlugins, stem, &KnownSensorPlugin::name);
   return found == std::end(kSensorPlugins) ? nullptr : found;
 }
 
-bool fits(const KnownPlugin& plugin, const SensorDescription& sensor) {
+bool fits(const KnownSensorPlugin& plugin, const SensorDescription& sensor) {
   switch (plugin.needs) {
     case Needs::camera:
       return std::holds_alternative<std::vector<CameraDescription>>(sensor.what);
@@ -342,7 +342,7 @@ bool says_nothing(const XmlNode& value) {
          text == "0.0 0.0 0.0";
 }
 
-void report_unread(PluginReader& in, const XmlNode& plugin, Diagnostics& diagnostics) {
+void report_unread(SensorPluginReader& in, const XmlNode& plugin, Diagnostics& diagnostics) {
   std::vector<std::string> unread = in.values.unread();
   std::erase_if(unread, [&](const std::string& name) { return says_nothing(*plugin.first(name)); });
   const std::string whose =
@@ -358,9 +358,9 @@ void report_unread(PluginReader& in, const XmlNode& plugin, Diagnostics& diagnos
         "write the topic as the plugin names it, for example camera_name/image_raw or ~/out");
 }
 
-void apply(const KnownPlugin& known, const XmlNode& plugin, SensorDescription& sensor,
+void apply(const KnownSensorPlugin& known, const XmlNode& plugin, SensorDescription& sensor,
            Diagnostics& diagnostics) {
-  PluginReader in{PluginValues(plugin), sensor, is_ros1(plugin)};
+  SensorPluginReader in{PluginValues(plugin), sensor, is_ros1(plugin)};
   read_common(in);
   if (!*known.type) {
     in.values.text({"bodyName", "body_name"});  // the sensor has its link
@@ -386,10 +386,10 @@ void place_on(const std::string& name, const std::string& joint, PluginValues& v
 
 void read_inner_plugin(const XmlNode& plugin, SensorDescription& sensor, Diagnostics& diagnostics) {
   const std::string stem = stem_of(plugin);
-  const KnownPlugin* const known = find_plugin(stem);
+  const KnownSensorPlugin* const known = find_plugin(stem);
   if (known == nullptr) {
     std::vector<std::string> names;
-    for (const KnownPlugin& one : kSensorPlugins) names.emplace_back(one.name);
+    for (const KnownSensorPlugin& one : kSensorPlugins) names.emplace_back(one.name);
     const auto near = nearest_name(stem, names);
     diagnostics.note(
         kRule, plugin.where,
@@ -411,7 +411,7 @@ void read_inner_plugin(const XmlNode& plugin, SensorDescription& sensor, Diagnos
 
 std::optional<SensorDescription> read_outer_plugin(const XmlNode& plugin, const RobotDescription& robot,
                                                    const std::string& reference, Diagnostics& diagnostics) {
-  const KnownPlugin* const known = find_plugin(stem_of(plugin));
+  const KnownSensorPlugin* const known = find_plugin(stem_of(plugin));
   if (known == nullptr || !*known->type) return std::nullopt;
   PluginValues values(plugin);
   const std::string joint_name = values.text({"jointName", "joint_name"});
