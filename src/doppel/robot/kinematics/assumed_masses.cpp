@@ -138,6 +138,8 @@ void assume_masses(Model& model, const std::vector<const Link*>& sources, Diagno
       ++by_length;
     }
     if (!physical_defect(assumed).empty()) assumed = physical_repair(assumed);
+    // The sum over turned shapes may differ from its transpose in the last digit; a file has six numbers.
+    assumed.I = Eigen::Matrix3d(assumed.I.selfadjointView<Eigen::Upper>());
     model.links[body].inertia = assumed;
   }
   std::string weakest;

@@ -151,5 +151,18 @@ TEST(AssumedMasses, ShapesOnWeldedLinksCount) {
   EXPECT_FALSE(model.links[static_cast<std::size_t>(model.find_link("cover"))].inertia);
 }
 
+// A scenario file has the upper triangle of a tensor only, and starts with the same bits.
+TEST(AssumedMasses, TensorOfTurnedShapesIsSymmetricToLastBit) {
+  RobotDescription robot = one_link(0.0);
+  for (int i = 0; i < 20; ++i) {
+    Visual& visual = robot.links[1].visuals.emplace_back();
+    visual.geometry = Box{{0.1, 0.2 + 0.013 * i, 0.3}};
+    visual.origin = {{0.07 * i, 0.025, -0.011 * i}, {0.3 * i, 0.7, 1.1 + 0.1 * i}, {}};
+    Diagnostics diagnostics;
+    const Eigen::Matrix3d I = compile_model(robot, BaseKind::fixed, diagnostics).links[1].inertia->I;
+    EXPECT_TRUE((I.array() == I.transpose().array()).all()) << i;
+  }
+}
+
 }  // namespace
 }  // namespace doppel
