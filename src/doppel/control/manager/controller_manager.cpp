@@ -150,6 +150,8 @@ void ControllerManager::Impl::load(const std::string& name, const std::string& g
   if (find(name) != nullptr) {
     throw InputError("control.loaded_already", {}, fmt::format("a controller '{}' is already loaded", name));
   }
+  // The rules of a controller's node_options_args apply to its topics from the first one on, and are removed
+  // if it cannot be made.
   const NodeArguments arguments = arguments_of(name, expand_name(name, node.given_name()));
   use_rules(name, arguments.rules);
   try {
@@ -172,6 +174,8 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
                                  its_node->name()));
   }
   const std::string type_name = given_type.empty() ? type_of(name) : given_type;
+  // An unknown type is reported where it is written; one of ROS 2 that is missing here has a message of its
+  // own.
   const ControllerRegistry::Type* type = registry.find(type_name);
   if (type == nullptr) {
     const auto place = std::find_if(own.all().begin(), own.all().end(), [&](const auto& o) {
@@ -189,6 +193,7 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
                                  did_you_mean(type_name, registry.names())),
                      "correct the type, or load the library that provides it with --plugin");
   }
+  // The node has its parameters before the controller declares its own, as in ros2_control.
   auto c = std::make_unique<LoadedController>();
   c->name = name;
   c->type = type_name;
@@ -204,6 +209,7 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
   declare_written_type(*c);
   c->controller = type->make();
   initialise(*c);
+  // What the file gives and nothing has declared is probably misspelled.
   Diagnostics unused;
   report_unused(c->overrides, name, c->node->parameters().names(), unused);
   for (const Diagnostic& finding : unused.all()) log_diagnostic(log, name, finding);
@@ -223,6 +229,7 @@ void ControllerManager::Impl::configure(LoadedController& c) {
     throw InputError("control.configure", {},
                      fmt::format("'{}' is active; deactivate it before configuring it", c.name));
   }
+  // A configured controller is cleaned up first, as by the transition of a lifecycle node.
   if (c.state == ControllerState::inactive) {
     if (const Status cleaned = attempt([&] { return c.controller->on_cleanup(); }); !cleaned) {
       throw InputError("control.configure", {},
@@ -243,6 +250,7 @@ void ControllerManager::Impl::configure(LoadedController& c) {
     throw InputError("control.configure", {},
                      fmt::format("cannot configure '{}': {}", c.name, configured.why()));
   }
+  // "All" means the interfaces that exist now; those of controllers that are configured later do not count.
   const auto expanded = [](InterfaceConfiguration wanted, const std::vector<std::string>& all) {
     if (wanted.kind == InterfaceConfiguration::Kind::all) return all;
     if (wanted.kind == InterfaceConfiguration::Kind::none) return std::vector<std::string>{};
@@ -293,6 +301,8 @@ Status ControllerManager::Impl::unload(const std::string& name) {
   return {};
 }
 
+// Reads, updates, limits, writes. An exception of a controller is noted here and reported between the steps,
+// where it may allocate.
 void ControllerManager::Impl::tick(Time the_time) {
   now = the_time;
   resources.read(now);

@@ -64,6 +64,7 @@ ResourceTable::Component& ResourceTable::add(std::unique_ptr<HardwareComponent> 
   component->state_descriptions = hardware->state_interfaces();
   component->command_descriptions = hardware->command_interfaces();
   component->first_command = commands_.size();
+  // All interfaces of a kind share one index by name; a name that another component exports is an error.
   const auto enter = [&](const std::vector<InterfaceDescription>& offered, auto& index,
                          std::vector<Place>& places, std::vector<std::string>& names, const char* kind) {
     for (std::size_t i = 0; i < offered.size(); ++i) {
@@ -79,6 +80,7 @@ ResourceTable::Component& ResourceTable::add(std::unique_ptr<HardwareComponent> 
   };
   enter(component->state_descriptions, state_index_, states_, component->state_names, "state");
   enter(component->command_descriptions, command_index_, commands_, component->command_names, "command");
+  // States of joints must be finite while the component is active; sensors may report NaN.
   for (const auto& state : component->state_descriptions) {
     if (is_of_joint(state) && component->type != "sensor")
       component->joint_states.push_back(component->states.size());
@@ -127,6 +129,7 @@ std::size_t ResourceTable::offer_reference(const std::string& controller, Interf
     throw InputError("control.reference_twice", {},
                      fmt::format("the reference interface '{}' is already exported", full_name));
   }
+  // A reference that was withdrawn keeps its place, so that the indices of other commands stay valid.
   const auto before = std::find_if(commands_.begin(), commands_.end(), [&](const Place& place) {
     return place.component->hardware == nullptr && place.component->command_names.front() == full_name;
   });
@@ -254,6 +257,8 @@ void ResourceTable::write(Component& c, Time now) {
   guarded(c, "write", [&] { return c.hardware->write(now, c.period, c.applied); });
 }
 
+// A component with a lower rate is read in the tick in which its countdown ends, and written in the same
+// one.
 void ResourceTable::read(Time now) {
   for (const auto& c : components_) {
     if (--c->ticks_to_rw <= 0) read(*c, now);
@@ -305,6 +310,7 @@ std::vector<std::pair<ResourceTable::Component*, HardwareFault>> ResourceTable::
 
 Status ResourceTable::for_each_concerned(std::span<const std::string> start,
                                          std::span<const std::string> stop, const Action& action) {
+  // Each component is called once, with the interfaces of its own among those that start and stop.
   for (const auto& component : components_) {
     const auto own = [&](std::span<const std::string> names) {
       std::vector<std::string> out;
@@ -323,6 +329,7 @@ Status ResourceTable::for_each_concerned(std::span<const std::string> start,
 }
 
 Status ResourceTable::prepare_switch(std::span<const std::string> start, std::span<const std::string> stop) {
+  // The first component that refuses ends the switch; nothing has changed then.
   return for_each_concerned(start, stop, [](Component& c, auto begin, auto end) {
     Status status;
     try {

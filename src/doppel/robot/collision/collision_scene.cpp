@@ -65,6 +65,8 @@ void add_surface(const RobotDescription& robot, const std::string& link, SolidSh
   shape.X_LG = collision.origin.pose();
 }
 
+// The sphere around all shapes of a body, for the first test of a pair: about the centre of the box that
+// contains the shapes' spheres.
 void bound(SceneBody& body) {
   Eigen::AlignedBox3d box;
   for (const SolidShape& shape : body.shapes) {
@@ -90,6 +92,7 @@ class SceneBuilder {
       out_.ground = 0;
       out_.bodies.emplace_back();
     }
+    // Bodies first, because a held object names links of an instance before it.
     for (std::size_t i = 0; i < out_.instances.size(); ++i) add_bodies(static_cast<int>(i));
     for (std::size_t i = 0; i < out_.instances.size(); ++i) allow_pairs_of(static_cast<int>(i));
     for (const AllowedPair& pair : options_.allowed) allow(pair.a, pair.b, pair.reason);
@@ -146,6 +149,8 @@ class SceneBuilder {
         if (!pair.reason.empty()) allow({index, pair.a}, {index, pair.b}, pair.reason);
       }
     }
+    // A held object may touch the link that holds it, all links that are fixed to that one, and the named
+    // touch links.
     if (!instance.held) return;
     const BodyId holder = instance.held->holder;
     const std::vector<int>& groups = groups_.at(static_cast<std::size_t>(holder.instance));
@@ -176,6 +181,7 @@ class SceneBuilder {
   }
 
   void divide_pairs() {
+    // Every pair of bodies is either tested or has the reason why it is not.
     for (std::size_t i = 0; i < out_.bodies.size(); ++i) {
       for (std::size_t k = i + 1; k < out_.bodies.size(); ++k) {
         const std::pair<BodyId, BodyId> pair{out_.bodies[i].id, out_.bodies[k].id};

@@ -193,6 +193,7 @@ void SensorTicks::report_shared_topics() {
 void SensorTicks::number_revisions(std::vector<RigSensor>& sensors) {
   ++revision_;
   for (RigSensor& sensor : sensors) {
+    // A sensor whose values have not changed keeps its number, so that its samples continue over a reload.
     const auto same = std::find_if(numbered_.begin(), numbered_.end(),
                                    [&](const RigSensor& before) { return same_values(before, sensor); });
     sensor.revision = same != numbered_.end() ? same->revision : revision_;
@@ -205,6 +206,7 @@ void SensorTicks::look_up() {
   std::vector<std::shared_ptr<const CompiledRobot>> present;
   for (const auto& robot : core_.robots()) present.push_back(robot->shared_machine());
   auto models = core_.machine().model_sensors;
+  // The sensors are the same: only the numbers of their instances in the engine may have changed.
   if (present == known_ && models == known_models_) {
     light_.instances_changed(scene_.engine());
     physical_.instances_changed(scene_.engine());
@@ -232,6 +234,7 @@ void SensorTicks::between_steps(Time now) {
     frames_due_ = now + kFramePeriod;
     publish_moving(now);
   }
+  // Once a second: the list of sensors with what they have published since, and their diagnostics.
   if (!list_node_ || now < list_due_) return;
   list_due_ = now + kListPeriod;
   const std::span<doppel_msgs::msg::Sensor> all(list_.sensors);

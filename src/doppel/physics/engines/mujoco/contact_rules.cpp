@@ -47,6 +47,8 @@ void ContactRules::apply(mjData& data) const {
   }
 }
 
+// Sets the friction of a contact along two tangents. With a direction, the contact's frame is turned about
+// the normal, so that its first tangent is the direction projected into the plane of contact.
 void ContactRules::apply(const mjData& data, mjContact& contact) const {
   const RuledShape& first = shapes_[static_cast<std::size_t>(contact.geom1)];
   const RuledShape& second = shapes_[static_cast<std::size_t>(contact.geom2)];
@@ -237,6 +239,9 @@ void drop_contacts_of_welds(const mjModel* m, mjData* d) {
 
 }  // namespace
 
+// The part of MuJoCo's forward dynamics up to the constraints, in its order, with the rules between its
+// stages: contacts are changed after the collision detection, rows after they are made, and the reference
+// after the passive forces.
 void compute_contacts_and_constraints(const mjModel* m, mjData* d, const ContactRules& rules,
                                       const Bounces& bounces, IslandSolver& islands, bool begins_step) {
   mj_checkPos(m, d);

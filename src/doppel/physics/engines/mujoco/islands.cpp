@@ -28,6 +28,7 @@ void scatter(T* to, const T* from, const std::vector<int>& indices) {
 
 IslandSolver::IslandSolver(const mjModel& model, const IslandLayout& layout, const ContactRules& rules)
     : layout_(&layout), rules_(&rules), model_(model), sliding_(rules.correct_slips() ? model.njmax : 0) {
+  // One moving instance is one island: MuJoCo's own solution is used then, and nothing is kept for others.
   int moving = 0;
   for (int i = 0; i < layout.instances(); ++i) moving += layout.dofs(i) > 0 ? 1 : 0;
   if (moving < 2) return;
@@ -45,6 +46,7 @@ IslandSolver::IslandSolver(const mjModel& model, const IslandLayout& layout, con
 
 // -- which instances and rows belong together
 
+// The representative of the set that the instance belongs to (union-find).
 int IslandSolver::root(int instance) {
   int& parent = parent_[place(instance)];
   while (parent != parent_[place(parent)]) parent = parent_[place(parent)];
@@ -89,14 +91,19 @@ int IslandSolver::join_row(const mjModel& model, const mjData& data, int row) {
   return std::max(first, second);
 }
 
+// Divides instances and rows into islands. Returns false if there is at most one, which MuJoCo solves as it
+// is.
 bool IslandSolver::divide(const mjModel& model, const mjData& data) {
   if (data_ == nullptr || data.nefc == 0) return false;
   for (int i = 0; i < layout_->instances(); ++i) {
     parent_[place(i)] = i;
     islands_[place(i)] = {};
   }
+  // Every row joins the instances that it acts on.
   for (int row = 0; row < data.nefc; ++row) row_instance_[place(row)] = join_row(model, data, row);
   int islands = 0;
+  // The instances and rows of an island are linked lists; they are built from the end, so that each begins
+  // with the smallest index.
   for (int i = layout_->instances() - 1; i >= 0; --i) {
     if (layout_->dofs(i) == 0) continue;
     islands += root(i) == i ? 1 : 0;
@@ -115,6 +122,7 @@ bool IslandSolver::divide(const mjModel& model, const mjData& data) {
 
 // -- one island as a problem of its own
 
+// Makes `model_` and `data_` the problem of one island: its degrees of freedom and rows, renumbered from 0.
 void IslandSolver::enter(const mjModel& model, mjData& data, const Island& island) {
   dofs_.clear();
   for (int i = island.first_instance; i >= 0; i = next_instance_[place(i)]) {
@@ -131,6 +139,8 @@ void IslandSolver::enter(const mjModel& model, mjData& data, const Island& islan
   take_rows(model, data);
 }
 
+// The blocks of the mass matrix. MuJoCo stores the rows of its lower triangle along the chain of parents, so
+// a row is copied as it is; only the parents' numbers and the rows' addresses change.
 void IslandSolver::take_masses(const mjModel& model, const mjData& data) {
   model_ = model;
   model_.nv = static_cast<int>(dofs_.size());
@@ -152,6 +162,7 @@ void IslandSolver::take_masses(const mjModel& model, const mjData& data) {
   model_.stat.meaninertia /= model_.nv;
 }
 
+// The rows of constraints, with the counts of equalities and joint friction that come first.
 void IslandSolver::take_rows(const mjModel& model, const mjData& data) {
   mjData& own = *data_;
   own.nefc = static_cast<int>(rows_.size());
@@ -199,6 +210,8 @@ void IslandSolver::take_row(const mjModel& model, const mjData& data, int to) {
   }
 }
 
+// MuJoCo's sparse solver also reads the transpose, as lists of the rows that act on a degree of freedom:
+// they are counted, then filled in the order of the rows.
 void IslandSolver::transpose_rows() {
   mjData& own = *data_;
   int* const counts = own.efc_JT_rownnz;
@@ -223,6 +236,7 @@ void IslandSolver::transpose_rows() {
 
 // -- MuJoCo's functions, island by island
 
+// The reference accelerations depend on the velocities of the island only.
 void IslandSolver::refer(const mjModel& model, mjData& data) {
   if (!divide(model, data)) {
     mj_referenceConstraint(&model, &data);
@@ -270,6 +284,7 @@ void IslandSolver::solve_island(mjData& data) {
   gather(own.qacc_smooth, data.qacc_smooth, dofs_);
   gather(own.qfrc_smooth, data.qfrc_smooth, dofs_);
   gather(own.qacc_warmstart, data.qacc_warmstart, dofs_);
+  // The island begins with an empty stack, and with the accelerations of the step before as first guess.
   own.pstack = 0;
   solve_rows(model_, own);
   scatter(data.efc_aref, own.efc_aref, rows_);
