@@ -1,7 +1,7 @@
 // A mobile base as others have described it: whether it stands on its wheels, drives 1 m and turns by 90 degrees by
 // its own controller, and where its odometry says that it is. The truth decides when it has arrived.
 //   build/bin/bench_drive_base TARGET [name:=value ...] [--controllers FILE]
-// prints one JSON object; exit code 2 if the robot is refused, 1 if the simulation diverges. tools/sweep_bases runs it for many robots.
+// prints one JSON object; exit code 2 if the robot is refused, 1 if the simulation diverges. tools/sweep bases runs it for many robots.
 #include <fmt/format.h>
 
 #include <cmath>

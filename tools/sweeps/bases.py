@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """Brings up the mobile robots of a list, lets each drive 1 m and turn by 90 degrees, and prints a table.
 
-    tools/sweep_bases LIST FOLDER [--program build/bin/bench_drive_base] [--only PATTERN] [--save FILE] [--verbose]
+    tools/sweep bases LIST FOLDER [--only PATTERN] [--save FILE] [--verbose]
 
 LIST has one robot a line, as for `doppel up`: its description below FOLDER, name:=value arguments, and --controllers with
 a file below FOLDER where the description names none. A line may begin with a name and a colon; # begins a comment. All
@@ -16,17 +15,13 @@ packages below FOLDER are found (ROS_PACKAGE_PATH). Each robot is one of
 and of one that drives, by what, and where its odometry says that it is after the metre, and after the turn. By: `yaml`, its
 own controllers' file, which --verbose prints; `plugin`, a controller in place of its Gazebo plugin; `generated`, from its wheels.
 """
-import argparse
 import collections
 import concurrent.futures
 import json
 import math
 import os
-import pathlib
-import re
-import shlex
-import subprocess
-import sys
+
+from sweeps import common
 
 TIMEOUT = 120  # s
 LOAD = 0.98  # least part of the weight on wheels and casters
@@ -35,15 +30,6 @@ CREEP = 0.002  # m in a second, without a command
 STRAIGHT = 0.05  # m, and rad: deviation of 1 m
 QUARTER = 8.0  # degrees: deviation of 90
 SLIP = 10.0  # per cent of the metre, between odometry and truth
-
-
-def robots_of(file):
-    for line in file.read_text(encoding="utf-8").splitlines():
-        line = line.split("#")[0].strip()
-        if line:
-            name, colon, words = line.partition(": ")
-            words = shlex.split(words if colon else line)
-            yield name if colon else pathlib.Path(words[0]).stem.split(".")[0], words
 
 
 def arguments_of(words, folder):
@@ -89,15 +75,11 @@ def driven_by(report):
 
 
 def sweep(options, name, words, environment):
-    try:
-        done = subprocess.run([options.program, *arguments_of(words, options.folder)], capture_output=True, text=True,
-                              errors="replace", timeout=TIMEOUT, env=environment)
-    except subprocess.TimeoutExpired:
-        return name, "failed", f"longer than {TIMEOUT} s", {}
-    if not done.stdout.startswith("{"):
-        return name, "failed", f"exit code {done.returncode}: {done.stderr.strip()[-300:]}", {}
-    report = json.loads(done.stdout)
-    if done.returncode == 2:
+    code, out, err = common.run([options.program, *arguments_of(words, options.folder)], TIMEOUT, environment)
+    if not out.startswith("{"):
+        return name, "failed", err if code is None else f"exit code {code}: {err.strip()[-300:]}", {}
+    report = json.loads(out)
+    if code == 2:
         return name, "refused", report["refused"].splitlines()[0], report
     if "failed" in report:
         return name, "failed", report["failed"], report
@@ -109,22 +91,19 @@ def sweep(options, name, words, environment):
     return name, "wrong" if faults else "drives", "; ".join([*faults, what, odometry_of(report)]), report
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--program", default="build/bin/bench_drive_base")
-    parser.add_argument("--only", default="", metavar="PATTERN", help="names that contain it")
-    parser.add_argument("--save", type=pathlib.Path, help="write all reports as JSON")
+def add_arguments(parser):
+    common.add_arguments(parser, "bench_drive_base")
+    common.add_list(parser)
     parser.add_argument("--verbose", action="store_true", help="also what each robot rolls on, and its log")
-    parser.add_argument("list", type=pathlib.Path)
-    parser.add_argument("folder", type=pathlib.Path)
-    options = parser.parse_args()
+
+
+def run(options):
     options.folder = options.folder.resolve()
-    packages = sorted({str(manifest.parent.parent) for manifest in options.folder.rglob("package.xml")})
-    environment = dict(os.environ, ROS_PACKAGE_PATH=":".join(packages))
-    robots = [robot for robot in robots_of(options.list) if re.search(options.only, robot[0])]
+    environment = common.environment(options.folder)
+    robots = list(common.listed(options))
     ends, kinds, reports = collections.Counter(), collections.Counter(), {}
     with concurrent.futures.ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        for name, end, what, report in pool.map(lambda r: sweep(options, *r, environment), robots):
+        for name, end, what, report in pool.map(lambda robot: sweep(options, *robot, environment), robots):
             ends[end] += 1
             reports[name] = report
             kinds[driven_by(report)] += end == "drives"
@@ -132,12 +111,8 @@ def main():
             if options.verbose:
                 for line in [report.get("driven_by", ""), report.get("rolling", ""), *report.get("log", [])]:
                     print(f"{'':31} {line}")
-    print(f"{len(robots)} robots: " + ", ".join(f"{count} {end}" for end, count in ends.most_common()) +
-          "; driven by " + ", ".join(f"{kind} {count}" for kind, count in kinds.most_common() if count))
+    common.print_counts(f"{len(robots)} robots", ends)
+    common.print_counts("driven by", kinds)
     if options.save:
         options.save.write_text(json.dumps(reports, indent=1), encoding="utf-8")
     return 0 if set(ends) <= {"drives"} else 1
-
-
-if __name__ == "__main__":
-    sys.exit(main())

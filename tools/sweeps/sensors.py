@@ -1,7 +1,6 @@
-#!/usr/bin/env python3
 """Brings up the robots, models and worlds of a list, reads every topic of every sensor, and prints a table.
 
-    tools/sweep_sensors LIST FOLDER [--program build/bin/doppel] [--only PATTERN] [--world FILE] [--save FILE] [--verbose]
+    tools/sweep sensors LIST FOLDER [--only PATTERN] [--world FILE] [--save FILE] [--verbose]
 
 LIST has one a line: a file below FOLDER and name:=value arguments, as for `doppel up`; a file that ends in .sdf or .world is
 brought up as a world. A line may begin with a name and a colon; # begins a comment. All packages below FOLDER are found
@@ -15,28 +14,17 @@ brought up as a world. A line may begin with a name and a colon; # begins a comm
 
 and of each how many sensors of each type, and the notes about sensors that are not simulated. --verbose prints what came.
 """
-import argparse
 import collections
 import json
-import os
 import pathlib
-import re
-import shlex
 import subprocess
-import sys
 import tempfile
 import time
 
+from sweeps import common
+
 START = 60  # s
-
-
-def lines_of(file):
-    for line in file.read_text(encoding="utf-8").splitlines():
-        line = line.split("#")[0].strip()
-        if line:
-            name, colon, words = line.partition(": ")
-            words = shlex.split(words if colon else line)
-            yield name if colon else pathlib.Path(words[0]).stem.split(".")[0], words
+READ = 90  # s
 
 
 def come_up(command, log, environment):
@@ -63,47 +51,36 @@ def sweep(options, words, port):
         try:
             if process.poll() is not None:
                 text = log_path.read_text(errors="replace")
-                first = next((line for line in text.splitlines() if "error" in line), text[:200])
-                return ("refused" if process.returncode == 2 else "failed"), first, [], [], text
-            ask = lambda *verb: subprocess.run([options.program, "sensor", *verb, "--json", "--port", str(port)],
-                                               capture_output=True, text=True, timeout=90)
-            listed, checked = ask("list"), ask("check")
+                return "refused" if process.returncode == 2 else "failed", common.first_error(text), [], [], text
+            ask = lambda verb: common.run([options.program, "sensor", verb, "--json", "--port", port], READ, options.environment)
+            (code, listed, error), (_, checked, fault) = ask("list"), ask("check")
             text = log_path.read_text(errors="replace")
-        except subprocess.TimeoutExpired:
-            return "failed", "sensors were not read within 90 s", [], [], ""
         finally:
             process.terminate()
             try:
                 process.wait(20)
             except subprocess.TimeoutExpired:
                 process.kill()
-    if listed.returncode != 0 or not checked.stdout:
-        return "failed", (listed.stderr or checked.stderr).strip(), [], [], text
-    sensors, topics = json.loads(listed.stdout), json.loads(checked.stdout)
+    if code != 0 or not checked:
+        return "failed", (error or fault).strip(), [], [], text
+    sensors, topics = json.loads(listed), json.loads(checked)
     faults = [f"{topic['topic']}: {topic['fault']}" for topic in topics if topic["fault"]]
     end = "none" if not sensors else "wrong" if faults else "reads"
     return end, "; ".join(faults), sensors, topics, text
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("list", type=pathlib.Path)
-    parser.add_argument("folder", type=pathlib.Path)
-    parser.add_argument("--program", default="build/bin/doppel")
-    parser.add_argument("--only", default="", help="regular expression of names")
+def add_arguments(parser):
+    common.add_arguments(parser)
+    common.add_list(parser)
     parser.add_argument("--world", default="", help="world for the robots")
-    parser.add_argument("--save", help="JSON file for all results")
     parser.add_argument("--port", type=int, default=7950)
-    parser.add_argument("--verbose", action="store_true")
-    options = parser.parse_args()
-    packages = {str(p.parent.parent) for p in options.folder.rglob("package.xml")}
-    models = {str(p.parent.parent) for p in options.folder.rglob("model.config")}
-    options.environment = dict(os.environ, ROS_PACKAGE_PATH=":".join(sorted(packages)),
-                               GZ_SIM_RESOURCE_PATH=":".join(sorted(models | packages)))
+    parser.add_argument("--verbose", action="store_true", help="also the topics, their frames and content")
+
+
+def run(options):
+    options.environment = common.environment(options.folder)
     ends, kinds, saved = collections.Counter(), collections.Counter(), []
-    for name, words in lines_of(options.list):
-        if not re.search(options.only, name):
-            continue
+    for name, words in common.listed(options):
         end, why, sensors, topics, text = sweep(options, words, options.port)
         ends[end] += 1
         types = collections.Counter(sensor["type"] for sensor in sensors)
@@ -117,12 +94,8 @@ def main():
             for topic in topics:
                 print(f"         {topic['topic']:<44} {topic['frame']:<28} {topic['content']}")
         saved.append({"name": name, "end": end, "why": why, "sensors": sensors, "topics": topics, "log": text})
-    print(f"{sum(ends.values())}: " + ", ".join(f"{n} {end}" for end, n in ends.most_common()))
-    print("sensors: " + ", ".join(f"{n} {kind}" for kind, n in kinds.most_common()))
+    common.print_counts(f"{sum(ends.values())}", ends)
+    common.print_counts("sensors", kinds)
     if options.save:
-        pathlib.Path(options.save).write_text(json.dumps(saved, indent=1))
+        options.save.write_text(json.dumps(saved, indent=1), encoding="utf-8")
     return 1 if ends["failed"] else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
