@@ -11,7 +11,7 @@
 #include <fstream>
 #include <vector>
 
-#include "doppel/physics/contract/mujoco_extras.h"
+#include "doppel/physics/contract/test/mujoco_extras.h"
 #include "doppel/twin/assembly/twin.h"
 
 namespace {

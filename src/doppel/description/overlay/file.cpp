@@ -139,10 +139,6 @@ Overlay read_overlay(const fs::path& file) {
   return parse_overlay(read_text(file), file.string());
 }
 
-void write_overlay(const Overlay& overlay) {
-  write_whole(overlay.file, to_yaml(overlay));
-}
-
 fs::path add_to_overlay(const fs::path& description, const std::vector<Operation>& operations) {
   const fs::path file = overlay_path(description);
   std::error_code none;

@@ -29,8 +29,6 @@ DOPPEL_API std::filesystem::path overlay_path(const std::filesystem::path& descr
 DOPPEL_API Overlay read_overlay(const std::filesystem::path& file);
 DOPPEL_API Overlay parse_overlay(const std::string& yaml, const std::string& name);
 DOPPEL_API std::string to_yaml(const Overlay& overlay);
-// Writes the file atomically. Throws InputError.
-DOPPEL_API void write_overlay(const Overlay& overlay);
 
 enum class OperationState {
   applied,

@@ -11,9 +11,9 @@
 #include <filesystem>
 #include <numbers>
 
-#include "doppel/physics/contract/mujoco_extras.h"
 #include "doppel/physics/contract/test/allocation_counter.h"
 #include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/physics/contract/test/mujoco_extras.h"
 #include "doppel/robot/kinematics/test/integrate.h"
 
 namespace doppel {

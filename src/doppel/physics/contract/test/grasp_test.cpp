@@ -7,9 +7,9 @@
 
 #include <iostream>
 
-#include "doppel/physics/contract/mujoco_extras.h"
 #include "doppel/physics/contract/test/engine_fixture.h"
 #include "doppel/physics/contract/test/hand.h"
+#include "doppel/physics/contract/test/mujoco_extras.h"
 
 namespace doppel {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <random>
 
-#include "doppel/physics/contract/mujoco_extras.h"
 #include "doppel/physics/contract/test/allocation_counter.h"
 #include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/physics/contract/test/mujoco_extras.h"
 
 namespace doppel {
 namespace {

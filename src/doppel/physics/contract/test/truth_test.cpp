@@ -6,8 +6,8 @@
 #include <numbers>
 #include <random>
 
-#include "doppel/physics/contract/mujoco_extras.h"
 #include "doppel/physics/contract/test/engine_fixture.h"
+#include "doppel/physics/contract/test/mujoco_extras.h"
 #include "doppel/robot/kinematics/test/integrate.h"
 
 namespace doppel {

@@ -8,8 +8,8 @@
 #include <iostream>
 #include <random>
 
-#include "doppel/physics/contract/mujoco_extras.h"
 #include "doppel/physics/contract/test/mobile_base.h"
+#include "doppel/physics/contract/test/mujoco_extras.h"
 
 namespace doppel {
 namespace {

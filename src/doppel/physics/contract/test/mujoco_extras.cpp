@@ -1,6 +1,6 @@
 // The functions of mujoco_extras.h, looked up in the MuJoCo module.
 
-#include "doppel/physics/contract/mujoco_extras.h"
+#include "doppel/physics/contract/test/mujoco_extras.h"
 
 #include "doppel/base/core/plugin_module.h"
 
