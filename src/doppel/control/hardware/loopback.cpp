@@ -128,6 +128,7 @@ Status Loopback::on_init(const HardwareInfo& info) {
     for (const HardwareJointDescription& part : *parts) add(part);
   }
   claimed_.assign(commands_.size(), false);
+  // The delay is a ring of whole periods; one more than the delay, for the commands of the present period.
   const auto steps = static_cast<std::size_t>(std::llround(delay_ * info.rw_rate));
   pending_.assign(steps + 1, std::vector<double>(commands_.size(), kNaN));
   return {};
@@ -145,6 +146,7 @@ Status Loopback::on_deactivate() {
 }
 
 void Loopback::halt() {
+  // NaN is no command: a joint whose delayed commands are gone keeps its position.
   for (auto& commands : pending_) std::fill(commands.begin(), commands.end(), kNaN);
   for (Part& part : parts_) part.values[kVelocityIndex] = 0.0;
 }
@@ -196,6 +198,8 @@ void Loopback::follow(Part& part, std::span<const double> commands, double dt) {
   };
   const double before = part.values[kPositionIndex];
   const double position = command(kPositionIndex), velocity = command(kVelocityIndex);
+  // A position command is reached within the period, and the velocity is that of this jump; a velocity
+  // command is integrated.
   if (std::isfinite(position)) {
     part.values[kPositionIndex] = position;
     part.values[kVelocityIndex] = (position - before) / dt;

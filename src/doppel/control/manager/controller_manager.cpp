@@ -111,6 +111,7 @@ void ControllerManager::Impl::choose_rate(LoadedController& c) {
                 {"not used: all controllers run in one loop", true, {}});
   declare<std::int64_t>(c.node->parameters(), &c.overrides, "thread_priority", -100,
                         {"not used: all controllers run in one loop", true, {}});
+  // A controller runs in whole ticks of the manager; a rate that does not divide the manager's is rounded.
   const double rate = asked == 0 ? rate_of(period) : static_cast<double>(asked);
   c.ticks_per_update = steps_per_period(rate, period);
   c.period = period * c.ticks_per_update;
@@ -305,6 +306,8 @@ Status ControllerManager::Impl::unload(const std::string& name) {
 // where it may allocate.
 void ControllerManager::Impl::tick(Time the_time) {
   now = the_time;
+  // A controller is updated in the tick in which its countdown ends. Those that others write references of
+  // stand behind them in `active`, so that a chain is updated within one tick.
   resources.read(now);
   for (LoadedController* c : active) {
     if (--c->ticks_to_update > 0) continue;
@@ -316,6 +319,8 @@ void ControllerManager::Impl::tick(Time the_time) {
       controller_failed = true;
     }
   }
+  // Limits apply to claimed commands once for each tick, after all controllers, because one command may be
+  // a reference that another controller has changed.
   limiter.apply(now, period);
   resources.write(now);
 }

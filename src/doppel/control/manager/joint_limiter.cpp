@@ -95,6 +95,8 @@ void JointLimiter::claim(std::size_t command, const std::string& controller, int
   entry.controller = controller;
   entry.claimed = true;
   entry.ticks = ticks;
+  // A controller that takes over continues from the command that was applied last, so that the rate limit
+  // also holds for its first command; without a command yet, the joint's position is the start.
   if (!std::isfinite(*entry.asked)) entry.last_applied = kNaN;
   entry.last_asked = entry.last_applied;
   if (!std::isfinite(entry.last_applied)) *entry.applied = kNaN;
@@ -117,6 +119,8 @@ void JointLimiter::apply(Time now, Duration tick) {
 void JointLimiter::apply(Entry& entry, Time now, double dt) const {
   double value = *entry.asked;
   if (!std::isfinite(value)) {
+    // NaN before the first command is usual and means no command; later it is a fault of the controller,
+    // and the last valid command stays in effect.
     const bool none_yet = std::isnan(value) && !std::isfinite(entry.last_applied);
     if (!none_yet) note(entry.episodes[kNotFinite], value, now);
     *entry.applied = entry.last_applied;
@@ -184,6 +188,8 @@ double JointLimiter::limit_velocity(Entry& entry, double asked, Time now, double
   const double value = limit_magnitude(entry, asked, entry.joint->velocity, now);
   if (entry.position == nullptr) return value;
   const Bounds range = range_of(*entry.joint, entry.soft);
+  // The velocity that reaches the end of the range in one tick is the largest one; outside of the range
+  // only the way back is permitted.
   double lowest = std::min(0.0, (range.lower - *entry.position) / dt);
   double highest = std::max(0.0, (range.upper - *entry.position) / dt);
   if (entry.soft != nullptr) {
@@ -201,6 +207,8 @@ double JointLimiter::limit_effort(Entry& entry, double asked, Time now) {
   if (entry.soft == nullptr || entry.soft->k_velocity <= 0 || entry.velocity == nullptr ||
       entry.position == nullptr)
     return value;
+  // The soft limit of an effort is that of ros_control's joint_limits_interface: the effort is bounded by
+  // k_velocity times the distance to the permitted velocities, so that it brakes a joint that is too fast.
   const double v = *entry.velocity, limit = entry.joint->effort;
   const Bounds allowed = soft_velocities(*entry.joint, *entry.soft, *entry.position);
   const double lower = std::clamp(-entry.soft->k_velocity * (v - allowed.lower), -limit, limit);
@@ -216,6 +224,8 @@ double JointLimiter::limit_magnitude(Entry& entry, double asked, double limit, T
 }
 
 void JointLimiter::note(Episode& episode, double asked, Time now) {
+  // An episode is a span of commands beyond a limit. It is one warning with its largest value, instead of
+  // one in each tick.
   if (!episode.open) {
     episode = {};
     episode.open = true;

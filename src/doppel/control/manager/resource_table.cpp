@@ -61,6 +61,8 @@ ResourceTable::Component& ResourceTable::add(std::unique_ptr<HardwareComponent> 
   component->is_async = description.is_async;
   component->ticks_per_rw = ticks_per_rw;
   component->period = tick * ticks_per_rw;
+  // The descriptions are copied before the interfaces are counted, and they do not change any more: handles
+  // of controllers point into the vectors that are filled below.
   component->state_descriptions = hardware->state_interfaces();
   component->command_descriptions = hardware->command_interfaces();
   component->first_command = commands_.size();
@@ -235,6 +237,8 @@ void ResourceTable::guarded(Component& c, const char* during, const Call& call) 
   } catch (...) {
     note_thrown(thrown);
   }
+  // The fault is only noted here, because this runs in the loop: the manager takes it between two ticks,
+  // reports it and changes the component's state, all of which allocates.
   if (answer == HardwareReturn::ok) return;
   c.fault = {during, answer, thrown};
   has_fault_ = true;
@@ -248,11 +252,13 @@ void ResourceTable::read(Component& c, Time now) {
   if (c.state != HardwareState::active) return;
   const auto bad =
       std::ranges::find_if(c.joint_states, [&](std::size_t i) { return !std::isfinite(c.states[i]); });
+  // A component that has reported the same joint is not reported in each tick again.
   c.not_finite = bad == c.joint_states.end() ? std::nullopt : std::optional(*bad);
   has_not_finite_ = has_not_finite_ || (c.not_finite && !c.not_finite_reported);
 }
 
 void ResourceTable::write(Component& c, Time now) {
+  // After a fault no command follows until the component was recovered, also within the same tick.
   if (stopped_ || c.state != HardwareState::active || c.fault.any()) return;
   guarded(c, "write", [&] { return c.hardware->write(now, c.period, c.applied); });
 }
@@ -286,6 +292,7 @@ void ResourceTable::call(Component& c, const char* during,
 }
 
 void ResourceTable::forget_commands(Component& c) {
+  // A command of before a stop must not act when the component is activated again.
   for (std::size_t i = 0; i < c.asked.size(); ++i) c.asked[i] = c.command_descriptions[i].initial;
   c.applied = c.asked;
 }

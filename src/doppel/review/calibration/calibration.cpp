@@ -62,6 +62,8 @@ void check_spread(const Joint& joint, std::span<const Measurement> measurements)
   const auto [low, high] =
       std::minmax_element(measurements.begin(), measurements.end(),
                           [](const auto& a, const auto& b) { return a.model < b.model; });
+  // The error of the slope is that of a reading over the spread, which is therefore the measure of what can
+  // be told apart.
   const double spread = high->model - low->model, least = least_spread(joint);
   if (spread < least - 1e-9 || spread <= 0) {
     refuse(
@@ -77,6 +79,8 @@ struct Line {
   double slope = 0, offset = 0, worst = 0;
 };
 
+// Least squares, with the model's positions as exact: they are typed from a drawing, the machine's are
+// read.
 Line line_through(std::span<const Measurement> measurements) {
   const auto n = static_cast<double>(measurements.size());
   double model = 0, machine = 0, variance = 0, covariance = 0;
@@ -150,6 +154,8 @@ JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements
            "the machine positions hardly differ, although the model positions do",
            "check that this is the joint that was moved");
   }
+  // A wrong unit or a forgotten gear ratio is far from 1, a wrong pulse range of a servo within a factor of
+  // 2.
   if (std::abs(slope) < kMinScale || std::abs(slope) > kMaxScale) {
     refuse(
         joint, "calibrate.scale",
@@ -217,6 +223,7 @@ std::vector<Operation> calibration_operations(const Joint& joint, const JointFit
   }
   const bool limited = joint.limits && joint.limits->has_position && joint.type != JointType::continuous;
   if (limits == LimitChoice::move && limited && !out.empty()) {
+    // A flipped axis exchanges the limits, so that they are sorted again.
     const double a = fit.direction * joint.limits->lower + zero,
                  b = fit.direction * joint.limits->upper + zero;
     SetLimit moved;

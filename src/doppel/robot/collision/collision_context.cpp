@@ -90,6 +90,8 @@ void CollisionContext::Impl::place(int instance) {
     const int index = parts.body_of[i][link];
     if (index >= 0) place_body(body(index), X_WL[i][link]);
   }
+  // An instance comes behind the one that holds it, so that one pass in this order places chains of held
+  // objects.
   for (std::size_t k = i + 1; k < parts.instances.size(); ++k) {
     const std::optional<HeldBy>& held = parts.instances[k].held;
     if (held && held->holder.instance == instance)
@@ -123,6 +125,8 @@ ConvexDistance CollisionContext::Impl::ground_distance(const SceneBody& b, std::
   const SolidShape& shape = b.shapes[k];
   const Pose& X = pose(b, k);
   ConvexDistance out;
+  // The lowest point of the shape: its support in the direction -z of the world, which in the shape's frame
+  // is the third row of the rotation, negated.
   out.p_B = X * shape.solid.support(-X.linear().row(2).transpose());
   out.p_B.z() -= shape.solid.rounding;
   out.distance = out.p_B.z();
@@ -136,6 +140,8 @@ ConvexDistance CollisionContext::Impl::shape_distance(const SceneBody& a, std::s
   const SolidShape &first = a.shapes[i], &second = b.shapes[k];
   const Pose X_AB = pose(a, i).inverse() * pose(b, k);
   if (first.field != nullptr) return field_distance(*first.field, second.solid, X_AB, far, cells, memory);
+  // A field is always the first argument of field_distance(), so that the result is mirrored where the
+  // second shape has it: points change their frame and roles, and the normal its direction.
   if (second.field == nullptr) return convex_distance(first.solid, second.solid, X_AB, far, memory);
   const ConvexDistance found = field_distance(*second.field, first.solid, X_AB.inverse(), far, cells, memory);
   ConvexDistance out;
@@ -172,6 +178,8 @@ bool CollisionContext::Impl::shapes_closer(const SceneBody& a, std::size_t i, co
                                            std::size_t k, double clearance) {
   const SolidShape &first = a.shapes[i], &second = b.shapes[k];
   if (shape_bound(a, i, b, k) >= std::max(clearance, 0.0)) return false;
+  // Convex hulls of meshes are reduced, and a mesh may be hollow: triangles that cross are found by the
+  // surfaces themselves.
   if (first.surface != nullptr && second.surface != nullptr && (first.is_mesh || second.is_mesh)) {
     const Pose &X_WA = pose(a, i), &X_WB = pose(b, k);
     const Pose X_AL = first.X_LS.inverse(), X_BL = second.X_LS.inverse();
@@ -239,6 +247,7 @@ PairDistance CollisionContext::distance(double far) {
   PairDistance nearest;
   nearest.distance = far;
   for (const NearPair& pair : m.candidates) {
+    // The bounds are sorted, so that no later pair can be nearer.
     if (pair.bound >= nearest.distance) break;
     const auto& [a, b] = m.parts.tested_bodies[static_cast<std::size_t>(pair.index)];
     m.measure(m.body(a), m.body(b), nearest);

@@ -45,6 +45,8 @@ class Compiler {
 
   Model compile(BaseKind base) {
     const Link& root = find_root();
+    // A floating base gets a link 'world' above the root and a joint of six degrees of freedom, so that no
+    // algorithm needs a special case for it.
     if (base == BaseKind::floating) {
       if (links_.contains("world")) {
         throw InputError(
@@ -105,6 +107,8 @@ class Compiler {
     if (found == children_.end()) return;
     for (const Joint* joint : found->second) {
       const auto child = links_.find(joint->child);
+      // More links than the description has means that a joint closes a loop, which this recursion would
+      // follow without end.
       if (child == links_.end() || model_.links.size() > robot_.links.size()) {
         throw InputError("model.not_a_tree", joint->source,
                          fmt::format("joint '{}' does not have a child link of its own ('{}')", joint->name,
@@ -231,6 +235,7 @@ class Compiler {
 
   // The joint of a <mimic> without effect moves independently; the parser has warned of it.
   void resolve_mimic(ModelJoint& joint, const Joint& source) {
+    // A chain of mimics is one relation to the joint that moves by itself: q = m1 (m2 q' + o2) + o1.
     const Joint* at = &source;
     while (const Joint* const leader = leader_of(robot_, *at)) {
       const Mimic& mimic = *at->mimic;
@@ -303,6 +308,7 @@ std::vector<std::string> Model::driven_joint_names() const {
 Eigen::VectorXd Model::neutral() const {
   Eigen::VectorXd q = Eigen::VectorXd::Zero(nq);
   for (const ModelJoint& joint : joints) {
+    // Zero may be outside of the limits, as for a gripper that is open at 0.04 to 0.08 m.
     if (joint.scalar()) q[joint.q] = std::clamp(0.0, joint.lower, joint.upper);
     if (joint.type == JointType::floating) q[joint.q + 6] = 1.0;
   }

@@ -241,6 +241,8 @@ Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::str
   if (converts) return publish_twist(from, name, type, *support, cdr);
   std::shared_ptr<const void> message;
   Bytes bytes;
+  // A topic with a node in this program gets the decoded message; one that only other edges read gets
+  // bytes, which are checked all the same, because a reader must be able to trust them.
   status = ops != nullptr ? ops->decode(cdr, message) : support->recode(cdr, bytes);
   if (!status) return status;
   post_bytes(cdr.size(), [&impl = impl_, link = link_, from = std::string(from), name, support,
@@ -283,6 +285,8 @@ void EdgeImpl::unadvertise(std::string_view from, std::string_view topic) {
 
 EdgeImpl::Target EdgeImpl::find_target(std::string_view name, std::string& why) const {
   const std::lock_guard lock(impl_.mutex);
+  // While a reload is staged, requests go to the services of before, because the new ones may be rolled
+  // back.
   const Bus::Impl::GraphReport* const before = impl_.graph_before_stage();
   const auto& services = before != nullptr ? before->entries : impl_.services;
   const auto found = services.find(name);

@@ -223,6 +223,8 @@ bool Bridge::Impl::work(SteadyTime now) {
     graph_update.request();
   }
   look = look || had_tasks;
+  // Work is requested by flags and done at a bounded rate: a launch that makes a hundred topics causes one
+  // announcement and not a hundred.
   if (bus.graph_version() != seen_version) follow.request();
   if (follow.is_due(now)) follow_bus(now);
   bool more = network != nullptr && work_with_network(now);
@@ -240,6 +242,8 @@ bool Bridge::Impl::work_with_network(SteadyTime now) {
     bool left = network->topics.take();
     left = clients.take() || left;
     left = network->twists.take() || left;
+    // Messages that the loop cannot take yet stay in the readers, whose QoS decides what is lost; the
+    // thread then waits a millisecond instead of spinning.
     const bool held_back =
         network->topics.is_held_back() || clients.is_held_back() || network->twists.is_held_back();
     more = network->services.take() || (left && !held_back);
@@ -293,6 +297,7 @@ void Bridge::Impl::announce() {
 
 void Bridge::Impl::take_snapshot() {
   auto next = std::make_shared<GraphSnapshot>();
+  // Callers of other threads read snapshots, so that they never wait for the network.
   next->nodes = network->graph.nodes();
   next->topics = network->graph.topics();
   next->services = network->graph.services();

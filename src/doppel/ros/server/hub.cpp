@@ -79,6 +79,7 @@ Hub::Hub(Bus& bus, HubOptions options, Post post)
 Hub::~Hub() = default;
 
 Hub::ClientId Hub::join(ClientLink& link) {
+  // A client that joins gets the present offers at once; later changes are sent as differences.
   refresh_offers();
   foxglove::ServerInfo info{.name = options_.name,
                             .session_id = session_id_,
@@ -121,6 +122,8 @@ bool Hub::is_ready(ClientId id, bool is_message) const {
   const auto found = clients_.find(id);
   if (found == clients_.end()) return true;
   const Client& client = found->second;
+  // A client whose requests the loop has not served yet is not read any further: TCP then slows the sender,
+  // and no queue grows without bound.
   if (client.lane->pending() >= options_.max_unserved || client.reads >= options_.max_reads) return false;
   if (is_message && client.messages >= kMaxMessagesPerTick &&
       edge_->waiting_bytes() > options_.ring_bytes / kCongestedPart)
@@ -293,6 +296,8 @@ void Hub::handle(Client& client, ClientId id, const foxglove::ServiceCall& call)
       !status) {
     return fail(fmt::format("request for {} rejected: {}", service.offer.name, status.why()));
   }
+  // The reply arrives on the loop's thread and is posted back to the server's, which alone may use the
+  // client; it may have left meanwhile.
   ++client.calls;
   const foxglove::ServiceCall origin{call.service, call.call, call.encoding, {}};
   edge_->call(service.offer.name, request, [this, id, origin](Status status, Bytes response) {
@@ -348,6 +353,7 @@ bool Hub::pump(std::size_t most) {
     if (found == channels_.end()) continue;
     ChannelState& channel = found->second;
     if (channel.subscribers.empty() && !channel.latched) continue;
+    // One copy out of the ring, which all subscribers share.
     passed += message.cdr.size();
     const auto payload = std::make_shared<const Bytes>(message.cdr.begin(), message.cdr.end());
     if (channel.latched) {

@@ -37,6 +37,7 @@ Eigen::Vector3d grip_of(const RollingPart& part, const std::vector<Pose>& X_BL) 
   if (!friction.directed() ||
       std::min(friction.along, friction.across) > kRollersGrip * std::max(friction.along, friction.across))
     return Eigen::Vector3d::Zero();
+  // Gazebo's fdir1 may be given in the frame of another link, so that it does not turn with the wheel.
   const int link = friction.direction_link >= 0 ? friction.direction_link : part.link;
   const Eigen::Vector3d along = in_plane(X_BL[static_cast<std::size_t>(link)].linear() * friction.direction);
   return friction.along > friction.across ? along : Eigen::Vector3d(-along.y(), along.x(), 0);
@@ -49,11 +50,15 @@ void find_carrier(const Model& model, const std::vector<Pose>& X_BL, const Model
     const ModelJoint& joint = model.joints[static_cast<std::size_t>(link - 1)];
     link = joint.parent_link;
     if (joint.nv == 0 || joint.type == JointType::prismatic) continue;
+    // A joint between base and wheel with a vertical axis steers the wheel, or lets it swivel like a
+    // caster; one with another axis belongs to a suspension and changes neither.
     const Pose& X_BC = X_BL[static_cast<std::size_t>(joint.child_link)];
     const double up = (X_BC.linear() * joint.axis).z();
     if (std::abs(up) < kUpright) continue;  // a suspension
     // Along the rolling direction: a wheel beside its steering axis does not follow it.
     const double trail = std::abs((wheel.centre_B - X_BC.translation()).cross(wheel.axle_B).z());
+    // A caster turns without end and its wheel follows behind the axis; a steered wheel has limits or
+    // stands below its axis.
     const bool turns_freely = joint.upper - joint.lower > kMaxSteeringRange;
     if (joint.mimics() || (turns_freely && trail > kTrail * wheel.radius)) {
       wheel.swivels = true;
@@ -137,6 +142,8 @@ class Chooser {
 
   Chosen choose() {
     if (!steered_.empty()) return steering();
+    // The order matters: the wheels of an omni base point in all directions, and two of four could pass for
+    // the sides of a differential drive.
     if (is_omni()) return omni();
     Wheels straight;
     for (const BaseWheel* wheel : fixed_) {
@@ -148,6 +155,8 @@ class Chooser {
     if (sides.left.empty() || sides.left.size() != sides.right.size())
       return {std::nullopt, fmt::format("it has {} wheels on the left and {} on the right", sides.left.size(),
                                         sides.right.size())};
+    // A mecanum wheel is recognised by friction along its rollers at 45 degrees, which simulated models
+    // have; its shape is that of any other wheel.
     if (!is_mecanum(sides)) return differential(sides);
     if (const std::string backwards = turned_backwards(straight); !backwards.empty())
       return {std::nullopt, backwards};

@@ -180,6 +180,7 @@ CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagno
     fresh.push_back(std::make_shared<CompiledRobot>(
         robot, scenario, world, running_base(running, robot.name_space), resolver, meshes, diagnostics));
   }
+  // Models that a plugin drives have become robots above and are no objects any more.
   std::erase_if(models, [this](const SdfModel& model) {
     return std::ranges::find(world.robots, model.name, &WorldRobot::model) != world.robots.end();
   });
@@ -226,6 +227,8 @@ std::vector<SdfModel> CompiledScenario::read_world(const Scenario& scenario, Dia
 
 void CompiledScenario::choose_step(Diagnostics& diagnostics) {
   if (world.step_is_given) return;
+  // The default step of 1 ms does not divide every manager's rate, such as 300 Hz; a nearby step
+  // that does is better than a rounded rate, of which controllers know nothing.
   std::vector<double> rates;
   const ControllersFile* uneven = nullptr;
   std::vector<ControllersFile> files;
@@ -368,6 +371,7 @@ void find_lost_range(const CompiledRobot& from, const Instance& state, const Com
     const double q = state.q()[static_cast<std::size_t>(old.q)];
     const bool was_outside = q < old.lower - kSlack || q > old.upper + kSlack;
     const bool is_outside = q < joint.lower - kSlack || q > joint.upper + kSlack;
+    // A joint that is already outside may stay there; refused is only what the edit itself would cause.
     const bool lost = joint.upper - joint.lower < 1e-6 && old.upper - old.lower >= 1e-6;
     if (!lost && (was_outside || !is_outside)) continue;
     const Joint* source = to.description().find_joint(joint.name);
@@ -426,6 +430,7 @@ void carry_over_joints(const Instance& from, Instance to) {
     const int index = from.model().find_joint(joint.name);
     if (index < 0) continue;
     const ModelJoint& old = from.model().joints[static_cast<std::size_t>(index)];
+    // A joint whose type changed has no former position that would mean the same.
     if (old.nq != joint.nq || old.nv != joint.nv) continue;
     for (int i = 0; i < joint.nq; ++i) q[joint.q + i] = from.q()[static_cast<std::size_t>(old.q + i)];
     for (int i = 0; i < joint.nv; ++i) v[joint.v + i] = from.v()[static_cast<std::size_t>(old.v + i)];

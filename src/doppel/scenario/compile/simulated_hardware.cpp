@@ -180,6 +180,8 @@ Status SimulatedHardware::on_deactivate() {
 // Each joint is held at its present position, regardless of the target of its drive.
 void SimulatedHardware::on_stop() {
   stopped_ = true;
+  // A drive takes the present position as its target when its mode changes to position, so that all pass
+  // through passive first.
   for (const int joint : driven_) robot_.set_drive(joint, DriveMode::passive);
   choose_drives();
 }
@@ -193,6 +195,8 @@ Status SimulatedHardware::prepare_switch(std::span<const std::string> start,
                                          std::span<const std::string> /*stop*/) {
   for (const Interface& i : commands_) {
     if (std::find(start.begin(), start.end(), i.description.full_name()) == start.end()) continue;
+    // A drive has one target: with a position, the other two are limits or feedforward of other hardware
+    // and are ignored; velocity and effort without it contradict each other.
     const bool velocity_with_effort =
         i.quantity == Quantity::velocity &&
         std::find(start.begin(), start.end(), i.description.prefix + "/" + kEffort) != start.end() &&
@@ -271,6 +275,8 @@ HardwareReturn SimulatedHardware::write(Time /*now*/, Duration /*period*/, std::
     const Interface& c = commands_[i];
     if (!c.claimed || c.joint < 0 || !std::isfinite(commands[i])) continue;
     const DriveMode mode = robot_.drive(c.joint);
+    // A joint has one drive: of several claimed interfaces, the one that the last switch chose sets the
+    // target.
     const bool drives = (c.quantity == Quantity::position && mode == DriveMode::position) ||
                         (c.quantity == Quantity::velocity && mode == DriveMode::velocity) ||
                         (c.quantity == Quantity::effort && mode == DriveMode::effort);
@@ -296,6 +302,7 @@ HardwareDescription generated_hardware(const Model& model) {
     if (!joint.scalar()) continue;
     HardwareJointDescription entry;
     entry.name = joint.name;
+    // A joint that mimics has no drive of its own; it follows its leader.
     if (!joint.mimics()) {
       for (const char* name : {kPosition, kVelocity, kEffort})
         entry.command_interfaces.emplace_back().name = name;

@@ -73,6 +73,7 @@ const Source* Document::load(const fs::path& file) {
   if (known != sources_.end()) return known->second.get();
   const Source* const made = parse(read_file(file.string(), kMaxBytes), file.string(), file.parent_path());
   read_files_.push_back(file);
+  // An included file is parsed once, and kept while the document lives, because items point into its tree.
   sources_[file] = std::move(texts_.back());
   texts_.pop_back();
   return made;
@@ -109,6 +110,8 @@ void Document::read_source(const Source& source, const std::string& name, SdfWor
   world_.is_world = true;
   world_.source = &source;
   world_.node = world != nullptr ? world : &root;
+  // The defaults of a world file of Gazebo: ODE takes the smaller friction of two, and the ground is a
+  // model of the file.
   out.settings.friction_rule = FrictionRule::smaller;
   out.settings.ground = false;
   if (world != nullptr) {
@@ -121,6 +124,7 @@ void Document::read_source(const Source& source, const std::string& name, SdfWor
   }
   out.settings.name = world_.name = fs::path(name).stem().string();
   out.settings.ground = true;
+  // A model without a world stands on our own ground.
   if (root.is("model")) return read_model(root, source, world_, nullptr, 0);
   read_items(root, source, world_, &out, 0);
   if (world_.items.empty() && out.settings.lights.empty())
@@ -274,6 +278,7 @@ void Document::read_model(const XmlNode& node, const Source& source, Scope& into
   scope.placement_frame = Elements::attribute(node, "placement_frame");
   if (over != nullptr && !over->placement_frame.empty()) scope.placement_frame = over->placement_frame;
   scope.is_static = elements_.truth(node, "static", false) || (over != nullptr && over->fixed);
+  // An <include> may also free a model that is static in its own file.
   if (over != nullptr && over->include->first("static") != nullptr) scope.is_static = over->fixed;
   scope.self_collide = elements_.truth(node, "self_collide", false);
   read_items(node, source, scope, nullptr, depth);

@@ -80,6 +80,8 @@ void LightRig::Impl::find_bodies(const Engine& engine) {
   for (Entry& entry : entries) {
     entry.instance = world->find(entry.sensor->sensor().instance);
     entry.link = entry.sensor->sensor().link;
+    // Bodies are numbered as in read_poses(): the world first, then the links of all instances in their
+    // order.
     entry.body = 1;
     for (int i = 0; i < entry.instance; ++i)
       entry.body += static_cast<int>(instances[static_cast<std::size_t>(i)].model->links.size());
@@ -119,6 +121,8 @@ std::vector<LightRig::Impl::Entry> LightRig::Impl::make_entries(const std::vecto
       return sensor_key(one.sensor->sensor()) == key && one.sensor->sensor().description.rate == rate;
     });
     if (old != entries.end()) {
+      // A sensor that an edit leaves in its place keeps its sequence of samples, and with it noise,
+      // counters and hash.
       auto made = std::move(entry.sensor);
       if (old->sensor->sensor().description.type == sensor.description.type)
         made->resume(*old->sensor, old->schedule.next());
@@ -190,6 +194,8 @@ void LightRig::after_step(Time now, const Engine& engine) {
   for (std::size_t i = 0; i < rig.entries.size(); ++i) {
     Impl::Entry& entry = rig.entries[i];
     if (entry.instance < 0 || !entry.schedule.due(now)) continue;
+    // The number counts also samples that nobody reads, so that the noise of a sample does not depend on
+    // who has subscribed.
     const std::uint64_t number = entry.schedule.take(now);
     const OutletSet wanted = entry.sensor->wanted();
     if (wanted.none()) continue;
@@ -202,6 +208,8 @@ void LightRig::after_step(Time now, const Engine& engine) {
       behind = job == nullptr;
       if (job != nullptr) job->samples.clear();
     }
+    // A worker that is late must not hold up the loop: its samples are dropped and counted, except in
+    // lockstep, where time waits for it.
     if (behind) {
       ++entry.left_out;
       continue;
@@ -216,6 +224,7 @@ void LightRig::after_step(Time now, const Engine& engine) {
   }
   if (job == nullptr) return;
   job->now = now;
+  // All poses are copied here, because the loop goes on while the worker renders.
   job->stamp = rig.bus.stamp(now);
   job->world = rig.world;
   read_poses(engine, job->poses);

@@ -196,6 +196,8 @@ void PhysicalRig::Impl::note(const Engine& engine, int instance) {
 void PhysicalRig::before_step(const Engine& engine) {
   Impl& rig = *impl_;
   if (rig.entries.empty() || engine.compiled() != rig.world) return;
+  // Accelerations are differences over the step that ends at a sample, so that the velocities at its
+  // beginning are noted only for the sensors that are due then and have a subscriber.
   const Time then = engine.time() + rig.world->settings().step;
   bool any = false, all = false, touches = false;
   for (Impl::Entry& entry : rig.entries) {
@@ -204,6 +206,8 @@ void PhysicalRig::before_step(const Engine& engine) {
     if (!any) std::ranges::fill(rig.noted, 0);
     any = true;
     rig.note(engine, entry.sensor->instance());
+    // A force-torque sensor that carries a grasped object weighs it too: the motions of all instances are
+    // needed.
     all = all || (entry.sensor->needs_all_motions() && !engine.attachments().empty());
     touches = touches || entry.sensor->needs_contacts_before();
   }
@@ -234,6 +238,8 @@ Time PhysicalRig::publish(const Engine& engine) {
   Impl& rig = *impl_;
   if (rig.entries.empty() || engine.compiled() != rig.world) return Time::max();
   const Time now = engine.time();
+  // A state that was set between two steps, by a service or a reset, has no difference; that sample is
+  // omitted.
   const bool stepped = rig.noted_at == now;
   rig.noted_at = Time::min();
   if (stepped && rig.differentiate(engine)) engine.contacts(rig.contacts);

@@ -168,6 +168,7 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
 
 void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
                                 Diagnostics& diagnostics) {
+  // A copy for this robot: its simulated hardware is bound to the instance, and another robot has its own.
   HardwareRegistry registry = options.hardware;
   register_simulated_hardware(registry, instance);
   Unique unique(diagnostics);
@@ -175,6 +176,8 @@ void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance,
     const HardwareRegistry::Type* type = registry.find(as_written.plugin);
     const bool real = type != nullptr && type->kind == HardwareKind::real;
     report_plugin(as_written, real, diagnostics);
+    // A plugin that is not installed here is simulated, with a note; a rehearsal of an edit must not open a
+    // device that the running robot uses.
     if (type == nullptr || (real && options.rehearsal)) type = registry.find(kSimulatedPlugin);
     HardwareDescription description = unique.of(as_written);
     std::unique_ptr<HardwareComponent> component = type->make();
@@ -273,6 +276,8 @@ void ControlStack::hold_unclaimed_joints(const ControllerSelection& selection, c
   start_spare_base(selection, log);
 
   const Offer offer = offer_of(*manager_);
+  // Each joint without a controller gets the strongest hold that its interfaces permit: its position, else
+  // velocity zero, else it moves freely.
   std::vector<std::string> held, stopped, passive;
   bool velocities = true;
   for (const ModelJoint& joint : model_->joints) {
@@ -311,6 +316,7 @@ void ControlStack::start_spare_base(const ControllerSelection& selection, const 
     return offer.commands.contains(joint) && !offer.driven.contains(joint) &&
            !among(selection.released, joint);
   };
+  // Half of a base is worse than none: all of its wheels must be free.
   if (!std::ranges::all_of(spare_base_->joints, is_free)) return;
   manager_->start_compatible(std::vector<std::string>{spare_base_->name});
   if (!is_loaded(*manager_, spare_base_->name)) return;
@@ -405,6 +411,8 @@ ControllerSelection ControlStack::present_selection() const {
 }
 
 void ControlStack::take_over(const CompiledRobot& machine, Instance now) {
+  // Controllers keep running over an edit; only the model that they read is exchanged, before the former
+  // one is freed.
   manager_->model_changed(machine.model());
   Diagnostics reported_before;  // when the machine was prepared
   manager_->set_soft_limits(soft_limits_of(machine.description(), machine.model(), reported_before));
@@ -418,6 +426,8 @@ void ControlStack::carry_references(const Instance& before, Instance now) const 
   for (std::size_t j = 0; j < model_->joints.size(); ++j) {
     const int joint = static_cast<int>(j);
     if (!model_->joints[j].scalar() || model_->joints[j].mimics()) continue;
+    // A drive that follows a trajectory has a target apart from its position; without it, an edit would let
+    // the joint relax for a step.
     if (now.drive(joint) == DriveMode::position)
       now.set_drive_reference(joint, before.drive_reference(joint));
   }

@@ -73,6 +73,8 @@ void TwinCore::start() {
 
 std::unique_ptr<TwinRobot> TwinCore::make_robot(std::shared_ptr<const CompiledRobot> robot,
                                                 const TwinRobot* former, Diagnostics& diagnostics) {
+  // Two robots whose managers share a node would serve the same services, and a request would reach either
+  // of them. Remapping rules can cause this although the namespaces differ.
   const std::string manager = bus_.names().node(in_namespace(robot->name_space(), "controller_manager"));
   for (const auto& other : robots_) {
     if (other->name_space() == robot->name_space()) continue;  // the one that it replaces
@@ -87,6 +89,8 @@ std::unique_ptr<TwinRobot> TwinCore::make_robot(std::shared_ptr<const CompiledRo
       std::make_unique<TwinRobot>(TwinRobot::Surroundings{bus_, sources_->controllers, sources_->hardware,
                                                           scenario(), log_, gate_, statics_, earth_, ranges_},
                                   std::move(robot), instance, former, diagnostics);
+  // A robot that joins between two ticks of its rate is controlled in the next step, so that it does not
+  // fall meanwhile.
   fresh->control_at_once(steps_);
   return fresh;
 }
@@ -105,6 +109,8 @@ void TwinCore::renew_handles() {
     robot->rebind(instance_of(engine(), robot->machine()));
   }
   scene_.show(engine(), std::move(names), std::move(root));
+  // notice_instances() compares this with the engine's world and finds objects that were added or removed
+  // since.
   seen_world_ = engine().compiled();
   parts_.instances_changed();
   parts_.advance_due_times(now());  // sensors that came
@@ -153,6 +159,8 @@ void TwinCore::step() {
   const auto held = find_robot_with_loop() ? hold() : std::unique_lock(gate_, std::defer_lock);
   notice_instances();
   const Time begin = now();
+  // Controllers run before the step, with the state at its beginning, and each robot at the rate of its own
+  // manager.
   follow_wall(begin);
   for (const auto& robot : robots_) {
     if (!robot->control_due(steps_)) continue;
@@ -161,6 +169,7 @@ void TwinCore::step() {
   }
   for (const auto& robot : robots_) robot->before_step(steps_);
   parts_.before_step(begin);
+  // Sensors that differentiate velocities take the state on both sides of the step.
   engine().step();
   ++steps_;
   const Time end = now();
@@ -170,6 +179,8 @@ void TwinCore::step() {
     robot->after_step(end);
     due = due || robot->publication_due(end);
   }
+  // The state is hashed in each step, and not at the end only, so that two runs with equal hashes had equal
+  // paths.
   hash_objects();
   if (due) publish_due(end);
 }
@@ -252,6 +263,8 @@ void TwinCore::settle_divergence() {
     return;
   }
   if (!time_control_.divergence.empty()) return;  // reported
+  // A part may remove the cause itself, such as a robot that was just spawned into another body. Otherwise
+  // time stands still at the last finite state, which the user can inspect.
   const std::string cause = divergence_text();
   if (parts_.recover(cause) || !time_control_.pauses_at_divergence) return;
   time_control_.divergence = cause;
@@ -293,6 +306,8 @@ void TwinCore::add_robot(JoiningRobot& joining) {
   const CompiledRobot& fresh = *joining.machine;
   if (find(fresh.name_space()) != nullptr) refuse_taken(fresh.name_space());
   if (joining.without != engine().compiled()) joining.compile_into(engine().compiled());
+  // The world was compiled beside the loop. If another robot or object came meanwhile, that world is out of
+  // date and is compiled again here.
   engine().continue_with(joining.with);
   const std::size_t before = robots_.size();
   try {
@@ -309,6 +324,7 @@ void TwinCore::add_robot(JoiningRobot& joining) {
     robots_.back()->make_publishers();
     robots_.back()->start_first();
     robots_.back()->start_loop();
+    // Nothing of a robot that cannot start stays: robots, world and handles are those before the call.
   } catch (...) {
     robots_.resize(before);
     machine_->robots.resize(before);
@@ -331,6 +347,8 @@ Status TwinCore::remove_robot(const std::string& name_space) {
         robot->name()));
   }
   const std::string name = robot->name();
+  // The path of a removed robot remains part of the hash, so that a run that deletes one differs from a run
+  // that never had it.
   gone_hash_ = mixed(gone_hash_, robot->state_hash());
   std::erase_if(machine_->robots, [&](const auto& r) { return r->name_space() == name_space; });
   std::erase_if(robots_, [&](const auto& r) { return r->name_space() == name_space; });

@@ -125,6 +125,8 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
       machine_(std::move(machine)),
       instance_(instance),
       history_(former != nullptr ? former->history_ : History{RestCheck(instance), {}, kEmptyHash}) {
+  // With several robots a log line names the robot by its namespace, because their controllers have equal
+  // names.
   own_log_.add_sink([&log = around_.log, name_space = name_space()](const LogLine& line) {
     log.line(line.severity, name_space + "/" + line.origin, line.text);
   });
@@ -134,6 +136,7 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
   options.ranges = around.ranges;
   if (former != nullptr) options.former = former->control_.get();
   control_ = std::make_unique<ControlStack>(around.bus, *machine_, instance_, options, log(), diagnostics);
+  // The manager's period is a whole number of steps (see period_in_steps()), so that the division is exact.
   steps_per_tick_ = static_cast<std::uint64_t>(control_->manager().period() / step());
   report_unbound();
 }
@@ -162,6 +165,7 @@ TickList TwinRobot::make_publishers() {
         around_.bus, *machine_, [this]() -> const Instance& { return instance_; },
         instance_.engine().time()));
   }
+  // The former publishers are returned and not destroyed: a reload that fails afterwards puts them back.
   return std::exchange(ticks_, std::move(fresh));
 }
 
@@ -170,6 +174,8 @@ void TwinRobot::start_first() {
 }
 
 void TwinRobot::start_loop() {
+  // Simulated hardware is read and written in the step itself; real hardware needs a thread at its own
+  // rate.
   if (!control_->has_real_hardware()) return;
   const LoopSettings settings = control_->manager().loop_settings();
   loop_ = std::make_unique<ControlLoop>(
@@ -191,6 +197,8 @@ void TwinRobot::rebind(Instance instance) {
 }
 
 void TwinRobot::between_steps(Time now) {
+  // Housekeeping publishes what may allocate, such as a controller's state, and is therefore outside the
+  // tick.
   if (now >= next_housekeeping_) {
     control_->manager().housekeeping(control_time(now));
     next_housekeeping_ = now + kHousekeepingPeriod;
@@ -213,6 +221,7 @@ void TwinRobot::show(Time now) {
 
 void TwinRobot::after_step(Time now) {
   ticks_.after_step(now);
+  // The efforts are part of the hash, because a drive that pushes against a stop changes no position.
   history_.hash = mixed(mixed(mixed(history_.hash, instance_.q()), instance_.v()), instance_.drive_effort());
 }
 
@@ -271,6 +280,8 @@ std::vector<SagReport> TwinRobot::gravity_sag() const {
   Data data(model());
   const Eigen::Map<const Eigen::VectorXd> q(instance_.q().data(), model().nq);
   StaticSag found;
+  // Each joint is loaded by what it carries at the present q, at rest: the sag is that torque over the
+  // drive's stiffness.
   static_sag(model(), data, machine_->servos(), q, machine_->gravity_R(), found);
   std::vector<SagReport> out;
   for (const Sag& sag : found.sags) {

@@ -76,6 +76,8 @@ Shading::Shading(const EmbreeScene& scene) : scene_(scene) {
 
 Floats3 Shading::backdrop(const Floats3& direction_W) const {
   if (!scene_.scene().environment.sky) return broadcast(background_);
+  // A sky without a picture: a gradient from the horizon to the zenith, faster near the horizon, as haze
+  // is.
   const Floats up = larger(smaller(direction_W.z / norm(direction_W), broadcast(1.0F)), broadcast(0.0F));
   return broadcast(horizon_) + broadcast(Vector3f(zenith_ - horizon_)) * power(up, broadcast(0.6F));
 }
@@ -91,6 +93,7 @@ const Shading::Material& Shading::material_at(unsigned item, unsigned triangle) 
 Floats Shading::brightness(Ints hit, const RayHitPacket& rays) const {
   const auto of_lane = [this, &rays](int lane) {
     const Eigen::Vector4f& c = material_at(rays.hit.geomID[lane], rays.hit.primID[lane]).rgba;
+    // Luminance of linear sRGB (ITU-R BT.709).
     return 0.2126F * c[0] + 0.7152F * c[1] + 0.0722F * c[2];
   };
   const Sameness same = sameness(hit, rays);
@@ -102,6 +105,8 @@ Floats Shading::brightness(Ints hit, const RayHitPacket& rays) const {
 }
 
 Shading::Sameness Shading::sameness(Ints hit, const RayHitPacket& rays) const {
+  // Neighbouring rays mostly hit one triangle or one item: its data are then read once for all lanes
+  // instead of gathered for each.
   const int lane = first_of(hit);
   const Ints item = load(rays.hit.geomID), triangle = load(rays.hit.primID);
   Sameness same{lane, !any(hit & (item != item[lane])), false, false};
@@ -187,6 +192,9 @@ void Shading::materials(Ints hit, const RayHitPacket& rays, const Sameness& same
 void Shading::textures(Ints hit, const RayHitPacket& rays, float pixel_angle, SurfacePacket& out) const {
   const Floats3 d = direction(rays);
   const Floats length = norm(d), cosine = -dot(out.ng, d) / length;
+  // The footprint of a pixel on the surface grows with the distance and with the obliqueness of the view;
+  // the square root is between the two axes of the stretched pixel, and the floor bounds it at grazing
+  // rays.
   const Floats footprint =
       load(rays.ray.tfar) * length * pixel_angle / root(larger(cosine, broadcast(0.15F)));
   for (int i = 0; i < kLanes; ++i) {
@@ -218,6 +226,7 @@ void Shading::surfaces(Ints hit, const RayHitPacket& rays, float pixel_angle, Su
   ng = ng * (1.0F / norm(ng));
   const Floats length = norm(n);
   n = select(length > 1e-6F, n * (1.0F / length), ng);
+  // Surfaces have two sides, because the triangles of CAD exports are often wound either way.
   const Ints from_behind = dot(ng, d) > 0.0F;
   const Floats side = from_behind ? broadcast(-1.0F) : broadcast(1.0F);
   out.ng = ng * side;
@@ -242,6 +251,7 @@ Shading::Incidence Shading::incidence(const Lamp& lamp, const SurfacePacket& s) 
   out.distance = norm(to_lamp);
   out.reached = (out.distance <= lamp.range) & (out.distance >= 1e-6F);
   out.towards = to_lamp * (1.0F / out.distance);
+  // Attenuation as in SDF and OpenGL: 1 / (c + l d + q d^2).
   const Floats loss = lamp.constant + out.distance * (lamp.linear + lamp.quadratic * out.distance);
   out.strength = 1.0F / larger(loss, broadcast(1e-3F));
   if (lamp.kind == LightKind::spot) {
@@ -257,10 +267,14 @@ Floats3 Shading::lamp_light(const Lamp& lamp, Ints hit, const RayHitPacket& rays
                             std::uint64_t& shadow_rays) const {
   const Incidence from = incidence(lamp, s);
   const Floats facing = dot(s.n, from.towards);
+  // The true normal is tested as well as the smoothed one: light would otherwise pass through edges that
+  // only the smoothing bends towards it.
   Ints lit = hit & from.reached & (facing > 0.0F) & (dot(s.ng, from.towards) > 0.0F);
   if (lamp.shadows && any(lit)) {
     shadow_rays += count(lit);
     alignas(64) RayPacket shadow;
+    // The start is lifted off the surface, in proportion to the distance, because single precision would
+    // let a surface shade itself.
     const Floats3 surface = s.p + s.ng * (kOffset * larger(load(rays.ray.tfar) * 0.1F, broadcast(1.0F)));
     const Floats3 start = select(lit, surface, Floats3{});  // lanes without a surface are not numbers
     store(start.x, shadow.org_x);
@@ -281,6 +295,7 @@ Floats3 Shading::lamp_light(const Lamp& lamp, Ints hit, const RayHitPacket& rays
   if (!any(lit)) return Floats3{};
   Floats3 out = s.colour * (facing * from.strength);
   if (any(hit & (s.specular > 0.0F))) {
+    // Blinn's highlight: the half vector between light and viewer against the normal.
     const Floats3 d = direction(rays), half = from.towards - d * (1.0F / norm(d));
     const Floats cosine = dot(s.n, half) / norm(half);
     const Floats shine = s.specular * from.strength * power(larger(cosine, Floats{}), s.shininess);
@@ -292,6 +307,8 @@ Floats3 Shading::lamp_light(const Lamp& lamp, Ints hit, const RayHitPacket& rays
 
 Floats3 Shading::light(Ints hit, const RayHitPacket& rays, const SurfacePacket& s,
                        std::uint64_t& shadow_rays) const {
+  // Ambient light comes from a hemisphere, so that faces that look down are darker and shapes stay visible
+  // without lamps.
   const Floats sky = kBelow + (1 - kBelow) * 0.5F * (1.0F + s.n.z);
   Floats3 out =
       s.emissive +
