@@ -35,6 +35,10 @@ target_compile_options(doppel_flags INTERFACE $<$<CXX_COMPILER_ID:GNU>:--param=g
 target_compile_options(doppel_flags INTERFACE -fvisibility=hidden -fvisibility-inlines-hidden
   -Wall -Wextra -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual
   "$<$<CXX_COMPILER_ID:GNU>:-Wno-restrict;-Wno-array-bounds;-Wno-stringop-overflow>")
+# g++ 13 and later take a reference to a cached object for one to an argument, and a vector in a returned struct for uninitialised.
+if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_GREATER_EQUAL 13)
+  target_compile_options(doppel_flags INTERFACE -Wno-dangling-reference -Wno-maybe-uninitialized)
+endif()
 if(DOPPEL_WERROR)
   target_compile_options(doppel_flags INTERFACE -Werror)
 endif()

@@ -2,8 +2,6 @@
 // Sends each reply only to its client. DDS sends a sample to all readers of its topic: each of forty clients
 // of one service would receive the replies to all, in a history of ten.
 
-#include <fastdds/rtps/common/Locator.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -11,11 +9,12 @@
 #include <mutex>
 #include <vector>
 
+#include "doppel/ros/network/fastdds/fast_dds.h"
 #include "doppel/ros/network/participant.h"
 
 namespace doppel::ros2::fast {
 
-using Places = std::vector<eprosima::fastrtps::rtps::Locator_t>;
+using Places = std::vector<rtps::Locator_t>;
 
 // The locators of the readers of replies. Any thread.
 class ReaderPlaces {

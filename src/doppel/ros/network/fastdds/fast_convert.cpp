@@ -7,28 +7,24 @@
 namespace doppel::ros2::fast {
 namespace {
 
-namespace dds = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastrtps::rtps;
-using eprosima::fastrtps::Duration_t;
-
 // The time for which a keep-all writer waits for room in its history; long enough for another thread that is
 // using the history.
-const Duration_t kMaxBlockingTime{0, 10'000'000};
+const DdsDuration kMaxBlockingTime{0, 10'000'000};
 // The delay of a new reader's first ACKNACK, which requests missed samples; Fast DDS's default is 70 ms.
 constexpr std::uint32_t kServicesFirstQuestion = 2'000'000;                                     // ns
 constexpr std::uint32_t kHeartbeatPeriod = 500'000'000, kServicesHeartbeatPeriod = 20'000'000;  // ns
 constexpr std::int64_t kNanosecondsPerSecond = 1'000'000'000;
 
-Duration_t duration_of(std::chrono::nanoseconds duration) {
+DdsDuration duration_of(std::chrono::nanoseconds duration) {
   const std::int64_t seconds = duration.count() / kNanosecondsPerSecond;
   if (duration == QosProfile::kInfinite || seconds >= std::numeric_limits<std::int32_t>::max())
-    return eprosima::fastrtps::c_TimeInfinite;
+    return kForever;
   return {static_cast<std::int32_t>(seconds),
           static_cast<std::uint32_t>(duration.count() % kNanosecondsPerSecond)};
 }
 
-std::chrono::nanoseconds duration_of(const Duration_t& duration) {
-  if (duration == eprosima::fastrtps::c_TimeInfinite) return QosProfile::kInfinite;
+std::chrono::nanoseconds duration_of(const DdsDuration& duration) {
+  if (duration == kForever) return QosProfile::kInfinite;
   return std::chrono::nanoseconds(duration.to_ns());
 }
 
@@ -50,12 +46,10 @@ void fill(const EndpointSpec& spec, Qos& qos) {
                               ? dds::MANUAL_BY_TOPIC_LIVELINESS_QOS
                               : dds::AUTOMATIC_LIVELINESS_QOS;
   qos.liveliness().lease_duration = duration_of(profile.lease);
-  qos.liveliness().announcement_period = profile.lease == QosProfile::kInfinite
-                                             ? eprosima::fastrtps::c_TimeInfinite
-                                             : duration_of(profile.lease / 3 * 2);
+  qos.liveliness().announcement_period =
+      profile.lease == QosProfile::kInfinite ? kForever : duration_of(profile.lease / 3 * 2);
   if (!spec.type_hash.empty()) {
-    const std::string text = "typehash=" + spec.type_hash + ";";
-    qos.user_data().setValue({text.begin(), text.end()});
+    set_user_data(qos.user_data(), "typehash=" + spec.type_hash + ";");
   }
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   qos.data_sharing().off();
@@ -64,19 +58,20 @@ void fill(const EndpointSpec& spec, Qos& qos) {
   qos.resource_limits().allocated_samples = 1;
 }
 
-template <class Qos>
-QosProfile profile_of_peer(const Qos& qos) {
+template <class Data>
+QosProfile profile_of_peer(const Data& data) {
   QosProfile profile;
-  profile.reliability = qos.m_reliability.kind == dds::BEST_EFFORT_RELIABILITY_QOS ? Reliability::best_effort
-                                                                                   : Reliability::reliable;
-  profile.durability = qos.m_durability.kind == dds::VOLATILE_DURABILITY_QOS ? Durability::volatile_
-                                                                             : Durability::transient_local;
+  profile.reliability = reliability_of(data).kind == dds::BEST_EFFORT_RELIABILITY_QOS
+                            ? Reliability::best_effort
+                            : Reliability::reliable;
+  profile.durability = durability_of(data).kind == dds::VOLATILE_DURABILITY_QOS ? Durability::volatile_
+                                                                                : Durability::transient_local;
   profile.history = History::unknown;
   profile.depth = 0;
-  profile.deadline = duration_of(qos.m_deadline.period);
-  profile.lifespan = duration_of(qos.m_lifespan.duration);
-  profile.lease = duration_of(qos.m_liveliness.lease_duration);
-  profile.liveliness = qos.m_liveliness.kind == dds::MANUAL_BY_TOPIC_LIVELINESS_QOS
+  profile.deadline = duration_of(deadline_of(data).period);
+  profile.lifespan = duration_of(lifespan_of(data).duration);
+  profile.lease = duration_of(liveliness_of(data).lease_duration);
+  profile.liveliness = liveliness_of(data).kind == dds::MANUAL_BY_TOPIC_LIVELINESS_QOS
                            ? Liveliness::manual_by_topic
                            : Liveliness::automatic;
   return profile;
@@ -119,25 +114,24 @@ dds::DataWriterQos writer_qos(const EndpointSpec& spec) {
   qos.representation().m_value = {dds::XCDR_DATA_REPRESENTATION};
   // Only a heartbeat informs a reader about a loss of the last data, for example a fragment of
   // a large description.
-  auto& times = qos.reliable_writer_qos().times;
-  times.heartbeatPeriod = {0, spec.of_service ? kServicesHeartbeatPeriod : kHeartbeatPeriod};
-  if (spec.of_service) times.nackResponseDelay = {0, 0};
+  heartbeat_period(qos) = {0, spec.of_service ? kServicesHeartbeatPeriod : kHeartbeatPeriod};
+  if (spec.of_service) nack_response_delay(qos) = {0, 0};
   return qos;
 }
 
 dds::DataReaderQos reader_qos(const EndpointSpec& spec) {
   dds::DataReaderQos qos;
   fill(spec, qos);
-  if (spec.of_service) qos.reliable_reader_qos().times.initialAcknackDelay = {0, kServicesFirstQuestion};
-  qos.type_consistency().representation.m_value = {dds::XCDR_DATA_REPRESENTATION};
+  if (spec.of_service) first_acknack_delay(qos) = {0, kServicesFirstQuestion};
+  representation(qos).m_value = {dds::XCDR_DATA_REPRESENTATION};
   return qos;
 }
 
-QosProfile profile_of(const dds::WriterQos& qos) {
-  return profile_of_peer(qos);
+QosProfile profile_of(const WriterData& writer) {
+  return profile_of_peer(writer);
 }
-QosProfile profile_of(const dds::ReaderQos& qos) {
-  return profile_of_peer(qos);
+QosProfile profile_of(const ReaderData& reader) {
+  return profile_of_peer(reader);
 }
 
 }  // namespace doppel::ros2::fast

@@ -7,24 +7,21 @@
 namespace doppel::ros2::fast {
 namespace {
 
-namespace dds = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastrtps::rtps;
-
 constexpr const char* kReplies = "rr/";  // what the topics of services' replies begin with
 
 std::string text_of(const std::vector<rtps::octet>& bytes) {
   return {bytes.begin(), bytes.end()};
 }
 
-template <class ProxyData>
-EndpointInfo endpoint_of(const ProxyData& data, bool is_writer) {
+template <class Data>
+EndpointInfo endpoint_of(const Data& data, bool is_writer) {
   EndpointInfo endpoint;
-  endpoint.gid = gid_of(data.guid());
+  endpoint.gid = gid_of(guid_of(data));
   endpoint.is_writer = is_writer;
-  endpoint.topic = data.topicName().to_string();
-  endpoint.type = data.typeName().to_string();
-  endpoint.type_hash = detail::type_hash_of(text_of(data.m_qos.m_userData.getValue()));
-  endpoint.qos = profile_of(data.m_qos);
+  endpoint.topic = topic_of(data);
+  endpoint.type = type_of(data);
+  endpoint.type_hash = detail::type_hash_of(text_of(user_data_of(data)));
+  endpoint.qos = profile_of(data);
   return endpoint;
 }
 
@@ -103,33 +100,30 @@ std::vector<ParticipantInfo> Discovery::participants() const {
   return result;
 }
 
-void Discovery::on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) {
-  using Info = rtps::ParticipantDiscoveryInfo;
-  const Gid gid = gid_of(info.info.m_guid);
-  if (info.status == Info::REMOVED_PARTICIPANT || info.status == Info::DROPPED_PARTICIPANT)
-    return remove_participant(gid);
-  const std::string data = text_of(info.info.m_userData.getValue());
-  add(ParticipantInfo{gid, info.info.m_participantName.to_string(),
-                      detail::user_data_value(data, "enclave")});
+void Discovery::participant_changed(const ParticipantData& data, bool left) {
+  const Gid gid = gid_of(guid_of(data));
+  if (left) return remove_participant(gid);
+  const std::string user_data = text_of(user_data_of(data));
+  add(ParticipantInfo{gid, name_of(data), detail::user_data_value(user_data, "enclave")});
 }
 
-void Discovery::on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) {
-  const Gid gid = gid_of(info.info.guid());
-  if (info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER) {
+void Discovery::reader_changed(const ReaderData& data, bool left) {
+  const Gid gid = gid_of(guid_of(data));
+  if (left) {
     reply_readers_.remove(gid);
     return remove(gid);
   }
-  EndpointInfo reader = endpoint_of(info.info, false);
+  EndpointInfo reader = endpoint_of(data, false);
   if (reader.topic.starts_with(kReplies)) {
-    const auto& places = info.info.remote_locators().unicast;
+    const auto& places = unicast_of(data);
     reply_readers_.put(gid, {places.begin(), places.end()});
   }
   add(std::move(reader));
 }
 
-void Discovery::on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) {
-  if (info.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER) return remove(gid_of(info.info.guid()));
-  add(endpoint_of(info.info, true));
+void Discovery::writer_changed(const WriterData& data, bool left) {
+  if (left) return remove(gid_of(guid_of(data)));
+  add(endpoint_of(data, true));
 }
 
 }  // namespace doppel::ros2::fast

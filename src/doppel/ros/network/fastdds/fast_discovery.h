@@ -3,7 +3,6 @@
 // participant's own endpoints.
 
 #include <atomic>
-#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -13,7 +12,7 @@
 
 namespace doppel::ros2::fast {
 
-class Discovery : public eprosima::fastdds::dds::DomainParticipantListener {
+class Discovery : public DiscoveryListener {
  public:
   explicit Discovery(std::function<void()> on_activity) : on_activity_(std::move(on_activity)) {}
 
@@ -27,14 +26,10 @@ class Discovery : public eprosima::fastdds::dds::DomainParticipantListener {
   [[nodiscard]] std::vector<EndpointInfo> endpoints() const;
   [[nodiscard]] std::vector<ParticipantInfo> participants() const;
 
-  void on_participant_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
-                                eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
-  void on_subscriber_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
-                               eprosima::fastrtps::rtps::ReaderDiscoveryInfo&& info) override;
-  void on_publisher_discovery(eprosima::fastdds::dds::DomainParticipant* participant,
-                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) override;
-
  private:
+  void participant_changed(const ParticipantData& data, bool left) override;
+  void reader_changed(const ReaderData& data, bool left) override;
+  void writer_changed(const WriterData& data, bool left) override;
   void remove_participant(const Gid& gid);
   void changed();
 

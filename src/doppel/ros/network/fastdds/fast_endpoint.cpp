@@ -11,9 +11,9 @@ extern "C" void __tsan_release(void* address);
 
 namespace doppel::ros2::fast {
 
-namespace rtps = eprosima::fastrtps::rtps;
-
 namespace {
+
+constexpr std::uint32_t kFirstSampleSize = 256;  // bytes
 
 // Fast DDS passes payloads from their readers to the next writer by an atomic counter in code that is not
 // instrumented for ThreadSanitizer; the synchronisation is annotated here.
@@ -46,42 +46,27 @@ bool Matches::contains(const Gid& peer) const {
   return peers_.contains(peer);
 }
 
-BytesType::BytesType(const std::string& name) {
-  setName(name.c_str());
-  m_typeSize = 256;  // initial allocation of a sample; it grows with longer ones
-  m_isGetKeyDefined = false;
-  auto_fill_type_object(false);
-  auto_fill_type_information(false);
+BytesType::BytesType(const std::string& name) : TypeOfBytes(name, kFirstSampleSize) {}
+
+std::uint32_t BytesType::size_of(const void* written) const {
+  return static_cast<std::uint32_t>(static_cast<const Written*>(written)->size());
 }
 
-bool BytesType::serialize(void* written, Payload* payload) {
+bool BytesType::put(const void* written, Payload& payload) const {
   const Written& bytes = *static_cast<const Written*>(written);
-  if (bytes.size() > payload->max_size || bytes.size() < 4) return false;
-  is_to_be_written(*payload);
-  std::memcpy(payload->data, bytes.data(), bytes.size());
-  payload->length = static_cast<std::uint32_t>(bytes.size());
-  payload->encapsulation = static_cast<std::uint16_t>(std::to_integer<int>(bytes[1]));
+  if (bytes.size() > payload.max_size || bytes.size() < 4) return false;
+  is_to_be_written(payload);
+  std::memcpy(payload.data, bytes.data(), bytes.size());
+  payload.length = static_cast<std::uint32_t>(bytes.size());
+  payload.encapsulation = static_cast<std::uint16_t>(std::to_integer<int>(bytes[1]));
   return true;
 }
 
-bool BytesType::deserialize(Payload* payload, void* bytes) {
-  const auto* const data = reinterpret_cast<const std::byte*>(payload->data);
-  static_cast<Bytes*>(bytes)->assign(data, data + payload->length);
-  has_been_read(*payload);
+bool BytesType::get(const Payload& payload, void* sample) const {
+  const auto* const data = reinterpret_cast<const std::byte*>(payload.data);
+  static_cast<Bytes*>(sample)->assign(data, data + payload.length);
+  has_been_read(payload);
   return true;
-}
-
-std::function<std::uint32_t()> BytesType::getSerializedSizeProvider(void* written) {
-  const auto size = static_cast<std::uint32_t>(static_cast<const Written*>(written)->size());
-  return [size] { return size; };
-}
-
-void* BytesType::createData() {
-  return new Bytes;
-}
-
-void BytesType::deleteData(void* bytes) {
-  delete static_cast<Bytes*>(bytes);
 }
 
 }  // namespace doppel::ros2::fast

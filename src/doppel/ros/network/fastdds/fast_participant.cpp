@@ -1,9 +1,6 @@
 #include "doppel/ros/network/fastdds/fast_participant.h"
 
-#include <fastrtps/xmlparser/XMLProfileManager.h>
-
 #include <cstdlib>
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
 
 #include "doppel/export.h"
 #include "doppel/ros/network/detail/participant.h"
@@ -16,9 +13,6 @@
 namespace doppel::ros2::fast {
 namespace {
 
-namespace dds = eprosima::fastdds::dds;
-using eprosima::fastrtps::types::ReturnCode_t;
-
 // Participants of one process also communicate by the network, so that tests exercise the code
 // that users run.
 void prepare_library() {
@@ -26,9 +20,7 @@ void prepare_library() {
     throw NetworkError(
         "FASTDDS_STATISTICS is set, which lets peers crash this process; unset it, or call "
         "ros2::forget_statistics() before threads are started");
-  eprosima::fastrtps::LibrarySettingsAttributes settings;
-  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+  turn_off_intraprocess();
   catch_log();
 }
 

@@ -35,21 +35,21 @@ class FastParticipant : public Participant {
 
   // One topic serves all endpoints of its name; each acquire needs a release. Throws NetworkError where the
   // name is in use with another type.
-  eprosima::fastdds::dds::Topic* acquire_topic(const EndpointSpec& spec);
-  void release_topic(eprosima::fastdds::dds::Topic* topic);
+  dds::Topic* acquire_topic(const EndpointSpec& spec);
+  void release_topic(dds::Topic* topic);
   // Adds an endpoint of this participant to the discovery results.
   void announce(const Gid& gid, bool is_writer, const EndpointSpec& spec);
   void withdraw(const Gid& gid) { discovery_.remove(gid); }
 
-  [[nodiscard]] eprosima::fastdds::dds::Publisher& publisher() const { return *publisher_; }
-  [[nodiscard]] eprosima::fastdds::dds::Subscriber& subscriber() const { return *subscriber_; }
+  [[nodiscard]] dds::Publisher& publisher() const { return *publisher_; }
+  [[nodiscard]] dds::Subscriber& subscriber() const { return *subscriber_; }
   [[nodiscard]] const ReaderPlaces& reply_readers() const { return discovery_.reply_readers(); }
   [[nodiscard]] Acknowledgements& acknowledgements() const { return *acknowledgements_; }
   void on_activity() const { on_activity_(); }
 
  private:
   struct UsedTopic {
-    eprosima::fastdds::dds::Topic* topic = nullptr;
+    dds::Topic* topic = nullptr;
     std::size_t users = 0;
   };
 
@@ -58,9 +58,9 @@ class FastParticipant : public Participant {
   const std::shared_ptr<Acknowledgements> acknowledgements_ =
       std::make_shared<Acknowledgements>(on_activity_);
   const std::shared_ptr<ReceiveGate> receive_gate_ = std::make_shared<ReceiveGate>(acknowledgements_);
-  eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
-  eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
-  eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
+  dds::DomainParticipant* participant_ = nullptr;
+  dds::Publisher* publisher_ = nullptr;
+  dds::Subscriber* subscriber_ = nullptr;
   Gid gid_;
   std::mutex topics_mutex_;
   std::map<std::string, UsedTopic> topics_;

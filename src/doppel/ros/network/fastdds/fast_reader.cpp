@@ -9,9 +9,6 @@
 namespace doppel::ros2::fast {
 namespace {
 
-namespace dds = eprosima::fastdds::dds;
-using eprosima::fastrtps::types::ReturnCode_t;
-
 class FastReader : public Reader, dds::DataReaderListener {
  public:
   FastReader(FastParticipant& participant, const EndpointSpec& spec)
@@ -54,7 +51,7 @@ class FastReader : public Reader, dds::DataReaderListener {
  private:
   bool take_foreign(Sample& sample) {
     dds::SampleInfo info;
-    while (reader_->take_next_sample(&sample.cdr, &info) == ReturnCode_t::RETCODE_OK) {
+    while (is_ok(reader_->take_next_sample(&sample.cdr, &info))) {
       sample.identity = identity_of(info.sample_identity);
       if (!info.valid_data || is_same_participant(sample.identity.writer, participant_.gid())) continue;
       sample.related = identity_of(info.related_sample_identity);

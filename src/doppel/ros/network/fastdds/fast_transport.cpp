@@ -1,11 +1,6 @@
 #include "doppel/ros/network/fastdds/fast_transport.h"
 
-#include <fastdds/rtps/transport/ChainingTransport.h>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastrtps/utils/IPLocator.h>
-
 #include <algorithm>
-#include <fastdds/rtps/common/LocatorList.hpp>
 #include <memory>
 
 #include "doppel/ros/network/detail/rtps_gap.h"
@@ -17,10 +12,6 @@
 namespace doppel::ros2::fast {
 namespace {
 
-namespace dds = eprosima::fastdds::dds;
-namespace udp = eprosima::fastdds::rtps;
-namespace rtps = eprosima::fastrtps::rtps;
-using eprosima::fastrtps::Duration_t;
 using rtps::IPLocator;
 
 constexpr const char* kLoopback = "127.0.0.1";
@@ -46,43 +37,15 @@ enum class Reach { all, this_machine, nobody };
 // UDP that drops invalid datagrams and, on request, stays on the machine. A ROS 2 process listens on all
 // interfaces and announces their addresses; on this machine each of them can also be reached by loopback,
 // which is the only route for a socket bound to 127.0.0.1.
-class GuardedTransport : public udp::ChainingTransport {
+class GuardedTransport : public TransportOfDatagrams {
  public:
-  GuardedTransport(const udp::ChainingTransportDescriptor& descriptor, Reach reach,
+  GuardedTransport(const rtps::ChainingTransportDescriptor& descriptor, Reach reach,
                    std::shared_ptr<ReceiveGate> receive_gate)
-      : udp::ChainingTransport(descriptor), reach_(reach), receive_gate_(std::move(receive_gate)) {}
-
-  udp::TransportDescriptorInterface* get_configuration() override {
-    return low_level_transport_->get_configuration();
-  }
-
-  bool transform_remote_locator(const rtps::Locator_t& remote, rtps::Locator_t& result) const override {
-    if (reach_ == Reach::all) return low_level_transport_->transform_remote_locator(remote, result);
-    if (reach_ == Reach::nobody || !IsLocatorSupported(remote) || !is_local_locator(remote)) return false;
-    result = remote;
-    IPLocator::setIPv4(result, kLoopback);
-    return true;
-  }
-
-  bool send(rtps::SenderResource* below, const rtps::octet* data, std::uint32_t size,
-            rtps::LocatorsIterator* begin, rtps::LocatorsIterator* end,
-            const std::chrono::steady_clock::time_point& timeout) override {
-    if (reach_ == Reach::nobody) return true;
-    const AddressingScope* const addressee = AddressingScope::present();
-    if (addressee == nullptr) return below->send(data, size, begin, end, timeout);
-    Places to, others;
-    for (; *begin != *end; ++*begin) (addressee->is_at(**begin) ? to : others).push_back(**begin);
-    const auto without = without_samples({data, size}, addressee->writer());
-    const bool told_apart = !to.empty() && !without.empty();
-    if (!told_apart) to.insert(to.end(), others.begin(), others.end());
-    bool sent = send_to(to, below, {data, size}, timeout);
-    if (told_apart) sent = send_to(others, below, without, timeout) && sent;
-    return sent;
-  }
+      : TransportOfDatagrams(descriptor), reach_(reach), receive_gate_(std::move(receive_gate)) {}
 
   std::uint32_t max_recv_buffer_size() const override { return kLargestDatagram; }
 
-  void receive(udp::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
+  void receive(rtps::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     with_logged_exceptions([&] {
       if (reach_ != Reach::nobody && receive_gate_->admits({data, size}))
@@ -91,25 +54,50 @@ class GuardedTransport : public udp::ChainingTransport {
   }
 
  private:
-  static bool send_to(const Places& places, rtps::SenderResource* below, std::span<const rtps::octet> data,
-                      const std::chrono::steady_clock::time_point& timeout) {
-    udp::Locators begin(places.begin()), end(places.end());
-    return places.empty() ||
-           below->send(data.data(), static_cast<std::uint32_t>(data.size()), &begin, &end, timeout);
+  [[nodiscard]] std::optional<Mapping> mapping_of(const rtps::Locator_t& peer) const override {
+    if (reach_ == Reach::all) return std::nullopt;
+    if (reach_ == Reach::nobody || !IsLocatorSupported(peer) || !is_local_locator(peer)) return Mapping{};
+    Mapping out{true, peer};
+    IPLocator::setIPv4(out.place, kLoopback);
+    return out;
+  }
+
+  bool send_datagram(Datagram& datagram, rtps::SenderResource& below, rtps::LocatorsIterator* begin,
+                     rtps::LocatorsIterator* end, const SendDeadline& deadline) override {
+    if (reach_ == Reach::nobody) return true;
+    const AddressingScope* const addressee = AddressingScope::present();
+    if (addressee == nullptr) return datagram.send(below, begin, end, deadline);
+    Places to, others;
+    for (; *begin != *end; ++*begin) (addressee->is_at(**begin) ? to : others).push_back(**begin);
+    const auto without = without_samples(datagram.bytes(), addressee->writer());
+    const bool told_apart = !to.empty() && !without.empty();
+    if (!told_apart) to.insert(to.end(), others.begin(), others.end());
+    bool sent = send_to(to, below, datagram, deadline);
+    if (told_apart) {
+      Datagram rest(without);
+      sent = send_to(others, below, rest, deadline) && sent;
+    }
+    return sent;
+  }
+
+  static bool send_to(const Places& places, rtps::SenderResource& below, Datagram& datagram,
+                      const SendDeadline& deadline) {
+    rtps::Locators begin(places.begin()), end(places.end());
+    return places.empty() || datagram.send(below, &begin, &end, deadline);
   }
 
   Reach reach_;
   std::shared_ptr<ReceiveGate> receive_gate_;
 };
 
-class GuardedDescriptor : public udp::ChainingTransportDescriptor {
+class GuardedDescriptor : public rtps::ChainingTransportDescriptor {
  public:
-  GuardedDescriptor(std::shared_ptr<udp::TransportDescriptorInterface> below, Reach reach,
+  GuardedDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> below, Reach reach,
                     std::shared_ptr<ReceiveGate> receive_gate)
-      : udp::ChainingTransportDescriptor(std::move(below)),
+      : rtps::ChainingTransportDescriptor(std::move(below)),
         reach_(reach),
         receive_gate_(std::move(receive_gate)) {}
-  udp::TransportInterface* create_transport() const override {
+  rtps::TransportInterface* create_transport() const override {
     return new GuardedTransport(*this, reach_, receive_gate_);
   }
 
@@ -118,9 +106,9 @@ class GuardedDescriptor : public udp::ChainingTransportDescriptor {
   std::shared_ptr<ReceiveGate> receive_gate_;
 };
 
-std::shared_ptr<udp::TransportDescriptorInterface> transport(Reach reach,
-                                                             std::shared_ptr<ReceiveGate> receive_gate) {
-  auto descriptor = std::make_shared<udp::UDPv4TransportDescriptor>();
+std::shared_ptr<rtps::TransportDescriptorInterface> transport(Reach reach,
+                                                              std::shared_ptr<ReceiveGate> receive_gate) {
+  auto descriptor = std::make_shared<rtps::UDPv4TransportDescriptor>();
   descriptor->maxMessageSize -= kRoomForStatistics;
   descriptor->maxInitialPeersRange = kPeersRange;
   descriptor->receiveBufferSize = kSocketBuffer;
@@ -129,7 +117,7 @@ std::shared_ptr<udp::TransportDescriptorInterface> transport(Reach reach,
   return std::make_shared<GuardedDescriptor>(std::move(descriptor), reach, std::move(receive_gate));
 }
 
-Duration_t duration(std::int64_t milliseconds) {
+DdsDuration duration(std::int64_t milliseconds) {
   return {static_cast<std::int32_t>(milliseconds / 1000),
           static_cast<std::uint32_t>(milliseconds % 1000 * 1'000'000)};
 }
@@ -169,8 +157,7 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,
                                           std::shared_ptr<ReceiveGate> receive_gate) {
   dds::DomainParticipantQos qos;
   qos.name(options.enclave);
-  const std::string text = "enclave=" + options.enclave + ";";
-  qos.user_data().setValue({text.begin(), text.end()});
+  set_user_data(qos.user_data(), "enclave=" + options.enclave + ";");
 
   auto& builtin = qos.wire_protocol().builtin;
   const bool off = options.range == DiscoveryRange::off;

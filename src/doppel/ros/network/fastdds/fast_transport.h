@@ -38,7 +38,7 @@ class ReceiveGate {
 };
 
 // Transports, ports, peers and lease by `options`. Throws NetworkError: no interface, no free port.
-eprosima::fastdds::dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,
-                                                             std::shared_ptr<ReceiveGate> receive_gate);
+dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,
+                                          std::shared_ptr<ReceiveGate> receive_gate);
 
 }  // namespace doppel::ros2::fast

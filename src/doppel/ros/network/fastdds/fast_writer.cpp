@@ -9,10 +9,6 @@
 namespace doppel::ros2::fast {
 namespace {
 
-namespace dds = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastrtps::rtps;
-using eprosima::fastrtps::types::ReturnCode_t;
-
 // A keep-all writer waits for readers that do not acknowledge, but not again within this time, because it
 // would delay everything else that its thread writes.
 constexpr std::chrono::milliseconds kFullRetryDelay{100};
@@ -58,7 +54,7 @@ class FastWriter : public Writer, dds::DataWriterListener {
     const bool is_answer = related != nullptr && of_service_;
     const AddressingScope addressee(gid_,
                                     is_answer ? participant_.reply_readers().of(related->writer) : Places());
-    if (!writer_->write(&cdr, params)) {
+    if (!fast::write(*writer_, &cdr, params)) {
       if (keeps_all_) full_until_ = now + kFullRetryDelay;
       return std::nullopt;
     }
@@ -84,7 +80,7 @@ class FastWriter : public Writer, dds::DataWriterListener {
   // every number: after 10,000 responses a client needs 10 ms for each of fifty heartbeats a second. The
   // samples are dropped only while all of them are acknowledged, which stays so until the next sample.
   void drop_strays() {
-    if (writer_->wait_for_acknowledgments({0, 0}) == ReturnCode_t::RETCODE_OK) forget();
+    if (is_ok(writer_->wait_for_acknowledgments({0, 0}))) forget();
   }
 
   void on_publication_matched(dds::DataWriter* writer, const dds::PublicationMatchedStatus& status) override {

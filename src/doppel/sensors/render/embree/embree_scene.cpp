@@ -145,21 +145,6 @@ void EmbreeScene::set_poses(std::span<const Pose> bodies) {
 
 namespace {
 
-RTCIntersectContext coherent() {
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-  return context;
-}
-
-#ifdef __AVX512F__
-constexpr auto kIntersect = rtcIntersect16;
-constexpr auto kOcclude = rtcOccluded16;
-#else
-constexpr auto kIntersect = rtcIntersect8;
-constexpr auto kOcclude = rtcOccluded8;
-#endif
-
 // A search for triangles near a point.
 struct NearSearch {
   const EmbreeScene& scene;
@@ -310,14 +295,14 @@ class InMesh {
 
 void EmbreeScene::intersect(Ints active, RayHitPacket& rays) const {
   active &= castable(rays.ray);
-  RTCIntersectContext context = coherent();
-  kIntersect(reinterpret_cast<const int*>(&active), still_.get(), &context, &rays);
+  IntersectQuery query = IntersectQuery::coherent();
+  query.intersect(reinterpret_cast<const int*>(&active), still_.get(), &rays);
   for_each_met(active, rays.ray, [&](Ints lanes, const Moving& moving) {
     const Ints before = load(rays.hit.geomID);
     store(~Ints{}, rays.hit.geomID);
     {
       const InMesh in_mesh(moving.R_WM, moving.p_WM, rays.ray);
-      kIntersect(reinterpret_cast<const int*>(&lanes), moving.mesh, &context, &rays);
+      query.intersect(reinterpret_cast<const int*>(&lanes), moving.mesh, &rays);
     }
     const Ints hit = load(rays.hit.geomID) != -1;
     store(hit ? static_cast<std::int32_t>(moving.item) + Ints{} : before, rays.hit.geomID);
@@ -329,22 +314,20 @@ void EmbreeScene::occlude(Ints active, RayPacket& rays) const {
   // Not coherent: Embree 3.13 did not return from coherent packets of shadow rays through instances, and without
   // instances it costs the same.
   active &= castable(rays);
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  kOcclude(reinterpret_cast<const int*>(&active), still_.get(), &context, &rays);
+  OccludeQuery query;
+  query.occlude(reinterpret_cast<const int*>(&active), still_.get(), &rays);
   active &= load(rays.tfar) >= 0.0F;
   for_each_met(active, rays, [&](Ints lanes, const Moving& moving) {
     const InMesh in_mesh(moving.R_WM, moving.p_WM, rays);
-    kOcclude(reinterpret_cast<const int*>(&lanes), moving.mesh, &context, &rays);
+    query.occlude(reinterpret_cast<const int*>(&lanes), moving.mesh, &rays);
   });
 }
 
 bool EmbreeScene::occluded(RTCRay ray) const {
   for (const float value : {ray.org_x, ray.org_y, ray.org_z, ray.dir_x, ray.dir_y, ray.dir_z})
     if (!(std::abs(value) < kFurthest)) return false;
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  rtcOccluded1(still_.get(), &context, &ray);
+  OccludeQuery query;
+  query.occlude(still_.get(), &ray);
   const Eigen::Vector3f from(ray.org_x, ray.org_y, ray.org_z), along(ray.dir_x, ray.dir_y, ray.dir_z);
   for (std::size_t i = 0; i < moving_.size() && ray.tfar >= 0; ++i) {
     const Moving& moving = moving_[i];
@@ -352,7 +335,7 @@ bool EmbreeScene::occluded(RTCRay ray) const {
                           along_M = moving.R_WM.transpose() * along;
     Eigen::Map<Eigen::Vector3f>(&ray.org_x) = from_M;
     Eigen::Map<Eigen::Vector3f>(&ray.dir_x) = along_M;
-    rtcOccluded1(moving.mesh, &context, &ray);
+    query.occlude(moving.mesh, &ray);
   }
   return ray.tfar < 0;
 }

@@ -2,8 +2,6 @@
 // Values of all rays of a packet at once: a tile of pixels, as wide as the registers that this module is compiled for.
 // Every module computes the same: nothing here is contracted, reordered or approximated by the processor.
 
-#include <embree3/rtcore.h>
-
 #include <Eigen/Core>
 #include <algorithm>
 #include <bit>
@@ -11,6 +9,8 @@
 #include <cstdint>
 #include <cstring>
 #include <limits>
+
+#include "doppel/sensors/render/embree/embree_api.h"
 
 #ifdef __AVX2__
 #include <immintrin.h>
