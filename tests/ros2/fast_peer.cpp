@@ -1,14 +1,5 @@
 #include "fast_peer.h"
 
-#include <fastdds/rtps/participant/ParticipantDiscoveryInfo.h>
-#include <fastdds/rtps/reader/ReaderDiscoveryInfo.h>
-#include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
-#include <fastdds/rtps/writer/WriterDiscoveryInfo.h>
-#include <fastrtps/utils/IPLocator.h>
-#include <fastrtps/xmlparser/XMLProfileManager.h>
-
-#include <fastdds/dds/domain/DomainParticipantFactory.hpp>
-#include <fastdds/dds/domain/DomainParticipantListener.hpp>
 #include <fastdds/dds/publisher/Publisher.hpp>
 #include <fastdds/dds/publisher/qos/DataWriterQos.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
@@ -17,9 +8,6 @@
 #include <stdexcept>
 
 namespace doppel::ros2_testing {
-
-namespace dds = eprosima::fastdds::dds;
-namespace rtps = eprosima::fastrtps::rtps;
 
 namespace {
 
@@ -47,7 +35,7 @@ rtps::Locator_t address(const std::string& ip) {
 
 dds::DomainParticipantQos participant_qos(const FastPeer::Options& options) {
   dds::DomainParticipantQos qos;
-  auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
+  auto udp = std::make_shared<transport::UDPv4TransportDescriptor>();
   udp->maxInitialPeersRange = 32;
   auto& builtin = qos.wire_protocol().builtin;
   for (const std::string& peer : options.peers) builtin.initialPeersList.push_back(address(peer));
@@ -67,9 +55,8 @@ dds::DomainParticipantQos participant_qos(const FastPeer::Options& options) {
   qos.transport().user_transports = {udp};
   builtin.readerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   builtin.writerHistoryMemoryPolicy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
-  builtin.discovery_config.leaseDuration = eprosima::fastrtps::Duration_t(options.lease_seconds);
-  builtin.discovery_config.leaseDuration_announcementperiod =
-      eprosima::fastrtps::Duration_t(options.announce_seconds);
+  builtin.discovery_config.leaseDuration = PeerDuration(options.lease_seconds);
+  builtin.discovery_config.leaseDuration_announcementperiod = PeerDuration(options.announce_seconds);
   const std::string enclave = "enclave=/;";
   qos.user_data().assign(enclave.begin(), enclave.end());
   qos.user_data().push_back(0);
@@ -77,7 +64,7 @@ dds::DomainParticipantQos participant_qos(const FastPeer::Options& options) {
   return qos;
 }
 
-std::vector<int> ports_of(const rtps::ParticipantProxyData& participant) {
+std::vector<int> ports_of(const ParticipantData& participant) {
   std::set<int> ports;
   for (const auto* locators : {&participant.metatraffic_locators, &participant.default_locators})
     for (const rtps::Locator_t& locator : locators->unicast) ports.insert(static_cast<int>(locator.port));
@@ -86,51 +73,33 @@ std::vector<int> ports_of(const rtps::ParticipantProxyData& participant) {
 
 }  // namespace
 
-class FastPeer::Discovery : public dds::DomainParticipantListener {
+class FastPeer::Discovery : public PeerListener {
  public:
-  void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) override {
-    using Info = rtps::ParticipantDiscoveryInfo;
-    const std::lock_guard lock(mutex);
-    if (info.status == Info::REMOVED_PARTICIPANT || info.status == Info::DROPPED_PARTICIPANT)
-      participants.erase(info.info.m_guid);
-    else
-      participants[info.info.m_guid] = {info.info.m_participantName.c_str(),
-                                        text(info.info.m_userData.getValue()), ports_of(info.info)};
-  }
-  void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) override {
-    enter(info.info, true, info.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER);
-  }
-  void on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) override {
-    enter(info.info, false, info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER);
-  }
-
   mutable std::mutex mutex;
   std::map<GUID_t, SeenEndpoint> endpoints;
   std::map<GUID_t, SeenParticipant> participants;
 
  private:
-  template <class Proxy>
-  void enter(const Proxy& proxy, bool is_writer, bool gone) {
+  void participant_changed(const ParticipantData& data, bool gone) override {
     const std::lock_guard lock(mutex);
-    if (gone) {
-      endpoints.erase(proxy.guid());
-      return;
-    }
-    endpoints[proxy.guid()] = {proxy.guid(),
-                               is_writer,
-                               proxy.topicName().to_string(),
-                               proxy.typeName().to_string(),
-                               text(proxy.m_qos.m_userData.getValue()),
-                               proxy.m_qos.m_reliability.kind == dds::RELIABLE_RELIABILITY_QOS,
-                               proxy.m_qos.m_durability.kind == dds::TRANSIENT_LOCAL_DURABILITY_QOS};
+    if (gone)
+      participants.erase(guid_of(data));
+    else
+      participants[guid_of(data)] = {name_of(data), text(user_data_of(data)), ports_of(data)};
+  }
+  void endpoint_changed(const EndpointData& data, bool is_writer, bool gone) override {
+    const std::lock_guard lock(mutex);
+    if (gone)
+      endpoints.erase(data.guid);
+    else
+      endpoints[data.guid] = {data.guid,     is_writer,   data.topic, data.type, text(data.user_data),
+                              data.reliable, data.latched};
   }
 };
 
 FastPeer::FastPeer(int domain, const Options& options) : discovery_(std::make_unique<Discovery>()) {
   // Fast DDS's intraprocess delivery accesses participants of the process that are being destroyed.
-  eprosima::fastrtps::LibrarySettingsAttributes settings;
-  settings.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
-  eprosima::fastrtps::xmlparser::XMLProfileManager::library_settings(settings);
+  turn_off_intraprocess();
   participant_ = dds::DomainParticipantFactory::get_instance()->create_participant(
       static_cast<dds::DomainId_t>(domain), participant_qos(options), discovery_.get(),
       dds::StatusMask::none());

@@ -3,14 +3,11 @@
 // doppel's. It uses UDP on 127.0.0.1 only, without multicast.
 
 #include <cxxabi.h>
-#include <fastcdr/Cdr.h>
-#include <fastdds/rtps/common/WriteParams.h>
 
 #include <fastdds/dds/domain/DomainParticipant.hpp>
 #include <fastdds/dds/publisher/DataWriter.hpp>
 #include <fastdds/dds/subscriber/DataReader.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
-#include <fastdds/dds/topic/TopicDataType.hpp>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -20,19 +17,18 @@
 #include <vector>
 
 #include "eventually.h"
+#include "fast_api.h"
 
 namespace doppel::ros2_testing {
 
-using eprosima::fastdds::dds::SampleInfo;
-using eprosima::fastrtps::rtps::GUID_t;
-using eprosima::fastrtps::rtps::SampleIdentity;
+using dds::SampleInfo;
+using rtps::GUID_t;
+using rtps::SampleIdentity;
 
 // One of fastddsgen's types on a topic, under its IDL name: "sensor_msgs::msg::dds_::JointState_".
 template <class T>
-class GeneratedType : public eprosima::fastdds::dds::TopicDataType {
-  using Cdr = eprosima::fastcdr::Cdr;
-  using Payload = eprosima::fastrtps::rtps::SerializedPayload_t;
-  static constexpr std::uint32_t kHeader = 4;
+class GeneratedType : public PeerType {
+  static constexpr std::uint32_t kHeader = 4, kFirstSize = 1024;
 
  public:
   static std::string name() {
@@ -40,39 +36,34 @@ class GeneratedType : public eprosima::fastdds::dds::TopicDataType {
         abi::__cxa_demangle(typeid(T).name(), nullptr, nullptr, nullptr), std::free);
     return text.get();
   }
-  GeneratedType() {
-    setName(name().c_str());
-    m_typeSize = 1024;  // only what is reserved at first
-    m_isGetKeyDefined = false;
-  }
-  bool serialize(void* data, Payload* payload) override {
-    eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload->data), payload->max_size);
-    Cdr cdr(buffer, Cdr::LITTLE_ENDIANNESS, Cdr::DDS_CDR);
-    payload->encapsulation = CDR_LE;
+  GeneratedType() : PeerType(name(), kFirstSize) {}
+
+ private:
+  bool put(const void* data, Payload& payload) const override {
+    eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload.data), payload.max_size);
+    eprosima::fastcdr::Cdr cdr = cdr_of(buffer);
+    payload.encapsulation = CDR_LE;
     cdr.serialize_encapsulation();
-    static_cast<T*>(data)->serialize(cdr);
-    payload->length = static_cast<std::uint32_t>(cdr.getSerializedDataLength());
+    put_value(cdr, *static_cast<const T*>(data));
+    payload.length = length_of(cdr);
     return true;
   }
-  bool deserialize(Payload* payload, void* data) override {
-    eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload->data), payload->length);
-    Cdr cdr(buffer, Cdr::LITTLE_ENDIANNESS, Cdr::DDS_CDR);
+  bool get(const Payload& payload, void* data) const override {
+    eprosima::fastcdr::FastBuffer buffer(reinterpret_cast<char*>(payload.data), payload.length);
+    eprosima::fastcdr::Cdr cdr = cdr_of(buffer);
     try {
       cdr.read_encapsulation();
-      static_cast<T*>(data)->deserialize(cdr);
+      get_value(cdr, *static_cast<T*>(data));
     } catch (const eprosima::fastcdr::exception::Exception&) {
       return false;
     }
     return true;
   }
-  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
-    return [data] {
-      return static_cast<std::uint32_t>(T::getCdrSerializedSize(*static_cast<T*>(data))) + kHeader;
-    };
+  [[nodiscard]] std::uint32_t size_of(const void* data) const override {
+    return size_of_value(*static_cast<const T*>(data)) + kHeader;
   }
-  void* createData() override { return new T; }
-  void deleteData(void* data) override { delete static_cast<T*>(data); }
-  bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) override { return false; }
+  [[nodiscard]] void* make() const override { return new T; }
+  void destroy(void* data) const override { delete static_cast<T*>(data); }
 };
 
 struct TopicQos {
@@ -117,30 +108,28 @@ class FastPeer {
   // Topics by their DDS names: "rt/joint_states".
   template <class T>
   Subscription<T> subscribe(const std::string& topic, const TopicQos& qos = {}) {
-    return Subscription<T>(reader(topic, eprosima::fastdds::dds::TypeSupport(new GeneratedType<T>), qos));
+    return Subscription<T>(reader(topic, dds::TypeSupport(new GeneratedType<T>), qos));
   }
   template <class T>
   Publisher<T> advertise(const std::string& topic, const TopicQos& qos = {}) {
-    return Publisher<T>(writer(topic, eprosima::fastdds::dds::TypeSupport(new GeneratedType<T>), qos));
+    return Publisher<T>(writer(topic, dds::TypeSupport(new GeneratedType<T>), qos));
   }
 
   [[nodiscard]] std::vector<SeenEndpoint> endpoints() const;
   [[nodiscard]] std::map<GUID_t, SeenParticipant> participants() const;
   [[nodiscard]] GUID_t guid() const;
 
-  eprosima::fastdds::dds::DataReader* reader(const std::string& topic,
-                                             eprosima::fastdds::dds::TypeSupport type, const TopicQos& qos);
-  eprosima::fastdds::dds::DataWriter* writer(const std::string& topic,
-                                             eprosima::fastdds::dds::TypeSupport type, const TopicQos& qos);
+  dds::DataReader* reader(const std::string& topic, dds::TypeSupport type, const TopicQos& qos);
+  dds::DataWriter* writer(const std::string& topic, dds::TypeSupport type, const TopicQos& qos);
 
  private:
   class Discovery;
-  eprosima::fastdds::dds::Topic* topic(const std::string& name, eprosima::fastdds::dds::TypeSupport& type);
+  dds::Topic* topic(const std::string& name, dds::TypeSupport& type);
 
   std::unique_ptr<Discovery> discovery_;
-  eprosima::fastdds::dds::DomainParticipant* participant_ = nullptr;
-  eprosima::fastdds::dds::Publisher* publisher_ = nullptr;
-  eprosima::fastdds::dds::Subscriber* subscriber_ = nullptr;
+  dds::DomainParticipant* participant_ = nullptr;
+  dds::Publisher* publisher_ = nullptr;
+  dds::Subscriber* subscriber_ = nullptr;
 };
 
 // Its reader lives as long as the peer.
@@ -151,17 +140,17 @@ class Subscription {
     T value;
     SampleInfo info;
   };
-  explicit Subscription(eprosima::fastdds::dds::DataReader* reader) : reader_(reader) {}
+  explicit Subscription(dds::DataReader* reader) : reader_(reader) {}
 
   [[nodiscard]] int matched() const {
-    eprosima::fastdds::dds::SubscriptionMatchedStatus status;
+    dds::SubscriptionMatchedStatus status;
     reader_->get_subscription_matched_status(status);
     return status.current_count;
   }
   // The next message, if there is one.
   std::optional<Received> take() {
     Received received;
-    while (reader_->take_next_sample(&received.value, &received.info) == ReturnCode_t::RETCODE_OK)
+    while (is_ok(reader_->take_next_sample(&received.value, &received.info)))
       if (received.info.valid_data) return received;
     return std::nullopt;
   }
@@ -185,25 +174,25 @@ class Subscription {
   [[nodiscard]] GUID_t guid() const { return reader_->guid(); }
 
  private:
-  eprosima::fastdds::dds::DataReader* reader_;
+  dds::DataReader* reader_;
 };
 
 template <class T>
 class Publisher {
  public:
-  explicit Publisher(eprosima::fastdds::dds::DataWriter* writer) : writer_(writer) {}
+  explicit Publisher(dds::DataWriter* writer) : writer_(writer) {}
 
   [[nodiscard]] int matched() const {
-    eprosima::fastdds::dds::PublicationMatchedStatus status;
+    dds::PublicationMatchedStatus status;
     writer_->get_publication_matched_status(status);
     return status.current_count;
   }
   void publish(T value) { writer_->write(&value); }
-  void publish(T value, eprosima::fastrtps::rtps::WriteParams& with) { writer_->write(&value, with); }
+  void publish(T value, rtps::WriteParams& with) { writer_->write(&value, with); }
   [[nodiscard]] GUID_t guid() const { return writer_->guid(); }
 
  private:
-  eprosima::fastdds::dds::DataWriter* writer_;
+  dds::DataWriter* writer_;
 };
 
 // A service client with rmw_fastrtps's request identity: the request names the reader of the responses as
@@ -222,7 +211,7 @@ class ServiceClient {
   [[nodiscard]] bool is_available() const { return requests_.matched() > 0 && answers_.matched() > 0; }
 
   std::int64_t send(const Request& request) {
-    eprosima::fastrtps::rtps::WriteParams with;
+    rtps::WriteParams with;
     with.related_sample_identity().writer_guid() = answers_.guid();
     requests_.publish(request, with);
     return number(with.sample_identity());

@@ -24,32 +24,26 @@ using diagnostic_msgs::msg::dds_::DiagnosticArray_;
 using sensor_msgs::msg::dds_::JointState_;
 using trajectory_msgs::msg::dds_::JointTrajectory_;
 using Octets = std::vector<std::uint8_t>;
-namespace dds = eprosima::fastdds::dds;
 
 // Arbitrary bytes under the name of any type, sent unchanged, including the encapsulation header.
-class RawType : public dds::TopicDataType {
-  using Payload = eprosima::fastrtps::rtps::SerializedPayload_t;
-
+class RawType : public PeerType {
  public:
-  explicit RawType(const char* name) {
-    setName(name);
-    m_typeSize = 1024;
-    m_isGetKeyDefined = false;
-  }
-  bool serialize(void* data, Payload* payload) override {
-    const auto& bytes = *static_cast<Octets*>(data);
-    std::copy(bytes.begin(), bytes.end(), payload->data);
-    payload->length = static_cast<std::uint32_t>(bytes.size());
-    payload->encapsulation = CDR_LE;
+  explicit RawType(const char* name) : PeerType(name, 1024) {}
+
+ private:
+  bool put(const void* data, Payload& payload) const override {
+    const auto& bytes = *static_cast<const Octets*>(data);
+    std::copy(bytes.begin(), bytes.end(), payload.data);
+    payload.length = static_cast<std::uint32_t>(bytes.size());
+    payload.encapsulation = CDR_LE;
     return true;
   }
-  bool deserialize(Payload*, void*) override { return false; }
-  std::function<std::uint32_t()> getSerializedSizeProvider(void* data) override {
-    return [data] { return static_cast<std::uint32_t>(static_cast<Octets*>(data)->size()); };
+  bool get(const Payload&, void*) const override { return false; }
+  [[nodiscard]] std::uint32_t size_of(const void* data) const override {
+    return static_cast<std::uint32_t>(static_cast<const Octets*>(data)->size());
   }
-  void* createData() override { return new Octets; }
-  void deleteData(void* data) override { delete static_cast<Octets*>(data); }
-  bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) override { return false; }
+  [[nodiscard]] void* make() const override { return new Octets; }
+  void destroy(void* data) const override { delete static_cast<Octets*>(data); }
 };
 
 // All of these claim to be a JointTrajectory or a list of names; none is valid.
