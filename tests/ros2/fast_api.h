@@ -190,8 +190,8 @@ struct EndpointData {
 
 class PeerListener : public dds::DomainParticipantListener {
  protected:
-  virtual void participant_changed(const ParticipantData& data, bool gone) = 0;
-  virtual void endpoint_changed(const EndpointData& data, bool is_writer, bool gone) = 0;
+  virtual void participant_changed(const ParticipantData& data, bool removed) = 0;
+  virtual void endpoint_changed(const EndpointData& data, bool is_writer, bool removed) = 0;
 
  private:
 #ifdef DOPPEL_PEER_FAST_DDS_3

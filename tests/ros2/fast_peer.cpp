@@ -80,16 +80,16 @@ class FastPeer::Discovery : public PeerListener {
   std::map<GUID_t, SeenParticipant> participants;
 
  private:
-  void participant_changed(const ParticipantData& data, bool gone) override {
+  void participant_changed(const ParticipantData& data, bool removed) override {
     const std::lock_guard lock(mutex);
-    if (gone)
+    if (removed)
       participants.erase(guid_of(data));
     else
       participants[guid_of(data)] = {name_of(data), text(user_data_of(data)), ports_of(data)};
   }
-  void endpoint_changed(const EndpointData& data, bool is_writer, bool gone) override {
+  void endpoint_changed(const EndpointData& data, bool is_writer, bool removed) override {
     const std::lock_guard lock(mutex);
-    if (gone)
+    if (removed)
       endpoints.erase(data.guid);
     else
       endpoints[data.guid] = {data.guid,     is_writer,   data.topic, data.type, text(data.user_data),
