@@ -1,7 +1,8 @@
 #pragma once
 // Fast DDS 2 (Debian 12) or Fast DDS 3 (Debian 13) under the same names. Both headers define
 //
-//   rtps, DdsDuration, kForever      the namespace of RTPS, its durations, and the infinite one
+//   rtps, transport                  the namespaces of RTPS and of transports
+//   DdsDuration, kForever            durations, and the infinite one
 //   is_ok(), turn_off_intraprocess() return codes; delivery through the network also within a process
 //   ParticipantData, ReaderData, WriterData, and guid_of() to unicast_of()   the results of discovery
 //   DiscoveryListener                its callbacks, with one form

@@ -28,11 +28,8 @@
 namespace doppel::ros2::fast {
 
 namespace dds = eprosima::fastdds::dds;
-namespace rtps {
-using namespace eprosima::fastrtps::
-    rtps;  // NOLINT(google-build-using-namespace): two namespaces of 2.x are one of 3.x
-using namespace eprosima::fastdds::rtps;  // NOLINT(google-build-using-namespace)
-}  // namespace rtps
+namespace rtps = eprosima::fastrtps::rtps;
+namespace transport = eprosima::fastdds::rtps;  // 3.x has it in rtps
 
 using DdsDuration = eprosima::fastrtps::Duration_t;
 inline const DdsDuration kForever = eprosima::fastrtps::c_TimeInfinite;
@@ -40,8 +37,7 @@ inline const DdsDuration kForever = eprosima::fastrtps::c_TimeInfinite;
 inline bool is_ok(const eprosima::fastrtps::types::ReturnCode_t& code) {
   return code == eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK;
 }
-inline bool write(dds::DataWriter& writer, const void* sample,
-                  eprosima::fastrtps::rtps::WriteParams& params) {
+inline bool write(dds::DataWriter& writer, const void* sample, rtps::WriteParams& params) {
   return writer.write(const_cast<void*>(sample), params);
 }
 inline void turn_off_intraprocess() {
@@ -70,9 +66,9 @@ inline void set_user_data(dds::UserDataQosPolicy& policy, const std::string& tex
 
 // -- discovery
 
-using ParticipantData = eprosima::fastrtps::rtps::ParticipantProxyData;
-using ReaderData = eprosima::fastrtps::rtps::ReaderProxyData;
-using WriterData = eprosima::fastrtps::rtps::WriterProxyData;
+using ParticipantData = rtps::ParticipantProxyData;
+using ReaderData = rtps::ReaderProxyData;
+using WriterData = rtps::WriterProxyData;
 
 inline const auto& guid_of(const ParticipantData& data) {
   return data.m_guid;
@@ -131,19 +127,16 @@ class DiscoveryListener : public dds::DomainParticipantListener {
   virtual void writer_changed(const WriterData& data, bool left) = 0;
 
  private:
-  void on_participant_discovery(dds::DomainParticipant*,
-                                eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) final {
-    using Info = eprosima::fastrtps::rtps::ParticipantDiscoveryInfo;
+  void on_participant_discovery(dds::DomainParticipant*, rtps::ParticipantDiscoveryInfo&& info) final {
+    using Info = rtps::ParticipantDiscoveryInfo;
     participant_changed(info.info,
                         info.status == Info::REMOVED_PARTICIPANT || info.status == Info::DROPPED_PARTICIPANT);
   }
-  void on_subscriber_discovery(dds::DomainParticipant*,
-                               eprosima::fastrtps::rtps::ReaderDiscoveryInfo&& info) final {
-    reader_changed(info.info, info.status == eprosima::fastrtps::rtps::ReaderDiscoveryInfo::REMOVED_READER);
+  void on_subscriber_discovery(dds::DomainParticipant*, rtps::ReaderDiscoveryInfo&& info) final {
+    reader_changed(info.info, info.status == rtps::ReaderDiscoveryInfo::REMOVED_READER);
   }
-  void on_publisher_discovery(dds::DomainParticipant*,
-                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& info) final {
-    writer_changed(info.info, info.status == eprosima::fastrtps::rtps::WriterDiscoveryInfo::REMOVED_WRITER);
+  void on_publisher_discovery(dds::DomainParticipant*, rtps::WriterDiscoveryInfo&& info) final {
+    writer_changed(info.info, info.status == rtps::WriterDiscoveryInfo::REMOVED_WRITER);
   }
 };
 
@@ -151,7 +144,7 @@ class DiscoveryListener : public dds::DomainParticipantListener {
 
 class TypeOfBytes : public dds::TopicDataType {
  protected:
-  using Payload = eprosima::fastrtps::rtps::SerializedPayload_t;
+  using Payload = rtps::SerializedPayload_t;
 
   // first_size: bytes, the initial allocation of a sample; it grows with longer ones.
   TypeOfBytes(const std::string& name, std::uint32_t first_size) {
@@ -175,12 +168,12 @@ class TypeOfBytes : public dds::TopicDataType {
   }
   void* createData() final { return make(); }
   void deleteData(void* sample) final { destroy(sample); }
-  bool getKey(void*, eprosima::fastrtps::rtps::InstanceHandle_t*, bool) final { return false; }
+  bool getKey(void*, rtps::InstanceHandle_t*, bool) final { return false; }
 };
 
 // -- the transport
 
-using Octets = std::span<const eprosima::fastrtps::rtps::octet>;
+using Octets = std::span<const rtps::octet>;
 using SendDeadline = std::chrono::steady_clock::time_point;
 
 class Datagram {
@@ -196,11 +189,11 @@ class Datagram {
   Octets bytes_;
 };
 
-class TransportOfDatagrams : public rtps::ChainingTransport {
+class TransportOfDatagrams : public transport::ChainingTransport {
  public:
-  explicit TransportOfDatagrams(const rtps::ChainingTransportDescriptor& descriptor)
-      : rtps::ChainingTransport(descriptor) {}
-  rtps::TransportDescriptorInterface* get_configuration() final {
+  explicit TransportOfDatagrams(const transport::ChainingTransportDescriptor& descriptor)
+      : transport::ChainingTransport(descriptor) {}
+  transport::TransportDescriptorInterface* get_configuration() final {
     return low_level_transport_->get_configuration();
   }
 

@@ -31,6 +31,7 @@ namespace doppel::ros2::fast {
 
 namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
+namespace transport = eprosima::fastdds::rtps;  // apart from rtps in 2.x
 
 using DdsDuration = dds::Duration_t;
 inline const DdsDuration kForever = dds::c_TimeInfinite;
@@ -206,11 +207,11 @@ class Datagram {
   std::vector<rtps::octet> joined_;
 };
 
-class TransportOfDatagrams : public rtps::ChainingTransport {
+class TransportOfDatagrams : public transport::ChainingTransport {
  public:
-  explicit TransportOfDatagrams(const rtps::ChainingTransportDescriptor& descriptor)
-      : rtps::ChainingTransport(descriptor) {}
-  rtps::TransportDescriptorInterface* get_configuration() final {
+  explicit TransportOfDatagrams(const transport::ChainingTransportDescriptor& descriptor)
+      : transport::ChainingTransport(descriptor) {}
+  transport::TransportDescriptorInterface* get_configuration() final {
     return low_level_transport_->get_configuration();
   }
 

@@ -39,13 +39,13 @@ enum class Reach { all, this_machine, nobody };
 // which is the only route for a socket bound to 127.0.0.1.
 class GuardedTransport : public TransportOfDatagrams {
  public:
-  GuardedTransport(const rtps::ChainingTransportDescriptor& descriptor, Reach reach,
+  GuardedTransport(const transport::ChainingTransportDescriptor& descriptor, Reach reach,
                    std::shared_ptr<ReceiveGate> receive_gate)
       : TransportOfDatagrams(descriptor), reach_(reach), receive_gate_(std::move(receive_gate)) {}
 
   std::uint32_t max_recv_buffer_size() const override { return kLargestDatagram; }
 
-  void receive(rtps::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
+  void receive(transport::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     with_logged_exceptions([&] {
       if (reach_ != Reach::nobody && receive_gate_->admits({data, size}))
@@ -82,7 +82,7 @@ class GuardedTransport : public TransportOfDatagrams {
 
   static bool send_to(const Places& places, rtps::SenderResource& below, Datagram& datagram,
                       const SendDeadline& deadline) {
-    rtps::Locators begin(places.begin()), end(places.end());
+    transport::Locators begin(places.begin()), end(places.end());
     return places.empty() || datagram.send(below, &begin, &end, deadline);
   }
 
@@ -90,14 +90,14 @@ class GuardedTransport : public TransportOfDatagrams {
   std::shared_ptr<ReceiveGate> receive_gate_;
 };
 
-class GuardedDescriptor : public rtps::ChainingTransportDescriptor {
+class GuardedDescriptor : public transport::ChainingTransportDescriptor {
  public:
-  GuardedDescriptor(std::shared_ptr<rtps::TransportDescriptorInterface> below, Reach reach,
+  GuardedDescriptor(std::shared_ptr<transport::TransportDescriptorInterface> below, Reach reach,
                     std::shared_ptr<ReceiveGate> receive_gate)
-      : rtps::ChainingTransportDescriptor(std::move(below)),
+      : transport::ChainingTransportDescriptor(std::move(below)),
         reach_(reach),
         receive_gate_(std::move(receive_gate)) {}
-  rtps::TransportInterface* create_transport() const override {
+  transport::TransportInterface* create_transport() const override {
     return new GuardedTransport(*this, reach_, receive_gate_);
   }
 
@@ -106,9 +106,9 @@ class GuardedDescriptor : public rtps::ChainingTransportDescriptor {
   std::shared_ptr<ReceiveGate> receive_gate_;
 };
 
-std::shared_ptr<rtps::TransportDescriptorInterface> transport(Reach reach,
-                                                              std::shared_ptr<ReceiveGate> receive_gate) {
-  auto descriptor = std::make_shared<rtps::UDPv4TransportDescriptor>();
+std::shared_ptr<transport::TransportDescriptorInterface> guarded_transport(
+    Reach reach, std::shared_ptr<ReceiveGate> receive_gate) {
+  auto descriptor = std::make_shared<transport::UDPv4TransportDescriptor>();
   descriptor->maxMessageSize -= kRoomForStatistics;
   descriptor->maxInitialPeersRange = kPeersRange;
   descriptor->receiveBufferSize = kSocketBuffer;
@@ -174,7 +174,7 @@ dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,
 
   const Reach reach = off ? Reach::nobody : stays ? Reach::this_machine : Reach::all;
   qos.transport().use_builtin_transports = false;
-  qos.transport().user_transports.push_back(transport(reach, std::move(receive_gate)));
+  qos.transport().user_transports.push_back(guarded_transport(reach, std::move(receive_gate)));
 
   const std::string own_address = stays ? kLoopback : "0.0.0.0";
   const Ports ports = free_ports(options.domain, own_address);
