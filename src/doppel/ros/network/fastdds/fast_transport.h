@@ -11,6 +11,7 @@
 #include "doppel/ros/network/detail/rtps_guard.h"
 #include "doppel/ros/network/environment.h"
 #include "doppel/ros/network/fastdds/fast_acknowledgements.h"
+#include "doppel/ros/network/fastdds/fast_dds.h"
 
 namespace doppel::ros2::fast {
 
