@@ -1,13 +1,11 @@
 // What a hostile process can do to the twin: only increment a counter (/diagnostics, "doppel: ros2 network").
 
-#include <arpa/inet.h>
 #include <control_msgs.h>
 #include <diagnostic_msgs.h>
 #include <gtest/gtest.h>
 #include <rcl_interfaces.h>
 #include <sensor_msgs.h>
 #include <std_msgs.h>
-#include <sys/socket.h>
 #include <trajectory_msgs.h>
 #include <unistd.h>
 
@@ -16,6 +14,7 @@
 #include <random>
 
 #include "fast_twin_test.h"
+#include "hostile_datagrams.h"
 
 namespace doppel::ros2_testing {
 namespace {
@@ -23,7 +22,6 @@ namespace {
 using diagnostic_msgs::msg::dds_::DiagnosticArray_;
 using sensor_msgs::msg::dds_::JointState_;
 using trajectory_msgs::msg::dds_::JointTrajectory_;
-using Octets = std::vector<std::uint8_t>;
 
 // Arbitrary bytes under the name of any type, sent unchanged, including the encapsulation header.
 class RawType : public PeerType {
@@ -220,16 +218,7 @@ TEST_F(HostileNetwork, VanishedPeerIsDropped) {
 
 class Garbage {
  public:
-  Garbage() : socket_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
-  ~Garbage() { close(socket_); }
-
-  void send(int port, const Octets& bytes) const {
-    sockaddr_in to{};
-    to.sin_family = AF_INET;
-    to.sin_port = htons(static_cast<std::uint16_t>(port));
-    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    sendto(socket_, bytes.data(), bytes.size(), 0, reinterpret_cast<const sockaddr*>(&to), sizeof to);
-  }
+  void send(int port, const Octets& bytes) const { socket_.send(port, bytes); }
   Octets noise(std::size_t most) {
     Octets bytes(random_() % (most + 1));
     for (std::uint8_t& byte : bytes) byte = static_cast<std::uint8_t>(random_());
@@ -267,23 +256,9 @@ class Garbage {
     bytes.push_back(static_cast<std::uint8_t>(declared >> 8));
     bytes.insert(bytes.end(), body.begin(), body.end());
   }
-  int socket_;
+  DatagramSocket socket_;
   std::mt19937 random_{2024};
 };
-
-// The twin as discovered.
-std::pair<GUID_t, SeenParticipant> twin_as_seen_by(const FastPeer& peer) {
-  std::pair<GUID_t, SeenParticipant> found;
-  EXPECT_TRUE(eventually([&] {
-    for (const SeenEndpoint& endpoint : peer.endpoints())
-      for (const auto& [guid, participant] : peer.participants())
-        if (endpoint.topic == "rt/joint_states" && endpoint.is_writer &&
-            endpoint.guid.guidPrefix == guid.guidPrefix)
-          found = {guid, participant};
-    return !found.second.ports.empty();
-  }));
-  return found;
-}
 
 TEST_F(HostileNetwork, GarbageOnPortsIsIgnored) {
   const auto [guid, seen] = twin_as_seen_by(peer);

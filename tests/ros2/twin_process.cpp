@@ -144,14 +144,15 @@ int Process::wait() {
   return reap(0);
 }
 
-TwinProcess::TwinProcess(const std::vector<std::string>& more_arguments, const std::string& robot) {
+TwinProcess::TwinProcess(const std::vector<std::string>& more_arguments, const std::string& robot,
+                         const std::string& range) {
   std::string folder = (std::filesystem::temp_directory_path() / "doppel-peers-XXXXXX").string();
   if (mkdtemp(folder.data()) == nullptr) throw std::runtime_error("cannot create the folder " + folder);
   folder_ = folder;
   std::vector<std::string> command = {doppel_program(), "up",     source_folder() / "robots" / robot,
                                       "--headless",     "--port", std::to_string(free_port())};
   command.insert(command.end(), more_arguments.begin(), more_arguments.end());
-  variables_ = {"ROS_DOMAIN_ID=" + std::to_string(own_domain()), "ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST",
+  variables_ = {"ROS_DOMAIN_ID=" + std::to_string(own_domain()), "ROS_AUTOMATIC_DISCOVERY_RANGE=" + range,
                 "ROS_LOCALHOST_ONLY=", "ROS_STATIC_PEERS=", "XDG_RUNTIME_DIR=" + folder};
   process_ = std::make_unique<Process>(command, variables_, folder_ / "output");
 }

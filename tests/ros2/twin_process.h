@@ -33,7 +33,8 @@ class Process {
   Process& operator=(const Process&) = delete;
 
   [[nodiscard]] bool running();
-  void kill();      // SIGKILL: without a chance to clean up
+  [[nodiscard]] pid_t pid() const { return pid_; }  // -1 once it has ended
+  void kill();                                      // SIGKILL: without a chance to clean up
   int interrupt();  // SIGINT; waits; the exit code (128 + signal, if a signal ended it)
   int wait();       // waits until it exits; the exit code likewise
 
@@ -45,10 +46,10 @@ class Process {
 
 class TwinProcess {
  public:
-  // `doppel up` of a bundled robot on this machine's loopback only, in own_domain(), with additional
-  // arguments. Returns at once.
+  // `doppel up` of a bundled robot in own_domain(), with additional arguments, and with `range` as
+  // ROS_AUTOMATIC_DISCOVERY_RANGE: this machine's loopback only. Returns at once.
   explicit TwinProcess(const std::vector<std::string>& more_arguments = {},
-                       const std::string& robot = "omarm_one");
+                       const std::string& robot = "omarm_one", const std::string& range = "LOCALHOST");
   ~TwinProcess();
 
   Process& process() { return *process_; }

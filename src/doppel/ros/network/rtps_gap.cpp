@@ -45,21 +45,16 @@ std::vector<std::uint8_t> without_samples(std::span<const std::uint8_t> datagram
   datagram = datagram.subspan(rtps::kHeaderSize);
   bool found = false;
   while (datagram.size() >= rtps::kSubmessageHeaderSize) {
-    const bool is_data = datagram[0] == rtps::kData || datagram[0] == rtps::kDataFragment;
-    const bool little = (datagram[1] & rtps::kLittleEndian) != 0;
-    std::size_t size = rtps::number(&datagram[2], 2, little);
-    const std::size_t left = datagram.size() - rtps::kSubmessageHeaderSize;
-    if (size == 0 && is_data) size = left;  // it is the last one
-    if (size > left) return {};
-    const auto body = datagram.subspan(rtps::kSubmessageHeaderSize, size);
-    if (is_data && size >= rtps::kMinDataSize &&
+    const auto submessage = rtps::take_submessage(datagram);
+    if (!submessage) return {};
+    const rtps::Bytes body = submessage->body;
+    if (submessage->has_sample() && body.size() >= rtps::kMinDataSize &&
         std::ranges::equal(body.subspan(rtps::kDataWriterAt, 4), writer)) {
-      append_gap(result, body, little);
+      append_gap(result, body, submessage->is_little());
       found = true;
     } else {
-      append(result, datagram.first(rtps::kSubmessageHeaderSize + size));
+      append(result, submessage->whole);
     }
-    datagram = datagram.subspan(rtps::kSubmessageHeaderSize + size);
   }
   return found ? result : Octets();
 }

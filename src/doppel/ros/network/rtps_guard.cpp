@@ -9,58 +9,37 @@
 namespace doppel::ros2 {
 namespace {
 
-constexpr std::size_t kPrefixAt = 8, kPrefixSize = 12;  // in the header
 constexpr std::uint8_t kStatistics = 0x80;  // eProsima's own, behind each message of a Fast DDS peer
-constexpr std::uint8_t kHasInlineQos = 0x02, kHasData = 0x04,
-                       kHasKey = 0x08;  // a fragment always has one of the two
-constexpr std::uint32_t kSentinel = 1;
-// In the bodies of DATA and DATA_FRAG, and of HEARTBEAT and GAP, which both have two sequence numbers.
-constexpr std::size_t kOffsetAt = 2, kOffsetFrom = 4;
+// In the bodies of HEARTBEAT and GAP, which both have two sequence numbers.
 constexpr std::size_t kWriterAt = 4, kFirstSequenceAt = 8, kSecondSequenceAt = 16, kHeartbeatCountAt = 24,
                       kMinHeartbeat = 28, kMinGap = 28;
 // In that of ACKNACK: the reader, the writer, and the first number that the reader may miss.
 constexpr std::size_t kAcknowledgedAt = 8, kMinAcknowledgement = 24;
-// In that of DATA_FRAG.
-constexpr std::size_t kFirstFragmentAt = 20, kFragmentCountAt = 24, kFragmentSizeAt = 26, kSampleSizeAt = 28,
-                      kMinFragment = 32;
+constexpr std::size_t kInfoSourceSize = 20;
 constexpr std::int64_t kMaxSequence = std::int64_t{1} << 40;  // 35 years at 1 kHz
 constexpr std::size_t kMaxWriters = 10'000;                   // those of strangers must not fill the memory
 
-std::int64_t sequence(const std::uint8_t* bytes, bool little) {
-  const std::uint64_t high = rtps::number(bytes, 4, little);
-  return static_cast<std::int64_t>(high << 32 | rtps::number(bytes + 4, 4, little));
+// Fast DDS keeps the list of missing fragments inside the sample: four bytes at the aligned beginning of each
+// fragment, which it writes behind the end of the sample if the last fragment is shorter (CVE-2025-62799).
+bool has_room_for_fragment_list(std::uint64_t fragment, std::uint64_t whole) {
+  constexpr std::uint64_t kEntry = 4;
+  if (whole <= fragment) return true;
+  const std::uint64_t last = (whole - 1) / fragment * fragment;
+  return fragment >= kEntry && ((last + 3) & ~std::uint64_t{3}) + kEntry <= whole;
 }
 
-// The bytes that follow a list of parameters; nothing where the list does not end.
-std::optional<std::span<const std::uint8_t>> behind_parameters(std::span<const std::uint8_t> list,
-                                                               bool little) {
-  while (list.size() >= 4) {
-    const std::uint32_t id = rtps::number(list.data(), 2, little);
-    const std::size_t size = id == kSentinel ? 0 : (rtps::number(&list[2], 2, little) + 3) & ~std::size_t{3};
-    if (size > list.size() - 4) return std::nullopt;
-    list = list.subspan(4 + size);
-    if (id == kSentinel) return list;
-  }
-  return std::nullopt;
-}
-
-// Fast DDS does not check the sizes of the parts before it subtracts them from that of the whole.
 bool is_possible_data(std::uint8_t kind, std::uint8_t flags, std::span<const std::uint8_t> body) {
   const bool little = (flags & rtps::kLittleEndian) != 0;
-  const std::size_t fixed = kind == rtps::kData ? rtps::kMinDataSize : kMinFragment;
-  if (body.size() < fixed) return false;
-  const std::size_t begin = kOffsetFrom + rtps::number(&body[kOffsetAt], 2, little);
-  if (begin < fixed || begin > body.size()) return false;
-  std::optional payload = body.subspan(begin);
-  if ((flags & kHasInlineQos) != 0) payload = behind_parameters(*payload, little);
+  const auto payload = rtps::payload(kind, flags, body);
   if (!payload) return false;
-  if (kind == rtps::kData) return (flags & (kHasData | kHasKey)) == 0 || payload->size() >= 4;
+  if (kind == rtps::kData) return (flags & (rtps::kHasData | rtps::kHasKey)) == 0 || payload->size() >= 4;
 
-  const std::uint64_t first = rtps::number(&body[kFirstFragmentAt], 4, little);
-  const std::uint64_t count = rtps::number(&body[kFragmentCountAt], 2, little);
-  const std::uint64_t size = rtps::number(&body[kFragmentSizeAt], 2, little);
-  const std::uint64_t whole = rtps::number(&body[kSampleSizeAt], 4, little);
-  if (first == 0 || count == 0 || size == 0 || whole > kMaxSampleBytes || (first - 1) * size >= whole)
+  const std::uint64_t first = rtps::number(&body[rtps::kFirstFragmentAt], 4, little);
+  const std::uint64_t count = rtps::number(&body[rtps::kFragmentCountAt], 2, little);
+  const std::uint64_t size = rtps::number(&body[rtps::kFragmentSizeAt], 2, little);
+  const std::uint64_t whole = rtps::number(&body[rtps::kSampleSizeAt], 4, little);
+  if (first == 0 || count == 0 || size == 0 || whole > kMaxSampleBytes || (first - 1) * size >= whole ||
+      !has_room_for_fragment_list(size, whole))
     return false;
   const std::uint64_t declared = std::min(count * size, whole - (first - 1) * size);
   return (first + count - 2) * size < whole && payload->size() >= declared && payload->size() < declared + 4;
@@ -81,20 +60,31 @@ bool RtpsGuard::admits_claim(const Writer& writer, const Claim& claim) {
   return fits;
 }
 
-// A gap is only accepted if it is consistent with its writer's samples and heartbeats.
+// Mirrors Fast DDS, which ignores a heartbeat that is impossible or whose count does not grow.
+void RtpsGuard::note_available(const Writer& writer, std::int64_t first, std::int64_t last,
+                               std::uint32_t count) {
+  Progress& progress = writers_[writer];
+  if (first <= 0 || last < first - 1 || count <= progress.heartbeat) return;
+  progress.heartbeat = count;
+  progress.available = std::max(progress.available, first);
+}
+
+// A gap is only accepted if it is consistent with its writer's samples and heartbeats. Fast DDS stores the
+// numbers of gaps above the first available sample (CVE-2025-64438): the distance from it limits their
+// memory.
 bool RtpsGuard::admits_gap(const Writer& writer, std::int64_t first, std::int64_t end) {
   if (first < 0 || end < 0 || end > kMaxSequence) return false;
   const auto known = writers_.find(writer);
-  const std::int64_t reached = known != writers_.end() ? known->second.reached : 0;
+  const Progress progress = known != writers_.end() ? known->second : Progress{};
   if (end > first) gaps_ += end - first;
-  return gaps_ <= kMaxGap && end - reached <= kMaxSequenceJump;
+  return gaps_ <= kMaxGap && end - progress.available <= kMaxGap;
 }
 
 void RtpsGuard::note_acknowledgement(std::span<const std::uint8_t> body, bool little, const Writer& sender) {
-  if (body.size() < kMinAcknowledgement || sequence(&body[kAcknowledgedAt], little) <= 0) return;
+  if (body.size() < kMinAcknowledgement || rtps::sequence(&body[kAcknowledgedAt], little) <= 0) return;
   Acknowledgement& noted = acknowledgements_.emplace_back();
-  std::copy_n(sender.begin(), kPrefixSize, noted.reader.begin());
-  std::copy_n(body.begin(), 4, noted.reader.begin() + kPrefixSize);
+  std::copy_n(sender.begin(), rtps::kPrefixSize, noted.reader.begin());
+  std::copy_n(body.begin(), 4, noted.reader.begin() + rtps::kPrefixSize);
   std::copy_n(body.begin() + kWriterAt, 4, noted.writer.begin());
 }
 
@@ -103,15 +93,22 @@ bool RtpsGuard::admits_submessage(std::uint8_t kind, std::uint8_t flags, std::sp
   const bool little = (flags & rtps::kLittleEndian) != 0;
   const bool is_data = kind == rtps::kData || kind == rtps::kDataFragment;
   if (kind == rtps::kAcknowledgement) note_acknowledgement(body, little, writer);
+  if (kind == rtps::kInfoSource) {
+    if (body.size() != kInfoSourceSize) return false;
+    std::copy_n(&body[rtps::kPrefixAt], rtps::kPrefixSize, writer.begin());
+  }
   if (!is_data && kind != rtps::kHeartbeat && kind != rtps::kGap) return true;
   const std::size_t least = kind == rtps::kHeartbeat ? kMinHeartbeat : kMinGap;
   if (is_data ? !is_possible_data(kind, flags, body) : body.size() < least) return false;
-  std::memcpy(writer.data() + kPrefixSize, &body[is_data ? rtps::kDataWriterAt : kWriterAt], 4);
-  if (is_data) return admits_claim(writer, {sequence(&body[rtps::kDataSequenceAt], little)});
-  const std::int64_t first = sequence(&body[kFirstSequenceAt], little);
-  const std::int64_t second = sequence(&body[kSecondSequenceAt], little);
+  std::memcpy(writer.data() + rtps::kPrefixSize, &body[is_data ? rtps::kDataWriterAt : kWriterAt], 4);
+  if (is_data) return admits_claim(writer, {rtps::sequence(&body[rtps::kDataSequenceAt], little)});
+  const std::int64_t first = rtps::sequence(&body[kFirstSequenceAt], little);
+  const std::int64_t second = rtps::sequence(&body[kSecondSequenceAt], little);
   if (kind == rtps::kGap) return admits_gap(writer, first, second);
-  return admits_claim(writer, {std::max(first, second), rtps::number(&body[kHeartbeatCountAt], 4, little)});
+  const std::uint32_t count = rtps::number(&body[kHeartbeatCountAt], 4, little);
+  if (!admits_claim(writer, {std::max(first, second), count})) return false;
+  note_available(writer, first, second, count);
+  return true;
 }
 
 bool RtpsGuard::admits(std::span<const std::uint8_t> datagram) {
@@ -120,20 +117,16 @@ bool RtpsGuard::admits(std::span<const std::uint8_t> datagram) {
   if (writers_.size() > kMaxWriters) writers_.clear();
   gaps_ = 0;
   Writer writer{};
-  std::memcpy(writer.data(), &datagram[kPrefixAt], kPrefixSize);
+  std::memcpy(writer.data(), &datagram[rtps::kPrefixAt], rtps::kPrefixSize);
   datagram = datagram.subspan(rtps::kHeaderSize);
   while (datagram.size() >= rtps::kSubmessageHeaderSize) {
-    const std::uint8_t kind = datagram[0];
-    const std::uint8_t flags = datagram[1];
-    std::size_t size = rtps::number(&datagram[2], 2, (flags & rtps::kLittleEndian) != 0);
-    datagram = datagram.subspan(rtps::kSubmessageHeaderSize);
-    if (size == 0 && kind != rtps::kPad && kind != rtps::kInfoTimestamp)
-      size = datagram.size();  // it is the last one
-    if (size > datagram.size() || !admits_submessage(kind, flags, datagram.first(size), writer)) return false;
+    const auto submessage = rtps::take_submessage(datagram);
+    if (!submessage || !admits_submessage(submessage->kind, submessage->flags, submessage->body, writer))
+      return false;
     // Fast DDS continues at the next multiple of four, where it would read other submessages than this check,
     // and aborts the process if anything follows the statistics.
-    if (size < datagram.size() && (size % 4 != 0 || kind == kStatistics)) return false;
-    datagram = datagram.subspan(size);
+    if (!datagram.empty() && (submessage->body.size() % 4 != 0 || submessage->kind == kStatistics))
+      return false;
   }
   return true;
 }

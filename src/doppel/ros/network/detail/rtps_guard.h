@@ -18,7 +18,7 @@ constexpr std::int64_t kMaxSequenceJump = 10'000'000;
 // A writer that is further ahead than this (50 days at 1 kHz) is ignored.
 constexpr std::int64_t kMaxSequenceLeap = std::int64_t{1} << 32;
 // Fast DDS also stores each number of a gap until all earlier samples have arrived. Writers only send gaps
-// within their history, which is much shorter; heartbeats cover earlier samples.
+// within their history, which is much shorter; heartbeats, which say where it begins, cover earlier samples.
 constexpr std::int64_t kMaxGap = 100'000;
 
 // An acknowledgement of a reader to a writer of this participant, which shows that the reader has
@@ -33,7 +33,8 @@ struct Acknowledgement {
 class RtpsGuard {
  public:
   // False for what is no RTPS message or one that Fast DDS would read otherwise than this, for fragments of
-  // nothing or of more than kMaxSampleBytes, for gaps that are wider than kMaxGap together, and for sequence
+  // nothing, of more than kMaxSampleBytes or without room for its list of them, for gaps that are wider than
+  // kMaxGap together or end further than that from their writer's first available sample, and for sequence
   // numbers that leap ahead of their writer's earlier ones, unless its next heartbeat or sample confirms them
   // (after hours without connection); a repetition of the same datagram, as in a recording, does not.
   bool admits(std::span<const std::uint8_t> datagram);
@@ -51,11 +52,14 @@ class RtpsGuard {
   };
   struct Progress {
     std::int64_t reached = 0;
-    Claim leap;  // the last one, if it was refused
+    Claim leap;                   // the last one, if it was refused
+    std::int64_t available = 1;   // the first sample that the writer still has, by its heartbeats
+    std::uint32_t heartbeat = 0;  // the count of the last one
   };
   bool admits_submessage(std::uint8_t kind, std::uint8_t flags, std::span<const std::uint8_t> body,
                          Writer& writer);
   bool admits_claim(const Writer& writer, const Claim& claim);
+  void note_available(const Writer& writer, std::int64_t first, std::int64_t last, std::uint32_t count);
   bool admits_gap(const Writer& writer, std::int64_t first, std::int64_t end);
 
   std::map<Writer, Progress> writers_;

@@ -102,7 +102,11 @@ std::vector<ParticipantInfo> Discovery::participants() const {
 
 void Discovery::participant_changed(const ParticipantData& data, bool left) {
   const Gid gid = gid_of(guid_of(data));
-  if (left) return remove_participant(gid);
+  if (left) {
+    announced_->leave(gid);
+    return remove_participant(gid);
+  }
+  announced_->join(gid);
   const std::string user_data = text_of(user_data_of(data));
   add(ParticipantInfo{gid, name_of(data), detail::user_data_value(user_data, "enclave")});
 }

@@ -5,8 +5,10 @@
 #include <atomic>
 #include <functional>
 #include <map>
+#include <memory>
 #include <mutex>
 
+#include "doppel/ros/network/detail/rtps_discovery.h"
 #include "doppel/ros/network/fastdds/fast_addressing.h"
 #include "doppel/ros/network/participant.h"
 
@@ -14,7 +16,8 @@ namespace doppel::ros2::fast {
 
 class Discovery : public DiscoveryListener {
  public:
-  explicit Discovery(std::function<void()> on_activity) : on_activity_(std::move(on_activity)) {}
+  Discovery(std::function<void()> on_activity, std::shared_ptr<AnnouncedEndpoints> announced)
+      : on_activity_(std::move(on_activity)), announced_(std::move(announced)) {}
 
   // Includes this participant.
   void add(ParticipantInfo participant);
@@ -34,6 +37,7 @@ class Discovery : public DiscoveryListener {
   void changed();
 
   const std::function<void()> on_activity_;
+  const std::shared_ptr<AnnouncedEndpoints> announced_;
   std::atomic<std::uint64_t> version_{0};
   mutable std::mutex mutex_;
   std::map<Gid, EndpointInfo> endpoints_;

@@ -50,7 +50,7 @@ void destroy(dds::DomainParticipant* participant) {
 
 FastParticipant::FastParticipant(const ParticipantOptions& options, std::function<void()> on_activity)
     : on_activity_(std::move(on_activity)),
-      discovery_(on_activity_),
+      discovery_(on_activity_, announced_endpoints_),
       participant_(create(options, discovery_, receive_gate_)) {
   publisher_ = participant_->create_publisher(dds::PUBLISHER_QOS_DEFAULT);
   subscriber_ = participant_->create_subscriber(dds::SUBSCRIBER_QOS_DEFAULT);

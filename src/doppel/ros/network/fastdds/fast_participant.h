@@ -54,10 +54,12 @@ class FastParticipant : public Participant {
   };
 
   const std::function<void()> on_activity_;
+  const std::shared_ptr<AnnouncedEndpoints> announced_endpoints_ = std::make_shared<AnnouncedEndpoints>();
   Discovery discovery_;
   const std::shared_ptr<Acknowledgements> acknowledgements_ =
       std::make_shared<Acknowledgements>(on_activity_);
-  const std::shared_ptr<ReceiveGate> receive_gate_ = std::make_shared<ReceiveGate>(acknowledgements_);
+  const std::shared_ptr<ReceiveGate> receive_gate_ =
+      std::make_shared<ReceiveGate>(acknowledgements_, announced_endpoints_);
   dds::DomainParticipant* participant_ = nullptr;
   dds::Publisher* publisher_ = nullptr;
   dds::Subscriber* subscriber_ = nullptr;

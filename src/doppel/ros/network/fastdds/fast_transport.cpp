@@ -19,8 +19,8 @@ constexpr const char* kLoopback = "127.0.0.1";
 constexpr std::uint32_t kPeersRange = 32;
 // Limited by net.core.rmem_max; large, because an image arrives in bursts.
 constexpr std::uint32_t kSocketBuffer = 4 * 1024 * 1024;
-// Fast DDS fills a datagram up to its limit and then adds its statistics, which a receiver with the same limit
-// cuts off; a datagram that is cut is refused, at every repetition.
+// Fast DDS fills a datagram up to its limit and then adds its statistics, which a receiver with the same
+// limit cuts off; a datagram that is cut is refused, at every repetition.
 constexpr std::uint32_t kRoomForStatistics = 128;  // bytes, in what this sends
 constexpr std::uint32_t kLargestDatagram = 65536;  // bytes, of what this receives
 
@@ -48,8 +48,10 @@ class GuardedTransport : public TransportOfDatagrams {
   void receive(transport::TransportReceiverInterface* above, const rtps::octet* data, std::uint32_t size,
                const rtps::Locator_t& local, const rtps::Locator_t& remote) override {
     with_logged_exceptions([&] {
-      if (reach_ != Reach::nobody && receive_gate_->admits({data, size}))
-        above->OnDataReceived(data, size, local, remote);
+      if (reach_ == Reach::nobody) return;
+      receive_gate_->receive({data, size}, [&](std::span<const std::uint8_t> admitted) {
+        above->OnDataReceived(admitted.data(), static_cast<std::uint32_t>(admitted.size()), local, remote);
+      });
     });
   }
 
@@ -142,15 +144,27 @@ void ReceiveGate::open() {
 
 bool ReceiveGate::admits(std::span<const std::uint8_t> datagram) {
   std::unique_lock lock(mutex_);
-  if (!guard_.admits(datagram)) {
-    refused_.fetch_add(1, std::memory_order_relaxed);
-    return false;
-  }
+  if (!guard_.admits(datagram)) return false;
   for (const Acknowledgement& acknowledgement : guard_.acknowledgements())
     acknowledgements_->receive(acknowledgement);
   opened_.wait_for(lock, std::chrono::seconds(1), [&] { return is_open_; });
   is_open_ = true;
   return true;
+}
+
+void ReceiveGate::receive(std::span<const std::uint8_t> datagram,
+                          const std::function<void(std::span<const std::uint8_t>)>& deliver) {
+  bool is_admitted = admits(datagram);
+  if (is_admitted && has_announcement(datagram)) {
+    // Ports have a thread each; an announcement is compared with those that were processed before.
+    const std::lock_guard lock(announcements_mutex_);
+    const auto reduced = discovery_.reduced(datagram);
+    is_admitted = reduced.has_value();
+    if (reduced) deliver(*reduced);
+  } else if (is_admitted) {
+    deliver(datagram);
+  }
+  if (!is_admitted) refused_.fetch_add(1, std::memory_order_relaxed);
 }
 
 dds::DomainParticipantQos participant_qos(const ParticipantOptions& options,

@@ -4,10 +4,12 @@
 #include <atomic>
 #include <condition_variable>
 #include <fastdds/dds/domain/qos/DomainParticipantQos.hpp>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <span>
 
+#include "doppel/ros/network/detail/rtps_discovery.h"
 #include "doppel/ros/network/detail/rtps_guard.h"
 #include "doppel/ros/network/environment.h"
 #include "doppel/ros/network/fastdds/fast_acknowledgements.h"
@@ -21,20 +23,26 @@ namespace doppel::ros2::fast {
 // would be delayed by up to three seconds, until the peer's next announcement.
 class ReceiveGate {
  public:
-  explicit ReceiveGate(std::shared_ptr<Acknowledgements> acknowledgements)
-      : acknowledgements_(std::move(acknowledgements)) {}
+  ReceiveGate(std::shared_ptr<Acknowledgements> acknowledgements,
+              std::shared_ptr<AnnouncedEndpoints> endpoints)
+      : acknowledgements_(std::move(acknowledgements)), discovery_(std::move(endpoints)) {}
   void open();
-  // True if Fast DDS may process the datagram. Waits for open(), but not forever: a participant whose
-  // creation fails is destroyed unopened.
-  bool admits(std::span<const std::uint8_t> datagram);
+  // Calls `deliver` with the datagram as Fast DDS may process it, if it may at all. Waits for open(), but not
+  // forever: a participant whose creation fails is destroyed unopened.
+  void receive(std::span<const std::uint8_t> datagram,
+               const std::function<void(std::span<const std::uint8_t>)>& deliver);
   [[nodiscard]] std::uint64_t refused() const { return refused_.load(std::memory_order_relaxed); }
 
  private:
+  bool admits(std::span<const std::uint8_t> datagram);
+
   std::mutex mutex_;
   std::condition_variable opened_;
   bool is_open_ = false;
   RtpsGuard guard_;
   const std::shared_ptr<Acknowledgements> acknowledgements_;
+  std::mutex announcements_mutex_;  // held while Fast DDS processes one
+  RtpsDiscovery discovery_;
   std::atomic<std::uint64_t> refused_{0};
 };
 

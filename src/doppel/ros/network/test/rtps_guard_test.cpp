@@ -201,7 +201,45 @@ TEST(RtpsGuard, DistantGapIsRefused) {
   EXPECT_FALSE(guard.admits(heartbeat(1, kFar, 1)));
   EXPECT_FALSE(guard.admits(gap(kFar, kFar + 1)));
   EXPECT_TRUE(guard.admits(heartbeat(1, kFar, 2)));
+  EXPECT_FALSE(guard.admits(gap(kFar, kFar + 1))) << "the first sample is still available, far below";
+  EXPECT_TRUE(guard.admits(heartbeat(kFar - 5, kFar, 3)));
   EXPECT_TRUE(guard.admits(gap(kFar, kFar + 1)));
+}
+
+// Fast DDS ignores such heartbeats, so that the numbers of gaps would accumulate in it.
+TEST(RtpsGuard, RepeatedOrImpossibleHeartbeatDoesNotAllowDistantGap) {
+  constexpr std::int64_t kFar = 3 * kMaxGap;
+  RtpsGuard guard;
+  EXPECT_TRUE(guard.admits(heartbeat(1, kFar, 5)));
+  EXPECT_TRUE(guard.admits(heartbeat(kFar, kFar, 5)));
+  EXPECT_TRUE(guard.admits(heartbeat(kFar, kFar - 2, 6)));
+  EXPECT_FALSE(guard.admits(gap(kFar, kFar + 1)));
+}
+
+// INFO_SRC names another sender for what follows: its gaps do not profit from the heartbeats of the header's.
+TEST(RtpsGuard, ProgressBelongsToSenderOfInfoSource) {
+  constexpr std::int64_t kFar = 3 * kMaxGap;
+  RtpsGuard guard;
+  ASSERT_TRUE(guard.admits(heartbeat(kFar, kFar, 1)));
+  Datagram other = rtps_header();
+  other.insert(other.end(), {0x0c, 0x01, 20, 0});
+  other.resize(other.size() + 8);
+  other.resize(other.size() + 12, 0x77);
+  Datagram short_source = other;
+  append_range(other, 0x08, kFar, kFar + 1, 0);
+  EXPECT_TRUE(guard.admits(gap(kFar, kFar + 1)));
+  EXPECT_FALSE(guard.admits(other));
+  short_source.resize(short_source.size() - 4);
+  short_source[22] = 16;
+  EXPECT_FALSE(guard.admits(short_source));
+}
+
+// CVE-2025-62799: Fast DDS keeps its list of missing fragments in the sample.
+TEST(RtpsGuard, FragmentsWithoutRoomForListOfThemAreRefused) {
+  EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.sample = 28})));
+  EXPECT_FALSE(RtpsGuard().admits(with(Fragment{.sample = 27})));
+  EXPECT_FALSE(RtpsGuard().admits(with(Fragment{.size = 3, .sample = 32, .payload = 3})));
+  EXPECT_TRUE(RtpsGuard().admits(with(Fragment{.size = 3, .sample = 3, .payload = 3})));
 }
 
 }  // namespace
