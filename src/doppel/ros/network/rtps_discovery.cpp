@@ -42,6 +42,7 @@ struct Requirement {
 };
 
 // The parameters that discovery by ROS 2 needs: DDSI-RTPS 2.5, 9.6.3 and 9.6.4, and three of eProsima.
+// The key (0x70) is not among them: Fast DDS would take it for the identity of the endpoint.
 constexpr Requirement kNeeded[] = {
     {0x0002, Content::lease, 8},         // lease of a participant
     {0x0004, Content::fixed, 8},         // time-based filter
@@ -79,7 +80,6 @@ constexpr Requirement kNeeded[] = {
     {0x005a, Content::fixed, 16},        // endpoint
     {0x0060},                            // largest size of the type
     {0x0062, Content::text},             // name
-    {0x0070, Content::fixed, 16},        // key
     {0x0071},                            // status
     {0x0073, Content::representations},  // data representation
     {0x0077},                            // QoS of the built-in endpoints
@@ -137,7 +137,7 @@ bool is_well_formed(const Requirement& needed, Bytes value, bool little) {
 // The policies of an endpoint that never change (DDS 1.4, 2.2.3) are its topic, type, durability,
 // reliability, liveliness, ownership and order. Of those with further values the kind comes first.
 constexpr std::uint16_t kImmutable[] = {0x0005, 0x0007, 0x001a, 0x001b, 0x001d, 0x001f, 0x0025};
-constexpr std::uint16_t kTopic = 0x0005, kType = 0x0007, kEndpoint = 0x005a;
+constexpr std::uint16_t kTopicId = 0x0005, kTypeId = 0x0007, kEndpointId = 0x005a;
 
 struct AnnouncedEndpoint {
   Gid gid;
@@ -154,12 +154,12 @@ std::optional<AnnouncedEndpoint> endpoint_of(Bytes announcement) {
   Bytes list = announcement.subspan(kEncapsulation);
   for (auto parameter = rtps::take_parameter(list, little); parameter && parameter->id != rtps::kSentinel;
        parameter = rtps::take_parameter(list, little)) {
-    if (parameter->id == kEndpoint) {
+    if (parameter->id == kEndpointId) {
       std::copy_n(parameter->value.begin(), endpoint.gid.bytes.size(), endpoint.gid.bytes.begin());
       has_identity = true;
     }
     if (std::ranges::find(kImmutable, parameter->id) == std::end(kImmutable)) continue;
-    const bool is_name = parameter->id == kTopic || parameter->id == kType;
+    const bool is_name = parameter->id == kTopicId || parameter->id == kTypeId;
     mix(static_cast<std::uint8_t>(parameter->id));
     std::ranges::for_each(is_name ? parameter->value : parameter->value.first(4), mix);
   }
@@ -203,22 +203,41 @@ bool has_announcement(Bytes datagram) {
 
 void AnnouncedEndpoints::join(const Gid& participant) {
   const std::lock_guard lock(mutex_);
-  participants_.try_emplace(prefix_of(participant));
+  participants_[prefix_of(participant)].is_present = true;
 }
 
 void AnnouncedEndpoints::leave(const Gid& participant) {
   const std::lock_guard lock(mutex_);
-  participants_.erase(prefix_of(participant));
+  const auto place = participants_.find(prefix_of(participant));
+  if (place == participants_.end()) return;
+  place->second.is_present = false;
+  place->second.departure = ++departures_;
+  if (place->second.endpoints.empty()) participants_.erase(place);
+}
+
+// Forgets the participants that left first.
+bool AnnouncedEndpoints::has_room() {
+  while (endpoints_ >= kMaxAnnouncedEndpoints) {
+    const auto first = std::ranges::min_element(participants_, {}, [](const auto& entry) {
+      return std::pair(entry.second.is_present, entry.second.departure);
+    });
+    if (first->second.is_present) return false;
+    endpoints_ -= first->second.endpoints.size();
+    participants_.erase(first);
+  }
+  return true;
 }
 
 bool AnnouncedEndpoints::admits(const Gid& endpoint, std::uint64_t policies) {
   const std::lock_guard lock(mutex_);
   const auto participant = participants_.find(prefix_of(endpoint));
-  if (participant == participants_.end()) return false;
-  auto& endpoints = participant->second;
+  if (participant == participants_.end() || !participant->second.is_present) return false;
+  auto& endpoints = participant->second.endpoints;
   const auto earlier = endpoints.find(endpoint);
   if (earlier != endpoints.end()) return earlier->second == policies;
-  return endpoints.size() < kMaxEndpointsOfParticipant && endpoints.emplace(endpoint, policies).second;
+  if (!has_room()) return false;
+  ++endpoints_;
+  return endpoints.emplace(endpoint, policies).second;
 }
 
 // The announcement that is in a submessage as a whole, or the key of one that ends.

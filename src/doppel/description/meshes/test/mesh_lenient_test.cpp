@@ -87,10 +87,16 @@ TEST_F(MeshToleranceTest, MalformedColladaIsReadAsInRviz) {
   EXPECT_NEAR(good.bounds().max().z(), 0.05, 1e-7);
 }
 
-TEST_F(MeshToleranceTest, IndexBeyondArrayWithinAccessorIsRead) {
+// assimp 5.2 reads it, and later versions refuse it: then the message of the first reader stays.
+TEST_F(MeshToleranceTest, IndexBeyondArrayWithinAccessorIsReadOrRefused) {
   const std::string far =
       with(with(collada_tetrahedron(), "count=\"4\" stride", "count=\"5\" stride"), "1 2 3</p>", "1 2 4</p>");
-  EXPECT_FALSE(load("far.dae", far).remark.empty());
+  const std::string rule = rule_of_refusal(write("far.dae", far));
+  if (rule == "accepted") {
+    EXPECT_FALSE(load("far.dae", far).remark.empty());
+  } else {
+    EXPECT_EQ(rule, "mesh.unreadable");
+  }
   EXPECT_EQ(rule_of_refusal(write("further.dae", with(collada_tetrahedron(), "1 2 3</p>", "1 2 9</p>"))),
             "mesh.unreadable");
 }

@@ -24,22 +24,34 @@ namespace doppel::ros2 {
 constexpr std::size_t kMaxAnnouncement = 32 * 1024;
 // Announcements whose fragments have not all arrived.
 constexpr std::size_t kMaxOpenAnnouncements = 64;
-constexpr std::size_t kMaxEndpointsOfParticipant = 4'000;
+// Endpoints of all participants, present ones and earlier ones.
+constexpr std::size_t kMaxAnnouncedEndpoints = 2 * kMaxEndpoints;
 
 // The endpoints that participants have announced, with their policies that never change. Any thread.
 class AnnouncedEndpoints {
  public:
-  // To be called when Fast DDS reports a participant. The policies of an endpoint hold until its participant
-  // leaves, because an announcement may wait in Fast DDS for an earlier one.
+  // To be called when Fast DDS reports a participant. The policies of an endpoint hold beyond its
+  // participant: Fast DDS may report one that has left while its endpoints are still being removed, and an
+  // announcement may wait in Fast DDS for an earlier one.
   void join(const Gid& participant);
   void leave(const Gid& participant);
-  // False for an endpoint of an unknown participant, of one with too many, or with other policies than
-  // before.
+  // False for an endpoint of a participant that is not present, or with other policies than before, and where
+  // those of present participants are too many.
   bool admits(const Gid& endpoint, std::uint64_t policies);
 
  private:
+  using Prefix = std::array<std::uint8_t, Gid::kPrefixSize>;
+  struct Participant {
+    bool is_present = true;
+    std::uint64_t departure = 0;  // its number, by which the earliest is found
+    std::map<Gid, std::uint64_t> endpoints;
+  };
+  bool has_room();
+
   std::mutex mutex_;
-  std::map<std::array<std::uint8_t, Gid::kPrefixSize>, std::map<Gid, std::uint64_t>> participants_;
+  std::map<Prefix, Participant> participants_;
+  std::size_t endpoints_ = 0;
+  std::uint64_t departures_ = 0;
 };
 
 // Whether a datagram that RtpsGuard admits has announcements, or fragments of them.
