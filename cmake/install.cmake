@@ -79,9 +79,14 @@ add_custom_command(OUTPUT ${manual}/stamp
   COMMAND doppel completion fish > ${manual}/doppel.fish
   COMMAND ${CMAKE_COMMAND} -E touch ${manual}/stamp
   DEPENDS doppel doppel_verbs COMMENT "Writing the manual" VERBATIM)
-add_custom_target(doppel_manual ALL DEPENDS ${manual}/stamp)
+# The bill of materials: the page's libraries and the Debian packages of this build.
+set(spdx ${PROJECT_BINARY_DIR}/doppel.spdx.json)
+add_custom_command(OUTPUT ${spdx}
+  COMMAND node ${PROJECT_SOURCE_DIR}/tools/write_spdx.mjs ${spdx} ${PROJECT_VERSION}
+  DEPENDS tools/write_spdx.mjs packages.txt web/package-lock.json COMMENT "Writing the bill of materials" VERBATIM)
+add_custom_target(doppel_manual ALL DEPENDS ${manual}/stamp ${spdx})
 # A build of the program alone has no manual yet.
-install(CODE "if(NOT EXISTS \"${manual}/stamp\")
+install(CODE "if(NOT EXISTS \"${manual}/stamp\" OR NOT EXISTS \"${spdx}\")
   execute_process(COMMAND \"${CMAKE_COMMAND}\" --build \"${PROJECT_BINARY_DIR}\" --target doppel_manual
     COMMAND_ERROR_IS_FATAL ANY)
 endif()" COMPONENT program)
@@ -89,6 +94,7 @@ install(DIRECTORY ${manual}/man1 DESTINATION ${CMAKE_INSTALL_MANDIR} COMPONENT p
 install(FILES ${manual}/doppel DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions COMPONENT program)
 install(FILES ${manual}/_doppel DESTINATION ${CMAKE_INSTALL_DATADIR}/zsh/vendor-completions COMPONENT program)
 install(FILES ${manual}/doppel.fish DESTINATION ${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d COMPONENT program)
+install(FILES ${spdx} DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/doppel COMPONENT program)
 foreach(package program=doppel library=libdoppel${PROJECT_VERSION_MAJOR} development=libdoppel-dev data=doppel-data)
   string(REPLACE "=" ";" package ${package})
   list(GET package 0 component)

@@ -26,6 +26,10 @@ void add_edge_options(CLI::App& verb, EdgeOptions& options) {
         const Status usable = check_token(token);
         return usable ? std::string() : usable.why();
       });
+  verb.add_flag(
+      "--local-token", options.local_token,
+      "Require a token of clients on this machine, too, so that its other users cannot command the twin; "
+      "your own commands find it by themselves");
   verb.add_flag("--no-open", options.no_open, "Do not open the web page in the desktop's browser");
   CLI::Option* none = verb.add_flag("--no-ros", options.ros.none, "Do not join the ROS 2 network");
   verb.add_option("--domain", options.ros.domain, "ROS 2 domain (default: ROS_DOMAIN_ID, or 0)")
@@ -53,11 +57,19 @@ SessionOptions session_options(const EdgeOptions& options, const RosArguments& r
   SessionOptions out;
   out.server = options.server;
   if (out.server.token.empty()) out.server.token = token_of_environment();
+  if (options.local_token && out.server.token.empty()) out.server.token = make_token();
   out.server.page_folder = page_folder();
   check_address(out.server);
   out.server.metadata = {{"command", own_command_line()}, {"version", std::string(version())}};
   out.network = ros_network(options.ros, ros, diagnostics);
   out.bundled = bundled_folders();
+  if (options.local_token && out.network && out.network->range != ros2::DiscoveryRange::off) {
+    diagnostics.note(
+        "ros.open", {},
+        "--local-token closes the server; on the ROS 2 network, which has no authentication, other "
+        "users of this machine still reach the twin",
+        "add --no-ros if no ROS 2 program is needed");
+  }
   print_diagnostics(diagnostics, true);
   return out;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "doppel/review/doctor/findings.h"
+#include "doppel/ros/network/middleware.h"
 
 namespace doppel::doctor {
 namespace {
@@ -54,6 +55,20 @@ Finding judge_participant(const NetworkFacts& facts) {
           facts.participant_failure,
           "twins run, but no ROS 2 program sees them",
           "correct the cause, or use --no-ros"};
+}
+
+// Whoever reaches the network commands the twin: ROS 2 has no authentication without DDS Security.
+Finding judge_middleware(const NetworkFacts& facts) {
+  const std::string description = ros2::describe_middleware(facts.fast_dds);
+  if (facts.range == "localhost")
+    return {Level::ok, "network", "ros.middleware", description + "; only this machine reaches it", "", ""};
+  return {
+      Level::note,
+      "network",
+      "ros.middleware",
+      description,
+      "everyone on the local network can command a twin: ROS 2 has no authentication",
+      "use a network that you trust, or ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST; `doppel man security.md`"};
 }
 
 Finding judge_interface(const InterfaceFacts& interface) {
@@ -112,6 +127,7 @@ Finding judge_page_ports(const NetworkFacts& facts) {
 
 std::vector<Finding> judge_network(const NetworkFacts& facts) {
   std::vector<Finding> out{judge_environment(facts), judge_participant(facts)};
+  if (!facts.fast_dds.empty()) out.push_back(judge_middleware(facts));
   for (const InterfaceFacts& interface : facts.interfaces) out.push_back(judge_interface(interface));
   const bool has_loopback = std::ranges::any_of(facts.interfaces, &InterfaceFacts::is_loopback);
   if (!has_loopback) {

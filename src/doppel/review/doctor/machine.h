@@ -55,6 +55,7 @@ struct NetworkFacts {
   std::string environment_failure;   // why ROS 2's variables are refused; empty: they are not
   std::vector<std::string> remarks;  // on variables that are deprecated or ignored
   std::string participant_failure;   // why a participant cannot be made; empty: it can, or range is off
+  std::string fast_dds;              // its version; empty: its module is missing
   int taken_participants = 0;        // of the domain's ports on this machine, from the first on
   struct TakenPort {
     int port = 0;

@@ -13,6 +13,7 @@
 #include "doppel/base/core/file_descriptor.h"
 #include "doppel/review/doctor/detail/probes.h"
 #include "doppel/ros/network/environment.h"
+#include "doppel/ros/network/middleware.h"
 #include "doppel/ros/network/participant.h"
 #include "doppel/ros/server/announcement.h"
 
@@ -111,6 +112,7 @@ NetworkFacts probe_network() {
   facts.taken_page_ports = find_taken_page_ports();
   if (!options || options->range == ros2::DiscoveryRange::off) return facts;
   try {
+    facts.fast_dds = ros2::fast_dds_version();
     (void)ros2::make_participant(*options, [] {});
   } catch (const std::exception& error) {
     facts.participant_failure = error.what();

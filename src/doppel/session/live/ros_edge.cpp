@@ -5,6 +5,9 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "doppel/ros/network/middleware.h"
+#include "doppel/ros/network/participant.h"
+
 namespace doppel {
 namespace {
 
@@ -18,7 +21,7 @@ std::string who_can_see(const ros2::ParticipantOptions& network) {
                  : fmt::format("this machine and {}", fmt::join(network.static_peers, ", "));
     case ros2::DiscoveryRange::subnet:
     case ros2::DiscoveryRange::system_default:
-      return "the whole local network";
+      return "the whole local network, where everyone can command the twin (doppel man security.md)";
   }
   return "";
 }
@@ -41,7 +44,16 @@ std::optional<ros2::ParticipantOptions> ros_network(const RosEdgeOptions& option
 
 std::string RosEdge::banner() const {
   if (!network_.has_value()) return "";
-  return fmt::format("  ros 2        domain {}, {}\n", network_->domain, who_can_see(*network_));
+  std::string lines = fmt::format("  ros 2        domain {}, {}\n", network_->domain, who_can_see(*network_));
+  const bool is_open = network_->range == ros2::DiscoveryRange::subnet ||
+                       network_->range == ros2::DiscoveryRange::system_default;
+  try {
+    if (is_open)
+      lines += fmt::format("               {}\n", ros2::describe_middleware(ros2::fast_dds_version()));
+  } catch (const ros2::NetworkError&) {
+    // Reported when the edge opens.
+  }
+  return lines;
 }
 
 void RosEdge::open() {

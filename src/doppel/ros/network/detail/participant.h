@@ -16,6 +16,9 @@ constexpr const char* kMakeParticipant = "doppel_make_fast_participant";
 using MakeParticipant = Participant* (*)(const ParticipantOptions& options,
                                          std::function<void()> on_activity);
 
+constexpr const char* kVersionOfModule = "doppel_fast_dds_version";
+using VersionOfModule = const char* (*)();
+
 // ROS 2's user data is "key=value;key=value;"; "" if `key` is missing. Peers may send anything.
 inline std::string user_data_value(std::string_view data, std::string_view key) {
   while (!data.empty()) {

@@ -2,6 +2,7 @@
 // Fast DDS 2 (Debian 12) or Fast DDS 3 (Debian 13) under the same names. Both headers define
 //
 //   rtps, transport                  the namespaces of RTPS and of transports
+//   kVersion                         of the library, as text
 //   DdsDuration, kForever            durations, and the infinite one
 //   is_ok(), turn_off_intraprocess() return codes; delivery through the network also within a process
 //   ParticipantData, ReaderData, WriterData, and guid_of() to unicast_of()   the results of discovery

@@ -8,6 +8,7 @@
 #include <fastdds/rtps/common/WriteParams.h>
 #include <fastdds/rtps/transport/ChainingTransport.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/config.h>
 #include <fastrtps/utils/IPLocator.h>
 #include <fastrtps/xmlparser/XMLProfileManager.h>
 
@@ -30,6 +31,8 @@ namespace doppel::ros2::fast {
 namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
 namespace transport = eprosima::fastdds::rtps;  // 3.x has it in rtps
+
+inline constexpr const char* kVersion = FASTRTPS_VERSION_STR;
 
 using DdsDuration = eprosima::fastrtps::Duration_t;
 inline const DdsDuration kForever = eprosima::fastrtps::c_TimeInfinite;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <fastdds/LibrarySettings.hpp>
+#include <fastdds/config.hpp>
 #include <fastdds/dds/builtin/topic/ParticipantBuiltinTopicData.hpp>
 #include <fastdds/dds/builtin/topic/PublicationBuiltinTopicData.hpp>
 #include <fastdds/dds/builtin/topic/SubscriptionBuiltinTopicData.hpp>
@@ -32,6 +33,8 @@ namespace doppel::ros2::fast {
 namespace dds = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastdds::rtps;
 namespace transport = eprosima::fastdds::rtps;  // apart from rtps in 2.x
+
+inline constexpr const char* kVersion = FASTDDS_VERSION_STR;
 
 using DdsDuration = dds::Duration_t;
 inline const DdsDuration kForever = dds::c_TimeInfinite;

@@ -129,3 +129,7 @@ extern "C" DOPPEL_API doppel::ros2::Participant* doppel_make_fast_participant(
     const doppel::ros2::ParticipantOptions& options, std::function<void()> on_activity) {
   return new doppel::ros2::fast::FastParticipant(options, std::move(on_activity));
 }
+
+extern "C" DOPPEL_API const char* doppel_fast_dds_version() {
+  return doppel::ros2::fast::kVersion;
+}
