@@ -35,6 +35,10 @@ void add_edge_options(CLI::App& verb, EdgeOptions& options) {
   verb.add_option("--domain", options.ros.domain, "ROS 2 domain (default: ROS_DOMAIN_ID, or 0)")
       ->check(CLI::Range(std::uint32_t{0}, ros2::kLastDomain))
       ->excludes(none);
+  verb.add_option("--distro", options.distro,
+                  "Distribution of ROS 2 whose messages and defaults the twin has: jazzy, kilted or lyrical "
+                  "(default: ROS_DISTRO, or jazzy)")
+      ->check(CLI::IsMember(distro_names()));
 }
 
 namespace {
@@ -61,6 +65,12 @@ SessionOptions session_options(const EdgeOptions& options, const RosArguments& r
   out.server.page_folder = page_folder();
   check_address(out.server);
   out.server.metadata = {{"command", own_command_line()}, {"version", std::string(version())}};
+  if (options.distro.empty()) {
+    static_cast<void>(
+        ros2::distro_from_environment(std::getenv, diagnostics));  // its note; main() has set it
+  } else {
+    set_ros_distro(*distro_of(options.distro));
+  }
   out.network = ros_network(options.ros, ros, diagnostics);
   out.bundled = bundled_folders();
   if (options.local_token && out.network && out.network->range != ros2::DiscoveryRange::off) {

@@ -13,13 +13,14 @@
 namespace doppel::app {
 
 struct EdgeOptions {
+  std::string distro;  // of ROS 2; empty: that of ROS_DISTRO
   ServerEdgeOptions server;
   RosEdgeOptions ros;
   bool local_token = false;  // clients of this machine need a token, too
   bool no_open = false;      // do not open the page in the desktop's browser
 };
 
-// --port, --host, --token, --local-token, --no-open, --no-ros and --domain.
+// --port, --host, --token, --local-token, --no-open, --no-ros, --domain and --distro.
 void add_edge_options(CLI::App& verb, EdgeOptions& options);
 
 // Notes on ROS 2's environment variables go to stderr. Throws InputError; to be called

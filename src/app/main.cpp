@@ -52,6 +52,13 @@ void keep_large_blocks_apart() {
   mallopt(M_TRIM_THRESHOLD, kSpareTop);
 }
 
+// For every verb; those that join a network print the note about a distribution that is not known here.
+void set_distro_of_environment() {
+  doppel::Diagnostics unprinted;
+  if (const auto distro = doppel::ros2::distro_from_environment(std::getenv, unprinted))
+    doppel::set_ros_distro(*distro);
+}
+
 // The other verbs are a plugin module: up and view neither wait for its build in a new checkout nor load it.
 void add_other_verbs(CLI::App& app, const doppel::RosArguments& ros, int& exit_code) {
   using AddVerbs = void(CLI::App&, const doppel::RosArguments&, int&);
@@ -110,6 +117,7 @@ int main(int argc, char** argv) {
   std::signal(SIGXFSZ, SIG_IGN);  // a file beyond the limit of its size is then an error of write()
   doppel::app::fill_standard_files();
   doppel::ros2::forget_statistics();
+  set_distro_of_environment();
   const std::vector<std::string> words(argv + 1, argv + argc);
   const int exit_code =
       doppel::app::with_output_written(doppel::app::with_failures_reported([&] { return run(words); }));

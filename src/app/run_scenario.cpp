@@ -16,9 +16,9 @@ namespace fs = std::filesystem;
 
 // The options of `up` that a scenario file has the values of.
 constexpr const char* kOptionsOfScenario[] = {
-    "--set",   "--robot",  "--controllers", "--activate",      "--no-controllers", "--plugin",
-    "--world", "--engine", "--base",        "--ideal",         "--no-limits",      "--strict",
-    "--stamp", "--seed",   "--sensors",     "--sensor-threads"};
+    "--set",   "--robot",  "--controllers", "--activate",       "--no-controllers", "--plugin",
+    "--world", "--engine", "--base",        "--ideal",          "--no-limits",      "--strict",
+    "--stamp", "--seed",   "--sensors",     "--sensor-threads", "--distro"};
 
 // All that a run reads: the twin's files, and those that its arguments name.
 std::vector<ReadFile> files_of_run(const Twin& twin, const Scenario& scenario) {

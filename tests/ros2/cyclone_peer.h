@@ -92,8 +92,7 @@ class CycloneReader {
   bool next(const std::function<bool(const T&)>& wanted) {
     return eventually([&] { return take(wanted); });
   }
-
- private:
+  // Whether `wanted` holds for one of the messages that are there.
   bool take(const std::function<bool(const T&)>& wanted) {
     void* sample = nullptr;
     dds_sample_info_t info;
@@ -105,6 +104,8 @@ class CycloneReader {
     }
     return false;
   }
+
+ private:
   dds_entity_t reader_;
 };
 

@@ -16,6 +16,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "published_hashes.h"
+
 namespace doppel::ros2_testing {
 namespace {
 
@@ -152,8 +154,12 @@ TwinProcess::TwinProcess(const std::vector<std::string>& more_arguments, const s
   std::vector<std::string> command = {doppel_program(), "up",     source_folder() / "robots" / robot,
                                       "--headless",     "--port", std::to_string(free_port())};
   command.insert(command.end(), more_arguments.begin(), more_arguments.end());
-  variables_ = {"ROS_DOMAIN_ID=" + std::to_string(own_domain()), "ROS_AUTOMATIC_DISCOVERY_RANGE=" + range,
-                "ROS_LOCALHOST_ONLY=", "ROS_STATIC_PEERS=", "XDG_RUNTIME_DIR=" + folder};
+  variables_ = {"ROS_DOMAIN_ID=" + std::to_string(own_domain()),
+                "ROS_AUTOMATIC_DISCOVERY_RANGE=" + range,
+                "ROS_LOCALHOST_ONLY=",
+                "ROS_STATIC_PEERS=",
+                "XDG_RUNTIME_DIR=" + folder,
+                "ROS_DISTRO=" + twin_distro()};
   process_ = std::make_unique<Process>(command, variables_, folder_ / "output");
 }
 

@@ -10,7 +10,7 @@ namespace {
 
 struct ServiceOptions {
   std::string name, second, third;
-  bool types = false, hidden = false, count = false;
+  bool types = false, hidden = false, count = false, verbose = false;
   double timeout = 10;
 };
 
@@ -31,10 +31,41 @@ int print_service_type(Shell& shell, const ServiceOptions& options) {
   return 0;
 }
 
+// The ends of a service as rclpy prints a ServiceEndpointInfo: those of one node together, of its requests
+// and of its replies. A twin's own server has no endpoints to list.
+void print_ends(const std::vector<Client::Endpoint>& ends, const char* kind) {
+  std::vector<std::string> nodes;
+  for (const Client::Endpoint& end : ends) {
+    if (std::ranges::find(nodes, end.node) == nodes.end()) nodes.push_back(end.node);
+  }
+  for (const std::string& node : nodes) {
+    std::string gids, qos;
+    std::size_t count = 0;
+    for (const Client::Endpoint& end : ends) {
+      if (end.node != node) continue;
+      if (count++ == 0) {
+        const std::size_t slash = node.rfind('/');
+        print_line("\nNode name: {}\nNode namespace: {}\nService type: {}\nEndpoint type: {}\n",
+                   node.substr(slash + 1), slash == 0 ? "/" : node.substr(0, slash), end.type, kind);
+      }
+      gids += fmt::format("  - {}{}\n", end.gid, end.type_hash.empty() ? "" : " " + end.type_hash);
+      const char* mark = "- ";
+      for (const auto& [name, value] : end.qos) {
+        qos += fmt::format("  {}{}: {}\n", mark, name, value);
+        mark = "  ";
+      }
+    }
+    print_line("Endpoint count: {}\nGIDs and type hashes:\n{}QoS profiles:\n{}", count, gids, qos);
+  }
+}
+
 int show_service(Shell& shell, const ServiceOptions& options) {
   const Client::Service& service = shell.twin().find_service(absolute(options.name));
   print_line("Type: {}\nClients count: {}\nServices count: {}\n", service.type, service.clients.size(),
              service.providers.size());
+  if (!options.verbose) return 0;
+  print_ends(service.client_ends, "CLIENT");
+  print_ends(service.server_ends, "SERVER");
   return 0;
 }
 
@@ -104,9 +135,13 @@ void add_service(CLI::App& app, int& exit_code) {
       print_service_type);
   add_verb<ServiceOptions>(
       group, "info", "Print type, servers and clients of a service",
-      "doppel service info /controller_manager/list_controllers", exit_code,
+      "doppel service info /controller_manager/list_controllers\n"
+      "  doppel --remote service info -v /controller_manager/list_controllers",
+      exit_code,
       [](CLI::App& verb, ServiceOptions& options) {
         verb.add_option("service", options.name, "Service name")->required();
+        verb.add_flag("-v,--verbose", options.verbose,
+                      "Show nodes, type hashes and QoS of the ends (with --remote)");
       },
       show_service);
   add_verb<ServiceOptions>(

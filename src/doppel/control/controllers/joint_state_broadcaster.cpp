@@ -30,7 +30,7 @@ class JointStateBroadcaster : public Controller {
  public:
   void on_init(ControllerContext& context) override {
     context_ = &context;
-    bool local = false;
+    bool local = false, publishes_dynamic = true;
     std::string frame = "base_link";
     declare_parameters(context,
                        {{"joints", &joints_, "joints whose states are published; empty: all", read_only()},
@@ -39,6 +39,8 @@ class JointStateBroadcaster : public Controller {
                         {"use_local_topics", &local, "~/joint_states ...", read_only()},
                         {"use_urdf_to_filter", &only_model_joints_,
                          "publish only joints of the description on /joint_states", read_only()},
+                        {"publish_dynamic_joint_states", &publishes_dynamic,
+                         "publish all interfaces on /dynamic_joint_states; deprecated", read_only()},
                         {"frame_id", &frame, "of the headers", read_only()}});
     const char* fields[] = {kPosition, kVelocity, kEffort};
     for (int field = 0; field < 3; ++field) {
@@ -61,8 +63,9 @@ class JointStateBroadcaster : public Controller {
     const std::string prefix = local ? "~/" : "";
     const Qos qos = Qos::system_default_publisher();
     states_topic_ = context.node->advertise<sensor_msgs::msg::JointState>(prefix + "joint_states", qos);
-    dynamic_topic_ =
-        context.node->advertise<control_msgs::msg::DynamicJointState>(prefix + "dynamic_joint_states", qos);
+    if (publishes_dynamic)
+      dynamic_topic_ =
+          context.node->advertise<control_msgs::msg::DynamicJointState>(prefix + "dynamic_joint_states", qos);
   }
 
   [[nodiscard]] InterfaceConfiguration command_interfaces() const override { return {}; }

@@ -281,6 +281,7 @@ void JointTrajectoryController::send_feedback(Time now) {
   FollowJointTrajectory::Feedback feedback;
   feedback.header.stamp = to_time_msg(context_->node->bus().stamp(now));
   feedback.joint_names = settings_.joints;
+  if (current_ != nullptr) feedback.index = static_cast<std::int32_t>(current_->next_point(trajectory_time_));
   feedback.desired.positions = desired_.positions;
   feedback.actual.positions = state_.positions;
   feedback.error.positions = error_.positions;

@@ -64,7 +64,7 @@ class SteeringController : public BaseController {
     const std::size_t driven = geometry_.driven();
     for (std::size_t i = 0; i < driven; ++i) {
       feedback[i] = state_handles[i].get();
-      state_.linear_velocity_command[i] = command_handles[i].get();
+      state_.linear_velocity_command[i] = state_.traction_command[i] = command_handles[i].get();
     }
     for (std::size_t i = 0; i < geometry_.steered(); ++i) {
       state_.steer_positions[i] = state_handles[driven + i].get();
@@ -98,7 +98,9 @@ class SteeringController : public BaseController {
     (position_feedback_ ? state_.traction_wheels_position : state_.traction_wheels_velocity)
         .assign(geometry_.driven(), 0.0);
     (position_feedback_ ? state_.traction_wheels_velocity : state_.traction_wheels_position).clear();
-    state_.linear_velocity_command.assign(geometry_.driven(), 0.0);
+    for (auto* const command :
+         {&state_.linear_velocity_command, &state_.traction_command})  // by distribution
+      command->assign(geometry_.driven(), 0.0);
     state_.steer_positions.assign(geometry_.steered(), 0.0);
     state_.steering_angle_command.assign(geometry_.steered(), 0.0);
     state_.header.frame_id = publisher_.odometry_frame();

@@ -154,18 +154,24 @@ void Trajectory::integrate(std::size_t from) {
   known_[to] |= bit(Field::velocities) | bit(Field::positions);
 }
 
+std::size_t Trajectory::next_point(Time time) const {
+  if (!begun_) return 0;
+  const auto later = std::upper_bound(offsets_.begin() + 1, offsets_.end(), time - start_);
+  return static_cast<std::size_t>(later - offsets_.begin()) - 1;
+}
+
 bool Trajectory::sample(Time time, Interpolation method, JointStates& out) const {
   const Duration offset = time - start_;
   if (!begun_ || size() == 0 || offset < offsets_[0]) return false;
   // The last row that is not later; row 0 as long as the first point has not been reached.
-  const auto later = std::upper_bound(offsets_.begin() + 1, offsets_.end(), offset);
-  const std::size_t from = static_cast<std::size_t>(later - offsets_.begin()) - 1;
-  if (later == offsets_.end()) {
+  const std::size_t from = next_point(time);
+  if (from == size()) {
     copy(from, out);
   } else if (method == Interpolation::none) {
     copy(from == 0 ? 0 : from + 1, out);
   } else {
-    interpolate(from, to_seconds(offset - offsets_[from]), to_seconds(*later - offsets_[from]), out);
+    interpolate(from, to_seconds(offset - offsets_[from]), to_seconds(offsets_[from + 1] - offsets_[from]),
+                out);
   }
   return std::all_of(out.positions.begin(), out.positions.end(), [](double p) { return std::isfinite(p); });
 }

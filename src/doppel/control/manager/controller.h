@@ -79,6 +79,7 @@ struct ControllerContext {
   const Log* log = nullptr;
   ParameterOverrides* overrides = nullptr;  // this controller's part of the YAML files
   double update_rate = 0;                   // Hz, the rate of update() after rounding to the manager's period
+  std::string type;                         // "joint_trajectory_controller/JointTrajectoryController"
 };
 
 class DOPPEL_API Controller {

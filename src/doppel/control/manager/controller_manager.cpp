@@ -8,7 +8,7 @@
 #include "doppel/base/core/names.h"
 #include "doppel/control/hardware/nan.h"
 #include "doppel/control/manager/detail/controller_manager.h"
-#include "doppel/control/manager/detail/jazzy_types.h"
+#include "doppel/control/manager/distro_differences.h"
 #include "doppel/control/manager/joint_list.h"
 #include "doppel/ros/bus/standard_node.h"
 
@@ -164,6 +164,25 @@ void ControllerManager::Impl::load(const std::string& name, const std::string& g
   publish_activity();
 }
 
+SourceLocation ControllerManager::Impl::where_written(const std::string& name,
+                                                      const std::string& type) const {
+  const auto place = std::find_if(own.all().begin(), own.all().end(), [&](const auto& o) {
+    return o.name == name + ".type" && o.value == ParameterValue(type);
+  });
+  return place == own.all().end() ? SourceLocation{} : place->source;
+}
+
+// It works here, and would not be found by the manager of the process's distribution.
+void ControllerManager::Impl::report_type_of_other_distro(const std::string& type,
+                                                          SourceLocation where) const {
+  const ControllerTypeRow* const row = find_ros2_type(type);
+  if (row == nullptr || row->range.contains(ros_distro())) return;
+  log_diagnostic(log, options.name,
+                 {Severity::warning, "control.not_in_distro",
+                  fmt::format("the controller type '{}' is not in {}", type, title(ros_distro())),
+                  std::move(where), fmt::format("use {}", row->instead)});
+}
+
 std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::string& name,
                                                                 const std::string& given_type,
                                                                 const NodeArguments& arguments) {
@@ -179,14 +198,11 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
   // own.
   const ControllerRegistry::Type* type = registry.find(type_name);
   if (type == nullptr) {
-    const auto place = std::find_if(own.all().begin(), own.all().end(), [&](const auto& o) {
-      return o.name == name + ".type" && o.value == ParameterValue(type_name);
-    });
-    const SourceLocation where = place == own.all().end() ? SourceLocation{} : place->source;
-    if (is_jazzy_type(type_name)) {
+    const SourceLocation where = where_written(name, type_name);
+    if (find_ros2_type(type_name) != nullptr) {
       throw InputError(
           "control.type_not_available", where,
-          fmt::format("the controller type '{}' of ROS 2 Jazzy is not available here", type_name),
+          fmt::format("the controller type '{}' of {} is not available here", type_name, title(ros_distro())),
           "remove it from the file, or load a library that provides it with --plugin LIBRARY");
     }
     throw InputError("control.unknown_type", where,
@@ -194,6 +210,7 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
                                  did_you_mean(type_name, registry.names())),
                      "correct the type, or load the library that provides it with --plugin");
   }
+  report_type_of_other_distro(type_name, where_written(name, type_name));
   // The node has its parameters before the controller declares its own, as in ros2_control.
   auto c = std::make_unique<LoadedController>();
   c->name = name;
@@ -205,7 +222,7 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
   c->node->parameters().allow_undeclared();
   c->transitions = c->node->advertise<lifecycle_msgs::msg::TransitionEvent>("~/transition_event");
   c->fallback = texts_of(name + kFallback);
-  c->context = {name, c->node.get(), model, &log, &c->overrides, 0.0};
+  c->context = {name, c->node.get(), model, &log, &c->overrides, 0.0, type_name};
   choose_rate(*c);
   declare_written_type(*c);
   c->controller = type->make();

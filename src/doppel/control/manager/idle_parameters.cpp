@@ -4,6 +4,8 @@
 
 #include <span>
 
+#include "doppel/control/manager/distro_differences.h"
+
 namespace doppel {
 namespace {
 
@@ -36,6 +38,9 @@ class Declarer {
 
   template <class T>
   void idle(const std::string& name, T initial) {
+    if (const DistroDefault* const changed = changed_default("controller_manager", name)) {
+      if (const T* const value = std::get_if<T>(changed)) initial = *value;
+    }
     declare<T>(parameters_, &written_, name, std::move(initial), {kWhy, true});
   }
   void thresholds(const char* of, std::span<const Threshold> all) {

@@ -5,6 +5,7 @@
 #include "doppel/base/core/names.h"
 #include "doppel/control/manager/detail/controller_manager.h"
 #include "doppel/control/manager/detail/idle_parameters.h"
+#include "doppel/control/manager/distro_differences.h"
 #include "doppel/ros/bus/node_arguments.h"
 
 namespace doppel {
@@ -55,7 +56,10 @@ void ControllerManager::Impl::read_own_parameters(Diagnostics& diagnostics) {
                ? Status()
                : Status::refused(fmt::format("unknown '{}'{}", text, did_you_mean(text, known)));
   };
-  declare<std::string>(parameters, &own, "defaults.switch_controller.strictness", "best_effort",
+  constexpr const char* kStrictness = "defaults.switch_controller.strictness";
+  const DistroDefault* const changed = changed_default("controller_manager", kStrictness);
+  declare<std::string>(parameters, &own, kStrictness,
+                       changed == nullptr ? "best_effort" : std::string(std::get<std::string_view>(*changed)),
                        {"default of a switch request", false, strictness});
   declare_idle_parameters(parameters, own);
   report_unused(own, options.name, parameters.names(), diagnostics);

@@ -96,7 +96,7 @@ void check_parameters(const AuditInput& in, const ControllersFile& file, Declare
   Bus bus;
   Node node(bus, "/" + c.name);
   const Log log;
-  ControllerContext context{c.name, &node, in.model, &log, &c.parameters, file.update_rate};
+  ControllerContext context{c.name, &node, in.model, &log, &c.parameters, file.update_rate, c.type};
   bool complete = true;
   try {
     type.make()->on_init(context);

@@ -36,26 +36,6 @@ const GazeboControlPlugin* find_gazebo_control_plugin(std::string_view file) {
   return found == kGazeboControlPlugins.end() ? nullptr : &*found;
 }
 
-const Names& other_controller_types() {
-  static const Names types{"admittance_controller/AdmittanceController",
-                           "chained_filter_controller/ChainedFilter",
-                           "effort_controllers/GripperActionController",
-                           "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster",
-                           "gpio_controllers/GpioCommandController",
-                           "gps_sensor_broadcaster/GPSSensorBroadcaster",
-                           "imu_sensor_broadcaster/IMUSensorBroadcaster",
-                           "motion_primitives_controllers/MotionPrimitivesForwardController",
-                           "omni_wheel_drive_controller/OmniWheelDriveController",
-                           "parallel_gripper_action_controller/GripperActionController",
-                           "pose_broadcaster/PoseBroadcaster",
-                           "position_controllers/GripperActionController",
-                           "range_sensor_broadcaster/RangeSensorBroadcaster",
-                           "state_interfaces_broadcaster/StateInterfacesBroadcaster",
-                           "steering_controllers_library/SteeringControllersLibrary",
-                           "tricycle_controller/TricycleController"};
-  return types;
-}
-
 bool moves(const Joint& joint) {
   return joint.type != JointType::fixed;
 }

@@ -7,6 +7,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/control/controllers/builtin.h"
+#include "doppel/control/manager/distro_differences.h"
 #include "doppel/review/audit/detail/controllers.h"
 #include "doppel/review/audit/detail/ros_rules.h"
 
@@ -17,7 +18,7 @@ constexpr double kPhysicsRate = 1000;  // Hz, doppel's and Gazebo's usual step
 
 void check_types(const ControllersFile& file, const ControllerRegistry& registry, Findings& out) {
   Names known = registry.names();
-  known.insert(known.end(), other_controller_types().begin(), other_controller_types().end());
+  for (const ControllerTypeRow& row : ros2_controller_types()) known.emplace_back(row.type);
   for (const DeclaredController& c : file.controllers) {
     if (c.type.empty()) {
       out.add("controllers.no_type", c.subject(), c.where, fmt::format("'{}' has no type", c.name),

@@ -41,6 +41,8 @@ class DOPPEL_API Client {
   struct Service {
     std::string type;
     std::vector<std::string> providers, clients;  // clients: empty if the protocol does not provide them
+    // The ends of requests, then those of replies; empty if the protocol does not provide them.
+    std::vector<Endpoint> server_ends, client_ends;
   };
   struct Received {
     std::string topic, type;

@@ -8,6 +8,7 @@
 #include <algorithm>
 
 #include "doppel/ros/client/detail/graph_client.h"
+#include "doppel/ros/network/peer_distros.h"
 
 namespace doppel::ros2 {
 namespace {
@@ -121,6 +122,8 @@ void GraphClient::Impl::discover() {
     return is_complete() && (now - changed_at > kSettleTime || now - begin > kMaxDiscoveryTime);
   };
   wait(settled, begin + options.spin_time.value_or(kMaxIncompleteTime));
+  if (const auto distro = distro_of_peers(graph->topics(), graph->services(), participant->gid()))
+    adopt_ros_distro(*distro);
   if (is_alone()) {
     warn(fmt::format(
         "no participant answers in ROS 2 domain {}, range {} (ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE)",
@@ -188,6 +191,16 @@ void GraphClient::Impl::rebuild() {
     for (const GraphEndpoint& client : service.clients) {
       if (!is_own(client.gid)) entry.clients.push_back(client.node);
     }
+    const auto fill = [this](const std::vector<GraphEndpoint>& ends, std::vector<Endpoint>& details) {
+      for (const GraphEndpoint& end : ends) {
+        if (!is_own(end.gid))
+          details.push_back({end.node, end.type, end.type_hash, gid_text(end.gid), qos_lines(end.qos)});
+      }
+    };
+    fill(service.servers, entry.server_ends);
+    fill(service.reply_servers, entry.server_ends);
+    fill(service.clients, entry.client_ends);
+    fill(service.reply_clients, entry.client_ends);
     if (!entry.providers.empty()) services.emplace(service.name, std::move(entry));
   }
   warn_of_incompatible_publishers();

@@ -146,7 +146,11 @@ struct WebSocketClient::Impl : ReceiveBuffer {
   void send(const foxglove::FrameBytes& bytes) { write(false, asio::buffer(bytes)); }
 
   void handle(std::monostate) {}
-  void handle(const foxglove::ServerInfo& info) { name = info.name; }
+  void handle(const foxglove::ServerInfo& info) {
+    name = info.name;
+    // The layout of the twin's messages, whatever ROS_DISTRO is here.
+    if (const std::optional<Distro> distro = distro_of(info.distro)) set_ros_distro(*distro);
+  }
   void handle(const foxglove::TimeMessage&) {}
   void handle(const foxglove::AssetFailure&) {}
   void handle(const foxglove::AssetData&) {}

@@ -73,7 +73,7 @@ ClientMessage read_client_operation(const json& object, std::string op) {
 }  // namespace
 
 std::string to_frame(const ServerInfo& info) {
-  json metadata = {{"ROS_DISTRO", "jazzy"}};  // selects the message definitions in viewers
+  json metadata = {{"ROS_DISTRO", info.distro}};
   for (const auto& [name, value] : info.metadata) metadata[name] = value;
   return wire::dump({{"op", "serverInfo"},
                      {"name", info.name},

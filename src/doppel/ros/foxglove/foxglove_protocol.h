@@ -34,7 +34,8 @@ using ByteView = std::span<const std::byte>;
 struct ServerInfo {
   std::string name, session_id;
   std::vector<std::string> capabilities, encodings;
-  std::vector<std::pair<std::string, std::string>> metadata{};  // besides the distribution of ROS
+  std::string distro{};  // ROS_DISTRO, by which viewers choose definitions of messages
+  std::vector<std::pair<std::string, std::string>> metadata{};  // the rest; not read
 };
 
 enum class StatusLevel : std::uint8_t { info = 0, warning = 1, error = 2 };

@@ -48,6 +48,8 @@ ServerInfo read_info(const json& object) {
   info.name = wire::text_or(object, "name", "");
   info.session_id = wire::text_or(object, "sessionId", "");
   info.capabilities = wire::texts(object, "capabilities");
+  if (object.contains("metadata") && object["metadata"].is_object())
+    info.distro = wire::text_or(object["metadata"], "ROS_DISTRO", "");
   if (object.contains("supportedEncodings")) info.encodings = wire::texts(object, "supportedEncodings");
   return info;
 }

@@ -1,16 +1,17 @@
 #include "doppel/ros/messages/detail/builtin_types.h"
 
+#include <array>
 #include <deque>
 
 namespace doppel::messages_detail {
 namespace {
 
-FieldDescription field_of(const FieldRow& row) {
+FieldDescription field_of(const FieldRow& row, Distro distro) {
   FieldDescription field{.name = row.name, .kind = row.kind, .shape = row.shape};
   if (row.shape == FieldShape::array) field.count = row.size;
   if (row.shape == FieldShape::sequence) field.bound = row.size;
   field.text_bound = row.text_bound;
-  if (row.kind == FieldKind::message) field.type = builtin_type_at(row.type).description();
+  if (row.kind == FieldKind::message) field.type = builtin_type_at(row.type).description_in(distro);
   field.initial = row.initial;
   return field;
 }
@@ -20,20 +21,27 @@ class BuiltinType final : public TypeSupport {
   explicit BuiltinType(const TypeRow& row) : TypeSupport(row.name), row_(row) {}
 
   // Made at first use: most programs need a few of the types.
-  [[nodiscard]] const TypeDescription* description() const override {
-    std::call_once(once_, [this] {
-      description_.name = name;
-      for (const FieldRow& field : row_.fields) description_.add(field_of(field));
+  [[nodiscard]] const TypeDescription* description_in(Distro distro) const override {
+    Late& late = late_[static_cast<std::size_t>(distro)];
+    std::call_once(late.once, [&] {
+      TypeDescription& type = late.description;
+      type.name = name;
+      for (const FieldRow& field : row_.fields) {
+        if (field.range.contains(distro)) type.add(field_of(field, distro));
+      }
       for (const ConstantRow& constant : row_.constants)
-        description_.constants.push_back({constant.name, constant.kind, constant.value, constant.text});
+        type.constants.push_back({constant.name, constant.kind, constant.value, constant.text});
     });
-    return &description_;
+    return &late.description;
   }
 
  private:
+  struct Late {
+    std::once_flag once;
+    TypeDescription description;
+  };
   const TypeRow& row_;
-  mutable std::once_flag once_;
-  mutable TypeDescription description_;
+  mutable std::array<Late, kDistros> late_;
 };
 
 }  // namespace

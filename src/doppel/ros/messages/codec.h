@@ -2,6 +2,7 @@
 // The encodings of a message. CDR is OMG XCDR version 1, little endian, with its four-byte encapsulation
 // header, as on the wire in ROS 2. YAML is the format of `ros2 topic echo` and `ros2 topic pub`.
 
+#include <array>
 #include <cstddef>
 #include <mutex>
 #include <span>
@@ -12,6 +13,7 @@
 
 #include "doppel/base/core/status.h"
 #include "doppel/export.h"
+#include "doppel/ros/messages/distro.h"
 #include "doppel/ros/messages/message.h"
 
 namespace doppel {
@@ -49,6 +51,7 @@ class LazyText {
   mutable std::once_flag once_;
   mutable std::string text_;
 };
+using TextPerDistro = std::array<LazyText, kDistros>;
 
 // Type-erased encodings of one message type, for edges and the command line: of a struct (type_support<M>())
 // or of a received description (ros/messages/described_type.h). Any thread.
@@ -70,22 +73,25 @@ class DOPPEL_API TypeSupport {
   Status cdr_to_yaml(std::span<const std::byte> cdr, std::string& out) const;
   // Compact. JSON has no NaN and no infinities: they become null; bytes that are not UTF-8 become U+FFFD.
   Status cdr_to_json(std::span<const std::byte> cdr, std::string& out) const;
-  [[nodiscard]] const std::string& hash() const;  // ros/messages/type_hash.h
+  // The hash in this process's distribution, or in another one; ros/messages/type_hash.h.
+  [[nodiscard]] const std::string& hash(Distro distro = ros_distro()) const;
 
   // Checked, little endian, without padding.
   Status recode(std::span<const std::byte> cdr, Bytes& out) const;
 
-  [[nodiscard]] virtual const TypeDescription* description() const = 0;  // ros/messages/type_description.h
+  // The fields in this process's distribution; ros/messages/type_description.h.
+  [[nodiscard]] const TypeDescription* description() const { return description_in(ros_distro()); }
+  [[nodiscard]] virtual const TypeDescription* description_in(Distro distro) const = 0;
 
  private:
-  LazyText hash_;
+  TextPerDistro hashes_;
 };
 
 struct DOPPEL_API ServiceSupport {
   std::string name;  // "std_srvs/srv/Trigger"
   const TypeSupport* request;
   const TypeSupport* response;
-  LazyText late_hash = {};
+  TextPerDistro late_hashes = {};
 
   [[nodiscard]] const std::string& hash() const;
 };
@@ -93,7 +99,7 @@ struct DOPPEL_API ServiceSupport {
 struct DOPPEL_API ActionSupport {
   std::string name;  // "control_msgs/action/FollowJointTrajectory"
   const TypeSupport *goal, *result, *feedback;
-  LazyText late_hash = {};
+  TextPerDistro late_hashes = {};
 
   [[nodiscard]] const std::string& hash() const;
 };

@@ -65,7 +65,7 @@ class DescribedType final : public TypeSupport {
  public:
   explicit DescribedType(std::unique_ptr<const DescribedTypes> types)
       : TypeSupport(types->front().name), types_(std::move(types)), type_(types_->front()) {}
-  [[nodiscard]] const TypeDescription* description() const override { return &type_; }
+  [[nodiscard]] const TypeDescription* description_in(Distro /*distro*/) const override { return &type_; }
 
  private:
   std::unique_ptr<const DescribedTypes> types_;

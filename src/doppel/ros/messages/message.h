@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "doppel/export.h"
+#include "doppel/ros/messages/distro.h"
 
 // visit("first", self.first); visit("second", self.second); ... for at most 64 fields: each of the repeated
 // expansions begins the macro anew with the rest of the list.

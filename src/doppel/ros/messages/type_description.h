@@ -11,6 +11,7 @@
 
 #include "doppel/base/core/status.h"
 #include "doppel/export.h"
+#include "doppel/ros/messages/distro.h"
 #include "doppel/ros/messages/message.h"
 
 namespace doppel {
@@ -76,8 +77,8 @@ struct DOPPEL_API TypeDescription {
 };
 
 template <Message M>
-const TypeDescription& describe();
-DOPPEL_API const TypeDescription& description_of(const TypeSupport& type);
+const TypeDescription& describe(Distro distro = ros_distro());
+DOPPEL_API const TypeDescription& description_of(const TypeSupport& type, Distro distro);
 
 // Receives a message's values in order.
 class DOPPEL_API ValueSink {

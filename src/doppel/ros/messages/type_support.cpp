@@ -4,8 +4,8 @@
 
 namespace doppel {
 
-const TypeDescription& description_of(const TypeSupport& type) {
-  return *type.description();
+const TypeDescription& description_of(const TypeSupport& type, Distro distro) {
+  return *type.description_in(distro);
 }
 
 std::string TypeSupport::schema() const {
@@ -28,16 +28,16 @@ Status TypeSupport::recode(std::span<const std::byte> cdr, Bytes& out) const {
   return recode_cdr(*description(), cdr, out);
 }
 
-const std::string& TypeSupport::hash() const {
-  return hash_.get([this] { return type_hash(*description()); });
+const std::string& TypeSupport::hash(Distro distro) const {
+  return hashes_[static_cast<std::size_t>(distro)].get([&] { return type_hash(*description_in(distro)); });
 }
 
 const std::string& ServiceSupport::hash() const {
-  return late_hash.get([this] { return service_type_hash(*this); });
+  return late_hashes[static_cast<std::size_t>(ros_distro())].get([this] { return service_type_hash(*this); });
 }
 
 const std::string& ActionSupport::hash() const {
-  return late_hash.get([this] { return action_type_hash(*this); });
+  return late_hashes[static_cast<std::size_t>(ros_distro())].get([this] { return action_type_hash(*this); });
 }
 
 }  // namespace doppel

@@ -302,7 +302,7 @@ void Bridge::Impl::take_snapshot() {
   next->topics = network->graph.topics();
   next->services = network->graph.services();
   const Gid own = network->participant->gid();
-  warnings.look_at(next->topics, own);
+  warnings.look_at(next->topics, next->services, own);
   network->twists.look_at(next->topics, own, steady_clock::now());
   now_so_far.nodes = static_cast<std::size_t>(
       std::ranges::count_if(next->nodes, [&own](const GraphNode& node) { return node.participant != own; }));

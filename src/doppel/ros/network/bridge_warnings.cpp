@@ -7,6 +7,7 @@
 
 #include "doppel/ros/bus/name_rules.h"
 #include "doppel/ros/messages/rosgraph_msgs.h"
+#include "doppel/ros/network/peer_distros.h"
 
 namespace doppel::ros2 {
 namespace {
@@ -74,9 +75,43 @@ void NetworkWarnings::compare(const std::string& topic, const GraphEndpoint& pub
   }
 }
 
-void NetworkWarnings::look_at(const std::vector<GraphTopic>& topics, const Gid& own) {
+// One warning a participant: its other types follow from its distribution.
+void NetworkWarnings::compare_types(const std::string& name, const std::vector<GraphEndpoint>& own_ends,
+                                    const std::vector<GraphEndpoint>& other_ends, const char* part,
+                                    const Gid& self) {
+  const auto own_end = std::ranges::find_if(
+      own_ends, [&](const GraphEndpoint& end) { return is_same_participant(end.gid, self); });
+  if (own_end == own_ends.end()) return;
+  for (const GraphEndpoint& other : other_ends) {
+    if (is_same_participant(other.gid, self) || other.type != own_end->type) continue;
+    const std::optional<ForeignType> foreign = foreign_type(other, part);
+    const auto prefix = other.gid.prefix();
+    if (!foreign || foreign_.size() >= kMaxPairsReported) continue;
+    if (!foreign_.emplace(prefix.begin(), prefix.end()).second) continue;
+    const bool has_distro = !foreign->distros.empty();
+    log_.warning(
+        node_base_name(own_end->node),
+        fmt::format("node {} in {} has {} of {}, and this is {}: its messages on {} would be misread. {}",
+                    other.node, place_of(other.gid, self), foreign->type,
+                    has_distro ? title_of(foreign->distros) : "another definition", title(ros_distro()), name,
+                    has_distro ? fmt::format("Start the twin with --distro {}, or set ROS_DISTRO",
+                                             to_string(foreign->distros.back()))
+                               : fmt::format("Compare both: doppel interface show {}", own_end->type)));
+  }
+}
+
+void NetworkWarnings::look_at(const std::vector<GraphTopic>& topics,
+                              const std::vector<GraphService>& services, const Gid& own) {
   lasting_.clear();
+  for (const GraphService& service : services) {
+    compare_types(service.name, service.servers, service.clients, "_Request", own);
+    compare_types(service.name, service.clients, service.servers, "_Request", own);
+    compare_types(service.name, service.reply_servers, service.reply_clients, "_Response", own);
+    compare_types(service.name, service.reply_clients, service.reply_servers, "_Response", own);
+  }
   for (const GraphTopic& topic : topics) {
+    compare_types(topic.name, topic.publishers, topic.subscriptions, "", own);
+    compare_types(topic.name, topic.subscriptions, topic.publishers, "", own);
     for (const GraphEndpoint& publisher : topic.publishers) {
       for (const GraphEndpoint& subscription : topic.subscriptions)
         compare(topic.name, publisher, subscription, own);

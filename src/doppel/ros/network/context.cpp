@@ -30,6 +30,7 @@ ContextOptions read_options(std::vector<std::string>& words) {
   options.arguments = take_ros_arguments(words, NameRules(true));
   Diagnostics diagnostics;
   options.network = from_environment([](const char* name) { return std::getenv(name); }, diagnostics);
+  if (const auto distro = distro_from_environment(std::getenv, diagnostics)) set_ros_distro(*distro);
   for (const Diagnostic& diagnostic : diagnostics.all()) fmt::print(stderr, "{}\n", diagnostic.str());
   return options;
 }

@@ -91,6 +91,22 @@ ParticipantOptions from_environment(const std::function<const char*(const char*)
   return options;
 }
 
+std::optional<Distro> distro_from_environment(const std::function<const char*(const char*)>& lookup,
+                                              Diagnostics& diagnostics) {
+  const char* const text = lookup("ROS_DISTRO");
+  const std::string_view name = text == nullptr ? "" : text;
+  if (name.empty()) return std::nullopt;
+  const std::optional<Distro> distro = name == "rolling" ? kLastDistro : distro_of(name);
+  if (!distro) {
+    diagnostics.note(
+        kRule, {},
+        fmt::format("ROS_DISTRO is '{}', whose messages are not known here; those of {} are used", name,
+                    title(ros_distro())),
+        fmt::format("choose a distribution with --distro: {}", fmt::join(kDistroNames, ", ")));
+  }
+  return distro;
+}
+
 void forget_statistics() {
   ::unsetenv("FASTDDS_STATISTICS");
 }

@@ -1,16 +1,18 @@
 #pragma once
 // ROS 2's environment variables for the network: ROS_DOMAIN_ID, ROS_AUTOMATIC_DISCOVERY_RANGE
 // (doppel's default is LOCALHOST), ROS_LOCALHOST_ONLY (deprecated, has priority if it is set, as
-// in rmw), ROS_STATIC_PEERS.
+// in rmw), ROS_STATIC_PEERS, and ROS_DISTRO.
 
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
+#include "doppel/ros/messages/distro.h"
 
 namespace doppel::ros2 {
 
@@ -32,6 +34,11 @@ struct ParticipantOptions {
 // `lookup` is getenv.
 DOPPEL_API ParticipantOptions from_environment(const std::function<const char*(const char*)>& lookup,
                                                Diagnostics& diagnostics);
+
+// The distribution of ROS_DISTRO; nullopt: it is not set, or is one whose messages are not here, which is a
+// note. "rolling" is the newest one.
+DOPPEL_API std::optional<Distro> distro_from_environment(
+    const std::function<const char*(const char*)>& lookup, Diagnostics& diagnostics);
 
 // Unsets FASTDDS_STATISTICS, because Fast DDS reads it itself, counts the samples that peers report to have
 // sent, and ends the process if it finds the numbers impossible. Called before the first thread is started,

@@ -73,8 +73,11 @@ GraphNode from_message(const msg::NodeEntitiesInfo& info, const Gid& participant
 
 // "std_srvs/srv/Trigger" of "std_srvs/srv/Trigger_Request".
 std::string service_type(std::string part) {
-  constexpr std::string_view kSuffix = "_Request";
-  if (part.ends_with(kSuffix)) part.resize(part.size() - kSuffix.size());
+  for (const std::string_view suffix : {"_Request", "_Response"}) {
+    if (!part.ends_with(suffix)) continue;
+    part.resize(part.size() - suffix.size());
+    break;
+  }
   return part;
 }
 
@@ -178,7 +181,7 @@ void Graph::Impl::list_endpoints(const std::map<Gid, ParticipantInfo>& present) 
   for (EndpointInfo& e : participant.endpoints()) {
     auto name = ros_name(e.topic);
     auto type = ros_type(e.type);
-    if (!name || !type || name->kind == NameKind::reply) continue;
+    if (!name || !type) continue;
     const auto node = names.find(e.gid);
     const auto owner = present.find(participant_of(e.gid));
     const bool is_ros = owner != present.end() && !owner->second.enclave.empty();
@@ -195,10 +198,17 @@ void Graph::Impl::list_endpoints(const std::map<Gid, ParticipantInfo>& present) 
     } else {
       endpoint.type = service_type(std::move(endpoint.type));
       GraphService& service = services_by_name[name->name];
-      (e.is_writer ? service.clients : service.servers).push_back(std::move(endpoint));
+      const bool is_reply = name->kind == NameKind::reply;
+      auto& of_servers = is_reply ? service.reply_servers : service.servers;
+      auto& of_clients = is_reply ? service.reply_clients : service.clients;
+      (e.is_writer == is_reply ? of_servers : of_clients).push_back(std::move(endpoint));
     }
   }
   topics = sorted(std::move(topics_by_name));
+  // Replies alone are left over from an end that is being removed.
+  std::erase_if(services_by_name, [](const auto& entry) {
+    return entry.second.servers.empty() && entry.second.clients.empty();
+  });
   services = sorted(std::move(services_by_name));
 }
 

@@ -31,8 +31,8 @@ struct GraphEndpoint {
   // "/ns/name"; without a node kUnknownNode, or "_CREATED_BY_BARE_DDS_APP_" if its participant is not
   // of ROS 2.
   std::string node;
-  std::string type;       // "sensor_msgs/msg/JointState"
-  std::string type_hash;  // of a service's endpoint: of the request
+  std::string type;  // "sensor_msgs/msg/JointState"
+  std::string type_hash;
   QosProfile qos;
   Gid gid;
 };
@@ -44,7 +44,10 @@ struct GraphTopic {
 
 struct GraphService {
   std::string name;
-  std::vector<GraphEndpoint> servers, clients;  // types are the service's: "std_srvs/srv/Trigger"
+  // The ends of its requests, and those of its replies. Types are the service's: "std_srvs/srv/Trigger";
+  // hashes are those of the request and of the response.
+  std::vector<GraphEndpoint> servers, clients;
+  std::vector<GraphEndpoint> reply_servers, reply_clients;
 };
 
 class DOPPEL_API Graph {

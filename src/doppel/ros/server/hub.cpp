@@ -86,6 +86,7 @@ Hub::ClientId Hub::join(ClientLink& link) {
                             .capabilities = {"clientPublish", "services", "parameters", "parametersSubscribe",
                                              "connectionGraph", "time"},
                             .encodings = {std::string(foxglove::kCdr), std::string(foxglove::kJson)},
+                            .distro = std::string(to_string(ros_distro())),
                             .metadata = options_.metadata};
   if (assets_.offers()) {
     info.capabilities.emplace_back("assets");

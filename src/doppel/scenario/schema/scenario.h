@@ -13,6 +13,7 @@
 #include "doppel/physics/contract/world_robot.h"
 #include "doppel/robot/kinematics/link_masses.h"
 #include "doppel/ros/bus/ros_arguments.h"
+#include "doppel/ros/messages/distro.h"
 #include "doppel/sensors/rigs/light_rig.h"
 
 namespace doppel {
@@ -40,10 +41,11 @@ struct DOPPEL_API Scenario {
   std::vector<std::string> plugins;  // shared libraries with controllers and hardware
   bool ideal = false;                // joints follow commands exactly, under any load
   bool enforce_limits = true;
-  bool strict = false;       // what ROS 2 would not accept is refused (a Twist for a TwistStamped)
-  RosArguments ros;          // names and parameters of --ros-args
-  RigOptions sensors;        // the seed of noise, and whether the loop waits for samples
-  bool wall_stamps = false;  // messages are stamped with wall-clock time, and there is no /clock
+  bool strict = false;           // what ROS 2 would not accept is refused (a Twist for a TwistStamped)
+  RosArguments ros;              // names and parameters of --ros-args
+  std::optional<Distro> distro;  // of ROS 2: messages and defaults; none: the process's
+  RigOptions sensors;            // the seed of noise, and whether the loop waits for samples
+  bool wall_stamps = false;      // messages are stamped with wall-clock time, and there is no /clock
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
 
   // nullptr: none. A robot that was sent to a service, and a model of the world, have none.

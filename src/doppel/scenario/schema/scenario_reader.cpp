@@ -33,7 +33,7 @@ class ScenarioReader : YamlFields {
     ScenarioFile out;
     if (fields(root, "a scenario",
                {"doppel_scenario", "complete", "robots", "world", "engine", "step", "start_controllers",
-                "plugins", "ideal", "enforce_limits", "strict", "stamp", "ros_args", "sensors",
+                "plugins", "ideal", "enforce_limits", "strict", "stamp", "distro", "ros_args", "sensors",
                 "content_hash", "files"})) {
       read_version(root);
       read_run(root, out.scenario);
@@ -75,6 +75,11 @@ class ScenarioReader : YamlFields {
     if (root["ideal"]) out.ideal = flag(root["ideal"], "ideal");
     if (root["enforce_limits"]) out.enforce_limits = flag(root["enforce_limits"], "enforce_limits");
     if (root["strict"]) out.strict = flag(root["strict"], "strict");
+    if (root["distro"]) {
+      out.distro = static_cast<Distro>(choice(root["distro"], "distro", distro_names()));
+    } else if (out.complete) {
+      out.distro = Distro::jazzy;
+    }
     if (root["stamp"]) out.wall_stamps = choice(root["stamp"], "stamp", {"sim", "wall"}) == 1;
   }
 

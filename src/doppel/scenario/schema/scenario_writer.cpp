@@ -110,6 +110,10 @@ Tree tree_of(const Scenario& scenario, const fs::path& folder) {
   out["enforce_limits"] = scenario.enforce_limits;
   out["strict"] = scenario.strict;
   out["stamp"] = scenario.wall_stamps ? "wall" : "sim";
+  // A complete scenario without a distribution is one of Jazzy, as those that were written before there were
+  // others.
+  if (scenario.distro && !(scenario.complete && *scenario.distro == Distro::jazzy))
+    out["distro"] = std::string(to_string(*scenario.distro));
   const std::vector<std::string> words = words_of(scenario.ros, folder);
   if (!words.empty()) out["ros_args"] = words;
   out["sensors"] = {{"seed", scenario.sensors.seed},

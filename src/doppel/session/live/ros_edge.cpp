@@ -44,7 +44,8 @@ std::optional<ros2::ParticipantOptions> ros_network(const RosEdgeOptions& option
 
 std::string RosEdge::banner() const {
   if (!network_.has_value()) return "";
-  std::string lines = fmt::format("  ros 2        domain {}, {}\n", network_->domain, who_can_see(*network_));
+  std::string lines = fmt::format("  ros 2        {}, domain {}, {}\n", title(ros_distro()).substr(6),
+                                  network_->domain, who_can_see(*network_));
   const bool is_open = network_->range == ros2::DiscoveryRange::subnet ||
                        network_->range == ros2::DiscoveryRange::system_default;
   try {

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "doppel/ros/messages/distro.h"
 #include "doppel/twin/attachments/attachments.h"
 #include "doppel/twin/loop/twin_core.h"
 #include "doppel/twin/publishers/publishers.h"
@@ -10,10 +11,19 @@
 #include "doppel/twin/services/services.h"
 
 namespace doppel {
+namespace {
+
+// Before the first message and the first controller of the twin are made.
+const Scenario& with_its_distro(const Scenario& scenario) {
+  if (scenario.distro) set_ros_distro(*scenario.distro);
+  return scenario;
+}
+
+}  // namespace
 
 struct Twin::Impl {
   Impl(const Scenario& scenario, const Log& log, Diagnostics& diagnostics)
-      : core(scenario, log, diagnostics) {
+      : core(with_its_distro(scenario), log, diagnostics) {
     // The order is that of their calls within a step.
     add_services(core);
     add_publishers(core);
@@ -81,6 +91,7 @@ void Twin::on_robots_changed(std::function<void()> callback) {
 Scenario Twin::complete_scenario() const {
   Scenario out = impl_->core.scenario();
   out.complete = true;
+  out.distro = ros_distro();
   out.step = step_size();
   out.robots.clear();
   out.choices.clear();

@@ -54,6 +54,9 @@ class Trajectory {
   // `out` is undefined.
   bool sample(Time time, Interpolation method, JointStates& out) const;
 
+  // The first point that is later than the time; size(): none. 0 before begin().
+  [[nodiscard]] std::size_t next_point(Time time) const;
+
   [[nodiscard]] std::size_t joints() const { return joints_; }
   [[nodiscard]] std::size_t size() const { return offsets_.size() - 1; }  // points
   [[nodiscard]] Time start_time() const { return start_; }                // once begun

@@ -215,7 +215,8 @@ struct Bare {
                                  "], state_interfaces: [position]" + more + "}}",
                              "bare.yaml");
     overrides = file.overrides_for("/arm");
-    context = {"arm", &node, &model, &log, &overrides, 100};
+    context = {
+        "arm", &node, &model, &log, &overrides, 100, "joint_trajectory_controller/JointTrajectoryController"};
     controller.on_init(context);
     EXPECT_TRUE(controller.on_configure().ok());
   }

@@ -80,6 +80,9 @@ struct ControllerManager::Impl {
   void load(const std::string& name, const std::string& type);
   std::unique_ptr<LoadedController> make(const std::string& name, const std::string& type,
                                          const NodeArguments& arguments);
+  // The place of its type in the manager's section.
+  [[nodiscard]] SourceLocation where_written(const std::string& name, const std::string& type) const;
+  void report_type_of_other_distro(const std::string& type, SourceLocation where) const;
   // Sets the bus's name rules of a controller, instead of its former ones.
   void use_rules(const std::string& controller, const std::vector<std::string>& rules);
   void declare_written_type(LoadedController& loaded);

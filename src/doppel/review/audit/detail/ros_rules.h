@@ -25,9 +25,6 @@ std::span<const GazeboControlPlugin> gazebo_control_plugins();
 const GazeboControlPlugin* find_gazebo_control_plugin(std::string_view file);
 std::string library_name(std::string_view file);  // "libgz_x-system.so" -> "gz_x-system"
 
-// Controllers of ros2_controllers that doppel does not have itself.
-const Names& other_controller_types();
-
 bool moves(const Joint& joint);        // not fixed
 bool driven_kind(const Joint& joint);  // revolute, continuous or prismatic
 Names joint_names(const RobotDescription& robot);

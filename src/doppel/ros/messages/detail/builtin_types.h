@@ -18,6 +18,7 @@ struct FieldRow {
   std::uint32_t text_bound;  // 0: none
   std::uint32_t type;        // of a message: its row
   double initial;
+  DistroRange range;
 };
 
 struct ConstantRow {

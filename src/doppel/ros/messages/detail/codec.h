@@ -145,7 +145,9 @@ template <Message M>
 class StructType final : public TypeSupport {
  public:
   StructType() : TypeSupport(std::string(M::kType)) {}
-  [[nodiscard]] const TypeDescription* description() const override { return &describe<M>(); }
+  [[nodiscard]] const TypeDescription* description_in(Distro distro) const override {
+    return &describe<M>(distro);
+  }
 };
 
 }  // namespace messages_detail

@@ -51,12 +51,12 @@ constexpr FieldKind kind_of() {
 }
 
 template <class T>
-FieldDescription describe_field(const char* name, const T& initial) {
+FieldDescription describe_field(const char* name, const T& initial, Distro distro) {
   FieldDescription field{.name = name};
-  const auto element = [&field]<class E>(std::type_identity<E>) {
+  const auto element = [&field, distro]<class E>(std::type_identity<E>) {
     static_assert(Message<E> || kind_of<E>() != FieldKind::message, "not a type that a message can have");
     field.kind = kind_of<E>();
-    if constexpr (Message<E>) field.type = &describe<E>();
+    if constexpr (Message<E>) field.type = &describe<E>(distro);
     if constexpr (requires { E::kBound; }) field.text_bound = E::kBound;
   };
   if constexpr (SequenceOf<T>::value) {
@@ -74,13 +74,15 @@ FieldDescription describe_field(const char* name, const T& initial) {
   return field;
 }
 
-// Describes a struct with a field list of its own.
+// Describes a struct with a field list of its own, which is the same in all distributions; the messages in it
+// may differ.
 template <Message M>
-TypeDescription describe_struct() {
+TypeDescription describe_struct(Distro distro) {
   TypeDescription type{.name = std::string(M::kType), .fields = {}, .constants = {}};
   const M initial{};
-  M::for_each_field(initial,
-                    [&type](const char* name, const auto& value) { type.add(describe_field(name, value)); });
+  M::for_each_field(initial, [&type, distro](const char* name, const auto& value) {
+    type.add(describe_field(name, value, distro));
+  });
   if constexpr (requires { M::for_each_constant(initial, [](const char*, const auto&) {}); }) {
     M::for_each_constant(initial, [&type]<class T>(const char* name, const T& value) {
       if constexpr (std::same_as<T, std::string_view>) {
@@ -98,12 +100,14 @@ TypeDescription describe_struct() {
 namespace doppel {
 
 template <Message M>
-const TypeDescription& describe() {
+const TypeDescription& describe(Distro distro) {
   if constexpr (BuiltinMessage<M>) {
-    return description_of(M::builtin_type());
+    return description_of(M::builtin_type(), distro);
   } else {
-    static const TypeDescription description = messages_detail::describe_struct<M>();
-    return description;
+    static const std::array descriptions{messages_detail::describe_struct<M>(Distro::jazzy),
+                                         messages_detail::describe_struct<M>(Distro::kilted),
+                                         messages_detail::describe_struct<M>(Distro::lyrical)};
+    return descriptions[static_cast<std::size_t>(distro)];
   }
 }
 

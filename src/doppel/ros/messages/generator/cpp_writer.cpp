@@ -50,6 +50,15 @@ void write_declaration(std::string& out, const Declaration& declaration, const T
   out += declaration.comment.empty() ? ";\n" : fmt::format(";  // {}\n", declaration.comment);
 }
 
+// "if (ros_distro() >= Distro::kilted) "; empty for what all distributions have.
+std::string condition(const DistroRange& range) {
+  if (range.first != kFirstDistro)
+    return fmt::format("if (ros_distro() >= Distro::{}) ", to_string(range.first));
+  if (range.last != kLastDistro)
+    return fmt::format("if (ros_distro() <= Distro::{}) ", to_string(range.last));
+  return "";
+}
+
 // The members of a struct; `name`: of the struct, in its namespace.
 void write_type(std::string& out, const Type& type, std::string_view name, std::string_view indent) {
   const std::string inner = std::string(indent) + "  ";
@@ -61,7 +70,8 @@ void write_type(std::string& out, const Type& type, std::string_view name, std::
     if (declaration.constant) continue;
     is_empty = false;
     for (const Member& member : declaration.members)
-      visits += fmt::format("{0}  visit(\"{1}\", self.{1});\n", inner, member.name);
+      visits += fmt::format("{0}  {2}visit(\"{1}\", self.{1});\n", inner, member.name,
+                            condition(declaration.range));
   }
   out += fmt::format("{}static constexpr std::string_view kType = \"{}\";\n", inner, type.full_name());
   if (is_empty) out += inner + "static constexpr bool kIsEmpty = true;\n";
@@ -115,6 +125,11 @@ std::string number(const Declaration& declaration, const Member& member) {
   return member.value;
 }
 
+std::string range_text(const DistroRange& range) {
+  if (range == DistroRange{}) return "{}";
+  return fmt::format("{{Distro::{}, Distro::{}}}", to_string(range.first), to_string(range.last));
+}
+
 // Rows of fields and constants, and of the types with their parts of them (detail/builtin_types.h).
 void write_rows(std::string& out, const Definitions& definitions) {
   std::string fields, constants, types;
@@ -132,9 +147,10 @@ void write_rows(std::string& out, const Definitions& definitions) {
                                    is_text ? member.value : "\"\"");
           ++constant_count;
         } else {
-          fields += fmt::format("    {{\"{}\", FieldKind::{}, FieldShape::{}, {}, {}, {}, {}}},\n",
+          fields += fmt::format("    {{\"{}\", FieldKind::{}, FieldShape::{}, {}, {}, {}, {}, {}}},\n",
                                 member.name, kind, field.shape, field.size, field.text_bound,
-                                field.message != nullptr ? fmt::to_string(field.message->index) : "0", value);
+                                field.message != nullptr ? fmt::to_string(field.message->index) : "0", value,
+                                range_text(declaration.range));
           ++field_count;
         }
       }

@@ -12,7 +12,8 @@
 // A type begins with its kind and name and ends before the next one; the lines below the first are indented.
 // Between declarations is a semicolon or the end of the line; names with a comma between them have the same
 // type. Types are defined above their use. A line `include FILE` adds a hand-written header at the end of the
-// package's header.
+// package's header. A declaration of fields that not all distributions of ROS 2 have begins with the first or
+// the last one: `[from kilted] int32 index`, `[to jazzy] string class_type`.
 
 #include <cstddef>
 #include <deque>
@@ -22,6 +23,8 @@
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "doppel/ros/messages/distro.h"
 
 namespace doppel::message_generator {
 
@@ -49,6 +52,7 @@ struct Member {
 struct Declaration {
   FieldType type;
   bool constant = false;
+  DistroRange range;
   std::vector<Member> members;
   std::vector<std::string> comments;  // lines above it
   std::string comment;                // behind it
@@ -91,6 +95,6 @@ std::string_view part_suffix(std::string_view kind, std::size_t part);
 // Files by name.
 using Files = std::vector<std::pair<std::string, std::string>>;
 Files cpp_files(const Definitions& definitions);
-Files idl_files(const Definitions& definitions);
+Files idl_files(const Definitions& definitions, Distro distro);
 
 }  // namespace doppel::message_generator

@@ -223,8 +223,31 @@ class FileReader {
     }
   }
 
+  // "[from kilted]" or "[to jazzy]".
+  DistroRange read_range() {
+    const std::size_t start = ++column_;
+    const std::string bound = word();
+    if (bound != "from" && bound != "to")
+      refuse(start, fmt::format("'{}' does not begin a range of distributions", bound),
+             "write '[from DISTRO]' or '[to DISTRO]'");
+    skip_blanks();
+    const std::size_t name_start = column_;
+    const std::string name = word();
+    const std::optional<Distro> distro = distro_of(name);
+    if (!distro)
+      refuse(name_start,
+             fmt::format("there is no distribution '{}'{}", name, did_you_mean(name, distro_names())),
+             fmt::format("write one of {}", fmt::join(kDistroNames, ", ")));
+    if (at_end() || line_[column_] != ']')
+      refuse(column_, "']' is missing behind the distribution", "insert it");
+    ++column_;
+    skip_blanks();
+    return bound == "from" ? DistroRange{.first = *distro} : DistroRange{.last = *distro};
+  }
+
   void read_declaration() {
     Declaration declaration;
+    if (line_[column_] == '[') declaration.range = read_range();
     declaration.type = read_type();
     declaration.comments = std::exchange(comments_, {});
     bool more = true;
@@ -313,6 +336,8 @@ class FileReader {
     skip_blanks();
     const bool constant = !at_end() && line_[column_] == '=';
     if (constant) ++column_;
+    if (constant && declaration.range != DistroRange{})
+      refuse(start, "a constant is in all distributions", "remove the range");
     if (!declaration.members.empty() && constant != declaration.constant)
       refuse(start, "a declaration has either fields or constants", "separate them by ';'");
     declaration.constant = constant;

@@ -26,10 +26,10 @@ std::string structure(std::string_view package, std::string_view kind, std::stri
                      package, kind, name, members);
 }
 
-std::string type_structure(const Type& type) {
+std::string type_structure(const Type& type, Distro distro) {
   std::string members;
   for (const Declaration& declaration : type.declarations) {
-    if (declaration.constant) continue;
+    if (declaration.constant || !declaration.range.contains(distro)) continue;
     const FieldType& field = declaration.type;
     const std::string size = field.shape == "array" ? fmt::format("[{}]", field.size) : "";
     for (const Member& member : declaration.members)
@@ -56,11 +56,11 @@ std::string derived_structures(const Package& package, const Interface& action) 
          derived("_FeedbackMessage", id + fmt::format("  {} feedback_;\n", part("_Feedback")));
 }
 
-std::string idl(const Package& package) {
+std::string idl(const Package& package, Distro distro) {
   std::string structures;
   std::set<std::string> includes = package.uses;
   for (const Interface& interface : package.interfaces) {
-    for (const Type* type : interface.parts) structures += type_structure(*type);
+    for (const Type* type : interface.parts) structures += type_structure(*type, distro);
     if (interface.kind != "action") continue;
     structures += derived_structures(package, interface);
     includes.insert({"builtin_interfaces", "unique_identifier_msgs"});
@@ -73,9 +73,10 @@ std::string idl(const Package& package) {
 
 }  // namespace
 
-Files idl_files(const Definitions& definitions) {
+Files idl_files(const Definitions& definitions, Distro distro) {
   Files files;
-  for (const Package& package : definitions.packages) files.emplace_back(package.name + ".idl", idl(package));
+  for (const Package& package : definitions.packages)
+    files.emplace_back(package.name + ".idl", idl(package, distro));
   return files;
 }
 

@@ -1,6 +1,6 @@
-// generate_messages cpp|idl FOLDER DEFINITIONS...
-// Writes C++ (headers and the table of types) or IDL into a folder. A file that has not changed keeps its
-// time, so that nothing that includes it is compiled again.
+// generate_messages cpp|idl-DISTRO FOLDER DEFINITIONS... Writes C++ (headers and the table of types) or the
+// IDL of a distribution of ROS 2 into a folder. A file that has not changed keeps its time, so that nothing
+// that includes it is compiled again.
 
 #include <fmt/format.h>
 
@@ -29,9 +29,12 @@ void write_changed(const std::filesystem::path& file, const std::string& content
 }
 
 int run(std::span<char*> arguments) {
+  constexpr std::string_view kIdl = "idl-";
   const std::string_view form = arguments.size() > 3 ? arguments[1] : "";
-  if (form != "cpp" && form != "idl") {
-    fmt::print(stderr, "usage: generate_messages cpp|idl FOLDER DEFINITIONS...\n");
+  const std::optional<Distro> distro =
+      form.starts_with(kIdl) ? distro_of(form.substr(kIdl.size())) : std::nullopt;
+  if (form != "cpp" && !distro) {
+    fmt::print(stderr, "usage: generate_messages cpp|idl-DISTRO FOLDER DEFINITIONS...\n");
     return 2;
   }
   try {
@@ -39,7 +42,7 @@ int run(std::span<char*> arguments) {
     const std::vector<std::filesystem::path> files(arguments.begin() + 3, arguments.end());
     const Definitions definitions = read_definitions(files);
     std::filesystem::create_directories(folder);
-    for (const auto& [name, content] : form == "cpp" ? cpp_files(definitions) : idl_files(definitions))
+    for (const auto& [name, content] : distro ? idl_files(definitions, *distro) : cpp_files(definitions))
       write_changed(folder / name, content);
     return 0;
   } catch (const std::exception& error) {

@@ -103,10 +103,32 @@ TEST_F(Generator, PartsOfServicesAndActionsAreNestedStructs) {
 TEST_F(Generator, IdlIsAsRosidlWritesIt) {
   write("my_msgs",
         "msg Grip: float32[] x; byte[2] y; string<=4 name\nmsg Grips: Grip[<=3] grips; uint8 MANY=3\n");
-  const std::string idl = file(idl_files(read()), "my_msgs.idl");
+  const std::string idl = file(idl_files(read(), Distro::jazzy), "my_msgs.idl");
   EXPECT_THAT(idl,
               HasSubstr("struct Grip_ {\n  sequence<float> x_;\n  octet y_[2];\n  string<4> name_;\n};\n"));
   EXPECT_THAT(idl, HasSubstr("struct Grips_ {\n  sequence<my_msgs::msg::dds_::Grip_, 3> grips_;\n};\n"));
+}
+
+TEST_F(Generator, FieldsOfSomeDistributionsAreVisitedInTheseAlone) {
+  write("my_msgs", "msg Grip: int8 a; [from kilted] int8 b, c; [to jazzy] int8 d\n");
+  const std::string header = file(cpp_files(read()), "my_msgs.h");
+  EXPECT_THAT(header, HasSubstr("    visit(\"a\", self.a);\n"
+                                "    if (ros_distro() >= Distro::kilted) visit(\"b\", self.b);\n"
+                                "    if (ros_distro() >= Distro::kilted) visit(\"c\", self.c);\n"
+                                "    if (ros_distro() <= Distro::jazzy) visit(\"d\", self.d);\n"));
+  EXPECT_THAT(file(idl_files(read(), Distro::jazzy), "my_msgs.idl"),
+              HasSubstr("{\n  int8 a_;\n  int8 d_;\n}"));
+  EXPECT_THAT(file(idl_files(read(), Distro::lyrical), "my_msgs.idl"),
+              HasSubstr("{\n  int8 a_;\n  int8 b_;\n  int8 c_;\n}"));
+}
+
+TEST_F(Generator, WrongRangesAreRefusedWithTheirPlace) {
+  EXPECT_EQ(error("msg Grip: [since kilted] int8 x\n"),
+            "1:12: 'since' does not begin a range of distributions");
+  EXPECT_EQ(error("msg Grip: [from kitled] int8 x\n"),
+            "1:17: there is no distribution 'kitled'; did you mean 'kilted'?");
+  EXPECT_EQ(error("msg Grip: [from kilted int8 x\n"), "1:23: ']' is missing behind the distribution");
+  EXPECT_EQ(error("msg Grip: [from kilted] int8 X=1\n"), "1:30: a constant is in all distributions");
 }
 
 TEST_F(Generator, WrongDefinitionsAreRefusedWithTheirPlace) {
@@ -157,7 +179,7 @@ TEST_F(Generator, UnreadableFileIsRefused) {
 // The table of types against the fields of the structs, as the compiler has them.
 template <Message M>
 void expect_table_matches_struct() {
-  const TypeDescription &table = describe<M>(), fields = messages_detail::describe_struct<M>();
+  const TypeDescription &table = describe<M>(), fields = messages_detail::describe_struct<M>(ros_distro());
   EXPECT_EQ(table.name, fields.name);
   EXPECT_EQ(table.least_cdr_size, fields.least_cdr_size) << table.name;
   ASSERT_EQ(table.fields.size(), fields.fields.size()) << table.name;

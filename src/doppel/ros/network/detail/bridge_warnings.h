@@ -2,6 +2,7 @@
 // Private to the bridge: warnings of its nodes about incompatible endpoints of others. The
 // bridge's thread only.
 
+#include <cstdint>
 #include <set>
 #include <string>
 #include <utility>
@@ -16,10 +17,14 @@ class NetworkWarnings {
  public:
   explicit NetworkWarnings(const Log& log) : log_(log) {}
   // Logs under the node concerned, once for each pair of endpoints: a reader or writer with incompatible QoS,
-  // with rclcpp's message, and another publisher of this participant's clock. `own` is this participant.
-  void look_at(const std::vector<GraphTopic>& topics, const Gid& own);
+  // with rclcpp's message, and another publisher of this participant's clock; once for each participant: a
+  // message type of another distribution. `own` is this participant.
+  void look_at(const std::vector<GraphTopic>& topics, const std::vector<GraphService>& services,
+               const Gid& own);
 
  private:
+  void compare_types(const std::string& name, const std::vector<GraphEndpoint>& own_ends,
+                     const std::vector<GraphEndpoint>& other_ends, const char* part, const Gid& self);
   void say(const GraphEndpoint& own_end, const GraphEndpoint& other_end, const std::string& text);
   void compare(const std::string& topic, const GraphEndpoint& publisher, const GraphEndpoint& subscription,
                const Gid& own);
@@ -28,6 +33,7 @@ class NetworkWarnings {
 
   const Log& log_;
   std::set<std::pair<Gid, Gid>> said_, lasting_;  // own endpoint, other endpoint
+  std::set<std::vector<std::uint8_t>> foreign_;   // participants of another distribution, by their prefix
 };
 
 // The process of another participant, as far as its Gid identifies it: "process 1234 on this machine",

@@ -7,6 +7,7 @@
 #include <optional>
 #include <thread>
 
+#include "doppel/ros/messages/control_msgs.h"
 #include "doppel/ros/messages/diagnostic_msgs.h"
 #include "doppel/ros/messages/rosgraph_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
@@ -295,6 +296,28 @@ TEST_F(BridgeTest, ResponseToVanishedClientIsDropped) {
   ASSERT_TRUE(comes_true([&] { return next.is_available(); }));
   next.send(to_cdr(Trigger::Request{}));
   EXPECT_TRUE(comes_true([&] { return waiting.size() == 4; }));
+}
+
+TEST_F(BridgeTest, PeerOfOtherDistroIsReportedOnceWithWhatToType) {
+  using control_msgs::msg::PidState;
+  node.advertise<PidState>("/pid");
+  node.advertise<PidState>("/other_pid");
+  start();
+  const auto count = [this](const std::string& part) {
+    const std::lock_guard lock(mutex);
+    return std::ranges::count_if(
+        said, [&](const std::string& line) { return line.find(part) != std::string::npos; });
+  };
+  EndpointSpec foreign = topic_spec("/pid", PidState::kType);
+  foreign.type_hash = type_support<PidState>().hash(Distro::lyrical);
+  const auto reader = peer->make_reader(foreign);
+  foreign.topic = topic_spec("/other_pid").topic;
+  const auto other_reader = peer->make_reader(foreign);
+  EXPECT_TRUE(
+      comes_true([&] { return count("has control_msgs/msg/PidState of ROS 2 Kilted or Lyrical") == 1; }));
+  ASSERT_TRUE(comes_true(
+      [&] { return bridge->matches("/pid").readers == 1 && bridge->matches("/other_pid").readers == 1; }));
+  EXPECT_EQ(count("Start the twin with --distro lyrical, or set ROS_DISTRO"), 1);
 }
 
 TEST_F(BridgeTest, IncompatibleQosIsReportedOncePerPair) {

@@ -112,9 +112,9 @@ TEST_F(ServerTest, ClientPublishReachesTwin) {
 class ThrowingType : public TypeSupport {
  public:
   ThrowingType() : TypeSupport("test_msgs/msg/Throwing") {}
-  [[nodiscard]] const TypeDescription* description() const override {
+  [[nodiscard]] const TypeDescription* description_in(Distro distro) const override {
     if (std::this_thread::get_id() != client && throws) throw 42;
-    return type_support<std_msgs::msg::Float64>().description();
+    return type_support<std_msgs::msg::Float64>().description_in(distro);
   }
   const std::thread::id client = std::this_thread::get_id();
   mutable std::atomic<bool> throws{true};
