@@ -1,5 +1,6 @@
-# Builds for arm64 on another architecture: cmake --toolchain cmake/toolchains/arm64.cmake (tools/try_release RELEASE arm64 has
-# the packages that this needs). Programs of the build, such as the generator of messages, run by qemu.
+# Builds for arm64 on another architecture: cmake --toolchain cmake/toolchains/arm64.cmake, with the packages
+# crossbuild-essential-arm64 and qemu-user-static, and the libraries of packages.txt as :arm64. Programs of the build, such as
+# the generator of messages, run by qemu.
 set(CMAKE_SYSTEM_NAME Linux)
 set(CMAKE_SYSTEM_PROCESSOR aarch64)
 set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)

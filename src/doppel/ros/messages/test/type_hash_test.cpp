@@ -94,7 +94,7 @@ TEST(TypeHash, HashNamesDistrosThatHaveIt) {
 }
 
 // The layout follows the distribution: bytes, text and their sizes.
-TEST(TypeHash, FieldsOfOtherDistroAreNotOnTheWire) {
+TEST(TypeHash, FieldsOfOtherDistroAreNotWritten) {
   control_msgs::action::FollowJointTrajectory::Feedback feedback;
   feedback.joint_names = {"a"};
   feedback.index = 7;
