@@ -57,7 +57,7 @@ Finding judge_participant(const NetworkFacts& facts) {
           "correct the cause, or use --no-ros"};
 }
 
-// Whoever reaches the network commands the twin: ROS 2 has no authentication without DDS Security.
+// Every participant on the network can command the twin: ROS 2 has no authentication without DDS Security.
 Finding judge_middleware(const NetworkFacts& facts) {
   const std::string description = ros2::describe_middleware(facts.fast_dds);
   if (facts.range == "localhost")

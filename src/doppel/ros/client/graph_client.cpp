@@ -53,6 +53,10 @@ std::string gid_text(const Gid& gid) {
   return out;
 }
 
+Client::Endpoint endpoint_of(const GraphEndpoint& end) {
+  return {end.node, end.type, end.type_hash, gid_text(end.gid), qos_lines(end.qos)};
+}
+
 }  // namespace
 
 GraphClient::Impl::Impl(GraphClientOptions chosen, const MakeParticipant& make)
@@ -174,7 +178,7 @@ void GraphClient::Impl::rebuild() {
         if (is_own(end.gid)) continue;
         if (entry.type.empty()) entry.type = end.type;
         nodes.push_back(end.node);
-        details.push_back({end.node, end.type, end.type_hash, gid_text(end.gid), qos_lines(end.qos)});
+        details.push_back(endpoint_of(end));
       }
     };
     fill(topic.publishers, entry.publishers, entry.publisher_ends);
@@ -193,8 +197,7 @@ void GraphClient::Impl::rebuild() {
     }
     const auto fill = [this](const std::vector<GraphEndpoint>& ends, std::vector<Endpoint>& details) {
       for (const GraphEndpoint& end : ends) {
-        if (!is_own(end.gid))
-          details.push_back({end.node, end.type, end.type_hash, gid_text(end.gid), qos_lines(end.qos)});
+        if (!is_own(end.gid)) details.push_back(endpoint_of(end));
       }
     };
     fill(service.servers, entry.server_ends);

@@ -1,7 +1,7 @@
 #pragma once
 // The distributions of ROS 2 and the one that this process has: its message types on the wire, the defaults
 // of its controllers and their manager. Sources: the packages' release tags that tests/ros2/*_type_hashes.txt
-// and control/manager/distro_table.h name.
+// and control/manager/distro_differences.h name.
 
 #include <array>
 #include <cstddef>

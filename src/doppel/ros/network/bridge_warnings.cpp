@@ -85,9 +85,10 @@ void NetworkWarnings::compare_types(const std::string& name, const std::vector<G
   for (const GraphEndpoint& other : other_ends) {
     if (is_same_participant(other.gid, self) || other.type != own_end->type) continue;
     const std::optional<ForeignType> foreign = foreign_type(other, part);
+    if (!foreign || lasting_foreign_.size() >= kMaxPairsReported) continue;
     const auto prefix = other.gid.prefix();
-    if (!foreign || foreign_.size() >= kMaxPairsReported) continue;
-    if (!foreign_.emplace(prefix.begin(), prefix.end()).second) continue;
+    const auto [participant, is_first] = lasting_foreign_.emplace(prefix.begin(), prefix.end());
+    if (!is_first || foreign_.contains(*participant)) continue;
     const bool has_distro = !foreign->distros.empty();
     log_.warning(
         node_base_name(own_end->node),
@@ -103,6 +104,7 @@ void NetworkWarnings::compare_types(const std::string& name, const std::vector<G
 void NetworkWarnings::look_at(const std::vector<GraphTopic>& topics,
                               const std::vector<GraphService>& services, const Gid& own) {
   lasting_.clear();
+  lasting_foreign_.clear();
   for (const GraphService& service : services) {
     compare_types(service.name, service.servers, service.clients, "_Request", own);
     compare_types(service.name, service.clients, service.servers, "_Request", own);
@@ -128,6 +130,7 @@ void NetworkWarnings::look_at(const std::vector<GraphTopic>& topics,
     }
   }
   said_ = lasting_;
+  foreign_ = lasting_foreign_;
 }
 
 }  // namespace doppel::ros2

@@ -33,7 +33,8 @@ class NetworkWarnings {
 
   const Log& log_;
   std::set<std::pair<Gid, Gid>> said_, lasting_;  // own endpoint, other endpoint
-  std::set<std::vector<std::uint8_t>> foreign_;   // participants of another distribution, by their prefix
+  // Participants of another distribution by their prefix: reported, and those that are there now.
+  std::set<std::vector<std::uint8_t>> foreign_, lasting_foreign_;
 };
 
 // The process of another participant, as far as its Gid identifies it: "process 1234 on this machine",
