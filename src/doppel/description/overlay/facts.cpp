@@ -5,9 +5,12 @@
 
 #include "doppel/base/core/fnv_hash.h"
 #include "doppel/description/overlay/detail/overlay.h"
+#include "doppel/description/urdf/urdf_version.h"
 
 namespace doppel::overlay_detail {
 namespace {
+
+constexpr std::string_view kQuaternion = "quat_xyzw";  // of an <origin>, in the place of rpy
 
 // The place of a plain fact in its joint or link: below `outer` (if any), in `element`.
 struct Slot {
@@ -49,6 +52,11 @@ std::string read_slot(const XmlNode& target, const Slot& slot) {
   const XmlNode* node = &target;
   if (!slot.outer.empty()) node = node->first(slot.outer);
   if (node != nullptr && !slot.element.empty()) node = node->first(slot.element);
+  // A rotation may be written as a quaternion.
+  if (node != nullptr && slot.attribute == "rpy" && node->find("rpy") == nullptr) {
+    const auto rpy = rpy_of_quaternion(attribute_of(*node, kQuaternion));
+    if (rpy) return vector_text(*rpy);
+  }
   return node != nullptr ? attribute_of(*node, slot.attribute, slot.absent) : std::string(slot.absent);
 }
 
@@ -276,6 +284,9 @@ void write_facts(XmlNode& target, const Facts& facts, const SourceLocation& wher
     XmlNode* node = &target;
     if (!slot->outer.empty()) node = &child_or_new(*node, std::string(slot->outer), where);
     if (!slot->element.empty()) node = &child_or_new(*node, std::string(slot->element), where);
+    // An origin has one of the two.
+    if (slot->attribute == "rpy")
+      std::erase_if(node->attributes, [](const XmlAttribute& a) { return a.name == kQuaternion; });
     set_attribute(*node, std::string(slot->attribute), value, where);
   }
 }

@@ -159,6 +159,8 @@ struct JointLimits {
   std::optional<double> effort, velocity;  // N m or N; rad/s or m/s; absent: not written
   bool has_position = false;               // lower or upper was written
   SourceLocation source;
+  // URDF 1.2, for planners: ros2_control does not enforce them. rad/s^2 or m/s^2, and rad/s^3 or m/s^3.
+  std::optional<double> acceleration = {}, deceleration = {}, jerk = {};
 };
 
 struct JointDynamics {

@@ -7,6 +7,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/description/urdf/urdf_reader.h"
+#include "doppel/description/urdf/urdf_version.h"
 
 namespace doppel {
 namespace {
@@ -23,6 +24,8 @@ class Parser {
  private:
   Link link(const XmlNode& node);
   Joint joint(const XmlNode& node);
+  Origin origin(const XmlNode& parent, UrdfReader& read);
+  std::optional<Eigen::Vector3d> rotation(const XmlNode& origin, UrdfReader& read);
   std::optional<Inertial> inertial(const XmlNode& node);
   std::optional<Geometry> geometry(const XmlNode& parent, UrdfReader& read);
   Geometry mesh(const XmlNode& node, UrdfReader& read);
@@ -30,6 +33,7 @@ class Parser {
   void collision(const XmlNode& node, Link& out);
   std::optional<Material> material(const XmlNode& node);
   std::optional<JointLimits> limits(const XmlNode& node, const Joint& joint);
+  std::optional<double> rate_limit(const XmlNode& limit, const char* name);
   JointType joint_type(const XmlNode& node);
   void joint_details(const XmlNode& node, Joint& out);
   void hardware(const XmlNode& node, RobotDescription& out);
@@ -39,15 +43,39 @@ class Parser {
   const PackageResolver& resolver_;
   Diagnostics& diagnostics_;
   UrdfReader read_;
+  UrdfVersion version_;
+  NewerElements newer_;
 };
 
-Origin read_origin(const XmlNode& parent, UrdfReader& read) {
+// As in urdfdom, a file of version 1.1 has rpy or quat_xyzw, not both; before, only rpy counts beside the
+// other.
+std::optional<Eigen::Vector3d> Parser::rotation(const XmlNode& origin, UrdfReader& read) {
+  const XmlAttribute* quaternion = origin.find("quat_xyzw");
+  const bool has_rpy = origin.find("rpy") != nullptr;
+  if (quaternion != nullptr) newer_.uses("quat_xyzw of <origin>", kUrdf11, quaternion->where);
+  if (quaternion == nullptr || (has_rpy && version_ < kUrdf11)) return read.vector<3>(origin, "rpy");
+  if (has_rpy) {
+    read.fault("urdf.two_rotations", quaternion->where, "<origin> has both rpy and quat_xyzw",
+               "remove one of the two");
+    return std::nullopt;
+  }
+  const auto rpy = rpy_of_quaternion(quaternion->value);
+  if (!rpy) {
+    read.fault("urdf.vector", quaternion->where,
+               fmt::format("quat_xyzw=\"{}\" of <origin> is not four finite numbers with a length above 0",
+                           quaternion->value),
+               "write x y z w with decimal points, separated by spaces, such as 0 0 0 1");
+  }
+  return rpy;
+}
+
+Origin Parser::origin(const XmlNode& parent, UrdfReader& read) {
   Origin out;
   const XmlNode* node = parent.first("origin");
   if (node == nullptr) return out;
   out.source = node->where;
   if (const auto xyz = read.vector<3>(*node, "xyz")) out.xyz = *xyz;
-  if (const auto rpy = read.vector<3>(*node, "rpy")) out.rpy = *rpy;
+  if (const auto rpy = rotation(*node, read)) out.rpy = *rpy;
   return out;
 }
 
@@ -57,7 +85,7 @@ std::optional<Inertial> Parser::inertial(const XmlNode& node) {
   UrdfReader read(diagnostics_, "urdf.inertial", "the link is treated as without <inertial>");
   Inertial out;
   out.source = node.where;
-  out.origin = read_origin(node, read);
+  out.origin = origin(node, read);
   const XmlNode* mass = node.first("mass");
   const XmlNode* inertia = node.first("inertia");
   if (mass != nullptr) {
@@ -152,6 +180,7 @@ std::optional<Geometry> Parser::geometry(const XmlNode& parent, UrdfReader& read
   const auto size = [&](const char* name) { return size_of(*shape, name, read, diagnostics_); };
   if (shape->name == "box") return read_box(*shape, read, diagnostics_);
   if (shape->name == "cylinder") return Cylinder{size("radius"), size("length")};
+  if (shape->name == "capsule") newer_.uses("<capsule>", kUrdf11, shape->where);
   if (shape->name == "capsule") return Capsule{size("radius"), size("length")};
   if (shape->name == "sphere") return Sphere{size("radius")};
   if (shape->name == "mesh") return mesh(*shape, read);
@@ -174,7 +203,7 @@ std::optional<Material> Parser::material(const XmlNode& node) {
 
 void Parser::visual(const XmlNode& node, Link& out) {
   UrdfReader read(diagnostics_, "urdf.geometry", "this <visual> is ignored");
-  Visual visual{UrdfReader::optional(node, "name"), read_origin(node, read), {}, {}, node.where};
+  Visual visual{UrdfReader::optional(node, "name"), origin(node, read), {}, {}, node.where};
   const auto shape = geometry(node, read);
   if (!shape || read.faulty()) return;
   if (const XmlNode* named = node.first("material")) visual.material = material(*named);
@@ -184,7 +213,7 @@ void Parser::visual(const XmlNode& node, Link& out) {
 
 void Parser::collision(const XmlNode& node, Link& out) {
   UrdfReader read(diagnostics_, "urdf.geometry", "this <collision> is ignored");
-  Collision collision{UrdfReader::optional(node, "name"), read_origin(node, read), {}, node.where};
+  Collision collision{UrdfReader::optional(node, "name"), origin(node, read), {}, node.where};
   const auto shape = geometry(node, read);
   if (!shape || read.faulty()) return;
   collision.geometry = *shape;
@@ -219,6 +248,18 @@ JointType Parser::joint_type(const XmlNode& node) {
   return JointType::fixed;
 }
 
+std::optional<double> Parser::rate_limit(const XmlNode& limit, const char* name) {
+  const XmlAttribute* attribute = limit.find(name);
+  if (attribute == nullptr) return std::nullopt;
+  newer_.uses(fmt::format("{} of <limit>", name), kUrdf12, attribute->where);
+  UrdfReader read(diagnostics_, "urdf.optional_value", "the joint is treated as without it");
+  const auto value = read.number(limit, name);
+  if (!value || *value >= 0) return value;
+  read.fault("urdf.number", attribute->where, fmt::format("the {} limit {} is negative", name, *value),
+             "write it as a positive number");
+  return std::nullopt;
+}
+
 std::optional<JointLimits> Parser::limits(const XmlNode& node, const Joint& joint) {
   JointLimits out;
   out.source = node.where;
@@ -228,6 +269,9 @@ std::optional<JointLimits> Parser::limits(const XmlNode& node, const Joint& join
   out.upper = upper.value_or(0.0);
   out.effort = read_.number(node, "effort");
   out.velocity = read_.number(node, "velocity");
+  out.acceleration = rate_limit(node, "acceleration");
+  out.deceleration = rate_limit(node, "deceleration");
+  out.jerk = rate_limit(node, "jerk");
   if (out.lower > out.upper && joint.type != JointType::continuous) {
     diagnostics_.warning(
         "urdf.limits_crossed", node.where,
@@ -277,7 +321,7 @@ Joint Parser::joint(const XmlNode& node) {
       *target = read_.required(*end, "link");
     }
   }
-  out.origin = read_origin(node, read_);
+  out.origin = origin(node, read_);
   const bool has_axis = out.type != JointType::fixed && out.type != JointType::floating;
   if (const XmlNode* axis = node.first("axis")) {
     out.axis_source = axis->where;
@@ -342,6 +386,7 @@ RobotDescription Parser::robot(const XmlNode& root) {
     return out;
   }
   out.name = read_.required(root, "name");
+  version_ = read_urdf_version(root, diagnostics_);
   for (const XmlNode& child : root.children) {
     if (child.kind != XmlNode::Kind::element) continue;
     if (child.name == "link")
@@ -362,6 +407,7 @@ RobotDescription Parser::robot(const XmlNode& root) {
   if (out.links.empty()) {
     diagnostics_.error("urdf.no_links", root.where, fmt::format("the robot '{}' has no links", out.name));
   }
+  newer_.report(version_, diagnostics_);
   look_up_materials(out);
   return out;
 }

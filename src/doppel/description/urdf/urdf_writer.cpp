@@ -1,6 +1,8 @@
 #include "doppel/description/urdf/urdf_writer.h"
 
+#include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "doppel/base/math/decimals.h"
 #include "doppel/base/xml/element.h"
@@ -111,6 +113,11 @@ XmlNode joint_element(const Joint& joint) {
       limit.attributes.push_back({"lower", decimal(limits.lower), {}});
       limit.attributes.push_back({"upper", decimal(limits.upper), {}});
     }
+    for (const auto& [name, value] :
+         {std::pair("acceleration", limits.acceleration), std::pair("deceleration", limits.deceleration),
+          std::pair("jerk", limits.jerk)}) {
+      if (value) limit.attributes.push_back({name, decimal(*value), {}});
+    }
     out.children.push_back(std::move(limit));
   }
   if (joint.dynamics) {
@@ -125,10 +132,27 @@ XmlNode joint_element(const Joint& joint) {
   return out;
 }
 
+// The version that a parser needs for what is written; empty: the first one, which needs no attribute.
+std::string least_version(const RobotDescription& robot) {
+  const bool rates = std::ranges::any_of(robot.joints, [](const Joint& joint) {
+    return joint.limits && (joint.limits->acceleration || joint.limits->deceleration || joint.limits->jerk);
+  });
+  const bool capsules = std::ranges::any_of(robot.links, [](const Link& link) {
+    const auto among = [](const auto& parts) {
+      return std::ranges::any_of(
+          parts, [](const auto& part) { return std::holds_alternative<Capsule>(part.geometry); });
+    };
+    return among(link.visuals) || among(link.collisions);
+  });
+  return rates ? "1.2" : capsules ? "1.1" : "";
+}
+
 }  // namespace
 
 std::string write_urdf(const RobotDescription& robot) {
   XmlNode out = element("robot", {{"name", robot.name}});
+  if (const std::string version = least_version(robot); !version.empty())
+    out.attributes.push_back({"version", version, {}});
   for (const Link& link : robot.links) out.children.push_back(link_element(link));
   for (const Joint& joint : robot.joints) out.children.push_back(joint_element(joint));
   return to_xml(out);

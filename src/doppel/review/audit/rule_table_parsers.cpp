@@ -99,6 +99,8 @@ constexpr std::array kParserRules{
              "it has no effect: the default applies", "correct the value, or remove the element"},
     RuleInfo{"urdf.two_parents", kError, "a link with two parents",
              "a URDF is a tree: the robot does not load", "remove one of the joints"},
+    RuleInfo{"urdf.two_rotations", kError, "an origin with rpy and quat_xyzw",
+             "ROS 2's parser rejects the robot", "remove one of the two"},
     RuleInfo{"urdf.two_roots", kError, "links that are not connected to the rest",
              "the robot does not load: two root links",
              "connect them with a fixed joint, or remove the unused link"},
@@ -108,6 +110,12 @@ constexpr std::array kParserRules{
              "the part is drawn in a default colour", "define the material once with <color>"},
     RuleInfo{"urdf.vector", kError, "a list of numbers that is invalid or of the wrong length",
              "urdfdom rejects the element", "write the required number of values, separated by spaces"},
+    RuleInfo{"urdf.version", kWarning,
+             "what is newer than the file's version of URDF, or a version that does not exist",
+             "ROS 2's parser ignores the element: a quaternion is no rotation and a capsule is no shape; it "
+             "rejects "
+             "a file of an unknown version",
+             "write the version with it: <robot version=\"1.2\">"},
     RuleInfo{"xacro.include", kWarning, "elements inside an include", "they are ignored",
              "write them next to the include"},
     RuleInfo{"xacro.left_over", kWarning, "a call of an unknown macro in a .urdf without any other xacro",

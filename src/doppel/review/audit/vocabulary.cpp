@@ -23,7 +23,7 @@ constexpr std::array kKinds{
                 "inertial"},
     ElementKind{"inertial", "", "origin mass inertia", "origin mass inertia"},
     ElementKind{"mass", "value", "", ""}, ElementKind{"inertia", "ixx ixy ixz iyy iyz izz", "", ""},
-    ElementKind{"origin", "xyz rpy", "", ""},
+    ElementKind{"origin", "xyz rpy quat_xyzw", "", ""},
     ElementKind{"visual", "name", "origin geometry material", "origin geometry material"},
     ElementKind{"collision", "name group concave", "origin geometry verbose contact_coefficients surface",
                 "origin geometry"},

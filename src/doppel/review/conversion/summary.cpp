@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <optional>
 #include <set>
+#include <vector>
 
 #include "doppel/description/meshes/mesh_report.h"
 #include "doppel/review/conversion/detail/quantities.h"
@@ -85,9 +88,36 @@ MeshSummary count_meshes(const RobotDescription& robot) {
   return out;
 }
 
+// The limits that URDF 1.2 has added, as columns where a joint has them.
+struct RateColumn {
+  const char* name;
+  std::optional<double> JointLimits::*limit;
+  const char *angular, *linear;  // units
+};
+constexpr std::array kRateColumns{RateColumn{"acceleration", &JointLimits::acceleration, "rad/s^2", "m/s^2"},
+                                  RateColumn{"deceleration", &JointLimits::deceleration, "rad/s^2", "m/s^2"},
+                                  RateColumn{"jerk", &JointLimits::jerk, "rad/s^3", "m/s^3"}};
+
+std::vector<RateColumn> rate_columns(const RobotDescription& robot) {
+  std::vector<RateColumn> used;
+  for (const RateColumn& column : kRateColumns) {
+    const auto has_it = [&column](const Joint& joint) {
+      return joint.limits && (*joint.limits).*column.limit;
+    };
+    if (std::ranges::any_of(robot.joints, has_it)) used.push_back(column);
+  }
+  return used;
+}
+
 std::string joint_table(const RobotDescription& robot) {
   std::vector<TableRow> rows = {
       {"joint", "type", "lower", "upper", "effort", "velocity", "damping", "friction"}};
+  const std::vector<RateColumn> rates = rate_columns(robot);
+  std::vector<std::size_t> right = {2, 3, 4, 5, 6, 7};
+  for (const RateColumn& column : rates) {
+    right.push_back(rows[0].size());
+    rows[0].push_back(column.name);
+  }
   for (const Joint& joint : robot.joints) {
     if (joint.type == JointType::fixed) continue;
     const bool angle = turns(joint.type);
@@ -105,9 +135,13 @@ std::string joint_table(const RobotDescription& robot) {
     row.push_back(joint.limits ? shown(joint.limits->velocity, angle ? "rad/s" : "m/s") : "");
     row.push_back(joint.dynamics ? fmt::format("{:.4g}", joint.dynamics->damping) : "");
     row.push_back(joint.dynamics ? fmt::format("{:.4g}", joint.dynamics->friction) : "");
+    for (const RateColumn& column : rates) {
+      const char* const unit = angle ? column.angular : column.linear;
+      row.push_back(joint.limits ? shown((*joint.limits).*column.limit, unit) : "");
+    }
     rows.push_back(std::move(row));
   }
-  return rows.size() == 1 ? "" : "\n" + text_table(rows, {2, 3, 4, 5, 6, 7});
+  return rows.size() == 1 ? "" : "\n" + text_table(rows, right);
 }
 
 std::string interfaces(const std::vector<HardwareInterfaceDescription>& all) {

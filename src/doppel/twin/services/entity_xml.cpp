@@ -16,6 +16,7 @@
 #include "doppel/base/xml/xml.h"
 #include "doppel/description/urdf/load.h"
 #include "doppel/description/urdf/urdf_reader.h"
+#include "doppel/description/urdf/urdf_version.h"
 #include "doppel/robot/collision/size_limits.h"
 #include "doppel/twin/entities/entity.h"
 
@@ -294,8 +295,10 @@ class UrdfEntityReader : private Reader {
     if (carrier == nullptr) return;
     note_visuals(link, *carrier, "origin");
     if (const XmlNode* origin = carrier->first("origin")) {
+      const XmlAttribute* quaternion = origin->find("quat_xyzw");
+      const auto rpy = quaternion == nullptr ? std::nullopt : rpy_of_quaternion(quaternion->value);
       object.X_OS = make_pose(vector(*origin, "xyz", Eigen::Vector3d::Zero()),
-                              vector(*origin, "rpy", Eigen::Vector3d::Zero()));
+                              vector(*origin, "rpy", rpy.value_or(Eigen::Vector3d::Zero())));
       check_pose(origin->where, object.X_OS);
     }
     if (const XmlNode* shape = shape_below(*carrier, {"box", "sphere", "cylinder", "capsule", "mesh"})) {
