@@ -57,6 +57,38 @@ TEST_F(TwinServicesTest, PauseStepsAndUnpauses) {
   EXPECT_FALSE(many->success);
 }
 
+// The topics of the events of the twin's services.
+std::size_t event_topics(const Bus& bus) {
+  const auto topics = bus.topics();
+  return static_cast<std::size_t>(std::ranges::count_if(
+      topics, [](const TopicInfo& topic) { return topic.name.ends_with("/_service_event"); }));
+}
+
+TEST_F(TwinServicesTest, IntrospectionIsSwitchedByParameter) {
+  bring_up("omarm_one");
+  EXPECT_EQ(event_topics(twin_->bus()), 0U);
+  const auto set = [this](const char* value) {
+    return call("/gazebo/set_parameters", "rcl_interfaces/srv/SetParameters",
+                std::string("{parameters: [{name: service_introspection, value: {type: 4, string_value: ") +
+                    value + "}}]}");
+  };
+  EXPECT_NE(set("contents").find("successful: true"), std::string::npos);
+  EXPECT_EQ(event_topics(twin_->bus()), twin_->bus().services().size());
+  EXPECT_NE(set("content").find("did you mean 'contents'?"), std::string::npos);
+  EXPECT_NE(set("disabled").find("successful: true"), std::string::npos);
+  EXPECT_EQ(event_topics(twin_->bus()), 0U);
+}
+
+TEST_F(TwinServicesTest, IntrospectionIsSetByCommandLine) {
+  Scenario scenario;
+  scenario.robots = {{.target = "omarm_one"}};
+  scenario.ros.parameters = {GivenParameter{"gazebo", "service_introspection", std::string("metadata"), ""}};
+  bring_up(scenario);
+  EXPECT_EQ(twin_->bus().service_events(), ServiceEvents::metadata);
+  scenario.ros.parameters = {GivenParameter{"gazebo", "service_introspection", std::string("all"), ""}};
+  EXPECT_THROW(bring_up(scenario), InputError);
+}
+
 TEST_F(TwinServicesTest, StepWithoutPauseIsRefused) {
   bring_up("omarm_one");
   EXPECT_NE(call("/gazebo/step", "doppel_msgs/srv/Step", "{steps: 5}").find("success: false"),

@@ -113,7 +113,6 @@ constexpr std::array kSynonyms = std::to_array<Synonym>({
     {"control", "activate", "doppel control set_controller_state NAME active"},
     {"control", "deactivate", "doppel control set_controller_state NAME inactive"},
     {"action", "send", "doppel action send_goal ACTION TYPE GOAL"},
-    {"service", "echo", "doppel service call SERVICE"},
     {"param", "delete", "parameters of a twin are declared by its nodes and cannot be deleted"},
     {"node", "kill",
      "nodes of a twin end with it; doppel control unload_controller NAME removes a controller"},

@@ -76,9 +76,12 @@ TEST(GoldenVectors, EveryVectorRoundTrips) {
 TEST(GoldenVectors, EveryTypeHasVectors) {
   std::map<std::string, int> count;
   for (const GoldenVector& vector : read_vectors()) ++count[vector.type];
-  for (const TypeSupport* type : messages_testing::all_types())
+  for (const TypeSupport* type : messages_testing::all_types()) {
+    // The generators derive no types for the events of services; those consist of types that have vectors.
+    if (type->name.ends_with("_Event")) continue;
     EXPECT_EQ(count[type->name], 2) << "expected two vectors of " << type->name
                                     << "; run tools/make_golden_vectors";
+  }
 }
 
 // Truncated data is rejected at any length, from any generator, instead of read as something shorter.

@@ -1,7 +1,11 @@
 #include <algorithm>
+#include <array>
 
+#include "app/number_checks.h"
 #include "app/verbs/goals.h"
+#include "app/verbs/message_echo.h"
 #include "app/verbs/verbs.h"
+#include "doppel/base/core/names.h"
 
 namespace doppel::app {
 namespace {
@@ -65,6 +69,60 @@ GoalOutcome follow(Client& twin, ActionGoal& goal, bool feedback, Clock::time_po
   }
 }
 
+// The interfaces of an action by the names of `ros2 action echo`.
+struct ActionInterface {
+  const char* name;
+  const char* topic;  // below the action
+  bool is_event;
+};
+constexpr std::array kInterfaces = {
+    ActionInterface{"GOAL_SERVICE", "/_action/send_goal/_service_event", true},
+    ActionInterface{"CANCEL_SERVICE", "/_action/cancel_goal/_service_event", true},
+    ActionInterface{"RESULT_SERVICE", "/_action/get_result/_service_event", true},
+    ActionInterface{"FEEDBACK_TOPIC", "/_action/feedback", false},
+    ActionInterface{"STATUS_TOPIC", "/_action/status", false}};
+
+struct ActionEchoOptions {
+  std::string name, type, interfaces;
+  EchoAllOptions echo;
+};
+
+// "GOAL_SERVICE|FEEDBACK_TOPIC" in any case; all of them without the option.
+std::vector<std::string> chosen_interfaces(const std::string& text) {
+  std::vector<std::string> names, chosen;
+  for (const ActionInterface& interface : kInterfaces) names.emplace_back(interface.name);
+  if (text.empty()) return names;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find('|', begin), text.size());
+    std::string name = text.substr(begin, end - begin);
+    name.erase(0, name.find_first_not_of(' '));
+    name.erase(name.find_last_not_of(' ') + 1);
+    std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::toupper(c); });
+    if (std::ranges::find(names, name) == names.end()) {
+      throw_usage_error(
+          fmt::format("'{}' is not an interface of an action{}", name, did_you_mean(name, names)),
+          fmt::format("choose from {}", fmt::join(names, "|")));
+    }
+    chosen.push_back(std::move(name));
+    begin = end + 1;
+  }
+  return chosen;
+}
+
+int echo_action(Shell& shell, const ActionEchoOptions& options) {
+  const std::vector<std::string> chosen = chosen_interfaces(options.interfaces);
+  const std::string name = absolute(options.name);
+  const std::string type = find_action_type(shell.twin(), name);
+  if (!options.type.empty() && options.type != type)
+    throw_usage_error(fmt::format("{} has type {}, not {}", name, type, options.type));
+  std::vector<EchoSource> sources;
+  for (const ActionInterface& interface : kInterfaces) {
+    if (std::ranges::find(chosen, interface.name) != chosen.end())
+      sources.push_back({name + interface.topic, interface.name, interface.is_event});
+  }
+  return echo_all(shell, sources, options.echo);
+}
+
 int report_goal(const GoalOutcome& outcome) {
   print_line("Result:\n{}\nGoal finished with status: {}\n", indented(outcome.result_yaml),
              status_name(outcome.status));
@@ -119,6 +177,26 @@ void add_action(CLI::App& app, int& exit_code) {
         verb.add_flag("-t,--show-types", options.types, "Accepted as in ROS 2; the type is always shown");
       },
       show_action);
+  add_verb<ActionEchoOptions>(
+      group, "echo",
+      "Print the goals, cancellations, results, feedback and status of an action as they come; those of "
+      "services if "
+      "its node publishes their events",
+      "doppel action echo /omarm_arm_controller/follow_joint_trajectory -i 'FEEDBACK_TOPIC|STATUS_TOPIC'\n"
+      "  doppel param set /gazebo service_introspection contents\n"
+      "  doppel action echo /omarm_arm_controller/follow_joint_trajectory",
+      exit_code,
+      [](CLI::App& verb, ActionEchoOptions& options) {
+        verb.add_option("action", options.name, "Action name")->required();
+        verb.add_option("type", options.type, "Action type (optional)");
+        verb.add_option("-i,--interfaces", options.interfaces,
+                        "Print only these, separated by |: GOAL_SERVICE, CANCEL_SERVICE, RESULT_SERVICE, "
+                        "FEEDBACK_TOPIC, STATUS_TOPIC");
+        verb.add_option("-n,--count", options.echo.count, "Print this many messages and exit")
+            ->check(positive_number());
+        add_format_options(verb, options.echo.format);
+      },
+      echo_action);
   add_verb<ActionOptions>(
       group, "send_goal", "Send a goal and wait for its result; Ctrl-C cancels it",
       R"(doppel action send_goal --feedback /omarm_arm_controller/follow_joint_trajectory \

@@ -1,6 +1,7 @@
 #include <algorithm>
 
 #include "app/number_checks.h"
+#include "app/verbs/message_echo.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
@@ -76,18 +77,32 @@ int find_services(Shell& shell, const ServiceOptions& options) {
   return 0;
 }
 
-// "std_srvs/srv/Trigger" or its short form, rather than YAML.
-bool looks_like_type(const std::string& text) {
-  return text.find('/') != std::string::npos && std::ranges::all_of(text, [](unsigned char c) {
-           return std::isalnum(c) != 0 || c == '_' || c == '/';
-         });
-}
-
 const ServiceSupport& known_service(const std::string& type) {
   if (const ServiceSupport* support = find_service(type)) return *support;
   throw_usage_error(
       fmt::format("'{}' is not a known service type{}", type, did_you_mean(type, service_names())),
       "'doppel interface list' prints all of them");
+}
+
+struct ServiceEchoOptions {
+  std::string name, type;
+  EchoAllOptions echo;
+};
+
+// A service's type is not asked for: the events have their own.
+int echo_service(Shell& shell, const ServiceEchoOptions& options) {
+  const std::string name = absolute(options.name);
+  const Client::Service& service = shell.twin().find_service(name);
+  if (!options.type.empty() && known_service(options.type).name != service.type)
+    throw_usage_error(fmt::format("{} has type {}, not {}", name, service.type, options.type));
+  return echo_all(shell, {{name + "/_service_event", "", true}}, options.echo);
+}
+
+// "std_srvs/srv/Trigger" or its short form, rather than YAML.
+bool looks_like_type(const std::string& text) {
+  return text.find('/') != std::string::npos && std::ranges::all_of(text, [](unsigned char c) {
+           return std::isalnum(c) != 0 || c == '_' || c == '/';
+         });
 }
 
 int call_service(Shell& shell, const ServiceOptions& options) {
@@ -112,6 +127,22 @@ int call_service(Shell& shell, const ServiceOptions& options) {
     throw ClientError(status.why());
   print_line("{}", text);
   return 0;
+}
+
+void add_service_echo(CLI::App& group, int& exit_code) {
+  add_verb<ServiceEchoOptions>(
+      group, "echo", "Print the calls of a service as they come, if its node publishes their events",
+      "doppel param set /gazebo service_introspection contents\n"
+      "  doppel service echo /controller_manager/switch_controller",
+      exit_code,
+      [](CLI::App& verb, ServiceEchoOptions& options) {
+        verb.add_option("service", options.name, "Service name")->required();
+        verb.add_option("type", options.type, "Service type (optional)");
+        verb.add_option("-n,--count", options.echo.count, "Print this many events and exit")
+            ->check(positive_number());
+        add_format_options(verb, options.echo.format);
+      },
+      echo_service);
 }
 
 }  // namespace
@@ -150,6 +181,7 @@ void add_service(CLI::App& app, int& exit_code) {
         verb.add_option("type", options.name, "Service type")->required();
       },
       find_services);
+  add_service_echo(group, exit_code);
   add_verb<ServiceOptions>(
       group, "call", "Call a service and print its response",
       R"(doppel service call /gazebo/apply_joint_effort gazebo_msgs/srv/ApplyJointEffort \

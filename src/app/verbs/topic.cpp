@@ -6,6 +6,7 @@
 #include "app/number_checks.h"
 #include "app/synonyms.h"
 #include "app/verbs/field_value.h"
+#include "app/verbs/message_echo.h"
 #include "app/verbs/saved_message.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
@@ -69,16 +70,6 @@ struct EchoOptions {
   std::size_t count = 0;  // 0: no end
 };
 
-// The message as the options print it. `is_plain`: as YAML in block style, in which texts are quoted where
-// necessary.
-std::string echo_text(const TypeSupport& type, const Bytes& cdr, const EchoOptions& options, bool is_plain) {
-  std::string text;
-  const Status status =
-      is_plain ? type.cdr_to_yaml(cdr, text) : format_message(*type.description(), cdr, options.format, text);
-  if (!status) throw ClientError(status.why());
-  return options.format.csv ? text : text + "---\n";
-}
-
 int echo_topic(Shell& shell, const EchoOptions& options) {
   Shell::catch_interrupts();
   const MessageFormat& format = options.format;
@@ -92,8 +83,6 @@ int echo_topic(Shell& shell, const EchoOptions& options) {
       if (const Status status = check_field_path(*type.description(), format.field); !status)
         throw_usage_error(status.why());
     }
-    const bool is_plain =
-        format.field.empty() && !format.csv && !format.flow && !format.no_arrays && !format.no_strings;
     std::size_t left = options.once ? 1 : options.count;
     twin.subscribe(topic);
     Client::Received message;
@@ -103,7 +92,7 @@ int echo_topic(Shell& shell, const EchoOptions& options) {
             fmt::format("{} is {} now, not {}; start this again", topic, message.type, type.name));
       std::string whole;
       if (filter && !(type.cdr_to_yaml(message.cdr, whole) && filter->holds(whole))) continue;
-      print_out(echo_text(type, message.cdr, options, is_plain));
+      print_out(echo_text(type, message.cdr, format));
       if (left > 0 && --left == 0) break;
     }
   } catch (const Interrupted&) {
@@ -432,13 +421,7 @@ void add_echo(CLI::App& group, int& exit_code) {
             "--filter", options.filter,
             "Print only messages for which this Python expression about m is true: 'm.position[0] > "
             "0.5'");
-        CLI::Option* const csv = verb.add_flag("--csv", options.format.csv,
-                                               "Print values only, separated by commas, one line each");
-        verb.add_flag("--flow-style", options.format.flow, "Print each message as one line of YAML")
-            ->excludes(csv);
-        verb.add_flag("--no-arr", options.format.no_arrays,
-                      "Print the type and length of lists instead of them");
-        verb.add_flag("--no-str", options.format.no_strings, "Print the length of texts instead of them");
+        add_format_options(verb, options.format);
       },
       echo_topic);
 }

@@ -6,6 +6,7 @@
 //
 // publish() neither allocates nor locks, and costs a load and a branch without subscribers.
 
+#include <array>
 #include <atomic>
 #include <functional>
 #include <map>
@@ -62,6 +63,17 @@ struct Qos {
   bool operator==(const Qos&) const = default;
 };
 
+// The events of services' calls that are published on <service>/_service_event, as by rcl's service introspection:
+// nothing (there are no such topics), who calls and when, or the requests and responses as well.
+enum class ServiceEvents { off, metadata, contents };
+
+// Who has called a service, for its events: the DDS GUID of the client's writer, and the number of the
+// request.
+struct CallOrigin {
+  std::array<std::uint8_t, 16> client{};
+  std::int64_t sequence = 0;
+};
+
 using TopicId = std::uint32_t;
 using ServiceId = std::uint32_t;
 
@@ -88,14 +100,16 @@ struct ServiceInfo {
 // Responds to a service request once, now or later, on the loop's thread. Copyable.
 template <class Response>
 using Responder = std::function<void(const Response&)>;
+// The same with the CDR form of the response, which another thread may have made: the loop does not copy it.
+using EncodedResponder = std::function<void(Bytes)>;
 
 template <Message M>
 class Publisher {
  public:
   Publisher() = default;
   void publish(const M& message, Time stamp) const;  // the loop's thread only
-  // A message that another thread has encoded: edges share its bytes, so that a picture costs the loop no copy.
-  // Precondition: `cdr` is the CDR form of an M.
+  // A message that another thread has encoded: edges share its bytes, so that a picture costs the loop no
+  // copy. Precondition: `cdr` is the CDR form of an M.
   void publish_encoded(const std::shared_ptr<const Bytes>& cdr, Time stamp) const;
   [[nodiscard]] bool has_listeners() const;  // false: publishing would have no effect
 
@@ -130,6 +144,10 @@ class DOPPEL_API Node {
   template <Service S>
   void serve(std::string_view service,
              std::function<void(const typename S::Request&, Responder<typename S::Response>)> handler);
+
+  template <Service S>
+  void serve_encoded(std::string_view service,
+                     std::function<void(const typename S::Request&, EncodedResponder)> handler);
 
   [[nodiscard]] Parameters& parameters() { return parameters_; }
 
@@ -198,8 +216,13 @@ class DOPPEL_API Edge {
   virtual void unadvertise(std::string_view from, std::string_view topic) = 0;
   // Calls a service; `reply` is called on the loop's thread with the response's CDR, or the reason
   // for its absence.
-  virtual void call(std::string_view service, std::span<const std::byte> request_cdr,
-                    std::function<void(Status, Bytes)> reply) = 0;
+  virtual void call_from(const CallOrigin& origin, std::string_view service,
+                         std::span<const std::byte> request_cdr,
+                         std::function<void(Status, Bytes)> reply) = 0;
+  void call(std::string_view service, std::span<const std::byte> request_cdr,
+            std::function<void(Status, Bytes)> reply) {
+    call_from({}, service, request_cdr, std::move(reply));
+  }
   // Parameters of nodes, "/node" and "name"; `reply` is called on the loop's thread. All of them are one
   // copy, shared by all edges until a parameter changes; of the requested ones, those that do not exist are
   // absent.
@@ -257,6 +280,11 @@ class DOPPEL_API Bus {
   [[nodiscard]] Time from_stamp(Time there) const { return there - stamp_offset_; }
   [[nodiscard]] Time ros_now() const { return stamp(now_); }
   void set_stamp_offset(Duration offset) { stamp_offset_ = offset; }
+
+  // Also for the services that are offered later; the loop's thread, not while a stage is open (stage.h). The
+  // events' topics are hidden ones of the services' nodes.
+  void set_service_events(ServiceEvents what);
+  [[nodiscard]] ServiceEvents service_events() const;
 
   // Visits every node, or every part of a node.
   void each_node(const std::function<void(Node&)>& visit) const;

@@ -147,7 +147,8 @@ class EdgeImpl : public Edge {
   Status publish(std::string_view from, std::string_view topic, std::string_view type,
                  std::span<const std::byte> cdr) override;
   void unadvertise(std::string_view from, std::string_view topic) override;
-  void call(std::string_view service, std::span<const std::byte> request_cdr, Reply reply) override;
+  void call_from(const CallOrigin& origin, std::string_view service, std::span<const std::byte> request_cdr,
+                 Reply reply) override;
   void get_parameters(std::function<void(const SharedParameters&)> reply) override;
   void get_parameters(std::vector<std::pair<std::string, std::string>> nodes_and_names,
                       std::function<void(const SharedParameters&)> reply) override;
@@ -297,7 +298,8 @@ EdgeImpl::Target EdgeImpl::find_target(std::string_view name, std::string& why) 
   return {};
 }
 
-void EdgeImpl::call(std::string_view service, std::span<const std::byte> request_cdr, Reply reply) {
+void EdgeImpl::call_from(const CallOrigin& origin, std::string_view service,
+                         std::span<const std::byte> request_cdr, Reply reply) {
   std::string why;
   std::shared_ptr<const void> request;
   const Target target = find_target(service, why);
@@ -307,13 +309,17 @@ void EdgeImpl::call(std::string_view service, std::span<const std::byte> request
     }
   }
   auto pending = std::make_shared<EdgeReply>(liveness_, std::string(service), std::move(reply));
+  Bytes event_request;  // the request in its event
+  if (bus_.service_events() == ServiceEvents::contents)
+    event_request.assign(request_cdr.begin(), request_cdr.end());
   post_bytes(request_cdr.size(), [&impl = impl_, name = std::string(service), why, target,
-                                  request = std::move(request), pending = std::move(pending)]() mutable {
+                                  request = std::move(request), pending = std::move(pending), origin,
+                                  event_request = std::move(event_request)]() mutable {
     const auto reply_to = std::move(pending);  // moved out of the task, which is destroyed on another thread
     if (!why.empty()) {
       reply_to->answer(Status::refused(why), {});
     } else if (const auto found = impl.serving(name, target.entry, target.decode)) {
-      handle(*found, request.get(), reply_to);
+      handle(*found, request.get(), impl.with_events(found, origin, event_request, reply_to));
     }
   });
 }

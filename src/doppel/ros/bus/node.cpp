@@ -49,17 +49,21 @@ void Node::serve_entry(std::string_view name, bus_detail::ServiceEntry entry) {
   entry.name = bus_.names().resolve(NameKind::service, name, name_);
   entry.node = this;
   std::shared_ptr<const bus_detail::ServiceEntry> replaced;  // freed outside the lock
-  const std::lock_guard lock(impl.mutex);
-  auto& slot = impl.services[entry.name];
-  if (slot != nullptr && slot->node != this) {
-    throw std::logic_error(
-        fmt::format("service {} is already offered by node {}; node {} cannot offer it too", entry.name,
-                    slot->node->name(), name_));
+  std::shared_ptr<const bus_detail::ServiceEntry> offered;
+  {
+    const std::lock_guard lock(impl.mutex);
+    auto& slot = impl.services[entry.name];
+    if (slot != nullptr && slot->node != this) {
+      throw std::logic_error(
+          fmt::format("service {} is already offered by node {}; node {} cannot offer it too", entry.name,
+                      slot->node->name(), name_));
+    }
+    replaced = slot;
+    entry.id = impl.next_service++;
+    offered = slot = std::make_shared<const bus_detail::ServiceEntry>(std::move(entry));
+    impl.graph_changed();
   }
-  replaced = slot;
-  entry.id = impl.next_service++;
-  slot = std::make_shared<const bus_detail::ServiceEntry>(std::move(entry));
-  impl.graph_changed();
+  if (bus_.service_events() != ServiceEvents::off) impl.offer_events(*offered);
 }
 
 }  // namespace doppel

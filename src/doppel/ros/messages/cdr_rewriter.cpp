@@ -1,7 +1,7 @@
 // Rewrites CDR by a description: checked values, with little-endian byte order and no padding.
 
-#include "doppel/ros/messages/detail/cdr.h"
-#include "doppel/ros/messages/type_description.h"
+#include "doppel/ros/messages/detail/cdr_rewriter.h"
+
 #include "doppel/ros/messages/utf8.h"
 
 namespace doppel {
@@ -9,7 +9,7 @@ namespace {
 
 class CdrRewriter : public ValueSink {
  public:
-  explicit CdrRewriter(Bytes& out) : out_(out) {}
+  explicit CdrRewriter(CdrAppender& out) : out_(out) {}
 
   void begin_message(const TypeDescription& type) override {
     if (type.fields.empty()) out_.number(std::uint8_t{0});
@@ -46,15 +46,20 @@ class CdrRewriter : public ValueSink {
     }
   }
 
-  CdrAppender out_;
+  CdrAppender& out_;
   const FieldDescription* field_ = nullptr;  // whose value comes next; no list holds lists
 };
 
 }  // namespace
 
-Status recode_cdr(const TypeDescription& type, std::span<const std::byte> cdr, Bytes& out) {
+Status append_cdr(const TypeDescription& type, std::span<const std::byte> cdr, CdrAppender& out) {
   CdrRewriter rewriter(out);
   return walk_cdr(type, cdr, rewriter);
+}
+
+Status recode_cdr(const TypeDescription& type, std::span<const std::byte> cdr, Bytes& out) {
+  CdrAppender appender(out);
+  return append_cdr(type, cdr, appender);
 }
 
 }  // namespace doppel

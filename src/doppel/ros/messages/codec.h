@@ -105,8 +105,8 @@ struct DOPPEL_API ActionSupport {
 };
 
 // Names in the long ("sensor_msgs/msg/JointState") or short form ("sensor_msgs/JointState");
-// nullptr: unknown. find_type also finds the parts of services and actions
-// ("std_srvs/srv/Trigger_Request"). Any thread.
+// nullptr: unknown. find_type also finds the parts of services and actions, and the events of services
+// ("std_srvs/srv/Trigger_Request", "std_srvs/srv/Trigger_Event"). Any thread.
 DOPPEL_API const TypeSupport* find_type(std::string_view name);
 DOPPEL_API const ServiceSupport* find_service(std::string_view name);
 DOPPEL_API const ActionSupport* find_action(std::string_view name);

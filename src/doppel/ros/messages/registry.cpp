@@ -1,8 +1,10 @@
+#include <deque>
 #include <map>
 #include <mutex>
 #include <shared_mutex>
 
 #include "doppel/ros/messages/detail/builtin_types.h"
+#include "doppel/ros/messages/detail/service_event_type.h"
 
 namespace doppel {
 namespace {
@@ -12,6 +14,7 @@ struct Registry {
   std::map<std::string, const TypeSupport*, std::less<>> types;
   std::map<std::string, const ServiceSupport*, std::less<>> services;
   std::map<std::string, const ActionSupport*, std::less<>> actions;
+  std::deque<messages_detail::ServiceEventType> events;  // a deque, for stable addresses
 };
 
 Registry& tables() {
@@ -99,7 +102,11 @@ void register_type(const TypeSupport& type) {
 void register_service(const ServiceSupport& service) {
   register_type(*service.request);
   register_type(*service.response);
-  enter(tables().services, service);
+  Registry& registry = tables();
+  const std::unique_lock lock(registry.mutex);
+  if (!registry.services.emplace(service.name, &service).second) return;
+  const auto& event = registry.events.emplace_back(service);
+  registry.types.emplace(event.name, &event);
 }
 
 void register_action(const ActionSupport& action) {

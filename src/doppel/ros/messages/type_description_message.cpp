@@ -4,7 +4,7 @@
 #include <map>
 
 #include "doppel/ros/messages/action_msgs.h"
-#include "doppel/ros/messages/service_msgs.h"
+#include "doppel/ros/messages/service_event.h"
 
 namespace doppel {
 namespace {
@@ -83,12 +83,6 @@ class Derived {
     field.type = &type;
     return field;
   }
-  static FieldDescription at_most_one(std::string name, const TypeDescription& type) {
-    FieldDescription field = nested(std::move(name), type);
-    field.shape = FieldShape::sequence;
-    field.bound = 1;
-    return field;
-  }
   static FieldDescription number(std::string name, FieldKind kind) {
     FieldDescription field;
     field.name = std::move(name);
@@ -98,9 +92,8 @@ class Derived {
 
   const TypeDescription& service(const std::string& name, const TypeDescription& request,
                                  const TypeDescription& response) {
-    const TypeDescription& event =
-        make(name + "_Event", {nested("info", describe<service_msgs::msg::ServiceEventInfo>()),
-                               at_most_one("request", request), at_most_one("response", response)});
+    const TypeDescription& event = types_.emplace_back(
+        event_description(name, describe<service_msgs::msg::ServiceEventInfo>(), request, response));
     return make(name, {nested("request_message", request), nested("response_message", response),
                        nested("event_message", event)});
   }

@@ -49,8 +49,8 @@ void BridgedServices::call(const Key& key, Served& served) {
       ++status_.unanswered;
     }
   };
-  edge_.call(
-      key.name, request_.cdr,
+  edge_.call_from(
+      {request_.related.writer.bytes, request_.related.sequence}, key.name, request_.cdr,
       [here, post_to_bridge = post_to_bridge_, share = calls_.share(request_.cdr.size())](
           Status status, Bytes response) mutable {
         post_to_bridge([here, share = std::move(share), status = std::move(status),

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstring>
 
 #include "doppel/ros/bus/twist_conversion.h"
 
@@ -301,7 +302,9 @@ void Hub::handle(Client& client, ClientId id, const foxglove::ServiceCall& call)
   // client; it may have left meanwhile.
   ++client.calls;
   const foxglove::ServiceCall origin{call.service, call.call, call.encoding, {}};
-  edge_->call(service.offer.name, request, [this, id, origin](Status status, Bytes response) {
+  CallOrigin caller{.client = {}, .sequence = call.call};
+  std::memcpy(caller.client.data(), &id, sizeof(id));
+  edge_->call_from(caller, service.offer.name, request, [this, id, origin](Status status, Bytes response) {
     post_([this, id, origin, status = std::move(status), response = std::move(response)] {
       finish_call(id, origin, status, response);
     });

@@ -13,6 +13,7 @@
 #include "doppel/sensors/rigs/pose_messages.h"
 #include "doppel/twin/entities/entity.h"
 #include "doppel/twin/loop/load_range.h"
+#include "doppel/twin/services/detail/introspection.h"
 #include "doppel/twin/services/detail/service_answer.h"
 
 namespace doppel {
@@ -46,6 +47,7 @@ Status check_wrench(const Instance& instance, const Eigen::Vector3d& arm_W, cons
 SimulatorServices::SimulatorServices(TwinCore& core) : core_(core), node_(core.bus(), "/gazebo") {
   loads_.reserve(kMaxLoads);
   make_standard(node_);
+  declare_introspection(node_, core.scenario().ros);
   offer_time_services();
   offer_step();
   offer_joint_efforts();

@@ -127,13 +127,22 @@ void Node::subscribe(std::string_view topic, std::function<void(const M&)> callb
 template <Service S>
 void Node::serve(std::string_view service,
                  std::function<void(const typename S::Request&, Responder<typename S::Response>)> handler) {
+  serve_encoded<S>(service, [call = std::move(handler)](const typename S::Request& request,
+                                                        const EncodedResponder& respond) {
+    call(request, [respond](const typename S::Response& response) { respond(to_cdr(response)); });
+  });
+}
+
+template <Service S>
+void Node::serve_encoded(std::string_view service,
+                         std::function<void(const typename S::Request&, EncodedResponder)> handler) {
   bus_detail::ServiceEntry entry;
   entry.support = &service_support<S>();
   entry.decode = bus_detail::kTopicOps<typename S::Request>.decode;
   entry.handle = [call = std::move(handler)](const void* request,
                                              const std::shared_ptr<bus_detail::PendingReply>& reply) {
     call(*static_cast<const typename S::Request*>(request),
-         [reply](const typename S::Response& response) { reply->answer({}, to_cdr(response)); });
+         [reply](Bytes response) { reply->answer({}, std::move(response)); });
   };
   serve_entry(service, std::move(entry));
 }

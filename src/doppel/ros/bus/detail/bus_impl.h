@@ -197,6 +197,7 @@ struct Bus::Impl {
   ServiceEntries services;
   ServiceId next_service = 1;
   std::vector<Node*> nodes;
+  std::atomic<ServiceEvents> service_events{ServiceEvents::off};
   // While a stage is open (stage.h), the graph for all threads except the one that opened it.
   std::unique_ptr<const GraphReport> before_stage;
   std::thread::id stages;
@@ -223,6 +224,16 @@ struct Bus::Impl {
   void explain_twist(const std::string& who, const std::string& topic, std::string_view came);
   void deliver_last(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link);
   Edge::SharedParameters all_parameters();
+  void offer_events(const ServiceEntry& service);  // if no node uses the topic with another type
+
+  // The loop's thread. The event of a request is published, and that of the response when it is answered, if
+  // service events are on. Spans are CDR forms.
+  std::shared_ptr<bus_detail::PendingReply> with_events(const std::shared_ptr<const ServiceEntry>& service,
+                                                        const CallOrigin& origin,
+                                                        std::span<const std::byte> request,
+                                                        std::shared_ptr<bus_detail::PendingReply> reply);
+  void publish_event(const ServiceEntry& service, std::uint8_t kind, const CallOrigin& origin,
+                     std::span<const std::byte> request, std::span<const std::byte> response);
 
   // The service that an edge has found or, if that was removed, the present one of the same name and type.
   // The loop's thread.

@@ -35,13 +35,14 @@ inline std::string show(const Bytes& bytes) {
   return text;
 }
 
-// Messages and the parts of services and actions.
+// Messages, the parts of services and actions, and the events of services.
 inline std::vector<const TypeSupport*> all_types() {
   std::vector<const TypeSupport*> types;
   for (const std::string& name : type_names()) types.push_back(find_type(name));
   for (const std::string& name : service_names()) {
     types.push_back(find_service(name)->request);
     types.push_back(find_service(name)->response);
+    types.push_back(find_type(name + "_Event"));
   }
   for (const std::string& name : action_names()) {
     const ActionSupport* action = find_action(name);
