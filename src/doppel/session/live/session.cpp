@@ -6,6 +6,7 @@ namespace doppel {
 
 Session::Session(Bus& bus, const std::string& name, const SessionOptions& options, const Log& log)
     : assets_(std::make_shared<AssetLibrary>()),
+      resources_(bus, assets_),
       server_(bus, name, options.server, assets_, log),
       ros_(bus, options.network, log),
       bundled_(options.bundled) {}

@@ -14,6 +14,7 @@
 #include "doppel/session/live/audit_result.h"
 #include "doppel/session/live/health_publisher.h"
 #include "doppel/session/live/reload.h"
+#include "doppel/session/live/resource_service.h"
 #include "doppel/session/live/ros_edge.h"
 #include "doppel/session/live/server_edge.h"
 #include "doppel/twin/assembly/twin.h"
@@ -46,6 +47,7 @@ class DOPPEL_API Session {
   ~Session() = default;
 
   std::shared_ptr<AssetLibrary> assets_;
+  ResourceService resources_;
   ServerEdge server_;
   RosEdge ros_;
   BundledFolders bundled_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "doppel/base/packages/service_uri.h"
 #include "doppel/robot/kinematics/kinematics.h"
 #include "doppel/ros/bus/standard_node.h"
 #include "doppel/ros/messages/sensor_msgs.h"
@@ -27,6 +28,10 @@ StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, std::sha
   make_standard(node_);
   description_message_.data = robot.xml;
   description_ = node_.advertise<std_msgs::msg::String>("robot_description", latched);
+  if (kHaveResourceService.contains(ros_distro())) {
+    remote_description_message_.data = with_service_uris(robot.xml, kResourceService);
+    remote_description_ = node_.advertise<std_msgs::msg::String>("robot_description_remote", latched);
+  }
   for (std::size_t j = 0; j < model_->joints.size(); ++j) {
     if (model_->joints[j].nq > 0) moving_joints_.push_back(j);
   }
@@ -195,6 +200,7 @@ void StatePublisher::publish_latched(Time now) {
     tree.tf_static.publish(all, now);
   }
   description_.publish(description_message_, now);
+  remote_description_.publish(remote_description_message_, now);
 }
 
 }  // namespace doppel

@@ -22,6 +22,7 @@
 #include "doppel/robot/kinematics/model.h"
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/bus/parameter_file.h"
+#include "doppel/ros/messages/distro.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/messages/tf2_msgs.h"
 #include "doppel/scenario/compile/robot_sensors.h"
@@ -35,6 +36,11 @@ struct StaticTransformsOf {
   std::vector<geometry_msgs::msg::TransformStamped> transforms;
 };
 using StaticTransforms = std::map<std::string, StaticTransformsOf>;
+
+// The distributions in which RViz asks a service for meshes that the description names as its files
+// (session/live/resource_service.h): the description in that form is robot_description_remote.
+inline constexpr DistroRange kHaveResourceService{Distro::lyrical, kLastDistro};
+inline constexpr const char* kResourceService = "/resource_provider";
 
 class DOPPEL_API StatePublisher {
  public:
@@ -92,6 +98,8 @@ class DOPPEL_API StatePublisher {
   Node node_;
   Publisher<std_msgs::msg::String> description_;
   std_msgs::msg::String description_message_;
+  Publisher<std_msgs::msg::String> remote_description_;  // kHaveResourceService
+  std_msgs::msg::String remote_description_message_;
   std::vector<Tree> trees_;
   Duration period_{20'000'000};
   std::vector<std::size_t> moving_joints_;
