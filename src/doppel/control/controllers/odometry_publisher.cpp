@@ -46,10 +46,12 @@ ControllerParameters OdometryPublisher::parameters() {
                             {options_.twist_covariance, &twist_covariance_,
                              "variances of x, y, z and the rotations about them in ~/odom", six_numbers()},
                             {"enable_odom_tf", &sends_tf_, "publish odom_frame_id -> base_frame_id on /tf"}};
-  if (options_.has_prefix) {
-    list.emplace_back("tf_frame_prefix_enable", &has_prefix_, "whether frames have a prefix");
+  const bool of_namespace = options_.prefix == FramePrefix::of_namespace;
+  if (of_namespace) list.emplace_back("tf_frame_prefix_enable", &has_prefix_, "whether frames have a prefix");
+  if (options_.prefix != FramePrefix::none) {
     list.emplace_back("tf_frame_prefix", &prefix_,
-                      "of both frames; empty: the controller's namespace, which '~' stands for");
+                      of_namespace ? "of both frames; empty: the controller's namespace, which '~' stands for"
+                                   : "of both frames; '~' stands for the controller's namespace");
   }
   if (options_.has_only_twist)
     list.emplace_back("odom_only_twist", &only_twist_,
@@ -99,10 +101,10 @@ void OdometryPublisher::declare(ControllerContext& context, const Options& optio
 }
 
 std::string OdometryPublisher::frame_prefix() const {
-  if (!options_.has_prefix || !has_prefix_) return "";
+  if (!has_prefix_) return "";
   const std::string own = prefix_of_namespace(node_->name());
   std::string prefix = prefix_;
-  if (prefix.empty()) return own;
+  if (prefix.empty()) return options_.prefix == FramePrefix::of_namespace ? own : "";
   if (const std::size_t tilde = prefix.find('~'); tilde != std::string::npos) prefix.replace(tilde, 1, own);
   if (prefix.back() != '/') prefix += '/';
   while (prefix.front() == '/' && prefix.size() > 1) prefix.erase(0, 1);

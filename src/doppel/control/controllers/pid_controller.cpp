@@ -13,6 +13,7 @@
 #include "doppel/control/controllers/detail/pid.h"
 #include "doppel/control/hardware/hardware.h"
 #include "doppel/control/hardware/nan.h"
+#include "doppel/control/manager/distro_differences.h"
 #include "doppel/control/manager/joint_list.h"
 #include "doppel/ros/messages/control_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
@@ -193,6 +194,8 @@ class PidController : public Controller {
     for (std::size_t i = 0; i < dofs_.size(); ++i) state_.dof_states[i].name = dofs_[i].name;
     node.subscribe<control_msgs::msg::MultiDOFCommand>(
         "~/reference", [this](const auto& m) { receive(m); }, Qos::system_default_subscription());
+    // The service went with the parameter.
+    if (missing_parameter(context.type, "enable_feedforward") != nullptr) return;
     node.serve<std_srvs::srv::SetBool>(
         "~/set_feedforward_control", [this](const auto& request, auto respond) {
           use_feedforward_ = request.data;

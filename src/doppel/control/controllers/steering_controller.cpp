@@ -35,7 +35,7 @@ class SteeringController : public BaseController {
                         .odometry = {.odometry = "~/odometry",
                                      .transform = "~/tf_odometry",
                                      .covariance = kSteeringCovariance,
-                                     .has_prefix = false,
+                                     .prefix = OdometryPublisher::FramePrefix::as_written,
                                      .has_rate = false}}) {
     geometry_.kind = kind;
     timeout_ = 1;

@@ -24,12 +24,13 @@ constexpr double kMinScale = 0.01;                        // of the speed, beyon
 class TricycleController : public BaseController {
  public:
   TricycleController()
-      : BaseController(
-            {.no_command = NoCommand::brake,
-             .shortest_timeout = Duration{1},  // 0 is no time at all there, not "never"
-             .has_references = false,
-             .odometry = {
-                 .has_prefix = false, .has_rate = false, .has_only_twist = true, .sends_transform = false}}) {
+      : BaseController({.no_command = NoCommand::brake,
+                        .shortest_timeout = Duration{1},  // 0 is no time at all there, not "never"
+                        .has_references = false,
+                        .odometry = {.prefix = OdometryPublisher::FramePrefix::none,
+                                     .has_rate = false,
+                                     .has_only_twist = true,
+                                     .sends_transform = false}}) {
     window_ = 10;
   }
 

@@ -1,6 +1,6 @@
 #pragma once
-// ~/odom (nav_msgs/msg/Odometry) and the transform odom -> base on /tf of a mobile base's controller, with the
-// parameters of ros2_controllers' bases: odom_frame_id, base_frame_id, tf_frame_prefix, covariances,
+// ~/odom (nav_msgs/msg/Odometry) and the transform odom -> base on /tf of a mobile base's controller, with
+// the parameters of ros2_controllers' bases: odom_frame_id, base_frame_id, tf_frame_prefix, covariances,
 // enable_odom_tf, publish_rate. Frames by REP 105.
 
 #include <optional>
@@ -17,13 +17,16 @@ namespace doppel {
 
 class OdometryPublisher {
  public:
+  // The parameter tf_frame_prefix: empty stands for the controller's namespace (and tf_frame_prefix_enable:
+  // false for no prefix), or for no prefix; or there is none.
+  enum class FramePrefix { of_namespace, as_written, none };
   // The settings that differ between the controllers.
   struct Options {
     std::string odometry = "~/odom", transform = "/tf";            // topics
     std::vector<double> covariance = std::vector<double>(6, 0.0);  // default of both diagonals
     std::string pose_covariance = "pose_covariance_diagonal";      // parameters
     std::string twist_covariance = "twist_covariance_diagonal";
-    bool has_prefix = true;       // parameters tf_frame_prefix...
+    FramePrefix prefix = FramePrefix::of_namespace;
     bool has_rate = true;         // publish_rate; else at each update
     bool has_only_twist = false;  // odom_only_twist: no pose in the odometry
     bool sends_transform = true;  // default of enable_odom_tf

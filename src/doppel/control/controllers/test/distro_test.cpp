@@ -4,6 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
+#include "doppel/control/controllers/test/base_rig.h"
 #include "doppel/control/manager/distro_differences.h"
 #include "doppel/control/manager/test/manager_rig.h"
 #include "doppel/ros/messages/control_msgs.h"
@@ -83,6 +86,32 @@ TEST_P(ControllersOfDistro, SwitchIsAsStrictAsDefaultOfDistro) {
   const auto response = rig.call<controller_manager_msgs::srv::SwitchController>(
       "/controller_manager/switch_controller", request);
   EXPECT_EQ(response.ok, !is(Distro::lyrical)) << response.message;
+}
+
+TEST_P(ControllersOfDistro, FramesOfSteeringHavePrefixSinceLyrical) {
+  BaseRig rig("ackermann_steering_controller/AckermannSteeringController",
+              "traction_joints_names: [r, l], steering_joints_names: [rs, ls], wheelbase: 2.0, "
+              "traction_track_width: 1.0, traction_wheels_radius: 0.5, tf_frame_prefix: left",
+              base_hardware({"r", "l"}, {"rs", "ls"}));
+  rig.start();
+  rig.drive(1.0, 0, 0, 0.1);
+  ASSERT_FALSE(rig.odometry.empty());
+  EXPECT_EQ(rig.odometry[0].header.frame_id, is(Distro::lyrical) ? "left/odom" : "odom");
+  EXPECT_EQ(rig.odometry[0].child_frame_id, is(Distro::lyrical) ? "left/base_link" : "base_link");
+  EXPECT_EQ(rig.count(Severity::warning, "'tf_frame_prefix' is not a parameter of"),
+            is(Distro::lyrical) ? 0U : 1U)
+      << rig.said();
+}
+
+TEST_P(ControllersOfDistro, FeedForwardHasServiceInJazzy) {
+  ManagerRig rig(controller_yaml("c", "pid_controller/PidController",
+                                 "dof_names: [a], command_interface: position, "
+                                 "reference_and_state_interfaces: [position], gains: {a: {p: 1.0}}"));
+  rig.start({"c"});
+  const auto services = rig.bus.services();
+  EXPECT_EQ(std::ranges::count(services, "/c/set_feedforward_control", &ServiceInfo::name),
+            is(Distro::jazzy) ? 1 : 0)
+      << rig.said();
 }
 
 INSTANTIATE_TEST_SUITE_P(All, ControllersOfDistro,
