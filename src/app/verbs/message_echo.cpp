@@ -75,10 +75,10 @@ class Echo {
   void note_missing() const {
     const std::vector<std::string> names = missing();
     if (names.empty()) return;
-    print_note(
-        fmt::format("{} {} not published: the events of services are off. For a twin: doppel param set "
-                    "/gazebo service_introspection contents",
-                    fmt::join(names, ", "), names.size() == 1 ? "is" : "are"));
+    print_note(fmt::format(
+        "{} {} not published yet. A twin publishes the events of its services after: doppel param "
+        "set /gazebo service_introspection contents",
+        fmt::join(names, ", "), names.size() == 1 ? "is" : "are"));
   }
 
   bool print(const Client::Received& message) const {

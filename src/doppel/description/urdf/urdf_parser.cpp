@@ -52,16 +52,25 @@ class Parser {
 std::optional<Eigen::Vector3d> Parser::rotation(const XmlNode& origin, UrdfReader& read) {
   const XmlAttribute* quaternion = origin.find("quat_xyzw");
   const bool has_rpy = origin.find("rpy") != nullptr;
-  if (quaternion != nullptr) newer_.uses("quat_xyzw of <origin>", kUrdf11, quaternion->where);
-  if (quaternion == nullptr || (has_rpy && version_ < kUrdf11)) return read.vector<3>(origin, "rpy");
+  if (quaternion == nullptr) return read.vector<3>(origin, "rpy");
+  if (has_rpy && version_ < kUrdf11) {
+    diagnostics_.warning("urdf.version", quaternion->where,
+                         "quat_xyzw beside rpy is ignored, because the file is of version 1.0",
+                         "remove one of the two");
+    return read.vector<3>(origin, "rpy");
+  }
+  newer_.uses("quat_xyzw of <origin>", kUrdf11, quaternion->where);
   if (has_rpy) {
     read.fault("urdf.two_rotations", quaternion->where, "<origin> has both rpy and quat_xyzw",
                "remove one of the two");
     return std::nullopt;
   }
   const auto rpy = rpy_of_quaternion(quaternion->value);
+  // In a file of version 1.0 it has no effect in ROS 2, so that it stops nothing here either.
+  UrdfReader optional(diagnostics_, "urdf.optional_value", "the rotation is treated as none");
   if (!rpy) {
-    read.fault("urdf.vector", quaternion->where,
+    (version_ < kUrdf11 ? optional : read)
+        .fault("urdf.vector", quaternion->where,
                fmt::format("quat_xyzw=\"{}\" of <origin> is not four finite numbers with a length above 0",
                            quaternion->value),
                "write x y z w with decimal points, separated by spaces, such as 0 0 0 1");

@@ -20,11 +20,11 @@ std::optional<int> natural(std::string_view text) {
   return whole ? std::optional(value) : std::nullopt;
 }
 
-std::string text_of(UrdfVersion version) {
+}  // namespace
+
+std::string to_string(UrdfVersion version) {
   return fmt::format("{}.{}", version.major_number, version.minor_number);
 }
-
-}  // namespace
 
 UrdfVersion read_urdf_version(const XmlNode& robot, Diagnostics& diagnostics) {
   const XmlAttribute* attribute = robot.find("version");
@@ -35,6 +35,12 @@ UrdfVersion read_urdf_version(const XmlNode& robot, Diagnostics& diagnostics) {
   const auto minor = dot == std::string_view::npos ? std::nullopt : natural(text.substr(dot + 1));
   if (major && minor) {
     const UrdfVersion version{*major, *minor};
+    if (version > UrdfVersion{} && version <= kUrdf12) {
+      diagnostics.note(
+          "urdf.version", attribute->where,
+          fmt::format("version {} of URDF is read by ROS 2 Lyrical; Jazzy and Kilted reject the file",
+                      to_string(version)));
+    }
     if (version >= UrdfVersion{} && version <= kUrdf12) return version;
   }
   diagnostics.warning(
@@ -42,7 +48,7 @@ UrdfVersion read_urdf_version(const XmlNode& robot, Diagnostics& diagnostics) {
       fmt::format(
           "version=\"{}\" of <robot> is not a version of URDF: ROS 2's parser rejects the file; it is "
           "read as of version {}",
-          text, text_of(kUrdf12)),
+          text, to_string(kUrdf12)),
       "write version=\"1.0\", \"1.1\" or \"1.2\", or remove the attribute, which means 1.0");
   return kUrdf12;
 }
@@ -77,11 +83,14 @@ void NewerElements::report(UrdfVersion version, Diagnostics& diagnostics) const 
     if (use.since <= version) continue;
     diagnostics.warning(
         "urdf.version", use.where,
-        fmt::format("{} is of URDF {}, and the file is of version {}: it is read, but ROS 2's parser ignores "
-                    "it{}",
-                    use.feature, text_of(use.since), text_of(version),
-                    use.count > 1 ? fmt::format(" (here and at {} other places)", use.count - 1) : ""),
-        fmt::format("write <robot version=\"{}\"", text_of(use.since)) + " ...>");
+        fmt::format(
+            "{} is of URDF {}, and the file is of version {}: it is read here, but ROS 2 ignores it{}",
+            use.feature, to_string(use.since), to_string(version),
+            use.count > 1 ? fmt::format(" (here and {} times more)", use.count - 1) : ""),
+        fmt::format("write <robot version=\"{}\" ...> for Lyrical; Jazzy and Kilted reject such a file, and "
+                    "read what 1.0 "
+                    "has in its place",
+                    to_string(use.since)));
   }
 }
 

@@ -22,6 +22,7 @@ struct UrdfVersion {
   auto operator<=>(const UrdfVersion&) const = default;
 };
 inline constexpr UrdfVersion kUrdf11{1, 1}, kUrdf12{1, 2};  // 1.2 is the newest one
+DOPPEL_API std::string to_string(UrdfVersion version);      // "1.2"
 
 // 1.0 without the attribute. A warning for text that is not of the form x.y, and for a version that does not
 // exist; the element is then read as of the newest version.

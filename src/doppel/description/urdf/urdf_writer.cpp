@@ -132,8 +132,8 @@ XmlNode joint_element(const Joint& joint) {
   return out;
 }
 
-// The version that a parser needs for what is written; empty: the first one, which needs no attribute.
-std::string least_version(const RobotDescription& robot) {
+// The version that a parser needs for what is written.
+UrdfVersion least_version(const RobotDescription& robot) {
   const bool rates = std::ranges::any_of(robot.joints, [](const Joint& joint) {
     return joint.limits && (joint.limits->acceleration || joint.limits->deceleration || joint.limits->jerk);
   });
@@ -144,15 +144,16 @@ std::string least_version(const RobotDescription& robot) {
     };
     return among(link.visuals) || among(link.collisions);
   });
-  return rates ? "1.2" : capsules ? "1.1" : "";
+  if (rates) return kUrdf12;
+  return capsules ? kUrdf11 : UrdfVersion{};
 }
 
 }  // namespace
 
-std::string write_urdf(const RobotDescription& robot) {
+std::string write_urdf(const RobotDescription& robot, UrdfVersion newest) {
   XmlNode out = element("robot", {{"name", robot.name}});
-  if (const std::string version = least_version(robot); !version.empty())
-    out.attributes.push_back({"version", version, {}});
+  const UrdfVersion version = std::min(least_version(robot), newest);
+  if (version > UrdfVersion{}) out.attributes.push_back({"version", to_string(version), {}});
   for (const Link& link : robot.links) out.children.push_back(link_element(link));
   for (const Joint& joint : robot.joints) out.children.push_back(joint_element(joint));
   return to_xml(out);

@@ -63,6 +63,8 @@ void Bus::Impl::publish_event(const ServiceEntry& service, std::uint8_t kind, co
                               std::span<const std::byte> request, std::span<const std::byte> response) {
   const auto found = by_name.find(event_topic(service.name));
   if (found == by_name.end() || !found->second->wanted.load(std::memory_order_relaxed)) return;
+  // A client may have the name with another type.
+  if (found->second->support->name != event_type(*service.support).name) return;
   ServiceEventInfo info;
   info.event_type = kind;
   info.stamp = to_time_msg(bus.ros_now());

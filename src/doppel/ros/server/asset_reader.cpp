@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <optional>
 #include <system_error>
 
 #include "doppel/base/core/guarded_thread.h"
@@ -38,19 +39,20 @@ void AssetReader::run() {
   while (true) {
     wake_.wait(lock, [this] { return ending_ || !requests_.empty(); });
     if (ending_) return;
-    const ReadRequest request = std::move(requests_.front());
+    std::optional<ReadRequest> request = std::move(requests_.front());
     requests_.pop_front();
     lock.unlock();
     AssetLibrary::Answer answer;
     try {
-      answer = library_->read(request.uri);
+      answer = library_->read(request->uri);
     } catch (...) {
       answer.why = thrown_text();  // out of memory, or an error of the file system
     }
     try {
-      request.done(std::move(answer));
+      request->done(std::move(answer));
     } catch (...) {  // no memory for the result: only this request stays unanswered
     }
+    request.reset();  // what it holds may call this object
     lock.lock();
   }
 }

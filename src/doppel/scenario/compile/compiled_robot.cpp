@@ -8,6 +8,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/description/urdf/urdf_writer.h"
+#include "doppel/ros/messages/distro.h"
 #include "doppel/scenario/compile/detail/base_axes.h"
 #include "doppel/scenario/compile/rolling_report.h"
 #include "doppel/scenario/compile/simulated_hardware.h"
@@ -15,6 +16,12 @@
 
 namespace doppel {
 namespace {
+
+// The newest version of URDF that the parser of a distribution reads: urdfdom 4.0 and 5.0 refuse a file of
+// another version than 1.0.
+UrdfVersion read_by_ros(Distro distro) {
+  return distro >= Distro::lyrical ? kUrdf12 : UrdfVersion{};
+}
 
 constexpr double kMinAirHeight = 0.01;  // m between the ground and a robot that nothing carries
 
@@ -232,7 +239,7 @@ RobotDescription as_robot(RobotDescription description, const std::string& name)
     }
   }
   description.name = name;
-  description.xml = write_urdf(description);
+  description.xml = write_urdf(description, read_by_ros(ros_distro()));
   return description;
 }
 

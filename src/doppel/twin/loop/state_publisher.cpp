@@ -29,7 +29,8 @@ StatePublisher::StatePublisher(Bus& bus, const RobotDescription& robot, std::sha
   description_message_.data = robot.xml;
   description_ = node_.advertise<std_msgs::msg::String>("robot_description", latched);
   if (kHaveResourceService.contains(ros_distro())) {
-    remote_description_message_.data = with_service_uris(robot.xml, kResourceService);
+    remote_description_message_.data =
+        with_service_uris(robot.xml, bus.names().resolve(NameKind::service, kResourceService, "/doppel"));
     remote_description_ = node_.advertise<std_msgs::msg::String>("robot_description_remote", latched);
   }
   for (std::size_t j = 0; j < model_->joints.size(); ++j) {

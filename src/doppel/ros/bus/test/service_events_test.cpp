@@ -8,6 +8,7 @@
 #include "doppel/ros/bus/stage.h"
 #include "doppel/ros/messages/control_msgs.h"
 #include "doppel/ros/messages/service_event.h"
+#include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel {
@@ -97,6 +98,17 @@ TEST_F(ServiceEventsTest, ContentsHaveCallerRequestAndResponse) {
   EXPECT_THAT(texts[0], HasSubstr("request:\n- data: true\nresponse: []"));
   EXPECT_THAT(texts[1], HasSubstr("event_type: 2"));
   EXPECT_THAT(texts[1], HasSubstr("request: []\nresponse:\n- success: true\n  message: done"));
+}
+
+TEST_F(ServiceEventsTest, TopicOfAnotherTypeGetsNoEvents) {
+  ASSERT_TRUE(edge_->publish("/client", "/n/set/_service_event", "std_msgs/msg/String",
+                             to_cdr(std_msgs::msg::String{"mine"})));
+  bus_.spin();
+  bus_.set_service_events(ServiceEvents::contents);
+  follow("/n/set/_service_event");
+  call(true);
+  Edge::Incoming message;
+  EXPECT_FALSE(edge_->next(message)) << "expected no bytes of an event where a text is read";
 }
 
 TEST_F(ServiceEventsTest, MetadataHaveNoContents) {
