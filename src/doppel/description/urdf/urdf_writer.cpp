@@ -159,4 +159,8 @@ std::string write_urdf(const RobotDescription& robot, UrdfVersion newest) {
   return to_xml(out);
 }
 
+std::string write_urdf(const RobotDescription& robot) {
+  return write_urdf(robot, UrdfVersion{});
+}
+
 }  // namespace doppel

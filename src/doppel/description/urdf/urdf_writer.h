@@ -14,6 +14,7 @@ namespace doppel {
 // and <gazebo>, <ros2_control> and transmissions are left out; a joint without limits of effort and velocity,
 // which URDF requires, gets 1e16, as from sdformat. `newest`: the version that the readers know; a lower one
 // is written if that is enough, and 1.0 without the attribute.
-DOPPEL_API std::string write_urdf(const RobotDescription& robot, UrdfVersion newest = {});
+DOPPEL_API std::string write_urdf(const RobotDescription& robot, UrdfVersion newest);
+DOPPEL_API std::string write_urdf(const RobotDescription& robot);  // for every parser: version 1.0
 
 }  // namespace doppel
