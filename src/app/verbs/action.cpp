@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 
-#include "app/number_checks.h"
 #include "app/verbs/goals.h"
 #include "app/verbs/message_echo.h"
 #include "app/verbs/verbs.h"
@@ -180,8 +179,7 @@ void add_action(CLI::App& app, int& exit_code) {
   add_verb<ActionEchoOptions>(
       group, "echo",
       "Print the goals, cancellations, results, feedback and status of an action as they come; those of "
-      "services if "
-      "its node publishes their events",
+      "services if its node publishes their events",
       "doppel action echo /omarm_arm_controller/follow_joint_trajectory -i 'FEEDBACK_TOPIC|STATUS_TOPIC'\n"
       "  doppel param set /gazebo service_introspection contents\n"
       "  doppel action echo /omarm_arm_controller/follow_joint_trajectory",
@@ -192,9 +190,7 @@ void add_action(CLI::App& app, int& exit_code) {
         verb.add_option("-i,--interfaces", options.interfaces,
                         "Print only these, separated by |: GOAL_SERVICE, CANCEL_SERVICE, RESULT_SERVICE, "
                         "FEEDBACK_TOPIC, STATUS_TOPIC");
-        verb.add_option("-n,--count", options.echo.count, "Print this many messages and exit")
-            ->check(positive_number());
-        add_format_options(verb, options.echo.format);
+        add_echo_options(verb, options.echo);
       },
       echo_action);
   add_verb<ActionOptions>(

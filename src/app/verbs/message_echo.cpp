@@ -4,6 +4,8 @@
 #include <array>
 #include <map>
 
+#include "app/number_checks.h"
+
 namespace doppel::app {
 namespace {
 
@@ -104,6 +106,11 @@ void add_format_options(CLI::App& verb, MessageFormat& format) {
   verb.add_flag("--flow-style", format.flow, "Print each message as one line of YAML")->excludes(csv);
   verb.add_flag("--no-arr", format.no_arrays, "Print the type and length of lists instead of them");
   verb.add_flag("--no-str", format.no_strings, "Print the length of texts instead of them");
+}
+
+void add_echo_options(CLI::App& verb, EchoAllOptions& options) {
+  verb.add_option("-n,--count", options.count, "Print this many messages and exit")->check(positive_number());
+  add_format_options(verb, options.format);
 }
 
 std::string echo_text(const TypeSupport& type, std::span<const std::byte> cdr, const MessageFormat& format) {

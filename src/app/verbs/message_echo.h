@@ -25,6 +25,8 @@ struct EchoAllOptions {
   MessageFormat format;
   std::size_t count = 0;  // 0: until Ctrl-C
 };
+// -n and those of the format.
+void add_echo_options(CLI::App& verb, EchoAllOptions& options);
 // Prints the messages of all of these topics as they arrive. Topics of events that do not exist are noted
 // with what has them published, and awaited. Returns the exit code.
 int echo_all(Shell& shell, const std::vector<EchoSource>& sources, const EchoAllOptions& options);

@@ -138,9 +138,7 @@ void add_service_echo(CLI::App& group, int& exit_code) {
       [](CLI::App& verb, ServiceEchoOptions& options) {
         verb.add_option("service", options.name, "Service name")->required();
         verb.add_option("type", options.type, "Service type (optional)");
-        verb.add_option("-n,--count", options.echo.count, "Print this many events and exit")
-            ->check(positive_number());
-        add_format_options(verb, options.echo.format);
+        add_echo_options(verb, options.echo);
       },
       echo_service);
 }

@@ -47,7 +47,7 @@ class Parser {
   NewerElements newer_;
 };
 
-// As in urdfdom, a file of version 1.1 has rpy or quat_xyzw, not both; before, only rpy counts beside the
+// A file of version 1.1 has rpy or quat_xyzw, not both, as in urdfdom; before, only rpy counts beside the
 // other.
 std::optional<Eigen::Vector3d> Parser::rotation(const XmlNode& origin, UrdfReader& read) {
   const XmlAttribute* quaternion = origin.find("quat_xyzw");

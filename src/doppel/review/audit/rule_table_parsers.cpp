@@ -113,8 +113,7 @@ constexpr std::array kParserRules{
     RuleInfo{"urdf.version", kWarning,
              "what is newer than the file's version of URDF, or a version that does not exist",
              "ROS 2 ignores the element: a quaternion is no rotation and a capsule is no shape; it rejects a "
-             "file of an "
-             "unknown version, and Jazzy and Kilted one of 1.1 or 1.2",
+             "file of an unknown version, and Jazzy and Kilted one of 1.1 or 1.2",
              "write what 1.0 has in its place, or for Lyrical <robot version=\"1.2\">"},
     RuleInfo{"xacro.include", kWarning, "elements inside an include", "they are ignored",
              "write them next to the include"},

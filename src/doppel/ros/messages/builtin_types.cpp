@@ -1,7 +1,8 @@
 #include "doppel/ros/messages/detail/builtin_types.h"
 
-#include <array>
 #include <deque>
+
+#include "doppel/ros/messages/detail/late_descriptions.h"
 
 namespace doppel::messages_detail {
 namespace {
@@ -20,28 +21,22 @@ class BuiltinType final : public TypeSupport {
  public:
   explicit BuiltinType(const TypeRow& row) : TypeSupport(row.name), row_(row) {}
 
-  // Made at first use: most programs need a few of the types.
   [[nodiscard]] const TypeDescription* description_in(Distro distro) const override {
-    Late& late = late_[static_cast<std::size_t>(distro)];
-    std::call_once(late.once, [&] {
-      TypeDescription& type = late.description;
+    return descriptions_.get(distro, [&] {
+      TypeDescription type;
       type.name = name;
       for (const FieldRow& field : row_.fields) {
         if (field.range.contains(distro)) type.add(field_of(field, distro));
       }
       for (const ConstantRow& constant : row_.constants)
         type.constants.push_back({constant.name, constant.kind, constant.value, constant.text});
+      return type;
     });
-    return &late.description;
   }
 
  private:
-  struct Late {
-    std::once_flag once;
-    TypeDescription description;
-  };
   const TypeRow& row_;
-  mutable std::array<Late, kDistros> late_;
+  LateDescriptions descriptions_;
 };
 
 }  // namespace

@@ -31,13 +31,11 @@ TypeDescription event_description(const std::string& service, const TypeDescript
 }
 
 const TypeDescription* messages_detail::ServiceEventType::description_in(Distro distro) const {
-  Late& late = late_[static_cast<std::size_t>(distro)];
-  std::call_once(late.once, [&] {
-    late.description = event_description(service_.name, describe<service_msgs::msg::ServiceEventInfo>(distro),
-                                         *service_.request->description_in(distro),
-                                         *service_.response->description_in(distro));
+  return descriptions_.get(distro, [&] {
+    return event_description(service_.name, describe<service_msgs::msg::ServiceEventInfo>(distro),
+                             *service_.request->description_in(distro),
+                             *service_.response->description_in(distro));
   });
-  return &late.description;
 }
 
 const TypeSupport& event_type(const ServiceSupport& service) {

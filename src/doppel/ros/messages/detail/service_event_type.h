@@ -1,11 +1,8 @@
 #pragma once
 // The type of a service's events, made from the descriptions of its request and its response.
 
-#include <array>
-#include <mutex>
-
 #include "doppel/ros/messages/codec.h"
-#include "doppel/ros/messages/type_description.h"
+#include "doppel/ros/messages/detail/late_descriptions.h"
 
 namespace doppel::messages_detail {
 
@@ -17,12 +14,8 @@ class ServiceEventType final : public TypeSupport {
   [[nodiscard]] const TypeDescription* description_in(Distro distro) const override;
 
  private:
-  struct Late {
-    std::once_flag once;
-    TypeDescription description;
-  };
   const ServiceSupport& service_;
-  mutable std::array<Late, kDistros> late_;
+  LateDescriptions descriptions_;
 };
 
 }  // namespace doppel::messages_detail
