@@ -87,6 +87,7 @@ class Echo {
     const auto found = sources_.find(message.topic);
     if (found == sources_.end() || found->second.type == nullptr) return false;
     const auto& [source, type] = found->second;
+    check_same_type(*type, message);
     std::string text = echo_text(*type, message.cdr, options_.format);
     if (source.is_event && !options_.format.csv) text = with_event_name(std::move(text));
     print_out((source.interface.empty() ? "" : "interface: " + source.interface + "\n") + text);
@@ -122,6 +123,12 @@ std::string echo_text(const TypeSupport& type, std::span<const std::byte> cdr, c
       is_plain ? type.cdr_to_yaml(cdr, text) : format_message(*type.description(), cdr, format, text);
   if (!status) throw ClientError(status.why());
   return format.csv ? text : text + "---\n";
+}
+
+void check_same_type(const TypeSupport& type, const Client::Received& message) {
+  if (message.type == type.name) return;
+  throw ClientError(
+      fmt::format("{} is {} now, not {}; start this again", message.topic, message.type, type.name));
 }
 
 int echo_all(Shell& shell, const std::vector<EchoSource>& sources, const EchoAllOptions& options) {

@@ -15,6 +15,9 @@ void add_format_options(CLI::App& verb, MessageFormat& format);
 // The message in this format, with the line "---" behind it unless it is CSV. Throws ClientError.
 std::string echo_text(const TypeSupport& type, std::span<const std::byte> cdr, const MessageFormat& format);
 
+// Throws ClientError if the topic has got another type since it was subscribed to.
+void check_same_type(const TypeSupport& type, const Client::Received& message);
+
 // A topic whose messages are printed by echo_all().
 struct EchoSource {
   std::string topic;

@@ -87,9 +87,7 @@ int echo_topic(Shell& shell, const EchoOptions& options) {
     twin.subscribe(topic);
     Client::Received message;
     while (twin.next(message, Clock::now() + kForever)) {
-      if (message.type != type.name)
-        throw ClientError(
-            fmt::format("{} is {} now, not {}; start this again", topic, message.type, type.name));
+      check_same_type(type, message);
       std::string whole;
       if (filter && !(type.cdr_to_yaml(message.cdr, whole) && filter->holds(whole))) continue;
       print_out(echo_text(type, message.cdr, format));

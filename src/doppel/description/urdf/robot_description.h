@@ -159,9 +159,20 @@ struct JointLimits {
   std::optional<double> effort, velocity;  // N m or N; rad/s or m/s; absent: not written
   bool has_position = false;               // lower or upper was written
   SourceLocation source;
-  // URDF 1.2, for planners: ros2_control does not enforce them. rad/s^2 or m/s^2, and rad/s^3 or m/s^3.
+  // URDF 1.2, for planners: ros2_control does not enforce them. Units as in kRateLimits.
   std::optional<double> acceleration = {}, deceleration = {}, jerk = {};
 };
+
+// The limits that URDF 1.2 has added: the attribute, its value, its units.
+struct RateLimit {
+  const char* name;
+  std::optional<double> JointLimits::*value;
+  const char *angular, *linear;
+};
+inline constexpr std::array kRateLimits{
+    RateLimit{"acceleration", &JointLimits::acceleration, "rad/s^2", "m/s^2"},
+    RateLimit{"deceleration", &JointLimits::deceleration, "rad/s^2", "m/s^2"},
+    RateLimit{"jerk", &JointLimits::jerk, "rad/s^3", "m/s^3"}};
 
 struct JointDynamics {
   double damping = 0;   // N m s/rad or N s/m

@@ -278,9 +278,7 @@ std::optional<JointLimits> Parser::limits(const XmlNode& node, const Joint& join
   out.upper = upper.value_or(0.0);
   out.effort = read_.number(node, "effort");
   out.velocity = read_.number(node, "velocity");
-  out.acceleration = rate_limit(node, "acceleration");
-  out.deceleration = rate_limit(node, "deceleration");
-  out.jerk = rate_limit(node, "jerk");
+  for (const RateLimit& limit : kRateLimits) out.*limit.value = rate_limit(node, limit.name);
   if (out.lower > out.upper && joint.type != JointType::continuous) {
     diagnostics_.warning(
         "urdf.limits_crossed", node.where,

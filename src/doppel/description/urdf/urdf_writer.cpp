@@ -113,10 +113,8 @@ XmlNode joint_element(const Joint& joint) {
       limit.attributes.push_back({"lower", decimal(limits.lower), {}});
       limit.attributes.push_back({"upper", decimal(limits.upper), {}});
     }
-    for (const auto& [name, value] :
-         {std::pair("acceleration", limits.acceleration), std::pair("deceleration", limits.deceleration),
-          std::pair("jerk", limits.jerk)}) {
-      if (value) limit.attributes.push_back({name, decimal(*value), {}});
+    for (const RateLimit& rate : kRateLimits) {
+      if (limits.*rate.value) limit.attributes.push_back({rate.name, decimal(*(limits.*rate.value)), {}});
     }
     out.children.push_back(std::move(limit));
   }
@@ -135,7 +133,9 @@ XmlNode joint_element(const Joint& joint) {
 // The version that a parser needs for what is written.
 UrdfVersion least_version(const RobotDescription& robot) {
   const bool rates = std::ranges::any_of(robot.joints, [](const Joint& joint) {
-    return joint.limits && (joint.limits->acceleration || joint.limits->deceleration || joint.limits->jerk);
+    return joint.limits && std::ranges::any_of(kRateLimits, [&joint](const RateLimit& rate) {
+             return ((*joint.limits).*rate.value).has_value();
+           });
   });
   const bool capsules = std::ranges::any_of(robot.links, [](const Link& link) {
     const auto among = [](const auto& parts) {

@@ -6,6 +6,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/text.h"
+#include "doppel/description/urdf/urdf_version.h"
 #include "doppel/review/audit/detail/description_facts.h"
 #include "doppel/review/audit/detail/rules.h"
 #include "doppel/review/audit/detail/vocabulary.h"
@@ -88,6 +89,9 @@ void check_presence(const AuditInput& in, const Joint& joint, Findings& out) {
     return;
   }
   if (!joint.limits) return;
+  // urdfdom 6 reads a missing effort or velocity of such a file as unlimited.
+  Diagnostics unused;
+  if (read_urdf_version(in.expanded.root, unused) >= kUrdf12) return;
   if (!joint.limits->effort) check_complete(in, joint, "effort", out);
   if (!joint.limits->velocity) check_complete(in, joint, "velocity", out);
 }

@@ -84,13 +84,10 @@ void compare_limits(const Joint& a, const Joint& b, Changes& changes) {
   const auto velocity = [](const JointLimits& l) { return l.velocity; };
   changes.number("effort", field(a, effort), field(b, effort), 1, slides ? "N" : "N m");
   changes.number("velocity", field(a, velocity), field(b, velocity), 1, slides ? "m/s" : "rad/s");
-  const auto rate = [&](const char* name, std::optional<double> JointLimits::*which, const char* unit) {
-    const auto member = [which](const JointLimits& l) { return l.*which; };
-    changes.number(name, field(a, member), field(b, member), 1, unit);
-  };
-  rate("acceleration", &JointLimits::acceleration, slides ? "m/s^2" : "rad/s^2");
-  rate("deceleration", &JointLimits::deceleration, slides ? "m/s^2" : "rad/s^2");
-  rate("jerk", &JointLimits::jerk, slides ? "m/s^3" : "rad/s^3");
+  for (const RateLimit& rate : kRateLimits) {
+    const auto member = [&rate](const JointLimits& l) { return l.*rate.value; };
+    changes.number(rate.name, field(a, member), field(b, member), 1, slides ? rate.linear : rate.angular);
+  }
 }
 
 void compare_rest(const Joint& a, const Joint& b, Changes& changes) {

@@ -88,23 +88,12 @@ MeshSummary count_meshes(const RobotDescription& robot) {
   return out;
 }
 
-// The limits that URDF 1.2 has added, as columns where a joint has them.
-struct RateColumn {
-  const char* name;
-  std::optional<double> JointLimits::*limit;
-  const char *angular, *linear;  // units
-};
-constexpr std::array kRateColumns{RateColumn{"acceleration", &JointLimits::acceleration, "rad/s^2", "m/s^2"},
-                                  RateColumn{"deceleration", &JointLimits::deceleration, "rad/s^2", "m/s^2"},
-                                  RateColumn{"jerk", &JointLimits::jerk, "rad/s^3", "m/s^3"}};
-
-std::vector<RateColumn> rate_columns(const RobotDescription& robot) {
-  std::vector<RateColumn> used;
-  for (const RateColumn& column : kRateColumns) {
-    const auto has_it = [&column](const Joint& joint) {
-      return joint.limits && (*joint.limits).*column.limit;
-    };
-    if (std::ranges::any_of(robot.joints, has_it)) used.push_back(column);
+// The limits of URDF 1.2 that a joint has: a column each.
+std::vector<RateLimit> rate_columns(const RobotDescription& robot) {
+  std::vector<RateLimit> used;
+  for (const RateLimit& rate : kRateLimits) {
+    const auto has_it = [&rate](const Joint& joint) { return joint.limits && (*joint.limits).*rate.value; };
+    if (std::ranges::any_of(robot.joints, has_it)) used.push_back(rate);
   }
   return used;
 }
@@ -112,9 +101,9 @@ std::vector<RateColumn> rate_columns(const RobotDescription& robot) {
 std::string joint_table(const RobotDescription& robot) {
   std::vector<TableRow> rows = {
       {"joint", "type", "lower", "upper", "effort", "velocity", "damping", "friction"}};
-  const std::vector<RateColumn> rates = rate_columns(robot);
+  const std::vector<RateLimit> rates = rate_columns(robot);
   std::vector<std::size_t> right = {2, 3, 4, 5, 6, 7};
-  for (const RateColumn& column : rates) {
+  for (const RateLimit& column : rates) {
     right.push_back(rows[0].size());
     rows[0].push_back(column.name);
   }
@@ -135,9 +124,9 @@ std::string joint_table(const RobotDescription& robot) {
     row.push_back(joint.limits ? shown(joint.limits->velocity, angle ? "rad/s" : "m/s") : "");
     row.push_back(joint.dynamics ? fmt::format("{:.4g}", joint.dynamics->damping) : "");
     row.push_back(joint.dynamics ? fmt::format("{:.4g}", joint.dynamics->friction) : "");
-    for (const RateColumn& column : rates) {
+    for (const RateLimit& column : rates) {
       const char* const unit = angle ? column.angular : column.linear;
-      row.push_back(joint.limits ? shown((*joint.limits).*column.limit, unit) : "");
+      row.push_back(joint.limits ? shown((*joint.limits).*column.value, unit) : "");
     }
     rows.push_back(std::move(row));
   }

@@ -297,6 +297,10 @@ class UrdfEntityReader : private Reader {
     if (const XmlNode* origin = carrier->first("origin")) {
       const XmlAttribute* quaternion = origin->find("quat_xyzw");
       const auto rpy = quaternion == nullptr ? std::nullopt : rpy_of_quaternion(quaternion->value);
+      if (quaternion != nullptr && !rpy)
+        error(*origin, "quat_xyzw of <origin> is not four finite numbers with a length above 0");
+      if (quaternion != nullptr && origin->find("rpy") != nullptr)
+        error(*origin, "<origin> has both rpy and quat_xyzw", "remove one of the two");
       object.X_OS = make_pose(vector(*origin, "xyz", Eigen::Vector3d::Zero()),
                               vector(*origin, "rpy", rpy.value_or(Eigen::Vector3d::Zero())));
       check_pose(origin->where, object.X_OS);

@@ -28,13 +28,14 @@ struct Parts {
   std::string inertial = kInertial, visual = kVisual, collision = kCollision;  // of link 'arm'
   std::string axis = kAxis, limit = kLimit, joint_more = "";                   // of joint 'j'
   std::string joint_type = "revolute", joint_name = "j", link_name = "arm", robot_name = "r";
-  std::string more;  // below <robot>
+  std::string robot_more;  // attributes of <robot>
+  std::string more;        // below <robot>
 };
 
 inline std::string robot(const Parts& p) {
-  return "<robot name=\"" + p.robot_name + "\">\n<link name=\"world\"/>\n<link name=\"" + p.link_name +
-         "\">\n" + p.inertial + "\n" + p.visual + "\n" + p.collision + "\n</link>\n<joint name=\"" +
-         p.joint_name + "\" type=\"" + p.joint_type +
+  return "<robot name=\"" + p.robot_name + "\"" + p.robot_more + ">\n<link name=\"world\"/>\n<link name=\"" +
+         p.link_name + "\">\n" + p.inertial + "\n" + p.visual + "\n" + p.collision +
+         "\n</link>\n<joint name=\"" + p.joint_name + "\" type=\"" + p.joint_type +
          "\">\n<origin xyz=\"0 0 0.5\"/><parent link=\"world\"/><child link=\"" + p.link_name + "\"/>\n" +
          p.axis + "\n" + p.limit + "\n" + p.joint_more + "\n</joint>\n" + p.more + "\n</robot>\n";
 }

@@ -13,6 +13,12 @@ struct Case {
   bool fixable = false;  // and --fix removes it
 };
 
+Parts bare_limit(const std::string& version) {
+  Parts p = with(&Parts::limit, "<limit lower=\"-1\" upper=\"1\"/>");
+  p.robot_more = " version=\"" + version + "\"";
+  return p;
+}
+
 Parts exported(const std::string& joint) {
   Parts p = with(&Parts::limit, limit("-1", "1", "100", "100"));
   p.joint_name = joint;
@@ -38,6 +44,7 @@ std::vector<Case> joint_cases() {
       {"joint.exporter_effort", W, exported("Revolute wrist"), {}, "<limit"},
       {"joint.no_limits", E, l(""), l(kLimit), "<joint"},
       {"joint.limit_incomplete", E, l(R"(<limit lower="-1" upper="1" effort="5"/>)"), l(kLimit), "<limit"},
+      {"joint.limit_incomplete", E, bare_limit("1.1"), bare_limit("1.2"), "<limit"},
       {"joint.limit_negative", E, l(limit("-1", "1", "-5")), l(kLimit), "<limit", true},
       {"joint.effort_zero", W, l(limit("-1", "1", "0")), l(limit("-1", "1", "0.001")), "<limit"},
       {"joint.velocity_zero", W, l(limit("-1", "1", "5", "0")), l(limit("-1", "1", "5", "0.01")), "<limit"},

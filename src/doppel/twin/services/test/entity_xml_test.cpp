@@ -218,6 +218,16 @@ TEST(EntityXml, InvalidModelIsRefusedWithPlace) {
   EXPECT_THAT(error_of("<robot name='r'><link name='l'><collision><geometry><sphere radius='x'/></geometry>"
                        "</collision></link></robot>"),
               HasSubstr("radius=\"x\""));
+  const auto turned = [](const char* origin) {
+    return fmt::format(
+        "<robot name='r'><link name='l'><collision><origin {}/><geometry><sphere radius='1'/>"
+        "</geometry></collision></link></robot>",
+        origin);
+  };
+  EXPECT_THAT(error_of(turned("quat_xyzw='0 0 1'")), HasSubstr("not four finite numbers"));
+  EXPECT_THAT(error_of(turned("quat_xyzw='0 0 0 0'")), HasSubstr("not four finite numbers"));
+  EXPECT_THAT(error_of(turned("quat_xyzw='0 0 1 0' rpy='0 0 1'")), HasSubstr("both rpy and quat_xyzw"));
+  EXPECT_THAT(error_of(turned("quat_xyzw='0 0 2 0'")), HasSubstr("accepted"));
   EXPECT_THAT(error_of(std::string(std::size_t{2} << 20, ' ')), HasSubstr("at most"));
 }
 
