@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "app/description_target.h"
-#include "doppel/review/conversion/planning_groups.h"
+#include "doppel/scenario/resolve/joint_groups.h"
 
 namespace doppel::app {
 

@@ -123,7 +123,7 @@ void apply_rules(const AuditInput& in, Findings& out) {
   for (const auto check :
        {check_schema, check_joints, check_origins, check_mimics, check_meshes, check_shapes, check_inertia,
         check_names, check_collisions, check_ros2_control, check_calibration, check_controllers,
-        check_package, check_world, check_datasheet}) {
+        check_package, check_srdf, check_world, check_datasheet}) {
     try {
       check(in, out);
     } catch (const InputError&) {

@@ -136,6 +136,15 @@ std::vector<Body> bodies(const RobotDescription& robot) {
   return BodyFinder(robot).take();
 }
 
+std::size_t collision_triangles(const Link& link) {
+  std::size_t count = 0;
+  for (const Collision& c : link.collisions) {
+    const auto* mesh = std::get_if<MeshGeometry>(&c.geometry);
+    if (mesh != nullptr && !mesh->path.empty()) count += cached_mesh_report(mesh->path).triangles;
+  }
+  return count;
+}
+
 std::optional<LinkShape> link_shape(const Link& link) {
   LinkShape out;
   MassProperties visuals, collisions;

@@ -211,6 +211,27 @@ constexpr std::array kRosRules{
     RuleInfo{"ros2_control.unknown_joint", kError, "<ros2_control> lists an unknown joint",
              "ros2_control rejects the description", "correct the name", kControl},
 
+    // -- semantic descriptions
+    RuleInfo{"srdf.chain", kError, "a chain whose tip is not below its base",
+             "MoveIt drops the chain, and its group has no kinematics", "exchange or correct the two links",
+             kPlanning},
+    RuleInfo{"srdf.duplicate_group", kWarning, "two groups of one name", "planners use one of them",
+             "rename one of them", kPlanning},
+    RuleInfo{"srdf.empty_group", kWarning, "a group without a joint that moves",
+             "MoveIt leaves the group out", "name its joints, or a chain", kPlanning},
+    RuleInfo{"srdf.end_effector", kWarning, "an end effector that shares joints with its arm",
+             "MoveIt ignores the parent group", "remove the joints from one of the groups", kPlanning},
+    RuleInfo{"srdf.group_loop", kError, "a group that contains itself",
+             "MoveIt leaves the groups of the loop out", "remove one of the groups in it", kPlanning},
+    RuleInfo{"srdf.hidden_collision", kWarning,
+             "a pair of links that touches is left out of collision checking as one that never does",
+             "a planned path passes, and the arm hits itself", "remove the pair, or find the pairs again",
+             kPlanning},
+    RuleInfo{"srdf.state", kWarning, "a state with a value that its group cannot have",
+             "MoveIt rejects the state as a goal, or drops the value", "correct the value", kPlanning},
+    RuleInfo{"srdf.unknown_name", kWarning, "a link, joint or group that does not exist",
+             "MoveIt leaves the element out", "correct the name, or remove the element", kPlanning},
+
     // -- transmission
     RuleInfo{"transmission.unknown_joint", kWarning, "a transmission's joint does not exist",
              "the transmission drives nothing", "correct the name", kControl},

@@ -6,6 +6,7 @@
 #include <set>
 #include <tuple>
 
+#include "doppel/review/audit/detail/description_facts.h"
 #include "doppel/review/audit/detail/ros_rules.h"
 #include "doppel/robot/collision/collision_scene.h"
 
@@ -94,16 +95,6 @@ bool triangles_touch(SceneInstance robot, int a, int b) {
 bool has_mesh(const Link& link) {
   return std::any_of(link.collisions.begin(), link.collisions.end(),
                      [](const Collision& c) { return std::holds_alternative<MeshGeometry>(c.geometry); });
-}
-
-// The cost of checking a link's triangles.
-std::size_t triangles_of(const Link& link) {
-  std::size_t count = 0;
-  for (const Collision& c : link.collisions) {
-    const auto* mesh = std::get_if<MeshGeometry>(&c.geometry);
-    if (mesh != nullptr && !mesh->path.empty()) count += cached_mesh_report(mesh->path).triangles;
-  }
-  return count;
 }
 
 double least_width(const Link& link) {
@@ -197,7 +188,7 @@ class Overlaps {
     if (bodies_.coupled(c.link_a, c.link_b)) return;
     const bool meshes = has_mesh(link(c.link_a)) || has_mesh(link(c.link_b));
     bool only_hulls = meshes;
-    const std::size_t cost = triangles_of(link(c.link_a)) + triangles_of(link(c.link_b));
+    const std::size_t cost = collision_triangles(link(c.link_a)) + collision_triangles(link(c.link_b));
     if (meshes && cost <= triangles_left_) {
       triangles_left_ -= cost;
       only_hulls = !triangles_touch(robot_, c.model_a, c.model_b);

@@ -8,9 +8,9 @@
 
 #include "doppel/review/conversion/detail/quantities.h"
 #include "doppel/review/conversion/detail/table.h"
-#include "doppel/review/conversion/self_collision.h"
 #include "doppel/review/conversion/tree_labels.h"
 #include "doppel/robot/kinematics/dynamics.h"
+#include "doppel/robot/semantics/self_collision.h"
 
 namespace doppel {
 namespace {

@@ -6,12 +6,12 @@
 #include <map>
 #include <set>
 
+#include "doppel/base/core/unique_name.h"
 #include "doppel/base/math/decimals.h"
 #include "doppel/base/xml/element.h"
 #include "doppel/physics/contract/servo.h"
 #include "doppel/physics/mjcf/mjcf.h"
 #include "doppel/review/conversion/detail/quantities.h"
-#include "doppel/review/conversion/detail/unique_name.h"
 #include "doppel/robot/collision/collision_scene.h"
 #include "doppel/robot/collision/link_pairs.h"
 

@@ -5,11 +5,11 @@
 #include <algorithm>
 #include <map>
 
+#include "doppel/base/core/unique_name.h"
 #include "doppel/base/math/decimals.h"
 #include "doppel/base/xml/element.h"
 #include "doppel/review/conversion/detail/sdf_gazebo.h"
 #include "doppel/review/conversion/detail/sdf_surface.h"
-#include "doppel/review/conversion/detail/unique_name.h"
 #include "doppel/robot/kinematics/link_inertia.h"
 
 namespace doppel {

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/review/conversion/planning_groups.h"
-#include "doppel/review/conversion/self_collision.h"
 #include "doppel/robot/kinematics/model.h"
+#include "doppel/robot/semantics/planning_groups.h"
+#include "doppel/robot/semantics/self_collision.h"
 
 namespace doppel {
 

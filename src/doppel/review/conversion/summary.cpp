@@ -11,9 +11,9 @@
 #include "doppel/description/meshes/mesh_report.h"
 #include "doppel/review/conversion/detail/quantities.h"
 #include "doppel/review/conversion/detail/table.h"
-#include "doppel/review/conversion/self_collision.h"
 #include "doppel/review/conversion/tree_labels.h"
 #include "doppel/robot/kinematics/kinematics.h"
+#include "doppel/robot/semantics/self_collision.h"
 
 namespace doppel {
 namespace {

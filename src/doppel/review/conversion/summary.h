@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "doppel/export.h"
-#include "doppel/review/conversion/planning_groups.h"
 #include "doppel/robot/kinematics/model.h"
+#include "doppel/robot/semantics/planning_groups.h"
 
 namespace doppel {
 

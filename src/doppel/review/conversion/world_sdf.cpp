@@ -1,8 +1,8 @@
 #include <algorithm>
 
+#include "doppel/base/core/unique_name.h"
 #include "doppel/base/math/decimals.h"
 #include "doppel/base/xml/element.h"
-#include "doppel/review/conversion/detail/unique_name.h"
 #include "doppel/review/conversion/detail/world_lost.h"
 #include "doppel/review/conversion/sdf.h"
 #include "doppel/review/conversion/world_documents.h"

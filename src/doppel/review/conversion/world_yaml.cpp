@@ -4,8 +4,8 @@
 #include <optional>
 
 #include "doppel/base/core/overloaded.h"
+#include "doppel/base/core/unique_name.h"
 #include "doppel/base/math/decimals.h"
-#include "doppel/review/conversion/detail/unique_name.h"
 #include "doppel/review/conversion/detail/world_lost.h"
 #include "doppel/review/conversion/world_documents.h"
 #include "doppel/robot/kinematics/link_solid.h"

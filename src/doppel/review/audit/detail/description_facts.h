@@ -35,6 +35,9 @@ struct Body {
 // In an invalid tree: those that are reachable from a root.
 std::vector<Body> bodies(const RobotDescription& robot);
 
+// The triangles of a link's collision meshes: the cost of checking them.
+std::size_t collision_triangles(const Link& link);
+
 // All visual and collision shapes of a link, in the link's frame. Nothing where a shape is unknown (a mesh
 // that is not found) or there is none.
 struct LinkShape {

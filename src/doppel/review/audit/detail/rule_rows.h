@@ -14,6 +14,7 @@ inline constexpr unsigned kControl = bit(Profile::ros2_control);
 inline constexpr unsigned kGazebo = bit(Profile::gazebo);
 inline constexpr unsigned kGazeboControl = kControl | kGazebo;
 inline constexpr unsigned kPhysics = kGazebo | bit(Profile::mujoco);
+inline constexpr unsigned kPlanning = bit(Profile::moveit);
 inline constexpr unsigned kMoving = kControl | bit(Profile::moveit);
 
 }  // namespace doppel::audit_rules

@@ -53,6 +53,7 @@ void check_ros2_control(const AuditInput& in, Findings& out);  // rules_ros2_con
 void check_calibration(const AuditInput& in, Findings& out);   // rules_calibration.cpp
 void check_controllers(const AuditInput& in, Findings& out);   // rules_controllers.cpp
 void check_package(const AuditInput& in, Findings& out);       // rules_package.cpp
+void check_srdf(const AuditInput& input, Findings& out);       // rules_srdf.cpp
 void check_world(const AuditInput& in, Findings& out);         // rules_world.cpp
 void check_datasheet(const AuditInput& in, Findings& out);     // rules_datasheet.cpp
 

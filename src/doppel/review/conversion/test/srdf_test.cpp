@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "conversion_fixture.h"
+#include "doppel/scenario/resolve/joint_groups.h"
 
 namespace doppel {
 namespace {

@@ -1,11 +1,11 @@
-#include "doppel/review/conversion/planning_groups.h"
+#include "doppel/robot/semantics/planning_groups.h"
 
 #include <algorithm>
 #include <array>
 #include <set>
 
 #include "doppel/base/core/text.h"
-#include "doppel/review/conversion/detail/unique_name.h"
+#include "doppel/base/core/unique_name.h"
 
 namespace doppel {
 namespace {
@@ -221,15 +221,6 @@ class Finder {
 };
 
 }  // namespace
-
-std::vector<JointGroup> joint_groups(const ControllersFile& file) {
-  std::vector<JointGroup> out;
-  for (const DeclaredController& c : file.controllers) {
-    if (c.type.empty()) continue;
-    out.push_back({c.name, c.type, c.broadcasts() ? std::vector<std::string>() : c.driven_joints()});
-  }
-  return out;
-}
 
 std::vector<PlanningGroup> find_planning_groups(const Model& model,
                                                 const std::vector<JointGroup>& controllers) {

@@ -1,4 +1,4 @@
-#include "doppel/review/conversion/detail/unique_name.h"
+#include "doppel/base/core/unique_name.h"
 
 #include <fmt/format.h>
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "doppel/export.h"
@@ -39,6 +40,17 @@ struct SelfCollisions {
 // `model` is compiled from `robot`. Links without shapes are in no pair.
 DOPPEL_API SelfCollisions find_self_collisions(const RobotDescription& robot, const Model& model,
                                                const SelfCollisionOptions& options);
+
+// Two links that touch at a configuration.
+struct TouchingPair {
+  int link_a = 0, link_b = 0;  // indices into Model::links, as in the list of pairs
+  Eigen::VectorXd q;           // [nq] rad, m
+};
+// The pairs that touch in Model::neutral() or in one of the samples, each with the first such configuration;
+// in the order of the list. Only shapes of links in the list are read.
+DOPPEL_API std::vector<TouchingPair> find_touching(const RobotDescription& robot, const Model& model,
+                                                   const std::vector<std::pair<int, int>>& pairs,
+                                                   const SelfCollisionOptions& options);
 
 // A uniformly distributed configuration [nq] within the limits (mimics follow), rad or m; joints without
 // limits cover one turn, or 1 m to each side. The same for the same `state` on every machine.

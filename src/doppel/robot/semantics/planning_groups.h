@@ -8,17 +8,14 @@
 
 #include "doppel/export.h"
 #include "doppel/robot/kinematics/model.h"
-#include "doppel/scenario/resolve/controllers_file.h"
 
 namespace doppel {
 
+// The joints that move together.
 struct JointGroup {
   std::string name, type;  // of the controller: "joint_trajectory_controller/JointTrajectoryController"
   std::vector<std::string> joints;  // in its YAML; empty for a broadcaster
 };
-
-// The joints of every controller that a file declares with its type, in its order.
-DOPPEL_API std::vector<JointGroup> joint_groups(const ControllersFile& file);
 
 struct PlanningGroup {
   std::string name;  // "arm", "left_gripper"

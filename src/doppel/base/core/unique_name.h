@@ -4,9 +4,11 @@
 #include <string>
 #include <vector>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
 // `wanted`, or with _2, _3 ... behind it where it is taken; the result is added to `taken`.
-std::string unique_name(const std::string& wanted, std::vector<std::string>& taken);
+DOPPEL_API std::string unique_name(const std::string& wanted, std::vector<std::string>& taken);
 
 }  // namespace doppel

@@ -1,8 +1,9 @@
-#include "doppel/review/conversion/self_collision.h"
+#include "doppel/robot/semantics/self_collision.h"
 
 #include <algorithm>
 #include <memory>
 #include <numbers>
+#include <optional>
 
 namespace doppel {
 namespace {
@@ -121,6 +122,19 @@ class Sampling {
   SelfCollisions out_;
 };
 
+// The robot without the shapes of links that are in no pair.
+SceneInstance only_links_of(const std::vector<std::pair<int, int>>& pairs, const RobotDescription& robot,
+                            const Model& model) {
+  SceneInstance out = described_robot(robot, model);
+  std::vector<bool> used(model.links.size(), false);
+  for (const auto& [a, b] : pairs)
+    used[static_cast<std::size_t>(a)] = used[static_cast<std::size_t>(b)] = true;
+  for (std::size_t link = 0; link < used.size(); ++link) {
+    if (!used[link]) out.shapes[link].clear();
+  }
+  return out;
+}
+
 }  // namespace
 
 std::string_view to_string(DisabledReason reason) {
@@ -159,6 +173,28 @@ Eigen::VectorXd random_configuration(const Model& model, std::uint64_t& state) {
 SelfCollisions find_self_collisions(const RobotDescription& robot, const Model& model,
                                     const SelfCollisionOptions& options) {
   return Sampling(robot, model, options).run();
+}
+
+std::vector<TouchingPair> find_touching(const RobotDescription& robot, const Model& model,
+                                        const std::vector<std::pair<int, int>>& pairs,
+                                        const SelfCollisionOptions& options) {
+  CollisionContext context(std::make_shared<const CollisionScene>(
+      std::vector{only_links_of(pairs, robot, model)}, SceneOptions{.detail = options.detail}));
+  std::vector<std::optional<Eigen::VectorXd>> found(pairs.size());
+  Eigen::VectorXd q = model.neutral();
+  std::uint64_t state = options.seed;
+  for (int sample = 0; sample <= options.samples; ++sample) {
+    context.set_configuration(0, q);
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (!found[i] && context.closer({0, pairs[i].first}, {0, pairs[i].second}, -kTouching)) found[i] = q;
+    }
+    q = random_configuration(model, state);
+  }
+  std::vector<TouchingPair> out;
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (found[i]) out.push_back({pairs[i].first, pairs[i].second, *found[i]});
+  }
+  return out;
 }
 
 }  // namespace doppel

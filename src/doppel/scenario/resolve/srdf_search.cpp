@@ -1,0 +1,94 @@
+#include "doppel/scenario/resolve/srdf_search.h"
+
+#include <algorithm>
+#include <cstdint>
+
+#include "doppel/scenario/resolve/side_files.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uintmax_t kMaxSrdfBytes = std::uintmax_t{4} << 20;  // 40,000 pairs of links
+
+// Where MoveIt's setup assistant and the packages of manufacturers have it, below a package.
+constexpr const char* kSrdfFolders[] = {"", "srdf", "config", "config/srdf", "config/moveit"};
+
+std::vector<fs::path> folders_of(const Target& target) {
+  std::vector<fs::path> packages, out{fs::absolute(target.description).lexically_normal().parent_path()};
+  if (!target.package_folder.empty()) {
+    packages.push_back(fs::absolute(target.package_folder / "").lexically_normal().parent_path());
+    for (const fs::path& entry : list_side_folder(packages.front().parent_path()).entries) {
+      if (entry.filename().string().find("moveit") != std::string::npos) packages.push_back(entry);
+    }
+  }
+  for (const fs::path& package : packages) {
+    for (const char* folder : kSrdfFolders) {
+      const fs::path path = *folder == 0 ? package : package / folder;
+      if (path != out.front()) out.push_back(path);
+    }
+  }
+  return out;
+}
+
+std::vector<fs::path> srdf_files(const fs::path& folder) {
+  std::vector<fs::path> files = list_side_folder(folder).entries;
+  std::erase_if(files, [](const fs::path& file) {
+    const std::string name = file.filename().string();
+    return !name.ends_with(".srdf") && !name.ends_with(".srdf.xacro");
+  });
+  files.resize(std::min(files.size(), kMaxSideFiles));
+  return files;
+}
+
+SrdfDescription load_bounded(const fs::path& file, PackageResolver& resolver, Diagnostics& diagnostics) {
+  std::error_code failed;
+  if (const std::uintmax_t size = fs::file_size(file, failed); !failed && size > kMaxSrdfBytes)
+    throw InputError("audit.skipped", make_location(file.string()), "the file is larger than 4 MB",
+                     "nothing, if it is not needed; otherwise make it smaller");
+  return load_srdf(file, resolver, diagnostics);
+}
+
+// The robots of one manufacturer share names: the file of a cell with two arms has that of one arm. At least
+// half of the links and joints in the groups and states are the robot's.
+bool belongs_to(const RobotDescription& robot, const SrdfDescription& srdf) {
+  if (srdf.robot != robot.name) return false;
+  int present = 0, missing = 0;
+  const auto count = [&](bool found) { ++(found ? present : missing); };
+  const auto count_link = [&](const std::string& name) { count(robot.find_link(name) != nullptr); };
+  const auto count_joint = [&](const std::string& name) { count(robot.find_joint(name) != nullptr); };
+  for (const SrdfGroup& group : srdf.groups) {
+    for (const SrdfReference& link : group.links) count_link(link.name);
+    for (const SrdfReference& joint : group.joints) count_joint(joint.name);
+    for (const SrdfChain& chain : group.chains) {
+      count_link(chain.base_link);
+      count_link(chain.tip_link);
+    }
+  }
+  for (const SrdfGroupState& state : srdf.states) {
+    for (const SrdfJointValue& value : state.values) count_joint(value.joint);
+  }
+  return present >= missing;
+}
+
+}  // namespace
+
+std::vector<FoundSrdf> find_srdf(const RobotDescription& robot, const Target& target,
+                                 PackageResolver& resolver, Diagnostics& skipped) {
+  std::vector<FoundSrdf> out;
+  for (const fs::path& folder : folders_of(target)) {
+    for (const fs::path& file : srdf_files(folder)) {
+      try {
+        FoundSrdf found{file, {}, {}};
+        found.srdf = load_bounded(file, resolver, found.diagnostics);
+        if (belongs_to(robot, found.srdf)) out.push_back(std::move(found));
+      } catch (const InputError& error) {
+        for (const Diagnostic& d : error.diagnostics()) skipped.note(d.rule, d.where, d.message, d.fix);
+      }
+    }
+  }
+  return out;
+}
+
+}  // namespace doppel
