@@ -15,12 +15,23 @@ constexpr std::uintmax_t kMaxSrdfBytes = std::uintmax_t{4} << 20;  // 40,000 pai
 // Where MoveIt's setup assistant and the packages of manufacturers have it, below a package.
 constexpr const char* kSrdfFolders[] = {"", "srdf", "config", "config/srdf", "config/moveit"};
 
+// The folders inside this one with "moveit" in their names.
+std::vector<fs::path> moveit_folders(const fs::path& folder) {
+  std::vector<fs::path> out = list_side_folder(folder).entries;
+  std::erase_if(out, [](const fs::path& entry) {
+    return entry.filename().string().find("moveit") == std::string::npos;
+  });
+  return out;
+}
+
 std::vector<fs::path> folders_of(const Target& target) {
   std::vector<fs::path> packages, out{fs::absolute(target.description).lexically_normal().parent_path()};
   if (!target.package_folder.empty()) {
     packages.push_back(fs::absolute(target.package_folder / "").lexically_normal().parent_path());
-    for (const fs::path& entry : list_side_folder(packages.front().parent_path()).entries) {
-      if (entry.filename().string().find("moveit") != std::string::npos) packages.push_back(entry);
+    // Repositories of many robots have a folder of packages: moveit_cfgs/fanuc_m10ia_moveit_config.
+    for (const fs::path& entry : moveit_folders(packages.front().parent_path())) {
+      packages.push_back(entry);
+      for (const fs::path& inner : moveit_folders(entry)) packages.push_back(inner);
     }
   }
   for (const fs::path& package : packages) {

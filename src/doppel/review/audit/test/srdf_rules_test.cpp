@@ -136,11 +136,12 @@ TEST_F(SrdfRulesTest, PackageForMoveItBesideIsRead) {
   options.package_folder = folder_ / "r_description";
   write("r_description/urdf/r.urdf", robot(kFar));
   srdf("<passive_joint name=\"wheel\"/>", "r", "r_moveit_config/config/r.srdf");
+  srdf("<passive_joint name=\"wheel\"/>", "r", "moveit_cfgs/arm_moveit_config/config/r.srdf");
   srdf("<passive_joint name=\"wheel\"/>", "r", "unrelated/config/r.srdf");
   write("r_moveit_config/srdf/x.srdf.xacro",
         "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\"><xacro:property name=\"j\" "
         "value=\"whell\"/><passive_joint name=\"${j}\"/></robot>");
-  EXPECT_THAT(of("srdf.unknown_name"), SizeIs(2));
+  EXPECT_THAT(of("srdf.unknown_name"), SizeIs(3));
 }
 
 TEST_F(SrdfRulesTest, FaultyFileIsNoteAndStopsNothing) {
