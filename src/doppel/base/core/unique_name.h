@@ -8,7 +8,7 @@
 
 namespace doppel {
 
-// `wanted`, or with _2, _3 ... behind it where it is taken; the result is added to `taken`.
-DOPPEL_API std::string unique_name(const std::string& wanted, std::vector<std::string>& taken);
+// `preferred`, or with _2, _3 ... behind it where it is taken; the result is added to `taken`.
+DOPPEL_API std::string unique_name(const std::string& preferred, std::vector<std::string>& taken);
 
 }  // namespace doppel

@@ -99,8 +99,8 @@ struct DOPPEL_API SrdfDescription {
   [[nodiscard]] const SrdfGroup* find_group(std::string_view name) const;  // nullptr: none
 };
 
-// What cannot be read is left out, with a warning "srdf.element" at its place; an element or attribute that
-// an SRDF does not have is a warning "srdf.unknown". Throws InputError "srdf.no_robot" for another root.
+// A faulty element is omitted, with a warning "srdf.element" at its place; an element or attribute that an
+// SRDF does not have is a warning "srdf.unknown". Throws InputError "srdf.no_robot" for another root.
 DOPPEL_API SrdfDescription read_srdf(const XmlNode& root, Diagnostics& diagnostics);
 
 // The same of a file, after xacro. Throws also the InputErrors of expand_description.

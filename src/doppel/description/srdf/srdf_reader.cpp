@@ -61,7 +61,7 @@ class SrdfReader {
   }
 
  private:
-  // A faulty element is left out, and the others are read.
+  // A faulty element is omitted, and the others are read.
   [[nodiscard]] UrdfReader reader() {
     return {diagnostics_, "srdf.element", "planners leave the element out"};
   }

@@ -224,7 +224,7 @@ constexpr std::array kRosRules{
     RuleInfo{"srdf.group_loop", kError, "a group that contains itself",
              "MoveIt leaves the groups of the loop out", "remove one of the groups in it", kPlanning},
     RuleInfo{"srdf.hidden_collision", kWarning,
-             "a pair of links that touches is left out of collision checking as one that never does",
+             "a pair of links that touches is excluded from collision checking as one that never does",
              "a planned path passes, and the arm hits itself", "remove the pair, or find the pairs again",
              kPlanning},
     RuleInfo{"srdf.state", kWarning, "a state with a value that its group cannot have",

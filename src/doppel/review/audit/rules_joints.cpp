@@ -80,7 +80,8 @@ void check_complete(const AuditInput& in, const Joint& joint, const char* name, 
           fmt::format("write {}=\"{}\"", name, meant->value));
 }
 
-void check_presence(const AuditInput& in, const Joint& joint, Findings& out) {
+// `needs_both`: the file is of a version in which a <limit> has effort and velocity.
+void check_presence(const AuditInput& in, const Joint& joint, bool needs_both, Findings& out) {
   if (limited(joint) && !joint.limits) {
     if (misspelt(in, joint, "limit")) return;
     out.add("joint.no_limits", subject(joint), joint.source,
@@ -89,9 +90,7 @@ void check_presence(const AuditInput& in, const Joint& joint, Findings& out) {
     return;
   }
   if (!joint.limits) return;
-  // urdfdom 6 reads a missing effort or velocity of such a file as unlimited.
-  Diagnostics unused;
-  if (read_urdf_version(in.expanded.root, unused) >= kUrdf12) return;
+  if (!needs_both) return;
   if (!joint.limits->effort) check_complete(in, joint, "effort", out);
   if (!joint.limits->velocity) check_complete(in, joint, "velocity", out);
 }
@@ -347,10 +346,13 @@ void offer_repairs(const AuditInput& in, Findings& out) {
 void check_joints(const AuditInput& in, Findings& out) {
   offer_repairs(in, out);
   const bool degrees = written_in_degrees(in.robot);
+  // urdfdom 6 reads a missing effort or velocity of a file of version 1.2 as unlimited.
+  Diagnostics unused;
+  const bool needs_both = read_urdf_version(in.expanded.root, unused) < kUrdf12;
   for (const Joint& joint : in.robot.joints) {
     check_origin(joint, out);
     check_axis(joint, out);
-    check_presence(in, joint, out);
+    check_presence(in, joint, needs_both, out);
     check_dynamics(joint, out);
     if (!joint.limits || joint.type == JointType::fixed) continue;
     check_rates(joint, out);

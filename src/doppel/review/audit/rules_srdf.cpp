@@ -17,6 +17,7 @@ namespace {
 constexpr std::size_t kMaxTriangles = 30000;  // of the links of one SRDF whose hulls touch
 constexpr int kPairChecks = 4000;             // in one SRDF: an audit takes milliseconds
 constexpr std::size_t kMaxShownPairs = 10;
+constexpr std::size_t kMaxUnknown = 50;   // names reported for one SRDF
 constexpr double kLimitTolerance = 1e-4;  // rad or m, as MoveIt's start state check
 
 class SrdfCheck {
@@ -40,9 +41,10 @@ class SrdfCheck {
   }
 
  private:
+  // Each name once: a link that a variant of the robot does not have is in dozens of pairs.
   void name(const char* kind, const std::string& name, const Names& names, const std::string& subject,
             const SourceLocation& where) {
-    if (contains(names, name)) return;
+    if (contains(names, name) || unknown_.size() == kMaxUnknown || !unknown_.insert(name).second) return;
     out_.add("srdf.unknown_name", subject, where,
              fmt::format("'{}' is not a {} of this robot{}", name, kind, did_you_mean(name, names)),
              "correct the name, or remove the element");
@@ -246,6 +248,7 @@ class SrdfCheck {
   const SrdfDescription& srdf_;
   Findings& out_;
   Names links_, joints_, groups_;
+  std::set<std::string> unknown_;  // reported names
 };
 
 }  // namespace

@@ -183,10 +183,13 @@ std::vector<TouchingPair> find_touching(const RobotDescription& robot, const Mod
   std::vector<std::optional<Eigen::VectorXd>> found(pairs.size());
   Eigen::VectorXd q = model.neutral();
   std::uint64_t state = options.seed;
-  for (int sample = 0; sample <= options.samples; ++sample) {
+  std::size_t open = pairs.size();
+  for (int sample = 0; sample <= options.samples && open > 0; ++sample) {
     context.set_configuration(0, q);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      if (!found[i] && context.closer({0, pairs[i].first}, {0, pairs[i].second}, -kTouching)) found[i] = q;
+      if (found[i] || !context.closer({0, pairs[i].first}, {0, pairs[i].second}, -kTouching)) continue;
+      found[i] = q;
+      --open;
     }
     q = random_configuration(model, state);
   }

@@ -1,5 +1,7 @@
 #include "doppel/scenario/resolve/srdf_search.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdint>
 
@@ -10,9 +12,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr std::size_t kMaxGroups = 200;  // a humanoid with hands has 30; what checks nested ones is cubic
 constexpr std::uintmax_t kMaxSrdfBytes = std::uintmax_t{4} << 20;  // 40,000 pairs of links
 
-// Where MoveIt's setup assistant and the packages of manufacturers have it, below a package.
+// The folders of a package in which MoveIt's setup assistant and manufacturers place SRDF files.
 constexpr const char* kSrdfFolders[] = {"", "srdf", "config", "config/srdf", "config/moveit"};
 
 // The folders inside this one with "moveit" in their names.
@@ -58,7 +61,13 @@ SrdfDescription load_bounded(const fs::path& file, PackageResolver& resolver, Di
   if (const std::uintmax_t size = fs::file_size(file, failed); !failed && size > kMaxSrdfBytes)
     throw InputError("audit.skipped", make_location(file.string()), "the file is larger than 4 MB",
                      "nothing, if it is not needed; otherwise make it smaller");
-  return load_srdf(file, resolver, diagnostics);
+  SrdfDescription srdf = load_srdf(file, resolver, diagnostics);
+  if (srdf.groups.size() > kMaxGroups)
+    throw InputError(
+        "audit.skipped", srdf.source,
+        fmt::format("the file has {} groups; at most {} are checked", srdf.groups.size(), kMaxGroups),
+        "nothing, if it is not needed; otherwise remove groups");
+  return srdf;
 }
 
 // The robots of one manufacturer share names: the file of a cell with two arms has that of one arm. At least

@@ -18,8 +18,8 @@ struct FoundSrdf {
   Diagnostics diagnostics;  // of its reading
 };
 
-// In the order of the search, each file once. Nobody has named these files, so that one that cannot be read
-// is a note in `skipped`; xacro is expanded with the defaults of its arguments.
+// In the order of the search, each file once. The user has not named these files, so that one that cannot be
+// read is a note in `skipped`; xacro is expanded with the defaults of its arguments.
 DOPPEL_API std::vector<FoundSrdf> find_srdf(const RobotDescription& robot, const Target& target,
                                             PackageResolver& resolver, Diagnostics& skipped);
 

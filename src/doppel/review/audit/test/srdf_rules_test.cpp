@@ -73,6 +73,25 @@ TEST_F(SrdfRulesTest, UnknownNamesAreReportedWithNearest) {
   EXPECT_EQ(found("srdf.unknown_name", "<passive_joint name=\"wheel\"/>")[0].where.line, 3);
 }
 
+TEST_F(SrdfRulesTest, UnknownNameInManyPairsIsReportedOnce) {
+  std::string pairs;
+  for (const char* other : {"base", "upper", "lower", "finger"})
+    pairs += std::string("<disable_collisions link1=\"cable\" link2=\"") + other + "\"/>\n";
+  EXPECT_THAT(found("srdf.unknown_name", pairs), SizeIs(1));
+}
+
+TEST_F(SrdfRulesTest, LongChainOfGroupsIsSkippedWithNote) {
+  std::string groups;
+  for (int i = 0; i < 20000; ++i)
+    groups +=
+        "<group name=\"g" + std::to_string(i) + "\"><group name=\"g" + std::to_string(i + 1) + "\"/></group>";
+  srdf(groups);
+  EXPECT_THAT(rules(), IsEmpty());
+  const auto notes = of("audit.skipped");
+  ASSERT_THAT(notes, SizeIs(1));
+  EXPECT_THAT(notes[0].message, HasSubstr("20000 groups"));
+}
+
 TEST_F(SrdfRulesTest, ChainAgainstTreeIsReported) {
   const auto reversed =
       found("srdf.chain", "<group name=\"g\"><chain base_link=\"lower\" tip_link=\"base\"/></group>");
