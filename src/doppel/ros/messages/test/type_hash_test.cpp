@@ -169,7 +169,7 @@ TEST(TypeSources, SourcesMatchPackage) {
 }
 
 // What others have published: `ros2 topic info --verbose` and bag files of Jazzy in their documentation and
-// logs, and hashes in their tests.
+// logs, hashes in their tests, and code that rosidl generated in their builds (moveit_msgs).
 TEST(TypeHash, HashMatchesRos2) {
   const auto ours = all_hashes();
   const std::pair<const char*, const char*> cases[] = {
@@ -183,6 +183,10 @@ TEST(TypeHash, HashMatchesRos2) {
       {"std_srvs/srv/SetBool", "abe9e4bb6b41b40e6789712c00ec8871923e089af3f667a79992a428cff2da0a"},
       {"std_srvs/srv/SetBool_Response", "d0814e7f7b4880ab77e9c57426c7aa1562ab69f11eef8e2e968812f9cbd0b059"},
       {"std_srvs/srv/Trigger", "eeff2cd6fa5ad9d27cdf4dec64818317839b62f212a91e6b5304b634b2062c5f"},
+      {"moveit_msgs/srv/GetPositionIK", "054ed6f6f71a09b01b5246c5d80beb4dacc6f444f58df039849c76292933e9e3"},
+      {"moveit_msgs/srv/GetPositionFK", "2f16ec361a135d84b85a29385abeb9eeb025e39c09038bd6b2826645edc7edad"},
+      {"moveit_msgs/srv/GetStateValidity",
+       "e9fcd24ae0fd8c2f16d4afe397efaf03427d1f899fe91ecf6cb7f7f1c6ca8720"},
   };
   for (const auto& [name, hash] : cases) EXPECT_EQ(ours.at(name), std::string("RIHS01_") + hash) << name;
 }
