@@ -1,0 +1,71 @@
+#pragma once
+// Private to this module: what an IkSolver is made of.
+
+#include <optional>
+#include <vector>
+
+#include "doppel/robot/ik/detail/analytic_arm.h"
+#include "doppel/robot/ik/detail/starts.h"
+#include "doppel/robot/ik/ik_solver.h"
+#include "doppel/robot/lanes/lane_program.h"
+
+namespace doppel {
+
+inline constexpr double kExactArm = 1e-9;  // m or rad that axes may miss
+
+// A way by sub-problems: the arm, or an arm with one joint held.
+struct AnalyticWay {
+  ArmAxes axes;
+  std::optional<AnalyticArm> arm;  // of the axes as they are
+  int held = -1;                   // of seven joints; its arm is found for each position
+  double misfit = 0;
+};
+
+struct IkSolver::Impl {
+  Impl(std::shared_ptr<const Model> the_model, Chain the_chain)
+      : model(std::move(the_model)),
+        chain(std::move(the_chain)),
+        program(chain),
+        kernels(lane_kernels()),
+        space(find_task_space(chain)),
+        starts(halton_starts(chain, kIkAttempts)) {
+    find_way();
+  }
+
+  void find_way();
+  [[nodiscard]] bool place(Eigen::VectorXd& u, const Eigen::VectorXd& seed, double slack) const;
+  [[nodiscard]] Eigen::VectorXd seed_of(const IkRequest& request) const;
+  [[nodiscard]] LaneSearch search_of(const IkRequest& request, const double* target, bool wide = false) const;
+  [[nodiscard]] IkSolution measured(const IkRequest& request, const Eigen::VectorXd& u) const;
+  [[nodiscard]] bool proven(const IkRequest& request, const IkSolution& solution) const;
+  void keep(const IkRequest& request, const Eigen::VectorXd& seed, const double* u, bool limited,
+            std::vector<IkSolution>& out) const;
+  void branches(const IkRequest& request, const Eigen::VectorXd& seed, bool limited, bool sweep,
+                std::vector<IkSolution>& out) const;
+  // Seven joints, one of them held at the seed, and with `sweep` also spread over its range.
+  void held_branches(const IkRequest& request, const Eigen::VectorXd& seed, bool sweep,
+                     std::vector<Branch>& out) const;
+  // The accepted configuration that comes nearest to the pose; `refused`: those that request.accepts refuses.
+  [[nodiscard]] std::optional<IkSolution> nearest_found(const IkRequest& request, const Eigen::VectorXd& seed,
+                                                        bool in_reach,
+                                                        std::vector<Eigen::VectorXd>& refused) const;
+  void attempts(const IkRequest& request, const Eigen::VectorXd& seed, int first, int count, bool limited,
+                std::vector<IkSolution>& out, bool wide = false) const;
+  [[nodiscard]] std::optional<IkSolution> search(const IkRequest& request, const Eigen::VectorXd& seed) const;
+  [[nodiscard]] std::optional<IkSolution> nearest_accepted(const IkRequest& request,
+                                                           const Eigen::VectorXd& seed,
+                                                           const std::vector<Eigen::VectorXd>& refused) const;
+
+  std::shared_ptr<const Model> model;
+  Chain chain;
+  LaneProgram program;
+  const LaneKernels& kernels;
+  TaskSpace space;
+  std::vector<double> starts;  // [kIkAttempts][variables]
+  std::optional<AnalyticWay> way;
+};
+
+// True if the request has wider tolerances than a pose that is met.
+bool is_wide(const IkRequest& request);
+
+}  // namespace doppel
