@@ -136,6 +136,9 @@ class DOPPEL_API CollisionContext {
   // are closer than any clearance, and others are so only by a positive clearance.
   [[nodiscard]] bool closer(BodyId a, BodyId b, double clearance);
   [[nodiscard]] bool in_collision(double clearance = kTouching);
+  // The same of two bodies by the surfaces alone where a mesh has them: its hull does not count. Other shapes
+  // touch within kTouching.
+  [[nodiscard]] bool surfaces_touch(BodyId a, BodyId b);
 
   // Each tested pair that is closer than `clearance`, by its deepest shapes; valid until the next call.
   [[nodiscard]] std::span<const PairDistance> contacts(double clearance = -kTouching);
