@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <set>
 
 #include "doppel/base/core/text.h"
@@ -65,7 +66,27 @@ class Finder {
     if (same) return;
     group.name = controller.name;
     group.gripper = has_word(controller.name, kGripperWords) || looks_like_gripper(group.joints);
+    PlanningGroup fingers = group.gripper ? PlanningGroup{} : split_gripper(group);
     groups_.push_back(std::move(group));
+    if (!fingers.joints.empty()) groups_.push_back(std::move(fingers));
+  }
+
+  // True if a joint beside this one mimics it, as one finger does the other.
+  [[nodiscard]] bool leads_sibling(int leader) const {
+    return std::any_of(model_.joints.begin(), model_.joints.end(), [this, leader](const ModelJoint& j) {
+      return j.mimic_leader == leader && j.parent_link == model_.joints[leader].parent_link;
+    });
+  }
+
+  // One controller for an arm and its gripper: the last joints that lead a mimic joint are the gripper.
+  [[nodiscard]] PlanningGroup split_gripper(PlanningGroup& arm) const {
+    PlanningGroup out;
+    out.gripper = true;
+    while (arm.joints.size() > 2 && leads_sibling(arm.joints.back())) {
+      out.joints.insert(out.joints.begin(), arm.joints.back());
+      arm.joints.pop_back();
+    }
+    return out;
   }
 
   // All names are those of grippers, or there are at most two joints and one of them leads a mimic joint.
@@ -177,17 +198,25 @@ class Finder {
     return best;
   }
 
-  // "arm" and "gripper" where there is one of them; else with the common prefix of the joints, or a number.
+  // Joints side by side that turn without limits.
+  [[nodiscard]] bool are_wheels(const PlanningGroup& group) const {
+    return !group.gripper && group.tip_link < 0 &&
+           std::all_of(group.joints.begin(), group.joints.end(),
+                       [this](int joint) { return model_.joints[joint].type == JointType::continuous; });
+  }
+
+  // "arm", "gripper" and "wheels" where there is one of them; else with the common prefix of the joints, or a
+  // number.
   void name_groups() {
-    const auto count = [this](bool gripper) {
-      return std::count_if(groups_.begin(), groups_.end(),
-                           [gripper](const PlanningGroup& group) { return group.gripper == gripper; });
+    const auto kind_of = [this](const PlanningGroup& group) -> std::string {
+      return group.gripper ? "gripper" : are_wheels(group) ? "wheels" : "arm";
     };
-    const auto arms = count(false), hands = count(true);
+    std::map<std::string, int> counts;
+    for (const PlanningGroup& group : groups_) ++counts[kind_of(group)];
     std::vector<std::string> taken;
     for (PlanningGroup& group : groups_) {
-      const std::string kind = group.gripper ? "gripper" : "arm";
-      const std::string prefix = (group.gripper ? hands : arms) > 1 ? side_of(group) : "";
+      const std::string kind = kind_of(group);
+      const std::string prefix = counts[kind] > 1 ? side_of(group) : "";
       group.name = unique_name(prefix.empty() ? kind : prefix + "_" + kind, taken);
     }
   }
