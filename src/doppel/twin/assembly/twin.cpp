@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "doppel/ros/messages/distro.h"
+#include "doppel/twin/arms/arms.h"
 #include "doppel/twin/attachments/attachments.h"
 #include "doppel/twin/loop/twin_core.h"
 #include "doppel/twin/publishers/publishers.h"
@@ -28,6 +29,7 @@ struct Twin::Impl {
     add_services(core);
     add_publishers(core);
     add_attachments(core);
+    add_arms(core);
     sensors = add<SensorTicks>();
     reload = add<TwinReload>();
     core.start();

@@ -15,6 +15,7 @@
 #include "doppel/scenario/compile/robot_setup.h"
 #include "doppel/scenario/compile/simulated_hardware.h"
 #include "doppel/scenario/resolve/open_target.h"
+#include "doppel/twin/arms/arm_services.h"
 #include "doppel/twin/loop/state_publisher.h"
 #include "doppel/twin/viewer/detail/drawable.h"
 
@@ -70,14 +71,29 @@ struct Viewer::Impl {
       : shared_scenario(std::make_shared<const Scenario>(std::move(the_scenario))), log(the_log) {
     states = node.advertise<sensor_msgs::msg::JointState>("joint_states");
     make_standard(node);
+    arms = std::make_unique<ArmServices>(bus, log, "", [this] { return snapshot(); });
     node.subscribe<sensor_msgs::msg::JointState>(
         kCommand, [this](const sensor_msgs::msg::JointState& command) { take(command); });
     show(std::make_unique<ViewerPicture>(scenario, diagnostics));
   }
 
+  // The robot stands alone at its commanded positions.
+  [[nodiscard]] std::optional<ArmSnapshot> snapshot() const {
+    ArmSnapshot out;
+    out.robot = robot;
+    out.q = q;
+    return out;
+  }
+
   void show(std::unique_ptr<ViewerPicture> fresh) {
     publisher.reset();
     picture = std::move(fresh);
+    auto described = std::make_shared<ArmRobot>();
+    described->owner = picture;
+    described->description = &picture->description.robot;
+    described->target = &picture->target;
+    described->model = picture->model;
+    robot = std::move(described);
     const Model& model = *picture->model;
     q = picture->start;
     publisher = std::make_unique<StatePublisher>(bus, picture->description.robot, picture->model,
@@ -92,7 +108,7 @@ struct Viewer::Impl {
   }
 
   void replace(std::unique_ptr<ViewerPicture> fresh) {
-    const std::unique_ptr<ViewerPicture> old = std::move(picture);
+    const std::shared_ptr<const ViewerPicture> old = std::move(picture);
     const Eigen::VectorXd stood = q;
     show(std::move(fresh));
     for (const ModelJoint& joint : picture->model->joints) {
@@ -189,7 +205,8 @@ struct Viewer::Impl {
   Bus bus{{.names = scenario.ros.names, .sim_time = false}};
   Node node{bus, "/joint_state_publisher"};
   Publisher<sensor_msgs::msg::JointState> states;
-  std::unique_ptr<ViewerPicture> picture;
+  std::shared_ptr<const ViewerPicture> picture;  // shared with the threads of `arms`
+  std::shared_ptr<const ArmRobot> robot;
   std::unique_ptr<StatePublisher> publisher;
   std::unordered_map<std::string, int> joints;  // index by name
   std::set<std::string> warned;                 // warnings that were already logged
@@ -197,6 +214,7 @@ struct Viewer::Impl {
   sensor_msgs::msg::JointState shown;
   bool changed = true, latched_due = true;
   Time published{};
+  std::unique_ptr<ArmServices> arms;
 };
 
 Viewer::Viewer(const Scenario& scenario, const Log& log, Diagnostics& diagnostics)
