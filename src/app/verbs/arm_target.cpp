@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "app/verbs/found_controllers.h"
+#include "app/verbs/position_text.h"
 #include "doppel/base/core/names.h"
 #include "doppel/robot/kinematics/kinematics.h"
 
@@ -82,14 +83,15 @@ void apply_seed(const std::vector<std::string>& words, const Model& model, Eigen
                                    did_you_mean(name, model.scalar_joint_names())),
                        "for example --seed shoulder=30deg elbow=0.5");
     }
-    q[model.joints[static_cast<std::size_t>(joint)].q] = parse_angle(word.substr(equals + 1));
+    q[model.joints[static_cast<std::size_t>(joint)].q] =
+        parse_position(std::string_view(word).substr(equals + 1), word);
   }
   model.apply_mimics(q);
 }
 
 std::vector<double> parse_numbers(const std::vector<std::string>& words) {
   std::vector<double> out;
-  for (const std::string& word : words) out.push_back(parse_angle(word));
+  for (const std::string& word : words) out.push_back(parse_position(word, word));
   return out;
 }
 
@@ -98,22 +100,6 @@ Eigen::Matrix3d rotation_to(const Eigen::Vector3d& tool_axis, const Eigen::Vecto
 }
 
 }  // namespace
-
-double parse_angle(const std::string& text) {
-  std::size_t end = 0;
-  double value = 0;
-  try {
-    value = std::stod(text, &end);
-  } catch (const std::exception&) {
-    end = std::string::npos;
-  }
-  const std::string unit = end == std::string::npos ? "?" : text.substr(end);
-  if ((unit != "" && unit != "deg" && unit != "rad" && unit != "m") || !std::isfinite(value)) {
-    throw InputError("cli.number", {}, fmt::format("'{}' is not a number", text),
-                     "write 1.2 (rad or m) or 90deg");
-  }
-  return unit == "deg" ? value * kDegree : value;
-}
 
 std::string shown_position(const ModelJoint& joint, double position) {
   const bool slides = joint.type == JointType::prismatic;

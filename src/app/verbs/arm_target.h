@@ -55,9 +55,6 @@ struct AskedPose {
 };
 AskedPose asked_pose(const PoseOptions& options, const ArmTarget& arm);
 
-// "90deg", "1.57", "1.57rad". Throws InputError.
-double parse_angle(const std::string& text);
-
 // "  12.3 deg" or " 0.120 m", by the kind of the joint.
 std::string shown_position(const ModelJoint& joint, double position);
 

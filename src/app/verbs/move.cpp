@@ -2,9 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include "app/number_checks.h"
@@ -13,6 +11,7 @@
 #include "app/verbs/controllers.h"
 #include "app/verbs/joint_movers.h"
 #include "app/verbs/log_lines.h"
+#include "app/verbs/position_text.h"
 #include "app/verbs/robot_watch.h"
 #include "app/verbs/verbs.h"
 #include "doppel/ros/bus/name_rules.h"
@@ -42,17 +41,7 @@ std::pair<std::string, double> parse_target(const std::string& text) {
     throw_usage_error(fmt::format("'{}' is not a target position", text),
                       "write \"Joint=1.2\" (rad or m) or \"Joint=90deg\"");
   }
-  std::string_view number = std::string_view(text).substr(equals + 1);
-  if (number.starts_with('+')) number.remove_prefix(1);
-  double value = 0;
-  const auto [end, problem] = std::from_chars(number.data(), number.data() + number.size(), value);
-  const std::string_view unit = number.substr(static_cast<std::size_t>(end - number.data()));
-  const bool known_unit = unit.empty() || unit == "rad" || unit == "m" || unit == "deg";
-  if (problem != std::errc() || !known_unit || !std::isfinite(value)) {
-    throw_usage_error(fmt::format("'{}' is not a position in '{}'", number, text),
-                      "write 1.2 (rad or m) or 90deg");
-  }
-  return {text.substr(0, equals), unit == "deg" ? value * std::numbers::pi / 180 : value};
+  return {text.substr(0, equals), parse_position(std::string_view(text).substr(equals + 1), text)};
 }
 
 Positions parse_targets(const MoveOptions& options) {

@@ -14,6 +14,7 @@
 #include "app/output.h"
 #include "app/print_stderr.h"
 #include "app/verbs/arm_target.h"
+#include "app/verbs/position_text.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/text.h"
@@ -65,7 +66,7 @@ ReachSlice parse_slice(const std::string& text) {
     throw InputError("cli.slice", {}, fmt::format("'{}' is not a slice", text),
                      "write the plane as x=0.1, y=0 or z=0.2, in m");
   }
-  return {static_cast<int>(axis), parse_angle(text.substr(2))};
+  return {static_cast<int>(axis), parse_position(std::string_view(text).substr(2), text)};
 }
 
 ReachValue value_named(const std::string& name) {
@@ -88,7 +89,10 @@ ReachMapOptions map_options(const ReachOptions& options, const ArmTarget& arm) {
   if (options.down) out.approach = Eigen::Vector3d(0, 0, -1);
   if (!options.approach.empty()) {
     Eigen::Vector3d direction;
-    for (int i = 0; i < 3; ++i) direction[i] = parse_angle(options.approach[static_cast<std::size_t>(i)]);
+    for (int i = 0; i < 3; ++i) {
+      const std::string& word = options.approach[static_cast<std::size_t>(i)];
+      direction[i] = parse_position(word, word);
+    }
     if (direction.norm() < 1e-9)
       throw InputError("cli.approach", {}, "the direction is zero", "down is 0 0 -1");
     out.approach = direction.normalized();

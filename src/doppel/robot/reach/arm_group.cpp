@@ -1,7 +1,6 @@
 #include "doppel/robot/reach/arm_group.h"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -80,8 +79,7 @@ const ArmGroup& choose_arm(const std::vector<ArmGroup>& arms, const std::string&
   std::vector<std::string> names;
   for (const ArmGroup& arm : arms) names.push_back(arm.name);
   throw InputError("reach.unknown_group", {},
-                   fmt::format("the robot has no group '{}'{}", name, did_you_mean(name, names)),
-                   fmt::format("its groups are: {}", fmt::join(names, ", ")));
+                   fmt::format("the robot has no group '{}'{}", name, did_you_mean(name, names)));
 }
 
 }  // namespace doppel

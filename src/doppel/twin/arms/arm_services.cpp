@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "doppel/ros/bus/standard_node.h"
 #include "doppel/twin/arms/detail/arm_answers.h"
 #include "doppel/twin/arms/detail/arm_worker.h"
 
@@ -14,7 +15,9 @@ struct ArmServices::Impl {
         snapshot(std::move(the_snapshot)),
         node(the_bus, (name_space.empty() ? "" : "/" + name_space) + "/move_group"),
         solving{ArmWorker(log), {}},
-        mapping{ArmWorker(log), {}} {}
+        mapping{ArmWorker(log), {}} {
+    make_standard(node);
+  }
 
   // A thread with what only it uses. A map takes seconds, and must not make poses wait.
   struct Lane {

@@ -153,14 +153,14 @@ void answer_or_refuse(Response& response, Answer answer) {
 
 void answer_position_ik(const ArmContext& context, const msrv::GetPositionIK::Request& request,
                         msrv::GetPositionIK::Response& response) {
-  const PositionIKRequest\& ik_request = request.ik_request;
+  const PositionIKRequest& ik_request = request.ik_request;
   std::string notes;
   answer_or_refuse(response, [&] {
     context.arms.show(context.snapshot);
     Eigen::VectorXd q = with_state(context.snapshot, ik_request.robot_state);
     const std::vector<WantedTip> tips = tips_of(ik_request);
     for (const WantedTip& tip : tips)
-      solve_tip(context, asked,
+      solve_tip(context, ik_request,
                 tips.size() > 1 ? group_of(context, tip.link, ik_request.group_name) : ik_request.group_name,
                 tip, q, notes);
     response.solution = state_message(context.snapshot, q);
