@@ -43,7 +43,7 @@ Eigen::VectorXd with_state(const ArmSnapshot& snapshot, const moveit_msgs::msg::
     refuse(
         fmt::format("the state has {} names and {} positions", joints.name.size(), joints.position.size()));
   if (!state.attached_collision_objects.empty())
-    refuse("objects are attached in the twin, not in the request's state: see attach in docs/reach.md");
+    refuse("objects are attached in the twin, not in the request's state: see doppel man reach.md");
   Eigen::VectorXd q = snapshot.q;
   for (std::size_t i = 0; i < joints.name.size(); ++i) {
     const int joint = model.find_joint(joints.name[i]);
