@@ -3,7 +3,6 @@ import { test } from 'node:test';
 import { parseXml, XmlError } from '../src/robot/xml';
 import { parseUrdf } from '../src/robot/urdf';
 import { STRIDE, Tree } from '../src/robot/tree';
-import { Ik } from '../src/robot/ik';
 
 const link = (name: string): string => `<link name="${name}"/>`;
 const joint = (name: string, type: string, parent: string, child: string, more: string): string =>
@@ -54,55 +53,6 @@ test('poses: parents first, the tool above the base at zero, mimics follow', () 
   q[tree.jointByName.get('j2')!.index] = Math.PI / 2;
   tree.forward(q, poses);
   assert.ok(Math.abs(poses[tool]! - 0.9) < 1e-12 && Math.abs(poses[tool + 2]! - 0.2) < 1e-12);
-});
-
-test('the Jacobian is the derivative of the pose', () => {
-  const tree = new Tree(parseUrdf(ARM));
-  const q = Float64Array.from(tree.moving, (_, i) => 0.1 + 0.2 * i);
-  tree.follow(q);
-  const link = tree.linkIndex.get('right')!;
-  const poses = tree.newPoses();
-  tree.forward(q, poses);
-  const columns = tree.moving.filter((j) => !j.mimic).map((j) => j.index);
-  const jacobian = new Float64Array(6 * columns.length);
-  tree.jacobian(poses, link, poses.slice(link * STRIDE, link * STRIDE + 3), columns, jacobian);
-  columns.forEach((index, c) => {
-    const moved = Float64Array.from(q);
-    moved[index]! += 1e-6;
-    tree.follow(moved);
-    const after = tree.newPoses();
-    tree.forward(moved, after);
-    for (let r = 0; r < 3; r += 1) {
-      const slope = (after[link * STRIDE + r]! - poses[link * STRIDE + r]!) / 1e-6;
-      assert.ok(Math.abs(slope - jacobian[r * columns.length + c]!) < 1e-5, `${tree.moving[index]!.name} row ${r}`);
-    }
-  });
-});
-
-test('inverse kinematics reaches what can be reached, within limits, and says what cannot', () => {
-  const tree = new Tree(parseUrdf(ARM));
-  const ik = new Ik(tree);
-  const tool = tree.linkIndex.get('tool')!;
-  let seed = 7;
-  const random = (): number => (seed = (seed * 16807) % 2147483647) / 2147483647;
-  let worst = 0;
-  for (let round = 0; round < 200; round += 1) {
-    const goal = Float64Array.from(tree.moving, (j) => j.lower + (j.upper - j.lower) * (0.2 + 0.6 * random()));
-    const poses = tree.newPoses();
-    tree.forward(goal, poses);
-    const q = Float64Array.from(goal, (v, i) => Math.min(tree.moving[i]!.upper, Math.max(tree.moving[i]!.lower, v + 0.3 * (random() - 0.5))));
-    const position = poses.slice(tool * STRIDE, tool * STRIDE + 3);
-    const solved = ik.solve(q, { link: tool, position, orientation: null });
-    worst = Math.max(worst, solved.distance);
-    tree.moving.filter((j) => !j.mimic).forEach((j) => assert.ok(q[j.index]! >= j.lower - 1e-12 && q[j.index]! <= j.upper + 1e-12));
-    const pose = Float64Array.from(goal);
-    const full = ik.solve(pose, { link: tool, position, orientation: poses.slice(tool * STRIDE + 3, tool * STRIDE + 7) });
-    assert.ok(full.reached && full.iterations === 0);
-  }
-  assert.ok(worst < 1e-3, `worst ${worst}`);
-  const q = tree.rest();
-  const far = ik.solve(q, { link: tool, position: [3, 0, 0], orientation: null });
-  assert.ok(!far.reached && far.distance > 1);
 });
 
 test('the joints of a limb follow each other, in the order of the description', () => {

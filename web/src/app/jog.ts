@@ -1,6 +1,7 @@
 // Jogging with keys and with a gamepad: motion while held, stop on release. The gamepad moves only while its dead-man
 // button (a shoulder button) is held.
 import type { App } from './app';
+import { toast } from './dom';
 import { settings } from './settings';
 import { Signal } from './signal';
 import type { ToolDriver } from './tool';
@@ -100,6 +101,7 @@ export class Jog {
       this.moving = false;
       return;
     }
+    if (!this.moving && this.driver.hasMover() && !this.driver.canMove()) toast(this.driver.refusal(), 'warning');
     this.moving = true;
     if (!this.driver.canMove() || this.driver.dragging) return;
     const linear = this.app.world.size * 0.35 * settings.speedShare * dt, angular = 1.2 * settings.speedShare * dt;

@@ -56,8 +56,9 @@ export class PointBuffer {
     if (intensity > this.brightest) this.brightest = intensity;
   }
 
-  // Returns why the message cannot be read; '': it is read. Points that are not finite are left out.
-  readCloud(message: Message): string {
+  // Returns why the message cannot be read; '': it is read. Points that are not finite are left out. `scalar`: the field
+  // that becomes the intensities.
+  readCloud(message: Message, scalar = 'intensity'): string {
     this.clear();
     const [width, height, step, row] = ['width', 'height', 'point_step', 'row_step'].map((name) => Number(message[name])) as [number, number, number, number];
     const data = message['data'];
@@ -73,7 +74,7 @@ export class PointBuffer {
       const offset = Number(raw['offset']);
       if (type && offset + type[0] <= step) fields.set(String(raw['name']), { offset, read: (at) => type[1](view, at, little) });
     }
-    const [fx, fy, fz, fi] = ['x', 'y', 'z', 'intensity'].map((name) => fields.get(name));
+    const [fx, fy, fz, fi] = ['x', 'y', 'z', scalar].map((name) => fields.get(name));
     if (!fx || !fy || !fz) return 'The cloud has no fields x, y and z.';
     const every = Math.ceil(total / MOST_POINTS);
     this.begin(Math.ceil(total / every));

@@ -6,6 +6,7 @@ import { makeHints } from './hints';
 import { Jog } from './jog';
 import { startKeyboard } from './keyboard';
 import { Parameters } from './parameters';
+import { Reach } from './reach';
 import { Recorder } from './recorder';
 import { Sensors } from './sensors';
 import type { Signal } from './signal';
@@ -27,11 +28,13 @@ import { topicsPanel } from '../panels/topics';
 import { treePanel } from '../panels/tree';
 import { BaseTrace } from '../scene/base_trace';
 import { ContactLayer } from '../scene/contacts';
+import { GoalGhost } from '../scene/goal_ghost';
 import { ToolHandle } from '../scene/handle';
 import { ObjectLayer } from '../scene/objects';
 import { Legend } from '../scene/legend';
 import { Picker } from '../scene/picking';
 import { Pusher } from '../scene/push';
+import { ReachPoints } from '../scene/reach_points';
 import { SensorLayers } from '../scene/sensor_layers';
 
 export function startWorkbench(app: App, layout: Layout): void {
@@ -46,6 +49,9 @@ export function startWorkbench(app: App, layout: Layout): void {
   const legend = new Legend();
   app.world.stage.host.append(legend.element);
   const baseTrace = new BaseTrace(app, legend);
+  const ghost = new GoalGhost(app, driver);
+  const reach = new Reach(app, driver.kinematics);
+  const reachPoints = new ReachPoints(app, reach, legend);
   const objects = new ObjectLayer(app, picker);
   const sensors = new Sensors(app.twin);
   const sensorPictures = new SensorLayers(app, sensors, legend);
@@ -55,7 +61,7 @@ export function startWorkbench(app: App, layout: Layout): void {
   const recorder = new Recorder(app.twin, tolerances);
   startKeyboard(app, jog);
 
-  const right: Panel[] = [jointsPanel(app), healthPanel(app), controlPanel(app), toolPanel(app, driver, handle, jog, pusher), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
+  const right: Panel[] = [jointsPanel(app), healthPanel(app), controlPanel(app), toolPanel(app, { driver, handle, ghost, reach, jog, pusher }), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
   const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   layout.mount(right, bottom);
   const hints = makeHints();
@@ -94,5 +100,5 @@ export function startWorkbench(app: App, layout: Layout): void {
     app.select(hit && !(other && other.distance < here) ? { link: hit.link } : null);
     if (other && other.distance < here) app.twin.selectRobot(other.space);
   });
-  Object.assign(app, { driver, handle, jog, drive, baseTrace, sensors, sensorPictures, pusher, objects, parameters, recorder, ready: true });
+  Object.assign(app, { driver, handle, ghost, reach, reachPoints, jog, drive, baseTrace, sensors, sensorPictures, pusher, objects, parameters, recorder, ready: true });
 }

@@ -1,5 +1,5 @@
-// Kinematics of a robot: link poses from joint positions, and the geometric Jacobian of a link. Plain arrays: a pose is
-// a position (3) and a unit quaternion x y z w (4).
+// Kinematics of a robot: link poses from joint positions. Plain arrays: a pose is a position (3) and a unit quaternion
+// x y z w (4).
 
 import type { Joint, Pose, Robot } from './urdf';
 
@@ -168,35 +168,6 @@ export class Tree {
       if (joint.index >= 0) out.push(joint);
     }
     return out.reverse();
-  }
-
-  // Six rows (linear, angular) of a point on the link, a column per entry of `columns` (indices of positions).
-  jacobian(poses: Float64Array, link: number, point: ArrayLike<number>, columns: number[], out: Float64Array): void {
-    const n = columns.length;
-    out.fill(0);
-    const axis = [0, 0, 0];
-    for (const joint of this.chain(link)) {
-      const leads = joint.mimicIndex >= 0 && joint.mimic !== null;
-      const column = columns.indexOf(leads ? joint.mimicIndex : joint.index);
-      if (column < 0) continue;
-      const gain = leads ? joint.mimic!.multiplier : 1;
-      const p = joint.childLink * STRIDE;
-      rotate(poses, p + 3, joint.axis[0] * gain, joint.axis[1] * gain, joint.axis[2] * gain, axis, 0);
-      const [ax, ay, az] = axis as [number, number, number];
-      if (joint.kind === 'prismatic') {
-        out[column]! += ax;
-        out[n + column]! += ay;
-        out[2 * n + column]! += az;
-        continue;
-      }
-      const x = point[0]! - poses[p]!, y = point[1]! - poses[p + 1]!, z = point[2]! - poses[p + 2]!;
-      out[column]! += ay * z - az * y;
-      out[n + column]! += az * x - ax * z;
-      out[2 * n + column]! += ax * y - ay * x;
-      out[3 * n + column]! += ax;
-      out[4 * n + column]! += ay;
-      out[5 * n + column]! += az;
-    }
   }
 
   // The link that users usually call the tool: the one with the most moving joints above it that are neither mimic

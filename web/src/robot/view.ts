@@ -2,7 +2,7 @@
 // first shown.
 
 import * as THREE from 'three';
-import { collisionEdges, collisionMaterial, ghostMaterial, materialOf, texturedOf } from './materials';
+import { collisionEdges, collisionMaterial, materialOf, texturedOf } from './materials';
 import type { MeshStore } from './meshes';
 import { missingBox } from './missing';
 import { STRIDE, type Tree } from './tree';
@@ -43,7 +43,7 @@ export class RobotView {
     readonly tree: Tree,
     private readonly meshes: MeshStore,
     private readonly changed: () => void,
-    private readonly ghost = false,
+    private readonly ghost: THREE.Material | null = null, // of all shapes, instead of their own
   ) {
     for (const name of tree.links) {
       const group = new THREE.Group();
@@ -106,7 +106,7 @@ export class RobotView {
   }
 
   private solid(geometry: THREE.BufferGeometry, shape: Shape): THREE.Mesh {
-    const mesh = new THREE.Mesh(geometry, this.ghost ? ghostMaterial : materialOf(shape.material));
+    const mesh = new THREE.Mesh(geometry, this.ghost ?? materialOf(shape.material));
     mesh.castShadow = mesh.receiveShadow = !this.ghost;
     if (!this.ghost && shape.material?.texture) void this.paint(mesh, shape.material);
     return mesh;
@@ -164,7 +164,7 @@ export class RobotView {
     made.traverse((one) => {
       if (!(one instanceof THREE.Mesh)) return;
       one.castShadow = one.receiveShadow = !this.ghost;
-      if (this.ghost) one.material = ghostMaterial;
+      if (this.ghost) one.material = this.ghost;
       else one.material = dressed(one.material as THREE.Material | THREE.Material[], one.userData['bare'] as boolean[] | undefined, materialOf(shape.material));
     });
     return made;

@@ -1,16 +1,21 @@
-// The handle on the tool: arrows and rings to drag; a line to the tool if the goal is out of reach.
+// The handle on the tool: arrows and rings to drag. It is grey where the tool cannot be moved.
 import * as THREE from 'three';
 import { TransformControls } from 'three/addons/controls/TransformControls.js';
 import type { App } from '../app/app';
+import { toast } from '../app/dom';
 import type { ToolDriver } from '../app/tool';
+
+const GREY = new THREE.Color(0x8b959f);
+const NEAR = 40; // px from the tool, within which a press is meant for the handle
 
 export class ToolHandle {
   readonly controls: TransformControls;
   private readonly proxy = new THREE.Object3D();
   private readonly helper: THREE.Object3D;
-  private readonly gap: THREE.Line;
   on = true;
+  refusal = ''; // why it is grey
   private away = false;
+  private colours: Map<THREE.MeshBasicMaterial, THREE.Color> | null = null; // while it is grey, those that it had
 
   constructor(private readonly app: App, private readonly driver: ToolDriver) {
     const { stage, camera } = app.world;
@@ -18,11 +23,7 @@ export class ToolHandle {
     this.controls.setSize(0.55);
     this.controls.attach(this.proxy);
     this.helper = this.controls.getHelper();
-    this.gap = new THREE.Line(new THREE.BufferGeometry().setFromPoints([new THREE.Vector3(), new THREE.Vector3()]),
-      new THREE.LineDashedMaterial({ color: 0xd55e00, dashSize: 0.01, gapSize: 0.006, depthTest: false }));
-    this.gap.visible = false;
-    this.gap.frustumCulled = false;
-    stage.scene.add(this.proxy, this.helper, this.gap);
+    stage.scene.add(this.proxy, this.helper);
     this.controls.addEventListener('change', stage.invalidate);
     this.controls.addEventListener('dragging-changed', (event) => {
       const dragging = (event as unknown as { value: boolean }).value;
@@ -34,8 +35,9 @@ export class ToolHandle {
       const { position: p, quaternion: q } = this.proxy;
       driver.setGoal([p.x, p.y, p.z, q.x, q.y, q.z, q.w]);
     });
+    stage.renderer.domElement.addEventListener('pointerdown', (event) => this.explain(event));
     stage.frame.on(() => this.place());
-    driver.changed.on(() => this.showGap());
+    app.twin.graphChanged.on(() => stage.invalidate());
     this.showMode('translate');
   }
 
@@ -62,27 +64,45 @@ export class ToolHandle {
   }
 
   private place(): void {
-    const usable = this.on && !this.away && this.driver.canMove();
-    this.helper.visible = usable;
+    const { driver } = this;
+    const shown = this.on && !this.away && driver.hasMover();
+    this.refusal = shown ? driver.refusal() : '';
+    const usable = shown && this.refusal === '';
+    this.helper.visible = shown;
     this.controls.enabled = usable;
+    this.paint(shown && !usable);
     if (!usable) this.controls.axis = null;
     if (this.controls.dragging) return;
-    const pose = this.driver.goal ?? this.driver.commanded();
+    const pose = driver.goal ?? driver.commanded();
     if (!pose) return;
     this.proxy.position.set(pose[0]!, pose[1]!, pose[2]!);
     this.proxy.quaternion.set(pose[3]!, pose[4]!, pose[5]!, pose[6]!);
   }
 
-  private showGap(): void {
-    const { goal, solution } = this.driver;
-    const far = goal !== null && solution !== null && !solution.reached && solution.distance > 0.002;
-    if (far !== this.gap.visible) this.app.world.stage.invalidate();
-    this.gap.visible = far;
-    if (!far) return;
-    const at = this.driver.commanded();
-    if (!at || !goal) return;
-    this.gap.geometry.setFromPoints([new THREE.Vector3(at[0], at[1], at[2]), new THREE.Vector3(goal[0], goal[1], goal[2])]);
-    this.gap.computeLineDistances();
-    this.app.world.stage.invalidate();
+  // The controls set each material's colour to its '_color' with every frame.
+  private paint(grey: boolean): void {
+    if (grey === (this.colours !== null)) return;
+    if (!grey) {
+      for (const [material, colour] of this.colours!) Object.assign(material, { _color: colour });
+      this.colours = null;
+      return;
+    }
+    const colours = new Map<THREE.MeshBasicMaterial, THREE.Color>();
+    this.helper.traverse((one) => {
+      const { material } = one as THREE.Mesh<THREE.BufferGeometry, THREE.MeshBasicMaterial & { _color?: THREE.Color }>;
+      if (!material?.color || colours.has(material)) return;
+      colours.set(material, material._color ?? material.color.clone());
+      material._color = GREY;
+    });
+    this.colours = colours;
+  }
+
+  // A press on the grey handle shows the reason.
+  private explain(event: PointerEvent): void {
+    if (!this.refusal) return;
+    const box = this.app.world.stage.renderer.domElement.getBoundingClientRect();
+    const at = this.proxy.position.clone().project(this.app.world.stage.camera);
+    const x = box.left + ((at.x + 1) / 2) * box.width, y = box.top + ((1 - at.y) / 2) * box.height;
+    if (Math.hypot(event.clientX - x, event.clientY - y) < NEAR) toast(this.refusal, 'warning');
   }
 }

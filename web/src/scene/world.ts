@@ -99,7 +99,7 @@ export class World {
     this.ghostPoses = tree.newPoses();
     this.showPast(null);
     this.view = new RobotView(tree, this.meshes, () => this.loaded());
-    this.ghost = new RobotView(tree, this.meshes, this.stage.invalidate, true);
+    this.ghost = new RobotView(tree, this.meshes, this.stage.invalidate, ghostMaterial);
     this.view.place(this.twin.poses);
     this.stage.scene.add(this.view.root, this.ghost.root);
     this.size = this.guessSize(tree);
