@@ -157,10 +157,7 @@ void add_option_values(const CLI::Option& option, const Typed& typed, Candidates
   const std::vector<std::string> listed = listed_values(option);
   for (const std::string& value : listed) out.add(value, option.get_description());
   if (!listed.empty()) return;
-  if (name == "--to") {
-    for (const char* format : {"urdf", "sdf", "mjcf", "srdf", "joint_limits"})
-      out.add(format, "an output format");
-  } else if (name.find("--engine") != std::string::npos) {
+  if (name.find("--engine") != std::string::npos) {
     for (const KnownEngine& engine : known_engines())
       out.add(engine.name, engine.available ? "a physics engine" : "a physics engine that is not installed");
   } else if (name == "--controller") {

@@ -1,5 +1,6 @@
 // doppel convert: the description for other tools.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -43,7 +44,7 @@ struct ConvertOptions {
 const std::vector<std::string> kFormats = {"urdf", "sdf", "mjcf", "srdf", "joint_limits"};
 const Eigen::Vector3d kGravity(0, 0, -9.81);  // m/s^2
 
-// By the file's name; "": it has no extension.
+// The format that a file's name stands for; "": it has no extension.
 std::string format_of(const fs::path& file) {
   const std::string extension = lowered(file.extension().string());
   if (extension == ".xml") return "mjcf";
@@ -65,7 +66,7 @@ std::string choose_format(const ConvertOptions& options) {
   if (std::find(kFormats.begin(), kFormats.end(), wanted) == kFormats.end()) {
     throw InputError("cli.format", {},
                      fmt::format("'{}' is not an output format{}", wanted, did_you_mean(wanted, kFormats)),
-                     "--to takes urdf, sdf, mjcf, srdf or joint_limits");
+                     fmt::format("--to takes one of {}", fmt::join(kFormats, ", ")));
   }
   if (options.spheres && wanted != "srdf") {
     throw InputError("cli.spheres", {}, fmt::format("--spheres is for SRDF, and the output is {}", wanted),
@@ -98,12 +99,11 @@ void report_spheres(const std::vector<LinkSpheres>& spheres, const Model& model)
     count += cover.spheres.size();
     width = std::max(width, name(cover).size());
   }
-  print_stderr("{} spheres, proven to cover {} link{}:\n", count, spheres.size(),
-               spheres.size() == 1 ? "" : "s");
-  for (const LinkSpheres& cover : spheres) {
-    print_stderr("  {:<{}}  {:>3} sphere{}, which stick out by up to {:.1f} mm\n", name(cover), width,
-                 cover.spheres.size(), cover.spheres.size() == 1 ? " " : "s", 1e3 * cover.excess);
-  }
+  print_stderr("{} spheres, proven to cover {} link{}; how many, and how far they stick out:\n", count,
+               spheres.size(), spheres.size() == 1 ? "" : "s");
+  for (const LinkSpheres& cover : spheres)
+    print_stderr("  {:<{}}  {:>3}  {:>6.1f} mm\n", name(cover), width, cover.spheres.size(),
+                 1e3 * cover.excess);
 }
 
 int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot,
@@ -140,7 +140,8 @@ int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot
 }
 
 // The limits, and on stderr what they are bounded by.
-int convert_to_joint_limits(const ConvertOptions& options, const RobotDescription& robot, const Model& model) {
+int convert_to_joint_limits(const ConvertOptions& options, const RobotDescription& robot,
+                            const Model& model) {
   const AccelerationLimits limits = acceleration_limits(model, kGravity);
   Diagnostics diagnostics;
   const std::string text = to_joint_limits(robot, model, limits, diagnostics);
@@ -151,8 +152,9 @@ int convert_to_joint_limits(const ConvertOptions& options, const RobotDescriptio
   const auto scalar = std::ranges::count_if(model.joints, &ModelJoint::scalar);
   std::string share;
   if (limits.decisive >= 0) {
-    share = fmt::format("; together they get {:.0f} % of what each may have alone, which loads the drive of '{}' fully",
-                        100 * limits.share, model.joints[static_cast<std::size_t>(limits.decisive)].name);
+    share = fmt::format(
+        "; together they get {:.0f} % of what each may have alone, which loads the drive of '{}' fully",
+        100 * limits.share, model.joints[static_cast<std::size_t>(limits.decisive)].name);
   }
   print_stderr("{}: {} of {} joint{} have an acceleration limit{}\n", robot.name, limited, scalar,
                scalar == 1 ? "" : "s", share);
@@ -202,10 +204,11 @@ int run_convert(const ConvertOptions& options) {
 
 void add_convert(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<ConvertOptions>();
-  CLI::App* verb = app.add_subcommand("convert", "Write the description as URDF, SDF, MJCF or SRDF, or its joints' limits");
+  CLI::App* verb = app.add_subcommand(
+      "convert", "Write the description as URDF, SDF, MJCF or SRDF, or its joints' limits");
   add_target(*verb, options->target);
-  verb->add_option("--to", options->format, "urdf, sdf, mjcf, srdf or joint_limits (default: by the name of OUT)")
-      ->type_name("FORMAT");
+  verb->add_option("--to", options->format, "Output format (default: by the name of OUT)")
+      ->type_name(fmt::format("FORMAT:{{{}}}", fmt::join(kFormats, ",")));  // completion reads the list
   verb->add_option("-o,--out", options->out, "Output file, replaced atomically (default: stdout)")
       ->type_name("OUT");
   verb->add_flag("--copy-meshes{meshes}", options->copy_meshes,
@@ -227,8 +230,10 @@ void add_convert(CLI::App& app, int& exit_code) {
   verb->footer(
       "Examples:\n  doppel convert my_arm.urdf.xacro use_sim:=true -o build/my_arm.urdf --copy-meshes\n  "
       "doppel convert omarm_one -o omarm.sdf\n  doppel convert omarm_one -o omarm.xml        # MJCF\n  "
-      "doppel convert omarm_one --to srdf --samples 100000 -o omarm.srdf\n  doppel convert omarm_one -o omarm.srdf "
-      "--spheres\n  doppel convert omarm_one --to joint_limits -o config/joint_limits.yaml\nWhat is converted, and what is "
+      "doppel convert omarm_one --to srdf --samples 100000 -o omarm.srdf\n  doppel convert omarm_one -o "
+      "omarm.srdf "
+      "--spheres\n  doppel convert omarm_one --to joint_limits -o config/joint_limits.yaml\nWhat is "
+      "converted, and what is "
       "not: doppel man convert.md");
   verb->callback([options, &exit_code] { exit_code = run_convert(*options); });
 }

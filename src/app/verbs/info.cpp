@@ -14,11 +14,15 @@
 #include "doppel/description/overlay/overlay.h"
 #include "doppel/review/conversion/summary.h"
 #include "doppel/review/conversion/tree_labels.h"
+#include "doppel/robot/ik/ik_solver.h"
+#include "doppel/robot/reach/arm_group.h"
 
 namespace doppel::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr int kPoseNumbers = 6;
 
 struct RobotInfoOptions {
   std::vector<std::string> target;
@@ -102,7 +106,7 @@ Json hardware_json(const RobotDescription& robot) {
 
 std::string info_as_json(const LoadedDescription& loaded, const RobotSummary& summary,
                          const std::vector<OverlayState>& overlays,
-                         const std::vector<JointGroup>& controllers) {
+                         const std::vector<JointGroup>& controllers, Json groups) {
   const RobotDescription& robot = loaded.robot;
   const auto vector_json = [](const Eigen::Vector3d& v) { return Json{v.x(), v.y(), v.z()}; };
   Json out{{"version", 1}, {"robot", robot.name}, {"files", Json::array()}};
@@ -125,6 +129,7 @@ std::string info_as_json(const LoadedDescription& loaded, const RobotSummary& su
   for (const JointGroup& controller : controllers)
     out["controllers"].push_back(
         {{"name", controller.name}, {"type", controller.type}, {"joints", controller.joints}});
+  out["groups"] = std::move(groups);
   out["overlay"] = Json();
   out["included_overlays"] = Json::array();
   for (const OverlayState& state : overlays) {
@@ -139,6 +144,86 @@ std::string info_as_json(const LoadedDescription& loaded, const RobotSummary& su
   return out.dump(2) + "\n";
 }
 
+// A group of joints, and how its tip is brought to poses.
+struct GroupInfo {
+  PlanningGroup group;
+  std::unique_ptr<IkSolver> solver = nullptr;  // of an arm that is a chain
+  std::string problem = "";                    // of an arm that is none
+};
+
+std::vector<GroupInfo> group_infos(const std::shared_ptr<const Model>& model,
+                                   const std::vector<JointGroup>& controllers) {
+  std::vector<GroupInfo> out;
+  for (PlanningGroup& group : find_planning_groups(*model, controllers)) {
+    GroupInfo info{.group = std::move(group)};
+    Diagnostics notes;
+    std::vector<ArmGroup> arms = find_arms(*model, {info.group}, notes);
+    if (!arms.empty()) {
+      info.solver = std::make_unique<IkSolver>(model, std::move(arms.front().chain));
+    } else if (!notes.all().empty()) {
+      // "group 'wheels' is no chain of joints, ..." behind the group's name.
+      info.problem = notes.all().front().message;
+      for (const std::string& part :
+           {fmt::format("group '{}' ", info.group.name), std::string("is "), std::string("has ")}) {
+        if (info.problem.starts_with(part)) info.problem.erase(0, part.size());
+      }
+    }
+    out.push_back(std::move(info));
+  }
+  return out;
+}
+
+std::string link_name(const Model& model, int link) {
+  return link < 0 ? "" : model.links[static_cast<std::size_t>(link)].name;
+}
+
+std::string about_group(const GroupInfo& info, const std::vector<GroupInfo>& all, const Model& model) {
+  const PlanningGroup& group = info.group;
+  std::string out = fmt::format("{} joint{}", group.joints.size(), group.joints.size() == 1 ? "" : "s");
+  if (info.solver != nullptr) {
+    out += fmt::format(", {} to {}, {}", link_name(model, info.solver->chain().base_link),
+                       link_name(model, info.solver->chain().tip_link), info.solver->about_method());
+    const int freedom = info.solver->task_space().freedom;
+    if (freedom < kPoseNumbers)
+      out += fmt::format(", sets {} of the {} numbers of a pose", freedom, kPoseNumbers);
+  }
+  if (group.gripper && group.parent_link >= 0) out += ", on " + link_name(model, group.parent_link);
+  if (group.gripper && group.parent_group >= 0)
+    out += " of " + all[static_cast<std::size_t>(group.parent_group)].group.name;
+  return info.problem.empty() ? out : out + ", " + info.problem;
+}
+
+std::string group_table(const std::vector<GroupInfo>& groups, const Model& model) {
+  std::size_t width = 0;
+  for (const GroupInfo& info : groups) width = std::max(width, info.group.name.size() + 1);
+  std::string out = groups.empty() ? "" : "\ngroups\n";
+  for (const GroupInfo& info : groups)
+    out += fmt::format("  {:<{}} {}\n", info.group.name + ":", width, about_group(info, groups, model));
+  return out;
+}
+
+Json groups_json(const std::vector<GroupInfo>& groups, const Model& model) {
+  Json out = Json::array();
+  for (const GroupInfo& info : groups) {
+    const PlanningGroup& group = info.group;
+    Json joints = Json::array();
+    for (const int joint : group.joints) joints.push_back(model.joints[static_cast<std::size_t>(joint)].name);
+    Json node{{"name", group.name}, {"gripper", group.gripper}, {"joints", std::move(joints)}};
+    if (info.solver != nullptr) {
+      node["base"] = link_name(model, info.solver->chain().base_link);
+      node["tip"] = link_name(model, info.solver->chain().tip_link);
+      node["inverse_kinematics"] = info.solver->about_method();
+      node["freedom"] = info.solver->task_space().freedom;
+    }
+    if (group.gripper && group.parent_link >= 0) node["parent_link"] = link_name(model, group.parent_link);
+    if (group.gripper && group.parent_group >= 0)
+      node["parent_group"] = groups[static_cast<std::size_t>(group.parent_group)].group.name;
+    if (!info.problem.empty()) node["problem"] = info.problem;
+    out.push_back(std::move(node));
+  }
+  return out;
+}
+
 std::vector<std::filesystem::path> shown_paths(const std::vector<std::filesystem::path>& files) {
   std::vector<std::filesystem::path> out;
   for (const auto& file : files) out.emplace_back(shown_path(file));
@@ -149,15 +234,17 @@ int run_info(const RobotInfoOptions& options) {
   DescriptionTarget target = open_target(options.target);
   const LoadedDescription loaded = load_target(target);
   Diagnostics diagnostics;
-  const Model model = compile_model(loaded.robot, BaseKind::fixed, diagnostics);
+  const auto model = std::make_shared<const Model>(compile_model(loaded.robot, BaseKind::fixed, diagnostics));
   print_diagnostics(diagnostics);
-  const RobotSummary summary = summarise(loaded.robot, model);
+  const RobotSummary summary = summarise(loaded.robot, *model);
   const std::vector<OverlayState> overlays = overlay_states(target);
   FoundControllers found = find_controllers(loaded.robot, target);
   const Surroundings surroundings{shown_paths(loaded.files), overlay_lines(overlays),
                                   shown_paths(found.files), std::move(found.controllers)};
-  deliver(options.json ? info_as_json(loaded, summary, overlays, surroundings.controllers)
-                       : summary_text(loaded.robot, summary, surroundings));
+  const std::vector<GroupInfo> groups = group_infos(model, surroundings.controllers);
+  deliver(options.json
+              ? info_as_json(loaded, summary, overlays, surroundings.controllers, groups_json(groups, *model))
+              : summary_text(loaded.robot, summary, surroundings) + group_table(groups, *model));
   return 0;
 }
 
@@ -168,7 +255,10 @@ void add_info(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("info", "Print a summary of a description");
   add_target(*verb, options->target);
   verb->add_flag("--json", options->json, "Print a JSON object to stdout, in SI units");
-  verb->footer("Example:\n  doppel info omarm_one");
+  verb->footer(
+      "Examples:\n  doppel info omarm_one\n  doppel info omarm_one --json | jq .groups   # base, tip, "
+      "inverse kinematics\n"
+      "  doppel info my_arm.urdf.xacro use_sim:=true");
   verb->callback([options, &exit_code] { exit_code = run_info(*options); });
 }
 

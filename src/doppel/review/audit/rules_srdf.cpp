@@ -262,6 +262,7 @@ void check_srdf(const AuditInput& input, Findings& out) {
     for (const Diagnostic& d : found.diagnostics.all())
       out.add(d.rule, d.severity, found.file.filename().string(), d.where, d.message, d.fix);
     SrdfCheck(input, found.srdf, out).check();
+    check_srdf_covers(input, found.srdf, out);
   }
   report_skipped(skipped, out);
 }

@@ -110,15 +110,24 @@ std::optional<CoverHole> find_hole(std::span<const CoverSphere> spheres, const C
   return prover.cell(surface, box.center(), box.sizes().maxCoeff() * 1.001, resolution);
 }
 
-bool covers(std::span<const CoverSphere> spheres, std::span<const PlacedGeometry> shapes) {
-  return std::ranges::all_of(shapes, [&](const PlacedGeometry& placed) {
+std::optional<CoverHole> find_hole(std::span<const CoverSphere> spheres,
+                                   std::span<const PlacedGeometry> shapes) {
+  for (const PlacedGeometry& placed : shapes) {
     std::vector<CoverSphere> moved(spheres.begin(), spheres.end());
     const Pose X_GL = placed.X_LG.inverse(Eigen::Isometry);
     for (CoverSphere& s : moved) s.centre = X_GL * s.centre;
     double extent = 0;
     for (const Vector3d& p : placed.geometry.vertices) extent = std::max(extent, p.norm());
-    return !find_hole(moved, placed.geometry, std::max(extent / 50, 0.002));
-  });
+    auto hole = find_hole(moved, placed.geometry, std::max(extent / 50, 0.002));
+    if (!hole) continue;
+    hole->point = placed.X_LG * hole->point;
+    return hole;
+  }
+  return std::nullopt;
+}
+
+bool covers(std::span<const CoverSphere> spheres, std::span<const PlacedGeometry> shapes) {
+  return !find_hole(spheres, shapes);
 }
 
 }  // namespace doppel

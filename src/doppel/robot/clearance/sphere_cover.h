@@ -58,5 +58,8 @@ struct PlacedGeometry {
 };
 [[nodiscard]] DOPPEL_API bool covers(std::span<const CoverSphere> spheres,
                                      std::span<const PlacedGeometry> shapes);
+// The hole of the first shape that has one, in the frame of the spheres; nullopt: all are covered.
+[[nodiscard]] DOPPEL_API std::optional<CoverHole> find_hole(std::span<const CoverSphere> spheres,
+                                                            std::span<const PlacedGeometry> shapes);
 
 }  // namespace doppel

@@ -12,6 +12,10 @@ namespace doppel {
 namespace {
 
 constexpr const char* kGripperWords[] = {"grip", "finger", "hand", "jaw", "knuckle", "thumb", "claw"};
+// A link with one of these names may be the body of a gripper, which the last joint of the arm moves.
+constexpr const char* kPalmWords[] = {"grip", "hand"};
+constexpr const char* kFingerWords[] = {"finger", "jaw", "knuckle", "thumb", "claw"};
+constexpr std::size_t kMinFinger = 3;  // driven joints one after another, in a hand without an arm
 constexpr const char* kTipWords[] = {"tcp", "tool0", "tool", "flange", "ee", "end_effector", "grasp", "tip"};
 
 template <std::size_t count>
@@ -52,6 +56,23 @@ class Finder {
     return at;
   }
 
+  // The nearest joint above that moves by itself; mimic joints between them move with another one. -1: none.
+  [[nodiscard]] int driven_above(int joint) const {
+    int above = moving_above(joint);
+    while (above >= 0 && model_.joints[above].mimics()) above = moving_above(above);
+    return above;
+  }
+
+  // True if a driven joint besides `joints` is below this one.
+  [[nodiscard]] bool carries_more(int joint, const std::vector<int>& joints) const {
+    for (int other = joint + 1; other < static_cast<int>(model_.joints.size()); ++other) {
+      if (driven(other) && is_above(joint, other) &&
+          std::find(joints.begin(), joints.end(), other) == joints.end())
+        return true;
+    }
+    return false;
+  }
+
   void take_controller(const JointGroup& controller) {
     PlanningGroup group;
     for (const std::string& name : controller.joints) {
@@ -89,46 +110,69 @@ class Finder {
     return out;
   }
 
-  // All names are those of grippers, or there are at most two joints and one of them leads a mimic joint.
+  [[nodiscard]] bool is_named_gripper(int joint, const std::vector<int>& joints) const {
+    const std::string& child = model_.links[model_.joints[joint].child_link].name;
+    if (has_word(model_.joints[joint].name, kGripperWords) || has_word(child, kFingerWords)) return true;
+    return has_word(child, kPalmWords) && !carries_more(joint, joints);
+  }
+
+  // All names are those of grippers, or there are at most two joints and one of them leads a mimic joint, and
+  // they move nothing but the gripper.
   [[nodiscard]] bool looks_like_gripper(const std::vector<int>& joints) const {
-    const bool named = std::all_of(joints.begin(), joints.end(), [this](int joint) {
-      return has_word(model_.joints[joint].name, kGripperWords) ||
-             has_word(model_.links[model_.joints[joint].child_link].name, kGripperWords);
-    });
+    const bool named =
+        std::all_of(joints.begin(), joints.end(), [&](int joint) { return is_named_gripper(joint, joints); });
+    if (named || joints.size() > 2) return named;
     const bool leads =
         std::any_of(model_.joints.begin(), model_.joints.end(), [&joints](const ModelJoint& j) {
           return j.mimics() && std::find(joints.begin(), joints.end(), j.mimic_leader) != joints.end();
         });
-    return named || (leads && joints.size() <= 2);
+    return leads &&
+           std::none_of(joints.begin(), joints.end(), [&](int joint) { return carries_more(joint, joints); });
+  }
+
+  // The joints of grippers, and all that move below them. None if that is the whole robot and it has fingers
+  // of several joints: a hand alone, whose fingers are its arms.
+  [[nodiscard]] std::set<int> gripper_joints() const {
+    std::set<int> out;
+    bool any_arm = false;
+    std::size_t longest = 0;
+    std::vector<std::size_t> depth(model_.joints.size(), 0);
+    for (int joint = 0; joint < static_cast<int>(model_.joints.size()); ++joint) {
+      if (!driven(joint)) continue;
+      const int above = driven_above(joint);
+      depth[joint] = above < 0 ? 1 : depth[above] + 1;
+      longest = std::max(longest, depth[joint]);
+      if (out.contains(above) || looks_like_gripper({joint})) {
+        out.insert(joint);
+      } else {
+        any_arm = true;
+      }
+    }
+    return any_arm || longest < kMinFinger ? out : std::set<int>{};
   }
 
   // Gripper joints first: for a joint that looks like one, all moving joints below its siblings' parent. The
   // remaining joints form chains between branches.
   void take_tree() {
-    std::set<int> grippers;
-    for (int joint = 0; joint < static_cast<int>(model_.joints.size()); ++joint) {
-      if (!driven(joint)) continue;
-      const int above = moving_above(joint);
-      if (grippers.contains(above) || looks_like_gripper({joint})) grippers.insert(joint);
-    }
+    const std::set<int> grippers = gripper_joints();
     std::vector<std::vector<int>> hands;
     for (const int joint : grippers) {
       const auto with = std::find_if(hands.begin(), hands.end(), [&](const std::vector<int>& hand) {
-        const int above = moving_above(joint);
-        return above == moving_above(hand.front()) || std::count(hand.begin(), hand.end(), above) != 0;
+        const int above = driven_above(joint);
+        return above == driven_above(hand.front()) || std::count(hand.begin(), hand.end(), above) != 0;
       });
       (with == hands.end() ? hands.emplace_back() : *with).push_back(joint);
     }
     std::vector<int> moving_children(model_.joints.size() + 1, 0);  // by the joint above, shifted by one
     const auto in_arm = [&](int joint) { return driven(joint) && !grippers.contains(joint); };
     for (int joint = 0; joint < static_cast<int>(model_.joints.size()); ++joint) {
-      if (in_arm(joint)) ++moving_children[moving_above(joint) + 1];
+      if (in_arm(joint)) ++moving_children[driven_above(joint) + 1];
     }
     std::vector<int> chain_of(model_.joints.size(), -1);
     std::vector<std::vector<int>> chains;
     for (int joint = 0; joint < static_cast<int>(model_.joints.size()); ++joint) {
       if (!in_arm(joint)) continue;
-      const int above = moving_above(joint);
+      const int above = driven_above(joint);
       const bool continues = above >= 0 && chain_of[above] >= 0 && moving_children[above + 1] == 1;
       if (!continues) chains.emplace_back();
       chain_of[joint] = continues ? chain_of[above] : static_cast<int>(chains.size()) - 1;

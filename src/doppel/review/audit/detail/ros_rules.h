@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "doppel/description/gazebo/simulator_plugins.h"
+#include "doppel/description/srdf/srdf.h"
 #include "doppel/review/audit/detail/package_files.h"
 #include "doppel/review/audit/detail/rules.h"
 
@@ -38,6 +39,8 @@ bool offers_commands(const HardwareJointDescription& joint);
 void check_hardware(const AuditInput& in, Findings& out);   // rules_hardware.cpp
 void check_gazebo(const AuditInput& in, Findings& out);     // rules_gazebo.cpp
 void check_arguments(const AuditInput& in, Findings& out);  // rules_arguments.cpp
+// rules_srdf_covers.cpp
+void check_srdf_covers(const AuditInput& input, const SrdfDescription& srdf, Findings& out);
 // rules_launch.cpp
 void check_launch(const AuditInput& in, const PackageManifest& manifest, Findings& out);
 

@@ -141,6 +141,53 @@ TEST_F(SrdfRulesTest, PairThatTouchesIsNotTrustedAsOneThatNeverDoes) {
   EXPECT_EQ(hidden[0].where.line, 3);
 }
 
+// The link "far" is a ball of 0.1 m at x = 5 m.
+TEST_F(SrdfRulesTest, SpheresThatLeaveShapeOutAreReportedWithPointAndDistance) {
+  const auto cover = [this](const std::string& link, const std::string& spheres) {
+    return found("srdf.sphere_cover", "<link_sphere_approximation link=\"" + link + "\">" + spheres +
+                                          "</link_sphere_approximation>");
+  };
+  EXPECT_THAT(cover("far", "<sphere center=\"5 0 0\" radius=\"0.1\"/>"), IsEmpty());
+  EXPECT_THAT(cover("far", "<sphere center=\"5 0 0\" radius=\"0.09995\"/>"), IsEmpty()) << "rounding";
+  EXPECT_THAT(cover("far", "<sphere center=\"5 0 0\" radius=\"0.08\"/>"), SizeIs(1));
+  // The box of 0.05 x 0.05 x 0.1 m about z = 0.05 m reaches the corner at 0.0612 m.
+  EXPECT_THAT(cover("upper", "<sphere center=\"0 0 0.05\" radius=\"0.0613\"/>"), IsEmpty());
+  EXPECT_THAT(
+      cover("upper",
+            "<sphere center=\"0 0 0.02\" radius=\"0.05\"/><sphere center=\"0 0 0.08\" radius=\"0.05\"/>"),
+      IsEmpty());
+  const auto gap = cover("upper", "<sphere center=\"0 0 0.02\" radius=\"0.05\"/>");
+  ASSERT_THAT(gap, SizeIs(1));
+  EXPECT_EQ(gap[0].subject, "spheres of link 'upper'");
+  EXPECT_EQ(gap[0].where.line, 3);
+  EXPECT_EQ(gap[0].severity, Severity::warning);
+  // sqrt(0.08^2 + 2 * 0.025^2) - 0.05 m
+  EXPECT_THAT(gap[0].message, AllOf(HasSubstr(", 0.1) m"), HasSubstr("37.5 mm outside")));
+  EXPECT_THAT(gap[0].fix, HasSubstr("--spheres"));
+}
+
+TEST_F(SrdfRulesTest, SphereOfRadiusZeroDoesNotHideShape) {
+  const auto gap = found("srdf.sphere_cover",
+                         "<link_sphere_approximation link=\"upper\"><sphere center=\"0 0 0\" "
+                         "radius=\"0\"/></link_sphere_approximation>");
+  ASSERT_THAT(gap, SizeIs(1));
+  EXPECT_THAT(gap[0].message, HasSubstr("no sphere with a radius"));
+  EXPECT_THAT(found("srdf.sphere_cover",
+                    "<link_sphere_approximation link=\"world\"><sphere center=\"0 0 0\" "
+                    "radius=\"0\"/></link_sphere_approximation>"),
+              IsEmpty());
+}
+
+TEST_F(SrdfRulesTest, TooManySpheresAreSkippedWithNote) {
+  std::string spheres;
+  for (int i = 0; i < 500; ++i) spheres += "<sphere center=\"0 0 0.05\" radius=\"0.01\"/>";
+  srdf(kArm + ("<link_sphere_approximation link=\"upper\">" + spheres) + "</link_sphere_approximation>");
+  EXPECT_THAT(rules(), IsEmpty());
+  const auto notes = of("audit.skipped");
+  ASSERT_THAT(notes, SizeIs(1));
+  EXPECT_THAT(notes[0].message, HasSubstr("500 spheres"));
+}
+
 TEST_F(SrdfRulesTest, FileOfOtherRobotIsNotJudged) {
   srdf("<passive_joint name=\"wheel\"/>", "other");
   EXPECT_THAT(rules(), IsEmpty());

@@ -2,10 +2,12 @@
 
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <map>
 #include <numbers>
 
 #include "conversion_fixture.h"
+#include "doppel/description/srdf/srdf.h"
 #include "doppel/scenario/resolve/joint_groups.h"
 
 namespace doppel {
@@ -223,6 +225,41 @@ TEST(SrdfTest, SrdfHasGroupsStatesAndDisabledPairs) {
   const Converted whole = from_text(kWholeRobot);
   const XmlNode free = parse_xml(to_srdf(whole.model, {}, {}), "out.srdf");
   EXPECT_EQ(free.first("virtual_joint")->find("child_link")->value, "base_footprint");
+}
+
+TEST(SrdfTest, WrittenSpheresCoverTheirLinks) {
+  const Converted arm = bundled("lab_arm");
+  Diagnostics diagnostics;
+  const auto found = find_link_spheres(arm.robot, arm.model, CollisionDetail::triangles, diagnostics);
+  EXPECT_THAT(diagnostics.all(), testing::IsEmpty());
+  const std::string text = to_srdf(arm.model, {}, {}, found);
+  EXPECT_EQ(text, to_srdf(arm.model, {}, {},
+                          find_link_spheres(arm.robot, arm.model, CollisionDetail::triangles, diagnostics)));
+  const SrdfDescription srdf = read_srdf(parse_xml(text, "out.srdf"), diagnostics);
+  const auto with_shapes =
+      std::ranges::count_if(arm.robot.links, [](const Link& link) { return !link.collisions.empty(); });
+  EXPECT_EQ(static_cast<std::ptrdiff_t>(srdf.spheres.size()), with_shapes);
+  const SceneInstance instance = described_robot(arm.robot, arm.model);
+  std::size_t count = 0;
+  for (const SrdfSpheres& cover : srdf.spheres) {
+    SCOPED_TRACE(cover.link);
+    std::vector<CoverSphere> spheres;
+    for (const SrdfSphere& s : cover.spheres) spheres.push_back({s.center, s.radius});
+    count += spheres.size();
+    EXPECT_TRUE(covers(spheres, link_geometry(instance, arm.model.find_link(cover.link))));
+  }
+  EXPECT_LE(count, 90U) << "60 for an arm, and a few for insides";
+}
+
+TEST(SrdfTest, LinkWhoseShapeCannotBeReadGetsNoSpheres) {
+  const Converted robot = from_text(
+      "<robot name=\"r\"><link name=\"a\"><collision><geometry><sphere "
+      "radius=\"0.1\"/></geometry></collision>"
+      "<collision><geometry><mesh filename=\"gone.stl\"/></geometry></collision></link></robot>");
+  Diagnostics diagnostics;
+  EXPECT_TRUE(find_link_spheres(robot.robot, robot.model, CollisionDetail::triangles, diagnostics).empty());
+  ASSERT_EQ(diagnostics.all().size(), 1U);
+  EXPECT_EQ(diagnostics.all()[0].rule, "convert.cover");
 }
 
 }  // namespace

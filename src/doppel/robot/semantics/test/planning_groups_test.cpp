@@ -1,0 +1,101 @@
+// Groups of robots without controllers, in the shapes that public descriptions have.
+#include "doppel/robot/semantics/planning_groups.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "doppel/robot/kinematics/test/robots.h"
+
+namespace doppel {
+namespace {
+
+using testing::ElementsAre;
+
+// Joints that are added one by one; each is revolute unless it is changed.
+class GroupedRobot {
+ public:
+  GroupedRobot() { robot_.links.push_back(test::make_frame("base")); }
+
+  Joint& add(const std::string& name, const std::string& parent, const std::string& child) {
+    robot_.links.push_back(test::make_link(child, 1, {0, 0, 0}, {1e-3, 1e-3, 1e-3}));
+    robot_.joints.push_back(
+        test::make_joint(name, JointType::revolute, parent, child, {0, 0, 0.1}, {0, 1, 0}));
+    test::limit(robot_.joints.back(), -1, 1, 10, 1);
+    return robot_.joints.back();
+  }
+
+  void follow(const std::string& name, const std::string& parent, const std::string& child,
+              const std::string& leader) {
+    add(name, parent, child).mimic = Mimic{leader, -1.0, 0.0, {}};
+  }
+
+  // "arm: shoulder elbow", in the order of the groups.
+  [[nodiscard]] std::vector<std::string> groups() const {
+    Diagnostics diagnostics;
+    const Model model = compile_model(robot_, BaseKind::fixed, diagnostics);
+    std::vector<std::string> out;
+    for (const PlanningGroup& group : find_planning_groups(model, {})) {
+      out.push_back(group.name + ":");
+      for (const int joint : group.joints) out.back() += " " + model.joints[joint].name;
+    }
+    return out;
+  }
+
+ private:
+  RobotDescription robot_;
+};
+
+TEST(PlanningGroups, JointThatCarriesTheGrippersBodyIsOfTheArm) {
+  GroupedRobot robot;
+  robot.add("shoulder", "base", "upper_arm");
+  robot.add("wrist_roll", "upper_arm", "gripper");
+  robot.add("gripper", "gripper", "jaw");
+  EXPECT_THAT(robot.groups(), ElementsAre("arm: shoulder wrist_roll", "gripper: gripper"));
+}
+
+TEST(PlanningGroups, FingersOfSeveralJointsAreAGripper) {
+  GroupedRobot robot;
+  robot.add("shoulder", "base", "upper_arm");
+  robot.add("j1", "upper_arm", "finger_a");
+  robot.add("j2", "finger_a", "finger_b");
+  EXPECT_THAT(robot.groups(), ElementsAre("arm: shoulder", "gripper: j1 j2"));
+}
+
+TEST(PlanningGroups, JointOfTheArmMayLeadAMimicJointBesideIt) {
+  GroupedRobot robot;
+  robot.add("j1", "base", "link1");
+  robot.add("j2", "link1", "link2");
+  robot.follow("cylinder_joint", "link1", "cylinder", "j2");
+  robot.add("j3", "link2", "link3");
+  EXPECT_THAT(robot.groups(), ElementsAre("arm: j1 j2 j3"));
+}
+
+TEST(PlanningGroups, MimicJointInsideAnArmDoesNotDivideIt) {
+  GroupedRobot robot;
+  robot.add("j1", "base", "link1");
+  robot.add("j2", "link1", "link2");
+  robot.follow("j2b", "link2", "link2b", "j2");
+  robot.add("j3", "link2b", "link3");
+  EXPECT_THAT(robot.groups(), ElementsAre("arm: j1 j2 j3"));
+}
+
+TEST(PlanningGroups, FingersOfAHandAloneAreArms) {
+  GroupedRobot robot;
+  for (const std::string finger : {"thumb", "finger"}) {
+    robot.add(finger + "_1", "base", finger + "_upper");
+    robot.add(finger + "_2", finger + "_upper", finger + "_middle");
+    robot.add(finger + "_3", finger + "_middle", finger + "_lower");
+  }
+  EXPECT_THAT(robot.groups(),
+              ElementsAre("arm: thumb_1 thumb_2 thumb_3", "arm_2: finger_1 finger_2 finger_3"));
+}
+
+TEST(PlanningGroups, GripperAloneStaysAGripper) {
+  GroupedRobot robot;
+  robot.add("knuckle", "base", "left_finger");
+  robot.follow("other_knuckle", "base", "right_finger", "knuckle");
+  EXPECT_THAT(robot.groups(), ElementsAre("gripper: knuckle other_knuckle"));
+}
+
+}  // namespace
+}  // namespace doppel
