@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <string>
 
+#include "doppel/sensors/models/coverage.h"
 #include "rays_scene.h"
 
 namespace doppel {
@@ -37,6 +38,19 @@ void picture(const Options& options, RayBench& bench, int width, int height, boo
   });
 }
 
+// A workspace of 20 by 20 by 25 points before the camera: which of them it sees.
+void coverage(const Options& options, RayBench& bench) {
+  std::vector<Eigen::Vector3d> points;
+  for (int i = 0; i < 10'000; ++i)
+    points.emplace_back(from_corner() *
+                        Eigen::Vector3d(0.2 * (i % 20) - 2, 0.1 * (i / 20 % 20) - 1, 1 + 0.2 * (i / 400)));
+  const CameraIntrinsics camera = intrinsics_of(camera_of(640, 480));
+  print(options, "coverage of 10,000 points", 5, [&](int i) {
+    bench.move(i);
+    static_cast<void>(camera_coverage(*bench.caster, camera, from_corner(), 0.05, 50, points));
+  });
+}
+
 void heading(Options& options, const RayBench& bench) {
   options.heading = fmt::format("{} triangles, {} moving bodies\n", bench.triangles, kBodies);
   fmt::print("{}", options.heading);
@@ -58,6 +72,7 @@ void run(Options options) {
   ScanBench line(bench, 1, 720), cloud(bench, 64, 1024);
   print(options, "lidar 720, with noise", 0.15, [&](int i) { line.scan(i); });
   print(options, "lidar 64x1024, with noise", 4, [&](int i) { cloud.scan(i); });
+  coverage(options, bench);
 }
 
 }  // namespace

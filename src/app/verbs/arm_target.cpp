@@ -12,6 +12,7 @@
 #include "app/verbs/position_text.h"
 #include "doppel/base/core/names.h"
 #include "doppel/robot/kinematics/kinematics.h"
+#include "doppel/scenario/resolve/described_arms.h"
 
 namespace doppel::app {
 namespace {
@@ -30,7 +31,7 @@ int find_named_link(const Model& model, const std::string& name) {
 
 // The chain that --base and --tip name, or that of the group, with one of its ends replaced.
 ArmGroup chosen_chain(const ArmOptions& options, const Model& model, const RobotDescription& robot,
-                      const DescriptionTarget& target) {
+                      DescriptionTarget& target) {
   if (!options.base.empty() && !options.tip.empty() && options.group.empty()) {
     const int base = find_named_link(model, options.base), tip = find_named_link(model, options.tip);
     try {
@@ -43,9 +44,9 @@ ArmGroup chosen_chain(const ArmOptions& options, const Model& model, const Robot
     }
   }
   Diagnostics notes;
-  const auto groups =
-      find_planning_groups(model, find_controllers(robot, target, options.controllers).controllers);
-  const std::vector<ArmGroup> arms = find_arms(model, groups, notes);
+  const std::vector<ArmGroup> arms =
+      described_arms(model, robot, &target.target, target.resolver,
+                     find_controllers(robot, target, options.controllers).controllers, notes);
   if (arms.empty()) print_diagnostics(notes, true);
   ArmGroup arm = choose_arm(arms, options.group);
   if (options.base.empty() && options.tip.empty()) return arm;

@@ -166,7 +166,8 @@ std::string nearest_text(const ReachAnswer& answer, const ArmTarget& arm, IkTask
   const double rotation = (task == IkTask::pose ? nearest.free_rotation : nearest.rotation_error) / kDegree;
   std::string text = "the nearest pose that works ";
   text += nearest.position_error < 1e-6 ? "is at the position"
-                                        : fmt::format("is {:.3g} mm away", nearest.position_error * 1e3);
+          : nearest.position_error < 1  ? fmt::format("is {:.3g} mm away", nearest.position_error * 1e3)
+                                        : fmt::format("is {:.3g} m away", nearest.position_error);
   if (task != IkTask::position) text += fmt::format(", turned by {:.3g} deg", rotation);
   return text + ":\n" + branch_text(arm, *answer.nearest);
 }

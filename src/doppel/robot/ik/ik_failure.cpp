@@ -50,7 +50,8 @@ std::vector<LimitExcess> least_excess(const IkSolver& arm, const std::vector<IkS
 }
 
 std::string amount(double value, bool length) {
-  return length ? fmt::format("{:.3g} mm", value * 1e3) : fmt::format("{:.3g} deg", value * kDegrees);
+  if (!length) return fmt::format("{:.3g} deg", value * kDegrees);
+  return value < 1 ? fmt::format("{:.3g} mm", value * 1e3) : fmt::format("{:.3g} m", value);
 }
 
 std::string describe_limits(const IkSolver& arm, const std::vector<LimitExcess>& limits) {

@@ -72,7 +72,12 @@ const ArmGroup& choose_arm(const std::vector<ArmGroup>& arms, const std::string&
     throw InputError("reach.no_arm", {}, "the robot has no arm: no chain of joints that move was found",
                      "name the ends of the chain with --base and --tip");
   }
-  if (name.empty()) return arms.front();
+  if (name.empty()) {
+    // A torso or a head comes before the arms that it carries or stands beside.
+    return *std::max_element(arms.begin(), arms.end(), [](const ArmGroup& a, const ArmGroup& b) {
+      return a.chain.size() < b.chain.size();
+    });
+  }
   const auto found =
       std::find_if(arms.begin(), arms.end(), [&name](const ArmGroup& arm) { return arm.name == name; });
   if (found != arms.end()) return *found;

@@ -26,7 +26,8 @@ DOPPEL_API std::vector<ArmGroup> find_arms(const Model& model, const std::vector
 DOPPEL_API std::vector<ArmGroup> find_arms(const Model& model, const SrdfDescription& srdf,
                                            Diagnostics& notes);
 
-// The group of a name, or the first one for "". Throws InputError: there is none; "did you mean".
+// The group of a name; for "" the first of those with the most joints. Throws InputError: there is none; "did
+// you mean".
 DOPPEL_API const ArmGroup& choose_arm(const std::vector<ArmGroup>& arms, const std::string& name);
 
 }  // namespace doppel

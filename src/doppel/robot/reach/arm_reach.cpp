@@ -251,6 +251,8 @@ std::vector<AllowedPair> allowed_links(const RobotDescription& robot, const Mode
   sampling.detail = detail;
   for (const DisabledPair& pair : find_self_collisions(robot, model, sampling).disabled) {
     const BodyId a{0, pair.link_a}, b{0, pair.link_b};
+    if (pair.reason == DisabledReason::adjacent)
+      out.push_back({a, b, "they are joined, or only links without shapes are between them"});
     if (pair.reason == DisabledReason::by_default) out.push_back({a, b, "they touch at the start"});
     if (pair.reason == DisabledReason::always) out.push_back({a, b, "they touch always"});
   }

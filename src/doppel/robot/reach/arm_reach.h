@@ -91,8 +91,9 @@ struct ReachSurroundings {
 };
 
 // The collision scene of a robot, which is instance 0, by its meshes' triangles where they can be read and
-// the module for them is there, else by hulls. Pairs of its links that touch always or at the start are
-// allowed, and with `chain` those that the chain does not move against each other, each with its reason.
+// the module for them is there, else by hulls. Pairs of its links are allowed if they touch always or at the
+// start, or if only links without shapes are between them, and with `chain` those that the chain does not
+// move against each other, each with its reason.
 DOPPEL_API std::shared_ptr<const CollisionScene> reach_scene(const RobotDescription& robot,
                                                              const std::shared_ptr<const Model>& model,
                                                              const Chain* chain,

@@ -49,7 +49,8 @@ CameraCoverage camera_coverage(const RayCaster& caster, const CameraIntrinsics& 
   for (std::size_t i = 0; i < points_W.size(); ++i) {
     const Eigen::Vector3d p_C = X_CW * points_W[i];
     const std::optional<Eigen::Vector2d> pixel = project(camera, p_C);
-    // Integer coordinates are the centres of pixels, so that the picture begins half a pixel before the first.
+    // Integer coordinates are the centres of pixels, so that the picture begins half a pixel before the
+    // first.
     const bool is_inside = pixel && pixel->x() >= -0.5 && pixel->x() < camera.width - 0.5 &&
                            pixel->y() >= -0.5 && pixel->y() < camera.height - 0.5;
     out.sights[i] = !is_inside              ? CameraSight::outside

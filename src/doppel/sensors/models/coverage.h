@@ -1,6 +1,6 @@
 #pragma once
-// Lines of sight and the coverage of points by a camera, by rays into a scene: what validation and planning ask of a
-// camera's place.
+// Lines of sight and the coverage of points by a camera, by rays into a scene: what validation and planning
+// ask of a camera's place.
 
 #include <Eigen/Core>
 #include <span>

@@ -1,5 +1,6 @@
 #include "doppel/twin/arms/arm_services.h"
 
+#include <atomic>
 #include <utility>
 
 #include "doppel/ros/bus/standard_node.h"
@@ -14,28 +15,35 @@ struct ArmServices::Impl {
       : bus(the_bus),
         snapshot(std::move(the_snapshot)),
         node(the_bus, (name_space.empty() ? "" : "/" + name_space) + "/move_group"),
-        solving{ArmWorker(log), {}},
-        mapping{ArmWorker(log), {}} {
+        solving(log),
+        mapping(log) {
     make_standard(node);
   }
 
   // A thread with what only it uses. A map takes seconds, and must not make poses wait.
   struct Lane {
+    explicit Lane(const Log& log) : worker(log) {}
     ArmWorker worker;
     KnownArms arms;
+    std::atomic<unsigned> newest{0};  // the number of the last request
   };
 
-  // The loop takes a snapshot, `answer` runs on the lane's thread, and the loop hands its result out.
+  // The loop takes a snapshot, `answer` runs on the lane's thread, and the loop hands its result out. With
+  // `newest_only` a request ends the one before it.
   template <class S>
-  void serve(const char* name, Lane& lane, ArmAnswer<S> answer) {
-    node.serve<S>(name, [this, &lane, answer](const typename S::Request& request,
-                                              const Responder<typename S::Response>& respond) {
+  void serve(const char* name, Lane& lane, ArmAnswer<S> answer, bool newest_only = false) {
+    node.serve<S>(name, [this, &lane, answer, newest_only](const typename S::Request& request,
+                                                           const Responder<typename S::Response>& respond) {
       std::optional<ArmSnapshot> now = snapshot();
       if (!now) return;
       auto shared = std::make_shared<const ArmSnapshot>(std::move(*now));
-      const bool accepted = lane.worker.post([this, &lane, answer, request, respond, shared] {
+      const unsigned number = ++lane.newest;
+      const auto ends = [&lane, number, newest_only] {
+        return lane.worker.stopping() || (newest_only && lane.newest != number);
+      };
+      const bool accepted = lane.worker.post([this, &lane, answer, request, respond, shared, ends] {
         auto response = std::make_shared<typename S::Response>();
-        answer({*shared, lane.arms, [&lane] { return lane.worker.stopping(); }}, request, *response);
+        answer({*shared, lane.arms, ends}, request, *response);
         bus.post([respond, response] { respond(*response); });
       });
       if (accepted) return;
@@ -60,7 +68,7 @@ ArmServices::ArmServices(Bus& bus, const Log& log, const std::string& name_space
                                                    answer_state_validity);
   impl_->serve<doppel_msgs::srv::SolveIk>("doppel/ik", impl_->solving, answer_solve_ik);
   impl_->serve<doppel_msgs::srv::ListArms>("doppel/arms", impl_->solving, answer_list_arms);
-  impl_->serve<doppel_msgs::srv::GetReach>("doppel/reach", impl_->mapping, answer_reach);
+  impl_->serve<doppel_msgs::srv::GetReach>("doppel/reach", impl_->mapping, answer_reach, true);
 }
 
 ArmServices::~ArmServices() = default;

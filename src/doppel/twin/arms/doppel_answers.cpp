@@ -117,6 +117,7 @@ void map_reach(const ArmContext& context, const dsrv::GetReach::Request& request
   response.volume = facts.volume;
   response.dexterous_volume = facts.dexterous_volume;
   response.success = !map.cancelled;
+  if (map.cancelled) response.message = "a newer request ended this one";
 }
 
 template <class Answer, class Response>

@@ -7,7 +7,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/robot/semantics/srdf_groups.h"
-#include "doppel/scenario/resolve/srdf_search.h"
+#include "doppel/scenario/resolve/described_arms.h"
 
 namespace doppel {
 namespace {
@@ -49,24 +49,11 @@ void KnownArms::show(const ArmSnapshot& snapshot) {
 }
 
 void KnownArms::find_groups() {
-  groups_.clear();
   Diagnostics notes;
-  const Model& model = now_.model();
   PackageResolver resolver;
-  if (now_.robot->target != nullptr) {
-    resolver.add_context(now_.robot->target->description);
-    for (const FoundSrdf& found : find_srdf(*now_.robot->description, *now_.robot->target, resolver, notes)) {
-      for (ArmGroup& arm : find_arms(model, found.srdf, notes)) groups_.push_back(std::move(arm));
-      if (!groups_.empty()) break;
-    }
-  }
-  for (ArmGroup& arm : find_arms(model, find_planning_groups(model, now_.robot->controllers), notes)) {
-    const bool is_there = std::any_of(groups_.begin(), groups_.end(), [&arm](const ArmGroup& other) {
-      return other.name == arm.name ||
-             (other.chain.base_link == arm.chain.base_link && other.chain.tip_link == arm.chain.tip_link);
-    });
-    if (!is_there) groups_.push_back(std::move(arm));
-  }
+  if (now_.robot->target != nullptr) resolver.add_context(now_.robot->target->description);
+  groups_ = described_arms(now_.model(), *now_.robot->description, now_.robot->target, resolver,
+                           now_.robot->controllers, notes);
 }
 
 // Instance k of the scene is that of the world, the robot itself being left out; the last one is the ground.

@@ -179,6 +179,33 @@ TEST(ReachFiles, EveryCellInReachIsOneLine) {
   EXPECT_NE(svg.find("A &lt; B"), std::string::npos);
 }
 
+TEST(ReachScene, LinksWithOnlyShapelessLinksBetweenThemMayTouch) {
+  // A thigh that overlaps the body in each position, behind a hip without a shape.
+  constexpr const char* kLeg = R"(<robot name="leg">
+<link name="body"><collision><geometry><box size="0.3 0.2 0.1"/></geometry></collision></link>
+<link name="hip"/>
+<link name="thigh"><collision><geometry><sphere radius="0.05"/></geometry></collision></link>
+<joint name="roll" type="revolute"><parent link="body"/><child link="hip"/><axis xyz="1 0 0"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+<joint name="pitch" type="revolute"><parent link="hip"/><child link="thigh"/><axis xyz="0 1 0"/>
+<limit lower="-1" upper="1" effort="1" velocity="1"/></joint>
+</robot>)";
+  PackageResolver resolver;
+  Diagnostics notes;
+  const RobotDescription robot = parse_urdf(kLeg, "leg.urdf", resolver, notes);
+  const auto model = std::make_shared<const Model>(compile_model(robot, BaseKind::fixed, notes));
+  const Chain chain = make_chain(*model, 0, model->find_link("thigh"));
+  ArmReach reach(model, chain, reach_scene(robot, model, &chain, {}, notes));
+  EXPECT_TRUE(reach.is_free(model->neutral()));
+}
+
+TEST(ArmGroup, DefaultIsTheFirstWithTheMostJoints) {
+  const PlanarArm arm;
+  const Chain torso = make_chain(*arm.model, 0, arm.model->find_link("upper"));
+  const std::vector<ArmGroup> arms{{"torso", torso}, {"left_arm", arm.chain}, {"right_arm", arm.chain}};
+  EXPECT_EQ(choose_arm(arms, "").name, "left_arm");
+}
+
 TEST(ArmGroup, UnknownGroupIsRefusedWithTheNearestName) {
   const PlanarArm arm;
   const std::vector<ArmGroup> arms{{"left_arm", arm.chain}, {"right_arm", arm.chain}};

@@ -12,7 +12,7 @@ namespace doppel {
 struct ArmContext {
   const ArmSnapshot& snapshot;
   KnownArms& arms;
-  std::function<bool()> stopping;  // true: the twin ends
+  std::function<bool()> stopping;  // true: the twin ends, or a newer request has come
 };
 
 template <class S>
