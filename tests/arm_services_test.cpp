@@ -84,7 +84,7 @@ double distance(const geometry_msgs::msg::Pose& a, const geometry_msgs::msg::Pos
 
 // B20 (kinematics_service_capability.cpp:79-155, 171-200): with avoid_collisions; an empty link is the
 // group's tip. B22: the FK of the answer is the pose.
-TEST_F(ArmServicesTest, ComputeIkBringsTheTipToThePose) {
+TEST_F(ArmServicesTest, ComputeIkBringsTipToPose) {
   bring_up("omarm_one");
   const auto pose = pose_of("tool_link_1", kPose);
   const auto response = ask<msrv::GetPositionIK>("/compute_ik", ik(pose));
@@ -95,7 +95,7 @@ TEST_F(ArmServicesTest, ComputeIkBringsTheTipToThePose) {
 }
 
 // B20: another link than the tip, here one behind it.
-TEST_F(ArmServicesTest, ComputeIkForAnotherLinkOfTheArm) {
+TEST_F(ArmServicesTest, ComputeIkForAnotherLinkOfArm) {
   bring_up("omarm_one");
   auto request = ik(pose_of("gripper_base_1", kPose));
   request.ik_request.ik_link_name = "gripper_base_1";
@@ -106,7 +106,7 @@ TEST_F(ArmServicesTest, ComputeIkForAnotherLinkOfTheArm) {
 }
 
 // B22 (test_kinematics_plugin.cpp:342, 710): robot_state is the seed, and the nearest solution comes back.
-TEST_F(ArmServicesTest, ComputeIkReturnsTheSolutionNearestToTheState) {
+TEST_F(ArmServicesTest, ComputeIkReturnsSolutionNearestToState) {
   bring_up("omarm_one");
   auto request = ik(pose_of("tool_link_1", kPose));
   request.ik_request.robot_state = state(kPose);
@@ -170,7 +170,7 @@ TEST_F(ArmServicesTest, ComputeIkKeepsJointConstraints) {
 }
 
 // B21, not copied (kinematics_service_capability.cpp:109): nanoseconds of the timeout count.
-TEST_F(ArmServicesTest, TimeoutBelowASecondIsNotZero) {
+TEST_F(ArmServicesTest, TimeoutBelowSecondIsNotZero) {
   bring_up("omarm_one");
   auto request = ik(pose_of("tool_link_1", kPose));
   request.ik_request.timeout.nanosec = 5'000'000;
@@ -192,7 +192,7 @@ TEST_F(ArmServicesTest, SeveralTipsNeedAsManyPoses) {
 }
 
 // B26 (kinematics_service_capability.cpp:205-212): several links, in the header's frame.
-TEST_F(ArmServicesTest, ComputeFkIsInTheFrameOfTheHeader) {
+TEST_F(ArmServicesTest, ComputeFkIsInFrameOfHeader) {
   bring_up("omarm_one");
   msrv::GetPositionFK::Request request;
   request.fk_link_names = {"tool_link_1", "link_2_1"};
@@ -213,7 +213,7 @@ TEST_F(ArmServicesTest, ComputeFkIsInTheFrameOfTheHeader) {
 }
 
 // B44 (state_validation_service_capability.cpp:58-126; test_check_state_validity_in_empty_scene.py).
-TEST_F(ArmServicesTest, StateThatTouchesItselfIsNotValidAndNamesTheLinks) {
+TEST_F(ArmServicesTest, StateThatTouchesItselfIsNotValidAndNamesLinks) {
   bring_up("omarm_one");
   msrv::GetStateValidity::Request request;
   request.group_name = "arm";
@@ -232,7 +232,7 @@ TEST_F(ArmServicesTest, StateThatTouchesItselfIsNotValidAndNamesTheLinks) {
 }
 
 // B41, B44: the twin's world is in the scene under the objects' names, as it is now.
-TEST_F(ArmServicesTest, ObjectOfTheWorldCollidesWithTheArm) {
+TEST_F(ArmServicesTest, ObjectOfWorldCollidesWithArm) {
   bring_up("omarm_one");
   const auto pose = pose_of("tool_link_1", kPose, "world");
   auto request = ik(pose_of("tool_link_1", kPose));
@@ -294,7 +294,7 @@ TEST_F(ArmServicesTest, StateValidityJudgesEachConstraint) {
 
 // B27: a pose for a small arm succeeds where the tool's axis can be met, and says what is left free; else
 // the least tolerances that would do are in the message.
-TEST_F(ArmServicesTest, SmallArmMeetsTheToolsAxisAndSaysWhatIsFree) {
+TEST_F(ArmServicesTest, SmallArmMeetsToolsAxisAndSaysWhatIsFree) {
   bring_up("lab_arm");
   msrv::GetPositionIK::Request request;
   request.ik_request.pose_stamped.pose.position = {0.1, 0.1, 0.2};
@@ -332,7 +332,7 @@ TEST_F(ArmServicesTest, SolveIkListsBranchesWithTheirMeasures) {
   EXPECT_NE(refused.message.find("did you mean 'position'"), std::string::npos) << refused.message;
 }
 
-TEST_F(ArmServicesTest, SolveIkWithoutSolutionReturnsTheNearestPose) {
+TEST_F(ArmServicesTest, SolveIkWithoutSolutionReturnsNearestPose) {
   bring_up("omarm_one");
   dsrv::SolveIk::Request request;
   request.pose.pose.position = {2, 0, 0.1};
@@ -346,7 +346,7 @@ TEST_F(ArmServicesTest, SolveIkWithoutSolutionReturnsTheNearestPose) {
               1e-9);
 }
 
-TEST_F(ArmServicesTest, ReachOfTheArmIsACloud) {
+TEST_F(ArmServicesTest, ReachOfArmIsCloud) {
   bring_up("omarm_one");
   dsrv::GetReach::Request request;
   request.cell = 0.08;

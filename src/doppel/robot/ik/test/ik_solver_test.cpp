@@ -97,7 +97,7 @@ TEST(IkSolver, SingularPosesAreSolved) {
 
 // B23 (getIKMultipleSolutions, test_kinematics_plugin.cpp:661): the configuration that a pose was made from
 // is among its branches, and no branch is there twice.
-TEST(IkSolver, AllBranchesOfExactArmsContainTheOriginalConfiguration) {
+TEST(IkSolver, AllBranchesOfExactArmsContainOriginalConfiguration) {
   for (const NamedArm& named : all_arms()) {
     if (named.method == IkMethod::numeric || named.robot.name == "seven") continue;
     const IkSolver arm = test::solver_of(named.robot);
@@ -128,7 +128,7 @@ TEST(IkSolver, AllBranchesOfExactArmsContainTheOriginalConfiguration) {
 
 // B22 (test_kinematics_plugin.cpp:342 randomWalkIK, :710 getNearestIKSolution): the solution is the one
 // that is nearest to the seed, so that a path of near poses stays in one branch.
-TEST(IkSolver, SolutionIsTheNearestToTheSeed) {
+TEST(IkSolver, SolutionIsNearestToSeed) {
   for (const NamedArm& named : all_arms()) {
     const IkSolver arm = test::solver_of(named.robot);
     std::mt19937 random(kSeed);
@@ -155,7 +155,7 @@ TEST(IkSolver, SolutionIsTheNearestToTheSeed) {
 }
 
 // B25: of joints that turn more than once, the representative that is nearest to the seed.
-TEST(IkSolver, JointWithSeveralTurnsStaysInTheSeedsTurn) {
+TEST(IkSolver, JointWithSeveralTurnsStaysInSeedsTurn) {
   const IkSolver arm = test::solver_of(test::ur5e());
   IkRequest request;
   Eigen::VectorXd u(6);
@@ -167,7 +167,7 @@ TEST(IkSolver, JointWithSeveralTurnsStaysInTheSeedsTurn) {
   EXPECT_NEAR(arm.solve(request)->u[5], 5.0 - 2 * M_PI, 1e-6);
 }
 
-TEST(IkSolver, ContinuousJointIsNeverMoreThanHalfATurnFromTheSeed) {
+TEST(IkSolver, ContinuousJointIsNeverMoreThanHalfTurnFromSeed) {
   RobotDescription robot = test::five_joints();
   robot.joints[4].type = JointType::continuous;
   robot.joints[4].limits.reset();
@@ -188,7 +188,7 @@ TEST(IkSolver, ContinuousJointIsNeverMoreThanHalfATurnFromTheSeed) {
 
 // B27: arms with four and five joints get the whole pose where it is possible, and the position with the
 // tool's axis where only that is.
-TEST(IkSolver, FourJointsPointTheToolAndLeaveTheRotationAboutItFree) {
+TEST(IkSolver, FourJointsPointToolAndLeaveRotationAboutItFree) {
   const IkSolver arm = test::solver_of(test::four_joints());
   EXPECT_EQ(arm.task_space().freedom, 4);
   EXPECT_TRUE(arm.task_space().tool_axis.isApprox(Eigen::Vector3d::UnitZ()));
@@ -204,7 +204,7 @@ TEST(IkSolver, FourJointsPointTheToolAndLeaveTheRotationAboutItFree) {
   EXPECT_GT(solution->free_rotation, 0.1);
 }
 
-TEST(IkSolver, SlopeOfTheToolIsMetWhereItsDirectionCannotBe) {
+TEST(IkSolver, SlopeOfToolIsMetWhereItsDirectionCannotBe) {
   const IkSolver arm = test::solver_of(test::four_joints());
   IkRequest request;
   // Level, and across the way from the base: only the slope can be met.
@@ -222,7 +222,7 @@ TEST(IkSolver, SlopeOfTheToolIsMetWhereItsDirectionCannotBe) {
 }
 
 // planning.md, decision 7: a pose for a small arm is answered within the tolerances of the request.
-TEST(IkSolver, PoseWithinWideTolerancesIsFoundWhereTheExactOneIsNot) {
+TEST(IkSolver, PoseWithinWideTolerancesIsFoundWhereExactOneIsNot) {
   const IkSolver arm = test::solver_of(test::five_joints());
   IkRequest request;
   request.X_BT.linear() =
@@ -240,7 +240,7 @@ TEST(IkSolver, PoseWithinWideTolerancesIsFoundWhereTheExactOneIsNot) {
   EXPECT_LT(solution->position_error, 1e-4);
 }
 
-TEST(TaskSpace, FreedomIsTheNumberOfJointsThatCount) {
+TEST(TaskSpace, FreedomIsNumberOfJointsThatCount) {
   for (const NamedArm& named : all_arms()) {
     const IkSolver arm = test::solver_of(named.robot);
     EXPECT_EQ(arm.task_space().freedom, std::min(6, arm.chain().size())) << named.name;
@@ -273,7 +273,7 @@ TEST(IkSolver, RefusedSolutionsAreReplacedByOtherBranches) {
 }
 
 // Decision 9, P14: the same request gives the same bits.
-TEST(IkSolver, SameRequestGivesTheSameBits) {
+TEST(IkSolver, SameRequestGivesSameBits) {
   for (const NamedArm& named : all_arms()) {
     std::mt19937 random(kSeed);
     const IkSolver one = test::solver_of(named.robot), two = test::solver_of(named.robot);
@@ -309,7 +309,7 @@ TEST(IkSolver, BatchSolvesEachPose) {
 }
 
 // "No is an answer": out of reach by how much.
-TEST(IkFailure, DistanceOutOfReachIsThatOfTheStretchedArm) {
+TEST(IkFailure, DistanceOutOfReachIsThatOfStretchedArm) {
   const IkSolver arm = test::solver_of(test::four_joints());
   IkRequest request;
   request.task = IkTask::position;
@@ -323,7 +323,7 @@ TEST(IkFailure, DistanceOutOfReachIsThatOfTheStretchedArm) {
   EXPECT_EQ(describe(arm, request, failure), "the position is out of reach by 31 mm");
 }
 
-TEST(IkFailure, JointBeyondItsLimitIsNamedWithTheDegreesItLacks) {
+TEST(IkFailure, JointBeyondItsLimitIsNamedWithDegreesItLacks) {
   const IkSolver arm = test::solver_of(test::four_joints());
   IkRequest request;
   Eigen::VectorXd u(4);
@@ -340,7 +340,7 @@ TEST(IkFailure, JointBeyondItsLimitIsNamedWithTheDegreesItLacks) {
             "'joint1' would have to turn 11.5 deg beyond its upper limit of 149 deg");
 }
 
-TEST(IkFailure, NearestRotationAtTheReachedPositionIsTheLeast) {
+TEST(IkFailure, NearestRotationAtReachedPositionIsLeast) {
   const IkSolver arm = test::solver_of(test::four_joints());
   IkRequest request;
   request.X_BT.linear() =
@@ -355,7 +355,7 @@ TEST(IkFailure, NearestRotationAtTheReachedPositionIsTheLeast) {
   EXPECT_NEAR(failure.nearest.rotation_error, 0.4, 1e-3);
 }
 
-TEST(ChainJacobian, ColumnsAreDerivativesOfTheTip) {
+TEST(ChainJacobian, ColumnsAreDerivativesOfTip) {
   for (const NamedArm& named : all_arms()) {
     const IkSolver arm = test::solver_of(named.robot);
     std::mt19937 random(kSeed);

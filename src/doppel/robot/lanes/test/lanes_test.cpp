@@ -82,13 +82,13 @@ TEST(Chain, TipThatIsNotBelowBaseIsRefused) {
   EXPECT_THROW(make_chain(model, 1, 1), std::invalid_argument);  // nothing moves
 }
 
-TEST(Chain, LinksAreMovedByTheJointsAboveThem) {
+TEST(Chain, LinksAreMovedByJointsAboveThem) {
   const Model model = random_model(mixed_joints(4), 1);
   const std::vector<std::uint32_t> bits = moving_variables(model, make_chain(model, 1, 3));
   EXPECT_EQ(bits, (std::vector<std::uint32_t>{0, 0, 1, 3, 3}));
 }
 
-TEST(LaneKernels, TipPosesAreThoseOfTheChain) {
+TEST(LaneKernels, TipPosesAreThoseOfChain) {
   std::mt19937 random(5);
   for (std::size_t count : {1UL, 4UL, 7UL, 20UL}) {
     const Model model = random_model(mixed_joints(count), static_cast<unsigned>(count));
@@ -113,7 +113,7 @@ TEST(LaneKernels, TipPosesAreThoseOfTheChain) {
 }
 
 // planning.md P14: the same bits on all widths of registers.
-TEST(LaneKernels, AllInstructionSetsGiveTheSameBits) {
+TEST(LaneKernels, AllInstructionSetsGiveSameBits) {
   for (const std::size_t count : {3UL, 4UL, 5UL, 6UL, 7UL, 9UL}) {
     const Model model = random_model(mixed_joints(count), 40 + static_cast<unsigned>(count));
     const Chain chain = make_chain(model, 0, static_cast<int>(count));

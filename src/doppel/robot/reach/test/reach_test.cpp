@@ -55,7 +55,7 @@ ReachQuery query_at(double x, double y) {
   return out;
 }
 
-TEST(ArmReach, BothElbowsReachThePosition) {
+TEST(ArmReach, BothElbowsReachPosition) {
   const PlanarArm arm;
   Diagnostics notes;
   ArmReach reach(arm.model, arm.chain, reach_scene(arm.robot, arm.model, &arm.chain, {}, notes));
@@ -71,7 +71,7 @@ TEST(ArmReach, BothElbowsReachThePosition) {
   EXPECT_NEAR(answer.branches[0].solution.u[1], -answer.branches[1].solution.u[1], 1e-8);
 }
 
-TEST(ArmReach, ObstacleLeavesTheOtherElbow) {
+TEST(ArmReach, ObstacleLeavesOtherElbow) {
   const PlanarArm arm;
   Diagnostics notes;
   ReachSurroundings around;
@@ -89,7 +89,7 @@ TEST(ArmReach, ObstacleLeavesTheOtherElbow) {
 }
 
 // "No is an answer": which pair by how many millimetres.
-TEST(ArmReach, PoseInsideAnObstacleNamesThePairAndItsDepth) {
+TEST(ArmReach, PoseInsideObstacleNamesPairAndItsDepth) {
   const PlanarArm arm;
   Diagnostics notes;
   ReachSurroundings around;
@@ -107,7 +107,7 @@ TEST(ArmReach, PoseInsideAnObstacleNamesThePairAndItsDepth) {
 }
 
 // Three joints or fewer reach positions; the note says what else was asked for.
-TEST(ArmReach, PoseOfAPlanarArmIsItsPositionWithANote) {
+TEST(ArmReach, PoseOfPlanarArmIsItsPositionWithNote) {
   const PlanarArm arm;
   ArmReach reach(arm.model, arm.chain, nullptr);
   ReachQuery query = query_at(0.3, 0.1);
@@ -119,7 +119,7 @@ TEST(ArmReach, PoseOfAPlanarArmIsItsPositionWithANote) {
 }
 
 // The reach of two links is a ring: the area between the circles of their sum and their difference.
-TEST(ReachMap, AreaOfAPlanarArmIsThatOfItsRing) {
+TEST(ReachMap, AreaOfPlanarArmIsThatOfItsRing) {
   const PlanarArm arm;
   ReachMapOptions options;
   options.cell = 0.01;
@@ -144,7 +144,7 @@ TEST(ReachMap, AreaOfAPlanarArmIsThatOfItsRing) {
   EXPECT_NEAR(facts.farthest, 0.5, 0.011);
 }
 
-TEST(ReachMap, NumberOfThreadsDoesNotChangeTheMap) {
+TEST(ReachMap, NumberOfThreadsDoesNotChangeMap) {
   const PlanarArm arm;
   ReachMapOptions options;
   options.cell = 0.05;
@@ -199,14 +199,14 @@ TEST(ReachScene, LinksWithOnlyShapelessLinksBetweenThemMayTouch) {
   EXPECT_TRUE(reach.is_free(model->neutral()));
 }
 
-TEST(ArmGroup, DefaultIsTheFirstWithTheMostJoints) {
+TEST(ArmGroup, DefaultHasMostJoints) {
   const PlanarArm arm;
   const Chain torso = make_chain(*arm.model, 0, arm.model->find_link("upper"));
   const std::vector<ArmGroup> arms{{"torso", torso}, {"left_arm", arm.chain}, {"right_arm", arm.chain}};
   EXPECT_EQ(choose_arm(arms, "").name, "left_arm");
 }
 
-TEST(ArmGroup, UnknownGroupIsRefusedWithTheNearestName) {
+TEST(ArmGroup, UnknownGroupIsRefusedWithNearestName) {
   const PlanarArm arm;
   const std::vector<ArmGroup> arms{{"left_arm", arm.chain}, {"right_arm", arm.chain}};
   EXPECT_EQ(choose_arm(arms, "").name, "left_arm");

@@ -45,7 +45,7 @@ class GroupedRobot {
   RobotDescription robot_;
 };
 
-TEST(PlanningGroups, JointThatCarriesTheGrippersBodyIsOfTheArm) {
+TEST(PlanningGroups, JointUnderGripperBodyIsPartOfArm) {
   GroupedRobot robot;
   robot.add("shoulder", "base", "upper_arm");
   robot.add("wrist_roll", "upper_arm", "gripper");
@@ -53,7 +53,7 @@ TEST(PlanningGroups, JointThatCarriesTheGrippersBodyIsOfTheArm) {
   EXPECT_THAT(robot.groups(), ElementsAre("arm: shoulder wrist_roll", "gripper: gripper"));
 }
 
-TEST(PlanningGroups, FingersOfSeveralJointsAreAGripper) {
+TEST(PlanningGroups, FingersOfSeveralJointsAreGripper) {
   GroupedRobot robot;
   robot.add("shoulder", "base", "upper_arm");
   robot.add("j1", "upper_arm", "finger_a");
@@ -61,7 +61,7 @@ TEST(PlanningGroups, FingersOfSeveralJointsAreAGripper) {
   EXPECT_THAT(robot.groups(), ElementsAre("arm: shoulder", "gripper: j1 j2"));
 }
 
-TEST(PlanningGroups, JointOfTheArmMayLeadAMimicJointBesideIt) {
+TEST(PlanningGroups, ArmJointMayLeadMimicJointBesideIt) {
   GroupedRobot robot;
   robot.add("j1", "base", "link1");
   robot.add("j2", "link1", "link2");
@@ -70,7 +70,7 @@ TEST(PlanningGroups, JointOfTheArmMayLeadAMimicJointBesideIt) {
   EXPECT_THAT(robot.groups(), ElementsAre("arm: j1 j2 j3"));
 }
 
-TEST(PlanningGroups, MimicJointInsideAnArmDoesNotDivideIt) {
+TEST(PlanningGroups, MimicJointInsideArmDoesNotDivideIt) {
   GroupedRobot robot;
   robot.add("j1", "base", "link1");
   robot.add("j2", "link1", "link2");
@@ -79,7 +79,7 @@ TEST(PlanningGroups, MimicJointInsideAnArmDoesNotDivideIt) {
   EXPECT_THAT(robot.groups(), ElementsAre("arm: j1 j2 j3"));
 }
 
-TEST(PlanningGroups, FingersOfAHandAloneAreArms) {
+TEST(PlanningGroups, FingersOfHandAloneAreArms) {
   GroupedRobot robot;
   for (const std::string finger : {"thumb", "finger"}) {
     robot.add(finger + "_1", "base", finger + "_upper");
@@ -90,7 +90,7 @@ TEST(PlanningGroups, FingersOfAHandAloneAreArms) {
               ElementsAre("arm: thumb_1 thumb_2 thumb_3", "arm_2: finger_1 finger_2 finger_3"));
 }
 
-TEST(PlanningGroups, GripperAloneStaysAGripper) {
+TEST(PlanningGroups, GripperAloneStaysGripper) {
   GroupedRobot robot;
   robot.add("knuckle", "base", "left_finger");
   robot.follow("other_knuckle", "base", "right_finger", "knuckle");

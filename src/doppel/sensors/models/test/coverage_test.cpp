@@ -24,7 +24,7 @@ std::unique_ptr<RayCaster> ball_at(const Vector3d& place) {
   return caster;
 }
 
-TEST(SightLines, PointBehindABallIsHiddenByIt) {
+TEST(SightLines, PointBehindBallIsHiddenByIt) {
   const auto caster = ball_at({1, 0, 0});
   const std::vector<Vector3d> points{{2, 0, 0}, {2, 0.5, 0}, {0.5, 0, 0}, {0.9, 0, 0}};
   const std::vector<SightLine> lines = sight_lines(*caster, Vector3d::Zero(), points);
@@ -39,7 +39,7 @@ TEST(SightLines, PointBehindABallIsHiddenByIt) {
 }
 
 // The shadow of a ball of radius r at distance d is a cone whose half angle is asin(r / d).
-TEST(SightLines, ShadowOfABallIsItsCone) {
+TEST(SightLines, ShadowOfBallIsItsCone) {
   const auto caster = ball_at({1, 0, 0});
   const double limit = std::asin(0.1);
   std::vector<Vector3d> points;
@@ -75,7 +75,7 @@ TEST(CameraCoverage, EachPointHasItsReason) {
 }
 
 // A square of points in a plane at distance 1 is as large as the picture sees of it: 2 m by 2 m.
-TEST(CameraCoverage, ShareOfAPlaneIsThatOfTheField) {
+TEST(CameraCoverage, ShareOfPlaneIsThatOfField) {
   const auto caster = ball_at({0, 0, -9});
   std::vector<Vector3d> points;
   for (int i = 0; i < 100; ++i) {
