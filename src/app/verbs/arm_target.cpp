@@ -11,13 +11,12 @@
 #include "app/verbs/found_controllers.h"
 #include "app/verbs/position_text.h"
 #include "doppel/base/core/names.h"
+#include "doppel/base/math/units.h"
 #include "doppel/robot/kinematics/kinematics.h"
 #include "doppel/scenario/resolve/described_arms.h"
 
 namespace doppel::app {
 namespace {
-
-constexpr double kDegree = M_PI / 180;
 
 int find_named_link(const Model& model, const std::string& name) {
   const int link = model.find_link(name);
@@ -111,7 +110,7 @@ std::string shown_position(const ModelJoint& joint, double position) {
 
 void add_arm_options(CLI::App& verb, ArmOptions& options) {
   add_target(verb, options.target);
-  verb.add_option("--group", options.group, "Group of joints (default: the first arm that is found)")
+  verb.add_option("--group", options.group, "Group of joints (default: the arm with the most joints)")
       ->type_name("NAME");
   verb.add_option("--base", options.base, "Link at which the chain begins (default: the group's)")
       ->type_name("LINK");

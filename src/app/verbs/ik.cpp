@@ -9,13 +9,12 @@
 #include "app/output.h"
 #include "app/verbs/arm_target.h"
 #include "app/verbs/verbs.h"
+#include "doppel/base/math/units.h"
 
 namespace doppel::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-constexpr double kDegree = M_PI / 180;
 
 struct IkOptions {
   ArmOptions arm;

@@ -89,8 +89,9 @@ CoverGrid::Index CoverGrid::index_of(const Vector3d& p) const {
 
 Vector3d CoverGrid::centre(std::size_t cell) const {
   const auto nx = static_cast<std::size_t>(counts_[0]), ny = static_cast<std::size_t>(counts_[1]);
-  const Vector3d cells(static_cast<double>(cell % nx), static_cast<double>(cell / nx % ny),
-                       static_cast<double>(cell / nx / ny));
+  const std::size_t row = cell / nx, layer = row / ny;
+  const Vector3d cells(static_cast<double>(cell % nx), static_cast<double>(row % ny),
+                       static_cast<double>(layer));
   return origin_ + (cells.array() + 0.5).matrix() * side_;
 }
 

@@ -249,8 +249,11 @@ class CoverMaker {
     std::vector<CoverSphere> out;
     const double last = 2 * out_.levels[0][0].radius;
     const auto budget = static_cast<std::size_t>(std::max(most, 1));
-    for (margin = first; out.empty() && margin < last; margin *= kWiderMargin)
+    margin = first;
+    while (out.empty() && margin < last) {
       out = search.choose(margin, budget);
+      margin *= kWiderMargin;
+    }
     if (out.empty()) return out_.levels[0];
     // Between the last two trials.
     margin /= kWiderMargin;

@@ -249,6 +249,7 @@ std::vector<AllowedPair> allowed_links(const RobotDescription& robot, const Mode
   SelfCollisionOptions sampling;
   sampling.samples = kAllowedSamples;
   sampling.detail = detail;
+  sampling.find_never = false;
   for (const DisabledPair& pair : find_self_collisions(robot, model, sampling).disabled) {
     const BodyId a{0, pair.link_a}, b{0, pair.link_b};
     if (pair.reason == DisabledReason::adjacent)

@@ -246,8 +246,8 @@ class ReachDrawing {
     const double bottom = kDrawingTop + kPanelSize, step = tick_step(range_);
     const auto ticks = [&](int axis, auto draw) {
       const double first = std::ceil((middle_[axis] - range_ / 2) / step) * step;
-      for (double value = first; value <= middle_[axis] + range_ / 2; value += step)
-        draw(std::round(value / step) * step + 0.0);
+      const auto count = static_cast<int>(std::floor((middle_[axis] + range_ / 2 - first) / step)) + 1;
+      for (int i = 0; i < count; ++i) draw(std::round(first / step + i) * step + 0.0);
     };
     ticks(right_axis_, [&](double value) {
       line(px(value), bottom, px(value), bottom + 5);

@@ -55,7 +55,7 @@ class Sampling {
     const int counted = std::min(options_.samples, kAlwaysSamples);
     settle([&](const Pair& pair) { return counted > 0 && pair.times >= kAlwaysFraction * counted; },
            [](const Pair&) { return DisabledReason::always; });
-    settle([this](const Pair& pair) { return options_.samples > 0 && !pair.collided; },
+    settle([this](const Pair& pair) { return options_.find_never && options_.samples > 0 && !pair.collided; },
            [](const Pair&) { return DisabledReason::never; });
     std::sort(out_.disabled.begin(), out_.disabled.end(), [](const DisabledPair& x, const DisabledPair& y) {
       return std::pair(x.link_a, x.link_b) < std::pair(y.link_a, y.link_b);
@@ -107,6 +107,8 @@ class Sampling {
       context_.set_configuration(0, random_configuration(model_, state));
       for (Pair& pair : pairs_) {
         if (i >= kAlwaysSamples && pair.collided) continue;
+        // A pair that has missed so often cannot touch always any more.
+        if (!options_.find_never && i - pair.times > (1 - kAlwaysFraction) * kAlwaysSamples) continue;
         if (!touch(pair)) continue;
         pair.collided = true;
         pair.times += i < kAlwaysSamples ? 1 : 0;

@@ -87,6 +87,10 @@ TEST(SelfCollisionTest, AgreesWithBruteForce) {
     const SelfCollisions found = find_self_collisions(converted.robot, converted.model, options);
     EXPECT_EQ(found.checked_pairs, 10);
     EXPECT_EQ(by_pair(found), brute_force(radius));
+    options.find_never = false;
+    auto others = by_pair(found);
+    std::erase_if(others, [](const auto& pair) { return pair.second == DisabledReason::never; });
+    EXPECT_EQ(by_pair(find_self_collisions(converted.robot, converted.model, options)), others);
   }
 }
 
