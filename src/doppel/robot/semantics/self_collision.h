@@ -27,7 +27,7 @@ struct SelfCollisionOptions {
   int samples = 10000;
   std::uint64_t seed = 1;
   CollisionDetail detail = CollisionDetail::triangles;
-  // False: pairs that never touch are not searched for, which takes a tenth of the time; the others are the same.
+  // False: pairs that never touch are not searched for, which takes a tenth of the time; others are equal.
   bool find_never = true;
   // Called repeatedly with the completed fraction, 0..1; false: cancels the search. May be empty.
   std::function<bool(double)> progress;
