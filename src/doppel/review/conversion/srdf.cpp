@@ -8,6 +8,11 @@
 namespace doppel {
 
 std::string to_srdf(const Model& model, const std::vector<PlanningGroup>& groups,
+                    const std::vector<DisabledPair>& disabled) {
+  return to_srdf(model, groups, disabled, {});
+}
+
+std::string to_srdf(const Model& model, const std::vector<PlanningGroup>& groups,
                     const std::vector<DisabledPair>& disabled, const std::vector<LinkSpheres>& spheres) {
   SrdfDescription srdf = derived_srdf(model, groups, disabled);
   for (const LinkSpheres& cover : spheres) {

@@ -15,8 +15,10 @@
 namespace doppel {
 
 DOPPEL_API std::string to_srdf(const Model& model, const std::vector<PlanningGroup>& groups,
+                               const std::vector<DisabledPair>& disabled);
+DOPPEL_API std::string to_srdf(const Model& model, const std::vector<PlanningGroup>& groups,
                                const std::vector<DisabledPair>& disabled,
-                               const std::vector<LinkSpheres>& spheres = {});
+                               const std::vector<LinkSpheres>& spheres);
 
 // The covers of the links' collision shapes that are proven, for to_srdf(). A link whose cover is not is a
 // warning "convert.cover". `model` is compiled from `robot`. Throws InputError: a mesh cannot be read.

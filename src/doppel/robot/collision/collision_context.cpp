@@ -22,10 +22,9 @@ struct CollisionContext::Impl {
   void place_body(const SceneBody& body, const Pose& X_WL);
   [[nodiscard]] double bound(const SceneBody& a, const SceneBody& b) const;
   void measure(const SceneBody& a, const SceneBody& b, PairDistance& nearest);
-  [[nodiscard]] bool closer(const SceneBody& a, const SceneBody& b, double clearance,
-                            bool by_surfaces = false);
+  [[nodiscard]] bool closer(const SceneBody& a, const SceneBody& b, double clearance);
   [[nodiscard]] bool shapes_closer(const SceneBody& a, std::size_t i, const SceneBody& b, std::size_t k,
-                                   double clearance, bool by_surfaces);
+                                   double clearance);
   [[nodiscard]] ConvexDistance shape_distance(const SceneBody& a, std::size_t i, const SceneBody& b,
                                               std::size_t k, double far);
   [[nodiscard]] ConvexDistance ground_distance(const SceneBody& b, std::size_t k) const;
@@ -54,6 +53,7 @@ struct CollisionContext::Impl {
   std::vector<PairDistance> contacts;
   ConvexWorkspace memory;
   FieldWorkspace cells;
+  bool only_surfaces = false;  // of meshes: their hulls do not count, whatever the clearance
 };
 
 CollisionContext::Impl::Impl(std::shared_ptr<const CollisionScene> the_scene)
@@ -176,7 +176,7 @@ void CollisionContext::Impl::measure(const SceneBody& a, const SceneBody& b, Pai
 }
 
 bool CollisionContext::Impl::shapes_closer(const SceneBody& a, std::size_t i, const SceneBody& b,
-                                           std::size_t k, double clearance, bool by_surfaces) {
+                                           std::size_t k, double clearance) {
   const SolidShape &first = a.shapes[i], &second = b.shapes[k];
   if (shape_bound(a, i, b, k) >= std::max(clearance, 0.0)) return false;
   // Convex hulls of meshes are reduced, and a mesh may be hollow: triangles that cross are found by the
@@ -187,20 +187,19 @@ bool CollisionContext::Impl::shapes_closer(const SceneBody& a, std::size_t i, co
     if (surface_functions().touch(first.surface.get(), X_WA * X_AL * first.X_LG, second.surface.get(),
                                   X_WB * X_BL * second.X_LG))
       return true;
-    if (by_surfaces || clearance <= 0) return false;
+    if (only_surfaces || clearance <= 0) return false;
   }
   if (first.field != nullptr || second.field != nullptr)
     return shape_distance(a, i, b, k, clearance).distance < clearance;
   return convex_closer(first.solid, second.solid, pose(a, i).inverse() * pose(b, k), clearance, memory);
 }
 
-bool CollisionContext::Impl::closer(const SceneBody& a, const SceneBody& b, double clearance,
-                                    bool by_surfaces) {
+bool CollisionContext::Impl::closer(const SceneBody& a, const SceneBody& b, double clearance) {
   if (bound(a, b) >= std::max(clearance, 0.0)) return false;
   for (std::size_t k = 0; k < b.shapes.size(); ++k) {
     if (a.id.is_ground() && ground_distance(b, k).distance < clearance) return true;
     for (std::size_t i = 0; i < a.shapes.size(); ++i) {
-      if (shapes_closer(a, i, b, k, clearance, by_surfaces)) return true;
+      if (shapes_closer(a, i, b, k, clearance)) return true;
     }
   }
   return false;
@@ -277,7 +276,11 @@ bool CollisionContext::closer(BodyId a, BodyId b, double clearance) {
 bool CollisionContext::surfaces_touch(BodyId a, BodyId b) {
   const auto [first, second] = std::minmax(a, b);
   const int i = impl_->parts.find(first), k = impl_->parts.find(second);
-  return i >= 0 && k >= 0 && impl_->closer(impl_->body(i), impl_->body(k), kTouching, true);
+  if (i < 0 || k < 0) return false;
+  impl_->only_surfaces = true;
+  const bool out = impl_->closer(impl_->body(i), impl_->body(k), kTouching);
+  impl_->only_surfaces = false;
+  return out;
 }
 
 bool CollisionContext::in_collision(double clearance) {
