@@ -346,6 +346,21 @@ TEST_F(ArmServicesTest, SolveIkWithoutSolutionReturnsNearestPose) {
               1e-9);
 }
 
+TEST_F(ArmServicesTest, ExtremeNumbersAreRefusedWithReason) {
+  bring_up("omarm_one");
+  dsrv::GetReach::Request map;
+  map.cell = 0.001;
+  const auto refused = ask<dsrv::GetReach>("/doppel/reach", map);
+  EXPECT_FALSE(refused.success);
+  EXPECT_NE(refused.message.find("use cells of at least"), std::string::npos) << refused.message;
+  dsrv::SolveIk::Request far;
+  far.pose.pose.position.x = 1e300;
+  far.pose.pose.orientation.w = 1;
+  const auto answer = ask<dsrv::SolveIk>("/doppel/ik", far);
+  EXPECT_EQ(answer.reason, "request");
+  EXPECT_NE(answer.message.find("beyond 10 km"), std::string::npos) << answer.message;
+}
+
 TEST_F(ArmServicesTest, ReachOfArmIsCloud) {
   bring_up("omarm_one");
   dsrv::GetReach::Request request;

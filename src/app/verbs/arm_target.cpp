@@ -12,6 +12,7 @@
 #include "app/verbs/position_text.h"
 #include "doppel/base/core/names.h"
 #include "doppel/base/math/units.h"
+#include "doppel/robot/collision/size_limits.h"
 #include "doppel/robot/kinematics/kinematics.h"
 #include "doppel/scenario/resolve/described_arms.h"
 
@@ -179,6 +180,8 @@ AskedPose asked_pose(const PoseOptions& options, const ArmTarget& arm) {
   Pose X_FT = Pose::Identity();
   const std::vector<double> p = parse_numbers(options.position);
   X_FT.translation() = Eigen::Vector3d(p.at(0), p.at(1), p.at(2));
+  if (X_FT.translation().cwiseAbs().maxCoeff() > kMaxDistance)
+    throw InputError("cli.at", {}, "the position is beyond 10 km", "--at takes metres");
   const Eigen::Vector3d tool = arm.reach->solver().task_space().tool_axis;
   if (!options.rpy.empty()) {
     const std::vector<double> r = parse_numbers(options.rpy);

@@ -80,6 +80,8 @@ Chain make_chain(const Model& model, int base_link, int tip_link) {
       X_PL = X_PJ;
       continue;
     }
+    if (chain.joints.size() == kMaxChainJoints)
+      throw std::invalid_argument(fmt::format("more than {} joints between its ends move", kMaxChainJoints));
     ChainJoint joint;
     joint.prismatic = source.type == JointType::prismatic;
     joint.variable = add_variable(chain, model, source.mimics() ? source.mimic_leader : index);

@@ -10,10 +10,9 @@
 #include "doppel/base/math/pose.h"
 #include "doppel/export.h"
 #include "doppel/robot/kinematics/model.h"
+#include "doppel/robot/lanes/lane_kernels.h"
 
 namespace doppel {
-
-inline constexpr int kMaxChainVariables = 32;
 
 // A joint of the chain that moves. Its frame Z has the joint's axis as z.
 struct ChainJoint {
@@ -44,7 +43,8 @@ struct DOPPEL_API Chain {
 
 // Throws std::invalid_argument with the reason, as a sentence without a full stop: the tip is not below the
 // base, no joint between them moves, one has several degrees of freedom, there are more than
-// kMaxChainVariables, or the limits of a mimic joint and of its leader exclude each other.
+// kMaxChainVariables or, with mimic joints, kMaxChainJoints, or the limits of a mimic joint and of its leader
+// exclude each other.
 DOPPEL_API Chain make_chain(const Model& model, int base_link, int tip_link);
 
 // For each link of the model, the variables of the chain that move it against the root, a bit for each. Two

@@ -12,6 +12,8 @@
 namespace doppel {
 
 inline constexpr int kLaneCount = 8;
+// The kernels keep a chain in arrays of this size.
+inline constexpr int kMaxChainVariables = 32, kMaxChainJoints = 64;
 
 struct LaneJoint {
   double X_PZ[12];

@@ -1,5 +1,7 @@
 #include "doppel/robot/reach/reach_map.h"
 
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <atomic>
@@ -7,6 +9,7 @@
 #include <mutex>
 #include <thread>
 
+#include "doppel/base/core/diagnostic.h"
 #include "doppel/description/meshes/convex_hull.h"
 #include "doppel/robot/ik/chain_jacobian.h"
 
@@ -14,7 +17,7 @@ namespace doppel {
 namespace {
 
 constexpr double kDefaultCells = 40;
-constexpr int kMaxCellsAcross = 2000;
+constexpr double kMaxCells = 2e7;  // 320 MB
 // From the middle and from starting points; a pose that none of them reaches counts as out of reach.
 constexpr int kMapAttempts = 15;
 constexpr double kPositionPart = 0.02;  // of a cell
@@ -133,7 +136,14 @@ ReachMap empty_map(const Chain& chain, const Eigen::Vector3d& center, const Reac
   ReachMap out;
   const double reach = std::max(chain.length, 1e-3);
   out.cell = options.cell > 0 ? options.cell : 2 * reach / kDefaultCells;
-  const int half = std::min(static_cast<int>(std::ceil(reach / out.cell)), kMaxCellsAcross / 2);
+  const double across = 2 * std::ceil(reach / out.cell) + 1;
+  if (!(across * across * across <= kMaxCells)) {
+    throw InputError(
+        "reach.cells", {},
+        fmt::format("cells of {:.3g} mm are too many for a reach of {:.3g} m", out.cell * 1e3, reach),
+        fmt::format("use cells of at least {:.2g} m", 2.05 * reach / std::cbrt(kMaxCells)));
+  }
+  const int half = (static_cast<int>(across) - 1) / 2;
   out.nx = out.ny = out.nz = 2 * half + 1;
   out.origin = center - Eigen::Vector3d::Constant(half * out.cell);
   out.directions = options.approach ? 1 : options.directions;

@@ -64,7 +64,8 @@ struct ReachFacts {
   double best_share = 0;
 };
 
-// The same map for any number of threads. `scene`: as for ArmReach.
+// The same map for any number of threads. `scene`: as for ArmReach. Throws InputError: the cells are so
+// small that the map does not fit into 320 MB ("reach.cells").
 DOPPEL_API ReachMap make_reach_map(const std::shared_ptr<const Model>& model, const Chain& chain,
                                    const std::shared_ptr<const CollisionScene>& scene,
                                    const ReachMapOptions& options);

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "doppel/base/core/names.h"
+#include "doppel/robot/collision/size_limits.h"
 #include "doppel/robot/kinematics/kinematics.h"
 #include "doppel/sensors/rigs/pose_messages.h"
 
@@ -26,9 +27,10 @@ moveit_msgs::msg::MoveItErrorCodes error_code(std::int32_t code, const std::stri
 
 Pose checked_pose(const geometry_msgs::msg::Pose& pose) {
   const std::optional<Pose> X = from_msg(pose);
-  if (!X) {
+  if (!X || X->translation().cwiseAbs().maxCoeff() > kMaxDistance) {
     throw MoveItError{MoveItErrorCodes::INVALID_GOAL_CONSTRAINTS,
-                      "the pose has a number that is not finite, or a quaternion of length 0"};
+                      "the pose has a number that is not finite, a position beyond 10 km, or a quaternion of "
+                      "length 0"};
   }
   return *X;
 }

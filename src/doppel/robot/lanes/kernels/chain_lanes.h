@@ -6,7 +6,8 @@
 
 namespace {
 
-inline constexpr int kMaxVariables = 32, kMaxJoints = 64;
+using doppel::kMaxChainJoints;
+using doppel::kMaxChainVariables;
 
 // The axis of a joint and a point of it, in the base.
 struct LaneAxis {

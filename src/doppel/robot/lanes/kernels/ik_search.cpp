@@ -169,12 +169,12 @@ class Searcher {
   }
 
  private:
-  static constexpr int kMax = N == 0 ? kMaxVariables : N;
+  static constexpr int kMax = N == 0 ? kMaxChainVariables : N;
   DOPPEL_LANES int variables() const { return N == 0 ? n_ : N; }
 
   // The tip and the columns of the Jacobian, weighted as the residual is.
   DOPPEL_LANES void differentiate() {
-    LaneAxis axes[N == 0 ? kMaxJoints : N];
+    LaneAxis axes[N == 0 ? kMaxChainJoints : N];
     X_ = identity_pose();
     const int joints = N == 0 ? chain_.joint_count : N;
     for (int i = 0; i < joints; ++i) {

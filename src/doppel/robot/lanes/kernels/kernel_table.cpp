@@ -7,7 +7,7 @@ namespace {
 void tip_poses(const doppel::LaneChain& chain, const double* u, int count, double* poses) {
   for (int first = 0; first < count; first += kLanes) {
     const int lanes = count - first < kLanes ? count - first : kLanes;
-    Lane q[kMaxVariables];
+    Lane q[kMaxChainVariables];
     for (int v = 0; v < chain.variable_count; ++v) {
       double values[kLanes] = {};
       for (int lane = 0; lane < lanes; ++lane) values[lane] = u[(first + lane) * chain.variable_count + v];

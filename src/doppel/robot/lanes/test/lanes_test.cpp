@@ -82,6 +82,18 @@ TEST(Chain, TipThatIsNotBelowBaseIsRefused) {
   EXPECT_THROW(make_chain(model, 1, 1), std::invalid_argument);  // nothing moves
 }
 
+// The kernels keep the joints of a chain in arrays.
+TEST(Chain, MoreJointsThanKernelsHoldAreRefused) {
+  std::mt19937 random(1);
+  RobotDescription robot =
+      test::make_random_chain(std::vector<JointType>(kMaxChainJoints + 1, JointType::continuous), random);
+  for (std::size_t i = 1; i < robot.joints.size(); ++i) robot.joints[i].mimic = Mimic{"joint0", 1.0, 0.0, {}};
+  Diagnostics diagnostics;
+  const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
+  EXPECT_EQ(make_chain(model, 0, kMaxChainJoints).joints.size(), std::size_t{kMaxChainJoints});
+  EXPECT_THROW(make_chain(model, 0, kMaxChainJoints + 1), std::invalid_argument);
+}
+
 TEST(Chain, LinksAreMovedByJointsAboveThem) {
   const Model model = random_model(mixed_joints(4), 1);
   const std::vector<std::uint32_t> bits = moving_variables(model, make_chain(model, 1, 3));

@@ -155,6 +155,22 @@ TEST(ReachMap, NumberOfThreadsDoesNotChangeMap) {
   EXPECT_EQ(reach_binary(make_reach_map(arm.model, arm.chain, nullptr, options)), reach_binary(one));
 }
 
+// A client may ask for any cell: the memory of a map is bounded.
+TEST(ReachMap, TooManyCellsAreRefusedWithSmallestSize) {
+  const PlanarArm arm;
+  ReachMapOptions options;
+  for (const double cell : {1e-3, 1e-9, 1e-300}) {
+    options.cell = cell;
+    try {
+      (void)make_reach_map(arm.model, arm.chain, nullptr, options);
+      FAIL() << cell;
+    } catch (const InputError& problem) {
+      EXPECT_NE(std::string(problem.what()).find("use cells of at least 0.0038 m"), std::string::npos)
+          << problem.what();
+    }
+  }
+}
+
 TEST(ReachMap, ProgressThatReturnsFalseCancels) {
   const PlanarArm arm;
   ReachMapOptions options;

@@ -18,7 +18,7 @@ struct MoveItError {
 };
 moveit_msgs::msg::MoveItErrorCodes error_code(std::int32_t code, const std::string& message = "");
 
-// Throws MoveItError: numbers that are not finite, or a rotation that is none.
+// Throws MoveItError: numbers that are not finite, beyond kMaxDistance, or a rotation that is none.
 Pose checked_pose(const geometry_msgs::msg::Pose& pose);
 
 // q with the positions of a state, as a difference to what there is. Throws MoveItError: unknown joints,
