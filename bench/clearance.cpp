@@ -200,13 +200,12 @@ class Bench {
   // Eight states in a call: all random ones, and only those that the spheres of the level prove free, which
   // end no search early.
   void measure_lanes() {
-    for (const char* module :
-         {"doppel_lane_kernels", "doppel_lane_kernels_avx2", "doppel_lane_kernels_avx512"}) {
-      if (!plugin_module_exists(module) || !runs(module)) continue;
+    for (const std::string& module : modules_for_processor("doppel_lane_kernels")) {
+      if (!plugin_module_exists(module)) continue;
       ClearanceOptions options;
-      options.kernels = &lane_kernels(module);
+      options.kernels = &lane_kernels(module.c_str());
       Clearance clearance(scene_, covers_, options);
-      std::string line = fmt::format("  {:27}{} pairs", std::string(module) + ":", clearance.pair_count());
+      std::string line = fmt::format("  {:27}{} pairs", module + ":", clearance.pair_count());
       for (const int level : {1, 2}) {
         const Eigen::MatrixXd free = free_ones(clearance, level);
         line += fmt::format("; level {} ({} spheres), {:.1f} % free:", level, clearance.sphere_count(level),
@@ -220,15 +219,6 @@ class Bench {
       }
       fmt::print("{}\n", line);
     }
-  }
-
-  static bool runs(const std::string& module) {
-#ifdef __x86_64__
-    if (module.ends_with("avx2")) return __builtin_cpu_supports("avx2");
-    if (module.ends_with("avx512"))
-      return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl");
-#endif
-    return true;
   }
 
   [[nodiscard]] Eigen::MatrixXd free_ones(Clearance& clearance, int level) const {
@@ -289,26 +279,16 @@ class Bench {
 
   // FCL judges by its own trees and primitives, which share nothing with the scene but the files.
   bool judged_touching(const std::pair<BodyId, BodyId>& pair, const std::vector<Pose>& X_WL) const {
-    const auto parts = [&](BodyId body) {
-      std::vector<std::pair<test::FclGeometry, Pose>> out;
-      if (body.instance > 0) {
-        const SceneInstance& object = objects_[static_cast<std::size_t>(body.instance) - 1];
-        out.emplace_back(test::fcl_geometry(object.shapes[0][0]), object.X_WR);
-        return out;
-      }
-      const auto link = static_cast<std::size_t>(body.link);
-      for (const auto& [geometry, X_LG] : links_[link]) out.emplace_back(geometry, X_WL[link] * X_LG);
-      return out;
+    const auto place = [&](BodyId body) {
+      return body.instance > 0 ? objects_[static_cast<std::size_t>(body.instance) - 1].X_WR
+                               : X_WL[static_cast<std::size_t>(body.link)];
     };
-    const auto others = parts(pair.second);
-    for (const auto& [a, X_WA] : parts(pair.first)) {
-      for (const auto& [b, X_WB] : others) {
-        fcl::CollisionResultd result;
-        fcl::collide(a.get(), X_WA, b.get(), X_WB, fcl::CollisionRequestd(), result);
-        if (result.isCollision()) return true;
-      }
-    }
-    return false;
+    const auto parts = [&](BodyId body) {
+      if (body.instance == 0) return links_[static_cast<std::size_t>(body.link)];
+      const SceneInstance& object = objects_[static_cast<std::size_t>(body.instance) - 1];
+      return test::FclParts{{test::fcl_geometry(object.shapes[0][0]), Pose::Identity()}};
+    };
+    return test::parts_touch(parts(pair.first), place(pair.first), parts(pair.second), place(pair.second));
   }
 
   void measure_edges() {

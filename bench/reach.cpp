@@ -91,19 +91,6 @@ ReadyArm make_ready(const RobotWord& word, std::size_t arm) {
   return out;
 }
 
-std::vector<std::string> kernel_modules() {
-  std::vector<std::string> out{"doppel_lane_kernels"};
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2") && plugin_module_exists("doppel_lane_kernels_avx2"))
-    out.emplace_back("doppel_lane_kernels_avx2");
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
-      plugin_module_exists("doppel_lane_kernels_avx512"))
-    out.emplace_back("doppel_lane_kernels_avx512");
-#endif
-  return out;
-}
-
 // The results of a search from the middle of the limits, and the poses there, by the kernels of a module.
 std::vector<double> kernel_results(const std::string& module, const Chain& chain,
                                    const std::vector<double>& targets, const std::vector<double>& starts) {
@@ -147,7 +134,7 @@ void compare_kernels(const Chain& chain, const ReachTargets& targets, SolveCount
       starts.push_back(low + part * (high - low));
     }
   }
-  static const std::vector<std::string> modules = kernel_modules();
+  static const std::vector<std::string> modules = modules_for_processor("doppel_lane_kernels");
   out.kernels = static_cast<int>(modules.size());
   const std::vector<double> first = kernel_results(modules.front(), chain, numbers, starts);
   for (const std::string& module : modules) {

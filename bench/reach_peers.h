@@ -25,7 +25,7 @@ class IkPeer {
 
 using IkPeers = std::vector<std::unique_ptr<IkPeer>>;
 
-// A peer that cannot solve the chain is left out, with a sentence in `notes`.
+// A peer that cannot solve the chain is skipped, with a sentence in `notes`.
 void add_kdl_peers(const Chain& chain, IkPeers& out, std::vector<std::string>& notes);
 void add_trac_ik_peer(const Chain& chain, IkPeers& out, std::vector<std::string>& notes);
 void add_eaik_peer(const Chain& chain, IkPeers& out, std::vector<std::string>& notes);

@@ -35,21 +35,13 @@ class FclJudge {
  private:
   [[nodiscard]] bool touch(const std::pair<BodyId, BodyId>& pair) const {
     const auto a = static_cast<std::size_t>(pair.first.link), b = static_cast<std::size_t>(pair.second.link);
-    for (const auto& [shape_a, X_LA] : links_[a]) {
-      for (const auto& [shape_b, X_LB] : links_[b]) {
-        fcl::CollisionResultd result;
-        fcl::collide(shape_a.get(), data_.X_WL[a] * X_LA, shape_b.get(), data_.X_WL[b] * X_LB,
-                     fcl::CollisionRequestd(), result);
-        if (result.isCollision()) return true;
-      }
-    }
-    return false;
+    return test::parts_touch(links_[a], data_.X_WL[a], links_[b], data_.X_WL[b]);
   }
 
   const CollisionScene& scene_;
   const Model& model_;
   Data data_;
-  std::vector<std::vector<std::pair<test::FclGeometry, Pose>>> links_;
+  std::vector<test::FclParts> links_;
 };
 
 }  // namespace

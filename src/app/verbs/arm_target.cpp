@@ -22,10 +22,8 @@ namespace {
 int find_named_link(const Model& model, const std::string& name) {
   const int link = model.find_link(name);
   if (link >= 0) return link;
-  std::vector<std::string> names;
-  for (const ModelLink& other : model.links) names.push_back(other.name);
   throw InputError("cli.link", {},
-                   fmt::format("the robot has no link '{}'{}", name, did_you_mean(name, names)),
+                   fmt::format("the robot has no link '{}'{}", name, did_you_mean(name, model.link_names())),
                    "doppel tree lists its links");
 }
 

@@ -1,20 +1,18 @@
 // doppel convert: the description for other tools.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
-#include <csignal>
 #include <memory>
 
 #include "app/description_target.h"
 #include "app/output.h"
 #include "app/print_stderr.h"
 #include "app/verbs/found_controllers.h"
+#include "app/verbs/interruptible_work.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/text.h"
@@ -29,9 +27,6 @@ namespace doppel::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kInterrupted = 130;
-std::atomic<bool> interrupted{false};
 
 struct ConvertOptions {
   std::vector<std::string> target;
@@ -81,15 +76,6 @@ void report_absolute_paths(const std::string& text, const std::string& out) {
   print_diagnostics(diagnostics);
 }
 
-// On stderr, and only if it is a terminal.
-bool print_progress(double done) {
-  if (isatty(STDERR_FILENO) != 0) {
-    print_stderr("\r  checking collisions {:3.0f} %{}", 100 * done, done < 1 ? "" : "\n");
-    std::fflush(stderr);
-  }
-  return !interrupted.load();
-}
-
 void report_spheres(const std::vector<LinkSpheres>& spheres, const Model& model) {
   std::size_t count = 0, width = 0;
   const auto name = [&model](const LinkSpheres& cover) {
@@ -115,17 +101,12 @@ int convert_to_srdf(const ConvertOptions& options, const RobotDescription& robot
   sampling.samples = options.samples;
   sampling.seed = options.seed;
   sampling.detail = options.hulls ? CollisionDetail::hulls : CollisionDetail::triangles;
-  sampling.progress = print_progress;
-  struct sigaction action {
-  }, before{};
-  action.sa_handler = [](int) { interrupted.store(true); };
-  sigaction(SIGINT, &action, &before);
-  const SelfCollisions found = find_self_collisions(robot, model, sampling);
-  sigaction(SIGINT, &before, nullptr);
-  if (found.cancelled) {
-    print_stderr("\ninterrupted; nothing was written\n");
-    return kInterrupted;
-  }
+  const SelfCollisions found = [&] {
+    const InterruptibleWork work("of the configurations are checked for collisions");
+    sampling.progress = [&work](double done) { return work.progress(done); };
+    return find_self_collisions(robot, model, sampling);
+  }();
+  if (found.cancelled) return interrupted_without_output();
   std::vector<LinkSpheres> spheres;
   if (options.spheres) {
     Diagnostics diagnostics;

@@ -1,19 +1,16 @@
 // doppel reach: where an arm's tool can go, as facts, slices and files.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <atomic>
 #include <cmath>
-#include <csignal>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "app/output.h"
-#include "app/print_stderr.h"
 #include "app/verbs/arm_target.h"
+#include "app/verbs/interruptible_work.h"
 #include "app/verbs/position_text.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
@@ -24,9 +21,6 @@ namespace doppel::app {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kInterruptedCode = 130;
-std::atomic<bool> reach_interrupted{false};
 
 struct ReachOptions {
   ArmOptions arm;
@@ -39,14 +33,6 @@ struct ReachOptions {
 
 const std::vector<std::string> kMapFiles = {"svg", "csv", "ply", "reach"};
 const std::vector<std::string> kMapValues = {"share", "manipulability", "limits"};
-
-bool print_map_progress(double done) {
-  if (isatty(STDERR_FILENO) != 0) {
-    print_stderr("\r  {:3.0f} % of the cells{}", 100 * done, done < 1 ? "" : "\n");
-    std::fflush(stderr);
-  }
-  return !reach_interrupted.load();
-}
 
 std::string file_kind(const std::string& out) {
   if (out.empty()) return "";
@@ -85,7 +71,6 @@ ReachMapOptions map_options(const ReachOptions& options, const ArmTarget& arm) {
   out.directions = options.directions;
   out.threads = options.jobs;
   out.q = arm.q;
-  out.progress = print_map_progress;
   if (options.down) out.approach = Eigen::Vector3d(0, 0, -1);
   if (!options.approach.empty()) {
     Eigen::Vector3d direction;
@@ -156,16 +141,13 @@ int run_reach(const ReachOptions& options) {
   check_output(options.out);
   const ArmTarget arm = open_arm(options.arm);
   const Chain& chain = arm.reach->solver().chain();
-  struct sigaction action {
-  }, before{};
-  action.sa_handler = [](int) { reach_interrupted.store(true); };
-  sigaction(SIGINT, &action, &before);
-  const ReachMap map = make_reach_map(arm.model, chain, arm.scene, map_options(options, arm));
-  sigaction(SIGINT, &before, nullptr);
-  if (map.cancelled) {
-    print_stderr("\ninterrupted; nothing was written\n");
-    return kInterruptedCode;
-  }
+  const ReachMap map = [&] {
+    const InterruptibleWork work("of the cells");
+    ReachMapOptions how = map_options(options, arm);
+    how.progress = [&work](double done) { return work.progress(done); };
+    return make_reach_map(arm.model, chain, arm.scene, how);
+  }();
+  if (map.cancelled) return interrupted_without_output();
   const Eigen::Vector3d first_joint = arm.reach->base_pose(arm.q) * chain.joints.front().X_PZ.translation();
   const ReachFacts facts = reach_facts(map, first_joint);
   if (!options.out.empty()) deliver(file_text(kind, options, arm, map, first_joint, facts), options.out);

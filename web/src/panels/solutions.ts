@@ -86,9 +86,9 @@ export function solutionList(app: App, driver: ToolDriver, ghost: GoalGhost, pos
     if (element.hidden) return;
     if (opener.disabled || driver.dragging) close();
     entries.forEach(({ branch, row, name }, i) => {
-      const here = branch.positions.every(([joint, value]) => Math.abs(twin.target[joint.index]! - value) < SAME_POSITION);
-      say(name, here ? `${i + 1} · here` : String(i + 1));
-      row.setAttribute('aria-current', String(here));
+      const reached = branch.positions.every(([joint, value]) => Math.abs(twin.target[joint.index]! - value) < SAME_POSITION);
+      say(name, reached ? `${i + 1} · here` : String(i + 1));
+      row.setAttribute('aria-current', String(reached));
     });
   }
 

@@ -152,7 +152,7 @@ export function toolPanel(app: App, { driver, handle, ghost, reach, jog, pusher 
   };
 }
 
-// What the program says about the goal.
+// The program's answer for the goal.
 function describe(driver: ToolDriver, answer: Answer | null): string {
   if (!answer) return '';
   if (!answer.solved) return answer.message;

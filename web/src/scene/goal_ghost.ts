@@ -1,4 +1,4 @@
-// What the program answers, in the picture: the hand at a goal without a solution, or the arm in the solution that is
+// The program's answer in the picture: the hand at a goal without a solution, or the arm in the solution that is
 // looked at, translucent, in the colour of the reason and with its name; a line from the tool to the goal.
 import * as THREE from 'three';
 import type { App } from '../app/app';

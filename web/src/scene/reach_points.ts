@@ -1,5 +1,5 @@
 // The map of the reach as points, each the middle of a cell, in colours of the share of directions in which the tool can
-// point there. The half towards the camera is left out, so that the robot stays visible.
+// point there. The half towards the camera is not drawn, so that the robot stays visible.
 import * as THREE from 'three';
 import type { App } from '../app/app';
 import { COLOUR_MAP, colourStep } from '../app/colour_map';

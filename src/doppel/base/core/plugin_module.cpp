@@ -48,6 +48,23 @@ bool plugin_module_exists(const std::string& name) {
   return fs::exists(path_of(name), none);
 }
 
+std::vector<std::string> modules_for_processor(const std::string& name) {
+  std::vector<std::string> out{name};
+#ifdef __x86_64__
+  if (__builtin_cpu_supports("avx2")) out.push_back(name + "_avx2");
+  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl"))
+    out.push_back(name + "_avx512");
+#endif
+  return out;
+}
+
+std::string widest_module(const std::string& name) {
+  const std::vector<std::string> modules = modules_for_processor(name);
+  const auto widest = std::find_if(modules.rbegin(), modules.rend(), plugin_module_exists);
+  return widest == modules.rend() ? name : *widest;
+}
+
 void* plugin_symbol(const std::string& name, const char* symbol) {
   void* const library = dlopen(path_of(name).c_str(), RTLD_NOW | RTLD_LOCAL);
   void* const found = library == nullptr ? nullptr : dlsym(library, symbol);

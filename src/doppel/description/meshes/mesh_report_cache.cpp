@@ -102,8 +102,8 @@ std::optional<MeshReport> report_of(std::string_view content) {
 }
 
 MeshReport through_cache(const fs::path& file, const std::string& key) {
-  if (const auto known = cached_result(key, kMagic)) {
-    if (auto report = report_of(*known)) return std::move(*report);
+  if (const auto stored = cached_result(key, kMagic)) {
+    if (auto report = report_of(*stored)) return std::move(*report);
   }
   MeshReport report = report_mesh(file);
   if (report.problem.empty()) cache_result(key, kMagic, content_of(report));

@@ -1,5 +1,5 @@
 #pragma once
-// What the spheres of a link have to cover: the surface of one of its collision shapes, as written.
+// The surface of one of a link's collision shapes, as written: the spheres of the link have to cover it.
 //
 // A mesh is its triangles, the thing that FCL judges, and not its hull; where its surface is closed it is
 // solid. With CollisionDetail::hulls, and for objects without a description, it is the hull that the scene

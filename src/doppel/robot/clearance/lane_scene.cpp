@@ -148,7 +148,7 @@ void LaneScene::add_body(BodyId id, const ClearanceOptions& options) {
   auto& levels = spheres_.emplace_back();
   for (const ShapeCover& shape : *body.shapes) {
     const Pose X_ZG = body.X_ZB * shape.X_LG;
-    // What stands still is its solids where it has a formula.
+    // A body that stands still is its solids where it has a formula.
     const bool solid = body.joint < 0 && shape.formula;
     for (std::size_t level = 0; level < 3; ++level) {
       if (solid && level > 0) continue;
@@ -197,7 +197,7 @@ int LaneScene::depth_of(int joint) const {
 void LaneScene::add_spheres(LaneBody& lane, const Body& body) {
   const auto& levels = spheres_[static_cast<std::size_t>(&body - bodies_.data())];
   const auto lane_sphere = [&](const CoverSphere& s) {
-    // What stands still may be farther away than what moves reaches.
+    // A body that stands still may be farther away than moving ones reach.
     const double farthest = std::max(extent_, body.joint < 0 ? s.centre.norm() + s.radius : 0.0);
     const double error = clearance_error(depth_of(body.joint)) * farthest;
     return LaneSphere{static_cast<float>(s.centre.x()), static_cast<float>(s.centre.y()),

@@ -14,7 +14,7 @@ struct LinkSpheres {
   int link = 0;                      // index into Model::links
   std::vector<CoverSphere> spheres;  // in the link's frame
   double excess = 0;                 // m: how far they stick out of the shapes (SphereCover::excess)
-  // The shapes that were read are in the spheres (covers()), and none was left out.
+  // Every shape of the body could be read, and the spheres cover them (covers()).
   bool proven = false;
 };
 

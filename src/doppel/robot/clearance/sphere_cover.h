@@ -6,7 +6,7 @@
 // are enlarged where a triangle is not yet inside one of them. Where a mesh is open, what its surface
 // separates from the outside on the grid counts as inside.
 //
-// find_hole() proves a cover without what the search knows.
+// find_hole() proves a cover independently of the search.
 
 #include <array>
 #include <memory>

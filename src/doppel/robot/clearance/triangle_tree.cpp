@@ -35,8 +35,8 @@ double squared_segment_distance(const Vector3d& p, const Vector3d& q, const Vect
   return (p + along1 * d1 - r - along2 * d2).squaredNorm();
 }
 
-// Whether the segment crosses the triangle; what only just does is found by the distances of edges and
-// corners.
+// True if the segment crosses the triangle; a segment that only just does is found by the distances of
+// edges and corners.
 bool pierces(const Vector3d& p, const Vector3d& q, const Triangle3& t) {
   const Vector3d u = t.b - t.a, v = t.c - t.a, normal = u.cross(v);
   const double at_p = normal.dot(p - t.a), at_q = normal.dot(q - t.a);
@@ -48,7 +48,7 @@ bool pierces(const Vector3d& p, const Vector3d& q, const Triangle3& t) {
   return !beside(t.a, t.b) && !beside(t.b, t.c) && !beside(t.c, t.a);
 }
 
-// Whether two triangles are at least `distance` apart along `axis`, of any length.
+// True if two triangles are at least `distance` apart along `axis`, of any length.
 bool apart_along(const Vector3d& axis, const Triangle3& s, const Triangle3& t, double distance) {
   const double a = axis.dot(s.a), b = axis.dot(s.b), c = axis.dot(s.c);
   const double d = axis.dot(t.a), e = axis.dot(t.b), f = axis.dot(t.c);

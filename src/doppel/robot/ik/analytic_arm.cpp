@@ -11,7 +11,6 @@ namespace doppel {
 namespace {
 
 constexpr double kParallel = 0.02;  // rad that axes may miss being parallel
-constexpr double kExact = 1e-9;     // m or rad
 constexpr RootMargin kNearMargin{0.02, 0.15};
 
 // The point that is nearest to several axes.
@@ -89,15 +88,14 @@ std::optional<ArmAxes> axes_of(const Chain& chain) {
   if (!chain.direct || count > kMaxAnalyticJoints) return std::nullopt;
   ArmAxes axes;
   axes.count = count;
-  Pose X = Pose::Identity();
-  for (int i = 0; i < count; ++i) {
-    const ChainJoint& joint = chain.joints[static_cast<std::size_t>(i)];
+  for (const ChainJoint& joint : chain.joints) {
     if (joint.prismatic) return std::nullopt;
-    X = X * joint.X_PZ;
-    axes.h[static_cast<std::size_t>(i)] = X.linear().col(2);
-    axes.p[static_cast<std::size_t>(i)] = X.translation();
   }
-  axes.M = X * chain.X_ZT;
+  const Eigen::VectorXd zero = Eigen::VectorXd::Zero(chain.size());
+  axes.M = walk(chain, zero, [&](std::size_t i, const Eigen::Vector3d& z_B, const Eigen::Vector3d& p_B) {
+    axes.h[i] = z_B;
+    axes.p[i] = p_B;
+  });
   return axes;
 }
 
@@ -127,15 +125,15 @@ std::optional<AnalyticArm> AnalyticArm::find(const ArmAxes& axes, double toleran
     arm.axes_ = reversed ? reverse_of(axes) : axes;
     const double aligned = align_neighbours(arm.axes_);
     const auto offer = [&](ArmKind kind, double misfit) {
-      if (misfit > tolerance || (best && best->misfit_ <= misfit + 1e-9)) return;
+      if (misfit > tolerance || (best && best->misfit_ <= misfit + kExactArm)) return;
       arm.kind_ = kind;
       arm.misfit_ = std::max(misfit, aligned);
-      arm.margin_ = arm.misfit_ > kExact ? kNearMargin : RootMargin{};
+      arm.margin_ = arm.misfit_ > kExactArm ? kNearMargin : RootMargin{};
       best = arm;
     };
     const double parallel =
         std::max(angle_of(arm.axes_.h[1], arm.axes_.h[2]), angle_of(arm.axes_.h[1], arm.axes_.h[3]));
-    if (parallel < 1e-9 && angle_of(arm.axes_.h[0], arm.axes_.h[1]) > kParallel &&
+    if (parallel < kExactArm && angle_of(arm.axes_.h[0], arm.axes_.h[1]) > kParallel &&
         (axes.count == 6 || !reversed)) {
       arm.meet_ = end_of_planar(arm.axes_);
       arm.along_ = arm.axes_.h[1];

@@ -8,20 +8,11 @@
 namespace doppel {
 
 Eigen::Matrix<double, 6, Eigen::Dynamic> chain_jacobian(const Chain& chain, const Eigen::VectorXd& u) {
-  Pose X = Pose::Identity();
   std::vector<Eigen::Vector3d> z, p;
-  for (const ChainJoint& joint : chain.joints) {
-    X = X * joint.X_PZ;
-    z.emplace_back(X.linear().col(2));
-    p.emplace_back(X.translation());
-    const double position = joint.multiplier * u[joint.variable] + joint.offset;
-    if (joint.prismatic) {
-      X.translation() += position * X.linear().col(2);
-    } else {
-      X.linear() = X.linear() * Eigen::AngleAxisd(position, Eigen::Vector3d::UnitZ()).toRotationMatrix();
-    }
-  }
-  const Eigen::Vector3d tip = X * chain.X_ZT.translation();
+  const Pose X_BT = walk(chain, u, [&](std::size_t, const Eigen::Vector3d& z_B, const Eigen::Vector3d& p_B) {
+    z.push_back(z_B);
+    p.push_back(p_B);
+  });
   Eigen::Matrix<double, 6, Eigen::Dynamic> J =
       Eigen::Matrix<double, 6, Eigen::Dynamic>::Zero(6, chain.size());
   for (std::size_t i = 0; i < chain.joints.size(); ++i) {
@@ -30,16 +21,21 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> chain_jacobian(const Chain& chain, cons
     if (joint.prismatic) {
       column << Eigen::Vector3d::Zero(), z[i];
     } else {
-      column << z[i], z[i].cross(tip - p[i]);
+      column << z[i], z[i].cross(X_BT.translation() - p[i]);
     }
     J.col(joint.variable) += joint.multiplier * column;
   }
   return J;
 }
 
-double manipulability(const Chain& chain, const Eigen::VectorXd& u, int freedom) {
+Eigen::Matrix<double, 6, Eigen::Dynamic> scaled_jacobian(const Chain& chain, const Eigen::VectorXd& u) {
   Eigen::Matrix<double, 6, Eigen::Dynamic> J = chain_jacobian(chain, u);
   J.bottomRows<3>() /= std::max(chain.length, 1e-6);
+  return J;
+}
+
+double manipulability(const Chain& chain, const Eigen::VectorXd& u, int freedom) {
+  const Eigen::Matrix<double, 6, Eigen::Dynamic> J = scaled_jacobian(chain, u);
   const Eigen::Matrix<double, 6, 6> squares = J * J.transpose();
   const Eigen::Matrix<double, 6, 1> values =
       Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>>(squares, Eigen::EigenvaluesOnly)

@@ -13,9 +13,13 @@ namespace doppel {
 DOPPEL_API Eigen::Matrix<double, 6, Eigen::Dynamic> chain_jacobian(const Chain& chain,
                                                                    const Eigen::VectorXd& u);
 
+// The same with lengths divided by the chain's length, so that rows can be compared.
+DOPPEL_API Eigen::Matrix<double, 6, Eigen::Dynamic> scaled_jacobian(const Chain& chain,
+                                                                    const Eigen::VectorXd& u);
+
 // The volume of the ellipsoid of the tip's velocities for unit rates of the joints, over all `freedom`
-// numbers that the arm sets: the product of the largest `freedom` singular values. Lengths are divided by
-// the chain's length. 0: singular. Source: Yoshikawa, "Manipulability of robotic mechanisms", IJRR 4(2),
+// numbers that the arm sets: the product of the largest `freedom` singular values of scaled_jacobian().
+// 0: singular. Source: Yoshikawa, "Manipulability of robotic mechanisms", IJRR 4(2),
 // 1985.
 DOPPEL_API double manipulability(const Chain& chain, const Eigen::VectorXd& u, int freedom);
 

@@ -37,7 +37,7 @@ void IkSolver::Impl::find_way() {
   }
 }
 
-// Held joints are left out of an arm with six joints, and put in again here.
+// The branches of the arm with six joints that remains when one is held; the held joint is inserted again.
 void IkSolver::Impl::held_branches(const IkRequest& request, const Eigen::VectorXd& seed, bool sweep,
                                    std::vector<Branch>& out) const {
   const int held = way->held;
@@ -66,7 +66,6 @@ void IkSolver::Impl::held_branches(const IkRequest& request, const Eigen::Vector
 // The branches by sub-problems, refined on the true arm, eight at once.
 void IkSolver::Impl::branches(const IkRequest& request, const Eigen::VectorXd& seed, bool limited, bool sweep,
                               std::vector<IkSolution>& out) const {
-  const auto n = static_cast<std::size_t>(chain.size());
   std::vector<Branch> candidates;
   if (way->arm) {
     Branch start{};
@@ -85,22 +84,11 @@ void IkSolver::Impl::branches(const IkRequest& request, const Eigen::VectorXd& s
   // The seed itself too, which is in the branch that is asked for, where the nearest exact arm has lost it.
   if (limited && way->misfit > kExactArm) first.insert(first.end(), seed.begin(), seed.end());
   if (first.empty()) return;
-  double target[12];
-  to_numbers(request.X_BT, target);
-  LaneSearch search = search_of(request, target);
-  if (!limited) search.chain = &program.free_chain();
-  search.starts = first.data();
-  search.start_count = static_cast<int>(first.size() / n);
+  LaneSearch search = search_of(request);
   search.max_iterations = kRefineIterations;
   search.every_attempt = true;
-  std::vector<double> found(first.size());
-  std::vector<int> attempt(first.size() / n);
-  search.q = found.data();
-  search.attempt = attempt.data();
-  kernels.search(search);
-  for (std::size_t i = 0; i < attempt.size(); ++i) {
-    if (attempt[i] >= 0) keep(request, seed, &found[i * n], limited, out);
-  }
+  run(search, request, seed, first.data(), first.size() / static_cast<std::size_t>(chain.size()), limited,
+      out);
 }
 
 }  // namespace doppel

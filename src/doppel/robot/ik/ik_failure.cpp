@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/base/math/units.h"
+
 namespace doppel {
 namespace {
-
-constexpr double kDegrees = 180 / M_PI;
 
 bool prismatic(const Chain& chain, int variable) {
   return std::any_of(chain.joints.begin(), chain.joints.end(),
@@ -50,7 +50,7 @@ std::vector<LimitExcess> least_excess(const IkSolver& arm, const std::vector<IkS
 }
 
 std::string amount(double value, bool length) {
-  if (!length) return fmt::format("{:.3g} deg", value * kDegrees);
+  if (!length) return fmt::format("{:.3g} deg", value / kDegree);
   return value < 1 ? fmt::format("{:.3g} mm", value * 1e3) : fmt::format("{:.3g} m", value);
 }
 

@@ -36,7 +36,7 @@ DOPPEL_API IkFailure explain(const IkSolver& arm, const IkRequest& request);
 DOPPEL_API const std::string& variable_name(const IkSolver& arm, int variable);
 
 // A sentence without a full stop: "out of reach by 31 mm", "elbow_joint would have to turn 12.3 deg beyond
-// its upper limit of 90.0 deg". Of `refused` nothing more: the caller knows why it refuses.
+// its upper limit of 90.0 deg". The reason of a refusal is the caller's to add.
 DOPPEL_API std::string describe(const IkSolver& arm, const IkRequest& request, const IkFailure& failure);
 
 }  // namespace doppel

@@ -26,8 +26,7 @@ std::optional<IkSolution> IkSolver::Impl::nearest_accepted(
   std::vector<Eigen::VectorXd> anchors;
   if (request.accepts(seed)) anchors.push_back(seed);
   for (int k = 0; k < kIkBranchAttempts && anchors.size() < kAnchors; ++k) {
-    const Eigen::VectorXd start =
-        Eigen::Map<const Eigen::VectorXd>(&starts[static_cast<std::size_t>(k * chain.size())], chain.size());
+    const Eigen::VectorXd start = Eigen::Map<const Eigen::VectorXd>(start_at(k), chain.size());
     if (request.accepts(start)) anchors.push_back(start);
   }
   std::optional<IkSolution> best;
@@ -56,7 +55,8 @@ std::optional<IkSolution> IkSolver::Impl::nearest_found(const IkRequest& request
   const auto n = static_cast<std::size_t>(chain.size());
   double target[12];
   to_numbers(request.X_BT, target);
-  LaneSearch search = search_of(request, target);
+  LaneSearch search = search_of(request);
+  search.targets = target;
   search.seeds = seed.data();
   search.starts = starts.data();
   search.start_count = kAttemptsForNearest - 1;

@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
 #include <cmath>
 
 #include "doppel/robot/ik/detail/solver_impl.h"
@@ -14,7 +13,7 @@ namespace doppel {
 namespace {
 
 constexpr int kIterations = 16;
-constexpr int kFirstAttempts = 7;  // beside the seed, so that the lanes are full
+constexpr int kFirstAttempts = kLaneCount - 1;  // beside the seed, so that the lanes are full
 // The search ends well below the tolerance that is proven, so that rounding does not decide.
 constexpr double kSearchTolerance = 1e-9;
 // The kernels measure a rotation by 2 sin(angle / 2), which is a little smaller than the angle.
@@ -63,7 +62,7 @@ Eigen::VectorXd IkSolver::Impl::seed_of(const IkRequest& request) const {
   return seed;
 }
 
-LaneSearch IkSolver::Impl::search_of(const IkRequest& request, const double* target, bool wide) const {
+LaneSearch IkSolver::Impl::search_of(const IkRequest& request, bool wide) const {
   LaneSearch out{};
   out.chain = &program.chain();
   out.task = request.task;
@@ -75,7 +74,6 @@ LaneSearch IkSolver::Impl::search_of(const IkRequest& request, const double* tar
     out.tool_axis[i] = space.tool_axis[i];
     out.reference_axis[i] = space.reference_axis[i];
   }
-  out.targets = target;
   out.target_count = 1;
   out.max_iterations = kIterations;
   const double most = wide ? kInfinity : kSearchTolerance;
@@ -130,27 +128,35 @@ void IkSolver::Impl::keep(const IkRequest& request, const Eigen::VectorXd& seed,
   out.push_back(std::move(solution));
 }
 
+void IkSolver::Impl::run(LaneSearch& search, const IkRequest& request, const Eigen::VectorXd& seed,
+                         const double* starts_of_search, std::size_t count, bool limited,
+                         std::vector<IkSolution>& out) const {
+  const auto n = static_cast<std::size_t>(chain.size());
+  const std::size_t attempts = count + (search.seeds != nullptr ? 1 : 0);
+  const std::size_t results = search.every_attempt ? attempts : 1;
+  double target[12];
+  to_numbers(request.X_BT, target);
+  std::vector<double> found(results * n);
+  std::vector<int> attempt(results);
+  search.targets = target;
+  search.starts = starts_of_search;
+  search.start_count = static_cast<int>(count);
+  search.q = found.data();
+  search.attempt = attempt.data();
+  if (!limited) search.chain = &program.free_chain();
+  kernels.search(search);
+  for (std::size_t i = 0; i < results; ++i) {
+    if (attempt[i] >= 0) keep(request, seed, &found[i * n], limited, out);
+  }
+}
+
 // Attempts from the seed (if first is 0) and from starting points, all to their end.
 void IkSolver::Impl::attempts(const IkRequest& request, const Eigen::VectorXd& seed, int first, int count,
                               bool limited, std::vector<IkSolution>& out, bool wide) const {
-  const auto n = static_cast<std::size_t>(chain.size());
-  double target[12];
-  to_numbers(request.X_BT, target);
-  LaneSearch search = search_of(request, target, wide);
-  if (!limited) search.chain = &program.free_chain();
-  const std::size_t total = static_cast<std::size_t>(count) + (first == 0 ? 1 : 0);
+  LaneSearch search = search_of(request, wide);
   search.seeds = first == 0 ? seed.data() : nullptr;
-  search.starts = &starts[static_cast<std::size_t>(first) * n];
-  search.start_count = count;
   search.every_attempt = true;
-  std::vector<double> found(total * n);
-  std::vector<int> attempt(total);
-  search.q = found.data();
-  search.attempt = attempt.data();
-  kernels.search(search);
-  for (std::size_t i = 0; i < total; ++i) {
-    if (attempt[i] >= 0) keep(request, seed, &found[i * n], limited, out);
-  }
+  run(search, request, seed, start_at(first), static_cast<std::size_t>(count), limited, out);
 }
 
 // The first solution of further starting points.
@@ -158,18 +164,9 @@ std::optional<IkSolution> IkSolver::Impl::search(const IkRequest& request,
                                                  const Eigen::VectorXd& seed) const {
   const int count = std::min(request.attempts, kIkAttempts) - kFirstAttempts;
   if (count <= 0) return std::nullopt;
-  double target[12];
-  to_numbers(request.X_BT, target);
-  LaneSearch search = search_of(request, target);
-  search.starts = &starts[static_cast<std::size_t>(kFirstAttempts) * static_cast<std::size_t>(chain.size())];
-  search.start_count = count;
-  Eigen::VectorXd found(chain.size());
-  int attempt = -1;
-  search.q = found.data();
-  search.attempt = &attempt;
-  kernels.search(search);
+  LaneSearch search = search_of(request);
   std::vector<IkSolution> out;
-  if (attempt >= 0) keep(request, seed, found.data(), true, out);
+  run(search, request, seed, start_at(kFirstAttempts), static_cast<std::size_t>(count), true, out);
   return out.empty() ? std::nullopt : std::optional(std::move(out.front()));
 }
 
@@ -221,6 +218,12 @@ void sort_by_distance(std::vector<IkSolution>& solutions) {
                    [](const IkSolution& a, const IkSolution& b) { return a.distance < b.distance; });
 }
 
+// True if the request has wider tolerances than a pose that is met.
+bool is_wide(const IkRequest& request) {
+  return request.position_tolerance > kIkPositionTolerance ||
+         request.rotation_tolerance > kIkRotationTolerance;
+}
+
 std::optional<IkSolution> first_accepted(const IkRequest& request, std::vector<IkSolution>& solutions) {
   sort_by_distance(solutions);
   for (IkSolution& solution : solutions) {
@@ -230,11 +233,6 @@ std::optional<IkSolution> first_accepted(const IkRequest& request, std::vector<I
 }
 
 }  // namespace
-
-bool is_wide(const IkRequest& request) {
-  return request.position_tolerance > kIkPositionTolerance ||
-         request.rotation_tolerance > kIkRotationTolerance;
-}
 
 std::optional<IkSolution> IkSolver::solve(const IkRequest& request) const {
   const Eigen::VectorXd seed = impl_->seed_of(request);
@@ -295,7 +293,8 @@ void IkSolver::solve_batch(std::span<const Pose> targets, const IkRequest& commo
   std::vector<int> attempt(targets.size());
   for (std::size_t i = 0; i < targets.size(); ++i) to_numbers(targets[i], &numbers[i * 12]);
   IkRequest request = common;
-  LaneSearch search = impl_->search_of(request, numbers.data(), is_wide(common));
+  LaneSearch search = impl_->search_of(request, is_wide(common));
+  search.targets = numbers.data();
   search.target_count = static_cast<int>(targets.size());
   search.seeds = seeds.empty() ? nullptr : seeds.data();
   search.starts = impl_->starts.data();

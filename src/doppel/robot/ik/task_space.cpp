@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "doppel/base/math/units.h"
 #include "doppel/robot/ik/chain_jacobian.h"
 #include "doppel/robot/ik/detail/starts.h"
 
@@ -15,7 +16,7 @@ constexpr int kRankSamples = 16;
 // Relative to the largest singular value. Axes that an export from CAD leaves 0.1 degrees askew are not
 // freedom.
 constexpr double kMinRate = 5e-3;
-constexpr double kSnap = 5 * M_PI / 180;
+constexpr double kSnap = 5 * kDegree;
 constexpr double kOnAxis = 5e-3;  // of the chain's length
 
 int rank_of(const Chain& chain) {
@@ -24,9 +25,7 @@ int rank_of(const Chain& chain) {
   for (int k = 0; k < kRankSamples; ++k) {
     const Eigen::VectorXd u =
         Eigen::Map<const Eigen::VectorXd>(&starts[static_cast<std::size_t>(k * chain.size())], chain.size());
-    Eigen::Matrix<double, 6, Eigen::Dynamic> J = chain_jacobian(chain, u);
-    J.bottomRows<3>() /= std::max(chain.length, 1e-6);
-    const Eigen::VectorXd values = J.jacobiSvd().singularValues();
+    const Eigen::VectorXd values = scaled_jacobian(chain, u).jacobiSvd().singularValues();
     rank = std::max(rank, static_cast<int>((values.array() > kMinRate * values[0]).count()));
   }
   return rank;

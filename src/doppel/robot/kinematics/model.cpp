@@ -289,6 +289,28 @@ int Model::find_link(std::string_view link_name) const {
   return find_by_name(links, link_name);
 }
 
+std::optional<std::vector<int>> joints_between(const Model& model, int base_link, int tip_link) {
+  std::vector<int> out;
+  if (base_link < 0) return std::nullopt;
+  for (int link = tip_link; link >= 0;) {
+    if (link == base_link) {
+      std::reverse(out.begin(), out.end());
+      return out;
+    }
+    const int joint = model.links[static_cast<std::size_t>(link)].joint;
+    if (joint < 0) break;
+    out.push_back(joint);
+    link = model.joints[static_cast<std::size_t>(joint)].parent_link;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> Model::link_names() const {
+  std::vector<std::string> names;
+  for (const ModelLink& link : links) names.push_back(link.name);
+  return names;
+}
+
 std::vector<std::string> Model::scalar_joint_names() const {
   std::vector<std::string> names;
   for (const ModelJoint& joint : joints) {

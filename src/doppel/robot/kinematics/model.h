@@ -67,6 +67,7 @@ struct DOPPEL_API Model {
 
   [[nodiscard]] int find_joint(std::string_view joint_name) const;  // -1: none
   [[nodiscard]] int find_link(std::string_view link_name) const;    // -1: none
+  [[nodiscard]] std::vector<std::string> link_names() const;
   [[nodiscard]] std::vector<std::string> scalar_joint_names() const;
   // The joints that can have a drive: scalar and not mimics.
   [[nodiscard]] std::vector<std::string> driven_joint_names() const;
@@ -76,6 +77,10 @@ struct DOPPEL_API Model {
   // Sets q of every mimic joint from its leader.
   void apply_mimics(Eigen::Ref<Eigen::VectorXd> q) const;
 };
+
+// The joints between two links, parents first, fixed ones included; nullopt: `tip_link` is not below
+// `base_link`. Both are indices into Model::links.
+DOPPEL_API std::optional<std::vector<int>> joints_between(const Model& model, int base_link, int tip_link);
 
 enum class BaseKind { fixed, floating };  // of the root link in the world
 

@@ -11,24 +11,6 @@ namespace {
 
 constexpr double kFreeSlide = 1;  // m: what of a sliding joint without limits is looked at
 
-// The joints from the base down to the tip, fixed ones included.
-std::vector<int> path_between(const Model& model, int base_link, int tip_link) {
-  std::vector<int> path;
-  int link = tip_link;
-  while (link != base_link) {
-    const int joint = model.links[static_cast<std::size_t>(link)].joint;
-    if (joint < 0) {
-      throw std::invalid_argument(fmt::format("link '{}' is not below link '{}'",
-                                              model.links[static_cast<std::size_t>(tip_link)].name,
-                                              model.links[static_cast<std::size_t>(base_link)].name));
-    }
-    path.push_back(joint);
-    link = model.joints[static_cast<std::size_t>(joint)].parent_link;
-  }
-  std::reverse(path.begin(), path.end());
-  return path;
-}
-
 // Adds a joint of the model that is set, with its limits; its index among the variables.
 int add_variable(Chain& chain, const Model& model, int joint) {
   const auto found = std::find(chain.variables.begin(), chain.variables.end(), joint);
@@ -73,7 +55,13 @@ Chain make_chain(const Model& model, int base_link, int tip_link) {
   chain.base_link = base_link;
   chain.tip_link = tip_link;
   Pose X_PL = Pose::Identity();  // the current link in the Z of the last joint that moves, or in the base
-  for (const int index : path_between(model, base_link, tip_link)) {
+  const auto path = joints_between(model, base_link, tip_link);
+  if (!path) {
+    throw std::invalid_argument(fmt::format("link '{}' is not below link '{}'",
+                                            model.links[static_cast<std::size_t>(tip_link)].name,
+                                            model.links[static_cast<std::size_t>(base_link)].name));
+  }
+  for (const int index : *path) {
     const ModelJoint& source = model.joints[static_cast<std::size_t>(index)];
     const Pose X_PJ = X_PL * source.X_PJ;
     if (source.type == JointType::fixed) {
@@ -138,25 +126,7 @@ std::vector<std::uint32_t> moving_variables(const Model& model, const Chain& cha
 }
 
 Pose tip_pose(const Chain& chain, const Eigen::Ref<const Eigen::VectorXd>& u) {
-  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d p = Eigen::Vector3d::Zero();
-  for (const ChainJoint& joint : chain.joints) {
-    p += R * joint.X_PZ.translation();
-    R = (R * joint.X_PZ.linear()).eval();
-    const double position = joint.multiplier * u[joint.variable] + joint.offset;
-    if (joint.prismatic) {
-      p += position * R.col(2);
-      continue;
-    }
-    const double c = std::cos(position), s = std::sin(position);
-    const Eigen::Vector3d x = R.col(0), y = R.col(1);
-    R.col(0) = c * x + s * y;
-    R.col(1) = c * y - s * x;
-  }
-  Pose X_BT = Pose::Identity();
-  X_BT.translation() = p + R * chain.X_ZT.translation();
-  X_BT.linear() = R * chain.X_ZT.linear();
-  return X_BT;
+  return walk(chain, u, [](std::size_t, const Eigen::Vector3d&, const Eigen::Vector3d&) {});
 }
 
 }  // namespace doppel

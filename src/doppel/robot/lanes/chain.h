@@ -3,6 +3,7 @@
 // Positions are in rad or m.
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -54,5 +55,32 @@ DOPPEL_API std::vector<std::uint32_t> moving_variables(const Model& model, const
 // X_BT, the tip in the base link, at u [variables]: the forward kinematics of the chain alone, in a
 // fraction of the time of the whole model's. Does not allocate.
 DOPPEL_API Pose tip_pose(const Chain& chain, const Eigen::Ref<const Eigen::VectorXd>& u);
+
+// Walks from the base to the tip at u [variables]: visit(i, z_B, p_B) gets the axis of joint i and a point
+// of it, m. Returns X_BT.
+template <class Vector, class Visit>
+Pose walk(const Chain& chain, const Vector& u, Visit&& visit) {
+  Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d p = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < chain.joints.size(); ++i) {
+    const ChainJoint& joint = chain.joints[i];
+    p += R * joint.X_PZ.translation();
+    R = (R * joint.X_PZ.linear()).eval();
+    visit(i, Eigen::Vector3d(R.col(2)), p);
+    const double position = joint.multiplier * u[joint.variable] + joint.offset;
+    if (joint.prismatic) {
+      p += position * R.col(2);
+      continue;
+    }
+    const double c = std::cos(position), s = std::sin(position);
+    const Eigen::Vector3d x = R.col(0), y = R.col(1);
+    R.col(0) = c * x + s * y;
+    R.col(1) = c * y - s * x;
+  }
+  Pose X_BT = Pose::Identity();
+  X_BT.translation() = p + R * chain.X_ZT.translation();
+  X_BT.linear() = R * chain.X_ZT.linear();
+  return X_BT;
+}
 
 }  // namespace doppel

@@ -3,21 +3,6 @@
 #include "doppel/base/core/plugin_module.h"
 
 namespace doppel {
-namespace {
-
-const char* module_for_processor() {
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
-      plugin_module_exists("doppel_lane_kernels_avx512"))
-    return "doppel_lane_kernels_avx512";
-  if (__builtin_cpu_supports("avx2") && plugin_module_exists("doppel_lane_kernels_avx2"))
-    return "doppel_lane_kernels_avx2";
-#endif
-  return "doppel_lane_kernels";
-}
-
-}  // namespace
 
 std::size_t clearance_memory(const LaneTree& tree) {
   constexpr std::size_t kMaxLanes = 16;
@@ -34,7 +19,7 @@ const LaneKernels& lane_kernels(const char* module) {
 }
 
 const LaneKernels& lane_kernels() {
-  static const LaneKernels& kernels = lane_kernels(module_for_processor());
+  static const LaneKernels& kernels = lane_kernels(widest_module("doppel_lane_kernels").c_str());
   return kernels;
 }
 

@@ -88,9 +88,9 @@ struct LaneSphere {
 
 enum class LaneSolidKind : std::uint8_t { box, cylinder, half_space };
 
-// What stands still and has a formula, in the root. A box with a rounding is its sum with a ball: a sphere is
-// one without sides, a capsule one with one side. Of a cylinder sizes are radius, unused, half of the length.
-// Of a half space the third axis is its outward normal, at `centre`.
+// Bodies that stand still and have a formula, in the root. A box with a rounding is its sum with a ball: a
+// sphere is one without sides, a capsule one with one side. The sizes of a cylinder are radius, unused,
+// half of the length. The third axis of a half space is its outward normal, at `centre`.
 struct LaneSolid {
   float centre[3], axes[9];  // the axes by rows
   float sizes[3], rounding;  // m; sizes: halves of the sides
@@ -160,7 +160,7 @@ DOPPEL_API std::size_t clearance_memory(const LaneTree& tree);
 // The kernels of the widest registers that the processor has and that are installed. Throws MissingModule.
 DOPPEL_API const LaneKernels& lane_kernels();
 
-// The modules that this processor can run, the narrowest first; for tests that compare them.
+// The kernels of one module (modules_for_processor()), for tests that compare them.
 DOPPEL_API const LaneKernels& lane_kernels(const char* module);
 
 }  // namespace doppel

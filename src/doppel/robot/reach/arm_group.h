@@ -18,7 +18,7 @@ struct ArmGroup {
   Chain chain;
 };
 
-// Groups that are no chains, or have joints that a chain cannot have, are left out, each with a note.
+// Each group that is no chain, or has joints that a chain cannot have, gives a note instead of an arm.
 DOPPEL_API std::vector<ArmGroup> find_arms(const Model& model, const std::vector<PlanningGroup>& groups,
                                            Diagnostics& notes);
 

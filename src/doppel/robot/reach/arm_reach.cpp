@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "doppel/base/core/plugin_module.h"
+#include "doppel/base/math/units.h"
 #include "doppel/robot/ik/chain_jacobian.h"
 #include "doppel/robot/kinematics/kinematics.h"
 #include "doppel/robot/semantics/self_collision.h"
@@ -16,10 +17,9 @@ namespace {
 
 constexpr double kClearanceSearch = 0.5;  // m: farther, a clearance is of no interest
 constexpr int kAllowedSamples = 200;
-constexpr double kReachDegrees = 180 / M_PI;
 
 std::string free_rotation_note(IkTask task, const IkSolution& solution) {
-  const double left = solution.free_rotation * kReachDegrees;
+  const double left = solution.free_rotation / kDegree;
   switch (task) {
     case IkTask::pose:
       return "";
@@ -168,7 +168,7 @@ void ArmReach::Impl::fail(const ReachQuery& query, const Pose& X_WB, IkTask task
     const IkSolution& nearest = out.failure->nearest;
     if (solver.task_space().freedom < 6 && task != IkTask::position) {
       out.message += fmt::format("; the least tolerances that would do are {:.3g} mm and {:.3g} deg",
-                                 nearest.position_error * 1e3, nearest.rotation_error * kReachDegrees);
+                                 nearest.position_error * 1e3, nearest.rotation_error / kDegree);
     }
     return;
   }

@@ -29,22 +29,6 @@ void add_joints(const SrdfGroup& group, const Model& model, std::set<int>& joint
 
 }  // namespace
 
-std::optional<std::vector<int>> joints_between(const Model& model, int base_link, int tip_link) {
-  std::vector<int> out;
-  if (base_link < 0) return std::nullopt;
-  for (int link = tip_link; link >= 0;) {
-    if (link == base_link) {
-      std::reverse(out.begin(), out.end());
-      return out;
-    }
-    const int joint = model.links[static_cast<std::size_t>(link)].joint;
-    if (joint < 0) break;
-    out.push_back(joint);
-    link = model.joints[static_cast<std::size_t>(joint)].parent_link;
-  }
-  return std::nullopt;
-}
-
 std::vector<int> joints_of(const SrdfGroup& group, const SrdfDescription& srdf, const Model& model) {
   std::set<const SrdfGroup*> groups;
   add_subgroups(group, srdf, groups);

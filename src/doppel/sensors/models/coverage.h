@@ -33,7 +33,8 @@ struct CameraCoverage {
   double share = 0;                 // of the points that are seen, 0..1; 0 without points
 };
 
-// Whether each point is in the picture, between near and far (m, along the optical axis), and not hidden.
+// For each point, whether it is in the picture, between near and far (m, along the optical axis), and not
+// hidden.
 DOPPEL_API CameraCoverage camera_coverage(const RayCaster& caster, const CameraIntrinsics& camera,
                                           const Pose& X_WC, double near, double far,
                                           std::span<const Eigen::Vector3d> points_W);

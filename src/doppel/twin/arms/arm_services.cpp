@@ -28,7 +28,7 @@ struct ArmServices::Impl {
     std::atomic<unsigned> newest{0};  // the number of the last request
   };
 
-  // The loop takes a snapshot, `answer` runs on the lane's thread, and the loop hands its result out. With
+  // The loop takes a snapshot, `answer` runs on the lane's thread, and the loop sends its result. With
   // `newest_only` a request ends the one before it.
   template <class S>
   void serve(const char* name, Lane& lane, ArmAnswer<S> answer, bool newest_only = false) {

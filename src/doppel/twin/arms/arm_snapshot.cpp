@@ -47,8 +47,8 @@ std::optional<Pose> find_frame(const ArmSnapshot& snapshot, const Eigen::VectorX
 }
 
 std::string nearest_frame(const ArmSnapshot& snapshot, const std::string& name) {
-  std::vector<std::string> names{"world"};
-  for (const ModelLink& link : snapshot.model().links) names.push_back(link.name);
+  std::vector<std::string> names = snapshot.model().link_names();
+  names.emplace_back("world");
   if (snapshot.world != nullptr) {
     for (const ModelInstance& instance : snapshot.world->instances()) names.push_back(instance.name);
   }

@@ -102,10 +102,9 @@ class Evaluator {
     const Model& model = snapshot_.model();
     const int index = model.find_link(name);
     if (index < 0) {
-      std::vector<std::string> names;
-      for (const ModelLink& other : model.links) names.push_back(other.name);
-      refuse_constraint(MoveItErrorCodes::INVALID_LINK_NAME,
-                        fmt::format("the robot has no link '{}'{}", name, did_you_mean(name, names)));
+      refuse_constraint(
+          MoveItErrorCodes::INVALID_LINK_NAME,
+          fmt::format("the robot has no link '{}'{}", name, did_you_mean(name, model.link_names())));
     }
     return data_.X_WL[static_cast<std::size_t>(index)];
   }

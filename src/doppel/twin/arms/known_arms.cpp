@@ -56,7 +56,7 @@ void KnownArms::find_groups() {
                            now_.robot->controllers, notes);
 }
 
-// Instance k of the scene is that of the world, the robot itself being left out; the last one is the ground.
+// Instances of the scene are those of the world without the robot itself; the last one is the ground.
 ReachSurroundings KnownArms::surroundings() const {
   ReachSurroundings out;
   if (now_.world == nullptr) return out;
@@ -119,10 +119,8 @@ int KnownArms::link_named(const std::string& name) const {
   const Model& model = now_.model();
   const int link = model.find_link(name);
   if (link >= 0) return link;
-  std::vector<std::string> names;
-  for (const ModelLink& other : model.links) names.push_back(other.name);
   throw InputError("reach.unknown_link", {},
-                   fmt::format("the robot has no link '{}'{}", name, did_you_mean(name, names)));
+                   fmt::format("the robot has no link '{}'{}", name, did_you_mean(name, model.link_names())));
 }
 
 Chain KnownArms::chain_to(int base_link, int tip_link) const {

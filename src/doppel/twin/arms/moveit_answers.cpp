@@ -183,10 +183,9 @@ void answer_position_fk(const ArmContext& context, const msrv::GetPositionFK::Re
     for (const std::string& name : request.fk_link_names) {
       const int link = model.find_link(name);
       if (link < 0) {
-        std::vector<std::string> names;
-        for (const ModelLink& other : model.links) names.push_back(other.name);
-        throw MoveItError{MoveItErrorCodes::INVALID_LINK_NAME,
-                          fmt::format("the robot has no link '{}'{}", name, did_you_mean(name, names))};
+        throw MoveItError{
+            MoveItErrorCodes::INVALID_LINK_NAME,
+            fmt::format("the robot has no link '{}'{}", name, did_you_mean(name, model.link_names()))};
       }
       geometry_msgs::msg::PoseStamped pose;
       pose.header = request.header;

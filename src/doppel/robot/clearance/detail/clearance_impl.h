@@ -14,7 +14,7 @@ struct Clearance::Impl {
   [[nodiscard]] const LaneScene::Pair& pair(std::size_t index) const { return lanes->pairs()[index]; }
   // Tests up to 16 states in `u`; rates, spans: of LaneClearance.
   std::uint32_t run(int count, int levels, bool until_decided, bool moving);
-  // Whether the scene calls a pair touching, or it is within its padding, at the configuration of the context
+  // True if the scene calls a pair touching, or it is within its padding, at the configuration of the context
   // and the poses of `X_KZ`.
   [[nodiscard]] bool touches(std::size_t index);
   // m between the surfaces of a pair, at the poses of `X_KZ`; `far` and `enough` as of ShapeSurface.

@@ -1,6 +1,6 @@
 #pragma once
-// Robots with the triangles of their meshes, and FCL's judgement of them by its own trees, which share
-// nothing with what is tested but the files.
+// Robots with the triangles of their meshes, and FCL's verdicts by its own trees: only the files are common
+// to them and the code under test.
 
 #include <filesystem>
 #include <map>
@@ -13,23 +13,30 @@
 
 namespace doppel::test {
 
+// FCL's trees and primitives of a body, each with its pose in the body.
+using FclParts = std::vector<std::pair<FclGeometry, Pose>>;
+
+inline bool parts_touch(const FclParts& a, const Pose& X_WA, const FclParts& b, const Pose& X_WB) {
+  const fcl::CollisionRequestd request;
+  for (const auto& [part_a, X_AP] : a) {
+    for (const auto& [part_b, X_BP] : b) {
+      fcl::CollisionResultd result;
+      fcl::collide(part_a.get(), X_WA * X_AP, part_b.get(), X_WB * X_BP, request, result);
+      if (result.isCollision()) return true;
+    }
+  }
+  return false;
+}
+
 struct TriangleRobot {
   std::shared_ptr<const Model> model;
   std::shared_ptr<const CollisionScene> scene;
   std::vector<std::shared_ptr<const InstanceCovers>> covers;
-  std::vector<std::vector<std::pair<FclGeometry, Pose>>> links;  // [links] FCL's trees and primitives
+  std::vector<FclParts> links;  // [links] FCL's trees and primitives
 
   [[nodiscard]] bool touch(int link_a, int link_b, std::span<const Pose> X_WL) const {
-    const fcl::CollisionRequestd request;
-    for (const auto& [a, X_LA] : links[static_cast<std::size_t>(link_a)]) {
-      for (const auto& [b, X_LB] : links[static_cast<std::size_t>(link_b)]) {
-        fcl::CollisionResultd result;
-        fcl::collide(a.get(), X_WL[static_cast<std::size_t>(link_a)] * X_LA, b.get(),
-                     X_WL[static_cast<std::size_t>(link_b)] * X_LB, request, result);
-        if (result.isCollision()) return true;
-      }
-    }
-    return false;
+    const auto a = static_cast<std::size_t>(link_a), b = static_cast<std::size_t>(link_b);
+    return parts_touch(links[a], X_WL[a], links[b], X_WL[b]);
   }
 };
 
@@ -45,9 +52,8 @@ inline FclGeometry fcl_tree(const TriangleMesh& mesh) {
   return tree;
 }
 
-inline std::vector<std::vector<std::pair<FclGeometry, Pose>>> fcl_links(const RobotDescription& robot,
-                                                                        const SceneInstance& instance) {
-  std::vector<std::vector<std::pair<FclGeometry, Pose>>> out;
+inline std::vector<FclParts> fcl_links(const RobotDescription& robot, const SceneInstance& instance) {
+  std::vector<FclParts> out;
   for (std::size_t link = 0; link < instance.shapes.size(); ++link) {
     out.emplace_back();
     for (const CollisionShape& shape : instance.shapes[link]) {
@@ -66,12 +72,8 @@ inline std::vector<std::vector<std::pair<FclGeometry, Pose>>> fcl_links(const Ro
 // A description of robots/ or of a file; pairs that touch at the start are allowed. `objects` come after it.
 inline TriangleRobot load_triangles(const std::string& target, const std::filesystem::path& robots,
                                     std::vector<SceneInstance> objects = {}, bool ground = false) {
-  PackageResolver resolver;
-  resolver.add_bundled(robots);
-  const Target found = resolve_target(target, robots);
-  resolver.add_context(found.description);
   Diagnostics diagnostics;
-  const RobotDescription robot = load_description(found.description, {}, resolver, diagnostics).robot;
+  const RobotDescription robot = load_robot(target, robots, diagnostics);
   TriangleRobot out;
   out.model = std::make_shared<const Model>(compile_model(robot, BaseKind::fixed, diagnostics));
   SceneInstance instance = described_robot(robot, *out.model);

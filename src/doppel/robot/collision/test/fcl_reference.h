@@ -118,13 +118,18 @@ struct CollidingRobot {
   std::shared_ptr<const CollisionScene> scene;
 };
 
-inline CollidingRobot load_colliding(const std::string& target, const std::filesystem::path& robots) {
+inline RobotDescription load_robot(const std::string& target, const std::filesystem::path& robots,
+                                   Diagnostics& diagnostics) {
   PackageResolver resolver;
   resolver.add_bundled(robots);
   const Target found = resolve_target(target, robots);
   resolver.add_context(found.description);
+  return load_description(found.description, {}, resolver, diagnostics).robot;
+}
+
+inline CollidingRobot load_colliding(const std::string& target, const std::filesystem::path& robots) {
   Diagnostics diagnostics;
-  const RobotDescription robot = load_description(found.description, {}, resolver, diagnostics).robot;
+  const RobotDescription robot = load_robot(target, robots, diagnostics);
   CollidingRobot out;
   out.model = std::make_shared<const Model>(compile_model(robot, BaseKind::fixed, diagnostics));
   CollisionMeshes meshes;

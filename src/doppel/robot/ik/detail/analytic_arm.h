@@ -11,7 +11,6 @@
 #include <Eigen/Core>
 #include <array>
 #include <optional>
-#include <string_view>
 
 #include "doppel/base/math/pose.h"
 #include "doppel/robot/ik/detail/subproblems.h"
@@ -19,6 +18,7 @@
 
 namespace doppel {
 
+inline constexpr double kExactArm = 1e-9;  // m or rad that axes may miss each other
 inline constexpr int kMaxBranches = 16, kMaxAnalyticJoints = 7;
 
 // Axes of revolute joints in the base, at position 0; M: the tip there.

@@ -11,8 +11,6 @@
 
 namespace doppel {
 
-inline constexpr double kExactArm = 1e-9;  // m or rad that axes may miss
-
 // A way by sub-problems: the arm, or an arm with one joint held.
 struct AnalyticWay {
   ArmAxes axes;
@@ -35,11 +33,16 @@ struct IkSolver::Impl {
   void find_way();
   [[nodiscard]] bool place(Eigen::VectorXd& u, const Eigen::VectorXd& seed, double slack) const;
   [[nodiscard]] Eigen::VectorXd seed_of(const IkRequest& request) const;
-  [[nodiscard]] LaneSearch search_of(const IkRequest& request, const double* target, bool wide = false) const;
+  [[nodiscard]] LaneSearch search_of(const IkRequest& request, bool wide = false) const;
+  [[nodiscard]] const double* start_at(int index) const { return starts.data() + index * chain.size(); }
   [[nodiscard]] IkSolution measured(const IkRequest& request, const Eigen::VectorXd& u) const;
   [[nodiscard]] bool proven(const IkRequest& request, const IkSolution& solution) const;
   void keep(const IkRequest& request, const Eigen::VectorXd& seed, const double* u, bool limited,
             std::vector<IkSolution>& out) const;
+  // Runs a search from `count` starting points, and keeps what it finds.
+  void run(LaneSearch& search, const IkRequest& request, const Eigen::VectorXd& seed,
+           const double* starts_of_search, std::size_t count, bool limited,
+           std::vector<IkSolution>& out) const;
   void branches(const IkRequest& request, const Eigen::VectorXd& seed, bool limited, bool sweep,
                 std::vector<IkSolution>& out) const;
   // Seven joints, one of them held at the seed, and with `sweep` also spread over its range.
@@ -64,8 +67,5 @@ struct IkSolver::Impl {
   std::vector<double> starts;  // [kIkAttempts][variables]
   std::optional<AnalyticWay> way;
 };
-
-// True if the request has wider tolerances than a pose that is met.
-bool is_wide(const IkRequest& request);
 
 }  // namespace doppel

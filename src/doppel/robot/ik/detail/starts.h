@@ -11,7 +11,7 @@ namespace doppel {
 // another one 1 m to each side.
 std::vector<double> halton_starts(const Chain& chain, int count);
 
-// The range of a variable as halton_starts() sees it.
+// The range of a variable in halton_starts().
 struct StartRange {
   double low = 0, high = 0;
 };

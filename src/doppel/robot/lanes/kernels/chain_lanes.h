@@ -14,6 +14,14 @@ struct LaneAxis {
   Lane3 z, p;
 };
 
+// The twelve numbers of a pose in their order (lane_kernels.h).
+struct PoseNumbers {
+  Lane* number[12];
+};
+DOPPEL_LANES PoseNumbers numbers_of(LanePose& X) {
+  return {{&X.x.x, &X.y.x, &X.z.x, &X.x.y, &X.y.y, &X.z.y, &X.x.z, &X.y.z, &X.z.z, &X.p.x, &X.p.y, &X.p.z}};
+}
+
 DOPPEL_LANES LanePose identity_pose() {
   const Lane zero = broadcast(0), one = broadcast(1);
   return {{one, zero, zero}, {zero, one, zero}, {zero, zero, one}, {zero, zero, zero}};

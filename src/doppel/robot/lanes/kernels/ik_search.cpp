@@ -21,15 +21,16 @@ struct Work {
   int attempt = 0, iterations = 0;
 };
 
-// The targets' attempts, handed out in a fixed order: first one for each target, then further ones for the
+// The targets' attempts in a fixed order: first one for each target, then further ones for the
 // targets that are not solved, the next target first.
 class Queue {
  public:
-  explicit Queue(const LaneSearch& search) : search_(search) {
-    attempts_ = search.start_count + (search.seeds != nullptr ? 1 : 0);
+  explicit Queue(const LaneSearch& search)
+      : search_(search), attempts_(search.start_count + (search.seeds != nullptr ? 1 : 0)) {
+    const int results = search.target_count * (search.every_attempt ? attempts_ : 1);
+    for (int i = 0; i < results; ++i) search.attempt[i] = -1;
   }
 
-  [[nodiscard]] int attempts() const { return attempts_; }
   [[nodiscard]] int slot(const Work& work) const {
     return search_.every_attempt ? work.target * attempts_ + work.attempt : work.target;
   }
@@ -62,7 +63,8 @@ class Queue {
 
  private:
   const LaneSearch& search_;
-  int attempts_ = 0, round_ = 0, next_ = 0;
+  const int attempts_;
+  int round_ = 0, next_ = 0;
 };
 
 // A number of each lane, which is set for one lane at a time.
@@ -79,8 +81,8 @@ DOPPEL_LANES Lane3 broadcast3(const double* v) {
   return {broadcast(v[0]), broadcast(v[1]), broadcast(v[2])};
 }
 
-// The rotation that is left, as a vector in the base (2 sin(angle/2) times its axis), and what of a joint's
-// rotation counts for the task: all of it, or its part across `free` or along `only`.
+// The rotation that is left, as a vector in the base (2 sin(angle/2) times its axis), and the part of a
+// joint's rotation that counts for the task: all of it, or its part across or along `direction`.
 struct RotationError {
   Lane3 e;
   Lane3 direction;  // unit; task axis: the free axis; task angle: the only one that counts
@@ -353,10 +355,8 @@ class Searcher {
       const Lane start = load(start_[v].value);
       u_[v] = started_ == 0xFF ? start : select(fresh, start, u_[v]);
     }
-    Lane* const numbers[12] = {&target_.x.x, &target_.y.x, &target_.z.x, &target_.x.y,
-                               &target_.y.y, &target_.z.y, &target_.x.z, &target_.y.z,
-                               &target_.z.z, &target_.p.x, &target_.p.y, &target_.p.z};
-    for (int k = 0; k < 12; ++k) *numbers[k] = load(goal_[k].value);
+    const PoseNumbers numbers = numbers_of(target_);
+    for (int k = 0; k < 12; ++k) *numbers.number[k] = load(goal_[k].value);
     if (search_.nearest) {
       const bool all = started_ == 0xFF;
       best_.squared = all ? broadcast(1e300) : select(fresh, broadcast(1e300), best_.squared);
@@ -388,10 +388,6 @@ namespace doppel {
 
 long search_lanes(const LaneSearch& search) {
   const LaneChain& chain = *search.chain;
-  const int count = search.every_attempt
-                        ? search.target_count * (search.start_count + (search.seeds != nullptr ? 1 : 0))
-                        : search.target_count;
-  for (int i = 0; i < count; ++i) search.attempt[i] = -1;
   if (chain.direct) {
     switch (chain.variable_count) {
       case 3:

@@ -16,11 +16,10 @@ void tip_poses(const doppel::LaneChain& chain, const double* u, int count, doubl
     LanePose X = identity_pose();
     for (int i = 0; i < chain.joint_count; ++i) move_by(chain.joints[i], position_of(chain.joints[i], q), X);
     X = times(X, chain.X_ZT);
-    const Lane* const numbers[12] = {&X.x.x, &X.y.x, &X.z.x, &X.x.y, &X.y.y, &X.z.y,
-                                     &X.x.z, &X.y.z, &X.z.z, &X.p.x, &X.p.y, &X.p.z};
+    const PoseNumbers numbers = numbers_of(X);
     for (int k = 0; k < 12; ++k) {
       double values[kLanes];
-      store(*numbers[k], values);
+      store(*numbers.number[k], values);
       for (int lane = 0; lane < lanes; ++lane) poses[(first + lane) * 12 + k] = values[lane];
     }
   }

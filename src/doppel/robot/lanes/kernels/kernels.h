@@ -1,5 +1,5 @@
 #pragma once
-// What the table of kernels is made of.
+// The functions of the table of kernels.
 
 #include "doppel/robot/lanes/lane_kernels.h"
 

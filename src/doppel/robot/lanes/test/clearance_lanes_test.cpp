@@ -121,18 +121,6 @@ LaneOutcome lane_outcome(const LaneKernels& kernels, const LaneTree& tree, const
   return out;
 }
 
-std::vector<std::string> lane_modules() {
-  std::vector<std::string> out{"doppel_lane_kernels"};
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2") && plugin_module_exists("doppel_lane_kernels_avx2"))
-    out.emplace_back("doppel_lane_kernels_avx2");
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-      plugin_module_exists("doppel_lane_kernels_avx512"))
-    out.emplace_back("doppel_lane_kernels_avx512");
-#endif
-  return out;
-}
-
 TEST(ClearanceLanes, EveryModuleAndWidthFindsSamePairs) {
   SCOPED_TRACE("seed 5");
   RandomTree scene;
@@ -156,7 +144,7 @@ TEST(ClearanceLanes, EveryModuleAndWidthFindsSamePairs) {
       query.until_decided = round % 4 == 3;
       const LaneOutcome plain =
           lane_outcome(lane_kernels("doppel_lane_kernels"), tree, u, kLaneStates, query, true);
-      for (const std::string& module : lane_modules()) {
+      for (const std::string& module : modules_for_processor("doppel_lane_kernels")) {
         const LaneKernels& kernels = lane_kernels(module.c_str());
         ASSERT_EQ(lane_outcome(kernels, tree, u, kLaneStates, query, true), plain) << module;
         if (query.until_decided) continue;

@@ -12,17 +12,6 @@
 namespace doppel {
 namespace {
 
-std::vector<const char*> runnable_modules() {
-  std::vector<const char*> out{"doppel_lane_kernels"};
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2")) out.push_back("doppel_lane_kernels_avx2");
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-      __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl"))
-    out.push_back("doppel_lane_kernels_avx512");
-#endif
-  return out;
-}
-
 Model random_model(const std::vector<JointType>& types, unsigned seed) {
   std::mt19937 random(seed);
   Diagnostics diagnostics;
@@ -142,7 +131,7 @@ TEST(LaneKernels, AllInstructionSetsGiveSameBits) {
     }
     for (const bool nearest : {false, true}) {
       std::vector<std::vector<double>> results;
-      for (const char* module : runnable_modules()) {
+      for (const std::string& module : modules_for_processor("doppel_lane_kernels")) {
         const std::size_t results_count = kTargets * (nearest ? kStarts : 1);
         std::vector<double> q(results_count * count), residuals(results_count * 2);
         std::vector<int> attempt(results_count);
@@ -160,7 +149,7 @@ TEST(LaneKernels, AllInstructionSetsGiveSameBits) {
         search.q = q.data();
         search.attempt = attempt.data();
         search.residuals = residuals.data();
-        lane_kernels(module).search(search);
+        lane_kernels(module.c_str()).search(search);
         q.insert(q.end(), residuals.begin(), residuals.end());
         q.insert(q.end(), attempt.begin(), attempt.end());
         results.push_back(std::move(q));

@@ -15,17 +15,6 @@ namespace {
 
 using Eigen::Vector3d;
 
-std::vector<const char*> modules_of_this_processor() {
-  std::vector<const char*> out{"doppel_embree"};
-#ifdef __x86_64__
-  if (__builtin_cpu_supports("avx2")) out.push_back("doppel_embree_avx2");
-  if (__builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512dq"))
-    out.push_back("doppel_embree_avx512");
-#endif
-  return out;
-}
-
 // Highlights, three kinds of lamps, a sky, glass, and a size that no packet divides.
 struct Everything {
   std::shared_ptr<const RenderScene> scene;
@@ -96,7 +85,7 @@ TEST(InstructionSets, PicturesAndRangesAreSameBytesWithEach) {
   rays.origin_z[0] = 1.2F;
   CameraPicture expected;
   HitBatch expected_hits;
-  for (const char* module : modules_of_this_processor()) {
+  for (const std::string& module : modules_for_processor("doppel_embree")) {
     SCOPED_TRACE(module);
     using Make = RayCaster* (*)(std::shared_ptr<const RenderScene>);
     const std::unique_ptr<RayCaster> caster(
