@@ -25,6 +25,9 @@ struct CollisionContext::Impl {
   [[nodiscard]] bool closer(const SceneBody& a, const SceneBody& b, double clearance);
   [[nodiscard]] bool shapes_closer(const SceneBody& a, std::size_t i, const SceneBody& b, std::size_t k,
                                    double clearance);
+  [[nodiscard]] bool hulls_apart(const SceneBody& a, std::size_t i, const SceneBody& b, std::size_t k) const;
+  [[nodiscard]] bool surfaces_cross(const SceneBody& a, std::size_t i, const SceneBody& b,
+                                    std::size_t k) const;
   [[nodiscard]] ConvexDistance shape_distance(const SceneBody& a, std::size_t i, const SceneBody& b,
                                               std::size_t k, double far);
   [[nodiscard]] ConvexDistance ground_distance(const SceneBody& b, std::size_t k) const;
@@ -139,7 +142,7 @@ ConvexDistance CollisionContext::Impl::ground_distance(const SceneBody& b, std::
 ConvexDistance CollisionContext::Impl::shape_distance(const SceneBody& a, std::size_t i, const SceneBody& b,
                                                       std::size_t k, double far) {
   const SolidShape &first = a.shapes[i], &second = b.shapes[k];
-  const Pose X_AB = pose(a, i).inverse() * pose(b, k);
+  const Pose X_AB = pose(a, i).inverse(Eigen::Isometry) * pose(b, k);
   if (first.field != nullptr) return field_distance(*first.field, second.solid, X_AB, far, cells, memory);
   // A field is always the first argument of field_distance(), so that the result is mirrored where the
   // second shape has it: points change their frame and roles, and the normal its direction.
@@ -175,6 +178,26 @@ void CollisionContext::Impl::measure(const SceneBody& a, const SceneBody& b, Pai
   }
 }
 
+// True if a plane is found that separates the shapes, with all vertices of their meshes: faster than their
+// trees of triangles, most of which it spares.
+bool CollisionContext::Impl::hulls_apart(const SceneBody& a, std::size_t i, const SceneBody& b,
+                                         std::size_t k) const {
+  const SolidShape &first = a.shapes[i], &second = b.shapes[k];
+  if (first.field != nullptr || second.field != nullptr) return false;
+  const Pose X_AB = pose(a, i).inverse(Eigen::Isometry) * pose(b, k);
+  const auto direction = separating_direction(first.solid, second.solid, X_AB);
+  if (!direction) return false;
+  const Eigen::Vector3d back_B = -(X_AB.linear().transpose() * *direction);
+  return direction->dot(X_AB.translation()) - second.extent(back_B) > first.extent(*direction);
+}
+
+bool CollisionContext::Impl::surfaces_cross(const SceneBody& a, std::size_t i, const SceneBody& b,
+                                            std::size_t k) const {
+  const SolidShape &first = a.shapes[i], &second = b.shapes[k];
+  return surface_functions().touch(first.surface.get(), pose(a, i) * first.X_SG, second.surface.get(),
+                                   pose(b, k) * second.X_SG);
+}
+
 bool CollisionContext::Impl::shapes_closer(const SceneBody& a, std::size_t i, const SceneBody& b,
                                            std::size_t k, double clearance) {
   const SolidShape &first = a.shapes[i], &second = b.shapes[k];
@@ -182,16 +205,13 @@ bool CollisionContext::Impl::shapes_closer(const SceneBody& a, std::size_t i, co
   // Convex hulls of meshes are reduced, and a mesh may be hollow: triangles that cross are found by the
   // surfaces themselves.
   if (first.surface != nullptr && second.surface != nullptr && (first.is_mesh || second.is_mesh)) {
-    const Pose &X_WA = pose(a, i), &X_WB = pose(b, k);
-    const Pose X_AL = first.X_LS.inverse(), X_BL = second.X_LS.inverse();
-    if (surface_functions().touch(first.surface.get(), X_WA * X_AL * first.X_LG, second.surface.get(),
-                                  X_WB * X_BL * second.X_LG))
-      return true;
+    if (!hulls_apart(a, i, b, k) && surfaces_cross(a, i, b, k)) return true;
     if (only_surfaces || clearance <= 0) return false;
   }
   if (first.field != nullptr || second.field != nullptr)
     return shape_distance(a, i, b, k, clearance).distance < clearance;
-  return convex_closer(first.solid, second.solid, pose(a, i).inverse() * pose(b, k), clearance, memory);
+  return convex_closer(first.solid, second.solid, pose(a, i).inverse(Eigen::Isometry) * pose(b, k), clearance,
+                       memory);
 }
 
 bool CollisionContext::Impl::closer(const SceneBody& a, const SceneBody& b, double clearance) {
@@ -287,6 +307,11 @@ bool CollisionContext::in_collision(double clearance) {
   return std::ranges::any_of(impl_->parts.tested_bodies, [&](const auto& pair) {
     return impl_->closer(impl_->body(pair.first), impl_->body(pair.second), clearance);
   });
+}
+
+bool CollisionContext::tested_closer(std::size_t pair, double clearance) {
+  const auto& [a, b] = impl_->parts.tested_bodies.at(pair);
+  return impl_->closer(impl_->body(a), impl_->body(b), clearance);
 }
 
 std::span<const PairDistance> CollisionContext::contacts(double clearance) {

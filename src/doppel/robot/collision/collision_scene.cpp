@@ -54,15 +54,18 @@ void add_surface(const RobotDescription& robot, const std::string& link, SolidSh
   shape.is_mesh = mesh != nullptr;
   const std::optional<TriangleMesh> triangles =
       mesh != nullptr ? std::optional(load_mesh(*mesh)) : convex_surface(collision.geometry);
+  shape.X_SG = shape.X_LS.inverse(Eigen::Isometry) * collision.origin.pose();
   if (shape.is_mesh) {
-    const ConvexSolid whole(points_of(triangles->vertices));
-    const Pose X_SG = shape.X_LS.inverse() * collision.origin.pose();
-    shape.solid.centre = X_SG * whole.centre;
-    shape.solid.radius = whole.radius;
+    ConvexPoints whole = points_of(triangles->vertices);
+    whole.vertices = shape.X_SG * whole.vertices;
+    shape.vertices = std::make_shared<const Eigen::Array<float, Eigen::Dynamic, 3>>(
+        whole.vertices.transpose().cast<float>());
+    const ConvexSolid bounded(std::move(whole));
+    shape.solid.centre = bounded.centre;
+    shape.solid.radius = bounded.radius;
   }
   const SurfaceFunctions& functions = surface_functions();
   shape.surface = {functions.make(collision.geometry, triangles ? &*triangles : nullptr), functions.discard};
-  shape.X_LG = collision.origin.pose();
 }
 
 // The sphere around all shapes of a body, for the first test of a pair: about the centre of the box that
@@ -81,6 +84,25 @@ void bound(SceneBody& body) {
   }
 }
 
+// Tested pairs that are among `pairs` become allowed ones.
+void allow_pairs(CollisionScene::Impl& scene, const std::vector<AllowedPair>& pairs) {
+  std::map<std::pair<BodyId, BodyId>, const std::string*> reasons;
+  for (const AllowedPair& pair : pairs) reasons.try_emplace(std::minmax(pair.a, pair.b), &pair.reason);
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < scene.tested.size(); ++i) {
+    const auto& [a, b] = scene.tested[i];
+    if (const auto found = reasons.find({a, b}); found != reasons.end()) {
+      scene.allowed.push_back({a, b, *found->second});
+      continue;
+    }
+    scene.tested[kept] = scene.tested[i];
+    scene.tested_bodies[kept++] = scene.tested_bodies[i];
+  }
+  scene.tested.resize(kept);
+  scene.tested_bodies.resize(kept);
+  std::ranges::sort(scene.allowed, {}, [](const AllowedPair& pair) { return std::pair(pair.a, pair.b); });
+}
+
 class SceneBuilder {
  public:
   SceneBuilder(std::vector<SceneInstance> instances, const SceneOptions& options) : options_(options) {
@@ -95,8 +117,8 @@ class SceneBuilder {
     // Bodies first, because a held object names links of an instance before it.
     for (std::size_t i = 0; i < out_.instances.size(); ++i) add_bodies(static_cast<int>(i));
     for (std::size_t i = 0; i < out_.instances.size(); ++i) allow_pairs_of(static_cast<int>(i));
-    for (const AllowedPair& pair : options_.allowed) allow(pair.a, pair.b, pair.reason);
     divide_pairs();
+    allow_pairs(out_, options_.allowed);
     return std::move(out_);
   }
 
@@ -205,6 +227,16 @@ class SceneBuilder {
 
 }  // namespace
 
+double SolidShape::extent(const Eigen::Vector3d& d) const {
+  const double of_solid = solid.support(d).dot(d) + solid.rounding;
+  if (vertices == nullptr || vertices->rows() == 0) return of_solid;
+  const Eigen::Vector3f n = d.cast<float>();
+  // Products and sums of single precision are wrong by less than 6e-7 of a coordinate.
+  const float most =
+      (n.x() * vertices->col(0) + n.y() * vertices->col(1) + n.z() * vertices->col(2)).maxCoeff();
+  return std::max(of_solid, static_cast<double>(most)) + 6e-7 * (solid.centre.norm() + solid.radius);
+}
+
 const SurfaceFunctions& surface_functions() {
   using Entry = const SurfaceFunctions* (*)();
   static const SurfaceFunctions* const functions =
@@ -226,7 +258,15 @@ SceneInstance described_robot(const RobotDescription& robot, const Model& model)
 CollisionScene::CollisionScene(std::vector<SceneInstance> instances, SceneOptions options)
     : impl_(std::make_unique<const Impl>(SceneBuilder(std::move(instances), options).build())) {}
 
+CollisionScene::CollisionScene(Impl impl) : impl_(std::make_unique<const Impl>(std::move(impl))) {}
+
 CollisionScene::~CollisionScene() = default;
+
+std::shared_ptr<const CollisionScene> CollisionScene::allowing(const std::vector<AllowedPair>& pairs) const {
+  Impl copy = *impl_;
+  allow_pairs(copy, pairs);
+  return std::make_shared<const CollisionScene>(std::move(copy));
+}
 
 const std::vector<SceneInstance>& CollisionScene::instances() const {
   return impl_->instances;

@@ -81,6 +81,9 @@ class DOPPEL_API CollisionScene {
   CollisionScene(const CollisionScene&) = delete;
   CollisionScene& operator=(const CollisionScene&) = delete;
 
+  // The same instances, with more allowed pairs: it reads no file and shares the surfaces.
+  [[nodiscard]] std::shared_ptr<const CollisionScene> allowing(const std::vector<AllowedPair>& pairs) const;
+
   [[nodiscard]] const std::vector<SceneInstance>& instances() const;
   [[nodiscard]] bool has_shape(BodyId body) const;
   // The pairs of bodies with shapes, in ascending order: those that queries test, and the others.
@@ -88,6 +91,7 @@ class DOPPEL_API CollisionScene {
   [[nodiscard]] const std::vector<AllowedPair>& allowed_pairs() const;
 
   struct Impl;
+  explicit CollisionScene(Impl impl);
   [[nodiscard]] const Impl& impl() const { return *impl_; }
 
  private:
@@ -136,6 +140,8 @@ class DOPPEL_API CollisionContext {
   // are closer than any clearance, and others are so only by a positive clearance.
   [[nodiscard]] bool closer(BodyId a, BodyId b, double clearance);
   [[nodiscard]] bool in_collision(double clearance = kTouching);
+  // The same of the pair with this index in CollisionScene::tested_pairs().
+  [[nodiscard]] bool tested_closer(std::size_t pair, double clearance);
   // The same of two bodies by the surfaces alone where a mesh has them: its hull does not count. Other shapes
   // touch within kTouching.
   [[nodiscard]] bool surfaces_touch(BodyId a, BodyId b);

@@ -125,6 +125,7 @@ bool reduce(Simplex& s) {
 // The distance of two cores, between two bounds.
 struct CoreDistance {
   double lower = -kHuge, upper = kHuge;  // m
+  Vector3d separating;                   // unit, from A to B: the direction of the lower bound
   Vector3d normal;                       // unit, from A to B
   Vector3d p_A;                          // m, of A, nearest to B
   [[nodiscard]] bool apart() const { return upper > kCoresTouch; }
@@ -137,6 +138,7 @@ CoreDistance core_distance(const Difference& difference, const Vector3d& towards
   s.add(difference.support(towards));
   s.weights[0] = 1;
   out.lower = -s.points[0].p.dot(towards);
+  out.separating = towards;
   Vector3d v = s.points[0].p;
   out.upper = v.norm();
   out.p_A = s.points[0].p_A;
@@ -144,7 +146,10 @@ CoreDistance core_distance(const Difference& difference, const Vector3d& towards
     if (!out.apart() || out.upper < near) break;
     const Vector3d n = -v / out.upper;
     const DifferencePoint point = difference.support(n);
-    out.lower = std::max(out.lower, -point.p.dot(n));
+    if (const double bound = -point.p.dot(n); bound > out.lower) {
+      out.lower = bound;
+      out.separating = n;
+    }
     if (out.lower > far || out.upper - out.lower <= kGap || s.contains(point.p)) break;
     Simplex larger = s;
     larger.add(point);
@@ -196,6 +201,13 @@ ConvexDistance convex_distance(const ConvexSolid& a, const ConvexSolid& b, const
   out.distance = distance - rounding;
   out.p_B = out.p_A + out.distance * out.normal_A;
   return out;
+}
+
+std::optional<Vector3d> separating_direction(const ConvexSolid& a, const ConvexSolid& b, const Pose& X_AB) {
+  const double rounding = a.rounding + b.rounding;
+  const CoreDistance cores = core_distance({a, b, X_AB}, direction_between(a, b, X_AB), rounding, rounding);
+  if (!(cores.lower > rounding)) return std::nullopt;
+  return cores.separating;
 }
 
 bool convex_closer(const ConvexSolid& a, const ConvexSolid& b, const Pose& X_AB, double clearance,

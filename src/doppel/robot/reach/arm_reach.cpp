@@ -45,11 +45,16 @@ struct ArmReach::Impl {
         solver(std::move(the_model), std::move(chain)),
         data(*model),
         moved(moving_variables(*model, solver.chain())) {
-    if (the_scene != nullptr) context.emplace(std::move(the_scene));
+    if (the_scene == nullptr) return;
+    context.emplace(std::move(the_scene));
+    const auto& pairs = context->scene().tested_pairs();
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (concerns(pairs[i].first, pairs[i].second)) concerned.push_back(i);
+    }
   }
 
   // True if the arm moves the bodies against each other: only these can start or end to touch.
-  [[nodiscard]] bool concerns(const PairDistance& pair) const { return bits_of(pair.a) != bits_of(pair.b); }
+  [[nodiscard]] bool concerns(BodyId a, BodyId b) const { return bits_of(a) != bits_of(b); }
   [[nodiscard]] std::uint32_t bits_of(BodyId body) const {
     if (body.is_ground()) return 0;
     if (body.instance == 0) return moved[static_cast<std::size_t>(body.link)];
@@ -76,6 +81,7 @@ struct ArmReach::Impl {
   Data data;
   std::vector<std::uint32_t> moved;  // [links] moving_variables()
   std::optional<CollisionContext> context;
+  std::vector<std::size_t> concerned;  // indices of the scene's tested pairs; the last that touched is first
 };
 
 std::string ArmReach::Impl::name_of(BodyId body) const {
@@ -89,10 +95,14 @@ std::string ArmReach::Impl::name_of(BodyId body) const {
 bool ArmReach::Impl::is_free(const Eigen::VectorXd& q) {
   if (!context) return true;
   context->set_configuration(0, q);
-  if (!context->in_collision(-kTouching)) return true;
-  const auto contacts = context->contacts();
-  return std::none_of(contacts.begin(), contacts.end(),
-                      [this](const PairDistance& pair) { return concerns(pair); });
+  for (std::size_t i = 0; i < concerned.size(); ++i) {
+    if (!context->tested_closer(concerned[i], -kTouching)) continue;
+    // Configurations that follow each other often touch with the same pair: it is tested first.
+    std::rotate(concerned.begin(), concerned.begin() + static_cast<std::ptrdiff_t>(i),
+                concerned.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    return false;
+  }
+  return true;
 }
 
 ReachBranch ArmReach::Impl::branch(const Eigen::VectorXd& q, IkSolution solution) {
@@ -104,7 +114,7 @@ ReachBranch ArmReach::Impl::branch(const Eigen::VectorXd& q, IkSolution solution
   if (!context) return out;
   context->set_configuration(0, q);
   for (const PairDistance& pair : context->contacts()) {
-    if (concerns(pair))
+    if (concerns(pair.a, pair.b))
       out.touching.push_back({name_of(pair.a), name_of(pair.b), std::max(0.0, -pair.distance)});
   }
   if (!out.touching.empty()) {
@@ -243,14 +253,13 @@ ReachAnswer ArmReach::answer(const ReachQuery& query) {
 namespace {
 
 // Pairs of the robot's own links that may touch, besides those that follow from its structure.
-std::vector<AllowedPair> allowed_links(const RobotDescription& robot, const Model& model, const Chain* chain,
-                                       CollisionDetail detail) {
+std::vector<AllowedPair> allowed_links(const std::shared_ptr<const CollisionScene>& scene, const Model& model,
+                                       const Chain* chain) {
   std::vector<AllowedPair> out;
   SelfCollisionOptions sampling;
   sampling.samples = kAllowedSamples;
-  sampling.detail = detail;
   sampling.find_never = false;
-  for (const DisabledPair& pair : find_self_collisions(robot, model, sampling).disabled) {
+  for (const DisabledPair& pair : find_self_collisions(scene, sampling).disabled) {
     const BodyId a{0, pair.link_a}, b{0, pair.link_b};
     if (pair.reason == DisabledReason::adjacent)
       out.push_back({a, b, "they are joined, or only links without shapes are between them"});
@@ -277,12 +286,12 @@ std::shared_ptr<const CollisionScene> reach_scene(const RobotDescription& robot,
   const auto make = [&](CollisionDetail detail) {
     SceneOptions options;
     options.detail = detail;
-    options.allowed = allowed_links(robot, *model, chain, detail);
-    options.allowed.insert(options.allowed.end(), surroundings.allowed.begin(), surroundings.allowed.end());
+    options.allowed = surroundings.allowed;
     std::vector<SceneInstance> instances{described_robot(robot, *model)};
     instances.front().model = model;
     instances.insert(instances.end(), surroundings.others.begin(), surroundings.others.end());
-    return std::make_shared<const CollisionScene>(std::move(instances), std::move(options));
+    const auto scene = std::make_shared<const CollisionScene>(std::move(instances), std::move(options));
+    return scene->allowing(allowed_links(scene, *model, chain));
   };
   try {
     return make(CollisionDetail::triangles);

@@ -37,11 +37,8 @@ struct Pair {
 
 class Sampling {
  public:
-  Sampling(const RobotDescription& robot, const Model& model, const SelfCollisionOptions& options)
-      : model_(model),
-        options_(options),
-        context_(std::make_shared<const CollisionScene>(std::vector{described_robot(robot, model)},
-                                                        SceneOptions{.detail = options.detail})) {}
+  Sampling(std::shared_ptr<const CollisionScene> scene, const SelfCollisionOptions& options)
+      : model_(*scene->instances().front().model), options_(options), context_(std::move(scene)) {}
 
   SelfCollisions run() {
     gather_pairs();
@@ -174,7 +171,15 @@ Eigen::VectorXd random_configuration(const Model& model, std::uint64_t& state) {
 
 SelfCollisions find_self_collisions(const RobotDescription& robot, const Model& model,
                                     const SelfCollisionOptions& options) {
-  return Sampling(robot, model, options).run();
+  return find_self_collisions(
+      std::make_shared<const CollisionScene>(std::vector{described_robot(robot, model)},
+                                             SceneOptions{.detail = options.detail}),
+      options);
+}
+
+SelfCollisions find_self_collisions(std::shared_ptr<const CollisionScene> scene,
+                                    const SelfCollisionOptions& options) {
+  return Sampling(std::move(scene), options).run();
 }
 
 std::vector<TouchingPair> find_touching(const RobotDescription& robot, const Model& model,

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -41,6 +42,10 @@ struct SelfCollisions {
 
 // `model` is compiled from `robot`. Links without shapes are in no pair.
 DOPPEL_API SelfCollisions find_self_collisions(const RobotDescription& robot, const Model& model,
+                                               const SelfCollisionOptions& options);
+
+// The same of instance 0 of a scene, whatever its options: the detail is the scene's.
+DOPPEL_API SelfCollisions find_self_collisions(std::shared_ptr<const CollisionScene> scene,
                                                const SelfCollisionOptions& options);
 
 // Two links that touch at a configuration.

@@ -19,6 +19,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <optional>
 #include <variant>
 #include <vector>
 
@@ -77,6 +78,10 @@ inline constexpr double kGap = 1e-9;  // m, between the bounds of a distance at 
 // points that are not the nearest ones. Two flat sets of points in one plane do not overlap.
 ConvexDistance convex_distance(const ConvexSolid& a, const ConvexSolid& b, const Pose& X_AB, double far,
                                ConvexWorkspace& memory);
+
+// A unit direction in A's frame along which all of B is beyond all of A; nullopt: none is found.
+std::optional<Eigen::Vector3d> separating_direction(const ConvexSolid& a, const ConvexSolid& b,
+                                                    const Pose& X_AB);
 
 // Whether the signed distance is less than `clearance` (m), which may be negative: faster.
 bool convex_closer(const ConvexSolid& a, const ConvexSolid& b, const Pose& X_AB, double clearance,

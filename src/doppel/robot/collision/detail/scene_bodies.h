@@ -13,8 +13,14 @@ struct SolidShape {
   SharedField field = nullptr;   // of a terrain
   // With CollisionDetail::triangles.
   std::shared_ptr<void> surface = nullptr;
-  Pose X_LG = Pose::Identity();  // of the surface, in the link
+  Pose X_SG = Pose::Identity();  // the surface in the shape's frame
   bool is_mesh = false;
+  // Of a mesh with a surface: all its vertices, m, in the shape's frame. Its solid may be a reduced hull.
+  std::shared_ptr<const Eigen::Array<float, Eigen::Dynamic, 3>> vertices = nullptr;
+
+  // An upper bound, within rounding, of how far the shape and its surface reach along d (unit), m, in the
+  // shape's frame.
+  [[nodiscard]] double extent(const Eigen::Vector3d& d) const;
 };
 
 // The ground has no shapes.

@@ -289,6 +289,54 @@ TEST(CollisionSceneTest, TrianglesAgreeWithBruteForce) {
   EXPECT_LT(touching, 1900);
 }
 
+// A ball of triangles with its poles on z.
+std::string write_ball(const std::string& name, double radius, int rings, int sides) {
+  const auto point = [&](int ring, int side) {
+    const double polar = std::numbers::pi * ring / rings, around = 2 * std::numbers::pi * side / sides;
+    return Vector3d(radius * std::sin(polar) * std::cos(around), radius * std::sin(polar) * std::sin(around),
+                    radius * std::cos(polar));
+  };
+  const std::string path = testing::TempDir() + "/" + name;
+  std::ofstream file(path);
+  file << "solid s\n";
+  const auto face = [&file](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+    file << "facet normal 0 0 0\nouter loop\n";
+    for (const Vector3d& p : {a, b, c}) file << "vertex " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+    file << "endloop\nendfacet\n";
+  };
+  for (int ring = 0; ring < rings; ++ring) {
+    for (int side = 0; side < sides; ++side) {
+      face(point(ring, side), point(ring + 1, side), point(ring + 1, side + 1));
+      if (ring > 0) face(point(ring, side), point(ring + 1, side + 1), point(ring, side + 1));
+    }
+  }
+  file << "endsolid s\n";
+  return path;
+}
+
+// The hull of a mesh with so many vertices is reduced, so that a plane between the hulls may cut the mesh.
+TEST(CollisionSceneTest, VertexThatReducedHullLeavesOutIsFoundByItsTriangles) {
+  constexpr double kRadius = 0.1, kHalf = 0.01, kStep = 1e-5;
+  const std::string ball = write_ball("ball.stl", kRadius, 40, 80);
+  const RobotDescription robot = robot_of(link_with("a", "<mesh filename=\"file://" + ball + "\"/>") +
+                                          link_with("b", "<box size=\"0.2 0.2 0.02\"/>"));
+  Pairing triangles(robot, CollisionDetail::triangles), hulls(robot, CollisionDetail::hulls);
+  int left_out = 0;
+  for (const Eigen::Vector3f& vertex : load_mesh(ball, Vector3d::Ones()).vertices) {
+    const Vector3d n = vertex.cast<double>().normalized();
+    const auto plate_deeper_by = [&](double depth) {
+      Pose X = Pose::Identity();
+      X.linear() = Eigen::Quaterniond::FromTwoVectors(Vector3d::UnitZ(), n).toRotationMatrix();
+      X.translation() = n * (vertex.cast<double>().norm() + kHalf - depth);
+      return X;
+    };
+    ASSERT_TRUE(triangles.touch(Pose::Identity(), plate_deeper_by(kStep))) << n.transpose();
+    ASSERT_FALSE(triangles.touch(Pose::Identity(), plate_deeper_by(-kStep))) << n.transpose();
+    left_out += hulls.touch(Pose::Identity(), plate_deeper_by(kStep)) ? 0 : 1;
+  }
+  EXPECT_GT(left_out, 100) << "expected a hull that is reduced";
+}
+
 TEST(CollisionSceneTest, ShapeOriginsAreApplied) {
   const RobotDescription robot = robot_of(
       "<link name=\"a\"><collision><origin xyz=\"1 0 0\"/><geometry><box size=\"0.2 0.2 0.2\"/></geometry>"

@@ -103,6 +103,25 @@ TEST(ConvexDistanceTest, CloserAgreesWithDistanceAndFarGivesLowerBound) {
   }
 }
 
+TEST(ConvexDistanceTest, SeparatingDirectionIsFoundExactlyWhereSolidsAreApart) {
+  SCOPED_TRACE("seed 53");
+  Dice dice(53);
+  ConvexWorkspace memory;
+  for (int trial = 0; trial < 18000; ++trial) {
+    const ConvexSolid a(dice.shape(trial % 6)), b(dice.shape(trial / 6 % 6));
+    const Pose X_AB = dice.pose(0.4);
+    const double distance = convex_distance(a, b, X_AB, kFarAway, memory).distance;
+    if (std::abs(distance) < 1e-6) continue;
+    const auto n = separating_direction(a, b, X_AB);
+    ASSERT_EQ(n.has_value(), distance > 0) << "trial " << trial;
+    if (!n) continue;
+    ASSERT_NEAR(n->norm(), 1, 1e-12);
+    const double gap = n->dot(X_AB.translation()) - reach(b, X_AB.linear().transpose() * -*n) - reach(a, *n);
+    ASSERT_GT(gap, 0) << "trial " << trial;
+    ASSERT_LE(gap, distance + 1e-7) << "trial " << trial;
+  }
+}
+
 TEST(ConvexDistanceTest, CapsulesAgreeWithDistanceOfTheirAxes) {
   SCOPED_TRACE("seed 53");
   Dice dice(53);

@@ -73,6 +73,23 @@ TEST(CollisionScene, AllowedPairsHaveTheirReason) {
   EXPECT_FALSE(scene.has_shape({0, 0}));
 }
 
+TEST(CollisionScene, AllowingMorePairsEqualsAllowingThemFromTheStart) {
+  std::vector instances{beads(), object("table", Box{{1, 1, 1}}, {0, 5, 0})};
+  SceneOptions options;
+  options.allowed = {{kFirst, {1, 0}, "excluded by the SRDF"}, {kSecond, kTip, "never said again"}};
+  const CollisionScene whole(instances, options);
+  const auto later = CollisionScene(instances).allowing(options.allowed);
+  EXPECT_EQ(later->tested_pairs(), whole.tested_pairs());
+  ASSERT_EQ(later->allowed_pairs().size(), whole.allowed_pairs().size());
+  EXPECT_EQ(reason(*later, kFirst, {1, 0}), "excluded by the SRDF");
+  EXPECT_EQ(reason(*later, kSecond, kTip), "one rigid body");
+  CollisionContext context(later);
+  for (std::size_t i = 0; i < later->tested_pairs().size(); ++i) {
+    const auto& [a, b] = later->tested_pairs()[i];
+    EXPECT_EQ(context.tested_closer(i, 0.5), context.closer(a, b, 0.5));
+  }
+}
+
 TEST(CollisionScene, NoPairIsTestedWithoutSelfCollision) {
   SceneInstance robot = beads();
   robot.self_collision = false;
