@@ -8,9 +8,11 @@ namespace doppel {
 namespace {
 
 constexpr int kRefineIterations = 12;
-constexpr int kHeldPositions = 16;    // of the joint that is held in a chain of seven
-constexpr double kNearArm = 0.02;     // of the chain's length
-constexpr double kLimitSlack = 0.05;  // rad: the nearest exact arm's solution may be outside of the limits
+constexpr int kHeldPositions = 16;       // of the joint that is held in a chain of seven
+constexpr double kNearArm = 0.02;        // of the chain's length
+constexpr double kLimitSlack = 0.05;     // rad: the nearest exact arm's solution may be outside of the limits
+constexpr double kRoundingSlack = 1e-7;  // rad
+constexpr double kExactError = 1e-8;     // m and rad: a branch with more is refined
 
 }  // namespace
 
@@ -63,9 +65,71 @@ void IkSolver::Impl::held_branches(const IkRequest& request, const Eigen::Vector
   }
 }
 
-// The branches by sub-problems, refined on the true arm, eight at once.
+void IkSolver::Impl::exact_branches(const IkRequest& request, const Eigen::VectorXd& seed, bool limited,
+                                    std::vector<IkSolution>& out) const {
+  Branch start{};
+  std::copy(seed.begin(), seed.end(), start.begin());
+  Branches found;
+  way->arm->solve(request.X_BT, start, found);
+  for (int i = 0; i < found.count; ++i) {
+    IkSolution branch;
+    branch.u =
+        Eigen::Map<const Eigen::VectorXd>(found.value[static_cast<std::size_t>(i)].data(), chain.size());
+    if ((limited && !place(branch.u, seed, kRoundingSlack)) || contains(out, branch.u)) continue;
+    branch.distance = (branch.u - seed).norm();
+    const auto behind =
+        std::upper_bound(out.begin(), out.end(), branch.distance,
+                         [](double distance, const IkSolution& other) { return distance < other.distance; });
+    out.insert(behind, std::move(branch));
+  }
+}
+
+void IkSolver::Impl::refine(const IkRequest& request, const Eigen::VectorXd& seed, const double* first,
+                            std::size_t count, bool limited, std::vector<IkSolution>& out) const {
+  LaneSearch search = search_of(request);
+  search.max_iterations = kRefineIterations;
+  search.every_attempt = true;
+  run(search, request, seed, first, count, limited, out);
+}
+
+bool IkSolver::Impl::prove(const IkRequest& request, const Eigen::VectorXd& seed, bool limited,
+                           IkSolution& branch) const {
+  const double distance = branch.distance;
+  branch = measured(request, branch.u);
+  branch.distance = distance;
+  if (branch.position_error <= kExactError && branch.rotation_error <= kExactError) return true;
+  std::vector<IkSolution> refined;
+  refine(request, seed, branch.u.data(), 1, limited, refined);
+  if (refined.empty()) return proven(request, branch);
+  branch = std::move(refined.front());
+  return true;
+}
+
+std::optional<IkSolution> IkSolver::Impl::nearest_exact_branch(const IkRequest& request,
+                                                               const Eigen::VectorXd& seed) const {
+  std::vector<IkSolution> candidates;
+  candidates.reserve(kMaxBranches);
+  exact_branches(request, seed, true, candidates);
+  for (IkSolution& branch : candidates) {
+    if (prove(request, seed, true, branch) && (!request.accepts || request.accepts(branch.u)))
+      return std::move(branch);
+  }
+  return std::nullopt;
+}
+
+// The branches by sub-problems. Those of an arm that is nearly exact are refined on the true arm, eight at
+// once.
 void IkSolver::Impl::branches(const IkRequest& request, const Eigen::VectorXd& seed, bool limited, bool sweep,
                               std::vector<IkSolution>& out) const {
+  if (way->arm && is_exact()) {
+    std::vector<IkSolution> candidates;
+    candidates.reserve(kMaxBranches);
+    exact_branches(request, seed, limited, candidates);
+    for (IkSolution& branch : candidates) {
+      if (prove(request, seed, limited, branch) && !contains(out, branch.u)) out.push_back(std::move(branch));
+    }
+    return;
+  }
   std::vector<Branch> candidates;
   if (way->arm) {
     Branch start{};
@@ -84,11 +148,7 @@ void IkSolver::Impl::branches(const IkRequest& request, const Eigen::VectorXd& s
   // The seed itself too, which is in the branch that is asked for, where the nearest exact arm has lost it.
   if (limited && way->misfit > kExactArm) first.insert(first.end(), seed.begin(), seed.end());
   if (first.empty()) return;
-  LaneSearch search = search_of(request);
-  search.max_iterations = kRefineIterations;
-  search.every_attempt = true;
-  run(search, request, seed, first.data(), first.size() / static_cast<std::size_t>(chain.size()), limited,
-      out);
+  refine(request, seed, first.data(), first.size() / static_cast<std::size_t>(chain.size()), limited, out);
 }
 
 }  // namespace doppel

@@ -23,8 +23,9 @@ constexpr double kSameBranch = 1e-4;      // rad or m
 // A search within wide tolerances leaves less than a tenth of a millimetre of the position by this weight.
 constexpr double kWithinTolerance = 0.01;
 
+// The Frobenius norm of the difference of two rotations is 2 sqrt(2) sin(angle / 2).
 double rotation_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
-  return Eigen::Quaterniond(a).angularDistance(Eigen::Quaterniond(b));
+  return 2 * std::asin(std::min(1.0, (a - b).norm() / (2 * M_SQRT2)));
 }
 
 double angle_between_axes(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -113,15 +114,18 @@ bool IkSolver::Impl::proven(const IkRequest& request, const IkSolution& solution
          solution.rotation_error <= request.rotation_tolerance;
 }
 
+bool IkSolver::Impl::contains(const std::vector<IkSolution>& solutions, const Eigen::VectorXd& u) {
+  return std::any_of(solutions.begin(), solutions.end(), [&u](const IkSolution& other) {
+    return (other.u - u).lpNorm<Eigen::Infinity>() < kSameBranch;
+  });
+}
+
 // Adds a configuration that a search has found, if it is one, and is not there yet.
 void IkSolver::Impl::keep(const IkRequest& request, const Eigen::VectorXd& seed, const double* u,
                           bool limited, std::vector<IkSolution>& out) const {
   Eigen::VectorXd placed = Eigen::Map<const Eigen::VectorXd>(u, chain.size());
   if (limited && !place(placed, seed, 0)) return;
-  const bool same = std::any_of(out.begin(), out.end(), [&placed](const IkSolution& other) {
-    return (other.u - placed).lpNorm<Eigen::Infinity>() < kSameBranch;
-  });
-  if (same) return;
+  if (contains(out, placed)) return;
   IkSolution solution = measured(request, placed);
   if (!proven(request, solution)) return;
   solution.distance = (placed - seed).norm();
@@ -190,7 +194,7 @@ void IkSolver::set_tool_axis(const Eigen::Vector3d& axis) {
 
 IkMethod IkSolver::method() const {
   if (!impl_->way) return IkMethod::numeric;
-  return impl_->way->misfit <= kExactArm ? IkMethod::exact : IkMethod::nearly_exact;
+  return impl_->is_exact() ? IkMethod::exact : IkMethod::nearly_exact;
 }
 
 std::string IkSolver::about_method() const {
@@ -240,7 +244,9 @@ std::optional<IkSolution> IkSolver::solve(const IkRequest& request) const {
   // A pose by sub-problems has few solutions, and they are all there. Of a smaller task, and of seven
   // joints, there are infinitely many.
   const bool few = impl_->way && impl_->way->held < 0 && request.task == IkTask::pose;
-  if (few) {
+  if (few && impl_->is_exact()) {
+    if (auto out = impl_->nearest_exact_branch(request, seed)) return out;
+  } else if (few) {
     impl_->branches(request, seed, true, false, found);
     if (auto out = first_accepted(request, found)) return out;
   }
@@ -266,7 +272,7 @@ std::vector<IkSolution> IkSolver::solve_all(const IkRequest& request) const {
   const Eigen::VectorXd seed = impl_->seed_of(request);
   std::vector<IkSolution> found;
   // Two branches of a nearly exact arm may start so near to each other that they are refined to the same one.
-  const bool complete = method() == IkMethod::exact && impl_->way->held < 0 && request.task == IkTask::pose;
+  const bool complete = impl_->is_exact() && impl_->way->held < 0 && request.task == IkTask::pose;
   if (impl_->way && request.task == IkTask::pose) impl_->branches(request, seed, true, true, found);
   if (!complete || found.empty()) impl_->attempts(request, seed, 0, kIkBranchAttempts, true, found);
   if (request.accepts)

@@ -20,12 +20,12 @@ std::optional<double> angle_between(const Eigen::Vector3d& p, const Eigen::Vecto
   constexpr double kAlong = 1e-9;  // relative: nearer to the axis, the angle is noise
   const Eigen::Vector3d side = k.cross(p);
   const double sine = side.dot(r), cosine = p.dot(r) - k.dot(p) * k.dot(r);
-  if (std::hypot(sine, cosine) <= kAlong * p.norm() * r.norm()) return std::nullopt;
+  if (std::sqrt(sine * sine + cosine * cosine) <= kAlong * p.norm() * r.norm()) return std::nullopt;
   return std::atan2(sine, cosine);
 }
 
 Angles solve_cosine(double a, double b, double c, const RootMargin& margin) {
-  const double radius = std::hypot(a, b);
+  const double radius = std::sqrt(a * a + b * b);
   if (radius == 0 || std::abs(c) > radius * (1 + margin.slack)) return {};
   const double middle = std::atan2(b, a);
   const double half =

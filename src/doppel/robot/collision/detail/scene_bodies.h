@@ -15,7 +15,7 @@ struct SolidShape {
   std::shared_ptr<void> surface = nullptr;
   Pose X_SG = Pose::Identity();  // the surface in the shape's frame
   bool is_mesh = false;
-  // Of a mesh with a surface: all its vertices, m, in the shape's frame. Its solid may be a reduced hull.
+  // All vertices of a mesh with a surface, m, in the frame of the shape, whose solid may be a reduced hull.
   std::shared_ptr<const Eigen::Array<float, Eigen::Dynamic, 3>> vertices = nullptr;
 
   // An upper bound, within rounding, of how far the shape and its surface reach along d (unit), m, in the
