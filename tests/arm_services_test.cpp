@@ -1,9 +1,12 @@
 // The services of a twin's arms: compute_ik, compute_fk and check_state_validity as move_group has them, and
 // doppel's own. Behaviours are those of planning.md; their sources are files of moveit2, branch jazzy
 // (4d84106).
+#include <gmock/gmock.h>
+
 #include <chrono>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <thread>
 
 #include "doppel/ros/messages/doppel_msgs.h"
@@ -15,6 +18,8 @@ namespace {
 
 namespace msrv = moveit_msgs::srv;
 namespace dsrv = doppel_msgs::srv;
+using moveit_msgs::msg::AttachedCollisionObject;
+using moveit_msgs::msg::CollisionObject;
 using moveit_msgs::msg::ContactInformation;
 using moveit_msgs::msg::MoveItErrorCodes;
 
@@ -73,6 +78,38 @@ class ArmServicesTest : public TwinFixture {
       if (solution.joint_state.name[i] == joint) return solution.joint_state.position[i];
     }
     return std::nan("");
+  }
+
+  template <class M>
+  void send(const std::string& topic, const M& message) {
+    const Status sent = edge_->publish("/test", topic, M::kType, to_cdr(message));
+    ASSERT_TRUE(sent.ok()) << sent.why();
+  }
+
+  // A box of 12 cm in the frame.
+  static CollisionObject box(const std::string& id, const geometry_msgs::msg::Pose& pose,
+                             const std::string& frame = "world") {
+    CollisionObject out;
+    out.header.frame_id = frame;
+    out.id = id;
+    out.pose = pose;
+    out.primitives.resize(1);
+    out.primitives[0].type = shape_msgs::msg::SolidPrimitive::BOX;
+    out.primitives[0].dimensions = {0.12, 0.12, 0.12};
+    return out;
+  }
+
+  // The names that the state with these positions touches.
+  std::set<std::string> touched(const std::vector<double>& positions) {
+    msrv::GetStateValidity::Request request;
+    request.robot_state = state(positions);
+    std::set<std::string> out;
+    for (const ContactInformation& contact :
+         ask<msrv::GetStateValidity>("/check_state_validity", request).contacts) {
+      if (contact.body_type_1 != ContactInformation::ROBOT_LINK) out.insert(contact.contact_body_1);
+      if (contact.body_type_2 != ContactInformation::ROBOT_LINK) out.insert(contact.contact_body_2);
+    }
+    return out;
   }
 
   const std::vector<double> kPose = {1.2, 1.0, 0.9, 1.3, 1.1, 0.7};
@@ -258,6 +295,158 @@ TEST_F(ArmServicesTest, ObjectOfWorldCollidesWithArm) {
   twin_->engine().find("melon")->place(make_pose({2, 2, 1}, {0, 0, 0}));  // it is moved away
   request.ik_request.avoid_collisions = true;
   EXPECT_EQ(ask<msrv::GetPositionIK>("/compute_ik", request).error_code.val, MoveItErrorCodes::SUCCESS);
+}
+
+// B34 (planning_scene.cpp:1887-1995): ADD replaces, MOVE keeps shapes, REMOVE without a name removes all. A
+// request after a message finds the scene changed.
+TEST_F(ArmServicesTest, ObjectsOfSceneAreAddedMovedAndRemoved) {
+  bring_up("omarm_one");
+  const auto pose = pose_of("tool_link_1", kPose, "world");
+  send("/collision_object", box("crate", pose));
+  EXPECT_THAT(touched(kPose), testing::ElementsAre("crate"));
+  auto request = ik(pose_of("tool_link_1", kPose));
+  request.ik_request.robot_state = state(kPose);
+  const auto response = ask<msrv::GetPositionIK>("/compute_ik", request);
+  EXPECT_EQ(response.error_code.val, MoveItErrorCodes::GOAL_IN_COLLISION);
+  EXPECT_THAT(response.error_code.message, testing::HasSubstr("crate"));
+  CollisionObject move = box("crate", pose);
+  move.primitives.clear();
+  move.pose.position.x += 3;
+  move.operation = CollisionObject::MOVE;
+  send("/collision_object", move);
+  EXPECT_THAT(touched(kPose), testing::IsEmpty());
+  CollisionObject more = box("crate", pose);  // a second box, where the first one was
+  more.operation = CollisionObject::APPEND;
+  send("/collision_object", more);
+  EXPECT_THAT(touched(kPose), testing::ElementsAre("crate"));
+  CollisionObject far_away = box("crate", move.pose);  // replaces both
+  send("/collision_object", far_away);
+  EXPECT_THAT(touched(kPose), testing::IsEmpty());
+  send("/collision_object", box("second", pose));
+  EXPECT_THAT(touched(kPose), testing::ElementsAre("second"));
+  CollisionObject all;
+  all.operation = CollisionObject::REMOVE;
+  send("/collision_object", all);
+  EXPECT_THAT(touched(kPose), testing::IsEmpty());
+}
+
+// B34: unknown frames are refused, and one shape without a pose of its object gives the object its own
+// (:1829).
+TEST_F(ArmServicesTest, UnknownFrameOfObjectIsRefusedInLog) {
+  std::vector<std::string> lines;
+  log_.add_sink([&lines](const LogLine& line) { lines.push_back(line.text); });
+  bring_up("omarm_one");
+  const auto pose = pose_of("tool_link_1", kPose, "world");
+  send("/collision_object", box("crate", pose, "wrold"));
+  EXPECT_THAT(touched(kPose), testing::IsEmpty());
+  EXPECT_THAT(lines, testing::Contains(testing::HasSubstr("no frame 'wrold'; did you mean 'world'")));
+  CollisionObject posed = box("crate", {});
+  posed.primitive_poses = {pose};
+  posed.subframe_names = {"top"};
+  posed.subframe_poses.resize(1);
+  send("/collision_object", posed);
+  EXPECT_THAT(touched(kPose), testing::ElementsAre("crate"));
+  msrv::GetPositionFK::Request fk;
+  fk.header.frame_id = "crate/top";
+  fk.fk_link_names = {"tool_link_1"};
+  fk.robot_state = state(kPose);
+  const auto in_object = ask<msrv::GetPositionFK>("/compute_fk", fk);
+  ASSERT_EQ(in_object.error_code.val, MoveItErrorCodes::SUCCESS) << in_object.error_code.message;
+  const auto& p = in_object.pose_stamped.at(0).pose.position;
+  EXPECT_NEAR(std::hypot(p.x, p.y, p.z), 0, 1e-9) << "the object is where its shape is";
+}
+
+// B42 (subframes_test.cpp:185, 248): the subframe of an attached object is a tip, that of another one a frame
+// for its goal.
+TEST_F(ArmServicesTest, SubframeOfAttachedObjectIsMovedToSubframeOfAnother) {
+  bring_up("omarm_one");
+  const auto tool = pose_of("tool_link_1", kPose, "world");
+  CollisionObject table = box("table", tool);
+  table.pose.position.z -= 1;
+  table.pose.orientation = {0, 0, 0, 1};
+  table.subframe_names = {"place"};
+  table.subframe_poses.resize(1);
+  table.subframe_poses[0].position.z = 1;  // where the tool is
+  table.subframe_poses[0].orientation = tool.orientation;
+  send("/collision_object", table);
+  AttachedCollisionObject peg;
+  peg.link_name = "tool_link_1";
+  peg.touch_links = {"gripper_base_1", "gripper_finger_left_1", "gripper_finger_right_1"};
+  peg.object = box("peg", {}, "tool_link_1");
+  peg.object.primitives[0].dimensions = {0.01, 0.01, 0.04};
+  peg.object.subframe_names = {"tip"};
+  peg.object.subframe_poses.resize(1);
+  peg.object.subframe_poses[0].position.z = 0.02;
+  send("/attached_collision_object", peg);
+  auto request = ik({});
+  request.ik_request.ik_link_name = "peg/tip";
+  request.ik_request.avoid_collisions = false;
+  request.ik_request.robot_state = state(kPose);
+  request.ik_request.pose_stamped.header.frame_id = "table/place";
+  request.ik_request.pose_stamped.pose.position.z = 0.02;  // so that the tool stays where it is
+  const auto response = ask<msrv::GetPositionIK>("/compute_ik", request);
+  ASSERT_EQ(response.error_code.val, MoveItErrorCodes::SUCCESS) << response.error_code.message;
+  for (int i = 1; i <= 6; ++i) {
+    EXPECT_NEAR(position(response.solution, "Revolute " + std::to_string(i)),
+                kPose[static_cast<std::size_t>(i - 1)], 1e-5);
+  }
+  request.ik_request.ik_link_name = "table/place";
+  EXPECT_THAT(ask<msrv::GetPositionIK>("/compute_ik", request).error_code.message,
+              testing::HasSubstr("attached to no link"));
+}
+
+// B35, B36 (planning_scene.cpp:1536-1772): an attached object moves with its link, is named as attached,
+// and is put back where it is.
+TEST_F(ArmServicesTest, AttachedObjectMovesWithLinkAndIsPutBack) {
+  bring_up("omarm_one");
+  AttachedCollisionObject pole;
+  pole.link_name = "tool_link_1";
+  pole.object = box("pole", {}, "tool_link_1");
+  pole.object.primitives[0].dimensions = {0.02, 0.02, 3};
+  send("/attached_collision_object", pole);
+  EXPECT_THAT(touched(kPose), testing::Contains("pole")) << "expected it to touch the links before the tool";
+  AttachedCollisionObject release;
+  release.link_name = "base_link";
+  release.object.id = "pole";
+  release.object.operation = CollisionObject::REMOVE;
+  send("/attached_collision_object", release);
+  EXPECT_THAT(touched(kPose), testing::Contains("pole")) << "another link does not hold it";
+  release.link_name = "tool_link_1";
+  send("/attached_collision_object", release);
+  CollisionObject away;
+  away.id = "pole";
+  away.operation = CollisionObject::MOVE;
+  away.header.frame_id = "world";
+  away.pose.position.x = 5;
+  send("/collision_object", away);
+  EXPECT_THAT(touched(kPose), testing::IsEmpty());
+}
+
+// B43: an octomap of the scene, as a sensor's, replaced by the next one.
+TEST_F(ArmServicesTest, OctomapOfSceneIsObstacle) {
+  bring_up("omarm_one");
+  const auto tool = pose_of("tool_link_1", kPose, "world");
+  moveit_msgs::msg::PlanningSceneWorld scene;
+  scene.octomap.header.frame_id = "world";
+  scene.octomap.origin.position = tool.position;
+  scene.octomap.origin.orientation.w = 1;
+  scene.octomap.octomap.id = "OcTree";
+  scene.octomap.octomap.resolution = 0.05;
+  scene.octomap.octomap.binary = true;
+  // Fifteen inner nodes along the first child with the centre of the map in its corner, then eight occupied
+  // children: a cube of 10 cm at -10 cm .. 0.
+  for (int level = 0; level < 15; ++level) {
+    const int child = level == 0 ? 0 : 7;
+    const unsigned bits = 3U << (2 * child);
+    scene.octomap.octomap.data.push_back(static_cast<std::int8_t>(bits & 0xFF));
+    scene.octomap.octomap.data.push_back(static_cast<std::int8_t>(bits >> 8));
+  }
+  scene.octomap.octomap.data.push_back(static_cast<std::int8_t>(0xAA));
+  scene.octomap.octomap.data.push_back(static_cast<std::int8_t>(0xAA));
+  send("/planning_scene_world", scene);
+  EXPECT_THAT(touched(kPose), testing::ElementsAre("<octomap>"));
+  send("/planning_scene_world", moveit_msgs::msg::PlanningSceneWorld{});
+  EXPECT_THAT(touched(kPose), testing::IsEmpty());
 }
 
 // B28, B44: constraints are judged in their order; a continuous joint is compared over whole turns.

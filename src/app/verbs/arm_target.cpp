@@ -14,6 +14,7 @@
 #include "doppel/base/math/units.h"
 #include "doppel/robot/collision/size_limits.h"
 #include "doppel/robot/kinematics/kinematics.h"
+#include "doppel/robot/scene_objects/scene_file.h"
 #include "doppel/scenario/resolve/described_arms.h"
 
 namespace doppel::app {
@@ -94,6 +95,35 @@ std::vector<double> parse_numbers(const std::vector<std::string>& words) {
   return out;
 }
 
+SceneObjects read_objects(const std::string& file) {
+  SceneObjects out;
+  for (const SceneObject& object : read_scene(file).objects) out.append(object);
+  return out;
+}
+
+ReachSurroundings surroundings_of(const SceneObjects& objects) {
+  ReachSurroundings out;
+  for (const auto& [id, object] : objects.all()) out.others.push_back(scene_instance(object, object.X_PO));
+  return out;
+}
+
+// The frame of a link, of an object or of its subframe, in the root link.
+Pose find_named_frame(const std::string& name, const ArmTarget& arm) {
+  if (const std::optional<ObjectFrame> frame = arm.objects.frame(name)) return frame->X_PF;
+  std::vector<std::string> names = arm.model->link_names();
+  const std::vector<std::string> of_objects = arm.objects.frame_names();
+  names.insert(names.end(), of_objects.begin(), of_objects.end());
+  const int link = arm.model->find_link(name);
+  if (link < 0) {
+    throw InputError("cli.frame", {},
+                     fmt::format("there is no frame '{}'{}", name, did_you_mean(name, names)),
+                     "it is a link, an object of --scene, or OBJECT/SUBFRAME");
+  }
+  Data data(*arm.model);
+  forward_kinematics(*arm.model, data, arm.q);
+  return data.X_WL[static_cast<std::size_t>(link)];
+}
+
 Eigen::Matrix3d rotation_to(const Eigen::Vector3d& tool_axis, const Eigen::Vector3d& direction) {
   return Eigen::Quaterniond::FromTwoVectors(tool_axis, direction).toRotationMatrix();
 }
@@ -122,8 +152,11 @@ void add_arm_options(CLI::App& verb, ArmOptions& options) {
                   "Where the robot is: the nearest solution to it is preferred (default: zero)")
       ->type_name("JOINT=POSITION")
       ->expected(1, -1);
+  verb.add_option("--scene", options.scene,
+                  "Objects around the robot: a .scene file of MoveIt, in the robot's root link")
+      ->type_name("FILE");
   verb.add_flag("--no-collisions", options.no_collisions,
-                "Accept solutions in which the robot touches itself");
+                "Accept solutions in which the robot touches itself or objects");
   verb.add_option("--controllers", options.controllers,
                   "Controllers' parameter file (YAML) that defines the groups (default: found)")
       ->type_name("FILE");
@@ -139,7 +172,9 @@ ArmTarget open_arm(const ArmOptions& options) {
   print_diagnostics(diagnostics);
   ArmGroup arm = chosen_chain(options, *out.model, robot, target);
   Diagnostics notes;
-  if (!options.no_collisions) out.scene = reach_scene(robot, out.model, &arm.chain, {}, notes);
+  if (!options.scene.empty()) out.objects = read_objects(options.scene);
+  if (!options.no_collisions)
+    out.scene = reach_scene(robot, out.model, &arm.chain, surroundings_of(out.objects), notes);
   print_diagnostics(notes, true);
   out.group = arm.name;
   out.reach = std::make_unique<ArmReach>(out.model, std::move(arm.chain), out.scene);
@@ -169,8 +204,9 @@ void add_pose_options(CLI::App& verb, PoseOptions& options) {
     }
   }
   verb.add_option("--frame", options.frame,
-                  "Link in whose frame the pose is (default: the robot's root link)")
-      ->type_name("LINK");
+                  "Frame of the pose: a link, an object of --scene or OBJECT/SUBFRAME (default: the robot's "
+                  "root link)")
+      ->type_name("FRAME");
 }
 
 AskedPose asked_pose(const PoseOptions& options, const ArmTarget& arm) {
@@ -203,12 +239,7 @@ AskedPose asked_pose(const PoseOptions& options, const ArmTarget& arm) {
   } else {
     out.task = IkTask::position;
   }
-  Pose X_WF = Pose::Identity();
-  if (!options.frame.empty()) {
-    Data data(*arm.model);
-    forward_kinematics(*arm.model, data, arm.q);
-    X_WF = data.X_WL[static_cast<std::size_t>(find_named_link(*arm.model, options.frame))];
-  }
+  const Pose X_WF = options.frame.empty() ? Pose::Identity() : find_named_frame(options.frame, arm);
   out.X_WT = X_WF * X_FT;
   return out;
 }

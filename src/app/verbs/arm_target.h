@@ -9,6 +9,7 @@
 #include "app/description_target.h"
 #include "doppel/robot/reach/arm_group.h"
 #include "doppel/robot/reach/arm_reach.h"
+#include "doppel/robot/scene_objects/scene_objects.h"
 
 namespace CLI {
 class App;
@@ -18,12 +19,12 @@ namespace doppel::app {
 
 struct ArmOptions {
   std::vector<std::string> target;
-  std::string group, base, tip, tool_axis, controllers;
+  std::string group, base, tip, tool_axis, controllers, scene;
   std::vector<std::string> seed;  // "joint=position"
   bool no_collisions = false;
 };
 
-// TARGET, --group, --base, --tip, --tool-axis, --seed, --no-collisions, --controllers.
+// TARGET, --group, --base, --tip, --tool-axis, --seed, --scene, --no-collisions, --controllers.
 void add_arm_options(CLI::App& verb, ArmOptions& options);
 
 struct ArmTarget {
@@ -32,6 +33,7 @@ struct ArmTarget {
   std::string group;  // "arm", or the names of the ends that were chosen
   std::unique_ptr<ArmReach> reach;
   std::shared_ptr<const CollisionScene> scene;  // nullptr: --no-collisions
+  SceneObjects objects;                         // of --scene, in the root link
   Eigen::VectorXd q;                            // [nq] the seed
 };
 

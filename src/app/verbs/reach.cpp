@@ -129,7 +129,7 @@ std::string file_text(const std::string& kind, const ReachOptions& options, cons
   std::vector<ReachSlice> slices;
   for (const std::string& text : options.slices) slices.push_back(parse_slice(text));
   if (slices.empty()) slices = {{1, first_joint.y()}, {2, facts.best.z()}};
-  const ReachBodies bodies = arm.scene != nullptr ? robot_bodies(*arm.scene, arm.q) : ReachBodies{};
+  const ReachBodies bodies = arm.scene != nullptr ? scene_bodies(*arm.scene, arm.q) : ReachBodies{};
   return reach_svg(map, slices, value_named(options.value), bodies,
                    fmt::format("Reach of {}, {}", arm.robot, arm.group));
 }

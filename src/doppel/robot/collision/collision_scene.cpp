@@ -45,27 +45,49 @@ ConvexShape convex_shape(const CollisionShape& shape) {
       shape.geometry);
 }
 
-// The triangles of a description's shape, and the sphere around them, which a reduced hull does not give.
-void add_surface(const RobotDescription& robot, const std::string& link, SolidShape& shape) {
+// The sphere around a mesh, which a reduced hull does not give, and its vertices.
+void bound_by_mesh(const TriangleMesh& mesh, SolidShape& shape) {
+  ConvexPoints whole = points_of(mesh.vertices);
+  whole.vertices = shape.X_SG * whole.vertices;
+  shape.vertices = std::make_shared<const Eigen::Array<float, Eigen::Dynamic, 3>>(
+      whole.vertices.transpose().cast<float>());
+  const ConvexSolid bounded(std::move(whole));
+  shape.solid.centre = bounded.centre;
+  shape.solid.radius = bounded.radius;
+}
+
+// The surface of a shape whose geometry is in a frame G of the link. `triangles`: of a mesh, and of what FCL
+// has no primitive for.
+void set_surface(const Geometry& geometry, const TriangleMesh* triangles, bool is_mesh, const Pose& X_LG,
+                 SolidShape& shape) {
+  shape.is_mesh = is_mesh;
+  shape.X_SG = shape.X_LS.inverse(Eigen::Isometry) * X_LG;
+  if (is_mesh) bound_by_mesh(*triangles, shape);
+  const SurfaceFunctions& functions = surface_functions();
+  shape.surface = {functions.make(geometry, triangles), functions.discard};
+}
+
+// The surface of a description's shape.
+void add_described_surface(const RobotDescription& robot, const std::string& link, SolidShape& shape) {
   const Collision& collision =
       robot.find_link(link)->collisions.at(static_cast<std::size_t>(shape.id.collision));
   if (std::holds_alternative<Plane>(collision.geometry)) return;  // it collides as a slab
   const auto* const mesh = std::get_if<MeshGeometry>(&collision.geometry);
-  shape.is_mesh = mesh != nullptr;
   const std::optional<TriangleMesh> triangles =
       mesh != nullptr ? std::optional(load_mesh(*mesh)) : convex_surface(collision.geometry);
-  shape.X_SG = shape.X_LS.inverse(Eigen::Isometry) * collision.origin.pose();
-  if (shape.is_mesh) {
-    ConvexPoints whole = points_of(triangles->vertices);
-    whole.vertices = shape.X_SG * whole.vertices;
-    shape.vertices = std::make_shared<const Eigen::Array<float, Eigen::Dynamic, 3>>(
-        whole.vertices.transpose().cast<float>());
-    const ConvexSolid bounded(std::move(whole));
-    shape.solid.centre = bounded.centre;
-    shape.solid.radius = bounded.radius;
-  }
-  const SurfaceFunctions& functions = surface_functions();
-  shape.surface = {functions.make(collision.geometry, triangles ? &*triangles : nullptr), functions.discard};
+  set_surface(collision.geometry, triangles ? &*triangles : nullptr, mesh != nullptr, collision.origin.pose(),
+              shape);
+}
+
+// The surface of a shape that has its triangles with it, or is a primitive. Hulls stay hulls.
+void add_own_surface(const CollisionShape& source, SolidShape& shape) {
+  if (source.triangles != nullptr)
+    return set_surface(MeshGeometry{}, source.triangles.get(), true, source.X_LG, shape);
+  std::visit(Overloaded{[](const SharedHull&) {}, [](const SharedField&) {}, [](const Ellipsoid&) {},
+                        [&shape](const auto& primitive) {
+                          set_surface(primitive, nullptr, false, shape.X_LS, shape);
+                        }},
+             source.geometry);
 }
 
 // The sphere around all shapes of a body, for the first test of a pair: about the centre of the box that
@@ -152,10 +174,12 @@ class SceneBuilder {
   [[nodiscard]] SolidShape solid_of(const SceneInstance& instance, const CollisionShape& shape) const {
     SolidShape out{shape.id, shape.X_LS, ConvexSolid(convex_shape(shape))};
     if (const auto* field = std::get_if<SharedField>(&shape.geometry)) out.field = *field;
-    const bool described = instance.description != nullptr && instance.model != nullptr;
-    if (options_.detail == CollisionDetail::triangles && described && out.field == nullptr) {
+    if (options_.detail != CollisionDetail::triangles || out.field != nullptr) return out;
+    if (instance.description != nullptr && instance.model != nullptr) {
       const auto link = static_cast<std::size_t>(shape.id.link);
-      add_surface(*instance.description, instance.model->links.at(link).name, out);
+      add_described_surface(*instance.description, instance.model->links.at(link).name, out);
+    } else {
+      add_own_surface(shape, out);
     }
     return out;
   }

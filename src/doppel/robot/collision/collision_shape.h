@@ -18,6 +18,8 @@
 
 namespace doppel {
 
+struct TriangleMesh;
+
 struct CollisionHull {
   std::vector<Eigen::Vector3f> vertices;  // m, in the mesh's frame; the shape is their convex hull
 };
@@ -43,6 +45,10 @@ struct CollisionShape {
   ShapeId id = {};
   SourceLocation source = {};  // the <collision>
   bool as_described = false;   // <doppel:contact>: never replaced by the rolling form of a wheel
+  // The triangles behind a hull or box that no description has, in a frame G; CollisionDetail::triangles uses
+  // them.
+  std::shared_ptr<const TriangleMesh> triangles = nullptr;
+  Pose X_LG = Pose::Identity();
 };
 
 // False for a primitive with a size of zero; a mesh may have none that is found.

@@ -25,11 +25,17 @@ struct ReachSlice {
   double where = 0;  // m along the axis
 };
 
-// Convex outlines of bodies, as points in the root link, m.
-using ReachBodies = std::vector<std::vector<Eigen::Vector3d>>;
-DOPPEL_API ReachBodies robot_bodies(const CollisionScene& scene, const Eigen::VectorXd& q);
+// A convex part of the robot at q, or of an object around it that is smaller than 10 m, as points in the root
+// link, m.
+struct ReachBody {
+  std::vector<Eigen::Vector3d> points;
+  bool of_robot = true;
+};
+using ReachBodies = std::vector<ReachBody>;
+DOPPEL_API ReachBodies scene_bodies(const CollisionScene& scene, const Eigen::VectorXd& q);
 
-// Slices side by side with the robot's silhouette, axes in m and the scale of colours.
+// Slices side by side with the robot's silhouette and the outlines of objects, axes in m and the scale of
+// colours.
 DOPPEL_API std::string reach_svg(const ReachMap& map, const std::vector<ReachSlice>& slices, ReachValue value,
                                  const ReachBodies& bodies, const std::string& title);
 

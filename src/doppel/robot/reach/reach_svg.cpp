@@ -153,7 +153,7 @@ class ReachDrawing {
         "</clipPath>\n<g clip-path=\"url(#panel{0})\">\n",
         index, left_, kDrawingTop, kPanelSize);
     cells(layer);
-    for (const std::vector<Eigen::Vector3d>& body : bodies) silhouette(body);
+    for (const ReachBody& body : bodies) silhouette(body);
     out_ += "</g>\n";
     axes();
   }
@@ -210,7 +210,8 @@ class ReachDrawing {
         if (colour >= 0) {
           const MapColour c = map_colour(colour / 63.0);
           out_ += fmt::format(
-              "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" "
+              "<rect shape-rendering=\"crispEdges\" x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" "
+              "height=\"{:.2f}\" "
               "fill=\"#{:02x}{:02x}{:02x}\"/>\n",
               px(map_.origin[right_axis_] + u * map_.cell) - side / 2,
               py(map_.origin[up_axis_] + v * map_.cell) - side / 2, side * (end - u) + 0.1, side + 0.1, c.r,
@@ -232,12 +233,16 @@ class ReachDrawing {
                : -1;
   }
 
-  void silhouette(const std::vector<Eigen::Vector3d>& body) {
+  // Objects, which may be larger than the arm, hide nothing.
+  void silhouette(const ReachBody& body) {
     std::vector<Point2> points;
-    points.reserve(body.size());
-    for (const Eigen::Vector3d& p : body) points.emplace_back(px(p[right_axis_]), py(p[up_axis_]));
+    points.reserve(body.points.size());
+    for (const Eigen::Vector3d& p : body.points) points.emplace_back(px(p[right_axis_]), py(p[up_axis_]));
     if (points.size() < 3) return;
-    out_ += "<polygon fill=\"#fff\" fill-opacity=\"0.55\" stroke=\"#333\" stroke-width=\"0.8\" points=\"";
+    out_ +=
+        body.of_robot
+            ? "<polygon fill=\"#fff\" fill-opacity=\"0.55\" stroke=\"#333\" stroke-width=\"0.8\" points=\""
+            : "<polygon fill=\"none\" stroke=\"#c0392b\" stroke-dasharray=\"5 3\" points=\"";
     for (const Point2& p : outline(std::move(points))) out_ += fmt::format("{:.1f},{:.1f} ", p.x(), p.y());
     out_ += "\"/>\n";
   }
@@ -283,17 +288,27 @@ class ReachDrawing {
 
 }  // namespace
 
-ReachBodies robot_bodies(const CollisionScene& scene, const Eigen::VectorXd& q) {
+ReachBodies scene_bodies(const CollisionScene& scene, const Eigen::VectorXd& q) {
+  constexpr double kLargest = 10;  // m: planes and grounds hide everything else
   ReachBodies out;
+  const auto add = [&out](const CollisionShape& shape, const Pose& X_WL, bool of_robot) {
+    std::vector<Eigen::Vector3d> points = surface_points(shape);
+    Eigen::AlignedBox3d box;
+    for (Eigen::Vector3d& p : points) {
+      p = X_WL * (shape.X_LS * p);
+      box.extend(p);
+    }
+    if (box.isEmpty() || box.sizes().maxCoeff() < kLargest) out.push_back({std::move(points), of_robot});
+  };
   const SceneInstance& robot = scene.instances().front();
   Data data(*robot.model);
   forward_kinematics(*robot.model, data, q);
   for (std::size_t link = 0; link < robot.shapes.size(); ++link) {
-    for (const CollisionShape& shape : robot.shapes[link]) {
-      std::vector<Eigen::Vector3d> points = surface_points(shape);
-      for (Eigen::Vector3d& p : points) p = data.X_WL[link] * (shape.X_LS * p);
-      out.push_back(std::move(points));
-    }
+    for (const CollisionShape& shape : robot.shapes[link]) add(shape, data.X_WL[link], true);
+  }
+  for (const SceneInstance& object : scene.instances()) {
+    if (object.model != nullptr) continue;
+    for (const CollisionShape& shape : object.shapes.front()) add(shape, object.X_WR, false);
   }
   return out;
 }

@@ -6,17 +6,19 @@
 #include "doppel/ros/bus/standard_node.h"
 #include "doppel/twin/arms/detail/arm_answers.h"
 #include "doppel/twin/arms/detail/arm_worker.h"
+#include "doppel/twin/arms/detail/scene_keeper.h"
 
 namespace doppel {
 
 struct ArmServices::Impl {
-  Impl(Bus& the_bus, const Log& log, const std::string& name_space,
+  Impl(Bus& the_bus, const Log& the_log, const std::string& name_space,
        std::function<std::optional<ArmSnapshot>()> the_snapshot)
       : bus(the_bus),
+        log(the_log),
         snapshot(std::move(the_snapshot)),
         node(the_bus, (name_space.empty() ? "" : "/" + name_space) + "/move_group"),
-        solving(log),
-        mapping(log) {
+        solving(the_log),
+        mapping(the_log) {
     make_standard(node);
   }
 
@@ -36,12 +38,13 @@ struct ArmServices::Impl {
                                                            const Responder<typename S::Response>& respond) {
       std::optional<ArmSnapshot> now = snapshot();
       if (!now) return;
-      auto shared = std::make_shared<const ArmSnapshot>(std::move(*now));
+      auto shared = std::make_shared<ArmSnapshot>(std::move(*now));
       const unsigned number = ++lane.newest;
       const auto ends = [&lane, number, newest_only] {
         return lane.worker.stopping() || (newest_only && lane.newest != number);
       };
       const bool accepted = lane.worker.post([this, &lane, answer, request, respond, shared, ends] {
+        shared->objects = scene.current();
         auto response = std::make_shared<typename S::Response>();
         answer({*shared, lane.arms, ends}, request, *response);
         bus.post([respond, response] { respond(*response); });
@@ -53,9 +56,33 @@ struct ArmServices::Impl {
     });
   }
 
+  // Messages change the scene on the thread that solves, so that a request after them finds it changed.
+  template <class M>
+  void listen(const char* topic) {
+    node.subscribe<M>(topic, [this](const M& message) {
+      std::optional<ArmSnapshot> now = snapshot();
+      if (!now) return;
+      auto shared = std::make_shared<ArmSnapshot>(std::move(*now));
+      const bool accepted = solving.worker.post([this, shared, message] {
+        shared->objects = scene.current();
+        report(scene.apply(*shared, message));
+      });
+      if (!accepted) report({"too many messages are waiting: this one is left out"});
+    });
+  }
+
+  void report(std::vector<std::string> refused) {
+    if (refused.empty()) return;
+    bus.post([this, refused] {
+      for (const std::string& why : refused) log.warning("move_group", "planning scene: " + why);
+    });
+  }
+
   Bus& bus;
+  const Log& log;
   std::function<std::optional<ArmSnapshot>()> snapshot;
   Node node;
+  SceneKeeper scene;
   Lane solving, mapping;  // destroyed first: their threads use what is above
 };
 
@@ -69,6 +96,9 @@ ArmServices::ArmServices(Bus& bus, const Log& log, const std::string& name_space
   impl_->serve<doppel_msgs::srv::SolveIk>("doppel/ik", impl_->solving, answer_solve_ik);
   impl_->serve<doppel_msgs::srv::ListArms>("doppel/arms", impl_->solving, answer_list_arms);
   impl_->serve<doppel_msgs::srv::GetReach>("doppel/reach", impl_->mapping, answer_reach, true);
+  impl_->listen<moveit_msgs::msg::CollisionObject>("collision_object");
+  impl_->listen<moveit_msgs::msg::AttachedCollisionObject>("attached_collision_object");
+  impl_->listen<moveit_msgs::msg::PlanningSceneWorld>("planning_scene_world");
 }
 
 ArmServices::~ArmServices() = default;

@@ -9,6 +9,7 @@
 #include "doppel/description/urdf/load.h"
 #include "doppel/export.h"
 #include "doppel/physics/contract/engine.h"
+#include "doppel/robot/scene_objects/scene_objects.h"
 #include "doppel/robot/semantics/planning_groups.h"
 
 namespace doppel {
@@ -31,6 +32,7 @@ struct DOPPEL_API ArmSnapshot {
   int instance = 0;                            // of the robot in the world
   std::vector<std::vector<Pose>> X_WL;         // [instances][links]
   std::vector<Attachment> attachments;
+  std::shared_ptr<const SceneObjects> objects;  // of the planning scene; nullptr: none
 
   [[nodiscard]] const Model& model() const { return *robot->model; }
   // The world in the robot's root link.
@@ -38,9 +40,19 @@ struct DOPPEL_API ArmSnapshot {
 };
 
 // The frame `name` in the robot's root link, at q: a link; "" is the base link, "world", "map" and "odom"
-// are the world; an object of the world, or "object/link". nullopt: there is none.
+// are the world; an object of the world, or "object/link"; an object of the planning scene, or
+// "object/subframe". nullopt: there is none.
 DOPPEL_API std::optional<Pose> find_frame(const ArmSnapshot& snapshot, const Eigen::VectorXd& q,
                                           std::string name);
+
+// A frame that moves with a link of the robot.
+struct LinkFrame {
+  int link = -1;
+  Pose X_LF = Pose::Identity();
+};
+// A link, or the frame of an object that a link holds, in physics or in the planning scene. nullopt: it does
+// not move with the robot.
+DOPPEL_API std::optional<LinkFrame> find_held_frame(const ArmSnapshot& snapshot, const std::string& name);
 
 // ", did you mean ..." of the frames that there are.
 DOPPEL_API std::string nearest_frame(const ArmSnapshot& snapshot, const std::string& name);

@@ -36,8 +36,8 @@ SceneInstance ground_slab(const Pose& X_RW) {
 
 void KnownArms::show(const ArmSnapshot& snapshot) {
   const bool same_robot = now_.robot == snapshot.robot;
-  const bool same_world =
-      same_robot && now_.world == snapshot.world && same_attachments(now_.attachments, snapshot.attachments);
+  const bool same_world = same_robot && now_.world == snapshot.world && now_.objects == snapshot.objects &&
+                          same_attachments(now_.attachments, snapshot.attachments);
   now_ = snapshot;
   if (!same_robot) find_groups();
   if (!same_world) {
@@ -56,10 +56,34 @@ void KnownArms::find_groups() {
                            now_.robot->controllers, notes);
 }
 
-// Instances of the scene are those of the world without the robot itself; the last one is the ground.
+// Instances of the scene are those of the world without the robot itself, then the ground, then the objects
+// of the planning scene.
 ReachSurroundings KnownArms::surroundings() const {
   ReachSurroundings out;
-  if (now_.world == nullptr) return out;
+  if (now_.world != nullptr) add_world(out);
+  if (now_.objects == nullptr) return out;
+  for (const auto& [id, object] : now_.objects->all()) {
+    SceneInstance instance = scene_instance(object, X_RO(object));
+    if (!object.link.empty()) {
+      const int link = now_.model().find_link(object.link);
+      if (link < 0) continue;  // the robot was reloaded without the link
+      instance.held = HeldBy{{0, link}, object.X_PO};
+      for (const std::string& name : object.touch_links) {
+        if (const int touched = now_.model().find_link(name); touched >= 0)
+          instance.held->touch_links.push_back(touched);
+      }
+    }
+    out.others.push_back(std::move(instance));
+  }
+  return out;
+}
+
+// An object of the planning scene that no link holds, in the root link.
+Pose KnownArms::X_RO(const SceneObject& object) const {
+  return now_.X_RW() * object.X_PO;
+}
+
+void KnownArms::add_world(ReachSurroundings& out) const {
   const std::vector<ModelInstance>& instances = now_.world->instances();
   std::vector<int> index(instances.size(), 0);
   const Pose X_RW = now_.X_RW();
@@ -99,19 +123,29 @@ ReachSurroundings KnownArms::surroundings() const {
     if (b < a) std::swap(a, b);
     if (b.instance <= static_cast<int>(out.others.size())) out.allowed.push_back({a, b, pair.reason});
   }
-  return out;
 }
 
 void KnownArms::place(CollisionContext& context) const {
   const Pose X_RW = now_.X_RW();
+  const std::vector<SceneInstance>& instances = context.scene().instances();
+  const auto is_held = [&instances](int k) {
+    return instances[static_cast<std::size_t>(k)].held.has_value();
+  };
   int next = 1;
   for (int i = 0; i < static_cast<int>(now_.X_WL.size()); ++i) {
     if (i == now_.instance) continue;
     const int k = next++;
-    if (context.scene().instances()[static_cast<std::size_t>(k)].held) continue;
+    if (is_held(k)) continue;
     std::vector<Pose> poses = now_.X_WL[static_cast<std::size_t>(i)];
     for (Pose& X : poses) X = X_RW * X;
     context.set_link_poses(k, poses);
+  }
+  if (now_.world != nullptr && now_.world->settings().ground)
+    context.set_root(next++, ground_slab(X_RW).X_WR);
+  for (; next < static_cast<int>(instances.size()); ++next) {
+    if (is_held(next)) continue;
+    const SceneObject* const object = now_.objects->find(instances[static_cast<std::size_t>(next)].name);
+    context.set_root(next, X_RO(*object));
   }
 }
 

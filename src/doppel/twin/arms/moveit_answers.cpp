@@ -77,11 +77,29 @@ bool is_empty(const moveit_msgs::msg::Constraints& constraints) {
          constraints.orientation_constraints.empty() && constraints.visibility_constraints.empty();
 }
 
+// The link that moves a tip: the tip may be a frame of an object that the link holds. Source:
+// subframes_test.cpp of moveit_ros/planning_interface.
+struct TipFrame {
+  std::string link;
+  Pose X_LF = Pose::Identity();
+};
+TipFrame frame_of(const ArmSnapshot& snapshot, const std::string& tip) {
+  const Model& model = snapshot.model();
+  if (tip.empty() || model.find_link(tip) >= 0) return {tip};
+  if (const std::optional<LinkFrame> held = find_held_frame(snapshot, tip))
+    return {model.links[static_cast<std::size_t>(held->link)].name, held->X_LF};
+  if (!find_frame(snapshot, snapshot.q, tip)) return {tip};
+  throw MoveItError{MoveItErrorCodes::INVALID_LINK_NAME,
+                    fmt::format("'{}' is attached to no link of the robot, so that no arm moves it", tip)};
+}
+
 void solve_tip(const ArmContext& context, const PositionIKRequest& request, const std::string& group,
                const WantedTip& tip, Eigen::VectorXd& q, std::string& notes) {
-  ArmReach& arm = arm_for(context, group, tip.link);
+  const TipFrame frame = frame_of(context.snapshot, tip.link);
+  ArmReach& arm = arm_for(context, group, frame.link);
   ReachQuery query;
-  query.X_WT = pose_in_root(context.snapshot, q, tip.pose.header.frame_id, checked_pose(tip.pose.pose));
+  query.X_WT = pose_in_root(context.snapshot, q, tip.pose.header.frame_id, checked_pose(tip.pose.pose)) *
+               frame.X_LF.inverse(Eigen::Isometry);
   query.q = q;
   query.collisions = request.avoid_collisions;
   query.attempts = attempts_in(request.timeout);

@@ -73,7 +73,7 @@ TEST(CollisionScene, AllowedPairsHaveTheirReason) {
   EXPECT_FALSE(scene.has_shape({0, 0}));
 }
 
-TEST(CollisionScene, AllowingMorePairsEqualsAllowingThemFromTheStart) {
+TEST(CollisionScene, PairsAllowedLaterEqualPairsAllowedAtStart) {
   std::vector instances{beads(), object("table", Box{{1, 1, 1}}, {0, 5, 0})};
   SceneOptions options;
   options.allowed = {{kFirst, {1, 0}, "excluded by the SRDF"}, {kSecond, kTip, "never said again"}};

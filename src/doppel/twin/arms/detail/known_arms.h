@@ -34,6 +34,8 @@ class KnownArms {
 
  private:
   [[nodiscard]] ReachSurroundings surroundings() const;
+  void add_world(ReachSurroundings& out) const;
+  [[nodiscard]] Pose X_RO(const SceneObject& object) const;
   void place(CollisionContext& context) const;
   void find_groups();
   [[nodiscard]] int link_named(const std::string& name) const;
