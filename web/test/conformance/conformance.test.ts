@@ -103,6 +103,11 @@ test('one message of each type has the same values by both parsers', { timeout: 
   send('/omarm_arm_controller/joint_trajectory', trajectory);
   send('/omarm_arm_controller/speed_scaling_input', { factor: 1 });
   send('/rosout', { stamp: { sec: 1, nanosec: 2 }, level: 20, name: 'peer', msg: 'ünïcode', file: 'a.cpp', function: 'f', line: 7 });
+  const far = { position: { x: 5, y: 0, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 } };
+  const crate = { header: { frame_id: 'world' }, id: 'crate', pose: far, primitives: [{ type: 1, dimensions: [0.1, 0.2, 0.3] }], subframe_names: ['top'], subframe_poses: [far] };
+  send('/collision_object', crate);
+  send('/attached_collision_object', { link_name: 'tool_link_1', object: { ...crate, id: 'peg' }, touch_links: ['gripper_base_1'] });
+  send('/planning_scene_world', { collision_objects: [crate], octomap: { octomap: { id: 'OcTree', resolution: 0.1, binary: true, data: [-1, 1] } } });
   const gripper = ['omarm_gripper_controller'];
   await peer.call('/controller_manager/switch_controller', { deactivate_controllers: gripper, strictness: 2 });
   await peer.call('/controller_manager/switch_controller', { activate_controllers: gripper, strictness: 2 });
