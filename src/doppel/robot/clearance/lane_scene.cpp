@@ -270,11 +270,18 @@ void LaneScene::add_pairs(const CollisionScene& scene) {
       if (bound.centre.norm() - bound.radius > extent_ + other.padding + 1e-6) continue;
     }
     pairs_.push_back({a, b, first, second});
-    lane_pairs_.push_back({a, b});
-    const double padding = moving.padding + other.padding;
+  }
+  std::ranges::stable_sort(pairs_, {}, [this](const Pair& pair) {
+    return run_order(lane_bodies_, {pair.a, pair.b});
+  });
+  for (const Pair& pair : pairs_) {
+    lane_pairs_.push_back({pair.a, pair.b});
+    const double padding =
+        bodies_[static_cast<std::size_t>(pair.a)].padding + bodies_[static_cast<std::size_t>(pair.b)].padding;
     paddings_.push_back(padding != 0 ? rounded_up(padding) : 0.0F);
   }
   if (std::ranges::all_of(paddings_, [](float padding) { return padding == 0; })) paddings_.clear();
+  runs_ = lane_runs(lane_bodies_, lane_pairs_);
 }
 
 LaneTree LaneScene::tree() const {
@@ -283,10 +290,14 @@ LaneTree LaneScene::tree() const {
           lane_spheres_.data(),
           lane_solids_.data(),
           lane_pairs_.data(),
+          runs_.groups.data(),
+          runs_.runs.data(),
           static_cast<int>(joints_.size()),
           static_cast<int>(lane_bodies_.size()),
           static_cast<int>(lane_spheres_.size()),
           static_cast<int>(lane_pairs_.size()),
+          static_cast<int>(runs_.groups.size()),
+          static_cast<int>(runs_.runs.size()),
           static_cast<int>(variables_.size())};
 }
 

@@ -6,6 +6,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "doppel/export.h"
 
@@ -111,14 +114,38 @@ struct LanePair {
   int a, b;  // bodies; a moves
 };
 
+// Bodies that one joint moves, or one that stands still, with a sphere around their bounds; its radius is
+// negative if one of them has no bound.
+struct LaneGroup {
+  int joint;
+  LaneSphere bound;
+};
+
+// Pairs that follow each other and are of the same two groups: apart if the groups are.
+struct LaneRun {
+  int a, b;  // groups; a moves
+  int first, count;
+};
+
 struct LaneTree {
   const LaneTreeJoint* joints;  // parents first
   const LaneBody* bodies;
   const LaneSphere* spheres;
   const LaneSolid* solids;
   const LanePair* pairs;
-  int joint_count, body_count, sphere_count, pair_count, variable_count;
+  const LaneGroup* groups;
+  const LaneRun* runs;  // of all pairs
+  int joint_count, body_count, sphere_count, pair_count, group_count, run_count, variable_count;
 };
+
+struct LaneRuns {
+  std::vector<LaneGroup> groups;
+  std::vector<LaneRun> runs;
+};
+// Pairs of the same groups make one run where they follow each other (run_order).
+DOPPEL_API LaneRuns lane_runs(std::span<const LaneBody> bodies, std::span<const LanePair> pairs);
+// The groups of a pair, by which pairs are sorted so that there are few runs.
+DOPPEL_API std::pair<int, int> run_order(std::span<const LaneBody> bodies, const LanePair& pair);
 
 // A bound of the error of the kernel in float over R, of the place of a sphere behind that many joints, which
 // is at most R from the root along the offsets of its joints.

@@ -34,7 +34,7 @@ class LaneScene {
   };
   struct Pair {
     int a = 0, b = 0;      // bodies; a moves
-    BodyId first, second;  // in the order of the scene
+    BodyId first, second;  // as in the scene
   };
 
   [[nodiscard]] LaneTree tree() const;
@@ -90,6 +90,7 @@ class LaneScene {
   std::vector<LaneSphere> lane_spheres_;
   std::vector<LaneSolid> lane_solids_;
   std::vector<LanePair> lane_pairs_;
+  LaneRuns runs_;
   std::vector<Pair> pairs_;
   std::vector<float> paddings_;
 };

@@ -6,6 +6,8 @@
 // joints a centre is wrong by at most 40 n u R for the rotations, 5 n u R for the sums of origins, and 8 u R
 // for its own sum; the squared distance of two centres, and of radii, adds 16 u R. clearance_error() is that
 // and a little more. The caller has added it to the radii.
+#include <cstring>
+
 #include "doppel/robot/lanes/kernels/chain_lanes.h"
 #include "doppel/robot/lanes/kernels/float_lanes.h"
 #include "doppel/robot/lanes/kernels/kernels.h"
@@ -31,6 +33,8 @@ class ClearanceTest {
     auto* next = static_cast<char*>(query.memory);
     frames_ = reinterpret_cast<float*>(next);
     next += sizeof(float) * 12 * L * static_cast<std::size_t>(tree_.joint_count);
+    groups_ = reinterpret_cast<float*>(next);
+    next += sizeof(float) * 3 * L * static_cast<std::size_t>(tree_.group_count);
     bounds_ = reinterpret_cast<float*>(next);
     next += sizeof(float) * 3 * L * static_cast<std::size_t>(tree_.body_count);
     centres_ = reinterpret_cast<float*>(next);
@@ -41,44 +45,35 @@ class ClearanceTest {
 
   DOPPEL_LANES std::uint32_t run() {
     for (int i = 0; i < tree_.joint_count; ++i) move_joint(i);
-    for (int i = 0; i < tree_.body_count; ++i) {
-      const LaneBody& body = tree_.bodies[i];
-      for (int level = 0; level < doppel::kCoverLevels; ++level)
-        placed_[i * doppel::kCoverLevels + level] = 0;
-      place(body, body.bound, bounds_ + i * 3 * L);
+    for (int i = 0; i < tree_.group_count; ++i) {
+      const doppel::LaneGroup& group = tree_.groups[i];
+      if (group.joint >= 0) place(group.joint, group.bound, groups_ + i * 3 * L);
     }
+    std::memset(placed_, 0, static_cast<std::size_t>(tree_.body_count * kFlags));
+    std::memset(query_.touching, 0, sizeof(std::uint32_t) * static_cast<std::size_t>(tree_.pair_count));
     float spans[L] = {};
     if (query_.spans != nullptr) {
       for (int lane = 0; lane < query_.count; ++lane) spans[lane] = query_.spans[lane];
     }
     spans_ = load_floats<L>(spans);
     std::uint32_t touching = 0;
-    constexpr int kPairsAtOnce = 4;
-    for (int first = 0; first < tree_.pair_count; first += kPairsAtOnce) {
-      const int last = first + kPairsAtOnce < tree_.pair_count ? first + kPairsAtOnce : tree_.pair_count;
-      // Most bounding spheres are apart: one branch for several pairs.
+    constexpr int kRunsAtOnce = 4;
+    for (int first = 0; first < tree_.run_count; first += kRunsAtOnce) {
+      const int last = first + kRunsAtOnce < tree_.run_count ? first + kRunsAtOnce : tree_.run_count;
+      // Most groups are apart: one branch for several of them.
       FloatMask<L> near = no_lanes<L>();
-      for (int pair = first; pair < last; ++pair) {
-        query_.touching[pair] = 0;
-        near = near | near_bounds(pair);
-      }
+      for (int run = first; run < last; ++run) near = near | near_groups(tree_.runs[run]);
       if ((bits_of_floats(near) & all_) == 0) continue;
-      for (int pair = first; pair < last; ++pair) {
-        const std::uint32_t live = query_.until_decided ? all_ & ~touching : all_;
-        const std::uint32_t found = test(pair, live & bits_of_floats(near_bounds(pair)));
-        query_.touching[pair] = found;
-        touching |= found;
-      }
-      if (!query_.until_decided || touching != all_) continue;
-      for (int pair = last; pair < tree_.pair_count; ++pair) query_.touching[pair] = 0;
-      break;
+      for (int run = first; run < last; ++run) touching |= test_run(tree_.runs[run], touching);
+      if (query_.until_decided && touching == all_) break;
     }
     return touching;
   }
 
  private:
   static constexpr int kGroups = L / kLanes;
-  static constexpr float kEverywhere = 1e15F;  // m
+  static constexpr float kEverywhere = 1e15F;              // m
+  static constexpr int kFlags = doppel::kCoverLevels + 1;  // of a body: its levels, and its bound
 
   // The position of a joint in all lanes; those without a configuration repeat the last one.
   DOPPEL_LANES Lane position_in_group(const doppel::LaneJoint& joint, int group) const {
@@ -145,14 +140,14 @@ class ClearanceTest {
     }
   }
 
-  DOPPEL_LANES void place(const LaneBody& body, const LaneSphere& sphere, float* out) const {
-    if (body.joint < 0) {
+  DOPPEL_LANES void place(int joint, const LaneSphere& sphere, float* out) const {
+    if (joint < 0) {
       store_floats(all_floats<L>(sphere.x), out);
       store_floats(all_floats<L>(sphere.y), out + L);
       store_floats(all_floats<L>(sphere.z), out + 2 * L);
       return;
     }
-    const float* const X = frames_ + body.joint * 12 * L;
+    const float* const X = frames_ + joint * 12 * L;
     for (int k = 0; k < 3; ++k) {
       Floats<L> sum = load_floats<L>(X + (9 + k) * L) + load_floats<L>(X + k * L) * sphere.x;
       sum = sum + load_floats<L>(X + (3 + k) * L) * sphere.y;
@@ -167,13 +162,13 @@ class ClearanceTest {
 
   // The spheres of a level are placed when a pair needs them first.
   DOPPEL_LANES void place_level(int index, int level) {
-    char& placed = placed_[index * doppel::kCoverLevels + level];
+    char& placed = placed_[index * kFlags + level];
     if (placed != 0) return;
     placed = 1;
     const LaneBody& body = tree_.bodies[index];
     for (int i = 0; i < body.count[level]; ++i) {
       const int sphere = body.first[level] + i;
-      place(body, tree_.spheres[sphere], centres_ + sphere * 3 * L);
+      place(body.joint, tree_.spheres[sphere], centres_ + sphere * 3 * L);
     }
   }
 
@@ -210,13 +205,61 @@ class ClearanceTest {
     return extra;
   }
 
+  // The largest of a run's pairs.
+  DOPPEL_LANES Floats<L> extra_of_run(const doppel::LaneRun& run) const {
+    Floats<L> extra = extra_of(run.first);
+    for (int pair = run.first + 1; pair < run.first + run.count; ++pair)
+      extra = max_of(extra, extra_of(pair));
+    return extra;
+  }
+
+  // A group without a bounding sphere is near.
+  DOPPEL_LANES FloatMask<L> near_groups(const doppel::LaneRun& run) const {
+    const doppel::LaneGroup &a = tree_.groups[run.a], &b = tree_.groups[run.b];
+    const FloatVector<L> centre = at(groups_ + run.a * 3 * L);
+    FloatVector<L> apart;
+    if (b.joint < 0) {
+      apart = {centre.x + -b.bound.x, centre.y + -b.bound.y, centre.z + -b.bound.z};
+    } else {
+      const FloatVector<L> other = at(groups_ + run.b * 3 * L);
+      apart = {centre.x - other.x, centre.y - other.y, centre.z - other.z};
+    }
+    const float radii = b.bound.radius < 0 ? kEverywhere : a.bound.radius + b.bound.radius;
+    const Floats<L> square = apart.x * apart.x + apart.y * apart.y + apart.z * apart.z;
+    if (query_.rates == nullptr && query_.paddings == nullptr) return square <= all_floats<L>(radii * radii);
+    const Floats<L> reach = extra_of_run(run) + radii;
+    return square <= reach * reach;
+  }
+
+  // The lanes in which a pair of the run may touch.
+  DOPPEL_LANES std::uint32_t test_run(const doppel::LaneRun& run, std::uint32_t touching) {
+    const std::uint32_t near = bits_of_floats(near_groups(run)) & all_;
+    std::uint32_t found = 0;
+    if (near == 0) return found;
+    for (int pair = run.first; pair < run.first + run.count; ++pair) {
+      const std::uint32_t live = query_.until_decided ? near & ~(touching | found) : near;
+      if (live == 0) break;
+      query_.touching[pair] = test(pair, live & bits_of_floats(near_bounds(pair)));
+      found |= query_.touching[pair];
+    }
+    return found;
+  }
+
+  DOPPEL_LANES const float* bound_of(int body) {
+    float* const out = bounds_ + body * 3 * L;
+    char& placed = placed_[body * kFlags + doppel::kCoverLevels];
+    if (placed == 0) place(tree_.bodies[body].joint, tree_.bodies[body].bound, out);
+    placed = 1;
+    return out;
+  }
+
   // A body without a bounding sphere is near.
   DOPPEL_LANES FloatMask<L> near_bounds(int index) {
     const doppel::LanePair& pair = tree_.pairs[index];
     const LaneSphere &a = tree_.bodies[pair.a].bound, &b = tree_.bodies[pair.b].bound;
     extra_ = extra_of(index);
     const float radii = b.radius < 0 ? kEverywhere : a.radius + b.radius;
-    return near_sphere(at(bounds_ + pair.a * 3 * L), at(bounds_ + pair.b * 3 * L), radii);
+    return near_sphere(at(bound_of(pair.a)), at(bound_of(pair.b)), radii);
   }
 
   DOPPEL_LANES std::uint32_t test(int index, std::uint32_t live) {
@@ -236,7 +279,7 @@ class ClearanceTest {
 
   DOPPEL_LANES std::uint32_t test_solid(int body, int level, const LaneSolid& solid, std::uint32_t live) {
     const LaneBody& a = tree_.bodies[body];
-    live &= bits_of_floats(near_solid(at(bounds_ + body * 3 * L), a.bound.radius, solid));
+    live &= bits_of_floats(near_solid(at(bound_of(body)), a.bound.radius, solid));
     if (live == 0) return 0;
     place_level(body, level);
     std::uint32_t found = 0;
@@ -252,7 +295,7 @@ class ClearanceTest {
     const LaneBody &a = tree_.bodies[body_a], &b = tree_.bodies[body_b];
     place_level(body_a, level);
     place_level(body_b, level);
-    const FloatVector<L> bound = at(bounds_ + body_b * 3 * L);
+    const FloatVector<L> bound = at(bound_of(body_b));
     std::uint32_t found = 0;
     for (int i = 0; i < a.count[level]; ++i) {
       const int first = a.first[level] + i;
@@ -275,9 +318,10 @@ class ClearanceTest {
   const LaneClearance& query_;
   const LaneTree& tree_;
   float* frames_;   // [joints][12][L] columns of the rotation, then the origin
+  float* groups_;   // [groups][3][L]
   float* bounds_;   // [bodies][3][L]
   float* centres_;  // [spheres][3][L]
-  char* placed_;    // [bodies][levels]
+  char* placed_;    // [bodies][kFlags]
   std::uint32_t all_;
   Floats<L> spans_, extra_;
 };

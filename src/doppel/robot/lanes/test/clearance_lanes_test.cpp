@@ -26,15 +26,21 @@ struct RandomTree {
   std::vector<LaneSphere> spheres;
   std::vector<LaneSolid> solids;
   std::vector<LanePair> pairs;
+  LaneRuns runs;
 
   double number(double low, double high) { return std::uniform_real_distribution(low, high)(random); }
 
   RandomTree() {
     for (int i = 0; i < kTreeJoints; ++i) add_joint(i);
     for (int i = 0; i < kTreeSolids; ++i) add_solid(i);
+    for (int i = 0; i < kTreeJoints; i += 2) add_body(i);  // beside the first one of the joint
     for (int a = 0; a < kTreeJoints; ++a) {
-      for (int b = a + 2; b < static_cast<int>(bodies.size()); ++b) pairs.push_back({a, b});
+      for (int b = a + 2; b < static_cast<int>(bodies.size()); ++b) {
+        if (bodies[static_cast<std::size_t>(b)].joint != a) pairs.push_back({a, b});
+      }
     }
+    std::ranges::stable_sort(pairs, {}, [this](const LanePair& pair) { return run_order(bodies, pair); });
+    runs = lane_runs(bodies, pairs);
   }
 
   void add_joint(int i) {
@@ -48,6 +54,10 @@ struct RandomTree {
     joint.joint.prismatic = i == 2;
     joint.parent = i == 5 ? 2 : i - 1;
     joints.push_back(joint);
+    add_body(i);
+  }
+
+  void add_body(int i) {
     LaneBody body{i, sphere(0), {}, {}, 0, 0};
     body.bound = {0, 0, 0, 0.3F};
     for (int level = 0; level < kCoverLevels; ++level) {
@@ -90,10 +100,14 @@ struct RandomTree {
             spheres.data(),
             solids.data(),
             pairs.data(),
+            runs.groups.data(),
+            runs.runs.data(),
             kTreeJoints,
             static_cast<int>(bodies.size()),
             static_cast<int>(spheres.size()),
             static_cast<int>(pairs.size()),
+            static_cast<int>(runs.groups.size()),
+            static_cast<int>(runs.runs.size()),
             5};
   }
 };
@@ -208,10 +222,43 @@ TEST(ClearanceLanes, TouchingBallsAreNeverApart) {
       b.radius = static_cast<float>(distance * 2 / 3 + (touching ? margin : -margin));
       scene.bodies[4].bound = a;
       scene.bodies[5].bound = b;
+      const LaneRuns runs = lane_runs(scene.bodies, {&pair, 1});
+      tree.groups = runs.groups.data();
+      tree.runs = runs.runs.data();
+      tree.run_count = 1;
       const LaneOutcome found = lane_outcome(lane_kernels(), tree, u, 1, LaneClearance{}, round % 2 == 0);
       ASSERT_EQ(found.lanes, touching ? 1U : 0U) << round;
     }
   }
+}
+
+// Groups only spare work: one run for each pair finds the same lanes.
+TEST(ClearanceLanes, RunsOfGroupsFindWhatSinglePairsFind) {
+  SCOPED_TRACE("seed 5");
+  RandomTree scene;
+  const LaneTree tree = scene.tree();
+  ASSERT_LT(tree.run_count, tree.pair_count);
+  LaneRuns single = scene.runs;
+  single.runs.clear();
+  for (const LaneRun& run : scene.runs.runs) {
+    for (int k = 0; k < run.count; ++k) single.runs.push_back({run.a, run.b, run.first + k, 1});
+  }
+  for (LaneGroup& group : single.groups) group.bound = {0, 0, 0, -1};  // always near
+  LaneTree ungrouped = tree;
+  ungrouped.groups = single.groups.data();
+  ungrouped.runs = single.runs.data();
+  ungrouped.run_count = static_cast<int>(single.runs.size());
+  int found = 0;
+  for (int round = 0; round < kTreeRounds; ++round) {
+    std::vector<double> u;
+    for (int i = 0; i < kLaneStates * tree.variable_count; ++i) u.push_back(scene.number(-1.5, 1.5));
+    LaneClearance query{};
+    query.levels = round % 3;
+    const LaneOutcome outcome = lane_outcome(lane_kernels(), tree, u, kLaneStates, query, true);
+    ASSERT_EQ(outcome, lane_outcome(lane_kernels(), ungrouped, u, kLaneStates, query, true));
+    found += outcome.lanes != 0 ? 1 : 0;
+  }
+  EXPECT_GT(found, 0);
 }
 
 TEST(ClearanceLanes, RepeatedCallsOnOneMemoryAreEqual) {
