@@ -268,6 +268,20 @@ TEST_F(ArmServicesTest, StateThatTouchesItselfIsNotValidAndNamesLinks) {
   }
 }
 
+// The answer has no place for a reason, which is in the log.
+TEST_F(ArmServicesTest, StateValidityOfUnknownJointIsExplainedInLog) {
+  std::vector<std::string> lines;
+  log_.add_sink([&lines](const LogLine& line) { lines.push_back(line.text); });
+  bring_up("omarm_one");
+  msrv::GetStateValidity::Request request;
+  request.robot_state.joint_state.name = {"Revolut 1"};
+  request.robot_state.joint_state.position = {0};
+  EXPECT_FALSE(ask<msrv::GetStateValidity>("/check_state_validity", request).valid);
+  twin_->between_steps();
+  EXPECT_THAT(lines,
+              testing::Contains(testing::HasSubstr("no joint 'Revolut 1'; did you mean 'Revolute 1'")));
+}
+
 // B41, B44: the twin's world is in the scene under the objects' names, as it is now.
 TEST_F(ArmServicesTest, ObjectOfWorldCollidesWithArm) {
   bring_up("omarm_one");

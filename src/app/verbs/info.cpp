@@ -16,6 +16,7 @@
 #include "doppel/review/conversion/tree_labels.h"
 #include "doppel/robot/ik/ik_solver.h"
 #include "doppel/robot/reach/arm_group.h"
+#include "doppel/scenario/resolve/described_arms.h"
 
 namespace doppel::app {
 namespace {
@@ -151,24 +152,43 @@ struct GroupInfo {
   std::string problem = "";                    // of an arm that is none
 };
 
-std::vector<GroupInfo> group_infos(const std::shared_ptr<const Model>& model,
-                                   const std::vector<JointGroup>& controllers) {
+// "group 'wheels' is no chain of joints, ..." without what stands before it in the table.
+std::string problem_of(const std::string& group, std::string message) {
+  for (const std::string& part :
+       {fmt::format("group '{}' ", group), std::string("is "), std::string("has ")}) {
+    if (message.starts_with(part)) message.erase(0, part.size());
+  }
+  return message;
+}
+
+// The groups that are found, and those of the SRDF, which `doppel ik` takes under the same names.
+std::vector<GroupInfo> group_infos(const std::shared_ptr<const Model>& model, const RobotDescription& robot,
+                                   DescriptionTarget& target, const std::vector<JointGroup>& controllers) {
   std::vector<GroupInfo> out;
   for (PlanningGroup& group : find_planning_groups(*model, controllers)) {
-    GroupInfo info{.group = std::move(group)};
     Diagnostics notes;
-    std::vector<ArmGroup> arms = find_arms(*model, {info.group}, notes);
-    if (!arms.empty()) {
-      info.solver = std::make_unique<IkSolver>(model, std::move(arms.front().chain));
-    } else if (!notes.all().empty()) {
-      // "group 'wheels' is no chain of joints, ..." behind the group's name.
-      info.problem = notes.all().front().message;
-      for (const std::string& part :
-           {fmt::format("group '{}' ", info.group.name), std::string("is "), std::string("has ")}) {
-        if (info.problem.starts_with(part)) info.problem.erase(0, part.size());
-      }
-    }
+    (void)find_arms(*model, {group}, notes);
+    GroupInfo info{.group = std::move(group)};
+    if (!notes.all().empty()) info.problem = problem_of(info.group.name, notes.all().front().message);
     out.push_back(std::move(info));
+  }
+  Diagnostics notes;
+  for (ArmGroup& arm : described_arms(*model, robot, &target.target, target.resolver, controllers, notes)) {
+    auto info = std::ranges::find(out, arm.name, [](const GroupInfo& one) { return one.group.name; });
+    if (info == out.end()) {
+      out.push_back({.group = {.name = arm.name, .joints = arm.chain.variables}});
+      info = out.end() - 1;
+    }
+    info->problem.clear();
+    info->solver = std::make_unique<IkSolver>(model, std::move(arm.chain));
+  }
+  // A chain that the SRDF has, too, goes by the SRDF's name alone.
+  for (GroupInfo& info : out) {
+    if (info.group.gripper || info.solver != nullptr || !info.problem.empty()) continue;
+    for (const GroupInfo& other : out) {
+      if (other.solver != nullptr && other.solver->chain().tip_link == info.group.tip_link)
+        info.problem = fmt::format("named '{}' by the SRDF", other.group.name);
+    }
   }
   return out;
 }
@@ -241,7 +261,7 @@ int run_info(const RobotInfoOptions& options) {
   FoundControllers found = find_controllers(loaded.robot, target);
   const Surroundings surroundings{shown_paths(loaded.files), overlay_lines(overlays),
                                   shown_paths(found.files), std::move(found.controllers)};
-  const std::vector<GroupInfo> groups = group_infos(model, surroundings.controllers);
+  const std::vector<GroupInfo> groups = group_infos(model, loaded.robot, target, surroundings.controllers);
   deliver(options.json
               ? info_as_json(loaded, summary, overlays, surroundings.controllers, groups_json(groups, *model))
               : summary_text(loaded.robot, summary, surroundings) + group_table(groups, *model));

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <map>
 #include <set>
 
@@ -17,6 +18,55 @@ constexpr const char* kPalmWords[] = {"grip", "hand"};
 constexpr const char* kFingerWords[] = {"finger", "jaw", "knuckle", "thumb", "claw"};
 constexpr std::size_t kMinFinger = 3;  // driven joints one after another, in a hand without an arm
 constexpr const char* kTipWords[] = {"tcp", "tool0", "tool", "flange", "ee", "end_effector", "grasp", "tip"};
+
+// The parts of a body, by words of which each joint of a group has one.
+struct BodyPart {
+  const char* name;
+  std::vector<std::string> words;
+};
+const BodyPart kBodyParts[] = {
+    {"arm", {"arm", "shoulder", "elbow", "wrist"}},
+    {"leg", {"leg", "hip", "knee", "ankle", "thigh", "calf", "haa", "hfe", "kfe"}},
+    {"head", {"head", "neck"}},
+    {"torso", {"torso", "waist", "trunk", "spine"}},
+    {"caster", {"caster"}},
+    {"wheel", {"wheel", "suspension"}},
+};
+// The sides of a name: whole words of it, of legs also those of four-legged robots.
+struct SideWord {
+  const char *word, *side;
+  bool of_legs;
+};
+constexpr SideWord kSideWords[] = {
+    {"l", "left", false},        {"r", "right", false},       {"lh", "rear_left", true},
+    {"rh", "rear_right", true},  {"fl", "front_left", true},  {"lf", "front_left", true},
+    {"fr", "front_right", true}, {"rf", "front_right", true}, {"rl", "rear_left", true},
+    {"rr", "rear_right", true},  {"lh", "left", false},       {"rh", "right", false},
+};
+
+// The words of a name in lower case: "LShoulder_pitch" has l, shoulder and pitch.
+std::vector<std::string> words_of(const std::string& name) {
+  std::vector<std::string> out(1);
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const auto is = [&name](std::size_t k, int (*kind)(int)) {
+      return k < name.size() && kind(static_cast<unsigned char>(name[k])) != 0;
+    };
+    const bool begins = is(i, std::isupper) && i > 0 && (is(i - 1, std::islower) || is(i + 1, std::islower));
+    if (!is(i, std::isalnum) || begins) out.emplace_back();
+    if (is(i, std::isalnum)) out.back() += lowered(name.substr(i, 1));
+  }
+  std::erase(out, "");
+  return out;
+}
+
+// "r", or the same before a part of the body: "rarm".
+bool is_side(const std::string& word, const std::string& side) {
+  if (!word.starts_with(side)) return false;
+  const std::string rest = word.substr(side.size());
+  return rest.empty() || std::ranges::any_of(kBodyParts, [&rest](const BodyPart& part) {
+           return std::ranges::find(part.words, rest) != part.words.end();
+         });
+}
 
 template <std::size_t count>
 bool has_word(const std::string& text, const char* const (&words)[count]) {
@@ -249,29 +299,55 @@ class Finder {
                        [this](int joint) { return model_.joints[joint].type == JointType::continuous; });
   }
 
-  // "arm", "gripper" and "wheels" where there is one of them; else with the common prefix of the joints, or a
+  // "gripper", "wheels", or the part of the body of which most joints have a word in their names or those of
+  // their links; "arm" if there is none.
+  [[nodiscard]] std::string kind_of(const PlanningGroup& group) const {
+    if (group.gripper) return "gripper";
+    if (are_wheels(group)) return "wheels";
+    std::string out = "arm";
+    std::size_t most = group.joints.size() / 2;
+    for (const BodyPart& part : kBodyParts) {
+      const auto count = static_cast<std::size_t>(std::ranges::count_if(group.joints, [&](int joint) {
+        const ModelJoint& moved = model_.joints[joint];
+        const std::string names = lowered(moved.name + " " + model_.links[moved.child_link].name);
+        return std::ranges::any_of(
+            part.words, [&](const std::string& word) { return names.find(word) != std::string::npos; });
+      }));
+      if (count <= most) continue;
+      most = count;
+      out = part.name;
+    }
+    return out;
+  }
+
+  // The kind alone where there is one of it; else with the side that all its joints have in their names, or a
   // number.
   void name_groups() {
-    const auto kind_of = [this](const PlanningGroup& group) -> std::string {
-      return group.gripper ? "gripper" : are_wheels(group) ? "wheels" : "arm";
-    };
     std::map<std::string, int> counts;
     for (const PlanningGroup& group : groups_) ++counts[kind_of(group)];
     std::vector<std::string> taken;
     for (PlanningGroup& group : groups_) {
       const std::string kind = kind_of(group);
-      const std::string prefix = counts[kind] > 1 ? side_of(group) : "";
+      const std::string prefix = counts[kind] > 1 ? side_of(group, kind == "leg") : "";
       group.name = unique_name(prefix.empty() ? kind : prefix + "_" + kind, taken);
     }
   }
 
-  [[nodiscard]] std::string side_of(const PlanningGroup& group) const {
+  [[nodiscard]] std::string side_of(const PlanningGroup& group, bool is_leg) const {
     for (const char* side : {"left", "right", "front", "rear", "back"}) {
       if (lowered(group.name).find(side) != std::string::npos) return side;
       const bool all = std::all_of(group.joints.begin(), group.joints.end(), [&](int joint) {
         return lowered(model_.joints[joint].name).find(side) != std::string::npos;
       });
       if (all) return side;
+    }
+    for (const SideWord& one : kSideWords) {
+      if (one.of_legs && !is_leg) continue;
+      const bool all = std::all_of(group.joints.begin(), group.joints.end(), [&](int joint) {
+        return std::ranges::any_of(words_of(model_.joints[joint].name),
+                                   [&one](const std::string& word) { return is_side(word, one.word); });
+      });
+      if (all) return one.side;
     }
     return "";
   }

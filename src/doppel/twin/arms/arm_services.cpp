@@ -46,7 +46,8 @@ struct ArmServices::Impl {
       const bool accepted = lane.worker.post([this, &lane, answer, request, respond, shared, ends] {
         shared->objects = scene.current();
         auto response = std::make_shared<typename S::Response>();
-        answer({*shared, lane.arms, ends}, request, *response);
+        const auto warn = [this](std::string why) { report({std::move(why)}); };
+        answer({*shared, lane.arms, ends, warn}, request, *response);
         bus.post([respond, response] { respond(*response); });
       });
       if (accepted) return;
@@ -65,16 +66,18 @@ struct ArmServices::Impl {
       auto shared = std::make_shared<ArmSnapshot>(std::move(*now));
       const bool accepted = solving.worker.post([this, shared, message] {
         shared->objects = scene.current();
-        report(scene.apply(*shared, message));
+        std::vector<std::string> refused = scene.apply(*shared, message);
+        for (std::string& why : refused) why = "planning scene: " + why;
+        report(std::move(refused));
       });
-      if (!accepted) report({"too many messages are waiting: this one is left out"});
+      if (!accepted) report({"planning scene: too many messages are waiting, so that this one is left out"});
     });
   }
 
   void report(std::vector<std::string> refused) {
     if (refused.empty()) return;
     bus.post([this, refused] {
-      for (const std::string& why : refused) log.warning("move_group", "planning scene: " + why);
+      for (const std::string& why : refused) log.warning("move_group", why);
     });
   }
 

@@ -240,9 +240,10 @@ void answer_state_validity(const ArmContext& context, const msrv::GetStateValidi
                                  [](const auto& one) { return one.result; });
   } catch (const MoveItError& problem) {
     response = {};
-    (void)problem;
+    context.warn("check_state_validity: " + problem.message);
   } catch (...) {
     response = {};
+    context.warn("check_state_validity: " + thrown_text());
   }
 }
 

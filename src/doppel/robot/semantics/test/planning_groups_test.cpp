@@ -90,6 +90,39 @@ TEST(PlanningGroups, FingersOfHandAloneAreArms) {
               ElementsAre("arm: thumb_1 thumb_2 thumb_3", "arm_2: finger_1 finger_2 finger_3"));
 }
 
+// Names of Go2, ANYmal, Romeo, simple_humanoid and a laboratory's table with two arms.
+TEST(PlanningGroups, PartsOfBodyAreNamedWithTheirSides) {
+  GroupedRobot four_legs;
+  for (const std::string leg : {"FL", "FR", "RL", "RR"}) {
+    four_legs.add(leg + "_hip_joint", "base", leg + "_hip");
+    four_legs.add(leg + "_calf_joint", leg + "_hip", leg + "_calf");
+  }
+  EXPECT_THAT(
+      four_legs.groups(),
+      ElementsAre("front_left_leg: FL_hip_joint FL_calf_joint", "front_right_leg: FR_hip_joint FR_calf_joint",
+                  "rear_left_leg: RL_hip_joint RL_calf_joint", "rear_right_leg: RR_hip_joint RR_calf_joint"));
+  GroupedRobot humanoid;
+  humanoid.add("waist_yaw", "base", "torso");
+  humanoid.add("HeadPitch", "torso", "HeadPitchLink");
+  for (const std::string side : {"L", "R"}) {
+    humanoid.add(side + "ShoulderPitch", "torso", side + "1");
+    humanoid.add(side + "ElbowYaw", side + "1", side + "2");
+    humanoid.add(side + "LEG_HIP_R", "base", side + "3");
+    humanoid.add(side + "LEG_KNEE", side + "3", side + "4");
+  }
+  EXPECT_THAT(humanoid.groups(), testing::UnorderedElementsAre("torso: waist_yaw", "head: HeadPitch",
+                                                               "left_arm: LShoulderPitch LElbowYaw",
+                                                               "right_arm: RShoulderPitch RElbowYaw",
+                                                               "left_leg: LLEG_HIP_R LLEG_KNEE",
+                                                               "right_leg: RLEG_HIP_R RLEG_KNEE"));
+  GroupedRobot table;
+  for (const std::string side : {"lh", "rh"}) {
+    table.add(side + "_J1", "base", side + "_one");
+    table.add(side + "_J2", side + "_one", side + "_two");
+  }
+  EXPECT_THAT(table.groups(), ElementsAre("left_arm: lh_J1 lh_J2", "right_arm: rh_J1 rh_J2"));
+}
+
 TEST(PlanningGroups, GripperAloneStaysGripper) {
   GroupedRobot robot;
   robot.add("knuckle", "base", "left_finger");

@@ -12,7 +12,8 @@ namespace doppel {
 struct ArmContext {
   const ArmSnapshot& snapshot;
   KnownArms& arms;
-  std::function<bool()> stopping;  // true: the twin ends, or a newer request has come
+  std::function<bool()> stopping;         // true: the twin ends, or a newer request has come
+  std::function<void(std::string)> warn;  // logs a reason that has no place in the answer
 };
 
 template <class S>
