@@ -44,7 +44,7 @@ class Sampling {
     gather_pairs();
     out_.checked_pairs = static_cast<int>(pairs_.size());
     context_.set_configuration(0, model_.neutral());
-    settle([this](const Pair& pair) { return touch(pair) || adjacent(pair); },
+    settle([this](const Pair& pair) { return adjacent(pair) || touch(pair); },
            [this](const Pair& pair) {
              return adjacent(pair) ? DisabledReason::adjacent : DisabledReason::by_default;
            });

@@ -12,7 +12,8 @@ struct SurfaceFunctions {
   // `mesh`: the triangles of a mesh, ellipsoid, cone or extrusion, else nullptr.
   void* (*make)(const Geometry& geometry, const TriangleMesh* mesh);
   void (*discard)(void* surface);
-  bool (*touch)(const void* a, const Pose& X_WA, const void* b, const Pose& X_WB);
+  // Any thread. Allocates for a mesh that it is given for the first time.
+  bool (*touch)(void* a, const Pose& X_WA, void* b, const Pose& X_WB);
 };
 
 // Throws std::runtime_error if the module cannot be loaded.

@@ -1,6 +1,8 @@
 // Surfaces as FCL's bounding volume trees and primitives.
 #include <fcl/fcl.h>
 
+#include <mutex>
+
 #include "doppel/export.h"
 #include "doppel/robot/collision/detail/surface.h"
 
@@ -9,9 +11,9 @@ namespace {
 
 // Oriented boxes alone: swept spheres, which FCL builds beside them for distances, take as long again.
 using Tree = fcl::BVHModel<fcl::OBBd>;
-using Surface = std::shared_ptr<fcl::CollisionGeometryd>;
+using Shape = std::shared_ptr<fcl::CollisionGeometryd>;
 
-Surface tree_of(const TriangleMesh& mesh) {
+Shape tree_of(const TriangleMesh& mesh) {
   std::vector<fcl::Vector3d> vertices;
   vertices.reserve(mesh.vertices.size());
   for (const Eigen::Vector3f& p : mesh.vertices) vertices.push_back(p.cast<double>());
@@ -25,8 +27,7 @@ Surface tree_of(const TriangleMesh& mesh) {
   return tree;
 }
 
-Surface surface_of(const Geometry& geometry, const TriangleMesh* mesh) {
-  if (mesh != nullptr) return tree_of(*mesh);
+Shape primitive_of(const Geometry& geometry) {
   if (const auto* box = std::get_if<Box>(&geometry)) return std::make_shared<fcl::Boxd>(box->size);
   if (const auto* c = std::get_if<Cylinder>(&geometry))
     return std::make_shared<fcl::Cylinderd>(c->radius, c->length);
@@ -35,11 +36,37 @@ Surface surface_of(const Geometry& geometry, const TriangleMesh* mesh) {
   return std::make_shared<fcl::Sphered>(std::get<Sphere>(geometry).radius);
 }
 
-bool touch(const void* a, const Pose& X_WA, const void* b, const Pose& X_WB) {
+// The tree of a mesh is made when a pair first needs it: most meshes are never that near to another one.
+class Surface {
+ public:
+  Surface(const Geometry& geometry, const TriangleMesh* mesh) {
+    if (mesh == nullptr) {
+      shape_ = primitive_of(geometry);
+    } else {
+      mesh_ = *mesh;
+    }
+  }
+  // Any thread.
+  const fcl::CollisionGeometryd* shape() {
+    std::call_once(build_once_, [this] {
+      if (shape_ != nullptr) return;
+      shape_ = tree_of(mesh_);
+      mesh_ = {};
+    });
+    return shape_.get();
+  }
+
+ private:
+  TriangleMesh mesh_;
+  std::once_flag build_once_;
+  Shape shape_;
+};
+
+bool touch(void* a, const Pose& X_WA, void* b, const Pose& X_WB) {
   const fcl::CollisionRequestd request;  // one contact is enough
   fcl::CollisionResultd result;
-  fcl::collide(static_cast<const Surface*>(a)->get(), X_WA, static_cast<const Surface*>(b)->get(), X_WB,
-               request, result);
+  fcl::collide(static_cast<Surface*>(a)->shape(), X_WA, static_cast<Surface*>(b)->shape(), X_WB, request,
+               result);
   return result.isCollision();
 }
 
@@ -49,7 +76,7 @@ bool touch(const void* a, const Pose& X_WA, const void* b, const Pose& X_WB) {
 extern "C" DOPPEL_API const doppel::SurfaceFunctions* doppel_surface_functions() {
   static const doppel::SurfaceFunctions functions{
       [](const doppel::Geometry& geometry, const doppel::TriangleMesh* mesh) -> void* {
-        return new doppel::Surface(doppel::surface_of(geometry, mesh));
+        return new doppel::Surface(geometry, mesh);
       },
       [](void* surface) { delete static_cast<doppel::Surface*>(surface); }, doppel::touch};
   return &functions;
