@@ -110,9 +110,9 @@ struct PairDistance {
   Eigen::Vector3d normal_W = Eigen::Vector3d::UnitZ();                               // unit, from a to b
 };
 
-// The poses of one thread and its memory, sized once: no other function than the constructor allocates, besides
-// the trees of CollisionDetail::triangles when a pair first needs them. At first every instance is at its
-// X_WR, in Model::neutral().
+// The poses of one thread and its memory, sized once: no other function than the constructor allocates. The
+// exception are trees of CollisionDetail::triangles, which are built when a pair first needs them. At first
+// every instance is at its X_WR, in Model::neutral().
 //
 // Indices are preconditions, checked: std::out_of_range.
 class DOPPEL_API CollisionContext {
