@@ -1,6 +1,8 @@
 #include "doppel/robot/collision/detail/convex.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "doppel/robot/collision/detail/polytope.h"
@@ -48,6 +50,28 @@ Vector3d support_of(const ConvexPoints& points, const Vector3d& d) {
   return p.col(best);
 }
 
+constexpr Eigen::Index kBlock = 32;  // vertices
+
+// The same point: the block of the largest height first, then the vertex in it.
+Vector3d support_in_blocks(const Eigen::Array<double, Eigen::Dynamic, 3>& p, const Vector3d& d) {
+  const Eigen::Index count = p.rows();
+  Eigen::Array<double, kBlock, 1> heights;
+  double most = -std::numeric_limits<double>::infinity();
+  Eigen::Index best = 0;
+  for (Eigen::Index first = 0; first < count; first += kBlock) {
+    // The last block overlaps the one before it.
+    const Eigen::Index start = std::min(first, count - kBlock);
+    heights = d.x() * p.col(0).segment<kBlock>(start) +
+              (d.y() * p.col(1).segment<kBlock>(start) + d.z() * p.col(2).segment<kBlock>(start));
+    if (const double highest = heights.maxCoeff(); highest > most) {
+      most = highest;
+      best = start;
+      while (heights[best - start] != highest) ++best;
+    }
+  }
+  return p.row(best).transpose();
+}
+
 }  // namespace
 
 ConvexWorkspace::ConvexWorkspace() {
@@ -63,6 +87,7 @@ ConvexSolid::ConvexSolid(ConvexShape the_shape) : shape(std::move(the_shape)) {
   if (const auto* points = std::get_if<ConvexPoints>(&shape)) {
     centre = 0.5 * (points->vertices.rowwise().minCoeff() + points->vertices.rowwise().maxCoeff());
     radius = (points->vertices.colwise() - centre).colwise().norm().maxCoeff();
+    if (points->vertices.cols() >= kBlock) columns = points->vertices.transpose().array();
   } else if (const auto* box = std::get_if<Box>(&shape)) {
     radius = 0.5 * box->size.norm();
   } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
@@ -78,6 +103,7 @@ ConvexSolid::ConvexSolid(ConvexShape the_shape) : shape(std::move(the_shape)) {
 }
 
 Vector3d ConvexSolid::support(const Vector3d& d) const {
+  if (columns.rows() > 0) return support_in_blocks(columns, d);
   return std::visit([&d](const auto& s) { return support_of(s, d); }, shape);
 }
 

@@ -41,6 +41,8 @@ struct ConvexSolid {
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   double radius = 0;
   double rounding = 0;  // m, radius of the ball
+  // Many vertices once more, one coordinate after the other, so that several are computed at once.
+  Eigen::Array<double, Eigen::Dynamic, 3> columns = {};
 
   // The core's point furthest along d (of any length but zero), both in the shape's frame, m.
   [[nodiscard]] Eigen::Vector3d support(const Eigen::Vector3d& d) const;
