@@ -29,6 +29,7 @@ std::vector<Heading> headings(const RosArguments& ros) {
       {"Descriptions",
        {add_new, add_check, add_xacro, add_tree, add_info, add_mass, add_ik, add_reach, add_convert,
         add_overlay, add_diff, add_calibrate, add_world}},
+      {"Recordings", {add_bag}},
       {"Physics", {add_verify, add_base, add_engines, add_compare_engines}},
       {"This machine", {add_doctor, add_completion, add_man, add_help, add_names}}};
 }
