@@ -294,6 +294,9 @@ void add_recover_verb(CLI::App& bag, int& exit_code) {
 void add_bag(CLI::App& app, int& exit_code) {
   CLI::App* verb = app.add_subcommand("bag", "Look into recordings (MCAP), check and recover them");
   verb->require_subcommand(1);
+  verb->footer(
+      "Examples:\n  doppel bag info run.mcap\n  doppel bag recover run.mcap -o whole.mcap\nSee doppel man "
+      "bags.md");
   add_info_verb(*verb, exit_code);
   add_check_verb(*verb, exit_code);
   add_recover_verb(*verb, exit_code);
