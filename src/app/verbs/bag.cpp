@@ -8,12 +8,12 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "app/output.h"
 #include "app/verbs/interruptible_work.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/diagnostic.h"
-#include "doppel/base/core/names.h"
 #include "doppel/base/mcap/mcap_file_sink.h"
 #include "doppel/base/mcap/mcap_reader.h"
 #include "doppel/base/mcap/mcap_recovery.h"
@@ -51,11 +51,11 @@ std::vector<std::string> files_of(const std::string& bag) {
   return out;
 }
 
-// Runs `work` on a file; what it throws names the file.
+// Runs `work` on an open file; what it throws names the file.
 template <class Work>
 auto on_file(const std::string& path, Work work) {
   try {
-    return work(*open_mcap_source(path));
+    return work(open_mcap_source(path));
   } catch (const InputError& problem) {
     std::vector<Diagnostic> named = problem.diagnostics();
     for (Diagnostic& one : named) {
@@ -95,14 +95,14 @@ struct BagSummary {
   std::map<std::string, BagTopic> topics;
   std::uint64_t size = 0, messages = 0, start = UINT64_MAX, end = 0;
   std::string profile, library;
-  std::map<std::string, std::uint64_t> compressions;  // chunks by their compression
-  std::vector<std::string> notes;                     // of files that were not closed or are damaged
-  std::size_t attachments = 0, metadata = 0;
+  std::set<std::string> compressions;
+  std::vector<std::string> notes;  // of files that were not closed or are damaged
+  std::size_t attachments = 0;
 };
 
 void add_file(const std::string& path, BagSummary& out) {
   const McapReader reader =
-      on_file(path, [&path](const McapSource&) { return McapReader(open_mcap_source(path)); });
+      on_file(path, [](std::unique_ptr<McapSource> source) { return McapReader(std::move(source)); });
   const McapContents& contents = reader.contents();
   out.files.push_back(path);
   out.size += fs::file_size(path);
@@ -114,8 +114,7 @@ void add_file(const std::string& path, BagSummary& out) {
   out.profile = contents.profile;
   out.library = contents.library;
   out.attachments += contents.attachments.size();
-  out.metadata += contents.metadata.size();
-  for (const McapChunkInfo& chunk : contents.chunks) ++out.compressions[chunk.compression];
+  for (const McapChunkInfo& chunk : contents.chunks) out.compressions.insert(chunk.compression);
   for (const McapChannelInfo& channel : contents.channels) {
     BagTopic& topic = out.topics[channel.topic];
     const McapSchemaInfo* const schema = contents.schema(channel.schema_id);
@@ -151,7 +150,7 @@ std::string summary_text(const BagSummary& bag) {
   }
   out += row("messages", std::to_string(bag.messages));
   std::string compressions;
-  for (const auto& [name, count] : bag.compressions)
+  for (const std::string& name : bag.compressions)
     compressions += fmt::format("{}{}", compressions.empty() ? "" : ", ", name.empty() ? "none" : name);
   if (!compressions.empty()) out += row("compression", compressions);
   if (bag.attachments > 0) out += row("attachments", std::to_string(bag.attachments));
@@ -202,9 +201,9 @@ int run_check(const std::string& bag) {
   std::string out;
   for (const std::string& file : files_of(bag)) {
     bool cancelled = false;
-    const McapCheck check = on_file(file, [&cancelled](const McapSource& source) {
+    const McapCheck check = on_file(file, [&cancelled](const std::unique_ptr<McapSource>& source) {
       const InterruptibleWork work("of the bytes");
-      return check_mcap(source, [&](double done) { return !(cancelled = !work.progress(done)); });
+      return check_mcap(*source, [&](double done) { return !(cancelled = !work.progress(done)); });
     });
     if (cancelled) return interrupted_without_output();
     for (const std::string& problem : check.problems) out += fmt::format("{}: {}\n", file, problem);
@@ -226,9 +225,9 @@ int run_recover(const std::string& file, const std::string& out, const McapWrite
   McapRecovery about;
   try {
     McapFileSink sink(partial);
-    about = on_file(file, [&](const McapSource& source) {
+    about = on_file(file, [&](const std::unique_ptr<McapSource>& source) {
       const InterruptibleWork work("of the bytes");
-      return recover_mcap(source, sink, options, [&work](double done) { return work.progress(done); });
+      return recover_mcap(*source, sink, options, [&work](double done) { return work.progress(done); });
     });
     sink.sync();
   } catch (...) {

@@ -234,13 +234,12 @@ struct McapReader::Impl {
 
   // A summary without chunks and with messages is one of a file whose messages are outside of chunks.
   void open(bool allow_scan) {
+    (void)McapScanner(*source);  // refuses another beginning
     std::optional<McapContents> summary;
     try {
-      (void)McapScanner(*source);  // the beginning
       summary = read_summary(*source);
     } catch (const InputError&) {
       if (!allow_scan) throw;
-      (void)McapScanner(*source);
     }
     const bool is_usable =
         summary && (!summary->chunks.empty() || summary->message_count == 0) && has_every_channel(*summary);

@@ -75,7 +75,7 @@ void McapWriter::write(const McapMessage& message) {
     widen(chunk_start_time_, chunk_end_time_, message.log_time, !chunk_has_messages_);
     chunk_has_messages_ = true;
     if (options_.message_index) {
-      auto& entries = chunk_index_[message.channel_id].entries;
+      auto& entries = chunk_index_[message.channel_id];
       if (entries.empty()) chunk_channels_.push_back(message.channel_id);
       entries.emplace_back(message.log_time, chunk_records_.size());
     }
@@ -114,7 +114,7 @@ void McapWriter::add_metadata(std::string_view name, const McapTexts& texts) {
 void McapWriter::append_indexes(McapChunkIndex& index, std::vector<std::byte>& bytes) {
   const std::size_t start = bytes.size();
   for (const std::uint16_t channel : chunk_channels_) {
-    auto& entries = chunk_index_[channel].entries;
+    auto& entries = chunk_index_[channel];
     index.message_index_offsets.emplace_back(channel, size_ + bytes.size());
     append_record(McapMessageIndex{channel, std::move(entries)}, bytes, options_.padding);
     entries.clear();

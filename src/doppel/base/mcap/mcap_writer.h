@@ -65,9 +65,6 @@ class DOPPEL_API McapWriter {
   [[nodiscard]] std::uint64_t message_count() const { return statistics_.message_count; }
 
  private:
-  struct Index {
-    McapMap<std::uint64_t, std::uint64_t> entries;
-  };
   void add_record(const McapRecord& record);
   void hand_out(std::vector<std::byte>& bytes);
   void append_indexes(McapChunkIndex& index, std::vector<std::byte>& bytes);
@@ -82,7 +79,7 @@ class DOPPEL_API McapWriter {
   std::uint64_t chunk_start_time_ = 0, chunk_end_time_ = 0;
   bool chunk_has_messages_ = false;
   std::vector<std::uint16_t> chunk_channels_;  // in the order of their first message
-  std::map<std::uint16_t, Index> chunk_index_;
+  std::map<std::uint16_t, McapMap<std::uint64_t, std::uint64_t>> chunk_index_;  // time, offset
   std::uint16_t schemas_ = 0, channels_ = 0;
   // The groups of the summary, encoded.
   std::vector<std::byte> schema_records_, channel_records_, metadata_indexes_, attachment_indexes_,

@@ -23,8 +23,8 @@ struct OctomapBytes {
 };
 
 // Occupied leaves, joined to boxes where they fill one, in the map's frame; empty for a map without data.
-// What is unknown is free. Throws InputError, rule "octomap.data": another kind, a resolution that is not
-// positive, data that end too early or too late; "octomap.size": more leaves or boxes than the limits.
+// Unknown space counts as free. Throws InputError, rule "octomap.data": another kind, a resolution that is
+// not positive, data that end too early or too late; "octomap.size": more leaves or boxes than the limits.
 [[nodiscard]] DOPPEL_API SharedCells occupied_cells(const OctomapBytes& map);
 
 }  // namespace doppel

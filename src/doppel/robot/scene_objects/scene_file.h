@@ -23,7 +23,7 @@ struct SceneFile {
 // Also "file.unreadable".
 [[nodiscard]] DOPPEL_API SceneFile read_scene(const std::string& path);
 
-// The newer form. Attached objects and the octomap are left out, as MoveIt does.
+// The newer form. Attached objects and the octomap are omitted, as MoveIt does.
 [[nodiscard]] DOPPEL_API std::string write_scene(const SceneFile& scene);
 
 }  // namespace doppel

@@ -30,7 +30,7 @@ struct ArmServices::Impl {
     std::atomic<unsigned> newest{0};  // the number of the last request
   };
 
-  // The loop takes a snapshot, `answer` runs on the lane's thread, and the loop sends its result. With
+  // The loop copies the state, `answer` runs on the lane's thread, and the loop sends its result. With
   // `newest_only` a request ends the one before it.
   template <class S>
   void serve(const char* name, Lane& lane, ArmAnswer<S> answer, bool newest_only = false) {
@@ -70,7 +70,7 @@ struct ArmServices::Impl {
         for (std::string& why : refused) why = "planning scene: " + why;
         report(std::move(refused));
       });
-      if (!accepted) report({"planning scene: too many messages are waiting, so that this one is left out"});
+      if (!accepted) report({"planning scene: too many messages are waiting, so that this one is dropped"});
     });
   }
 

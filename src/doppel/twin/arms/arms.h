@@ -4,7 +4,7 @@
 //   compute_ik, compute_fk, check_state_validity   moveit_msgs, of the node move_group
 //   doppel/ik, doppel/reach, doppel/arms           doppel_msgs: with branches, reasons and maps
 //
-// The loop takes a snapshot of the world and sends the answer; everything else runs on a thread with a
+// The loop copies the state of the world and sends the answer; everything else runs on a thread with a
 // lower priority, which starts with the first request.
 
 #include "doppel/export.h"

@@ -97,18 +97,21 @@ void apply_to(SceneObjects& scene, const ArmSnapshot& snapshot, const AttachedCo
   scene.attach(std::move(held), frames.links(), object.operation == CollisionObject::APPEND);
 }
 
-// One line of what is thrown.
-std::string reason_of_throw() {
+// False: `work` has thrown, and one line of the reason is in `refused`.
+template <class Work>
+bool attempt(std::vector<std::string>& refused, const Work& work) {
   try {
-    throw;
+    work();
+    return true;
   } catch (const MoveItError& problem) {
-    return problem.message;
+    refused.push_back(problem.message);
   } catch (const InputError& problem) {
     const Diagnostic& first = problem.diagnostics().front();
-    return first.fix.empty() ? first.message : first.message + "; " + first.fix;
+    refused.push_back(first.fix.empty() ? first.message : first.message + "; " + first.fix);
   } catch (...) {
-    return thrown_text();
+    refused.push_back(thrown_text());
   }
+  return false;
 }
 
 }  // namespace
@@ -133,42 +136,23 @@ std::vector<std::string> SceneKeeper::change(Change change) {
 
 std::vector<std::string> SceneKeeper::apply(const ArmSnapshot& snapshot, const CollisionObject& message) {
   return change([&](SceneObjects& scene, std::vector<std::string>& refused) {
-    try {
-      apply_to(scene, snapshot, message);
-      return true;
-    } catch (...) {
-      refused.push_back(reason_of_throw());
-      return false;
-    }
+    return attempt(refused, [&] { apply_to(scene, snapshot, message); });
   });
 }
 
 std::vector<std::string> SceneKeeper::apply(const ArmSnapshot& snapshot,
                                             const AttachedCollisionObject& message) {
   return change([&](SceneObjects& scene, std::vector<std::string>& refused) {
-    try {
-      apply_to(scene, snapshot, message);
-      return true;
-    } catch (...) {
-      refused.push_back(reason_of_throw());
-      return false;
-    }
+    return attempt(refused, [&] { apply_to(scene, snapshot, message); });
   });
 }
 
 std::vector<std::string> SceneKeeper::apply(const ArmSnapshot& snapshot, const PlanningSceneWorld& message) {
   return change([&](SceneObjects& scene, std::vector<std::string>& refused) {
     scene.remove("");
-    const auto attempt = [&refused](const auto& work) {
-      try {
-        work();
-      } catch (...) {
-        refused.push_back(reason_of_throw());
-      }
-    };
     for (const CollisionObject& object : message.collision_objects)
-      attempt([&] { apply_to(scene, snapshot, object); });
-    attempt([&] {
+      attempt(refused, [&] { apply_to(scene, snapshot, object); });
+    attempt(refused, [&] {
       const octomap_msgs::msg::OctomapWithPose& map = message.octomap;
       if (map.octomap.data.empty()) return;
       const Pose X_WM = Frames(snapshot).in_world(map.header.frame_id) * object_pose(map.origin, kOctomapId);

@@ -160,23 +160,37 @@ TEST(ConvexDepthTest, CrossedCylindersAndSymmetricCasesAreExact) {
 
 // -- links
 
-std::string write_tetrahedra(const std::string& name, const std::vector<std::array<Vector3d, 4>>& solids) {
-  const std::string path = testing::TempDir() + "/" + name;
-  std::ofstream file(path);
-  file << "solid s\n";
-  const auto face = [&file](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-    file << "facet normal 0 0 0\nouter loop\n";
-    for (const Vector3d& p : {a, b, c}) file << "vertex " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
-    file << "endloop\nendfacet\n";
-  };
-  for (const auto& t : solids) {
-    face(t[0], t[1], t[2]);
-    face(t[0], t[3], t[1]);
-    face(t[1], t[3], t[2]);
-    face(t[2], t[3], t[0]);
+// An STL file of triangles in the temporary folder.
+class StlFile {
+ public:
+  explicit StlFile(const std::string& name) : path_(testing::TempDir() + "/" + name), file_(path_) {
+    file_ << "solid s\n";
   }
-  file << "endsolid s\n";
-  return path;
+  void face(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+    file_ << "facet normal 0 0 0\nouter loop\n";
+    for (const Vector3d& p : {a, b, c}) file_ << "vertex " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
+    file_ << "endloop\nendfacet\n";
+  }
+  std::string finished() {
+    file_ << "endsolid s\n";
+    file_.close();
+    return path_;
+  }
+
+ private:
+  std::string path_;
+  std::ofstream file_;
+};
+
+std::string write_tetrahedra(const std::string& name, const std::vector<std::array<Vector3d, 4>>& solids) {
+  StlFile file(name);
+  for (const auto& t : solids) {
+    file.face(t[0], t[1], t[2]);
+    file.face(t[0], t[3], t[1]);
+    file.face(t[1], t[3], t[2]);
+    file.face(t[2], t[3], t[0]);
+  }
+  return file.finished();
 }
 
 // Moeller 1997 in its simplest form: an edge of one triangle crosses the other.
@@ -296,22 +310,14 @@ std::string write_ball(const std::string& name, double radius, int rings, int si
     return Vector3d(radius * std::sin(polar) * std::cos(around), radius * std::sin(polar) * std::sin(around),
                     radius * std::cos(polar));
   };
-  const std::string path = testing::TempDir() + "/" + name;
-  std::ofstream file(path);
-  file << "solid s\n";
-  const auto face = [&file](const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-    file << "facet normal 0 0 0\nouter loop\n";
-    for (const Vector3d& p : {a, b, c}) file << "vertex " << p.x() << ' ' << p.y() << ' ' << p.z() << '\n';
-    file << "endloop\nendfacet\n";
-  };
+  StlFile file(name);
   for (int ring = 0; ring < rings; ++ring) {
     for (int side = 0; side < sides; ++side) {
-      face(point(ring, side), point(ring + 1, side), point(ring + 1, side + 1));
-      if (ring > 0) face(point(ring, side), point(ring + 1, side + 1), point(ring, side + 1));
+      file.face(point(ring, side), point(ring + 1, side), point(ring + 1, side + 1));
+      if (ring > 0) file.face(point(ring, side), point(ring + 1, side + 1), point(ring, side + 1));
     }
   }
-  file << "endsolid s\n";
-  return path;
+  return file.finished();
 }
 
 // The hull of a mesh with so many vertices is reduced, so that a plane between the hulls may cut the mesh.
