@@ -2,12 +2,22 @@
 import { Signal } from './signal';
 import type { Commander } from './commander';
 import type { Hardware } from './hardware';
+import type { Recorder } from './recorder';
 import type { LayerChoice } from './layer_toggles';
 import type { Sources } from './sources';
 import type { Twin } from './twin';
+import type { Legend } from '../scene/legend';
 import type { World } from '../scene/world';
 
 export type Selection = { link: number } | null;
+
+// The time of a recording, which plots show and set.
+export interface Playback {
+  readonly time: number; // s since its start
+  readonly length: number;
+  readonly moved: Signal;
+  seek: (time: number) => void;
+}
 
 export interface App {
   twin: Twin;
@@ -17,10 +27,16 @@ export interface App {
   sources: Sources;
   select: (selection: Selection) => void;
   selection: Selection;
+  playback: Playback | null; // null: a twin
+  playbackChanged: Signal;
+  recorder: Recorder; // with the panels
+  comparison: HTMLElement; // the content of the panel of two recordings; empty: there is one
   selected: Signal<Selection>;
+  workbench: Promise<void>; // panels and tools are there
   tabsChanged: Signal; // a badge of a tab has changed, or whether a panel applies
   openPanel: (id: string) => void; // once the panels are loaded
   sensorLayers: () => LayerChoice[]; // those for which the twin has sensors
+  legend: Legend;
   details: HTMLElement; // the box about the selection; over the picture, or below the tree
 }
 
@@ -37,6 +53,7 @@ export interface Panel {
   element: HTMLElement;
   rate?: number; // Hz of update; 10 when absent
   applies?: () => boolean; // false: the twin has nothing for it, and its tab is hidden
+  excluded?: () => boolean; // true: it can do nothing here, and its tab is hidden also where the user opened it before
   badge?: () => Badge | null; // beside the title
   update?: () => void;
   shown?: () => void;

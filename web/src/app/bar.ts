@@ -47,10 +47,11 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
     toast(`Theme: ${settings.theme}`);
   }, { class: 'icon', id: 'theme' });
   const more = button(icon('settings'), 'Settings and keys', openSettings, { class: 'icon', id: 'settings' });
+  const readOnly = h('span', { class: 'tag', hidden: true, title: 'This is a recording: nothing in it can be commanded, and STOP has nothing to stop.' }, 'read only');
   const stop = h('button', { type: 'button', class: 'stop', id: 'stop', title: `Emergency stop (${settings.stopKeys.join(', ')})`, onclick: () => void (commander.stopped ? commander.release() : commander.stop()) }, 'STOP');
   const clock = h('div', { class: 'group clock', role: 'group', 'aria-label': 'Time' }, reset, play, step, speed, time, factor);
   const element = h('header', { class: 'bar' },
-    h('div', { class: 'brand' }, name, robot, link), clock, h('span', { class: 'spacer' }), h('div', { class: 'group last' }, theme, more), stop);
+    h('div', { class: 'brand' }, name, robot, link), clock, h('span', { class: 'spacer' }), h('div', { class: 'group last' }, readOnly, theme, more), stop);
 
   // Without a connection the button keeps the stop for the next one, and shows that nothing is stopped yet.
   const nameStop = (): void => {
@@ -75,9 +76,13 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
     const state = client.phase === 'lost' ? 'lost' : commander.stopped ? 'stopped' : twin.paused ? 'paused' : '';
     const title = state ? `${called} – ${state}` : called;
     if (document.title !== title) document.title = title;
-    const phase = client.phase === 'open' ? (commander.viewing ? 'kinematics' : 'connected') : client.phase === 'lost' ? 'connection lost' : 'connecting';
+    const recorded = twin.recording !== '' && client.phase === 'open';
+    stop.hidden = recorded;
+    readOnly.hidden = !recorded;
+    const phase = recorded ? `recording ${twin.recording}` : client.phase === 'open' ? (commander.viewing ? 'kinematics' : 'connected') : client.phase === 'lost' ? 'connection lost' : 'connecting';
     say(link, phase);
-    link.className = `link ${client.phase}`;
+    link.className = `link ${recorded ? 'recorded' : client.phase}`;
+    link.title = recorded ? twin.recording : '';
     const simulated = client.services.has('/gazebo/pause_physics');
     if (client.phase !== 'lost') clock.hidden = !simulated;
     setIcon(play, twin.paused ? 'play' : 'pause');

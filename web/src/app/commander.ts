@@ -49,6 +49,10 @@ export class Commander {
     // A twin that was started again is not stopped yet.
     twin.phaseChanged.on((phase) => {
       if (phase === 'lost' && this.stopped) this.unsent = true;
+      if (twin.recording && this.stopped) {
+        this.stopped = this.unsent = this.latched = false; // of the twin that was shown before
+        this.stopChanged.emit(false);
+      }
     });
     twin.follow('/controller_manager/emergency_stop_active', (m) => this.takeStop(m['data'] === true));
     // Nothing publishes the target of a gripper: its slider follows the finger unless it is in use.
@@ -66,6 +70,7 @@ export class Commander {
 
   get viewing(): boolean {
     const { client } = this.twin;
+    if (this.twin.recording) return false;
     if (client.phase === 'lost') return this.viewed;
     const simulated = client.services.has('/gazebo/pause_physics') || client.services.has(this.twin.own('/controller_manager/list_controllers'));
     this.viewed = client.phase === 'open' && client.services.size > 0 && !simulated || client.channel(VIEW_TOPIC) !== null;
@@ -97,11 +102,13 @@ export class Commander {
   // True if a controller, active or not, takes positions of the joint.
   hasMover(joint: TreeJoint): boolean {
     const moved = joint.mimic?.joint ?? joint.name;
+    if (this.twin.recording) return false;
     return this.viewing || this.twin.controllers.some((c) => this.takesPositions(c) && c.joints.includes(moved));
   }
 
   // Why the joint cannot be moved from this page; '' if it can.
   refusal(joint: TreeJoint): string {
+    if (this.twin.recording) return 'a recording';
     if (this.canMove(joint)) return '';
     if (joint.mimic) return `follows ${joint.mimic.joint}`;
     const claims = this.twin.controllers.filter((c) => c.joints.includes(joint.name));
@@ -282,7 +289,7 @@ export class Commander {
   // The emergency stop of every robot, as `doppel stop` does it: no client can command them. With the other setting the
   // controllers of the selected robot are deactivated instead. Without a connection it is sent with the next one.
   async stop(): Promise<void> {
-    if (this.stopped) return; // what was stopped first is what is released
+    if (this.stopped || this.twin.recording) return; // what was stopped first is what is released
     this.stopped = true;
     this.unsent = this.twin.client.phase !== 'open';
     this.stopChanged.emit(true);

@@ -125,6 +125,7 @@ export class Dock {
 
   // A panel that was opened on purpose stays, also where it does not apply.
   private offers(panel: Panel): boolean {
+    if (panel.excluded?.()) return false;
     return (panel.applies?.() ?? true) || (panel === this.current && panel.id === this.chosen);
   }
 

@@ -40,7 +40,8 @@ export class Drive {
 
   // The topic that the robot's base reads; null: there is none.
   topic(): BaseTopic | null {
-    const { client, controllers } = this.app.twin;
+    const { client, controllers, recording } = this.app.twin;
+    if (recording) return null;
     const names = controllers.filter((c) => c.state === 'active' && BASES.test(c.type)).flatMap((c) => [`/${c.name}/cmd_vel`, `/${c.name}/reference`]);
     for (const name of [...names, '/cmd_vel'].map((one) => this.app.twin.own(one))) {
       const type = client.channel(name)?.schemaName;

@@ -9,6 +9,7 @@ const PATHS: Record<string, string> = {
   close: 'M3.3 2.3 8 7l4.7-4.7 1 1L9 8l4.7 4.7-1 1L8 9l-4.7 4.7-1-1L7 8 2.3 3.3z',
   down: 'M3 5.5h10l-5 6z',
   up: 'M3 10.5h10l-5-6z',
+  loop: 'M4 3.3h6.5a3.5 3.5 0 0 1 3.5 3.5v1h-1.5v-1a2 2 0 0 0-2-2H4v2.4L.8 4 4 .8zM12 12.7H5.5A3.5 3.5 0 0 1 2 9.2v-1h1.5v1a2 2 0 0 0 2 2H12V8.8l3.2 3.2-3.2 3.2z',
 };
 
 export function icon(name: string): SVGSVGElement {

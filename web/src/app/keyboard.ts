@@ -10,6 +10,8 @@ export const KEYS: [string, string][] = [
   ['W S  A D  R F', 'tool along x, y, z'], ['U O  I K  J L', 'turn the tool about x, y, z'],
   ['[ ]', 'jog the chosen joint'], ['- +', 'choose the joint before, after'], ['1 … 6', 'views'], ['0', 'fit the view'],
   ['← → ↑ ↓', 'turn the picture, where it has the focus; with shift move it'], ['PgUp PgDn', 'nearer and farther'],
+  ['Space L', 'in a recording: play and pause, loop'], ['← → Home End', 'in a recording: one thirtieth of a second, with shift one second; its start and end'],
+  [', .', 'in a recording: the message before, the next one'],
 ];
 
 export function startKeyboard(app: App, jog: Jog): void {
@@ -17,10 +19,11 @@ export function startKeyboard(app: App, jog: Jog): void {
   addEventListener('keydown', (event) => {
     const dialog = document.querySelector('dialog[open]') !== null;
     if (dialog || settings.stopKeys.includes(event.code) || isTyping(event.target) || event.ctrlKey || event.metaKey || event.altKey) return;
-    if (jog.press(event.code)) {
+    if (!app.twin.recording && jog.press(event.code)) {
       event.preventDefault();
       return;
     }
+    if (app.twin.recording && ['KeyP', 'Period'].includes(event.code)) return; // keys of its time line
     if (event.code === 'KeyP' && !event.repeat) click('play');
     else if (event.code === 'Period') click('step');
     else if (event.code === 'Minus') jog.nextJoint(-1);

@@ -81,7 +81,7 @@ function lengthOf(tree: Tree, base: number, tip: number): number {
 }
 
 export class Kinematics {
-  constructor(private readonly twin: Pick<Twin, 'client' | 'own' | 'tree' | 'target'>) {}
+  constructor(private readonly twin: Pick<Twin, 'client' | 'own' | 'tree' | 'target' | 'recording'>) {}
 
   // Why the program cannot be asked; '' if it can.
   get missing(): string {
@@ -89,6 +89,7 @@ export class Kinematics {
     const name = this.twin.own('/doppel/ik');
     if (client.phase !== 'open') return 'The twin is not connected.';
     if (client.services.has(name)) return '';
+    if (this.twin.recording) return 'This is a recording: its tool cannot be moved.';
     return `The tool cannot be dragged: nothing here offers ${name}. Start the robot by 'doppel up'; the sliders of the joints work without it.`;
   }
 

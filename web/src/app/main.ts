@@ -3,7 +3,9 @@ import '../style/base.css';
 import '../style/layout.css';
 import '../style/panels.css';
 import '../style/loop.css';
+import '../style/bag.css';
 import { BUNDLE_PERIOD } from '../protocol/bundle';
+import { Client } from '../protocol/client';
 import { AssetStore } from '../robot/assets';
 import { Twin } from './twin';
 
@@ -20,7 +22,7 @@ function serverUrl(): string {
   return `${base}${base.includes('?') ? '&' : '?'}${query}`;
 }
 
-const twin = new Twin(serverUrl());
+const twin = new Twin(new Client({ url: serverUrl() }));
 const assets = new AssetStore(twin.client, own);
 const known = new Promise<void>((done) => {
   setTimeout(done, ROBOT_TIMEOUT);
@@ -32,5 +34,10 @@ const known = new Promise<void>((done) => {
     done();
   });
 });
-twin.start();
-void Promise.all([import('./page'), known]).then(([{ startPage }]) => startPage(twin, assets));
+const recorded = asked.has('bag');
+const reader = recorded ? import('../bag/session') : null;
+if (!recorded) twin.start();
+void Promise.all([import('./page'), recorded || known]).then(([{ startPage }]) => {
+  const app = startPage(twin, assets);
+  void reader?.then(({ openAddress }) => openAddress(app));
+});

@@ -69,14 +69,14 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
     lost.update();
     diverged.update();
     const { view } = world;
-    const text = twin.client.phase === 'lost' ? ''
-      : !view ? (twin.client.phase !== 'open' ? 'Connecting.' : twin.withoutRobots ? failures(world.failed) : `Waiting for ${twin.own('/robot_description')}.`)
+    const text = twin.opening ? twin.opening : twin.client.phase === 'lost' ? ''
+      : !view ? (twin.client.phase !== 'open' ? 'Connecting.' : twin.withoutRobots ? failures(world.failed) : twin.recording ? twin.missing : `Waiting for ${twin.own('/robot_description')}.`)
       : view.loading > 0 ? `Loading meshes: ${view.loading} to go.`
       : failures([...view.failed, ...world.failed]);
     note.hidden = text === '';
     note.title = [...view?.failed ?? [], ...world.failed][0]?.reason ?? '';
     say(noteText, text);
-    noteLink.hidden = !view || view.loading > 0 || view.failed.length + world.failed.length === 0;
+    noteLink.hidden = twin.opening !== '' || !view || view.loading > 0 || view.failed.length + world.failed.length === 0;
   }
 
   return { elements: [views, layers, details.element, undrawn, note, stopped, lost.element, diverged.element], update };

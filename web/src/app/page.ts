@@ -17,10 +17,10 @@ import type { Twin } from './twin';
 
 const PICTURE_TIMEOUT = 1500; // ms after which panels are loaded without a picture
 
-export function startPage(twin: Twin, assets: AssetStore): void {
+export function startPage(twin: Twin, assets: AssetStore): App {
   performance.mark('doppel: page');
   const commander = new Commander(twin);
-  const app = { twin, commander, hardware: new Hardware(twin), sources: new Sources(twin), selection: null, selected: new Signal(), tabsChanged: new Signal(), openPanel: () => {}, sensorLayers: () => [] } as unknown as App;
+  const app = { twin, commander, hardware: new Hardware(twin), sources: new Sources(twin), selection: null, selected: new Signal(), tabsChanged: new Signal(), playback: null, playbackChanged: new Signal(), openPanel: () => {}, sensorLayers: () => [] } as unknown as App;
   app.select = (selection) => {
     app.selection = selection;
     app.selected.emit(selection);
@@ -47,12 +47,16 @@ export function startPage(twin: Twin, assets: AssetStore): void {
   Object.assign(window, { doppel: Object.assign(app, { layout, settings, ready: false }) });
 
   let begun = false;
+  let ready = (): void => {};
+  app.workbench = new Promise((done) => (ready = done));
   const begin = async (): Promise<void> => {
     if (begun) return;
     begun = true;
     const { startWorkbench } = await import('./workbench');
     startWorkbench(app, layout);
+    ready();
   };
   app.world.pictured.on(() => void begin());
   setTimeout(() => void begin(), PICTURE_TIMEOUT);
+  return app;
 }

@@ -59,6 +59,12 @@ export class TransformStore {
     this.frames.set(transform.child, transform);
   }
 
+  forget(): void {
+    this.frames.clear();
+    this.intervals.clear();
+    this.edges += 1;
+  }
+
   // The frame's pose in the root of its tree; null: unknown.
   toWorld(frame: string): Float64Array | null {
     let at = this.frames.get(frame);
@@ -123,6 +129,10 @@ export class RobotFrames {
       this.client.subscribe(`${this.space}/tf_static`, (m) => take(m, true)),
     ];
     return () => ends.forEach((end) => end());
+  }
+
+  forget(): void {
+    this.own.forget();
   }
 
   // The robot's link of a frame of the common tree; null: the frame belongs to another robot.

@@ -2,6 +2,7 @@
 
 import { Client, type Handler, type Phase } from '../protocol/client';
 import type { Message, Value } from '../protocol/cdr';
+import type { Source } from '../protocol/source';
 import { STRIDE, Tree } from '../robot/tree';
 import { parseUrdf } from '../robot/urdf';
 import { Signal, Standing } from './signal';
@@ -53,16 +54,19 @@ export class Twin {
   readonly logged = new Signal<LogLine>();
   readonly log: LogLine[] = []; // the last of them, for later subscribers
   readonly referenceChanged = new Signal<string>();
+  readonly rewound = new Signal(); // the log is another one, and curves of the past are none
 
   readonly client: Client;
   readonly transforms = new TransformStore();
   tree: Tree | null = null;
   description = '';
+  opening = ''; // what is read of a recording before it is shown
   q = new Float64Array();
   velocity = new Float64Array();
   effort = new Float64Array();
   target = new Float64Array();
   commandedAt = new Float64Array(); // when the page last set a target, ms
+  readonly referenced = new Set<string>(); // joints of which a controller publishes the target
   poses = new Float64Array();
   controllers: Controller[] = [];
   simTime = 0;
@@ -87,9 +91,8 @@ export class Twin {
   private stale = false; // requested again while a response was pending
   private seen = new Float64Array();
 
-  constructor(url: string) {
-    this.client = new Client({ url });
-    const { client } = this;
+  constructor(client: Client) {
+    this.client = client;
     this.frames = this.framesOf('');
     client.onphase = (phase) => {
       if (phase !== 'lost') this.truth = null;
@@ -99,6 +102,7 @@ export class Twin {
     };
     client.ongraph = () => {
       if (client.phase !== 'lost') this.findRobots(); // a lost twin's picture and names stay
+      if (this.recording) this.watchReferences();
       this.graphChanged.emit();
       if (client.phase === 'open' && client.services.size > 0) void this.listControllers();
     };
@@ -119,6 +123,32 @@ export class Twin {
     this.client.start();
   }
 
+  // Reads a recording from now on; nothing of the twin that was read before stays.
+  read(source: Source): void {
+    this.fresh = true;
+    this.description = '';
+    this.controllers = [];
+    this.simTime = 0;
+    this.wanted = new URLSearchParams(location.search).get('robot');
+    this.rewind([]);
+    this.client.use(source);
+    this.controllersChanged.emit();
+  }
+
+  // The recording continues at another time: what was received since is forgotten, and the log is that of the time.
+  rewind(log: LogLine[]): void {
+    this.transforms.forget();
+    this.frames.forget();
+    this.truth = null;
+    this.log.splice(0, this.log.length, ...log.slice(-LOG_MOST));
+    this.rewound.emit();
+  }
+
+  // The name of the recording that is read instead of a twin; '' for a twin. Nothing in it can be commanded.
+  get recording(): string {
+    return this.client.metadata['recording'] ?? '';
+  }
+
   // A running world without any robot: its status is published, and no description.
   get withoutRobots(): boolean {
     return this.status !== null && this.robots.length === 0;
@@ -126,7 +156,8 @@ export class Twin {
 
   // Why there is no robot in the page; '' with one.
   get missing(): string {
-    return this.tree ? '' : this.withoutRobots ? 'This world has no robot.' : 'Waiting for the description of the robot.';
+    return this.tree ? '' : this.withoutRobots ? 'This world has no robot.'
+      : this.recording ? 'This recording has no /robot_description.' : 'Waiting for the description of the robot.';
   }
 
   // A name of the selected robot: own('/joint_states') is '/left/joint_states'.
@@ -218,6 +249,7 @@ export class Twin {
       this.commandedAt = new Float64Array(tree.size);
       this.poses = tree.newPoses();
       this.heard.clear();
+      this.referenced.clear();
       this.loads.clear();
       tree.follow(this.q);
       this.placeRoot();
@@ -242,7 +274,8 @@ export class Twin {
       if (Number.isFinite(position[i])) this.q[joint.index] = position[i]!;
       this.velocity[joint.index] = velocity[i] ?? NaN;
       if (Number.isFinite(effort[i])) this.effort[joint.index] = effort[i]!;
-      if (!this.heard.has(joint.name) && this.commandedAt[joint.index] === 0) this.target[joint.index] = this.q[joint.index]!;
+      const isFollowed = this.recording ? !this.referenced.has(joint.name) : !this.heard.has(joint.name) && this.commandedAt[joint.index] === 0;
+      if (isFollowed) this.target[joint.index] = this.q[joint.index]!;
       this.heard.set(joint.name, now);
     }
     this.update();
@@ -405,7 +438,7 @@ export class Twin {
   }
 
   private watchReferences(): void {
-    const wanted = new Set(this.controllers.filter((c) => /Trajectory/.test(c.type)).map((c) => this.own(`/${c.name}/controller_state`)));
+    const wanted = new Set(this.recording ? this.recordedReferences() : this.controllers.filter((c) => /Trajectory/.test(c.type)).map((c) => this.own(`/${c.name}/controller_state`)));
     for (const [topic, end] of this.stateSubscriptions) {
       if (!wanted.has(topic)) {
         end();
@@ -418,6 +451,12 @@ export class Twin {
     }
   }
 
+  // A recording has no list of controllers, but the type of a topic shows what it is.
+  private recordedReferences(): string[] {
+    const topics = [...this.client.channels.values()].filter(({ schemaName }) => /JointTrajectoryControllerState$/.test(schemaName)).map(({ topic }) => topic);
+    return topics.filter((topic) => topic.startsWith(`${this.space}/`) && this.robots.every((space) => space.length <= this.space.length || !topic.startsWith(`${space}/`)));
+  }
+
   private takeReference(topic: string, m: Message): void {
     const names = m['joint_names'] as string[];
     const positions = (m['reference'] as Message)['positions'] as ArrayLike<number>;
@@ -425,6 +464,7 @@ export class Twin {
     for (let i = 0; i < names.length; i += 1) {
       const joint = this.tree?.jointByName.get(names[i]!);
       if (!joint || joint.index < 0 || !Number.isFinite(positions[i])) continue;
+      this.referenced.add(joint.name);
       if (now - this.commandedAt[joint.index]! > 1500) this.target[joint.index] = positions[i]!;
     }
     this.referenceChanged.emit(topic);

@@ -1,12 +1,14 @@
 // Everything besides the picture: tools that command the arm, keys, panels.
 import type { App, Panel } from './app';
 import type { Layout } from './layout';
+import { h } from './dom';
 import { Drive } from './drive';
 import { makeHints } from './hints';
 import { Jog } from './jog';
 import { startKeyboard } from './keyboard';
 import { Parameters } from './parameters';
 import { Reach } from './reach';
+import { startRecordings } from './recordings';
 import { Recorder } from './recorder';
 import { Sensors } from './sensors';
 import type { Signal } from './signal';
@@ -37,6 +39,8 @@ import { Pusher } from '../scene/push';
 import { ReachPoints } from '../scene/reach_points';
 import { SensorLayers } from '../scene/sensor_layers';
 
+const COMMANDS = ['control', 'tool', 'drive', 'poses', 'parameters']; // panels without use in a recording
+
 export function startWorkbench(app: App, layout: Layout): void {
   const picker = new Picker(app.world);
   const pusher = new Pusher(app, picker);
@@ -60,9 +64,13 @@ export function startWorkbench(app: App, layout: Layout): void {
   const tolerances = new Tolerances(app.twin, parameters);
   const recorder = new Recorder(app.twin, tolerances);
   startKeyboard(app, jog);
+  startRecordings(app);
 
   const right: Panel[] = [jointsPanel(app), healthPanel(app), controlPanel(app), toolPanel(app, { driver, handle, ghost, reach, jog, pusher }), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
-  const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
+  const comparison = h('div', { class: 'padded' });
+  const comparePanel: Panel = { id: 'compare', title: 'Compare', element: comparison, excluded: () => !comparison.hasChildNodes() }; // filled by src/bag
+  const bottom: Panel[] = [plotsPanel(app, recorder, parameters), comparePanel, topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
+  for (const panel of [...right, ...bottom]) if (COMMANDS.includes(panel.id)) panel.excluded = () => app.twin.recording !== '';
   layout.mount(right, bottom);
   const hints = makeHints();
   if (hints) app.world.stage.host.append(hints);
@@ -100,5 +108,5 @@ export function startWorkbench(app: App, layout: Layout): void {
     app.select(hit && !(other && other.distance < here) ? { link: hit.link } : null);
     if (other && other.distance < here) app.twin.selectRobot(other.space);
   });
-  Object.assign(app, { driver, handle, ghost, reach, reachPoints, jog, drive, baseTrace, sensors, sensorPictures, pusher, objects, parameters, recorder, ready: true });
+  Object.assign(app, { driver, handle, ghost, reach, reachPoints, jog, drive, baseTrace, sensors, sensorPictures, pusher, objects, parameters, recorder, comparison, legend, ready: true });
 }

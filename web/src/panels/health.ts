@@ -135,7 +135,7 @@ export function healthPanel(app: App): Panel {
       missing, loads),
     badge: () => badge,
     update: () => {
-      say(missing, app.commander.viewing ? 'Loads need physics: doppel up instead of doppel view.' : 'This twin does not publish joint loads.');
+      say(missing, twin.recording ? 'This recording has no joint loads.' : app.commander.viewing ? 'Loads need physics: doppel up instead of doppel view.' : 'This twin does not publish joint loads.');
       const offered = twin.client.channel(twin.own('/doppel/joint_loads')) !== null;
       missing.hidden = offered;
       loads.hidden = !offered;

@@ -29,6 +29,16 @@ function limitTitle(joint: TreeJoint, end: 'Lower' | 'Upper'): string {
   return limited ? `${end} limit` : 'This joint has no limits';
 }
 
+function makeSpeedShare(): HTMLElement {
+  const input = h('input', { type: 'range', min: '5', max: '100', value: String(settings.speedShare * 100), 'aria-label': 'Share of the velocity limits' });
+  const out = h('output', { class: 'num' }, `${Math.round(settings.speedShare * 100)} %`);
+  input.addEventListener('input', () => {
+    set('speedShare', Number(input.value) / 100);
+    say(out, `${input.value} %`);
+  });
+  return h('label', { title: 'Share of the velocity limits that commands from this page use' }, 'speed ', input, out);
+}
+
 export function jointsPanel(app: App): Panel {
   const { twin, commander } = app;
   const list = h('div', { class: 'joints' });
@@ -124,6 +134,7 @@ export function jointsPanel(app: App): Panel {
   function enable(): void {
     if (rows.map((row) => Number(commander.hasMover(row.joint))).join('') !== order) arrange();
     for (const row of rows) if (row.filled) enableRow(row);
+    for (const one of [...moves, speedShare]) one.hidden = twin.recording !== '';
   }
 
   function update(): void {
@@ -198,31 +209,26 @@ export function jointsPanel(app: App): Panel {
   const unit = (label: string, degrees: boolean): HTMLButtonElement => button(label, degrees ? 'Angles in degrees' : 'Angles in radians', () => set('degrees', degrees), { 'aria-pressed': String(settings.degrees === degrees) });
   const unitButtons = [unit('deg', true), unit('rad', false)];
   const units = h('div', { class: 'segments units', role: 'group', 'aria-label': 'Unit of angles', id: 'units' }, unitButtons);
+  // A recording has none of them.
+  const moves = [
+    button('Zero', 'All joints to zero; one whose limits exclude that stays', allAtOnce('Zero', zero)),
+    button('Centre', 'All joints to the middle of their limits', allAtOnce('Centre', () => all((j) => (Number.isFinite(j.lower) ? (j.lower + j.upper) / 2 : 0)))),
+    button('Random', 'All joints somewhere within their limits', allAtOnce('Random', () => all((j) => {
+      const [low, high] = rangeOf(j);
+      return low + (high - low) * Math.random();
+    }))),
+    button('Paste', 'Go to the pose on the clipboard', () => void pasteText('Go to a pose', take)),
+  ];
+  const speedShare = makeSpeedShare();
   const element = h('div', { class: 'joints-panel' },
     h('div', { class: 'tools' },
-      button('Zero', 'All joints to zero; one whose limits exclude that stays', allAtOnce('Zero', zero)),
-      button('Centre', 'All joints to the middle of their limits', allAtOnce('Centre', () => all((j) => (Number.isFinite(j.lower) ? (j.lower + j.upper) / 2 : 0)))),
-      button('Random', 'All joints somewhere within their limits', allAtOnce('Random', () => all((j) => {
-        const [low, high] = rangeOf(j);
-        return low + (high - low) * Math.random();
-      }))),
-      button('Copy', 'Copy the pose as a YAML trajectory', copy),
-      button('Paste', 'Go to the pose on the clipboard', () => void pasteText('Go to a pose', take)),
+      moves.slice(0, 3), button('Copy', 'Copy the pose as a YAML trajectory', copy), moves.slice(3),
       h('span', { class: 'spacer' }), units),
     searchRow, list,
     h('div', { class: 'legend' },
       h('span', {}, h('i', { class: 'key now-key' }), 'actual'), h('span', {}, h('i', { class: 'key target-key' }), 'target'),
       h('span', { class: 'effort-legend' }, h('i', { class: 'key effort-key' }), 'effort'), h('span', { class: 'spacer' }),
-      h('label', { title: 'Share of the velocity limits that commands from this page use' }, 'speed ',
-        (() => {
-          const input = h('input', { type: 'range', min: '5', max: '100', value: String(settings.speedShare * 100), 'aria-label': 'Share of the velocity limits' });
-          const out = h('output', { class: 'num' }, `${Math.round(settings.speedShare * 100)} %`);
-          input.addEventListener('input', () => {
-            set('speedShare', Number(input.value) / 100);
-            say(out, `${input.value} %`);
-          });
-          return [input, out];
-        })())));
+      speedShare));
 
   fill(list, none);
   twin.robotChanged.on(build);

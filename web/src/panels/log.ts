@@ -37,6 +37,11 @@ export function logPanel(app: App): Panel {
     if (list.children.length > MOST) list.firstElementChild?.remove();
     bottom();
   });
+  app.twin.rewound.on(() => {
+    show();
+    follow = true;
+    bottom();
+  });
   show();
   return {
     id: 'log', title: 'Log', shown: bottom,

@@ -5,7 +5,7 @@ import 'uplot/dist/uPlot.min.css';
 import type { App, Panel } from '../app/app';
 import { button, download, fill, h, say, toast } from '../app/dom';
 import type { Parameters } from '../app/parameters';
-import { QUANTITIES, TOLERANCE, type Quantity, type Recorder } from '../app/recorder';
+import { curveWanted, QUANTITIES, TOLERANCE, type Quantity, type Recorder } from '../app/recorder';
 import { settings, settingsChanged } from '../app/settings';
 import { Signal } from '../app/signal';
 import { fixed } from '../app/units';
@@ -50,12 +50,23 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
   let held: number | null = null; // the time that is shown, when not live
   let right = 0; // the right end of the window at that time
   let hovered: number | null = null;
+  const ends = (): [number, number] => { // of the window
+    const { playback } = app;
+    if (!playback) return held === null ? [recorder.newest - span, recorder.newest] : [right - span, right];
+    if (whole || span >= playback.length) return [0, playback.length];
+    const from = Math.min(playback.length - span, Math.max(0, playback.time - span / 2));
+    return [from, from + span];
+  };
+  let whole = true; // of a recording
   let endWatch: (() => void) | null = null;
 
   const joint = h('select', { 'aria-label': 'Joint' });
   const quantity = h('select', { 'aria-label': 'Quantity' }, ...QUANTITIES.map((name) => h('option', { value: name }, name)));
-  const width = h('select', { 'aria-label': 'Width of the window', onchange: () => (span = Number(width.value)) },
-    ...[5, 15, 60, 180].map((s) => h('option', { value: String(s), selected: s === span }, s < 60 ? `${s} s` : `${s / 60} min`)));
+  const all = h('option', { value: 'all', hidden: true, disabled: true }, 'whole recording');
+  const width = h('select', { 'aria-label': 'Width of the window', onchange: () => {
+    whole = width.value === 'all';
+    if (!whole) span = Number(width.value);
+  } }, all, ...[5, 15, 60, 180].map((s) => h('option', { value: String(s), selected: s === span }, s < 60 ? `${s} s` : `${s / 60} min`)));
   const live = button('Hold', 'Hold the curves, to look through the last minutes', () => {
     if (held === null) look(recorder.newest);
     else goLive();
@@ -83,7 +94,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     say(live, held === null ? 'Hold' : 'Live');
     live.setAttribute('aria-pressed', String(held !== null));
     live.title = held === null ? 'Hold the curves, to look through the last minutes' : 'Back to live data';
-    const moment = hovered ?? held;
+    const moment = hovered ?? (app.playback ? null : held);
     world.showPast(moment === null ? null : recorder.positionsAt(moment));
     if (moment === null) {
       say(readout, '');
@@ -91,7 +102,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     }
     const row = recorder.window(moment, moment, shown);
     const i = Math.max(0, (row[0]?.length ?? 1) - 1);
-    say(readout, `${moment.toFixed(2)} s, ${(recorder.newest - moment).toFixed(1)} s ago   ` + shown.map((key, k) => ((row[k + 1]?.[i] ?? NaN) * factor(key)).toPrecision(4)).join('   '));
+    say(readout, `${moment.toFixed(2)} s${app.playback ? '' : `, ${(recorder.newest - moment).toFixed(1)} s ago`}   ` + shown.map((key, k) => ((row[k + 1]?.[i] ?? NaN) * factor(key)).toPrecision(4)).join('   '));
   }
 
   // In the units of the rest of the page: angles in the selected unit, lengths in millimetres.
@@ -127,7 +138,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
       series: [{}, ...shown.map((key, i) => ({ stroke: palette[i % palette.length]!, width: 1.5, points: { show: false }, scale: scaleOf(key), ...(i >= palette.length || key.endsWith(':target') ? { dash: [6, 3] } : {}) })),
         ...bands.flatMap(({ key }) => [edge(key), edge(key)])],
       bands: bands.map(({ key }, i) => ({ series: [1 + shown.length + 2 * i, 2 + shown.length + 2 * i] as uPlot.Band.Bounds, fill: `${palette[shown.indexOf(key) % palette.length]!}1c` })),
-      hooks: { setCursor: [hover], draw: [drawMoment] },
+      hooks: { setCursor: [hover], draw: [drawMoment], ready: [seekByPointer] },
     }, [new Float64Array(), ...shown.map(() => new Float64Array()), ...bands.flatMap(() => [new Float64Array(), new Float64Array()])], host);
   }
 
@@ -155,9 +166,22 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     reflect();
   }
 
+  // In a recording a click, or a drag, sets its time.
+  function seekByPointer(u: uPlot): void {
+    const seek = (event: PointerEvent): void => {
+      if (event.buttons & 1) app.playback?.seek(u.posToVal(event.clientX - u.over.getBoundingClientRect().left, 'x'));
+    };
+    u.over.addEventListener('pointerdown', (event) => {
+      if (app.playback) u.over.setPointerCapture(event.pointerId);
+      seek(event);
+    });
+    u.over.addEventListener('pointermove', seek);
+  }
+
   function drawMoment(u: uPlot): void {
-    if (held === null) return;
-    const x = u.valToPos(held, 'x', true);
+    const moment = app.playback?.time ?? held;
+    if (moment === null) return;
+    const x = u.valToPos(moment, 'x', true);
     const { ctx, bbox } = u;
     if (x < bbox.left - 1 || x > bbox.left + bbox.width + 1) return;
     ctx.save();
@@ -193,9 +217,9 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
 
   function update(): void {
     if (!plot || recorder.count === 0) return;
-    const to = held === null ? recorder.newest : right;
+    const [from, to] = ends();
     const keys = [...shown, ...bands.flatMap(({ centre, width: w }) => [centre ?? '', w])];
-    const columns = recorder.window(to - span, to, keys, Math.max(200, plot.width * 1.5));
+    const columns = recorder.window(from, to, keys, Math.max(200, plot.width * 1.5));
     const data = columns.slice(0, 1 + shown.length);
     shown.forEach((key, i) => {
       const by = factor(key);
@@ -208,7 +232,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
       data.push(side(1), side(-1));
     });
     plot.setData(data.map((column, i) => (i === 0 ? column : Array.from(column, (v) => (Number.isNaN(v) ? null : v)))) as uPlot.AlignedData, false);
-    plot.setScale('x', { min: to - span, max: to });
+    plot.setScale('x', { min: from, max: to });
     if (held !== null && document.activeElement !== scrub) scrub.value = String((held - recorder.oldest) / Math.max(1e-9, recorder.newest - recorder.oldest));
   }
 
@@ -219,6 +243,19 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     for (const j of tree.moving.filter((one) => !one.mimic).slice(0, 3)) shown.push(record(j.name, 'position')!);
     goLive();
     rebuild();
+  });
+  app.playbackChanged.on(() => {
+    const recorded = app.playback !== null;
+    all.hidden = all.disabled = !recorded;
+    if (recorded) width.value = 'all';
+    whole = recorded;
+    live.hidden = scrub.hidden = recorded;
+    host.classList.toggle('recorded', recorded);
+    goLive();
+  });
+  curveWanted.on(({ key, on }) => {
+    if (on) add(key);
+    else for (const one of key === '' ? [...shown] : shown.filter((other) => other === key)) remove(one);
   });
   plotWanted.on(({ topic, path }) => add(recorder.field(topic, path).key));
   addEventListener('themechange', rebuild);

@@ -92,6 +92,8 @@ export function topicsPanel(app: App): Panel {
     const reflect = (): void => {
       publish.setAttribute('aria-pressed', String(publishing));
       hold.disabled = publishing;
+      publish.disabled = twin.recording !== '';
+      if (publish.disabled) publish.title = 'This is a recording: nothing reads what is published.';
       shape = '';
       if (publishing) publishForm();
       else if (last) show();
@@ -224,6 +226,8 @@ export function topicsPanel(app: App): Panel {
 
   let known = '';
   twin.graphChanged.on(() => {
+    kinds.hidden = twin.recording !== '';
+    if (kinds.hidden && kind === 'services') showKind('topics');
     const now = [...[...client.channels.values()].map((c) => c.topic), ...client.services.keys()].join();
     if (now !== known) build();
     known = now;

@@ -1,6 +1,6 @@
 // A twin over the Foxglove WebSocket protocol: topics, services, assets. The Foxglove client handles the frames of one
 // connection; this file adds the rest: reconnecting, subscriptions and advertisements that survive a restart of the
-// twin, names in a namespace, and the assignment of responses to requests.
+// twin, names in a namespace, and the assignment of responses to requests. A recording takes the place of a connection.
 
 import type { Channel, IWebSocket, Parameter, ServerInfo, Service } from '@foxglove/ws-protocol';
 // Imported by file: the package's index includes the server and its log, 2.4 KiB compressed that are not used.
@@ -9,6 +9,7 @@ import { readCdr, writeCdr, type Message } from './cdr';
 import { parseSchema, shortName, type MessageType } from './schema';
 import { BUILTIN } from './builtin';
 import { framesOf } from './bundle';
+import type { Source } from './source';
 
 export type Phase = 'connecting' | 'open' | 'lost';
 export type Handler = (message: Message, stamp: bigint) => void;
@@ -73,7 +74,8 @@ export class Client {
   bytes = 0; // of messages, responses and assets
 
   private socket: SocketLike | null = null;
-  private wire: FoxgloveClient | null = null; // null until the server has identified itself
+  private source: Source | null = null; // the server or recording that is read
+  private wire: Source | null = null; // the same, once it has identified itself
   private nextId = 1;
   private wait = 250;
   private next: ReturnType<typeof setTimeout> | undefined; // the next attempt to connect
@@ -102,8 +104,26 @@ export class Client {
     wire.on('open', () => {
       this.wait = 250;
     });
+    this.follow(wire);
+  }
+
+  // Reads this source instead of the server from now on.
+  use(source: Source): void {
+    const before = this.source;
+    if (this.socket) this.socket.onmessage = () => {}; // what the server still sends is not taken
+    this.source = null;
+    this.closed = true;
+    before?.close();
+    clearTimeout(this.next);
+    if (this.phase === 'open') this.lose('');
+    this.received.clear();
+    this.follow(source);
+  }
+
+  private follow(wire: Source): void {
+    this.source = wire;
     wire.on('close', ({ reason }) => {
-      if (this.socket === socket) this.lose(reason);
+      if (this.source === wire) this.lose(reason);
     });
     wire.on('error', ({ message }) => {
       if (this.phase === 'open') this.report(message, `the connection: ${message}`);
@@ -138,11 +158,12 @@ export class Client {
 
   stop(): void {
     this.closed = true;
-    this.socket?.close();
+    this.source?.close();
   }
 
   private lose(reason: string): void {
     this.socket = null;
+    this.source = null;
     this.wire = null;
     if (this.phase === 'open') this.lostAt = performance.now();
     this.reason = reason;
@@ -174,7 +195,7 @@ export class Client {
     this.onphase(phase);
   }
 
-  private greet(wire: FoxgloveClient, info: ServerInfo): void {
+  private greet(wire: Source, info: ServerInfo): void {
     this.wire = wire;
     this.serverName = info.name;
     this.metadata = info.metadata ?? {};
@@ -186,7 +207,7 @@ export class Client {
     this.setPhase('open');
   }
 
-  private listenToOffers(wire: FoxgloveClient): void {
+  private listenToOffers(wire: Source): void {
     wire.on('advertise', (channels) => {
       const read = channels.filter((channel) => this.addChannel(channel));
       const bound = this.findSpace() ? this.channels.values() : read;
@@ -207,7 +228,7 @@ export class Client {
     });
   }
 
-  private listenToAnswers(wire: FoxgloveClient): void {
+  private listenToAnswers(wire: Source): void {
     wire.on('message', ({ subscriptionId, timestamp, data }) => this.take(subscriptionId, timestamp, data));
     wire.on('serviceCallResponse', ({ callId, data }) => {
       this.bytes += data.byteLength;
@@ -457,7 +478,7 @@ export class Client {
     return this.askParameters(parameter.name, (wire, id) => wire.setParameters([parameter], id));
   }
 
-  private askParameters(about: string, ask: (wire: FoxgloveClient, id: string) => void): Promise<Parameter[]> {
+  private askParameters(about: string, ask: (wire: Source, id: string) => void): Promise<Parameter[]> {
     const { wire } = this;
     if (!wire) return Promise.reject(new Error('not connected'));
     const id = `page${this.nextId++}`;

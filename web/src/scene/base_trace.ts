@@ -26,6 +26,7 @@ export class BaseTrace {
     app.twin.graphChanged.on(() => this.follow());
     app.twin.selectedRobot.on(() => this.follow());
     app.twin.robotChanged.on(() => this.clear());
+    app.twin.rewound.on(() => this.clear());
     this.follow();
   }
 

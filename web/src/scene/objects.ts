@@ -75,6 +75,7 @@ export class ObjectLayer {
 
   // Why objects cannot be changed here; '' if they can.
   get missing(): string {
+    if (this.app.twin.recording) return 'This is a recording: its objects cannot be changed.';
     if (this.app.commander.viewing) return 'This view has no physics and therefore no objects.';
     const { services } = this.app.twin.client;
     const lacking = [SPAWN, DELETE, SET_STATE].filter((name) => !services.has(name));

@@ -32,7 +32,7 @@ export class Pusher {
   begin(hit: Hit): void {
     const { world, twin } = this.app;
     if (!twin.client.services.has('/gazebo/apply_link_wrench')) {
-      toast('Nothing can be pushed here: this twin has no physics.', 'warning');
+      toast(twin.recording ? 'This is a recording: nothing can be pushed.' : 'Nothing can be pushed here: this twin has no physics.', 'warning');
       return;
     }
     this.link = hit.link;

@@ -84,6 +84,7 @@ export class World {
       this.stale = true;
       this.stage.invalidate();
     });
+    twin.rewound.on(() => this.trace.clear());
     this.applyOthers();
     setTimeout(() => this.stage.begin(), GROUND_TIMEOUT);
     twin.referenceChanged.on(() => {

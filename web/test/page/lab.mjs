@@ -93,8 +93,8 @@ export class Lab {
   }
 
   // A page whose picture, panels and tools are complete; messages of its console are in `problems`. `prepare` gets the
-  // empty page.
-  async page(options = {}, url = this.url, prepare = async () => {}) {
+  // empty page. Without `pictured` there may be no robot.
+  async page(options = {}, url = this.url, prepare = async () => {}, pictured = true) {
     const page = await this.browser.newPage({ viewport: { width: 900, height: 600 }, ...options });
     page.problems = [];
     page.on('console', (m) => m.type() === 'error' && page.problems.push(m.text()));
@@ -106,7 +106,7 @@ export class Lab {
     });
     await prepare(page);
     await page.goto(url, { timeout: timeLimit });
-    await waitFor(page, () => window.doppel?.ready && doppel.world.firstPicture > 0, undefined, timeLimit);
+    await waitFor(page, (drawn) => window.doppel?.ready && (!drawn || doppel.world.firstPicture > 0), pictured, timeLimit);
     return page;
   }
 

@@ -1,0 +1,140 @@
+// Two recordings at the same time since their starts: the second robot as a ghost, and the difference of each joint's position.
+import * as THREE from 'three';
+import type { App } from '../app/app';
+import { button, fill, h } from '../app/dom';
+import { curveWanted, Recorder } from '../app/recorder';
+import { settings, settingsChanged } from '../app/settings';
+import { Twin } from '../app/twin';
+import { Client } from '../protocol/client';
+import { AssetStore } from '../robot/assets';
+import { ghostMaterial } from '../robot/materials';
+import { MeshStore } from '../robot/meshes';
+import type { Tree, TreeJoint } from '../robot/tree';
+import { RobotView } from '../robot/view';
+import { cssColour } from '../scene/legend';
+import type { Bag } from './bag';
+import type { Playback } from './playback';
+import { residualOf } from './residual';
+import { BagSource } from './source';
+import { Survey } from './survey';
+
+const COLOUR = 0xe69f00;
+const MOST_CURVES = 8; // that are shown at first
+
+const keyOf = (joint: TreeJoint): string => `residual:${joint.name}`;
+const positionOf = (joint: TreeJoint): string => `joint:${joint.name}:position`;
+
+export class Comparison {
+  readonly twin = new Twin(new Client({ url: '' }));
+  readonly survey: Survey;
+  view: RobotView | null = null;
+  private readonly recorder: Recorder;
+  private readonly material = ghostMaterial.clone();
+  private readonly ends: (() => void)[];
+  private joints: TreeJoint[] = []; // of both robots
+  private isListed = false;
+
+  constructor(private readonly app: App, private readonly playback: Playback, private readonly first: Survey, readonly bag: Bag) {
+    const { twin } = this;
+    this.material.color.set(COLOUR);
+    this.recorder = new Recorder(twin, { reference: () => NaN, tolerance: () => NaN });
+    this.survey = new Survey(bag, this.recorder, () => playback.isPlaying || playback.isReading);
+    const source = new BagSource(bag);
+    twin.robotChanged.on((tree) => this.build(tree));
+    twin.moved.on(() => this.place());
+    twin.read(source);
+    source.start();
+    this.ends = [playback.follow(source), first.changed.on(() => this.show()), this.survey.changed.on(() => this.listJoints()),
+      settingsChanged.on((key) => key === 'degrees' && this.show())];
+    app.legend.show('compared', { key: 'line', colour: cssColour(COLOUR), label: bag.name, value: 'ghost' });
+    this.show();
+    // Its curves are read before those of the differences.
+    this.survey.twin.robotChanged.on((tree) => {
+      for (const joint of tree.moving) this.recorder.joint(joint, 'position');
+    });
+    this.survey.begin();
+  }
+
+  end(): void {
+    for (const end of this.ends) end();
+    this.survey.stop();
+    this.view?.root.removeFromParent();
+    this.app.legend.show('compared', null);
+    for (const joint of this.joints) curveWanted.emit({ key: keyOf(joint), on: false });
+    fill(this.app.comparison);
+    this.app.tabsChanged.emit();
+    this.app.world.stage.invalidate();
+  }
+
+  private build(tree: Tree): void {
+    const { world } = this.app;
+    this.view?.root.removeFromParent();
+    const hasMeshes = this.bag.files.some(({ attachments }) => attachments.length > 0);
+    this.view = new RobotView(tree, hasMeshes ? new MeshStore(new AssetStore(this.twin.client, false)) : world.meshes, world.stage.invalidate, this.material);
+    this.view.show('visual', true);
+    world.stage.scene.add(this.view.root);
+    this.place();
+  }
+
+  private place(): void {
+    this.view?.place(this.twin.poses);
+    this.app.world.stage.invalidate();
+  }
+
+  // The joints of both robots, once the second recording is read.
+  private listJoints(): void {
+    const { tree } = this.survey.twin;
+    if (this.isListed || !this.survey.isComplete) {
+      this.show();
+      return;
+    }
+    this.isListed = true;
+    this.joints = (this.app.twin.tree?.moving ?? []).filter((joint) => !joint.mimic && tree?.jointByName.has(joint.name));
+    for (const joint of this.joints) {
+      const slides = joint.kind === 'prismatic';
+      this.app.recorder.computed(keyOf(joint), `${joint.name} difference`, slides ? 'm' : 'rad', () => this.difference(joint));
+    }
+    curveWanted.emit({ key: '', on: false });
+    for (const joint of this.joints.slice(0, MOST_CURVES)) curveWanted.emit({ key: keyOf(joint), on: true });
+    this.show();
+  }
+
+  // Of the position in the first recording to that in the second one, at the time that the survey has reached.
+  private difference(joint: TreeJoint): number {
+    const { twin, time } = this.first;
+    const index = twin.tree?.jointByName.get(joint.name)?.index ?? -1;
+    return index < 0 ? NaN : twin.q[index]! - this.recorder.valueAt(positionOf(joint), time);
+  }
+
+  private show(): void {
+    const { comparison, recorder, playback, tabsChanged } = { ...this.app, playback: this.playback };
+    const close = button('Close', 'Close the second recording', () => this.end(), { id: 'bag-close-second' });
+    const head = h('div', { class: 'row' }, h('strong', {}, `${this.first.bag.name} − ${this.bag.name}`), h('span', { class: 'spacer' }), close);
+    const note = this.note();
+    const rows = note ? [] : this.joints.map((joint) => {
+      const [times, values] = recorder.window(-Infinity, Infinity, [keyOf(joint)]) as [Float64Array, Float64Array];
+      const { largest, time, rms, count } = residualOf(times, values);
+      return h('tr', {}, h('th', { scope: 'row' }, joint.name), h('td', { class: 'num' }, this.text(joint, Math.abs(largest))),
+        h('td', { class: 'num' }, Number.isFinite(time) ? button(`${time.toFixed(2)} s`, 'Go to this time', () => playback.seek(time), { class: 'plain link-button' }) : '–'),
+        h('td', { class: 'num' }, this.text(joint, rms)), h('td', { class: 'num muted' }, String(count)),
+        h('td', {}, button('plot', `Plot the difference of ${joint.name}`, () => curveWanted.emit({ key: keyOf(joint), on: true }), { class: 'small' })));
+    });
+    fill(comparison, head, note ? h('p', { class: 'empty' }, note) : h('table', { class: 'residuals' },
+      h('thead', {}, h('tr', {}, ['joint', 'largest', 'at', 'rms', 'samples', ''].map((title) => h('th', { scope: 'col' }, title)))), h('tbody', {}, rows)));
+    tabsChanged.emit();
+  }
+
+  // Why there is no table yet; '' if there is one.
+  private note(): string {
+    if (!this.survey.isComplete) return `Reading ${this.bag.name}: ${((this.survey.done / Math.max(1e-9, this.bag.length)) * 100).toFixed(0)} %.`;
+    if (!this.survey.twin.tree) return `${this.bag.name} has no /robot_description.`;
+    if (this.joints.length === 0) return 'The two robots have no joint of the same name.';
+    return this.first.isComplete ? '' : `Comparing: ${((this.first.done / Math.max(1e-9, this.first.bag.length)) * 100).toFixed(0)} %.`;
+  }
+
+  private text(joint: TreeJoint, value: number): string {
+    if (!Number.isFinite(value)) return '–';
+    if (joint.kind === 'prismatic') return `${(value * 1000).toFixed(3)} mm`;
+    return settings.degrees ? `${((value * 180) / Math.PI).toFixed(4)}°` : `${value.toFixed(6)} rad`;
+  }
+}
