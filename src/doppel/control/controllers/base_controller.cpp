@@ -238,6 +238,30 @@ void BaseController::rest() {
   for (SpeedLimiter& limiter : limiters_) limiter.reset();
 }
 
+void BaseController::save_base(SavedBase& out) const {
+  out.reference = reference_;
+  for (std::size_t i = 0; i < limiters_.size(); ++i) out.limiters[i] = limiters_[i].past();
+  out.command = command_.run();
+  out.wheels.clear();
+  for (const BaseWheel& wheel : wheels_) out.wheels.push_back(wheel.last);
+  out.odometry = odometry_;
+  out.published = publisher_.last();
+  out.invalid_state = invalid_state_;
+  out.invalid_state_reported = invalid_state_reported_;
+}
+
+void BaseController::restore_base(const SavedBase& saved) {
+  reference_ = saved.reference;
+  for (std::size_t i = 0; i < limiters_.size(); ++i) limiters_[i].set_past(saved.limiters[i]);
+  command_.set_run(saved.command);
+  for (std::size_t i = 0; i < std::min(wheels_.size(), saved.wheels.size()); ++i)
+    wheels_[i].last = saved.wheels[i];
+  odometry_ = saved.odometry;
+  publisher_.set_last(saved.published);
+  invalid_state_ = saved.invalid_state;
+  invalid_state_reported_ = saved.invalid_state_reported;
+}
+
 void BaseController::housekeeping(Time now) {
   if (!chained_) command_.report_braking(now);
   if (!invalid_state_ || invalid_state_reported_) return;

@@ -56,14 +56,14 @@ class CommandForwarder : public Controller {
 
   Status on_activate() override {
     active_ = true;
-    error_logged_ = timed_out_ = timeout_logged_ = false;
-    commanded_ = message_came_ = std::isfinite(initial_);
-    if (commanded_) values_.assign(driven_.size(), initial_);
+    run_.error_logged = run_.timed_out = run_.timeout_logged = false;
+    run_.commanded = run_.message_came = std::isfinite(initial_);
+    if (run_.commanded) run_.values.assign(driven_.size(), initial_);
     return {};
   }
 
   Status on_deactivate() override {
-    active_ = commanded_ = false;
+    active_ = run_.commanded = false;
     if (on_stop_) {
       for (CommandHandle& handle : command_handles) handle.set(*on_stop_);
     }
@@ -71,27 +71,30 @@ class CommandForwarder : public Controller {
   }
 
   void update(Time now, Duration /*period*/) override {
-    if (!commanded_) return;
-    if (message_came_) {
-      last_message_ = now;
-      message_came_ = timed_out_ = false;
-    } else if (timeout_ > Duration{} && !timed_out_ && now - last_message_ > timeout_) {
-      timed_out_ = true;
-      for (std::size_t i = 0; i < values_.size(); ++i) {
-        if (stops_[i]) values_[i] = 0.0;
+    if (!run_.commanded) return;
+    if (run_.message_came) {
+      run_.last_message = now;
+      run_.message_came = run_.timed_out = false;
+    } else if (timeout_ > Duration{} && !run_.timed_out && now - run_.last_message > timeout_) {
+      run_.timed_out = true;
+      for (std::size_t i = 0; i < run_.values.size(); ++i) {
+        if (stops_[i]) run_.values[i] = 0.0;
       }
     }
-    for (std::size_t i = 0; i < command_handles.size(); ++i) command_handles[i].set(values_[i]);
+    for (std::size_t i = 0; i < command_handles.size(); ++i) command_handles[i].set(run_.values[i]);
   }
 
+  [[nodiscard]] bool save(SavedSlot& slot) const override { return save_run(run_, slot); }
+  void restore(const SavedPart& saved, Time /*now*/) override { restore_run(saved, run_); }
+
   void housekeeping(Time /*now*/) override {
-    if (timed_out_ && !timeout_logged_)
+    if (run_.timed_out && !run_.timeout_logged)
       log_->warning(
           name_,
           fmt::format(
               "no command for {:g} s: all commands except positions are set to zero until the next one",
               to_seconds(timeout_)));
-    timeout_logged_ = timed_out_;
+    run_.timeout_logged = run_.timed_out;
   }
 
  protected:
@@ -121,7 +124,7 @@ class CommandForwarder : public Controller {
           "s without a message, after which velocities, accelerations and efforts are zero; 0: never",
           read_only(seconds)}});
     timeout_ = from_seconds(timeout);
-    values_.assign(driven_.size(), 0.0);
+    run_.values.assign(driven_.size(), 0.0);
     context.node->subscribe<std_msgs::msg::Float64MultiArray>(
         "~/commands", [this](const auto& m) { receive(m); }, Qos::system_default_subscription());
   }
@@ -139,13 +142,13 @@ class CommandForwarder : public Controller {
     }
     if (!why.empty()) {
       // A stream of invalid commands is reported once.
-      if (!error_logged_) log_->error(name_, why + "; rejected, the last valid command stays in effect");
-      error_logged_ = true;
+      if (!run_.error_logged) log_->error(name_, why + "; rejected, the last valid command stays in effect");
+      run_.error_logged = true;
       return;
     }
-    error_logged_ = false;
-    commanded_ = message_came_ = true;
-    for (std::size_t i = 0; i < values_.size(); ++i) values_[i] = message.data[source_[i]];
+    run_.error_logged = false;
+    run_.commanded = run_.message_came = true;
+    for (std::size_t i = 0; i < run_.values.size(); ++i) run_.values[i] = message.data[source_[i]];
   }
 
   [[nodiscard]] std::size_t listed_count() const { return listed_.size(); }
@@ -159,12 +162,16 @@ class CommandForwarder : public Controller {
   std::vector<std::size_t> source_;  // of each driven interface: its index in a message
   std::optional<double> on_stop_;
   double initial_ = kNaN;
-  std::vector<double> values_;  // of the last message, one for each driven interface
-  std::vector<bool> stops_;     // of each driven interface: zero is no motion
-  Duration timeout_{};          // zero: commands hold forever
-  Time last_message_{};
-  bool message_came_ = false, timed_out_ = false, timeout_logged_ = false;
-  bool active_ = false, commanded_ = false, error_logged_ = false;
+  std::vector<bool> stops_;  // of each driven interface: zero is no motion
+  Duration timeout_{};       // zero: commands hold forever
+  bool active_ = false;
+  // The state that changes while the controller runs.
+  struct Run {
+    std::vector<double> values;  // of the last message, one for each driven interface
+    Time last_message{};
+    bool message_came = false, timed_out = false, timeout_logged = false, commanded = false,
+         error_logged = false;
+  } run_;
 };
 
 // Parameters: joints, interface_name.

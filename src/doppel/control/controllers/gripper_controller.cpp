@@ -78,56 +78,76 @@ class GripperController : public Controller {
   }
 
   Status on_activate() override {
-    position_ = state_handles[0].get();
-    velocity_ = state_handles[1].get();
-    if (!std::isfinite(position_))
+    run_.position = state_handles[0].get();
+    run_.velocity = state_handles[1].get();
+    if (!std::isfinite(run_.position))
       return Status::refused(fmt::format("joint '{}' has no measured position yet", settings_.joint));
     hold_here();
     pid_.reset();
-    goal_.reset();
-    ended_.reset();
-    computed_ = 0;
+    run_.goal.reset();
+    run_.ended.reset();
+    run_.computed = 0;
     active_ = true;
     return {};
   }
 
   Status on_deactivate() override {
     active_ = false;
-    if (goal_) {
-      finish(*goal_, GoalStatus::aborted, ended_.value_or(Outcome{position_, computed_, false, false}));
-      goal_.reset();
-      context_->log->warning(context_->name, "the goal is aborted because the controller is deactivated");
-    }
+    abort_goals("the controller is deactivated");
     // An effort that is no longer controlled must not remain.
     if (kind_ == GripperKind::effort) command_handles[0].set(0.0);
     return {};
   }
 
   void update(Time now, Duration period) override {
-    position_ = state_handles[0].get();
-    velocity_ = state_handles[1].get();
+    run_.position = state_handles[0].get();
+    run_.velocity = state_handles[1].get();
     check_goal(now);
     drive(period);
   }
 
   void housekeeping(Time /*now*/) override {
-    if (!goal_) return;
-    if (!ended_) return feed_back(*goal_, {position_, computed_, false, false});
-    const bool fine = ended_->reached || settings_.allow_stalling;
-    const GoalId id = *goal_;
-    const Outcome outcome = *ended_;
-    goal_.reset();
-    ended_.reset();
+    if (!run_.goal) return;
+    if (!run_.ended) return feed_back(*run_.goal, {run_.position, run_.computed, false, false});
+    const bool fine = run_.ended->reached || settings_.allow_stalling;
+    const GoalId id = *run_.goal;
+    const Outcome outcome = *run_.ended;
+    run_.goal.reset();
+    run_.ended.reset();
     if (!fine) {
       context_->log->warning(
           context_->name,
           fmt::format("the gripper stalled at {:.4g} on its way to {:.4g}; the goal is aborted",
-                      outcome.position, target_));
+                      outcome.position, run_.target));
     }
     finish(id, fine ? GoalStatus::succeeded : GoalStatus::aborted, outcome);
   }
 
   [[nodiscard]] double housekeeping_rate() const override { return settings_.action_monitor_rate; }
+
+  [[nodiscard]] bool save(SavedSlot& slot) const override {
+    value_in<Saved>(slot) = {run_, pid_.memory()};
+    return true;
+  }
+
+  // A goal that was active then and has ended meanwhile continues as a motion, of which its client hears
+  // nothing.
+  void restore(const SavedPart& saved, Time now) override {
+    const Saved* const before = value_of<Saved>(&saved);
+    if (before == nullptr) return;
+    if (run_.goal && run_.ended) housekeeping(now);
+    if (run_.goal != before->run.goal) abort_goals(restored_reason(now));
+    run_ = before->run;
+    pid_.set_memory(before->pid);
+  }
+
+  void abort_goals(const std::string& why) override {
+    if (!run_.goal) return;
+    const Outcome present{run_.position, run_.computed, false, false};
+    finish(*run_.goal, GoalStatus::aborted, run_.ended.value_or(present));
+    run_.goal.reset();
+    context_->log->warning(context_->name, "the goal is aborted: " + why);
+  }
 
  protected:
   struct Command {
@@ -142,7 +162,7 @@ class GripperController : public Controller {
 
   Status accept(const GoalId& id, const Command& command) {
     if (Status taken = take(command); !taken) return taken;
-    goal_ = id;
+    run_.goal = id;
     begin(id);
     return {};
   }
@@ -157,16 +177,16 @@ class GripperController : public Controller {
     if (!std::isfinite(command.position)) return refuse("the commanded position is not a finite number");
     if (std::isnan(command.effort.value_or(0)) || std::isnan(command.velocity.value_or(0)))
       return refuse("the commanded effort or velocity is not a number, so it cannot be limited");
-    if (goal_)
-      finish(*goal_, GoalStatus::canceled, {});  // preempted; an empty result, as in ros2_controllers
-    ended_.reset();
-    goal_.reset();
-    target_ = command.position;
-    max_effort_ = command.effort.value_or(settings_.max_effort);
-    max_velocity_ = command.velocity.value_or(settings_.max_velocity);
-    last_movement_ = context_->node->bus().now();
-    if (kind_ == GripperKind::effort && max_effort_ == 0 && !error_logged_) {
-      error_logged_ = true;
+    if (run_.goal)
+      finish(*run_.goal, GoalStatus::canceled, {});  // preempted; an empty result, as in ros2_controllers
+    run_.ended.reset();
+    run_.goal.reset();
+    run_.target = command.position;
+    run_.max_effort = command.effort.value_or(settings_.max_effort);
+    run_.max_velocity = command.velocity.value_or(settings_.max_velocity);
+    run_.last_movement = context_->node->bus().now();
+    if (kind_ == GripperKind::effort && run_.max_effort == 0 && !run_.error_logged) {
+      run_.error_logged = true;
       context_->log->warning(context_->name,
                              "the command has max_effort 0, so the gripper does not move; set max_effort");
     }
@@ -174,11 +194,11 @@ class GripperController : public Controller {
   }
 
   Status cancel(const GoalId& id) {
-    if (goal_ != id) return {};
+    if (run_.goal != id) return {};
     hold_here();
     finish(id, GoalStatus::canceled, {});
-    goal_.reset();
-    ended_.reset();
+    run_.goal.reset();
+    run_.ended.reset();
     return {};
   }
 
@@ -200,6 +220,21 @@ class GripperController : public Controller {
     std::vector<std::string> state_interfaces = {kPosition, kVelocity};
     PidGains gains;      // from position to effort
     double i_clamp = 0;  // magnitude of both ends of the integral term
+  };
+
+  // The state that changes while the controller runs.
+  struct Run {
+    bool error_logged = false;
+    double target = 0, max_effort = 0, max_velocity = 0;
+    double position = 0, velocity = 0;  // measured
+    double computed = 0;                // the effort in a result
+    std::optional<GoalId> goal;
+    Time last_movement{};
+    std::optional<Outcome> ended;  // of `goal`: set in the loop, reported between steps
+  };
+  struct Saved {
+    Run run;
+    PidMemory pid;
   };
 
   ControllerParameters parameters() {
@@ -237,47 +272,43 @@ class GripperController : public Controller {
   }
 
   void hold_here() {
-    target_ = position_;
-    max_effort_ = settings_.max_effort;
-    max_velocity_ = settings_.max_velocity;
+    run_.target = run_.position;
+    run_.max_effort = settings_.max_effort;
+    run_.max_velocity = settings_.max_velocity;
   }
 
   void check_goal(Time now) {
-    if (!goal_ || ended_) return;
-    if (std::abs(target_ - position_) < settings_.goal_tolerance) {
-      ended_ = Outcome{position_, computed_, false, true};
-    } else if (std::abs(velocity_) > settings_.stall_velocity_threshold || now < last_movement_) {
-      last_movement_ = now;
-    } else if (to_seconds(now - last_movement_) > settings_.stall_timeout) {
-      ended_ = Outcome{position_, computed_, true, false};
+    if (!run_.goal || run_.ended) return;
+    if (std::abs(run_.target - run_.position) < settings_.goal_tolerance) {
+      run_.ended = Outcome{run_.position, run_.computed, false, true};
+    } else if (std::abs(run_.velocity) > settings_.stall_velocity_threshold || now < run_.last_movement) {
+      run_.last_movement = now;
+    } else if (to_seconds(now - run_.last_movement) > settings_.stall_timeout) {
+      run_.ended = Outcome{run_.position, run_.computed, true, false};
     }
   }
 
   void drive(Duration period) {
     if (kind_ == GripperKind::effort) {
-      const double most = std::abs(max_effort_);
-      computed_ = std::clamp(pid_.compute(target_ - position_, -velocity_, to_seconds(period)), -most, most);
-      command_handles[0].set(computed_);
+      const double most = std::abs(run_.max_effort);
+      run_.computed = std::clamp(
+          pid_.compute(run_.target - run_.position, -run_.velocity, to_seconds(period)), -most, most);
+      command_handles[0].set(run_.computed);
       return;
     }
-    command_handles[0].set(target_);
-    if (kind_ == GripperKind::position) computed_ = max_effort_;
+    command_handles[0].set(run_.target);
+    if (kind_ == GripperKind::position) run_.computed = run_.max_effort;
     std::size_t next = 1;
-    if (!settings_.max_effort_interface.empty()) command_handles[next++].set(max_effort_);
-    if (!settings_.max_velocity_interface.empty()) command_handles[next].set(max_velocity_);
+    if (!settings_.max_effort_interface.empty()) command_handles[next++].set(run_.max_effort);
+    if (!settings_.max_velocity_interface.empty()) command_handles[next].set(run_.max_velocity);
   }
 
   const GripperKind kind_;
   ControllerContext* context_ = nullptr;
   Settings settings_;
   Pid pid_;
-  bool active_ = false, error_logged_ = false;
-  double target_ = 0, max_effort_ = 0, max_velocity_ = 0;
-  double position_ = 0, velocity_ = 0;  // measured
-  double computed_ = 0;                 // the effort in a result
-  std::optional<GoalId> goal_;
-  Time last_movement_{};
-  std::optional<Outcome> ended_;  // of goal_: set in the loop, reported between steps
+  bool active_ = false;
+  Run run_;
 };
 
 std::optional<double> first_of(const std::vector<double>& values) {

@@ -89,6 +89,8 @@ class JointStateBroadcaster : public Controller {
   }
 
   void update(Time now, Duration /*period*/) override { publish_state(now); }
+  // Its messages are functions of the states alone.
+  [[nodiscard]] bool save(SavedSlot& /*slot*/) const override { return true; }
 
   void publish_state(Time now) override {
     if (states_topic_.has_listeners()) {

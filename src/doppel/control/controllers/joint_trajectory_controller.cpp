@@ -56,17 +56,19 @@ Status JointTrajectoryController::on_configure() {
   if (Status fits = jtc::check_configuration(settings_, joint_of_command_); !fits) return fits;
   if (Status fits = jtc::read_tuning(context_->node->parameters(), settings_, tuning_); !fits) return fits;
   jtc::warn_of_idle_settings(*context_, settings_, tuning_);
-  tolerances_ = tuning_.tolerances;
+  run_.tolerances = tuning_.tolerances;
   const std::size_t joints = settings_.joints.size();
-  for (jtc::JointStates* states : {&state_, &desired_, &command_, &last_commanded_, &error_}) {
+  for (jtc::JointStates* states :
+       {&run_.state, &run_.desired, &run_.command, &run_.last_commanded, &run_.error}) {
     *states = jtc::JointStates(joints);
   }
-  for (auto& hold : holds_) hold = std::make_unique<jtc::Trajectory>(joints, 1);
-  stop_ = std::make_unique<jtc::Trajectory>(joints, joints + 1);
-  pid_command_.assign(joints, 0.0);
+  for (auto& hold : run_.holds) hold = jtc::Trajectory(joints, 1);
+  run_.stop = jtc::Trajectory(joints, joints + 1);
+  run_.pid_command.assign(joints, 0.0);
   pids_.assign(settings_.runs_pid() ? joint_of_command_.size() : 0, Pid{});
   for (std::size_t i = 0; i < pids_.size(); ++i) pids_[i].set_gains(tuning_.gains[joint_of_command_[i]]);
-  scaling_ = scaling_command_ = settings_.commands_only(Kind::position) ? settings_.initial_scaling : 1.0;
+  run_.scaling = run_.scaling_command =
+      settings_.commands_only(Kind::position) ? settings_.initial_scaling : 1.0;
   configure_deceleration();
   size_state_message();
   return {};
@@ -107,19 +109,19 @@ Status JointTrajectoryController::on_activate() {
   }
   seed_states();
   for (std::size_t j = 0; j < settings_.joints.size(); ++j) {
-    if (std::isfinite(state_.positions[j])) continue;
+    if (std::isfinite(run_.state.positions[j])) continue;
     interfaces_.release();
     return Status::refused(fmt::format(
         "joint '{}' has no measured position yet, so it cannot be held where it is", settings_.joints[j]));
   }
   for (Pid& pid : pids_) pid.reset();
-  last_commanded_time_.reset();
-  received_.reset();
-  followed_.reset();
-  current_ = next_ = nullptr;
-  hold_at(state_.positions);
-  cmd_timeout_ = tuning_.cmd_timeout > tuning_.tolerances.goal_time ? tuning_.cmd_timeout : 0.0;
-  if (tuning_.cmd_timeout > 0 && cmd_timeout_ == 0) {
+  run_.last_commanded_time.reset();
+  run_.received.reset();
+  run_.followed.reset();
+  run_.current = run_.next = Source::none;
+  hold_at(run_.state.positions);
+  run_.cmd_timeout = tuning_.cmd_timeout > tuning_.tolerances.goal_time ? tuning_.cmd_timeout : 0.0;
+  if (tuning_.cmd_timeout > 0 && run_.cmd_timeout == 0) {
     warn("control.jtc_idle_timeout",
          fmt::format(
              "cmd_timeout of {:g} s has no effect: it must be longer than constraints.goal_time, {:g} s",
@@ -133,33 +135,55 @@ Status JointTrajectoryController::on_activate() {
 // As in ros2_controllers the last commands of another controller are the initial state by default. A servo
 // that sags under load would otherwise be commanded to its sagged position.
 void JointTrajectoryController::seed_states() {
-  interfaces_.read(state_);
+  interfaces_.read(run_.state);
   if (settings_.seed_from_commands && settings_.command_joints.size() == settings_.joints.size()) {
-    interfaces_.read_commands(state_);
+    interfaces_.read_commands(run_.state);
   }
-  last_commanded_ = state_;
-  desired_ = command_ = jtc::JointStates(settings_.joints.size());
-  desired_.positions = state_.positions;
-  error_ = jtc::JointStates(settings_.joints.size());
-  reference_time_ = feedback_time_ = Duration{};
+  run_.last_commanded = run_.state;
+  run_.desired = run_.command = jtc::JointStates(settings_.joints.size());
+  run_.desired.positions = run_.state.positions;
+  run_.error = jtc::JointStates(settings_.joints.size());
+  run_.reference_time = run_.feedback_time = Duration{};
 }
 
 Status JointTrajectoryController::on_deactivate() {
   active_ = false;
-  report_endings();
-  if (goal_) {
-    finish(*goal_, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL,
-           "Current goal cancelled during deactivate transition.");
-    goal_.reset();
-  }
-  std::fill(pid_command_.begin(), pid_command_.end(), 0.0);
+  abort_goals("Current goal cancelled during deactivate transition.");
+  std::fill(run_.pid_command.begin(), run_.pid_command.end(), 0.0);
   for (const Kind kind : {Kind::velocity, Kind::acceleration, Kind::effort})
-    interfaces_.write(kind, pid_command_);
-  current_ = next_ = nullptr;
-  received_.reset();
-  followed_.reset();
+    interfaces_.write(kind, run_.pid_command);
+  run_.current = run_.next = Source::none;
+  run_.received.reset();
+  run_.followed.reset();
   interfaces_.release();
   return {};
+}
+
+bool JointTrajectoryController::save(SavedSlot& slot) const {
+  auto& [run, pids] = value_in<Saved>(slot);
+  run = run_;
+  pids.clear();
+  for (const Pid& pid : pids_) pids.push_back(pid.memory());
+  return true;
+}
+
+// A goal that was active then continues. If its client has had its answer meanwhile, the motion alone
+// continues: the action's server ignores what is sent for a finished goal.
+void JointTrajectoryController::restore(const SavedPart& saved, Time now) {
+  const Saved* const before = value_of<Saved>(&saved);
+  if (before == nullptr) return;
+  report_endings();
+  if (run_.goal != before->run.goal) abort_goals(restored_reason(now));
+  run_ = before->run;
+  for (std::size_t i = 0; i < std::min(pids_.size(), before->pids.size()); ++i)
+    pids_[i].set_memory(before->pids[i]);
+}
+
+void JointTrajectoryController::abort_goals(const std::string& why) {
+  report_endings();
+  if (!run_.goal) return;
+  finish(*run_.goal, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL, why);
+  run_.goal.reset();
 }
 
 Status JointTrajectoryController::on_cleanup() {

@@ -76,23 +76,23 @@ void JointTrajectoryController::publish_controller_state(Time now) {
   if (!state_topic_.has_listeners()) return;
   auto& m = state_message_;
   m.header.stamp = to_time_msg(context_->node->bus().stamp(now));
-  m.reference.time_from_start = to_duration_msg(reference_time_);
-  m.reference.positions = desired_.positions;
-  m.reference.velocities = desired_.velocities;
-  m.reference.accelerations = desired_.accelerations;
-  m.feedback.time_from_start = to_duration_msg(feedback_time_);
-  m.feedback.positions = state_.positions;
-  m.error.positions = error_.positions;
+  m.reference.time_from_start = to_duration_msg(run_.reference_time);
+  m.reference.positions = run_.desired.positions;
+  m.reference.velocities = run_.desired.velocities;
+  m.reference.accelerations = run_.desired.accelerations;
+  m.feedback.time_from_start = to_duration_msg(run_.feedback_time);
+  m.feedback.positions = run_.state.positions;
+  m.error.positions = run_.error.positions;
   if (settings_.measures(Kind::velocity)) {
-    m.feedback.velocities = state_.velocities;
-    m.error.velocities = error_.velocities;
+    m.feedback.velocities = run_.state.velocities;
+    m.error.velocities = run_.error.velocities;
   }
   if (settings_.measures(Kind::acceleration)) {
-    m.feedback.accelerations = state_.accelerations;
-    m.error.accelerations = error_.accelerations;
+    m.feedback.accelerations = run_.state.accelerations;
+    m.error.accelerations = run_.error.accelerations;
   }
   fill_output();
-  m.speed_scaling_factor = scaling_;
+  m.speed_scaling_factor = run_.scaling;
   state_topic_.publish(m, now);
 }
 
@@ -137,7 +137,7 @@ void JointTrajectoryController::receive(const TrajectoryMessage& received) {
     context_->log->error(context_->name, fine.why() + "; the trajectory is ignored");
     return;
   }
-  if (goal_) {
+  if (run_.goal) {
     warn("control.jtc_goal_redirected",
          fmt::format("a trajectory from the topic replaces the trajectory of the active goal for {}; the "
                      "goal continues and is checked against the new one",
@@ -154,15 +154,15 @@ void JointTrajectoryController::adopt(const TrajectoryMessage& message) {
          fmt::format("the trajectory lists joint '{}' more than once; its last values are used", joint),
          "list it once");
   }
-  std::vector<double> hold = state_.positions;
+  std::vector<double> hold = run_.state.positions;
   for (std::size_t j = 0; j < hold.size(); ++j) {
     const double commanded = interfaces_.command(Kind::position, j);
     if (std::isfinite(commanded)) hold[j] = commanded;
   }
-  received_ = jtc::make_trajectory(message, rules_of(settings_, tuning_), hold);
+  run_.received = jtc::make_trajectory(message, rules_of(settings_, tuning_), hold);
   warn_of_stamp(message);
-  next_ = received_.get();
-  holding_ = false;
+  run_.next = Source::received;
+  run_.holding = false;
 }
 
 // As in ros2_controllers a late trajectory is entered in the middle, and an early one starts at once. Both
@@ -174,11 +174,11 @@ void JointTrajectoryController::warn_of_stamp(const TrajectoryMessage& message) 
   if (stamp == Time{} || (late >= -grace && late <= grace)) return;
   jtc::JointStates there(settings_.joints.size());
   const Time entry = std::max(now(), stamp + from_msg(message.points.front().time_from_start));
-  jtc::Trajectory preview = *received_;
-  preview.begin(now(), now(), state_, wraps_);
+  jtc::Trajectory preview = *run_.received.get();
+  preview.begin(now(), now(), run_.state, wraps_);
   if (!preview.sample(entry, jtc::Interpolation::splines, there)) return;
   std::size_t farthest = 0;
-  const auto distance = [&](std::size_t j) { return std::abs(there.positions[j] - state_.positions[j]); };
+  const auto distance = [&](std::size_t j) { return std::abs(there.positions[j] - run_.state.positions[j]); };
   for (std::size_t j = 1; j < settings_.joints.size(); ++j) {
     if (distance(j) > distance(farthest)) farthest = j;
   }
@@ -204,11 +204,11 @@ void JointTrajectoryController::set_scaling(double factor) {
          "send a factor of at least 0");
     return;
   }
-  scaling_ = factor;
+  run_.scaling = factor;
   if (settings_.scaling_state.empty() || !settings_.scaling_command.empty()) {
-    scaling_command_ = factor;
-  } else if (!scaling_reported_) {
-    scaling_reported_ = true;
+    run_.scaling_command = factor;
+  } else if (!run_.scaling_reported) {
+    run_.scaling_reported = true;
     warn("control.jtc_scaling_overwritten",
          fmt::format("the hardware's '{}' will overwrite the speed scaling factor", settings_.scaling_state),
          "set speed_scaling.command_interface too, so that the hardware receives it");
@@ -226,26 +226,27 @@ Status JointTrajectoryController::accept_goal(const GoalId& id, const FollowJoin
   const TrajectoryMessage trajectory = in_own_time(goal.trajectory);
   if (Status fine = check(trajectory); !fine) return refuse(fine.why());
   report_endings();
-  if (goal_) {
-    finish(*goal_, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL,
+  if (run_.goal) {
+    finish(*run_.goal, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL,
            "Current goal preempted by new incoming action.");
   }
   adopt(trajectory);
   std::string problem;
-  tolerances_ = jtc::tolerances_of(goal, tuning_.tolerances, settings_.joints, settings_.ignored, problem);
+  run_.tolerances =
+      jtc::tolerances_of(goal, tuning_.tolerances, settings_.joints, settings_.ignored, problem);
   if (!problem.empty()) {
     context_->log->error(context_->name, problem + "; the goal uses the default tolerances");
   }
-  goal_ = id;
-  followed_goal_ = false;
+  run_.goal = id;
+  run_.followed_goal = false;
   action_->set_executing(id);
   return {};
 }
 
 Status JointTrajectoryController::cancel_goal(const GoalId& id) {
-  if (goal_ == id) {
-    goal_ended_ = Ending{Ending::Kind::canceled, id, {}, 0, 0};
-    goal_.reset();
+  if (run_.goal == id) {
+    run_.goal_ended = Ending{Ending::Kind::canceled, id, {}, 0, 0};
+    run_.goal.reset();
     stop();
   }
   return {};
@@ -267,44 +268,45 @@ void JointTrajectoryController::finish(const GoalId& id, GoalStatus status, std:
 
 void JointTrajectoryController::housekeeping(Time now) {
   report_endings();
-  if (scaling_unusable_) {
+  if (run_.scaling_unusable) {
     warn("control.jtc_bad_scaling",
          fmt::format("'{}' is not a usable speed scaling factor; the last one stays in effect",
                      settings_.scaling_state),
          "correct the state interface of the hardware");
-    scaling_unusable_ = false;
+    run_.scaling_unusable = false;
   }
-  if (goal_ && followed_goal_) send_feedback(now);
+  if (run_.goal && run_.followed_goal) send_feedback(now);
 }
 
 void JointTrajectoryController::send_feedback(Time now) {
   FollowJointTrajectory::Feedback feedback;
   feedback.header.stamp = to_time_msg(context_->node->bus().stamp(now));
   feedback.joint_names = settings_.joints;
-  if (current_ != nullptr) feedback.index = static_cast<std::int32_t>(current_->next_point(trajectory_time_));
-  feedback.desired.positions = desired_.positions;
-  feedback.actual.positions = state_.positions;
-  feedback.error.positions = error_.positions;
+  if (current() != nullptr)
+    feedback.index = static_cast<std::int32_t>(current()->next_point(run_.trajectory_time));
+  feedback.desired.positions = run_.desired.positions;
+  feedback.actual.positions = run_.state.positions;
+  feedback.error.positions = run_.error.positions;
   if (settings_.measures(Kind::velocity)) {
-    feedback.desired.velocities = desired_.velocities;
-    feedback.actual.velocities = state_.velocities;
-    feedback.error.velocities = error_.velocities;
+    feedback.desired.velocities = run_.desired.velocities;
+    feedback.actual.velocities = run_.state.velocities;
+    feedback.error.velocities = run_.error.velocities;
   }
   if (settings_.measures(Kind::acceleration)) {
-    feedback.desired.accelerations = desired_.accelerations;
-    feedback.actual.accelerations = state_.accelerations;
-    feedback.error.accelerations = error_.accelerations;
+    feedback.desired.accelerations = run_.desired.accelerations;
+    feedback.actual.accelerations = run_.state.accelerations;
+    feedback.error.accelerations = run_.error.accelerations;
   }
-  feedback.desired.time_from_start = to_duration_msg(reference_time_);
-  feedback.actual.time_from_start = to_duration_msg(feedback_time_);
-  action_->publish_feedback(*goal_, feedback);
+  feedback.desired.time_from_start = to_duration_msg(run_.reference_time);
+  feedback.actual.time_from_start = to_duration_msg(run_.feedback_time);
+  action_->publish_feedback(*run_.goal, feedback);
 }
 
 void JointTrajectoryController::report_endings() {
   using Result = FollowJointTrajectory::Result;
-  if (goal_ended_) {
-    const Ending ending = *goal_ended_;
-    goal_ended_.reset();
+  if (run_.goal_ended) {
+    const Ending ending = *run_.goal_ended;
+    run_.goal_ended.reset();
     if (ending.kind == Ending::Kind::canceled) {
       finish(*ending.goal, GoalStatus::canceled, Result::SUCCESSFUL, "");
     } else if (ending.kind == Ending::Kind::reached) {
@@ -316,9 +318,9 @@ void JointTrajectoryController::report_endings() {
              "Aborted due to " + describe(ending));
     }
   }
-  if (topic_ended_) {
-    context_->log->error(context_->name, "Holding position due to " + describe(*topic_ended_));
-    topic_ended_.reset();
+  if (run_.topic_ended) {
+    context_->log->error(context_->name, "Holding position due to " + describe(*run_.topic_ended));
+    run_.topic_ended.reset();
   }
 }
 
@@ -335,7 +337,7 @@ std::string JointTrajectoryController::describe(const Ending& ending) const {
       return "path tolerance violation" + joint + time;
     case Ending::Kind::goal_missed:
       return fmt::format("goal_time_tolerance exceeding by {:.6f} seconds{}{}",
-                         ending.late - tolerances_.goal_time, joint, time);
+                         ending.late - run_.tolerances.goal_time, joint, time);
     default:
       return fmt::format("command timeout, {:.3f} s after the last point{}{}", ending.late, joint, time);
   }
@@ -351,20 +353,20 @@ void JointTrajectoryController::answer_query(const QueryState::Request& request,
         fmt::format("'{}' is not active, so it follows no trajectory; activate it first", context_->name);
   } else {
     response.name = settings_.joints;
-    jtc::JointStates there = state_;
-    const bool known = current_ != nullptr && current_->sample(time, settings_.interpolation, there);
+    jtc::JointStates there = run_.state;
+    const bool known = current() != nullptr && current()->sample(time, settings_.interpolation, there);
     if (!known) {
-      there = state_;
+      there = run_.state;
       response.message =
-          current_ == nullptr || !current_->begun()
+          current() == nullptr || !current()->begun()
               ? "no trajectory has started yet; query again after the next update"
               : fmt::format("{:.3f} s is before the start of the trajectory at {:.3f} s; query a later time",
-                            to_seconds(time), to_seconds(current_->start_time()));
-    } else if (time >= current_->end_time()) {
+                            to_seconds(time), to_seconds(current()->start_time()));
+    } else if (time >= current()->end_time()) {
       response.message = fmt::format(
           "{:.3f} s is at or after the end of the trajectory at {:.3f} s, after which it repeats its last "
           "point; query an earlier time",
-          to_seconds(time), to_seconds(current_->end_time()));
+          to_seconds(time), to_seconds(current()->end_time()));
     }
     response.success = response.message.empty();
     response.position = there.positions;

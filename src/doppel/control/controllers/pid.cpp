@@ -78,7 +78,7 @@ void Pid::set_gains(const PidGains& gains) {
 }
 
 void Pid::reset() {
-  integral_ = output_ = 0;
+  memory_ = {};
 }
 
 double Pid::integral_rate(double error, double free, double put_out) const {
@@ -95,17 +95,17 @@ double Pid::integral_rate(double error, double free, double put_out) const {
 }
 
 double Pid::compute(double error, double error_dot, double dt_s) {
-  if (!(dt_s > 0)) return output_;
+  if (!(dt_s > 0)) return memory_.output;
   if (!std::isfinite(error) || !std::isfinite(error_dot)) return kNaN;
   const bool integrates = std::abs(error) > gains_.error_deadband;
   const auto integrate = [this, dt_s](double rate) {
-    integral_ = std::clamp(integral_ + rate * dt_s, gains_.i_clamp_min, gains_.i_clamp_max);
+    memory_.integral = std::clamp(memory_.integral + rate * dt_s, gains_.i_clamp_min, gains_.i_clamp_max);
   };
   if (integrates && antiwindup_ == AntiWindup::legacy) integrate(gains_.i * error);
-  const double free = gains_.p * error + integral_ + gains_.d * error_dot;
-  output_ = std::clamp(free, gains_.u_clamp_min, gains_.u_clamp_max);
-  if (integrates && antiwindup_ != AntiWindup::legacy) integrate(integral_rate(error, free, output_));
-  return output_;
+  const double free = gains_.p * error + memory_.integral + gains_.d * error_dot;
+  memory_.output = std::clamp(free, gains_.u_clamp_min, gains_.u_clamp_max);
+  if (integrates && antiwindup_ != AntiWindup::legacy) integrate(integral_rate(error, free, memory_.output));
+  return memory_.output;
 }
 
 }  // namespace doppel

@@ -79,6 +79,25 @@ class PidController : public Controller {
     return {};
   }
 
+  [[nodiscard]] bool save(SavedSlot& slot) const override {
+    auto& [dofs, state, error_logged] = value_in<Saved>(slot);
+    dofs.clear();
+    for (const Dof& dof : dofs_) dofs.emplace_back(dof.pid.memory(), dof.last_error);
+    state = state_;
+    error_logged = error_logged_;
+    return true;
+  }
+  void restore(const SavedPart& saved, Time /*now*/) override {
+    const Saved* const before = value_of<Saved>(&saved);
+    if (before == nullptr || before->dofs.size() != dofs_.size()) return;
+    for (std::size_t i = 0; i < dofs_.size(); ++i) {
+      dofs_[i].pid.set_memory(before->dofs[i].first);
+      dofs_[i].last_error = before->dofs[i].second;
+    }
+    state_ = before->state;
+    error_logged_ = before->error_logged;
+  }
+
   void update(Time now, Duration period) override {
     const double dt = to_seconds(period);
     for (std::size_t i = 0; i < dofs_.size(); ++i) step(i, dt);
@@ -102,6 +121,13 @@ class PidController : public Controller {
     double feedforward = 0;
     bool wraps = false;     // an angle whose error is the shortest rotation
     double last_error = 0;  // NaN: none yet
+  };
+
+  // The state that changes while the controller runs.
+  struct Saved {
+    std::vector<std::pair<PidMemory, double>> dofs;  // and the last error
+    control_msgs::msg::MultiDOFStateStamped state;   // keeps the values of a dof without a reference
+    bool error_logged = false;
   };
 
   void declare_names(ControllerContext& context) {

@@ -49,8 +49,8 @@ class PoseBroadcaster : public SensorBroadcaster {
   }
 
   Status on_activate() override {
-    next_tf_ = Time::min();
-    invalid_ = reported_ = false;
+    run_.next_tf = Time::min();
+    run_.invalid = run_.reported = false;
     return {};
   }
 
@@ -58,10 +58,10 @@ class PoseBroadcaster : public SensorBroadcaster {
     message_.pose = {{value(0), value(1), value(2)}, {value(3), value(4), value(5), value(6)}};
     message_.header.stamp = to_time_msg(bus_->stamp(now));
     if (topic_.has_listeners()) topic_.publish(message_, now);
-    invalid_ = !is_pose(message_.pose);
+    run_.invalid = !is_pose(message_.pose);
     // After a reset time is before the one that was due.
-    if (invalid_ || !broadcasts_ || (now < next_tf_ && next_tf_ - now <= tf_period_)) return;
-    next_tf_ = now + tf_period_;
+    if (run_.invalid || !broadcasts_ || (now < run_.next_tf && run_.next_tf - now <= tf_period_)) return;
+    run_.next_tf = now + tf_period_;
     if (!tf_.has_listeners()) return;
     auto& transform = transform_.transforms[0];
     const auto& [p, q] = message_.pose;
@@ -71,23 +71,30 @@ class PoseBroadcaster : public SensorBroadcaster {
     tf_.publish(transform_, now);
   }
 
+  [[nodiscard]] bool save(SavedSlot& slot) const override { return save_run(run_, slot); }
+  void restore(const SavedPart& saved, Time /*now*/) override { restore_run(saved, run_); }
+
   void housekeeping(Time /*now*/) override {
-    if (invalid_ && !reported_)
+    if (run_.invalid && !run_.reported)
       log_->error(
           name_,
           fmt::format("the pose of '{}' is not finite, or its quaternion not of unit length; it is not "
                       "published on /tf",
                       interfaces_.front().substr(0, interfaces_.front().rfind('/'))));
-    reported_ = invalid_;
+    run_.reported = run_.invalid;
   }
 
  private:
   std::string name_;
   const Log* log_ = nullptr;
   Bus* bus_ = nullptr;
-  bool broadcasts_ = true, invalid_ = false, reported_ = false;
+  bool broadcasts_ = true;
   Duration tf_period_{};  // 0: at each update
-  Time next_tf_ = Time::min();
+  // The state that changes while the controller runs.
+  struct Run {
+    bool invalid = false, reported = false;
+    Time next_tf = Time::min();
+  } run_;
   geometry_msgs::msg::PoseStamped message_;
   tf2_msgs::msg::TFMessage transform_;
   Publisher<geometry_msgs::msg::PoseStamped> topic_;

@@ -38,31 +38,30 @@ Status SpeedLimiter::set(SpeedLimits limits) {
 }
 
 void SpeedLimiter::reset() {
-  last_ = before_last_ = 0;
+  past_ = {};
 }
 
 double SpeedLimiter::limit_jerk(double wanted, double dt) const {
   if (std::isnan(limits_.max_jerk)) return wanted;
-  const double change = wanted - last_, last_change = last_ - before_last_;
+  const double change = wanted - past_.last, last_change = past_.last - past_.before_last;
   if ((change - last_change) * change <= 0) return wanted;
   const double growth =
       std::clamp(change - last_change, limits_.min_jerk * dt * dt, limits_.max_jerk * dt * dt);
-  return last_ + last_change + growth;
+  return past_.last + last_change + growth;
 }
 
 double SpeedLimiter::limit_acceleration(double wanted, double dt) const {
   if (std::isnan(limits_.max_acceleration)) return wanted;
-  const double lowest = last_ > 0 ? limits_.max_deceleration : limits_.max_acceleration_reverse;
-  const double highest = last_ < 0 ? limits_.max_deceleration_reverse : limits_.max_acceleration;
-  return last_ + std::clamp(wanted - last_, lowest * dt, highest * dt);
+  const double lowest = past_.last > 0 ? limits_.max_deceleration : limits_.max_acceleration_reverse;
+  const double highest = past_.last < 0 ? limits_.max_deceleration_reverse : limits_.max_acceleration;
+  return past_.last + std::clamp(wanted - past_.last, lowest * dt, highest * dt);
 }
 
 double SpeedLimiter::limit(double wanted, double dt) {
   double allowed = limit_acceleration(limit_jerk(wanted, dt), dt);
   if (!std::isnan(limits_.max_velocity))
     allowed = std::clamp(allowed, limits_.min_velocity, limits_.max_velocity);
-  before_last_ = last_;
-  last_ = allowed;
+  past_ = {allowed, past_.last};
   return allowed;
 }
 

@@ -73,6 +73,19 @@ class SteeringController : public BaseController {
     state_topic_.publish(state_, now);
   }
 
+  [[nodiscard]] bool save(SavedSlot& slot) const override {
+    Saved& out = value_in<Saved>(slot);
+    save_base(out.base);
+    out.steering_angle = steering_angle_;
+    return true;
+  }
+  void restore(const SavedPart& saved, Time /*now*/) override {
+    const Saved* const before = value_of<Saved>(&saved);
+    if (before == nullptr) return;
+    restore_base(before->base);
+    steering_angle_ = before->steering_angle;
+  }
+
  protected:
   ControllerParameters parameters() override {
     return {{"reference_timeout", &timeout_, "s, for which a reference is valid; 0: for one update",
@@ -147,6 +160,10 @@ class SteeringController : public BaseController {
 
  private:
   using Names = std::vector<std::string>;
+  struct Saved {
+    SavedBase base;
+    double steering_angle = 0;
+  };
 
   // A list of joints and its deprecated name, whose value has priority.
   void declare_names(ControllerContext& context, const std::string& parameter, const std::string& old,

@@ -48,6 +48,21 @@ class TricycleController : public BaseController {
                                               });
   }
 
+  [[nodiscard]] bool save(SavedSlot& slot) const override {
+    Saved& out = value_in<Saved>(slot);
+    save_base(out.base);
+    out.speeds = speeds_;
+    out.angles = angles_;
+    return true;
+  }
+  void restore(const SavedPart& saved, Time /*now*/) override {
+    const Saved* const before = value_of<Saved>(&saved);
+    if (before == nullptr) return;
+    restore_base(before->base);
+    speeds_ = before->speeds;
+    angles_ = before->angles;
+  }
+
  protected:
   ControllerParameters parameters() override {
     const Requirement in_metres = required_for_base("write it in metres");
@@ -138,6 +153,11 @@ class TricycleController : public BaseController {
   }
 
  private:
+  struct Saved {
+    SavedBase base;
+    LastTwo speeds, angles;
+  };
+
   std::string traction_, steering_;          // joints
   double wheelbase_ = 0, wheel_radius_ = 0;  // m
   bool publishes_command_ = false;

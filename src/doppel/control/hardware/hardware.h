@@ -22,6 +22,7 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/log.h"
+#include "doppel/base/core/saved_part.h"
 #include "doppel/base/core/status.h"
 #include "doppel/base/core/time.h"
 #include "doppel/description/urdf/robot_description.h"
@@ -114,6 +115,15 @@ class DOPPEL_API HardwareComponent {
   // be running. Brings the joints to rest as far as the device can do so itself; on_stop() follows when
   // the loop continues.
   virtual void on_stall() noexcept {}
+
+  // Between ticks: writes what changes while the component runs into the slot, whose memory it reuses.
+  // False: it cannot be saved, as a device, whose joints cannot be brought back; then the twin is not
+  // saved.
+  [[nodiscard]] virtual bool save(SavedSlot& /*slot*/) const { return false; }
+  // Between ticks: becomes as it was then. Its life cycle is in the same state, and the same commands are
+  // claimed.
+  virtual void restore(const SavedPart& /*saved*/) {}
+
   // The reason why the last read() or write() did not return ok, as the end of a sentence. Between ticks.
   [[nodiscard]] virtual std::string fault() const { return "no reason given"; }
 };

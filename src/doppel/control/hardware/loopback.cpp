@@ -174,6 +174,29 @@ void Loopback::on_stop() {
   halt();
 }
 
+bool Loopback::save(SavedSlot& slot) const {
+  Saved& out = value_in<Saved>(slot);
+  out.values.clear();
+  for (const Part& part : parts_) out.values.push_back(part.values);
+  out.claimed = claimed_;
+  out.pending = pending_;
+  out.next = next_;
+  out.reads = reads_;
+  out.writes = writes_;
+  return true;
+}
+
+void Loopback::restore(const SavedPart& saved) {
+  const Saved* const before = value_of<Saved>(&saved);
+  if (before == nullptr || before->values.size() != parts_.size()) return;
+  for (std::size_t i = 0; i < parts_.size(); ++i) parts_[i].values = before->values[i];
+  claimed_ = before->claimed;
+  pending_ = before->pending;
+  next_ = before->next;
+  reads_ = before->reads;
+  writes_ = before->writes;
+}
+
 bool Loopback::faulty(std::int64_t count) const {
   return count >= fault_at_ && (fault_for_ == 0 || count < fault_at_ + fault_for_);
 }

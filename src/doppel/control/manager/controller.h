@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "doppel/base/core/log.h"
+#include "doppel/base/core/saved_part.h"
 #include "doppel/base/core/status.h"
 #include "doppel/base/core/time.h"
 #include "doppel/control/hardware/nan.h"
@@ -70,6 +71,9 @@ struct BaseTransform {
   std::string parent, child;  // frames with their prefixes: "odom", "base_link"
 };
 
+// The reason of a goal that ends because the twin was restored to a time at which it was not active.
+[[nodiscard]] DOPPEL_API std::string restored_reason(Time restored);
+
 // The environment of a controller; outlives it. The model may be replaced by another one with the same joints
 // while the controller runs, so a controller must not keep the pointer.
 struct ControllerContext {
@@ -122,6 +126,18 @@ class DOPPEL_API Controller {
   // In the loop: the value that the controller follows for "joint/position", rad or m, if it is not a command
   // or reference interface; NaN: none.
   [[nodiscard]] virtual double followed_value(std::string_view /*interface*/) const { return kNaN; }
+
+  // -- saved states of a running twin (docs/saved_states.md), between steps
+  // Writes what changes while the controller runs into the slot, whose memory it reuses (save_run() in
+  // saved_part.h). Parameters are not part of it. False: it cannot be saved; a restore reactivates it, as a
+  // reset does.
+  [[nodiscard]] virtual bool save(SavedSlot& /*slot*/) const { return false; }
+  // Becomes as it was then: configured and, if it was active then, active with the same handles. May be
+  // called twice. Goals that were not active then are aborted, with the time `now` to which the twin is
+  // restored.
+  virtual void restore(const SavedPart& /*saved*/, Time /*now*/) {}
+  // Ends its goals as aborted, for this reason.
+  virtual void abort_goals(const std::string& /*why*/) {}
 
   // Filled by the controller manager before on_activate, emptied after on_deactivate.
   std::vector<CommandHandle> command_handles;

@@ -145,6 +145,22 @@ class DOPPEL_API ControllerManager {
   // The value that an active controller follows for "joint/position"; NaN: there is none. Does not allocate.
   [[nodiscard]] double reference(std::string_view interface) const;
 
+  // -- saved states, between ticks
+  // Writes hardware, claims, commands, limits and the run state of every controller into the slot, whose
+  // memory it reuses. Refused with the names of components that cannot be saved.
+  Status save(SavedSlot& slot) const;
+  // Active controllers that do not implement Controller::save().
+  [[nodiscard]] static std::vector<std::string> unsaved_controllers(const SavedPart& saved);
+  // Why the saved state does not fit, a sentence for each difference; empty: it fits.
+  [[nodiscard]] std::vector<std::string> differences(const SavedPart& saved) const;
+  // Activates and deactivates controllers and hardware, which changes drives, until the same ones are
+  // active as then. Goals of those that stop are aborted. True: something was switched.
+  bool restore_switches(const SavedPart& saved, Time now);
+  // Then: every value becomes that of the saved state. May be called twice.
+  void restore_values(const SavedPart& saved, Time now);
+  // Last: reactivates the controllers that could not be saved, so that they hold the present position.
+  void restart_unsaved(const SavedPart& saved, Time now);
+
   // Any thread: calls on_stall() of every component.
   void stall_hardware() noexcept;
   // Between ticks: the statistics of a loop with a separate thread, for /diagnostics.

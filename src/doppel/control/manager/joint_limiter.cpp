@@ -90,6 +90,15 @@ void JointLimiter::forget(std::size_t command) {
   entries_[command].last_asked = entries_[command].last_applied = kNaN;
 }
 
+void JointLimiter::save(Saved& out) const {
+  out.assign(entries_.begin(), entries_.end());
+}
+
+void JointLimiter::restore(const Saved& saved) {
+  for (std::size_t i = 0; i < std::min(saved.size(), entries_.size()); ++i)
+    static_cast<Run&>(entries_[i]) = saved[i];
+}
+
 void JointLimiter::claim(std::size_t command, const std::string& controller, int ticks) {
   Entry& entry = entries_[command];
   entry.controller = controller;

@@ -294,9 +294,19 @@ void ControllerManager::Impl::note_active() {
 }
 
 void ControllerManager::Impl::restart(Time the_time) {
+  // The last commands are written at the time that ends.
   const std::vector<LoadedController*> again = active;
   const std::vector<std::string> commands = stop_and_write(again);
   now = the_time;
+  start_again(again, commands);
+}
+
+void ControllerManager::Impl::restart(const std::vector<LoadedController*>& again) {
+  start_again(again, stop_and_write(again));
+}
+
+void ControllerManager::Impl::start_again(const std::vector<LoadedController*>& again,
+                                          const std::vector<std::string>& commands) {
   resources.perform_switch({}, commands);
   resources.perform_switch(commands, {});
   for (const auto& component : resources.components()) {

@@ -315,6 +315,60 @@ std::vector<std::pair<ResourceTable::Component*, HardwareFault>> ResourceTable::
   return out;
 }
 
+Status ResourceTable::save(SavedResources& out) const {
+  const auto copy = [](const Component& c, SavedResources::One& one) {
+    one.name = c.name;
+    one.state = c.state;
+    one.states = c.states;
+    one.asked = c.asked;
+    one.applied = c.applied;
+    one.ticks_to_rw = c.ticks_to_rw;
+    one.why = c.why;
+    one.not_finite_reported = c.not_finite_reported;
+  };
+  std::string unsaved;
+  out.components.resize(components_.size());
+  for (std::size_t i = 0; i < components_.size(); ++i) {
+    copy(*components_[i], out.components[i]);
+    if (!components_[i]->hardware->save(out.components[i].run))
+      unsaved += fmt::format("{}'{}' ({})", unsaved.empty() ? "" : ", ", components_[i]->name,
+                             components_[i]->plugin);
+  }
+  out.references.resize(references_.size());
+  for (std::size_t i = 0; i < references_.size(); ++i) {
+    copy(*references_[i], out.references[i]);
+    out.references[i].name = references_[i]->command_names.front();  // their components have one name
+  }
+  if (unsaved.empty()) return {};
+  return Status::refused("the state of this hardware cannot be saved: " + unsaved);
+}
+
+void ResourceTable::restore(const SavedResources& saved) {
+  const auto copy = [](const SavedResources::One& one, Component& c) {
+    // Handles of controllers point into these vectors, whose sizes belong to the interfaces.
+    std::ranges::copy(one.states, c.states.begin());
+    std::ranges::copy(one.asked, c.asked.begin());
+    std::ranges::copy(one.applied, c.applied.begin());
+    c.ticks_to_rw = one.ticks_to_rw;
+    c.not_finite_reported = one.not_finite_reported;
+  };
+  for (const auto& one : saved.components) {
+    Component* const c = find_component(one.name);
+    if (c == nullptr || c->states.size() != one.states.size() || c->asked.size() != one.asked.size())
+      continue;
+    copy(one, *c);
+    c->fault = {};
+    c->not_finite.reset();
+    if (one.run) c->hardware->restore(*one.run);
+  }
+  for (const auto& one : saved.references) {
+    const auto same = std::ranges::find_if(
+        references_, [&one](const auto& c) { return c->command_names.front() == one.name; });
+    if (same != references_.end()) copy(one, **same);
+  }
+  has_fault_ = has_not_finite_ = false;
+}
+
 Status ResourceTable::for_each_concerned(std::span<const std::string> start,
                                          std::span<const std::string> stop, const Action& action) {
   // Each component is called once, with the interfaces of its own among those that start and stop.

@@ -56,8 +56,28 @@ class BaseController : public Controller {
   void housekeeping(Time now) override;
   void set_chained_mode(bool chained) override;
   [[nodiscard]] const BaseTransform* base_transform() const override { return publisher_.base_transform(); }
+  [[nodiscard]] bool save(SavedSlot& slot) const override {
+    save_base(value_in<SavedBase>(slot));
+    return true;
+  }
+  void restore(const SavedPart& saved, Time /*now*/) override {
+    if (const SavedBase* before = value_of<SavedBase>(&saved)) restore_base(*before);
+  }
 
  protected:
+  // The state that changes while the controller runs.
+  struct SavedBase {
+    PlanarVelocity reference;
+    std::array<SpeedLimiter::Past, 3> limiters;
+    TwistCommand::Run command;
+    std::vector<double> wheels;  // BaseWheel::last
+    PlanarOdometry odometry;
+    std::optional<Time> published;
+    bool invalid_state = false, invalid_state_reported = false;
+  };
+  void save_base(SavedBase& out) const;
+  void restore_base(const SavedBase& saved);
+
   explicit BaseController(BaseType type) : type_(std::move(type)) {}
 
   // The parameters that the type adds; those that can be changed are read again at each configuration.

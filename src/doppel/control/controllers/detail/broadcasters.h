@@ -22,6 +22,8 @@ class SensorBroadcaster : public Controller {
     return {InterfaceConfiguration::Kind::individual, interfaces_};
   }
   void update(Time now, Duration /*period*/) override { publish_state(now); }
+  // Its messages are functions of the states alone.
+  [[nodiscard]] bool save(SavedSlot& /*slot*/) const override { return true; }
 
  protected:
   // "<prefix>/<name>" for each of the names.

@@ -39,6 +39,9 @@ class JointTrajectoryController : public Controller {
   void housekeeping(Time now) override;
   [[nodiscard]] double followed_value(std::string_view interface) const override;
   [[nodiscard]] double housekeeping_rate() const override { return settings_.action_monitor_rate; }
+  [[nodiscard]] bool save(SavedSlot& slot) const override;
+  void restore(const SavedPart& saved, Time now) override;
+  void abort_goals(const std::string& why) override;
 
  private:
   using FollowJointTrajectory = control_msgs::action::FollowJointTrajectory;
@@ -54,6 +57,37 @@ class JointTrajectoryController : public Controller {
     double late = 0;             // s since its last point
   };
 
+  // The trajectory of a message is `received` until it is followed; the controller makes the others itself.
+  enum class Source : std::uint8_t { none, received, followed, hold_0, hold_1, stop };
+  // Everything that changes while the controller runs.
+  struct Run {
+    double cmd_timeout = 0;      // s; 0: none
+    jtc::Tolerances tolerances;  // of the present trajectory
+    double scaling = 1, scaling_command = 1;
+    bool scaling_unusable = false, scaling_reported = false;
+
+    // `current` is followed now, `next` from the next update.
+    Source current = Source::none, next = Source::none;
+    jtc::ReceivedTrajectory received, followed;  // the one not in use is freed between steps
+    std::array<jtc::Trajectory, 2> holds;
+    jtc::Trajectory stop;
+    bool holding = true;  // tolerances are not checked
+
+    Time trajectory_time{};  // advances with the speed scaling
+    std::optional<Time> last_commanded_time;
+    jtc::JointStates state, desired, command, last_commanded, error;
+    std::vector<double> pid_command;
+    Duration reference_time{}, feedback_time{};
+
+    std::optional<GoalId> goal;
+    bool followed_goal = false;  // at least one update since it was accepted
+    std::optional<Ending> goal_ended, topic_ended;
+  };
+  struct Saved {
+    Run run;
+    std::vector<PidMemory> pids;
+  };
+
   // -- life cycle (joint_trajectory_controller.cpp)
   void configure_deceleration();
   void seed_states();
@@ -65,12 +99,16 @@ class JointTrajectoryController : public Controller {
   void follow(Time now, Duration period);
   void begin_trajectory(Time now);
   void compute_errors();
-  [[nodiscard]] Ending check_goal(bool first) const;
+  [[nodiscard]] Ending check_goal(bool first);
   void write_commands(Time now, Duration period);
   void end_with(const Ending& ending);
   void hold_at(std::span<const double> positions);
   void stop();
-  jtc::Trajectory& free_hold() { return current_ == holds_[0].get() ? *holds_[1] : *holds_[0]; }
+  [[nodiscard]] jtc::Trajectory* trajectory(Source source);
+  [[nodiscard]] jtc::Trajectory* current() { return trajectory(run_.current); }
+  [[nodiscard]] Source free_hold() const {
+    return run_.current == Source::hold_0 ? Source::hold_1 : Source::hold_0;
+  }
 
   // -- input and output, between steps (joint_trajectory_controller_io.cpp)
   void open_topics();
@@ -100,33 +138,12 @@ class JointTrajectoryController : public Controller {
   std::vector<bool> wraps_;   // [joints] continuous
   std::vector<Pid> pids_;     // [command joints]; empty: no PID
   bool decelerates_ = false;  // on cancel and abort, instead of holding at once
-  double cmd_timeout_ = 0;    // s; 0: none
   bool active_ = false;
 
   jtc::Interfaces interfaces_;
-  jtc::Tolerances tolerances_;  // of the present trajectory
-  double scaling_ = 1, scaling_command_ = 1;
-  bool scaling_unusable_ = false, scaling_reported_ = false;
-
-  // `current_` is followed now, `next_` from the next update. Each is one of the others, or nullptr.
-  jtc::Trajectory* current_ = nullptr;
-  jtc::Trajectory* next_ = nullptr;
-  std::unique_ptr<jtc::Trajectory> received_,
-      followed_;  // of messages; the one not in use is freed between steps
-  std::array<std::unique_ptr<jtc::Trajectory>, 2> holds_;
-  std::unique_ptr<jtc::Trajectory> stop_;
-  bool holding_ = true;  // tolerances are not checked
-
-  Time trajectory_time_{};  // advances with the speed scaling
-  std::optional<Time> last_commanded_time_;
-  jtc::JointStates state_, desired_, command_, last_commanded_, error_;
-  std::vector<double> pid_command_;
-  Duration reference_time_{}, feedback_time_{};
+  Run run_;
 
   std::unique_ptr<ActionServer<FollowJointTrajectory>> action_;
-  std::optional<GoalId> goal_;
-  bool followed_goal_ = false;  // at least one update since it was accepted
-  std::optional<Ending> goal_ended_, topic_ended_;
 
   Publisher<control_msgs::msg::JointTrajectoryControllerState> state_topic_;
   control_msgs::msg::JointTrajectoryControllerState state_message_;

@@ -41,6 +41,10 @@ class OdometryPublisher {
   [[nodiscard]] const BaseTransform* base_transform() const { return sends_tf_ ? &base_transform_ : nullptr; }
   [[nodiscard]] const std::string& odometry_frame() const { return odometry_frame_; }  // without a prefix
 
+  // When the last message was due.
+  [[nodiscard]] const std::optional<Time>& last() const { return last_; }
+  void set_last(std::optional<Time> last) { last_ = last; }
+
  private:
   ControllerParameters parameters();
   void report_base_frame(const ControllerContext& context) const;

@@ -34,6 +34,11 @@ ControllerParameters gain_parameters(PidGains& gains, const std::string& prefix,
 // Refuses with the reason why these gains cannot be used, with the gain and the fix.
 Status check_gains(const PidGains& gains);
 
+// The values that a PID controller remembers from update to update, in units of its output.
+struct PidMemory {
+  double integral = 0, output = 0;
+};
+
 class Pid {
  public:
   // Between steps. Precondition: check_gains(gains) is ok. The integral is kept.
@@ -44,7 +49,10 @@ class Pid {
   // an error that is not finite the result is NaN and the integral is kept.
   double compute(double error, double error_dot, double dt_s);
 
-  [[nodiscard]] double integral() const { return integral_; }  // the term, in units of the output
+  [[nodiscard]] double integral() const { return memory_.integral; }  // the term, in units of the output
+  // Between steps. The gains are not part of it.
+  [[nodiscard]] const PidMemory& memory() const { return memory_; }
+  void set_memory(const PidMemory& memory) { memory_ = memory; }
 
  private:
   enum class AntiWindup { legacy, back_calculation, conditional_integration, none };
@@ -53,7 +61,7 @@ class Pid {
   PidGains gains_;
   AntiWindup antiwindup_ = AntiWindup::legacy;
   double tracking_time_ = 0;  // s; 0: no back calculation
-  double integral_ = 0, output_ = 0;
+  PidMemory memory_;
 };
 
 }  // namespace doppel

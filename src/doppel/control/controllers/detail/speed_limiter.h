@@ -18,6 +18,10 @@ struct SpeedLimits {
 
 class SpeedLimiter {
  public:
+  // The last two velocities.
+  struct Past {
+    double last = 0, before_last = 0;
+  };
   // Refuses a minimum above its maximum; the former limits stay in effect.
   Status set(SpeedLimits limits);
   void reset();  // to rest
@@ -26,14 +30,16 @@ class SpeedLimiter {
   // because limiting its decrease makes the velocity overshoot and oscillate
   // (https://github.com/ros-controls/control_toolbox/issues/240).
   double limit(double wanted, double dt);
-  [[nodiscard]] double last() const { return last_; }
+  [[nodiscard]] double last() const { return past_.last; }
+  [[nodiscard]] const Past& past() const { return past_; }
+  void set_past(const Past& past) { past_ = past; }
 
  private:
   [[nodiscard]] double limit_jerk(double wanted, double dt) const;
   [[nodiscard]] double limit_acceleration(double wanted, double dt) const;
 
   SpeedLimits limits_;
-  double last_ = 0, before_last_ = 0;
+  Past past_;
 };
 
 }  // namespace doppel

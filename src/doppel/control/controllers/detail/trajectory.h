@@ -5,6 +5,7 @@
 // Biagiotti, Melchiorri, "Trajectory Planning for Automatic Machines and Robots" (2008), 2.1.
 
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -32,7 +33,7 @@ double shortest_angular_distance(double from, double to);
 class Trajectory {
  public:
   // Room for `capacity` points.
-  Trajectory(std::size_t joints, std::size_t capacity);
+  explicit Trajectory(std::size_t joints = 0, std::size_t capacity = 0);
 
   // -- filling; does not allocate within the capacity
   void clear();
@@ -81,6 +82,31 @@ class Trajectory {
   std::vector<double> values_[4];  // [1 + points, joints] by field
   Time stamp_{}, start_{};
   bool begun_ = false;
+};
+
+// The trajectory of a message, or none. It does not change any more once it has begun, and copies share it
+// then, so that a saved state of a long one costs nothing.
+class ReceivedTrajectory {
+ public:
+  ReceivedTrajectory() = default;
+  ReceivedTrajectory(std::unique_ptr<Trajectory> trajectory) : trajectory_(std::move(trajectory)) {}
+  ~ReceivedTrajectory() = default;
+  ReceivedTrajectory(const ReceivedTrajectory& other) : trajectory_(other.copy()) {}
+  ReceivedTrajectory(ReceivedTrajectory&&) noexcept = default;
+  ReceivedTrajectory& operator=(const ReceivedTrajectory& other) {
+    if (this != &other) trajectory_ = other.copy();
+    return *this;
+  }
+  ReceivedTrajectory& operator=(ReceivedTrajectory&&) noexcept = default;
+  [[nodiscard]] Trajectory* get() const { return trajectory_.get(); }
+  void reset() { trajectory_.reset(); }
+
+ private:
+  [[nodiscard]] std::shared_ptr<Trajectory> copy() const {
+    const bool shared = trajectory_ == nullptr || trajectory_->begun();
+    return shared ? trajectory_ : std::make_shared<Trajectory>(*trajectory_);
+  }
+  std::shared_ptr<Trajectory> trajectory_;
 };
 
 }  // namespace doppel::jtc

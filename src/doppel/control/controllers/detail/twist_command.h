@@ -20,10 +20,19 @@ class TwistCommand {
   void receive(const geometry_msgs::msg::Twist& message);  // given now
 
   // True if it is older than the time-out.
-  [[nodiscard]] bool is_stale(Time now) const { return timeout_ > Duration{} && now - stamp_ > timeout_; }
+  [[nodiscard]] bool is_stale(Time now) const { return timeout_ > Duration{} && now - run_.stamp > timeout_; }
   // Whether the components that `finite` looks at are numbers is the caller's question: NaN until the first.
-  [[nodiscard]] const geometry_msgs::msg::Twist& twist() const { return twist_; }
+  [[nodiscard]] const geometry_msgs::msg::Twist& twist() const { return run_.twist; }
   [[nodiscard]] Duration timeout() const { return timeout_; }
+
+  // The state that changes from command to command.
+  struct Run {
+    Time stamp{};  // in the loop's time
+    geometry_msgs::msg::Twist twist;
+    bool zero_stamp_reported = false, old_reported = false, ahead_reported = false, braking_reported = false;
+  };
+  [[nodiscard]] const Run& run() const { return run_; }
+  void set_run(const Run& run) { run_ = run; }
 
   // Between steps: reports once that the base brakes because commands ended while it was commanded to move.
   void report_braking(Time now);
@@ -35,10 +44,7 @@ class TwistCommand {
   const Log* log_ = nullptr;
   const Bus* bus_ = nullptr;
   Duration timeout_{};
-  Time stamp_{};  // in the loop's time
-  geometry_msgs::msg::Twist twist_;
-  bool zero_stamp_reported_ = false, old_reported_ = false, ahead_reported_ = false,
-       braking_reported_ = false;
+  Run run_;
 };
 
 }  // namespace doppel

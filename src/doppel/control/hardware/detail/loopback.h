@@ -39,6 +39,8 @@ class Loopback : public HardwareComponent {
   HardwareReturn read(Time now, Duration period, std::span<double> states) override;
   HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
   [[nodiscard]] std::string fault() const override;
+  [[nodiscard]] bool save(SavedSlot& slot) const override;
+  void restore(const SavedPart& saved) override;
 
  private:
   enum class Fault { none, late, wrong, nan, silent, error, deactivate, thrown };
@@ -57,6 +59,15 @@ class Loopback : public HardwareComponent {
   void halt();  // every joint stays where it is, and no delayed command moves it later
   [[nodiscard]] bool faulty(std::int64_t count) const;
   [[nodiscard]] HardwareReturn failing(std::int64_t count) const;
+
+  // The state that changes while it runs.
+  struct Saved {
+    std::vector<std::array<double, 4>> values;  // [parts]
+    std::vector<bool> claimed;
+    std::vector<std::vector<double>> pending;
+    std::size_t next = 0;
+    std::int64_t reads = 0, writes = 0;
+  };
 
   std::string name_;
   std::vector<InterfaceDescription> states_, commands_;

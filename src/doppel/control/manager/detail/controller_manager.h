@@ -60,6 +60,24 @@ struct LoadedController {
   LoopExceptionText thrown{};                 // by its update(), until it is handled between two cycles
 };
 
+// The state that ControllerManager::save() writes.
+struct SavedManager {
+  struct One {
+    std::string name, type;
+    ControllerState state = ControllerState::unconfigured;
+    bool is_saved = false;  // it implements Controller::save()
+    int ticks_to_update = 1;
+    Time next_housekeeping{};
+    SavedSlot run;
+  };
+  Time now{}, next_diagnostics{};
+  std::vector<One> controllers;
+  SavedResources resources;
+  JointLimiter::Saved limits;
+  bool stopped = false;
+  std::vector<std::string> stopped_controllers;
+};
+
 struct ControllerManager::Impl {
   Impl(Bus& bus, const Model& model, const ControllerRegistry& registry, const ParameterFile* file,
        ControllerManagerOptions options, const Log& log, Diagnostics& diagnostics);
@@ -122,6 +140,8 @@ struct ControllerManager::Impl {
   void roll_back(const std::vector<LoadedController*>& ran_before);
   void note_active();
   void restart(Time now);
+  void restart(const std::vector<LoadedController*>& again);
+  void start_again(const std::vector<LoadedController*>& again, const std::vector<std::string>& commands);
 
   // -- manager_chain.cpp
   void offer_references(LoadedController& loaded);
@@ -198,6 +218,14 @@ struct ControllerManager::Impl {
   void stop_component(ResourceTable::Component& component);
   void forget_commands(ResourceTable::Component& component);
   Status reset_stop();
+
+  // -- manager_saving.cpp
+  Status save(SavedManager& out) const;
+  [[nodiscard]] std::vector<std::string> differences(const SavedManager& saved) const;
+  bool restore_hardware(const SavedManager& saved);
+  bool restore_switches(const SavedManager& saved, Time now);
+  void restore_values(const SavedManager& saved, Time now);
+  void restart_unsaved(const SavedManager& saved, Time now);
 
   Bus& bus;
   const Model* model;

@@ -48,7 +48,20 @@ class JointLimiter {
     Time began{}, last{};
     double asked = 0;  // the largest so far
   };
-  struct Entry {
+  // The state that changes from tick to tick.
+  struct Run {
+    double last_asked = 0, last_applied = 0;  // NaN: none yet
+    std::array<Episode, kKinds> episodes;
+  };
+
+ public:
+  using Saved = std::vector<Run>;  // [commands]
+  // Between steps.
+  void save(Saved& out) const;
+  void restore(const Saved& saved);
+
+ private:
+  struct Entry : Run {
     std::string full_name, joint_name, controller;
     const ModelJoint* joint = nullptr;  // nullptr: not a command of a joint, unlimited
     Quantity quantity = Quantity::other;
@@ -60,8 +73,6 @@ class JointLimiter {
     const double* velocity = nullptr;
     bool claimed = false;
     int ticks = 1;
-    double last_asked = 0, last_applied = 0;  // NaN: none yet
-    std::array<Episode, kKinds> episodes;
   };
 
   [[nodiscard]] const ModelJoint* find_joint(const std::string& name) const;

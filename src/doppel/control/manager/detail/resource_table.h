@@ -30,6 +30,20 @@ struct HardwareFault {
   [[nodiscard]] bool any() const { return during != nullptr; }
 };
 
+// The values of all components and references, as they were when they were saved.
+struct SavedResources {
+  struct One {
+    std::string name;
+    HardwareState state = HardwareState::unconfigured;
+    std::vector<double> states, asked, applied;
+    int ticks_to_rw = 1;
+    std::string why;
+    bool not_finite_reported = false;
+    SavedSlot run;
+  };
+  std::vector<One> components, references;
+};
+
 class ResourceTable {
  public:
   struct Component {
@@ -111,6 +125,11 @@ class ResourceTable {
   // Between ticks: the commands of a component get their initial values again, because those from before a
   // stop or before its activation must not be written afterwards.
   static void forget_commands(Component& component);
+
+  // Between ticks. Refused with the names of components that cannot be saved.
+  Status save(SavedResources& out) const;
+  // Between ticks: the life cycle of every component is in the same state. Faults since then are forgotten.
+  void restore(const SavedResources& saved);
 
   // While stopped, nothing is written.
   void set_stopped(bool stopped) { stopped_ = stopped; }

@@ -49,6 +49,21 @@ HardwareDescription FakeHardware::description() const {
   return out;
 }
 
+bool FakeHardware::save(SavedSlot& slot) const {
+  value_in<Saved>(slot) = {joints_, last_, extra_, at_release_, claimed_};
+  return true;
+}
+
+void FakeHardware::restore(const SavedPart& saved) {
+  const Saved* const before = value_of<Saved>(&saved);
+  if (before == nullptr) return;
+  joints_ = before->joints;
+  last_ = before->last;
+  extra_ = before->extra;
+  at_release_ = before->at_release;
+  claimed_ = before->claimed;
+}
+
 Status FakeHardware::called(const char* what) {
   calls.emplace_back(what);
   if (throw_in == what) throw std::runtime_error("lost the port");

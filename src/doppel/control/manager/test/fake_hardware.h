@@ -49,6 +49,9 @@ class FakeHardware : public HardwareComponent {
   HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
   [[nodiscard]] std::string fault() const override { return "no reply"; }
 
+  [[nodiscard]] bool save(SavedSlot& slot) const override;
+  void restore(const SavedPart& saved) override;
+
   // -- what tests set and read
   void set_position(const std::string& joint, double position);
   void set_velocity(const std::string& joint, double velocity);
@@ -76,6 +79,11 @@ class FakeHardware : public HardwareComponent {
   struct Joint {
     double position = 0, velocity = 0, effort = 0, acceleration = 0, offset = 0;
     bool blocked = false;
+  };
+  struct Saved {
+    std::vector<Joint> joints;
+    std::vector<double> last, extra, at_release;
+    std::vector<bool> claimed;
   };
   Joint& joint(const std::string& joint_name);
   [[nodiscard]] const Joint& joint(const std::string& joint_name) const;
