@@ -8,6 +8,7 @@ import { residualOf } from '../src/bag/residual';
 import { BagSource } from '../src/bag/source';
 import { Survey } from '../src/bag/survey';
 import { Recorder } from '../src/app/recorder';
+import { recordedSensors } from '../src/app/sensors';
 import { Twin } from '../src/app/twin';
 import { readCdr } from '../src/protocol/cdr';
 import { Client } from '../src/protocol/client';
@@ -125,6 +126,25 @@ test('a topic that is subscribed later begins with the message of the present ti
   twin.client.subscribe('/camera/image_raw', (m) => seen.push((m['data'] as Uint8Array)[0]!));
   await until('the picture', () => seen.length > 0);
   assert.deepEqual(seen, [29]);
+});
+
+test('a topic that is subscribed during a jump begins with the message of the new time', async () => {
+  const { twin, source } = follow(await open());
+  await until('the description', () => twin.tree !== null && !source.isJumping);
+  const seen: number[] = [];
+  source.goTo(8);
+  twin.client.subscribe('/camera/image_raw', (m) => seen.push((m['data'] as Uint8Array)[0]!));
+  await until('the picture', () => seen.length > 0 && !source.isJumping);
+  assert.deepEqual(seen, [39]);
+});
+
+test('the sensors of a recording without a list of them are those of its topics', async () => {
+  const { twin } = follow(await open());
+  assert.deepEqual(recordedSensors(twin.client.channels.values()).map(({ name, type, topics }) => ({ name, type, topics })), [{ name: 'camera', type: 'camera', topics: ['/camera/image_raw'] }]);
+  const of = (topic: string, schemaName: string): { topic: string; schemaName: string } => ({ topic, schemaName });
+  const found = recordedSensors([of('/left/rgb/image_raw', 'sensor_msgs/msg/Image'), of('/left/rgb/image_raw/compressed', 'sensor_msgs/msg/CompressedImage'), of('/left/rgb/camera_info', 'sensor_msgs/msg/CameraInfo'),
+    of('/scan', 'sensor_msgs/msg/LaserScan'), of('/tf', 'tf2_msgs/msg/TFMessage')]);
+  assert.deepEqual(found.map(({ name, topics }) => [name, topics.length]), [['left/rgb', 3], ['scan', 1]]);
 });
 
 test('the curves of the whole recording are read, and repeated for a new one', async () => {

@@ -26,7 +26,7 @@ export function startPage(twin: Twin, assets: AssetStore): App {
     app.selected.emit(selection);
   };
   startStopKeys(commander);
-  const bar = makeBar(app, () => openSettings(twin.client.metadata['version'] ?? ''));
+  const bar = makeBar(app, () => openSettings(twin.client.metadata['version'] ?? '', () => void import('./recordings').then(({ chooseRecording }) => chooseRecording(app))));
   const layout = new Layout(bar.element);
   app.world = new World(layout.stage, twin, commander, assets);
   performance.mark('doppel: stage');

@@ -10,7 +10,7 @@ export interface Sensor {
   type: string; // as described: "gpu_lidar"
   topics: string[];
   frame: string; // of its headers
-  rate: number; // Hz that are asked for; 0: every step
+  rate: number; // Hz that are asked for; 0: every step; NaN: unknown
   reached: number; // Hz of simulated time; 0: not read
   leftOut: number; // samples
   revision: string; // another one when an edit has changed a value of the sensor
@@ -58,6 +58,28 @@ export function shortTopics(topics: string[]): string[] {
   return parts.map((list) => list.join('/'));
 }
 
+// The types of messages that only sensors have.
+const KINDS: Record<string, string> = {
+  'sensor_msgs/Image': 'camera', 'sensor_msgs/CompressedImage': 'camera', 'sensor_msgs/CameraInfo': 'camera', 'sensor_msgs/LaserScan': 'lidar', 'sensor_msgs/PointCloud2': 'points',
+  'sensor_msgs/Range': 'sonar', 'sensor_msgs/Imu': 'imu', 'geometry_msgs/WrenchStamped': 'force_torque', 'sensor_msgs/NavSatFix': 'navsat', 'sensor_msgs/MagneticField': 'magnetometer',
+};
+
+// The sensors of a recording without a list of them, by their topics; those of a camera are in one folder.
+export function recordedSensors(channels: Iterable<{ topic: string; schemaName: string }>): Sensor[] {
+  const found = new Map<string, Sensor>();
+  for (const { topic, schemaName } of channels) {
+    const type = KINDS[shortName(schemaName)];
+    if (!type) continue;
+    const whole = topic.replace(/\/compressed$/, '');
+    const folder = type === 'camera' ? whole.slice(0, whole.lastIndexOf('/')) : '';
+    const name = (folder || whole).slice(1);
+    const known = found.get(name);
+    if (known) known.topics.push(topic);
+    else found.set(name, { name, type, topics: [topic], frame: '', rate: NaN, reached: 0, leftOut: 0, revision: '', originFrame: '', origin: [0, 0, 0] });
+  }
+  return [...found.values()];
+}
+
 export class Sensors {
   list: Sensor[] = [];
   readonly changed = new Signal(); // other sensors, values or topics, or another choice of what is shown
@@ -67,7 +89,7 @@ export class Sensors {
   constructor(private readonly twin: Twin) {
     twin.client.subscribe(LIST, (m) => this.take(readSensors(m)));
     twin.graphChanged.on(() => {
-      if (!twin.client.channel(LIST)) this.take([]);
+      if (!twin.client.channel(LIST)) this.take(twin.recording ? recordedSensors(twin.client.channels.values()) : []);
       else this.compare(); // topics may be advertised after the list
     });
   }

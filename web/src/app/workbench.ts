@@ -66,13 +66,13 @@ export function startWorkbench(app: App, layout: Layout): void {
   startKeyboard(app, jog);
   startRecordings(app);
 
-  const right: Panel[] = [jointsPanel(app), healthPanel(app), controlPanel(app), toolPanel(app, { driver, handle, ghost, reach, jog, pusher }), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
   const comparison = h('div', { class: 'padded' });
   const comparePanel: Panel = { id: 'compare', title: 'Compare', element: comparison, excluded: () => !comparison.hasChildNodes() }; // filled by src/bag
-  const bottom: Panel[] = [plotsPanel(app, recorder, parameters), comparePanel, topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
+  const right: Panel[] = [jointsPanel(app), comparePanel, healthPanel(app), controlPanel(app), toolPanel(app, { driver, handle, ghost, reach, jog, pusher }), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
+  const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   for (const panel of [...right, ...bottom]) if (COMMANDS.includes(panel.id)) panel.excluded = () => app.twin.recording !== '';
   layout.mount(right, bottom);
-  const hints = makeHints();
+  const hints = makeHints(new URLSearchParams(location.search).has('bag'));
   if (hints) app.world.stage.host.append(hints);
   app.openPanel = (id) => layout.open(id);
   // A lost twin keeps its tabs.

@@ -91,13 +91,13 @@ export class Bag {
     return [...topics.values()];
   }
 
-  // Attachments within the time of the recording, but meshes, and metadata that names a time.
+  // Attachments within the time of the recording, without meshes and those of its start, and metadata that names a time.
   private findEvents(): BagEvent[] {
     const out: BagEvent[] = [];
     for (const file of this.files) {
       for (const { name, time, mediaType } of file.attachments) {
         const at = this.seconds(time);
-        if (/^(package|file|model):\/\//.test(name) || at < 0 || at > this.length) continue;
+        if (/^(package|file|model):\/\//.test(name) || at <= 0 || at > this.length) continue;
         out.push({ time: at, text: `${name}${mediaType ? ` (${mediaType})` : ''}` });
       }
       for (const { name, metadata } of file.metadata) {

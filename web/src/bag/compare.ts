@@ -18,7 +18,8 @@ import { residualOf } from './residual';
 import { BagSource } from './source';
 import { Survey } from './survey';
 
-const COLOUR = 0xe69f00;
+const COLOUR = 0x9467bd;
+const OPACITY = 0.45;
 const MOST_CURVES = 8; // that are shown at first
 
 const keyOf = (joint: TreeJoint): string => `residual:${joint.name}`;
@@ -37,6 +38,7 @@ export class Comparison {
   constructor(private readonly app: App, private readonly playback: Playback, private readonly first: Survey, readonly bag: Bag) {
     const { twin } = this;
     this.material.color.set(COLOUR);
+    this.material.opacity = OPACITY;
     this.recorder = new Recorder(twin, { reference: () => NaN, tolerance: () => NaN });
     this.survey = new Survey(bag, this.recorder, () => playback.isPlaying || playback.isReading);
     const source = new BagSource(bag);
@@ -111,16 +113,18 @@ export class Comparison {
     const close = button('Close', 'Close the second recording', () => this.end(), { id: 'bag-close-second' });
     const head = h('div', { class: 'row' }, h('strong', {}, `${this.first.bag.name} − ${this.bag.name}`), h('span', { class: 'spacer' }), close);
     const note = this.note();
+    let samples = 0;
     const rows = note ? [] : this.joints.map((joint) => {
       const [times, values] = recorder.window(-Infinity, Infinity, [keyOf(joint)]) as [Float64Array, Float64Array];
       const { largest, time, rms, count } = residualOf(times, values);
+      samples = Math.max(samples, count);
       return h('tr', {}, h('th', { scope: 'row' }, joint.name), h('td', { class: 'num' }, this.text(joint, Math.abs(largest))),
         h('td', { class: 'num' }, Number.isFinite(time) ? button(`${time.toFixed(2)} s`, 'Go to this time', () => playback.seek(time), { class: 'plain link-button' }) : '–'),
-        h('td', { class: 'num' }, this.text(joint, rms)), h('td', { class: 'num muted' }, String(count)),
+        h('td', { class: 'num' }, this.text(joint, rms)),
         h('td', {}, button('plot', `Plot the difference of ${joint.name}`, () => curveWanted.emit({ key: keyOf(joint), on: true }), { class: 'small' })));
     });
     fill(comparison, head, note ? h('p', { class: 'empty' }, note) : h('table', { class: 'residuals' },
-      h('thead', {}, h('tr', {}, ['joint', 'largest', 'at', 'rms', 'samples', ''].map((title) => h('th', { scope: 'col' }, title)))), h('tbody', {}, rows)));
+      h('thead', {}, h('tr', {}, ['joint', 'largest', 'at', 'rms', ''].map((title) => h('th', { scope: 'col' }, title)))), h('tbody', {}, rows)), note ? null : h('p', { class: 'muted' }, `${samples} samples, at the same time since the start of each recording.`));
     tabsChanged.emit();
   }
 

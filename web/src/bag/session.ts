@@ -50,8 +50,8 @@ class Session {
     this.timeline = timeline;
     document.getElementById('app')!.append(timeline.element);
     this.ends.push(app.world.stage.tick.on((dt) => {
+      timeline.update(); // before the next part is read
       playback.tick(dt);
-      timeline.update();
     }), app.twin.selectedRobot.on((space) => {
       survey.twin.selectRobot(space);
       survey.restart();
@@ -83,7 +83,7 @@ class Session {
     bag.onproblem = this.bag.onproblem;
     this.addresses.second = address;
     this.comparison = new Comparison(this.app, this.playback, this.survey, bag);
-    this.app.openPanel('compare');
+    this.app.openPanel('compare'); // beside the curves
   }
 
   end(): void {

@@ -33,7 +33,10 @@ export class BagSource implements Source {
   private readonly offered: Topic[];
   private next = 1;
   private late = new Set<number>(); // subscriptions without the state of their topic
-  private readonly jumps = new Newest<number, void>((time) => this.jump(time), () => {}, (problem) => this.bag.onproblem(problem.message));
+  private readonly jumps = new Newest<number, void>((time) => this.jump(time), () => this.continueLate(), (problem) => {
+    this.bag.onproblem(problem.message);
+    this.continueLate();
+  });
 
   constructor(readonly bag: Bag, offers: (topic: Topic) => boolean = () => true) {
     this.offered = bag.topics.filter(offers);
@@ -87,9 +90,10 @@ export class BagSource implements Source {
   }
 
   // The state at the start, before the first message of a stretch.
-  begin(): Promise<void> {
+  async begin(): Promise<void> {
     this.late.clear();
-    return this.jump(0);
+    await this.jump(0);
+    this.continueLate();
   }
 
   get isJumping(): boolean {
@@ -114,7 +118,11 @@ export class BagSource implements Source {
     this.send(messages, false);
     for (const id of ids) this.late.delete(id);
     this.moved.emit();
-    if (this.late.size > 0) void this.catchUp();
+  }
+
+  // Topics that were subscribed during a jump.
+  private continueLate(): void {
+    queueMicrotask(() => void this.catchUp());
   }
 
   private async whileReading<T>(reading: Promise<T>): Promise<T> {

@@ -62,11 +62,11 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
 
   const joint = h('select', { 'aria-label': 'Joint' });
   const quantity = h('select', { 'aria-label': 'Quantity' }, ...QUANTITIES.map((name) => h('option', { value: name }, name)));
-  const all = h('option', { value: 'all', hidden: true, disabled: true }, 'whole recording');
+  const all = h('option', { value: 'all' }, 'whole recording'); // of a recording only
   const width = h('select', { 'aria-label': 'Width of the window', onchange: () => {
     whole = width.value === 'all';
     if (!whole) span = Number(width.value);
-  } }, all, ...[5, 15, 60, 180].map((s) => h('option', { value: String(s), selected: s === span }, s < 60 ? `${s} s` : `${s / 60} min`)));
+  } }, ...[5, 15, 60, 180].map((s) => h('option', { value: String(s), selected: s === span }, s < 60 ? `${s} s` : `${s / 60} min`)));
   const live = button('Hold', 'Hold the curves, to look through the last minutes', () => {
     if (held === null) look(recorder.newest);
     else goLive();
@@ -246,7 +246,8 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
   });
   app.playbackChanged.on(() => {
     const recorded = app.playback !== null;
-    all.hidden = all.disabled = !recorded;
+    if (recorded) width.prepend(all);
+    else all.remove();
     if (recorded) width.value = 'all';
     whole = recorded;
     live.hidden = scrub.hidden = recorded;

@@ -23,6 +23,8 @@ class Card {
   private readonly leftOut = h('dd', { class: 'num' });
   private readonly body = h('div', { class: 'sensor-body' });
   private readonly where = h('span', { class: 'sensor-topic' });
+  private readonly rates = h('dl', { class: 'rates' }, h('div', {}, h('dt', {}, 'target'), this.asked), h('div', {}, h('dt', {}, 'measured'), this.reached),
+    h('div', { title: 'Samples that took too long' }, h('dt', {}, 'dropped'), this.leftOut));
 
   constructor(public sensor: Sensor, private readonly sensors: Sensors) {
     const parts = sensor.name.split('/');
@@ -30,10 +32,8 @@ class Card {
     this.element = h('section', { class: 'sensor', 'aria-label': sensor.name },
       h('div', { class: 'row' }, h('strong', {}, name), h('span', { class: 'tag' }, sensor.type), h('span', { class: 'spacer' }),
         toggle('Show', 'Here and, where a layer has it, in the picture', sensors.shown(sensor), (on) => sensors.show(this.sensor, on))),
-      h('div', { class: 'muted sensor-about', title: sensor.topics.join('\n') }, parts.join('/'), ' · ', this.where),
-      h('dl', { class: 'rates' }, h('div', {}, h('dt', {}, 'target'), this.asked), h('div', {}, h('dt', {}, 'measured'), this.reached),
-        h('div', { title: 'Samples that took too long' }, h('dt', {}, 'dropped'), this.leftOut)),
-      this.body);
+      h('div', { class: 'muted sensor-about', title: sensor.topics.join('\n') }, parts.join('/'), parts.length > 0 ? ' · ' : '', this.where),
+      this.rates, this.body);
     this.fill();
     this.report(sensor);
   }
@@ -70,6 +70,7 @@ class Card {
 
   report(sensor: Sensor): void {
     this.sensor = sensor;
+    this.rates.hidden = Number.isNaN(sensor.rate);
     say(this.asked, rateText(sensor.rate));
     say(this.reached, sensor.reached > 0 ? `${sensor.reached.toFixed(1)} Hz` : 'not read');
     say(this.leftOut, String(sensor.leftOut));
@@ -121,7 +122,7 @@ export function sensorsPanel(app: App, sensors: Sensors): Panel {
       card.fill();
     }
     fill(list, cards.size > 0 ? [...cards.values()].map((card) => card.element)
-      : h('p', { class: 'empty' }, app.twin.client.phase !== 'open' ? 'No connection.' : 'This twin has no sensors. <sensor> in <gazebo reference="link"> of the description adds one.'));
+      : h('p', { class: 'empty' }, app.twin.client.phase !== 'open' ? 'No connection.' : app.twin.recording ? 'This recording has no messages of sensors.' : 'This twin has no sensors. <sensor> in <gazebo reference="link"> of the description adds one.'));
     seen.watch([...cards.values()].map((card) => [card.element, card]));
     picture.update();
     follow();

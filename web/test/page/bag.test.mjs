@@ -119,6 +119,8 @@ check('arm, curves, log and picture follow the time line, forwards and backwards
     await shown(page, share * 10.01);
     await waitFor(page, (expected) => document.querySelector('figure.image canvas').getContext('2d').getImageData(2, 2, 1, 1).data[0] === expected, value).catch(async () => assert.equal(await first(), value));
   }
+  await page.locator('#tab-sensors').click();
+  await page.locator('.sensor canvas').first().waitFor();
   const marks = await page.locator('.bag-mark').evaluateAll((all) => all.map((mark) => `${mark.className} ${mark.title}`));
   assert.deepEqual(marks.sort(), ['bag-mark error 6.00 s  planner: the goal is out of reach', 'bag-mark event 4.00 s  note.txt (text/plain)', 'bag-mark event 5.00 s  event: the light went out', 'bag-mark warning 3.00 s  planner: the goal is near a limit']);
 });
@@ -289,7 +291,7 @@ check('without a description curves and log work', '?bag=bags/bare.mcap&t=6.5', 
   await page.locator('#tab-topics').click();
   await page.locator('.topic-list button', { hasText: '/joint_states' }).click();
   await page.locator('.leaf-row button[title="Plot position.0"]').click();
-  await waitFor(page, () => doppel.session.survey.isComplete && doppel.recorder.count === 501);
+  await waitFor(page, () => doppel.session.survey.isComplete && doppel.recorder.count === 501 && Number.isFinite(doppel.recorder.valueAt('topic:/joint_states.position[0]', 5)));
   near(await page.evaluate(() => doppel.recorder.valueAt('topic:/joint_states.position[0]', 5)), shoulderAt(5));
 }, { pictured: false });
 
@@ -324,8 +326,7 @@ test('a recording that is dropped on the page of a twin takes its place', { time
     await page.evaluate(() => doppel.playback.seek(2));
     await waitFor(page, () => doppel.playback.source.time === 2);
     near(await joint(page, 'shoulder'), shoulderAt(2));
-    assert.equal(await page.locator('#stop').isVisible(), false);
-    assert.equal(await page.locator('.clock').isVisible(), false);
+    for (const gone of ['#stop', '.clock']) await page.locator(gone).waitFor({ state: 'hidden' });
     assert.deepEqual(await page.evaluate(() => doppel.twin.controllers), []);
     assert.deepEqual(page.problems, []);
   } finally {
