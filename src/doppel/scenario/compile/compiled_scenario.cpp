@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <atomic>
 #include <map>
 #include <optional>
 #include <set>
@@ -157,8 +158,18 @@ void note_missing_place(const CompiledScenario& scenario, Diagnostics& diagnosti
 
 }  // namespace
 
+namespace {
+
+std::uint64_t next_number() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
+
+}  // namespace
+
 CompiledScenario::CompiledScenario(const Scenario& scenario, Diagnostics& diagnostics,
-                                   const RunningRobots* running) {
+                                   const RunningRobots* running)
+    : number(next_number()) {
   resolver.add_bundled(scenario.bundled_robots);
   for (const WorldRobot& robot : scenario.robots)
     resolver.add_context(resolve_target(robot.target, scenario.bundled_robots).description);

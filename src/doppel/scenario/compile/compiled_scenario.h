@@ -2,6 +2,7 @@
 // A scenario's files, compiled before anything is on the bus: the world, its robots, and their engine. Built
 // on any thread, so that an edit is checked while the old machine keeps running.
 
+#include <cstdint>
 #include <memory>
 #include <string_view>
 #include <vector>
@@ -39,6 +40,7 @@ struct DOPPEL_API CompiledScenario {
   // All files that it was made from: descriptions, controllers, world and meshes.
   [[nodiscard]] std::vector<std::filesystem::path> files() const;
 
+  const std::uint64_t number;  // another one for each compilation in this process
   PackageResolver resolver;
   World world;
   EarthFrame earth;

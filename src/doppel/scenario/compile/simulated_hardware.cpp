@@ -220,6 +220,25 @@ void SimulatedHardware::perform_switch(std::span<const std::string> start,
   choose_drives();
 }
 
+bool SimulatedHardware::save(SavedSlot& slot) const {
+  Saved& out = value_in<Saved>(slot);
+  out.claimed.clear();
+  for (const Interface& command : commands_) out.claimed.push_back(command.claimed);
+  out.active = active_;
+  out.stopped = stopped_;
+  if (readings_) readings_->save(out.readings);
+  return true;
+}
+
+void SimulatedHardware::restore(const SavedPart& saved) {
+  const Saved* const before = value_of<Saved>(&saved);
+  if (before == nullptr || before->claimed.size() != commands_.size()) return;
+  for (std::size_t i = 0; i < commands_.size(); ++i) commands_[i].claimed = before->claimed[i];
+  active_ = before->active;
+  stopped_ = before->stopped;
+  if (readings_ && before->readings) readings_->restore(*before->readings);
+}
+
 void SimulatedHardware::choose_drives() {
   for (const int joint : driven_) {
     const DriveMode mode = drive_of(joint);

@@ -62,6 +62,9 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
   void on_stop_reset() override;
   HardwareReturn read(Time now, Duration period, std::span<double> states) override;
   HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
+  // The drives are part of the engine, which is restored before.
+  [[nodiscard]] bool save(SavedSlot& slot) const override;
+  void restore(const SavedPart& saved) override;
 
  private:
   enum class Quantity { position, velocity, effort, sensor, constant };
@@ -71,6 +74,11 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
     Quantity quantity = Quantity::constant;
     bool claimed = false;     // command interfaces only
     SensorValue sensed = {};  // of Quantity::sensor
+  };
+  struct Saved {
+    std::vector<bool> claimed;  // [commands]
+    bool active = false, stopped = false;
+    SavedSlot readings;
   };
   static Quantity quantity_of(const std::string& interface);
   void add_joint(const HardwareJointDescription& joint, const HardwareInfo& info);

@@ -25,6 +25,9 @@ class DOPPEL_API ChannelNoise {
   void resume(const ChannelNoise& before, std::uint64_t next);
   // Samples count from 0 again: the walk begins there.
   void restart() { begin_ = 0; }
+  // The sample with the first step of the walk, which is all that changes while it is used.
+  [[nodiscard]] std::uint64_t begin() const { return begin_; }
+  void set_begin(std::uint64_t begin) { begin_ = begin; }
   // The value with the noise of this sample, which is a function of its number alone. Samples count from 0.
   [[nodiscard]] double apply(double value, std::uint64_t sample);
   // The same for all finite values of the channel at once, such as the ranges of a scan, by CounterRandom::normals().

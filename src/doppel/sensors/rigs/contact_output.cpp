@@ -104,6 +104,14 @@ class ContactOutput : public PhysicalSensor {
     delayed_.resume(former->delayed_);
     delayed_states_.resume(former->delayed_states_);
   }
+  void save(SavedSlot& slot) const override { value_in<Saved>(slot) = {hash_, delayed_, delayed_states_}; }
+  void restore(const SavedPart& saved) override {
+    const Saved* const before = value_of<Saved>(&saved);
+    if (before == nullptr) return;
+    hash_ = before->hash;
+    delayed_ = before->delayed;
+    delayed_states_ = before->delayed_states;
+  }
   void publish(const PhysicalState& state, std::uint64_t sample) override;
   void release(Time now) override {
     delayed_.release(now, [&](const Contacts& message) { contacts_.publish(message, now); });
@@ -145,6 +153,12 @@ class ContactOutput : public PhysicalSensor {
   BumperState& state_of(BodyId own, BodyId other);
   void add(const OwnContact& contact, const std_msgs::msg::Header& header);
   void add_to_bumper(const OwnContact& contact);
+
+  struct Saved {
+    std::uint64_t hash = 0;
+    DelayLine<Contacts> delayed;
+    DelayLine<ContactsState> delayed_states;
+  };
 
   const ContactDescription described_;
   const Log& log_;

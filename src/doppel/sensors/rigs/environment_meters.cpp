@@ -78,6 +78,15 @@ class HeightMeter : public EnvironmentMeter {
     if (const auto* height = dynamic_cast<const HeightMeter*>(&before)) reference_ = height->reference_;
   }
 
+  void save(Memory& out) const override {
+    SensorMeter::save(out);
+    out.reference = reference_;
+  }
+  void restore(const Memory& saved) override {
+    SensorMeter::restore(saved);
+    reference_ = saved.reference;
+  }
+
   void measure(const PhysicalState& state, std::uint64_t sample) override {
     const Instance instance = state.engine.instance(instance_);
     const FrameVelocity velocity = instance.link_velocity(sensor_.link);

@@ -38,6 +38,15 @@ class ImuMeter : public SensorMeter {
     if (const auto* imu = dynamic_cast<const ImuMeter*>(&before)) R_WStart_ = imu->R_WStart_;
   }
 
+  void save(Memory& out) const override {
+    SensorMeter::save(out);
+    out.R_WStart = R_WStart_;
+  }
+  void restore(const Memory& saved) override {
+    SensorMeter::restore(saved);
+    R_WStart_ = saved.R_WStart;
+  }
+
   void measure(const PhysicalState& state, std::uint64_t sample) override {
     const auto instance = static_cast<std::size_t>(instance_);
     const auto link = static_cast<std::size_t>(sensor_.link);

@@ -6,21 +6,20 @@ namespace doppel {
 
 InstanceMotion::InstanceMotion(const Model& model)
     : model_(model),
-      q_(Eigen::VectorXd::Zero(model.nq)),
-      v_(Eigen::VectorXd::Zero(model.nv)),
+      noted_{Pose::Identity(), Eigen::VectorXd::Zero(model.nq), Eigen::VectorXd::Zero(model.nv)},
       a_(Eigen::VectorXd::Zero(model.nv)),
       X_WL_(model.links.size(), Pose::Identity()),
       data_(model) {}
 
 void InstanceMotion::note(const Instance& instance) {
-  X_WR_ = instance.root_pose();
-  std::ranges::copy(instance.q(), q_.data());
-  std::ranges::copy(instance.v(), v_.data());
+  noted_.X_WR = instance.root_pose();
+  std::ranges::copy(instance.q(), noted_.q.data());
+  std::ranges::copy(instance.v(), noted_.v.data());
 }
 
 void InstanceMotion::differentiate(const Instance& instance, double h) {
   for (Eigen::Index i = 0; i < a_.size(); ++i)
-    a_[i] = (instance.v()[static_cast<std::size_t>(i)] - v_[i]) / h;
+    a_[i] = (instance.v()[static_cast<std::size_t>(i)] - noted_.v[i]) / h;
 }
 
 void InstanceMotion::note_at_rest(const Instance& instance) {
@@ -29,8 +28,8 @@ void InstanceMotion::note_at_rest(const Instance& instance) {
 }
 
 void InstanceMotion::solve_start(const Eigen::Vector3d& gravity_W) {
-  inverse_dynamics(model_, data_, q_, v_, a_, X_WR_.linear().transpose() * gravity_W);
-  X_WL_[0] = X_WR_;
+  inverse_dynamics(model_, data_, noted_.q, noted_.v, a_, noted_.X_WR.linear().transpose() * gravity_W);
+  X_WL_[0] = noted_.X_WR;
   for (const ModelJoint& joint : model_.joints) {
     const auto child = static_cast<std::size_t>(joint.child_link);
     X_WL_[child] = X_WL_[static_cast<std::size_t>(joint.parent_link)] * data_.X_PL[child];

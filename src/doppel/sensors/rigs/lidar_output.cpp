@@ -66,6 +66,15 @@ class LidarOutput : public LightSensor {
   void resume(const LightSensor& before, std::uint64_t next) override {
     if (const auto* lidar = dynamic_cast<const LidarOutput*>(&before)) noise_.resume(lidar->noise_, next);
   }
+  [[nodiscard]] Memory memory() const override {
+    Memory out = LightSensor::memory();
+    out.walk = noise_.begin();
+    return out;
+  }
+  void restore(const Memory& saved) override {
+    LightSensor::restore(saved);
+    noise_.set_begin(saved.walk);
+  }
 
  private:
   void measure(const RayCaster& caster, const LightSample& sample);
@@ -217,6 +226,15 @@ class RangeOutput : public LightSensor {
   }
   void resume(const LightSensor& before, std::uint64_t next) override {
     if (const auto* other = dynamic_cast<const RangeOutput*>(&before)) noise_.resume(other->noise_, next);
+  }
+  [[nodiscard]] Memory memory() const override {
+    Memory out = LightSensor::memory();
+    out.walk = noise_.begin();
+    return out;
+  }
+  void restore(const Memory& saved) override {
+    LightSensor::restore(saved);
+    noise_.set_begin(saved.walk);
   }
 
  private:

@@ -36,7 +36,10 @@ struct LightRig::Impl {
   Impl(Bus& the_bus, const Log& the_log, const RigOptions& the_options)
       : bus(the_bus), log(the_log), options(the_options) {}
 
+  struct Saved;
+
   void collect();
+  void drop_jobs();
   void wait_until(Time due, Waiting message);
   // The sensors with their topics in the node `in`. leaves_out: those whose topics have another type elsewhere.
   [[nodiscard]] std::vector<Entry> make_entries(const std::vector<RigSensor>& wanted, const Engine& engine,
@@ -300,12 +303,16 @@ void LightRig::between_steps(Time now) {
   rig.window_start = now;
 }
 
+// Samples of a time that is no more.
+void LightRig::Impl::drop_jobs() {
+  if (!worker) return;
+  worker->wait_idle();
+  while (worker->done() != nullptr) worker->release();
+}
+
 void LightRig::reset(Time now) {
   Impl& rig = *impl_;
-  if (rig.worker) {
-    rig.worker->wait_idle();
-    while (rig.worker->done() != nullptr) rig.worker->release();
-  }
+  rig.drop_jobs();
   rig.waiting.clear();
   rig.window_start = now;
   for (Impl::Entry& entry : rig.entries) {
@@ -313,6 +320,74 @@ void LightRig::reset(Time now) {
     entry.window_samples = 0;
     entry.sensor->restart();
   }
+}
+
+struct LightRig::Impl::Saved {
+  struct One {
+    std::string key, type;
+    SampleSchedule schedule;
+    std::uint64_t samples = 0, left_out = 0, failed = 0, hash = 0, window_samples = 0;
+    double cost = 0, reached = 0;
+    LightSensor::Memory sensor;
+  };
+  std::vector<One> sensors;
+  std::deque<Waiting> waiting;
+  Time window_start{};
+};
+
+void LightRig::save(SavedSlot& slot) {
+  Impl& rig = *impl_;
+  if (rig.options.lockstep) rig.collect();
+  Impl::Saved& out = value_in<Impl::Saved>(slot);
+  out.waiting = rig.waiting;
+  out.window_start = rig.window_start;
+  out.sensors.resize(rig.entries.size());
+  for (std::size_t i = 0; i < out.sensors.size(); ++i) {
+    const Impl::Entry& entry = rig.entries[i];
+    Impl::Saved::One& one = out.sensors[i];
+    one.key = sensor_key(entry.sensor->sensor());
+    one.type = entry.sensor->sensor().description.type;
+    one.schedule = entry.schedule;
+    one.samples = entry.samples;
+    one.left_out = entry.left_out;
+    one.failed = entry.failed;
+    one.hash = entry.hash;
+    one.window_samples = entry.window_samples;
+    one.cost = entry.cost;
+    one.reached = entry.reached;
+    one.sensor = entry.sensor->memory();
+  }
+}
+
+void LightRig::restore(const SavedPart& saved) {
+  const auto* const before = value_of<Impl::Saved>(&saved);
+  if (before == nullptr) return;
+  Impl& rig = *impl_;
+  rig.drop_jobs();
+  rig.window_start = before->window_start;
+  std::vector<std::size_t> present(before->sensors.size(), rig.entries.size());
+  for (std::size_t i = 0; i < rig.entries.size(); ++i) {
+    Impl::Entry& entry = rig.entries[i];
+    const RigSensor& sensor = entry.sensor->sensor();
+    const auto one = std::ranges::find_if(before->sensors, [&](const Impl::Saved::One& other) {
+      return other.key == sensor_key(sensor) && other.type == sensor.description.type;
+    });
+    if (one == before->sensors.end()) continue;
+    present[static_cast<std::size_t>(one - before->sensors.begin())] = i;
+    entry.schedule = one->schedule;
+    entry.samples = one->samples;
+    entry.left_out = one->left_out;
+    entry.failed = one->failed;
+    entry.hash = one->hash;
+    entry.window_samples = one->window_samples;
+    entry.cost = one->cost;
+    entry.reached = one->reached;
+    entry.sensor->restore(one->sensor);
+  }
+  rig.waiting = before->waiting;
+  for (Impl::Waiting& message : rig.waiting) message.sensor = present[message.sensor];
+  std::erase_if(rig.waiting,
+                [&](const Impl::Waiting& message) { return message.sensor == rig.entries.size(); });
 }
 
 std::uint64_t LightRig::failed(std::size_t sensor) const {

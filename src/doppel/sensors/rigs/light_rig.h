@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "doppel/base/core/log.h"
+#include "doppel/base/core/saved_part.h"
 #include "doppel/export.h"
 #include "doppel/physics/contract/engine.h"
 #include "doppel/ros/bus/bus.h"
@@ -42,6 +43,10 @@ class DOPPEL_API LightRig {
   void instances_changed(const Engine& engine);
   void between_steps(Time now);
   void reset(Time now);
+  // The schedules and the messages that wait for a latency; of sensors with the same names. Samples that
+  // are being made are part of it in lockstep only; restore() drops those of the present.
+  void save(SavedSlot& slot);
+  void restore(const SavedPart& saved);
   [[nodiscard]] std::vector<RigStatus> status() const;
   // Writes the present rates and counts into the list that status() gave; does not allocate.
   void refresh(std::span<doppel_msgs::msg::Sensor> list) const;

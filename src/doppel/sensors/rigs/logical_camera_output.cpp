@@ -31,6 +31,13 @@ class LogicalCameraOutput : public PhysicalSensor {
     const auto* former = dynamic_cast<const LogicalCameraOutput*>(&before);
     if (former != nullptr && same_values(sensor_, former->sensor_)) delayed_.resume(former->delayed_);
   }
+  void save(SavedSlot& slot) const override { value_in<Saved>(slot) = {hash_, delayed_}; }
+  void restore(const SavedPart& saved) override {
+    const Saved* const before = value_of<Saved>(&saved);
+    if (before == nullptr) return;
+    hash_ = before->hash;
+    delayed_ = before->delayed;
+  }
   void bind(const Engine& engine, int instance) override {
     PhysicalSensor::bind(engine, instance);
     const auto& instances = engine.world().instances();
@@ -83,6 +90,11 @@ class LogicalCameraOutput : public PhysicalSensor {
            std::abs(p_S.y()) <= across_ * p_S.x() &&
            std::abs(p_S.z()) <= across_ / described_.aspect * p_S.x();
   }
+
+  struct Saved {
+    std::uint64_t hash = 0;
+    DelayLine<LogicalCameraImage> delayed;
+  };
 
   const EnvironmentDescription described_;
   double across_ = 1;  // tangent of half the horizontal angle

@@ -107,6 +107,20 @@ class MeterOutput : public PhysicalSensor {
     if (same_values(sensor_, former->sensor_)) delayed_.resume(former->delayed_);
   }
 
+  void save(SavedSlot& slot) const override {
+    Saved& out = value_in<Saved>(slot);
+    out.hash = hash_;
+    meter_->save(out.meter);
+    out.delayed = delayed_;
+  }
+  void restore(const SavedPart& saved) override {
+    const Saved* const before = value_of<Saved>(&saved);
+    if (before == nullptr) return;
+    hash_ = before->hash;
+    meter_->restore(before->meter);
+    delayed_ = before->delayed;
+  }
+
   void publish(const PhysicalState& state, std::uint64_t sample) override {
     meter_->measure(state, sample);
     for (const double value : meter_->values()) hash_value(value);
@@ -125,6 +139,12 @@ class MeterOutput : public PhysicalSensor {
   struct Sample {
     builtin_interfaces::msg::Time stamp;
     std::vector<double> values;
+  };
+
+  struct Saved {
+    std::uint64_t hash = 0;
+    SensorMeter::Memory meter;
+    DelayLine<Sample> delayed;
   };
 
   void set_frame() {

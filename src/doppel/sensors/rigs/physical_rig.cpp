@@ -186,6 +186,60 @@ void PhysicalRig::reset(const Engine& engine) {
   }
 }
 
+namespace {
+
+struct SavedPhysicalRig {
+  struct One {
+    std::string key, type;
+    SampleSchedule schedule;
+    std::uint64_t samples = 0, window_samples = 0;
+    double reached = 0;
+    SavedSlot sensor;
+  };
+  std::vector<One> sensors;
+  Time window_start{};
+};
+
+}  // namespace
+
+void PhysicalRig::save(SavedSlot& slot) const {
+  SavedPhysicalRig& out = value_in<SavedPhysicalRig>(slot);
+  out.window_start = impl_->window_start;
+  out.sensors.resize(impl_->entries.size());
+  for (std::size_t i = 0; i < out.sensors.size(); ++i) {
+    const Impl::Entry& entry = impl_->entries[i];
+    SavedPhysicalRig::One& one = out.sensors[i];
+    one.key = sensor_key(entry.sensor->sensor());
+    one.type = entry.sensor->sensor().description.type;
+    one.schedule = entry.schedule;
+    one.samples = entry.samples;
+    one.window_samples = entry.window_samples;
+    one.reached = entry.reached;
+    entry.sensor->save(one.sensor);
+  }
+}
+
+void PhysicalRig::restore(const SavedPart& saved) {
+  const auto* const before = value_of<SavedPhysicalRig>(&saved);
+  if (before == nullptr) return;
+  Impl& rig = *impl_;
+  rig.noted_at = Time::min();
+  rig.window_start = before->window_start;
+  for (Impl::Entry& entry : rig.entries) {
+    const RigSensor& sensor = entry.sensor->sensor();
+    const auto one = std::ranges::find_if(before->sensors, [&](const SavedPhysicalRig::One& other) {
+      return other.key == sensor_key(sensor) && other.type == sensor.description.type;
+    });
+    if (one == before->sensors.end()) continue;
+    entry.schedule = one->schedule;
+    entry.samples = one->samples;
+    entry.window_samples = one->window_samples;
+    entry.reached = one->reached;
+    entry.noted = false;
+    entry.sensor->restore(*one->sensor);
+  }
+}
+
 void PhysicalRig::Impl::note(const Engine& engine, int instance) {
   const auto i = static_cast<std::size_t>(instance);
   if (noted[i] != 0) return;

@@ -32,6 +32,7 @@
 #include <vector>
 
 #include "doppel/base/core/log.h"
+#include "doppel/base/core/saved_part.h"
 #include "doppel/base/math/geodesy.h"
 #include "doppel/export.h"
 #include "doppel/physics/contract/engine.h"
@@ -62,6 +63,9 @@ class DOPPEL_API PhysicalRig {
   void instances_changed(const Engine& engine);
   // Orientations relative to the start are relative to the present ones from now on.
   void reset(const Engine& engine);
+  // The schedules and the messages that wait for a latency; of sensors with the same names.
+  void save(SavedSlot& slot) const;
+  void restore(const SavedPart& saved);
   [[nodiscard]] std::vector<RigStatus> status() const;
   // Writes the present rates and counts into the list that status() gave; does not allocate.
   void refresh(std::span<doppel_msgs::msg::Sensor> list) const;

@@ -36,6 +36,80 @@ struct SensorReadings::Impl {
   Time read_at = Time::min();
 };
 
+namespace {
+
+struct SavedReadings {
+  struct One {
+    std::string key, type;
+    Time start{};
+    SensorMeter::Memory meter;
+    std::vector<double> values;
+  };
+  std::vector<One> sensors;
+  std::vector<std::string> instances;  // of the motions
+  std::vector<InstanceMotion::Noted> motions;
+  std::vector<Contact> before;
+  bool fresh = true;
+  Time noted_end = Time::min(), read_at = Time::min();
+};
+
+}  // namespace
+
+void SensorReadings::save(SavedSlot& slot) const {
+  const Impl& present = *impl_;
+  SavedReadings& out = value_in<SavedReadings>(slot);
+  out.sensors.resize(present.meters.size());
+  for (std::size_t i = 0; i < present.meters.size(); ++i) {
+    SavedReadings::One& one = out.sensors[i];
+    one.key = present.keys[i];
+    one.type = present.types[i];
+    one.start = present.starts[i];
+    one.values = present.values[i];
+    if (present.meters[i]) present.meters[i]->save(one.meter);
+  }
+  out.instances.clear();
+  out.motions.resize(present.motions.size());
+  for (std::size_t i = 0; i < present.motions.size(); ++i) {
+    out.instances.push_back(present.world->instances()[i].name);
+    if (present.motions[i]) out.motions[i] = present.motions[i]->noted();
+  }
+  out.before = present.before;
+  out.fresh = present.fresh;
+  out.noted_end = present.noted_end;
+  out.read_at = present.read_at;
+}
+
+void SensorReadings::restore(const SavedPart& saved) {
+  const auto* const before = value_of<SavedReadings>(&saved);
+  if (before == nullptr) return;
+  Impl& present = *impl_;
+  bool same =
+      before->sensors.size() == present.meters.size() && before->motions.size() == present.motions.size();
+  for (std::size_t i = 0; i < present.meters.size(); ++i) {
+    const auto one = std::ranges::find_if(before->sensors, [&](const SavedReadings::One& other) {
+      return other.key == present.keys[i] && other.type == present.types[i];
+    });
+    if (one == before->sensors.end()) continue;
+    present.starts[i] = one->start;
+    if (one->values.size() == present.values[i].size()) present.values[i] = one->values;
+    if (present.meters[i]) present.meters[i]->restore(one->meter);
+  }
+  for (std::size_t i = 0; same && i < present.motions.size(); ++i) {
+    const InstanceMotion::Noted& noted = before->motions[i];
+    same = before->instances[i] == present.world->instances()[i].name;
+    if (!present.motions[i]) continue;
+    same = same && noted.q.size() == present.motions[i]->noted().q.size() &&
+           noted.v.size() == present.motions[i]->noted().v.size();
+    if (same) present.motions[i]->set_noted(noted);
+  }
+  // Among other instances there is no state from which the last step began.
+  if (!same) return state_written();
+  present.before = before->before;
+  present.fresh = before->fresh;
+  present.noted_end = before->noted_end;
+  present.read_at = before->read_at;
+}
+
 SensorReadings::SensorReadings(const std::vector<RigSensor>& sensors, const RigOptions& options,
                                const EarthFrame& earth, Duration period, RangeValues* ranges)
     : impl_(std::make_unique<Impl>()) {

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/base/core/saved_part.h"
 #include "doppel/base/core/time.h"
 #include "doppel/base/math/geodesy.h"
 #include "doppel/export.h"
@@ -40,6 +41,11 @@ class DOPPEL_API SensorReadings {
   void state_written();
   // Continues in place of others: sensors of the same name and type keep their start and their noise. now: of the engine.
   void resume(const SensorReadings& before, Time now);
+
+  // The state that changes from reading to reading, for readings of the same sensors (saved_part.h). To be
+  // restored after the state of the engine.
+  void save(SavedSlot& slot) const;
+  void restore(const SavedPart& saved);
 
   // -- in the loop: no allocation, no throw
   // Notes the state from which a step begins, at whose end the values may be read.

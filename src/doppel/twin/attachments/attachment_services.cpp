@@ -37,8 +37,14 @@ class AttachmentServices::Device {
     std::string key;
     std::optional<Wanted> held;
     bool is_on = false;
+    // For a saved state only: a new device looks, asks and publishes anew.
+    bool refused = false, published = false;
+    Time next_look{}, last_look{};
+    std::optional<Time> since;
   };
   [[nodiscard]] virtual Memory memory() const = 0;
+  // Becomes as it was when the engine, which has the attachments, was saved.
+  virtual void restore_memory(const Memory& saved) { held_ = saved.held; }
   virtual void resume(const Memory& before) {
     held_ = before.held;
     restore();
@@ -77,7 +83,11 @@ class AttachmentServices::Device {
     held_.reset();
   }
   [[nodiscard]] Memory memory_of(const std::string& key, bool is_on = false) const {
-    return {key, held_, is_on};
+    Memory out;
+    out.key = key;
+    out.held = held_;
+    out.is_on = is_on;
+    return out;
   }
 
   AttachmentServices& services_;
@@ -116,7 +126,16 @@ class AttachmentServices::Joint : public Device {
     refused_ = false;
   }
   [[nodiscard]] Memory memory() const override {
-    return memory_of("joint " + joint_.parent_link + " " + joint_.child_model + " " + joint_.child_link);
+    Memory out =
+        memory_of("joint " + joint_.parent_link + " " + joint_.child_model + " " + joint_.child_link);
+    out.refused = refused_;
+    out.published = published_;
+    return out;
+  }
+  void restore_memory(const Memory& saved) override {
+    Device::restore_memory(saved);
+    refused_ = saved.refused;
+    published_ = saved.published;
   }
 
  private:
@@ -180,7 +199,18 @@ class AttachmentServices::Vacuum : public Device {
     forget_lost();
     on_ = false;
   }
-  [[nodiscard]] Memory memory() const override { return memory_of("vacuum " + vacuum_.link, on_); }
+  [[nodiscard]] Memory memory() const override {
+    Memory out = memory_of("vacuum " + vacuum_.link, on_);
+    out.next_look = next_look_;
+    out.last_look = last_look_;
+    return out;
+  }
+  void restore_memory(const Memory& saved) override {
+    Device::restore_memory(saved);
+    on_ = saved.is_on;
+    next_look_ = saved.next_look;
+    last_look_ = saved.last_look;
+  }
   void resume(const Memory& before) override {
     Device::resume(before);
     on_ = before.is_on;
@@ -239,7 +269,19 @@ class AttachmentServices::Gripper : public Device {
     forget_lost();
     since_.reset();
   }
-  [[nodiscard]] Memory memory() const override { return memory_of("gripper " + check_.palm); }
+  [[nodiscard]] Memory memory() const override {
+    Memory out = memory_of("gripper " + check_.palm);
+    out.next_look = next_look_;
+    out.last_look = last_look_;
+    out.since = since_;
+    return out;
+  }
+  void restore_memory(const Memory& saved) override {
+    Device::restore_memory(saved);
+    next_look_ = saved.next_look;
+    last_look_ = saved.last_look;
+    since_ = saved.since;
+  }
 
  private:
   // Attaches what has been held, and releases what has not, for the time of that many steps.
@@ -305,6 +347,38 @@ void AttachmentServices::reset(Time /*now*/) {
   detached_.clear();
   for (const Equipped& of : equipped_) {
     for (const auto& device : of.devices) device->reset();
+  }
+}
+
+struct AttachmentServices::Saved {
+  std::vector<Wanted> attached, detached;
+  std::vector<std::pair<std::string, std::vector<Device::Memory>>> devices;  // by instance
+};
+
+void AttachmentServices::save(SavedSlot& slot) {
+  Saved& out = value_in<Saved>(slot);
+  out.attached = wanted_;
+  out.detached = detached_;
+  out.devices.clear();
+  for (const Equipped& equipped : equipped_) {
+    if (equipped.devices.empty()) continue;
+    auto& memories = out.devices.emplace_back(equipped.instance, std::vector<Device::Memory>{}).second;
+    for (const auto& device : equipped.devices) memories.push_back(device->memory());
+  }
+}
+
+void AttachmentServices::restore(const SavedPart* saved, Time /*now*/) {
+  const Saved* const before = value_of<Saved>(saved);
+  if (before == nullptr) return;
+  wanted_ = before->attached;
+  detached_ = before->detached;
+  for (const auto& [instance, memories] : before->devices) {
+    const auto equipped = std::ranges::find(equipped_, instance, &Equipped::instance);
+    if (equipped == equipped_.end()) continue;
+    for (const auto& device : equipped->devices) {
+      const auto memory = std::ranges::find(memories, device->memory().key, &Device::Memory::key);
+      if (memory != memories.end()) device->restore_memory(*memory);
+    }
   }
 }
 

@@ -57,12 +57,12 @@ void OscillationWatch::look(const Instance& robot, Time now) {
   if (!model_->joints.empty() && model_->joints.front().type == JointType::floating) {
     const auto base = v_now.subspan(static_cast<std::size_t>(model_->joints.front().v), 6);
     if (std::any_of(base.begin(), base.end(), [](double v) { return std::abs(v) > kStillBase; }))
-      base_moved_ = now;
+      run_.base_moved = now;
   }
   for (std::size_t j = 0; j < model_->joints.size(); ++j) {
     const ModelJoint& joint = model_->joints[j];
     const int index = static_cast<int>(j);
-    Watched& watched = joints_[j];
+    Watched& watched = run_.joints[j];
     if (watched.reported || !joint.scalar() || joint.mimics()) continue;
     const DriveState drive = state_of(robot, index);
     watched.by_controller = drive.mode == DriveMode::effort || drive.mode == DriveMode::velocity;
@@ -94,7 +94,8 @@ void OscillationWatch::evaluate(Watched& watched, int joint, Time now) {
                      std::max(watched.early.high, watched.late.high)};
   const double amplitude = whole.amplitude();
   const double sag = std::abs(watched.target - watched.sum / watched.steps);
-  const bool coarse = watched.by_controller || (base_moved_ > Time{} && now - base_moved_ < kOscillationTime);
+  const bool coarse =
+      watched.by_controller || (run_.base_moved > Time{} && now - run_.base_moved < kOscillationTime);
   const double smallest = coarse ? (slides ? kMinSlideLoopOscillation : kMinLoopOscillation)
                                  : (slides ? kMinSlideOscillation : kMinOscillation);
   const bool shakes = amplitude >= smallest && amplitude >= kStillThere * watched.before;
@@ -104,7 +105,7 @@ void OscillationWatch::evaluate(Watched& watched, int joint, Time now) {
   if (watched.turns >= kMinTurns && (watched.by_controller || amplitude >= kOscillationSags * sag) &&
       (watched.windows > 1 || watched.late.amplitude() >= kStillThere * watched.early.amplitude())) {
     watched.what = {joint, amplitude, 0.5 * watched.turns / lasted, sag, watched.by_controller};
-    watched.reported = watched.waiting = found_ = true;
+    watched.reported = watched.waiting = run_.found = true;
   }
   watched.before = amplitude;
   open_window(watched, now);
@@ -112,11 +113,11 @@ void OscillationWatch::evaluate(Watched& watched, int joint, Time now) {
 
 std::vector<Oscillation> OscillationWatch::take() {
   std::vector<Oscillation> out;
-  for (Watched& watched : joints_) {
+  for (Watched& watched : run_.joints) {
     if (watched.waiting) out.push_back(watched.what);
     watched.waiting = false;
   }
-  found_ = false;
+  run_.found = false;
   return out;
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "doppel/base/core/saved_part.h"
 #include "doppel/base/core/time.h"
 #include "doppel/export.h"
 
@@ -61,11 +62,28 @@ class DOPPEL_API Tickable {
   // Another robot was added or removed.
   virtual void robots_changed(Time /*now*/) {}
 
+  // -- saved states of the twin, between steps
+  // Writes what changes while it runs into the slot, whose memory it reuses (saved_part.h).
+  virtual void save(SavedSlot& /*slot*/) {}
+  // Becomes as it was then; may be called twice. nullptr: it had nothing to save. Engine and handles are
+  // those of the restored state, whose time is `now`.
+  virtual void restore(const SavedPart* /*saved*/, Time /*now*/) {}
+
   // -- if the physics has diverged
   // What acts from outside: "1e+06 N m act on joint 'elbow'". Empty: nothing.
   [[nodiscard]] virtual std::string acting_loads() const { return ""; }
   // True: this part has brought the engine back to a finite state, and has reported it with the cause.
   virtual bool recover(const std::string& /*cause*/) { return false; }
+};
+
+// The state of a TickList: of each entry, in its order.
+struct SavedTicks {
+  struct One {
+    Time next{};
+    SavedSlot part;
+  };
+  std::vector<One> all;
+  Time next{};
 };
 
 class DOPPEL_API TickList {
@@ -110,6 +128,22 @@ class DOPPEL_API TickList {
       entry.next = Time::min();
     }
     next_ = Time::min();
+  }
+  void save(SavedTicks& out) {
+    out.all.resize(all_.size());
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      out.all[i].next = all_[i].next;
+      all_[i].what->save(out.all[i].part);
+    }
+    out.next = next_;
+  }
+  void restore(const SavedTicks& saved, Time now) {
+    if (saved.all.size() != all_.size()) return reset(now);
+    for (std::size_t i = 0; i < all_.size(); ++i) {
+      all_[i].next = saved.all[i].next;
+      all_[i].what->restore(saved.all[i].part.get(), now);
+    }
+    next_ = saved.next;
   }
   void instances_changed() {
     for (Entry& entry : all_) entry.what->instances_changed();

@@ -29,6 +29,8 @@
 
 namespace doppel {
 
+class SavedState;  // saved_state.h
+
 // The inputs of a machine besides files; shared, because a build on another thread may outlive the twin.
 struct TwinSources {
   Scenario scenario;
@@ -72,6 +74,13 @@ class DOPPEL_API TwinCore {
   void between_steps();
   // To the start: start poses, at rest; active controllers hold there. `time`: afterwards.
   void reset(Time time = Time{});
+  // Between steps: writes the whole state into `out`, whose memory it reuses. Refused: a robot drives real
+  // hardware, the physics has diverged, or hardware cannot be saved. `out` is not to be used then.
+  Status save(SavedState& out);
+  // Between steps: everything becomes as it was. Refused, with every difference by name and without a
+  // change: a robot, or after a reload an object, was added or removed, or the structure of a robot is
+  // another one.
+  Status restore(const SavedState& saved);
   // Publishes the present state, after it was written or time was stepped.
   void publish_state();
   // A part has written the states of these robots, by their instances: controllers hold there.
@@ -124,6 +133,9 @@ class DOPPEL_API TwinCore {
   void hash_objects();
   [[nodiscard]] Time control_time() const;
   void follow_wall(Time now);
+  [[nodiscard]] std::vector<std::string> differences(const SavedState& saved) const;
+  void restore_engine(const SavedState& saved);
+  void restore_values(const SavedState& saved);
   void publish_due(Time now);
   // Between steps: what a diverged physics leads to, and that it can step again after a reset.
   void settle_divergence();

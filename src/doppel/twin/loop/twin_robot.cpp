@@ -41,6 +41,10 @@ class Transforms : public Tickable {
     publisher_->publish_latched(now);
   }
   void robots_changed(Time now) override { publisher_->publish_latched(now); }
+  void save(SavedSlot& slot) override { save_run(pace_, slot); }
+  void restore(const SavedPart* saved, Time /*now*/) override {
+    if (saved != nullptr) restore_run(*saved, pace_);
+  }
   void between_steps(Time now) override {
     publisher_->follow_base_transform(robot_.controller_manager().base_transform(), now);
   }
@@ -87,6 +91,10 @@ class OscillationMonitor : public Tickable {
 
   [[nodiscard]] bool at_every_step() const override { return true; }
   void after_step(Time now) override { watch_.look(robot_.instance(), now); }
+  void save(SavedSlot& slot) override { save_run(watch_.run(), slot); }
+  void restore(const SavedPart* saved, Time /*now*/) override {
+    if (const auto* before = value_of<OscillationWatch::Run>(saved)) watch_.set_run(*before);
+  }
   void between_steps(Time /*now*/) override {
     if (!watch_.found()) return;
     for (const Oscillation& found : watch_.take()) {
@@ -212,6 +220,26 @@ void TwinRobot::reset(Time now) {
   control_->manager().restart(control_time(now));
   ticks_.reset(now);
   next_housekeeping_ = now;
+}
+
+Status TwinRobot::save(Saved& out) {
+  out.rest = history_.rest;
+  out.oscillations = history_.oscillations;
+  out.hash = history_.hash;
+  out.next_tick = next_tick_;
+  out.next_housekeeping = next_housekeeping_;
+  ticks_.save(out.ticks);
+  return control_->manager().save(out.manager);
+}
+
+void TwinRobot::restore_values(const Saved& saved, Time now) {
+  if (saved.rest) history_.rest = *saved.rest;
+  history_.oscillations = saved.oscillations;
+  history_.hash = saved.hash;
+  next_tick_ = saved.next_tick;
+  next_housekeeping_ = saved.next_housekeeping;
+  control_->manager().restore_values(*saved.manager, now);
+  ticks_.restore(saved.ticks, now);
 }
 
 void TwinRobot::show(Time now) {

@@ -60,6 +60,15 @@ class DOPPEL_API TwinRobot {
     std::uint64_t hash = 0;
     std::set<std::string> unbound = {};  // findings of ControlStack::unbound() that were logged
   };
+  // The state that changes while the robot runs.
+  struct Saved {
+    SavedSlot manager;
+    std::optional<RestCheck> rest;
+    std::vector<OscillationReport> oscillations;
+    std::uint64_t hash = 0, next_tick = 0;
+    Time next_housekeeping{};
+    SavedTicks ticks;
+  };
   // former: in whose place it is made, with its history and the start of its sensors; nullptr: none. Neither loads
   // controllers nor publishes anything yet. Throws InputError.
   TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledRobot> machine, Instance instance,
@@ -101,6 +110,9 @@ class DOPPEL_API TwinRobot {
   }
   void show(Time now);  // publishes its present state
   void robots_changed(Time now) { ticks_.robots_changed(now); }
+  // Saved states: see ControllerManager. Refused with the names of hardware that cannot be saved.
+  Status save(Saved& out);
+  void restore_values(const Saved& saved, Time now);
 
   // -- in the loop: no allocation, no lock, no throw
   [[nodiscard]] bool control_due(std::uint64_t step) const { return step >= next_tick_; }

@@ -34,6 +34,8 @@ class DOPPEL_API TwinReload : public Tickable {
 
   void between_steps(Time now) override;
   void reset(Time /*now*/) override { edited_.reset(); }  // its time is another one from now on
+  // The time is another one from now on, too.
+  void restore(const SavedPart* /*saved*/, Time /*now*/) override { edited_.reset(); }
   bool recover(const std::string& cause) override;
 
  private:

@@ -253,6 +253,41 @@ void SensorTicks::reset(Time now) {
   list_due_ = frames_due_ = now;
 }
 
+namespace {
+
+struct SavedSensorTicks {
+  SavedSlot light, physical;
+  Time frames_due{}, list_due{};
+  std::vector<std::uint64_t> left_out_before, failed_before;
+};
+
+}  // namespace
+
+void SensorTicks::save(SavedSlot& slot) {
+  SavedSensorTicks& out = value_in<SavedSensorTicks>(slot);
+  if (changed_) look_up();
+  light_.save(out.light);
+  physical_.save(out.physical);
+  out.frames_due = frames_due_;
+  out.list_due = list_due_;
+  out.left_out_before = left_out_before_;
+  out.failed_before = failed_before_;
+}
+
+void SensorTicks::restore(const SavedPart* saved, Time /*now*/) {
+  const auto* const before = value_of<SavedSensorTicks>(saved);
+  if (before == nullptr) return;
+  if (changed_) look_up();
+  light_.restore(*before->light);
+  physical_.restore(*before->physical);
+  frames_due_ = before->frames_due;
+  list_due_ = before->list_due;
+  if (before->left_out_before.size() == left_out_before_.size()) {
+    left_out_before_ = before->left_out_before;
+    failed_before_ = before->failed_before;
+  }
+}
+
 std::vector<RigStatus> SensorTicks::status() const {
   std::vector<RigStatus> out = light_.status();
   for (RigStatus& one : physical_.status()) out.push_back(std::move(one));

@@ -32,6 +32,8 @@ class DOPPEL_API SensorTicks : public Tickable {
   [[nodiscard]] Time next_after(Time /*now*/) const override { return physical_.next(); }
   void between_steps(Time now) override;
   void reset(Time now) override;
+  void save(SavedSlot& slot) override;
+  void restore(const SavedPart* saved, Time now) override;
   // Only noted: a reload may be undone, and nodes must not be destroyed while it is under way.
   void instances_changed() override { changed_ = true; }
   [[nodiscard]] std::vector<RigStatus> status() const;

@@ -61,6 +61,27 @@ void SimulatorServices::reset(Time /*now*/) {
   next_change_ = pause_at_ = Time::max();
 }
 
+void SimulatorServices::save(SavedSlot& slot) {
+  Saved& out = value_in<Saved>(slot);
+  out.loads = loads_;
+  out.next_change = next_change_;
+  out.pause_at = pause_at_;
+}
+
+void SimulatorServices::restore(const SavedPart* saved, Time /*now*/) {
+  const Saved* const before = value_of<Saved>(saved);
+  if (before == nullptr) return;
+  loads_ = before->loads;
+  next_change_ = before->next_change;
+  pause_at_ = before->pause_at;
+  const auto& instances = scene_.engine().world().instances();
+  const auto is_other = [&instances](const Load& load) {
+    const auto index = static_cast<std::size_t>(load.body.instance);
+    return index >= instances.size() || instances[index].model != load.model;
+  };
+  if (std::ranges::any_of(loads_, is_other)) instances_changed();  // after a reload
+}
+
 void SimulatorServices::instances_changed() {
   std::erase_if(loads_, [this](Load& load) {
     load.body.instance = scene_.find(load.name);

@@ -12,6 +12,7 @@ namespace doppel {
 template <class Sample>
 class DelayLine {
  public:
+  DelayLine() = default;
   // latency, period: s; 0 is no latency. `blank`: what the places for samples begin as.
   DelayLine(double latency, double period, const Sample& blank) : latency_(from_seconds(latency)) {
     if (latency_ > Duration{})

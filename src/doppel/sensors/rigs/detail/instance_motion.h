@@ -13,6 +13,14 @@ class InstanceMotion {
  public:
   explicit InstanceMotion(const Model& model);
 
+  // The state that was noted.
+  struct Noted {
+    Pose X_WR = Pose::Identity();
+    Eigen::VectorXd q, v;
+  };
+  [[nodiscard]] const Noted& noted() const { return noted_; }
+  void set_noted(const Noted& noted) { noted_ = noted; }
+
   // -- no allocation
   // The state from which a step begins.
   void note(const Instance& instance);
@@ -30,8 +38,8 @@ class InstanceMotion {
 
  private:
   const Model& model_;
-  Pose X_WR_ = Pose::Identity();
-  Eigen::VectorXd q_, v_, a_;
+  Noted noted_;
+  Eigen::VectorXd a_;
   std::vector<Pose> X_WL_;
   Data data_;
 };

@@ -97,6 +97,19 @@ class LightSensor {
   }
   // Continues in place of a former sensor of the same name and type, from sample `next` on.
   virtual void resume(const LightSensor& /*before*/, std::uint64_t /*next*/) {}
+  // The state that changes from sample to sample.
+  struct Memory {
+    std::uint64_t walk = 0;  // ChannelNoise::begin()
+    double range = std::numeric_limits<double>::quiet_NaN();
+  };
+  [[nodiscard]] virtual Memory memory() const {
+    Memory out;
+    if (range_) out.range = range_->range;
+    return out;
+  }
+  virtual void restore(const Memory& saved) {
+    if (range_) range_->range = saved.range;
+  }
 
  protected:
   static constexpr std::size_t kRangeBit = kMaxOutlets;  // in LightSample::wanted, above the outlets

@@ -11,6 +11,7 @@
 
 #include "doppel/base/core/fnv_hash.h"
 #include "doppel/base/core/log.h"
+#include "doppel/base/core/saved_part.h"
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/messages/geometry_msgs.h"
 #include "doppel/sensors/rigs/detail/sensor_meter.h"
@@ -44,6 +45,10 @@ class PhysicalSensor {
   virtual void restart(const Engine& /*engine*/) {}
   // Continues in place of a former sensor of the same name, from sample `next` on.
   virtual void resume(const PhysicalSensor& /*before*/, std::uint64_t /*next*/) {}
+
+  // The state that changes from sample to sample (saved_part.h).
+  virtual void save(SavedSlot& slot) const = 0;
+  virtual void restore(const SavedPart& saved) = 0;
 
   // -- in the loop: no allocation
   virtual void publish(const PhysicalState& state, std::uint64_t sample) = 0;

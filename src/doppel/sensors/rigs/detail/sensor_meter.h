@@ -62,6 +62,24 @@ class SensorMeter {
       noise_[i].resume(before.noise_[i], next);
   }
 
+  // The state that changes from sample to sample, for a saved state.
+  struct Memory {
+    std::vector<std::uint64_t> walks;                        // [channels] ChannelNoise::begin()
+    Eigen::Matrix3d R_WStart = Eigen::Matrix3d::Identity();  // of an IMU
+    double reference = 0;                                    // m, of an altimeter
+    std::vector<double> values;
+  };
+  virtual void save(Memory& out) const {
+    out.walks.clear();
+    for (const ChannelNoise& channel : noise_) out.walks.push_back(channel.begin());
+    out.values = values_;
+  }
+  virtual void restore(const Memory& saved) {
+    for (std::size_t i = 0; i < std::min(noise_.size(), saved.walks.size()); ++i)
+      noise_[i].set_begin(saved.walks[i]);
+    if (saved.values.size() == values_.size()) values_ = saved.values;
+  }
+
   // -- in the loop: no allocation
   virtual void measure(const PhysicalState& state, std::uint64_t sample) = 0;
 

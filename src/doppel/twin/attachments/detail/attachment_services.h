@@ -29,6 +29,8 @@ class AttachmentServices : public Tickable {
   void between_steps(Time now) override;
   void reset(Time now) override;
   void instances_changed() override;
+  void save(SavedSlot& slot) override;
+  void restore(const SavedPart* saved, Time now) override;
 
  private:
   // A link by names that outlive a change of instances.
@@ -53,6 +55,8 @@ class AttachmentServices : public Tickable {
     std::shared_ptr<const Model> model;
     std::vector<std::unique_ptr<Device>> devices;
   };
+
+  struct Saved;
 
   void offer_services();
   Status join(const std::string& model_1, const std::string& link_1, const std::string& model_2,

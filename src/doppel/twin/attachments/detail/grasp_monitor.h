@@ -32,6 +32,11 @@ class GraspMonitor : public Tickable {
   void show(Time now) override { next_look_ = now; }
   void reset(Time now) override;
   void instances_changed() override;
+  // The grasps; it looks again at once.
+  void save(SavedSlot& slot) override { save_run(held_, slot); }
+  void restore(const SavedPart* saved, Time /*now*/) override {
+    if (saved != nullptr) restore_run(*saved, held_);
+  }
 
  private:
   // The point of a link and the point of the body that met when the link began to touch.

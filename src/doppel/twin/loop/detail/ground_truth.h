@@ -24,6 +24,10 @@ class GroundTruth : public Tickable {
   [[nodiscard]] Time next_after(Time now) const override { return now + period(); }
   void show(Time now) override;
   void reset(Time now) override { pace_.restart(now); }
+  void save(SavedSlot& slot) override { save_run(pace_, slot); }
+  void restore(const SavedPart* saved, Time /*now*/) override {
+    if (saved != nullptr) restore_run(*saved, pace_);
+  }
 
  private:
   [[nodiscard]] Duration period() const;

@@ -33,16 +33,17 @@ class OscillationWatch {
  public:
   // followed: for joints whose drive is commanded by velocity or effort; they are not watched without it.
   explicit OscillationWatch(std::shared_ptr<const Model> model, FollowedPosition followed = {})
-      : model_(std::move(model)), followed_(std::move(followed)), joints_(model_->joints.size()) {}
+      : model_(std::move(model)), followed_(std::move(followed)) {
+    run_.joints.resize(model_->joints.size());
+  }
 
   // After every step. Nothing is allocated.
   void look(const Instance& robot, Time now);
   // True if take() has a result.
-  [[nodiscard]] bool found() const { return found_; }
+  [[nodiscard]] bool found() const { return run_.found; }
   // The joints found since the last call; each is found once.
   std::vector<Oscillation> take();
 
- private:
   struct Extent {  // of q
     double low = kInfinity, high = -kInfinity;
     [[nodiscard]] double amplitude() const { return 0.5 * (high - low); }
@@ -61,6 +62,18 @@ class OscillationWatch {
     bool reported = false, waiting = false;  // waiting: take() has not been called for it
     Oscillation what;
   };
+  // The state that changes from step to step.
+  struct Run {
+    std::vector<Watched> joints;  // [joints]
+    bool found = false;
+    Time base_moved{};  // the last time; 0: it has not moved
+  };
+  [[nodiscard]] const Run& run() const { return run_; }
+  void set_run(const Run& run) {
+    if (run.joints.size() == run_.joints.size()) run_ = run;
+  }
+
+ private:
   static void restart(Watched& watched, Time now);
   static void open_window(Watched& watched, Time now);
   void evaluate(Watched& watched, int joint, Time now);
@@ -68,9 +81,7 @@ class OscillationWatch {
 
   std::shared_ptr<const Model> model_;
   FollowedPosition followed_;
-  std::vector<Watched> joints_;  // [joints]
-  bool found_ = false;
-  Time base_moved_{};  // the last time; 0: it has not moved
+  Run run_;
 };
 
 // "joint 'elbow' oscillates by 0.012 rad at 250 Hz while it is held, 40 times its sag: ..." with the likely

@@ -18,6 +18,10 @@ class ClockPublisher : public Tickable {
   Time publish(Time now) override;
   void show(Time now) override { publish_clock(now); }
   void reset(Time now) override { pace_.restart(now); }
+  void save(SavedSlot& slot) override { save_run(pace_, slot); }
+  void restore(const SavedPart* saved, Time /*now*/) override {
+    if (saved != nullptr) restore_run(*saved, pace_);
+  }
 
  private:
   void publish_clock(Time now);

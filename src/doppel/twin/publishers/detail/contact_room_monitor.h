@@ -13,6 +13,10 @@ class ContactRoomMonitor : public Tickable {
 
   void between_steps(Time now) override;
   void reset(Time /*now*/) override { reported_ = false; }
+  void save(SavedSlot& slot) override { save_run(reported_, slot); }
+  void restore(const SavedPart* saved, Time /*now*/) override {
+    if (saved != nullptr) restore_run(*saved, reported_);
+  }
 
  private:
   const Scene& scene_;

@@ -45,6 +45,8 @@ class SimulatorServices : public Tickable {
   }
   // Removes all loads.
   void reset(Time now) override;
+  void save(SavedSlot& slot) override;
+  void restore(const SavedPart* saved, Time now) override;
   // Loads continue on bodies that keep their name and model; a new body with the name of a deleted
   // one gets none.
   void instances_changed() override;
@@ -63,6 +65,10 @@ class SimulatorServices : public Tickable {
     [[nodiscard]] bool on_same_body(const Load& other) const {
       return joint < 0 && other.joint < 0 && body == other.body;
     }
+  };
+  struct Saved {
+    std::vector<Load> loads;
+    Time next_change{}, pause_at{};
   };
   // A call of ~/step, responded to when the requested steps have run.
   struct Stepping {
