@@ -80,7 +80,7 @@ test('the newest message until a time; of a latched topic the first one before i
   const [latched] = await bag.latest(topicOf(bag, '/robot_description'), 9);
   assert.equal(read(latched!)['data'], URDF);
   assert.equal((await bag.latest(topicOf(bag, '/robot_description'), 0)).length, 1, 'before it was sent');
-  assert.equal((await bag.latest(topicOf(bag, '/rosout'), 0.5)).length, 0, 'not latched');
+  assert.equal((await bag.latest(topicOf(bag, '/rosout'), 0.5)).length, 0, 'latched as in ROS 2, and logged later');
   assert.deepEqual((await bag.latest(topicOf(bag, '/rosout'), 5.5, { most: 3 })).map((one) => read(one)['msg']), ['the goal is near a limit', 'second 4', 'second 5']);
 });
 

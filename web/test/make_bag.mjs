@@ -80,7 +80,7 @@ export async function makeBag({ seconds = 10, rate = 50, offset = 0, from = 0, t
   if (describe) await channel('/robot_description', 'std_msgs/msg/String', 1);
   await channel('/tf_static', 'tf2_msgs/msg/TFMessage', 1);
   await channel('/joint_states', 'sensor_msgs/msg/JointState');
-  await channel('/rosout', 'rcl_interfaces/msg/Log');
+  await channel('/rosout', 'rcl_interfaces/msg/Log', 1);
   await channel('/camera/image_raw', 'sensor_msgs/msg/Image');
 
   const events = [];

@@ -35,9 +35,12 @@ export interface BagEvent {
 const MOST_BYTES = 96e6; // of decompressed pieces that are kept
 const byTime = (a: BagMessage, b: BagMessage): number => a.time - b.time;
 
+const STARTING = 1; // s: what was latched before the recording began is in its beginning
+const DESCRIPTION = /(^|\/)(robot_description|robot_description_semantic|tf_static|map)$/;
+
 // The publisher keeps its last message for later subscribers, as rosbag2 writes it; names are for writers that do not.
 function isLatched(name: string, qos: string): boolean {
-  return /durability: *['"]?(1|transient_local)\b/.test(qos) || /(^|\/)(robot_description|robot_description_semantic|tf_static|map)$/.test(name);
+  return /durability: *['"]?(1|transient_local)\b/.test(qos) || DESCRIPTION.test(name);
 }
 
 export class Bag {
@@ -178,7 +181,7 @@ export class Bag {
   }
 
   // The newest `most` messages of a topic until `time`, but none before `since` except the newest one, the oldest first. At
-  // most `pieces` pieces are read. Of a latched topic without any the first one is taken.
+  // most `pieces` pieces are read. A latched topic without any has the first one, if it was latched before the recording began.
   async latest(topic: Topic, time: number, { most = 1, since = -Infinity, pieces = Infinity } = {}): Promise<BagMessage[]> {
     const wanted = new Set([topic]);
     const inside = this.spans.filter(({ piece, start }) => start <= time && this.has(piece, wanted)).sort((a, b) => b.end - a.end);
@@ -190,7 +193,7 @@ export class Bag {
       for (const one of messages) if (one.topic === topic && one.time <= time) found.push(one);
       found = found.sort(byTime).slice(-most);
     }
-    if (found.length === 0 && topic.isLatched) return this.first(topic);
+    if (found.length === 0 && topic.isLatched) return (await this.first(topic)).filter((one) => one.time <= STARTING || DESCRIPTION.test(topic.name));
     return found.filter((one, i) => one.time >= since || i === found.length - 1);
   }
 
