@@ -89,7 +89,19 @@ class Runner::StallWatch {
 
 void Runner::handle_requests() {
   enter(Activity::requests);
+  const std::uint64_t before = twin_.steps();
   twin_.between_steps();
+  if (twin_.steps() != before) continue_from_other_step(before);
+}
+
+// A restored state has another number of steps: those that were taken so far count, and the schedule begins
+// anew.
+void Runner::continue_from_other_step(std::uint64_t before) {
+  taken_ += before - counted_;
+  simulated_ += static_cast<std::int64_t>(before - counted_) * step_size_;
+  counted_ = twin_.steps();
+  restart_schedule();
+  meter_.restart(anchor_wall_, anchor_steps_, phases());
 }
 
 void Runner::take_step() {
@@ -143,6 +155,7 @@ bool Runner::pace_changed() const {
 void Runner::notice_step_size() {
   const Duration now = twin_.step_size();
   if (now == step_size_) return;
+  taken_ += twin_.steps() - counted_;
   simulated_ += static_cast<std::int64_t>(twin_.steps() - counted_) * step_size_;
   counted_ = twin_.steps();
   step_size_ = now;
@@ -265,12 +278,13 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
   const StallWatch watch(*this);
   prctl(PR_SET_TIMERSLACK, 1);  // the default slack lets the kernel wake this thread up to 50 us late
   const auto begin_wall = Clock::now();
-  const std::uint64_t begin_steps = counted_ = twin_.steps();
+  counted_ = twin_.steps();
+  taken_ = 0;
   step_size_ = twin_.step_size();
   simulated_ = {};
   statistics_ = {};
   restart_schedule();
-  meter_.restart(begin_wall, begin_steps, phases());
+  meter_.restart(begin_wall, counted_, phases());
   statistics_.end = RunEnd::duration_reached;
   while (!duration_reached()) {
     if (stop.load(std::memory_order_relaxed)) {
@@ -298,7 +312,7 @@ RunStatistics Runner::run(const std::atomic<bool>& stop) {
     keep_pace(Clock::now(), stop);  // the duration of the last step has to pass, too
   twin_.bus().set_edge_share(0);
   statistics_.wall += Clock::now() - begin_wall;
-  statistics_.steps = twin_.steps() - begin_steps;
+  statistics_.steps = taken_ + twin_.steps() - counted_;
   statistics_.simulated = simulated_ + static_cast<std::int64_t>(twin_.steps() - counted_) * step_size_;
   return statistics_;
 }

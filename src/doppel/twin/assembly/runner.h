@@ -83,6 +83,7 @@ class DOPPEL_API Runner {
     progress_.fetch_add(1, std::memory_order_relaxed);
   }
   void handle_requests();  // between steps
+  void continue_from_other_step(std::uint64_t before);
   void take_step();
   void rest_while_paused(const std::atomic<bool>& stop);
   void begin_step(const std::atomic<bool>& stop);
@@ -109,10 +110,10 @@ class DOPPEL_API Runner {
   Clock::time_point anchor_wall_;
   std::uint64_t anchor_steps_ = 0;
   double anchor_speed_ = 1.0;
-  // An edit may change the size of a step: `counted_` steps have simulated `simulated_` in this run, later
-  // ones take `step_size_`.
+  // An edit may change the size of a step, and a restored state the number of steps: `taken_` steps of this
+  // run, up to the number `counted_`, have simulated `simulated_`; later ones take `step_size_`.
   Duration step_size_{}, simulated_{};
-  std::uint64_t counted_ = 0;
+  std::uint64_t counted_ = 0, taken_ = 0;
   LoopMeter meter_;
   Clock::time_point measured_;                        // end of the wall-clock time accounted for below
   std::chrono::nanoseconds bus_{}, idle_{}, step_{};  // since the run began

@@ -8,6 +8,7 @@
 #include "doppel/twin/loop/twin_core.h"
 #include "doppel/twin/publishers/publishers.h"
 #include "doppel/twin/reload/twin_reload.h"
+#include "doppel/twin/saved_states/saved_states.h"
 #include "doppel/twin/sensor_ticks/sensor_ticks.h"
 #include "doppel/twin/services/services.h"
 
@@ -32,6 +33,7 @@ struct Twin::Impl {
     add_arms(core);
     sensors = add<SensorTicks>();
     reload = add<TwinReload>();
+    states = add<SavedStates>();  // last: it saves what the others have done between two steps
     core.start();
   }
 
@@ -46,6 +48,7 @@ struct Twin::Impl {
   TwinCore core;
   SensorTicks* sensors = nullptr;  // these belong to the core
   TwinReload* reload = nullptr;
+  SavedStates* states = nullptr;
 };
 
 Twin::Twin(const Scenario& scenario, const Log& log, Diagnostics& diagnostics)
@@ -61,6 +64,19 @@ void Twin::between_steps() {
 }
 void Twin::reset() {
   impl_->core.reset();
+}
+std::shared_ptr<const SavedState> Twin::save() {
+  return impl_->states->save_now();
+}
+Status Twin::restore(const SavedState& state) {
+  return impl_->states->restore_state(state);
+}
+void Twin::keep_states(bool on) {
+  impl_->states->keep(on);
+}
+Status Twin::rewind(Duration back) {
+  std::string done;
+  return impl_->states->rewind(back, done);
 }
 void Twin::publish_state() {
   impl_->core.publish_state();

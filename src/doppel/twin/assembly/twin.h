@@ -24,6 +24,7 @@
 
 namespace doppel {
 
+class SavedState;        // loop/saved_state.h
 struct TimeControl;      // loop/time_control.h
 struct TwinReplacement;  // reload/twin_reload.h
 
@@ -44,6 +45,20 @@ class DOPPEL_API Twin {
   // is something to do.
   void between_steps();
   void reset();  // to the start: time 0, start poses, at rest; active controllers hold there
+
+  // -- saved states (docs/saved_states.md). The loop's thread, between steps.
+  // The whole state: engine, controllers, sensors, time. Throws InputError: a robot drives real hardware,
+  // the physics has diverged, or a component of hardware cannot be saved.
+  [[nodiscard]] std::shared_ptr<const SavedState> save();
+  // Continues from it, bit-identically if the files were not edited since. Refused, with each difference by
+  // name and without a change, if robots were added or removed since or have another structure.
+  Status restore(const SavedState& state);
+  // Keeps automatic states of the last 30 s of simulated time, every 0.5 s, for rewind(); by default none
+  // are kept.
+  void keep_states(bool on);
+  // To the newest automatic state that is at least so old; refused if there is none.
+  Status rewind(Duration back);
+
   // Publishes the present /clock, /tf, joint states, loads, contacts and objects, after the state was written
   // or time was stepped, so that clients see it while time is paused.
   void publish_state();
