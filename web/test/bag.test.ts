@@ -3,6 +3,7 @@ import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { Bag, openBag, type Topic } from '../src/bag/bag';
 import { bytesAt, FileBytes } from '../src/bag/bytes';
+import { BagProblem } from '../src/bag/problem';
 import { listedFiles, openDropped } from '../src/bag/folder';
 import { residualOf } from '../src/bag/residual';
 import { BagSource } from '../src/bag/source';
@@ -210,6 +211,43 @@ test('a damaged chunk costs its own messages only', async () => {
   assert.match(problems[0]!, new RegExp(`^run\\.mcap, byte ${broken.from}: (the chunk|the check sum of the chunk) `));
 });
 
+test('a file that is damaged or cut off anywhere is read in part or refused with its name', async () => {
+  let state = 12345; // of a generator with a constant seed
+  const random = (below: number): number => {
+    state = (Math.imul(state, 1664525) + 1013904223) >>> 0;
+    return state % below;
+  };
+  for (const compression of ['', 'lz4', 'zstd']) {
+    const whole = await makeBag({ seconds: 3, compression });
+    for (let i = 0; i < 60; i += 1) {
+      const bytes = i % 3 === 0 ? whole.slice(0, random(whole.length)) : whole.slice();
+      for (let k = 0; k < i % 4; k += 1) bytes[random(bytes.length)] = random(256);
+      try {
+        const bag = await openBag('hurt.mcap', [new FileBytes('hurt.mcap', blobOf(bytes))], silent);
+        bag.onproblem = (text) => assert.match(text, /^hurt\.mcap\b/);
+        await bag.range(new Set(bag.topics), -1, 1e9);
+      } catch (problem) {
+        assert.ok(problem instanceof BagProblem, String((problem as Error).stack));
+        assert.match(problem.message, /hurt\.mcap/);
+      }
+    }
+  }
+});
+
+test('a scan reads the name of a large attachment, not the attachment', async () => {
+  const whole = await makeBag({ large: 9e6 });
+  const cut = whole.slice(0, whole.length - 100);
+  const file = new FileBytes('run.mcap', blobOf(cut));
+  let most = 0;
+  const bag = await openBag('run.mcap', [{ name: file.name, size: file.size, isRemote: false, read: (from, length) => {
+    most = Math.max(most, length);
+    return file.read(from, length);
+  } }], silent);
+  assert.ok(most <= 4 * 1024 * 1024, `${most} bytes at once`);
+  assert.deepEqual(bag.files[0]!.attachments.map(({ name }) => name), [MESH, 'film.mp4', 'note.txt']);
+  assert.equal((await bag.attachment('film.mp4'))!.length, 9e6);
+});
+
 test('LZ4 frames with linked blocks, check sums and sizes are read; damaged ones end at once', () => {
   const text = Uint8Array.from({ length: 200_000 }, (_, i) => (i * i) % 251 ^ (i >> 9));
   const packed = Uint8Array.from(compress(text));
@@ -246,13 +284,14 @@ test('what is no MCAP file is named, with what to do', async () => {
 
 test('an address is read by ranges: the index, then what is shown, or as a whole from a server without them', async () => {
   const bytes = await makeBag({ seconds: 60, chunkSize: 128 * 1024 });
-  let ranges = true, sent = 0, requests = 0;
-  Object.assign(globalThis, { fetch: async (_: string, { headers = {} }: { headers?: Record<string, string> } = {}) => {
+  let ranges = true, hidden = false, sent = 0, requests = 0;
+  Object.assign(globalThis, { fetch: async (_: string, { headers = {}, method = 'GET' }: { headers?: Record<string, string>; method?: string } = {}) => {
+    if (method === 'HEAD') return new Response(null, { headers: { 'Content-Length': String(bytes.length) } });
     requests += 1;
     const [, from, to] = /bytes=(\d+)-(\d+)/.exec(headers['Range'] ?? '') ?? [];
     const part = ranges && from ? bytes.slice(Number(from), Number(to) + 1) : bytes;
     sent += part.length;
-    return new Response(part as BodyInit, { status: ranges && from ? 206 : 200, headers: { 'Content-Range': `bytes ${from}-${Number(from) + part.length - 1}/${bytes.length}` } });
+    return new Response(part as BodyInit, { status: ranges && from ? 206 : 200, headers: hidden ? {} : { 'Content-Range': `bytes ${from}-${Number(from) + part.length - 1}/${bytes.length}` } });
   } });
   const bag = await openBag('far.mcap', [await bytesAt('http://far.test/far.mcap', silent)], silent);
   near(bag.length, 60.01);
@@ -265,6 +304,9 @@ test('an address is read by ranges: the index, then what is shown, or as a whole
   const before = requests;
   await bag.latest(joints, 49.99);
   assert.equal(requests, before, 'from the cache');
+  hidden = true; // as from another address that does not expose the header
+  near((await openBag('far.mcap', [await bytesAt('http://far.test/far.mcap', silent)], silent)).length, 60.01);
+  hidden = false;
   ranges = false;
   const texts: string[] = [];
   const whole = await openBag('far.mcap', [await bytesAt('http://far.test/far.mcap', (text) => texts.push(text))], silent);

@@ -64,9 +64,9 @@ class Memory {
 const stampOf = (time) => ({ sec: Math.floor(time), nanosec: Math.round((time - Math.floor(time)) * 1e9) });
 
 // `seconds`, `rate` of the joint states, `offset` of the shoulder's position, `from` and `to`: only the messages of that part, as
-// in one of several files; `describe`: with /robot_description; `mesh`: with the mesh as an attachment; `compression`: '', 'lz4',
+// in one of several files; `describe`: with /robot_description; `mesh`: with the mesh as an attachment; `large`: bytes of a further one; `compression`: '', 'lz4',
 // or a name that is not known; `chunks`: false writes messages outside of chunks.
-export async function makeBag({ seconds = 10, rate = 50, offset = 0, from = 0, to = Infinity, describe = true, mesh = true, compression = '', chunks = true, chunkSize = 16 * 1024 } = {}) {
+export async function makeBag({ seconds = 10, rate = 50, offset = 0, from = 0, to = Infinity, describe = true, mesh = true, large = 0, compression = '', chunks = true, chunkSize = 16 * 1024 } = {}) {
   const memory = new Memory();
   const writer = new McapWriter({ writable: memory, useChunks: chunks, chunkSize, compressChunk: compression ? (bytes) => ({ compression, compressedData: COMPRESS[compression]?.(bytes) ?? bytes }) : undefined });
   await writer.start({ profile: 'ros2', library: 'test' });
@@ -109,6 +109,7 @@ export async function makeBag({ seconds = 10, rate = 50, offset = 0, from = 0, t
     await writer.addMessage({ channelId: channels.get(topic), sequence: sequence += 1, logTime, publishTime: logTime, data: writers.get(topic).writeMessage(message) });
   }
   if (mesh) await writer.addAttachment({ name: MESH, mediaType: 'model/stl', logTime: START, createTime: START, data: meshBytes() });
+  if (large > 0) await writer.addAttachment({ name: 'film.mp4', mediaType: 'video/mp4', logTime: START + 2_000_000_000n, createTime: START, data: new Uint8Array(large) });
   if (from === 0) {
     await writer.addAttachment({ name: 'note.txt', mediaType: 'text/plain', logTime: START + 4_000_000_000n, createTime: START, data: new TextEncoder().encode('here it began') });
     await writer.addMetadata({ name: 'event', metadata: new Map([['time', String(START + 5_000_000_000n)], ['text', 'the light went out']]) });

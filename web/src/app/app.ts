@@ -35,6 +35,7 @@ export interface App {
   workbench: Promise<void>; // panels and tools are there
   tabsChanged: Signal; // a badge of a tab has changed, or whether a panel applies
   openPanel: (id: string) => void; // once the panels are loaded
+  chooseRecording: () => void; // likewise
   sensorLayers: () => LayerChoice[]; // those for which the twin has sensors
   legend: Legend;
   details: HTMLElement; // the box about the selection; over the picture, or below the tree

@@ -21,7 +21,7 @@ export function makeLostBanner(app: App): { element: HTMLElement; update: () => 
   const element = h('div', { class: 'lost-note', role: 'alert', hidden: true }, age,
     shown, stop, start,
     h('div', { class: 'row' }, button('Connect now', 'Connect now instead of in a few seconds', () => client.retry()),
-      button('Open a recording…', 'Choose .mcap files of this machine; they can also be dropped on the page', () => void import('./recordings').then(({ chooseRecording }) => chooseRecording(app)), { id: 'lost-open' })));
+      button('Open a recording…', 'Choose .mcap files of this machine; they can also be dropped on the page', () => app.chooseRecording(), { id: 'lost-open' })));
   // At this page's port, which the next twin would not choose by itself.
   const restart = (): string => {
     const line = client.metadata['command'] ?? 'doppel up';

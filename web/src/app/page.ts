@@ -20,13 +20,13 @@ const PICTURE_TIMEOUT = 1500; // ms after which panels are loaded without a pict
 export function startPage(twin: Twin, assets: AssetStore): App {
   performance.mark('doppel: page');
   const commander = new Commander(twin);
-  const app = { twin, commander, hardware: new Hardware(twin), sources: new Sources(twin), selection: null, selected: new Signal(), tabsChanged: new Signal(), playback: null, playbackChanged: new Signal(), openPanel: () => {}, sensorLayers: () => [] } as unknown as App;
+  const app = { twin, commander, hardware: new Hardware(twin), sources: new Sources(twin), selection: null, selected: new Signal(), tabsChanged: new Signal(), playback: null, playbackChanged: new Signal(), openPanel: () => {}, chooseRecording: () => {}, sensorLayers: () => [] } as unknown as App;
   app.select = (selection) => {
     app.selection = selection;
     app.selected.emit(selection);
   };
   startStopKeys(commander);
-  const bar = makeBar(app, () => openSettings(twin.client.metadata['version'] ?? '', () => void import('./recordings').then(({ chooseRecording }) => chooseRecording(app))));
+  const bar = makeBar(app, () => openSettings(twin.client.metadata['version'] ?? '', () => app.chooseRecording()));
   const layout = new Layout(bar.element);
   app.world = new World(layout.stage, twin, commander, assets);
   performance.mark('doppel: stage');

@@ -123,6 +123,11 @@ export class Twin {
     this.client.start();
   }
 
+  // A further one for recordings, without a connection.
+  static forRecording(): Twin {
+    return new Twin(new Client({ url: '' }));
+  }
+
   // Reads a recording from now on; nothing of the twin that was read before stays.
   read(source: Source): void {
     this.fresh = true;

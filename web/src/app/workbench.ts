@@ -8,7 +8,7 @@ import { Jog } from './jog';
 import { startKeyboard } from './keyboard';
 import { Parameters } from './parameters';
 import { Reach } from './reach';
-import { startRecordings } from './recordings';
+import { chooseRecording, startRecordings } from './recordings';
 import { Recorder } from './recorder';
 import { Sensors } from './sensors';
 import type { Signal } from './signal';
@@ -75,6 +75,7 @@ export function startWorkbench(app: App, layout: Layout): void {
   const hints = makeHints(new URLSearchParams(location.search).has('bag'));
   if (hints) app.world.stage.host.append(hints);
   app.openPanel = (id) => layout.open(id);
+  app.chooseRecording = () => chooseRecording(app);
   // A lost twin keeps its tabs.
   const refresh = (): void => {
     if (app.twin.client.phase === 'open') layout.refresh();

@@ -83,9 +83,15 @@ export async function bytesAt(address: string, progress: Progress): Promise<Byte
   const answer = await ask(address, { Range: `bytes=0-${BLOCK - 1}` });
   if (answer.status === 416) return new FileBytes(name, new Blob()); // an empty file has no ranges
   if (!answer.ok) throw new BagProblem(`${address}: the server answers with status ${answer.status}${answer.status === 404 ? ', it has no such file' : ''}.`);
-  const total = /\/(\d+)$/.exec(answer.headers.get('Content-Range') ?? '')?.[1];
-  if (answer.status === 206 && total) return new RangeBytes(name, Number(total), address, new Uint8Array(await answer.arrayBuffer()));
-  return download(name, answer, progress);
+  if (answer.status !== 206) return download(name, answer, progress);
+  const size = Number(/\/(\d+)$/.exec(answer.headers.get('Content-Range') ?? '')?.[1]) || await sizeOf(address);
+  return size > 0 ? new RangeBytes(name, size, address, new Uint8Array(await answer.arrayBuffer())) : download(name, await ask(address), progress);
+}
+
+// A server of another address may not let the page read Content-Range. 0: it does not say the size otherwise either.
+async function sizeOf(address: string): Promise<number> {
+  const answer = await fetch(address, { method: 'HEAD' }).catch(() => null);
+  return answer?.ok && !answer.headers.get('Content-Encoding') ? Number(answer.headers.get('Content-Length')) || 0 : 0;
 }
 
 async function download(name: string, answer: Response, progress: Progress): Promise<Bytes> {

@@ -1,16 +1,11 @@
 // Two recordings at the same time since their starts: the second robot as a ghost, and the difference of each joint's position.
-import * as THREE from 'three';
 import type { App } from '../app/app';
 import { button, fill, h } from '../app/dom';
 import { curveWanted, Recorder } from '../app/recorder';
 import { settings, settingsChanged } from '../app/settings';
 import { Twin } from '../app/twin';
-import { Client } from '../protocol/client';
-import { AssetStore } from '../robot/assets';
-import { ghostMaterial } from '../robot/materials';
-import { MeshStore } from '../robot/meshes';
 import type { Tree, TreeJoint } from '../robot/tree';
-import { RobotView } from '../robot/view';
+import type { RobotView } from '../robot/view';
 import { cssColour } from '../scene/legend';
 import type { Bag } from './bag';
 import type { Playback } from './playback';
@@ -26,19 +21,16 @@ const keyOf = (joint: TreeJoint): string => `residual:${joint.name}`;
 const positionOf = (joint: TreeJoint): string => `joint:${joint.name}:position`;
 
 export class Comparison {
-  readonly twin = new Twin(new Client({ url: '' }));
+  readonly twin = Twin.forRecording();
   readonly survey: Survey;
   view: RobotView | null = null;
   private readonly recorder: Recorder;
-  private readonly material = ghostMaterial.clone();
   private readonly ends: (() => void)[];
   private joints: TreeJoint[] = []; // of both robots
   private isListed = false;
 
   constructor(private readonly app: App, private readonly playback: Playback, private readonly first: Survey, readonly bag: Bag) {
     const { twin } = this;
-    this.material.color.set(COLOUR);
-    this.material.opacity = OPACITY;
     this.recorder = new Recorder(twin, { reference: () => NaN, tolerance: () => NaN });
     this.survey = new Survey(bag, this.recorder, () => playback.isPlaying || playback.isReading);
     const source = new BagSource(bag);
@@ -72,9 +64,7 @@ export class Comparison {
     const { world } = this.app;
     this.view?.root.removeFromParent();
     const hasMeshes = this.bag.files.some(({ attachments }) => attachments.length > 0);
-    this.view = new RobotView(tree, hasMeshes ? new MeshStore(new AssetStore(this.twin.client, false)) : world.meshes, world.stage.invalidate, this.material);
-    this.view.show('visual', true);
-    world.stage.scene.add(this.view.root);
+    this.view = world.addGhost(tree, hasMeshes ? this.twin.client : null, COLOUR, OPACITY);
     this.place();
   }
 

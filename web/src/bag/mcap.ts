@@ -3,7 +3,7 @@ import { McapIndexedReader, McapStreamReader, type McapTypes } from '@mcap/core'
 import type { Bytes, Progress } from './bytes';
 import { CODECS } from './codecs';
 import { BagProblem, MAGIC, requireMcap } from './problem';
-import { HEAD, lengthAt, messagesIn, OPCODE, openChunk, readChunk, recordsIn, type RawMessage } from './records';
+import { HEAD, lengthAt, messagesIn, OPCODE, openChunk, readAttachmentHead, readChunk, recordsIn, type ChunkHead, type RawMessage } from './records';
 
 // A part of the file that is read at once: a chunk, or a row of messages outside of chunks.
 export interface Piece {
@@ -38,6 +38,7 @@ export interface McapFile {
 }
 
 const WINDOW = 4 * 1024 * 1024; // bytes that a scan reads at once
+const ATTACHMENT_HEAD = 4096; // bytes that hold the name of an attachment
 const ROW = 512 * 1024; // bytes of messages outside of chunks that are one piece
 const SHOWN_METADATA = 64; // records that are read
 
@@ -113,8 +114,8 @@ export async function readPiece(piece: Piece): Promise<RawMessage[]> {
   const record = await piece.file.bytes.read(piece.from, piece.length);
   if (!piece.isChunk) return messagesIn(record);
   const place = `${piece.file.bytes.name}, byte ${piece.from}`;
-  if (record[0] !== OPCODE.chunk || record.length < HEAD + 40) throw new BagProblem(`${place}: there is no chunk, although the index names one.`);
-  return messagesIn(openChunk(readChunk(record), place));
+  if (record[0] !== OPCODE.chunk) throw new BagProblem(`${place}: there is no chunk, although the index names one.`);
+  return messagesIn(openChunk(readChunk(record, place), place));
 }
 
 // -- files without an index
@@ -134,12 +135,15 @@ class Scanner {
       case OPCODE.message: this.takeMessage(record, from); break;
       case OPCODE.dataEnd: case OPCODE.footer: return false;
       case OPCODE.schema: case OPCODE.channel: case OPCODE.metadata: this.learn(record); break;
-      case OPCODE.attachment: {
-        const [one] = parse(record);
-        if (one?.type === 'Attachment') this.file.attachments.push({ name: one.name, mediaType: one.mediaType, time: one.logTime, from, length: record.length });
-      }
+      case OPCODE.attachment: this.takeAttachment(record, from, record.length); break;
     }
     return true;
+  }
+
+  // The beginning of the record is enough.
+  takeAttachment(start: Uint8Array, from: number, length: number): void {
+    const head = readAttachmentHead(start);
+    if (head) this.file.attachments.push({ ...head, from, length });
   }
 
   private learn(record: Uint8Array): void {
@@ -151,10 +155,12 @@ class Scanner {
 
   private takeChunk(record: Uint8Array, from: number): void {
     const { file } = this;
-    const head = readChunk(record);
+    const place = `${file.bytes.name}, byte ${from}`;
+    let head: ChunkHead;
     let inside: Uint8Array;
     try {
-      inside = openChunk(head, `${file.bytes.name}, byte ${from}`);
+      head = readChunk(record, place);
+      inside = openChunk(head, place);
     } catch (problem) {
       file.warnings.push(`${(problem as Error).message} It is left out.`);
       return;
@@ -197,6 +203,11 @@ async function scan(bytes: Bytes, progress: Progress): Promise<McapFile> {
     if (position + needed > bytes.size) {
       scanner.file.warnings.push(`${bytes.name}: the record at byte ${position} is cut off; what is before it is shown.`);
       break;
+    }
+    if (first[0] === OPCODE.attachment && needed > WINDOW) {
+      scanner.takeAttachment(await bytes.read(position, ATTACHMENT_HEAD), position, needed);
+      position += needed;
+      continue;
     }
     const window = await bytes.read(position, Math.min(bytes.size - position, Math.max(needed, WINDOW)));
     let used = 0, isOver = false;

@@ -6,6 +6,8 @@ import { BagProblem } from './problem';
 
 export const OPCODE = { footer: 0x02, schema: 0x03, channel: 0x04, message: 0x05, chunk: 0x06, attachment: 0x09, metadata: 0x0c, dataEnd: 0x0f } as const;
 export const HEAD = 9; // bytes of opcode and length
+const CHUNK_HEAD = 40; // bytes before the records of a chunk without compression
+const LARGEST_CHUNK = 1 << 30; // bytes, decompressed
 const MESSAGE_HEAD = 22; // bytes of channel, sequence and two times
 
 export interface RawMessage {
@@ -29,9 +31,10 @@ export function lengthAt(view: DataView, position: number): number {
 
 const viewOf = (bytes: Uint8Array): DataView => new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
 
-export function readChunk(record: Uint8Array): ChunkHead {
+export function readChunk(record: Uint8Array, place: string): ChunkHead {
   const view = viewOf(record);
-  const name = view.getUint32(HEAD + 28, true);
+  const name = record.length < HEAD + CHUNK_HEAD ? Infinity : view.getUint32(HEAD + 28, true);
+  if (HEAD + CHUNK_HEAD + name > record.length) throw new BagProblem(`${place}: the head of the chunk is damaged.`);
   const compression = new TextDecoder().decode(record.subarray(HEAD + 32, HEAD + 32 + name));
   const from = HEAD + 32 + name + 8;
   const length = Number(view.getBigUint64(from - 8, true));
@@ -43,6 +46,7 @@ export function readChunk(record: Uint8Array): ChunkHead {
 
 // The records of a chunk. `place` is for the message of what is wrong: a file and the offset of the chunk in it.
 export function openChunk({ compression, records, size, crc }: ChunkHead, place: string): Uint8Array {
+  if (size > LARGEST_CHUNK) throw new BagProblem(`${place}: the chunk is ${size} bytes long by its head, which is damaged.`);
   const codec = CODECS[compression];
   if (compression !== '' && !codec) throw new BagProblem(`${place}: the chunk is compressed by '${compression}'; this page reads zstd, lz4 and chunks without compression.`);
   let bytes: Uint8Array;
@@ -81,4 +85,17 @@ export function messagesIn(bytes: Uint8Array): RawMessage[] {
   }
   if (!inOrder) out.sort((a, b) => (a.time < b.time ? -1 : a.time > b.time ? 1 : 0));
   return out;
+}
+
+// Name, type and time of an attachment by the beginning of its record; null: it is damaged.
+export function readAttachmentHead(start: Uint8Array): { name: string; mediaType: string; time: bigint } | null {
+  const view = viewOf(start);
+  let position = HEAD + 16; // after two times
+  const text = (): string | null => {
+    const length = position + 4 <= start.length ? view.getUint32(position, true) : Infinity;
+    position += 4 + length;
+    return position <= start.length ? new TextDecoder().decode(start.subarray(position - length, position)) : null;
+  };
+  const name = text(), mediaType = text();
+  return name === null || mediaType === null ? null : { name, mediaType, time: view.getBigUint64(HEAD, true) };
 }

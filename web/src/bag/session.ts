@@ -1,6 +1,7 @@
 // A recording in the page: it takes the place of the twin, with a time line, curves of the whole of it, and a second recording
 // to compare with.
 import type { App } from '../app/app';
+import '../app/workbench'; // it is there anyway; as an import it keeps the bundler from splitting what the first picture loads
 import { button, h, toast } from '../app/dom';
 import { chooseRecording } from '../app/recordings';
 import type { Bag } from './bag';
@@ -24,7 +25,7 @@ class Session {
   comparison: Comparison | null = null;
   private readonly ends: (() => void)[] = [];
 
-  constructor(private readonly app: App, readonly bag: Bag, readonly addresses: Addresses, time: number) {
+  constructor(private readonly app: App, readonly bag: Bag, readonly addresses: Addresses, time: number, private readonly hasTwin: boolean) {
     const { twin } = app;
     const source = new BagSource(bag);
     this.playback = new Playback(source);
@@ -46,6 +47,7 @@ class Session {
     app.playbackChanged.emit();
     const timeline = new Timeline(playback, survey, bag.events, {
       link: () => this.link(), compare: () => chooseRecording(app, 'second'), open: () => chooseRecording(app), readAll: () => this.readAll(),
+      back: this.hasTwin ? () => location.reload() : null,
     });
     this.timeline = timeline;
     document.getElementById('app')!.append(timeline.element);
@@ -107,6 +109,7 @@ function reporter(): (text: string) => void {
 }
 
 let session: Session | null = null;
+let hasTwin = false; // the page was connected before the first recording
 
 // The note over the picture about what cannot be read, or is read in another way than expected.
 function note(app: App, title: string, texts: string[], level: 'error' | 'warning'): void {
@@ -125,8 +128,9 @@ async function open(app: App, place: 'first' | 'second', read: (progress: Progre
     if (place === 'second' && session) {
       session.compare(bag, address);
     } else {
+      hasTwin ||= app.twin.client.phase === 'open' && !app.twin.recording;
       session?.end();
-      session = new Session(app, bag, { first: address, second: '' }, time);
+      session = new Session(app, bag, { first: address, second: '' }, time, hasTwin);
       Object.assign(app, { session });
       await app.workbench;
       session.complete();

@@ -2,7 +2,6 @@
 import type { Recorder } from '../app/recorder';
 import { Signal } from '../app/signal';
 import { Twin, type LogLine } from '../app/twin';
-import { Client } from '../protocol/client';
 import type { Bag, Topic } from './bag';
 import { BagSource } from './source';
 
@@ -16,7 +15,7 @@ const UNUSED = /^(tf2_msgs\/(msg\/)?TFMessage|rosgraph_msgs\/(msg\/)?Clock)$|\/g
 const pause = (ms = 0): Promise<void> => new Promise((done) => setTimeout(done, ms));
 
 export class Survey {
-  readonly twin = new Twin(new Client({ url: '' }));
+  readonly twin = Twin.forRecording();
   readonly changed = new Signal();
   readonly lines: { time: number; line: LogLine }[] = [];
   done = 0; // s that are read

@@ -28,6 +28,7 @@ interface Actions {
   compare: () => void;
   open: () => void;
   readAll: () => void; // of a large recording on a server
+  back: (() => void) | null; // to the twin that was shown before; null: there was none
 }
 
 export class Timeline {
@@ -64,6 +65,7 @@ export class Timeline {
       this.time, this.track,
       h('div', { class: 'bag-group bag-more' }, this.all, this.speed, this.loop, this.link,
         button('Compare…', 'Open a second recording, to compare it with this one', actions.compare, { id: 'bag-compare' }),
+        actions.back && button('Back to the twin', 'Close the recording, and connect to the twin again', actions.back, { id: 'bag-back-to-twin' }),
         button('Open…', 'Open another recording', actions.open, { id: 'bag-open' })));
     this.listen();
   }

@@ -53,7 +53,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
   const ends = (): [number, number] => { // of the window
     const { playback } = app;
     if (!playback) return held === null ? [recorder.newest - span, recorder.newest] : [right - span, right];
-    if (whole || span >= playback.length) return [0, playback.length];
+    if (whole || span >= playback.length) return [0, Math.max(1e-3, playback.length)];
     const from = Math.min(playback.length - span, Math.max(0, playback.time - span / 2));
     return [from, from + span];
   };

@@ -8,6 +8,11 @@ export class AssetStore {
   // `own`: the page is served by the server of the twin.
   constructor(private readonly client: Client, private readonly own: boolean) {}
 
+  // The files of another source.
+  of(client: Client): AssetStore {
+    return new AssetStore(client, false);
+  }
+
   // Requests now what `get` will need soon.
   prefetch(uri: string): void {
     if (this.early.has(uri)) return;

@@ -52,6 +52,7 @@ export class ObjectLayer {
   private readonly failed: Problem[]; // files of objects
   private materials = new Map<number, Message>(); // of /doppel/scene, by the marker's id
   private terrains = new Map<number, Message>();
+  private unconfirmed = new Set<number>(); // markers of another time of a recording
   private readonly surroundings: Surroundings;
   private surrounded = false; // the scene has been received
   private placed: ((at: THREE.Vector3) => void) | null = null;
@@ -68,6 +69,7 @@ export class ObjectLayer {
       if (phase === 'open') this.clear(); // a lost twin's picture stays as it was
     });
     twin.statusChanged.on(() => this.fit());
+    twin.rewound.on(() => this.rewind());
     app.selected.on((selection) => {
       if (selection) this.select(null);
     });
@@ -80,6 +82,17 @@ export class ObjectLayer {
     const { services } = this.app.twin.client;
     const lacking = [SPAWN, DELETE, SET_STATE].filter((name) => !services.has(name));
     return lacking.length === 0 ? '' : `This twin cannot spawn objects: it does not offer ${lacking.join(', ')}.`;
+  }
+
+  // The markers of the new time follow at once; what is not among them was not there.
+  private rewind(): void {
+    this.unconfirmed = new Set([...this.objects.values()].flatMap(({ parts }) => [...parts.keys()]));
+    queueMicrotask(() => {
+      const gone = [...this.unconfirmed].filter((id) => this.drop(id));
+      this.unconfirmed.clear();
+      if (gone.length > 0) this.listChanged.emit();
+      this.app.world.stage.moved();
+    });
   }
 
   private clear(): void {
@@ -185,6 +198,7 @@ export class ObjectLayer {
       this.objects.set(name, object);
     }
     object.parts.set(id, part);
+    this.unconfirmed.delete(id);
     part.marker = marker;
     this.look(part, marker);
     const { position: p, orientation: q } = marker['pose'] as unknown as { position: Vector; orientation: Vector & { w: number } };

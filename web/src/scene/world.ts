@@ -3,6 +3,7 @@ import * as THREE from 'three';
 import { Commander } from '../app/commander';
 import { set, settings } from '../app/settings';
 import { Signal, Standing } from '../app/signal';
+import type { Client } from '../protocol/client';
 import type { AssetStore } from '../robot/assets';
 import type { Twin } from '../app/twin';
 import { COMMANDED, ghostMaterial, PAST } from '../robot/materials';
@@ -50,7 +51,7 @@ export class World {
   private highlighted: { mesh: THREE.Mesh; material: THREE.Material | THREE.Material[] }[] = [];
   private highlightedLink = -1;
 
-  constructor(host: HTMLElement, private readonly twin: Twin, private readonly commander: Commander, assets: AssetStore) {
+  constructor(host: HTMLElement, private readonly twin: Twin, private readonly commander: Commander, private readonly assets: AssetStore) {
     this.stage = new Stage(host);
     this.camera = new CameraMan(this.stage);
     this.meshes = new MeshStore(assets);
@@ -146,6 +147,17 @@ export class World {
     const { view } = this;
     this.outline.visible = view !== null && this.twin.robots.length > 1;
     if (view && this.outline.visible) this.outline.box.copy(this.bounds(view)).expandByScalar(this.size * 0.01);
+  }
+
+  // A robot of another source in one colour. Its meshes come from there, or are those of this one.
+  addGhost(tree: Tree, client: Client | null, colour: number, opacity: number): RobotView {
+    const material = ghostMaterial.clone();
+    material.color.set(colour);
+    material.opacity = opacity;
+    const ghost = new RobotView(tree, client ? new MeshStore(this.assets.of(client)) : this.meshes, this.stage.invalidate, material);
+    ghost.show('visual', true);
+    this.stage.scene.add(ghost.root);
+    return ghost;
   }
 
   // A robot that is not selected has a new shape.

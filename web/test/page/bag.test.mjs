@@ -328,6 +328,9 @@ test('a recording that is dropped on the page of a twin takes its place', { time
     near(await joint(page, 'shoulder'), shoulderAt(2));
     for (const gone of ['#stop', '.clock']) await page.locator(gone).waitFor({ state: 'hidden' });
     assert.deepEqual(await page.evaluate(() => doppel.twin.controllers), []);
+    await page.locator('#bag-back-to-twin').click();
+    await waitFor(page, () => window.doppel?.ready && doppel.twin.client.phase === 'open' && !doppel.twin.recording && doppel.twin.controllers.length > 0);
+    assert.equal(await page.locator('#stop').isVisible(), true);
     assert.deepEqual(page.problems, []);
   } finally {
     await twin.stop();
