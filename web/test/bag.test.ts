@@ -168,6 +168,29 @@ test('the curves of the whole recording are read, and repeated for a new one', a
   survey.stop();
 });
 
+test('of several robots the twin and the curves are those of the selected one', async () => {
+  const bag = await open({ spaces: ['/left', '/right'] });
+  const { twin, source } = follow(bag);
+  await until('the description', () => twin.tree !== null && !source.isJumping);
+  assert.deepEqual(twin.robots, ['/left', '/right']);
+  const recorder = new Recorder(new Twin(new Client({ url: '' })), { reference: () => NaN, tolerance: () => NaN });
+  recorder.joint(twin.tree!.jointByName.get('shoulder')!, 'position');
+  const survey = new Survey(bag, recorder, () => false);
+  survey.begin();
+  await until('the survey', () => survey.isComplete);
+  assert.deepEqual(survey.twin.robots, twin.robots);
+  near(recorder.valueAt('joint:shoulder:position', 4), shoulderAt(4));
+  twin.selectRobot('/right');
+  survey.twin.selectRobot('/right');
+  survey.restart();
+  await new Promise((done) => setTimeout(done, 5));
+  await until('the next survey', () => survey.isComplete);
+  near(recorder.valueAt('joint:shoulder:position', 4), shoulderAt(4, 0.2));
+  await goTo(source, 6);
+  near(jointOf(twin, 'shoulder'), shoulderAt(6, 0.2));
+  survey.stop();
+});
+
 test('the files of a bag are one recording, in the order of metadata.yaml or of their numbers', async () => {
   const parts = await Promise.all([[0, 4], [4, 8], [8, 99]].map(([from, to]) => makeBag({ from, to })));
   const names = ['run_2.mcap', 'run_10.mcap', 'run_9.mcap'];

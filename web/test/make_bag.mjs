@@ -64,9 +64,9 @@ class Memory {
 const stampOf = (time) => ({ sec: Math.floor(time), nanosec: Math.round((time - Math.floor(time)) * 1e9) });
 
 // `seconds`, `rate` of the joint states, `offset` of the shoulder's position, `from` and `to`: only the messages of that part, as
-// in one of several files; `describe`: with /robot_description; `mesh`: with the mesh as an attachment; `large`: bytes of a further one; `compression`: '', 'lz4',
+// in one of several files; `describe`: with /robot_description; `mesh`: with the mesh as an attachment; `large`: bytes of a further one; `spaces`: the namespaces of several robots, each 0.2 rad from the one before; `compression`: '', 'lz4',
 // or a name that is not known; `chunks`: false writes messages outside of chunks.
-export async function makeBag({ seconds = 10, rate = 50, offset = 0, from = 0, to = Infinity, describe = true, mesh = true, large = 0, compression = '', chunks = true, chunkSize = 16 * 1024 } = {}) {
+export async function makeBag({ seconds = 10, rate = 50, offset = 0, from = 0, to = Infinity, describe = true, mesh = true, large = 0, spaces = [''], compression = '', chunks = true, chunkSize = 16 * 1024 } = {}) {
   const memory = new Memory();
   const writer = new McapWriter({ writable: memory, useChunks: chunks, chunkSize, compressChunk: compression ? (bytes) => ({ compression, compressedData: COMPRESS[compression]?.(bytes) ?? bytes }) : undefined });
   await writer.start({ profile: 'ros2', library: 'test' });
@@ -77,20 +77,21 @@ export async function makeBag({ seconds = 10, rate = 50, offset = 0, from = 0, t
     writers.set(topic, new MessageWriter(parse(SCHEMAS[type], { ros2: true })));
     channels.set(topic, await writer.registerChannel({ schemaId, topic, messageEncoding: 'cdr', metadata: new Map([['offered_qos_profiles', `- history: 1\n  durability: ${durability}\n`]]) }));
   };
-  if (describe) await channel('/robot_description', 'std_msgs/msg/String', 1);
+  for (const space of describe ? spaces : []) await channel(`${space}/robot_description`, 'std_msgs/msg/String', 1);
+  if (spaces.length > 1) for (const name of ['/doppel/status', ...spaces.map((space) => `${space}/doppel/health`)]) await channel(name, 'std_msgs/msg/String', 1);
   await channel('/tf_static', 'tf2_msgs/msg/TFMessage', 1);
-  await channel('/joint_states', 'sensor_msgs/msg/JointState');
+  for (const space of spaces) await channel(`${space}/joint_states`, 'sensor_msgs/msg/JointState');
   await channel('/rosout', 'rcl_interfaces/msg/Log', 1);
   await channel('/camera/image_raw', 'sensor_msgs/msg/Image');
 
   const events = [];
   const put = (time, topic, message) => events.push({ time, topic, message });
-  if (describe) put(0.005, '/robot_description', { data: URDF });
+  for (const space of describe ? spaces : []) put(0.005, `${space}/robot_description`, { data: URDF });
   put(0.005, '/tf_static', { transforms: [{ header: { stamp: stampOf(0), frame_id: 'world' }, child_frame_id: 'base', transform: { translation: { x: 0, y: 0, z: 0 }, rotation: { x: 0, y: 0, z: 0, w: 1 } } }] });
   const count = Math.round(seconds * rate);
   for (let i = 0; i <= count; i += 1) {
     const time = i / rate;
-    put(time, '/joint_states', { header: { stamp: stampOf(time), frame_id: '' }, name: ['shoulder', 'elbow', 'finger'], position: [shoulderAt(time, offset), elbowAt(time), fingerAt(time)],
+    for (const [k, space] of spaces.entries()) put(time, `${space}/joint_states`, { header: { stamp: stampOf(time), frame_id: '' }, name: ['shoulder', 'elbow', 'finger'], position: [shoulderAt(time, offset + 0.2 * k), elbowAt(time), fingerAt(time)],
       velocity: [0.72 * Math.cos(0.8 * time), -0.35 * Math.sin(0.5 * time), 0.01 * Math.cos(time)], effort: [2, 1, 0.1] });
   }
   for (let i = 0; i * 0.2 <= seconds; i += 1) {

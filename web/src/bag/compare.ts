@@ -16,6 +16,7 @@ import { Survey } from './survey';
 const COLOUR = 0x9467bd;
 const OPACITY = 0.45;
 const MOST_CURVES = 8; // that are shown at first
+const CURVES_OF_ONE = 3; // and again after the comparison
 
 const keyOf = (joint: TreeJoint): string => `residual:${joint.name}`;
 const positionOf = (joint: TreeJoint): string => `joint:${joint.name}:position`;
@@ -55,6 +56,7 @@ export class Comparison {
     this.view?.root.removeFromParent();
     this.app.legend.show('compared', null);
     for (const joint of this.joints) curveWanted.emit({ key: keyOf(joint), on: false });
+    for (const joint of this.joints.slice(0, CURVES_OF_ONE)) curveWanted.emit({ key: this.app.recorder.joint(joint, 'position').key, on: true });
     fill(this.app.comparison);
     this.app.tabsChanged.emit();
     this.app.world.stage.invalidate();

@@ -9,8 +9,8 @@ const SLICE = 10; // ms without a pause
 const STEP_BYTES = 256 * 1024; // of decompressed pieces that are read in one step
 const MOST_LINES = 50_000;
 const MOST_SAMPLES = 200_000;
-// The twin would read these all the time, and no curve of a joint needs them.
-const UNUSED = /^(tf2_msgs\/(msg\/)?TFMessage|rosgraph_msgs\/(msg\/)?Clock)$|\/ground_truth\/odom$|\/doppel\/status$/;
+// The twin would read these all the time, and no curve of a joint needs them. The status stays: it shows the namespace.
+const UNUSED = /^(tf2_msgs\/(msg\/)?TFMessage|rosgraph_msgs\/(msg\/)?Clock)$|\/ground_truth\/odom$/;
 
 const pause = (ms = 0): Promise<void> => new Promise((done) => setTimeout(done, ms));
 

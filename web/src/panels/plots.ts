@@ -285,7 +285,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
           for (const key of [...shown]) remove(key);
         }),
         h('span', { class: 'spacer' }), width, live,
-        button('CSV', 'Save the last minutes of these curves, in radians and metres', () => {
+        button('CSV', 'Save these curves, in radians and metres', () => {
           if (shown.length === 0) toast('There are no curves to save.', 'warning');
           else download('doppel.csv', 'text/csv', recorder.csv(shown));
         })),

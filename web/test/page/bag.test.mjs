@@ -250,6 +250,8 @@ check('a file that is dropped is opened, with its meshes, and two recordings are
   await page.locator('#tab-compare').click();
   await page.locator('#bag-close-second').click();
   assert.equal(await page.locator('#tab-compare').isVisible(), false);
+  await page.locator('.chip', { hasText: 'shoulder position' }).waitFor();
+  assert.doesNotMatch(await page.locator('.chips').textContent(), /difference/);
 }, { pictured: false, permitted: /WebSocket connection/ });
 
 check('&bag2= names the second recording, and the link keeps it', '?bag=bags/a.mcap&bag2=bags/b.mcap&t=4', async (page) => {
