@@ -76,13 +76,13 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
     const state = client.phase === 'lost' ? 'lost' : commander.stopped ? 'stopped' : twin.paused ? 'paused' : '';
     const title = state ? `${called} – ${state}` : called;
     if (document.title !== title) document.title = title;
-    const recorded = twin.recording !== '' && client.phase === 'open';
+    const recorded = twin.isReadOnly && client.phase !== 'lost';
     stop.hidden = recorded;
     readOnly.hidden = !recorded;
-    const phase = recorded ? `recording ${twin.recording}` : client.phase === 'open' ? (commander.viewing ? 'kinematics' : 'connected') : client.phase === 'lost' ? 'connection lost' : 'connecting';
+    const phase = recorded ? (twin.recording ? `recording ${twin.recording}` : 'no recording') : client.phase === 'open' ? (commander.viewing ? 'kinematics' : 'connected') : client.phase === 'lost' ? 'connection lost' : 'connecting';
     say(link, phase);
     link.className = `link ${recorded ? 'recorded' : client.phase}`;
-    link.title = recorded ? twin.recording : '';
+    link.title = twin.recording;
     const simulated = client.services.has('/gazebo/pause_physics');
     if (client.phase !== 'lost') clock.hidden = !simulated;
     setIcon(play, twin.paused ? 'play' : 'pause');

@@ -289,7 +289,7 @@ export class Commander {
   // The emergency stop of every robot, as `doppel stop` does it: no client can command them. With the other setting the
   // controllers of the selected robot are deactivated instead. Without a connection it is sent with the next one.
   async stop(): Promise<void> {
-    if (this.stopped || this.twin.recording) return; // what was stopped first is what is released
+    if (this.stopped || this.twin.isReadOnly) return; // what was stopped first is what is released
     this.stopped = true;
     this.unsent = this.twin.client.phase !== 'open';
     this.stopChanged.emit(true);

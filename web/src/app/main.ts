@@ -36,7 +36,8 @@ const known = new Promise<void>((done) => {
 });
 const recorded = asked.has('bag');
 const reader = recorded ? import('../bag/session') : null;
-if (!recorded) twin.start();
+if (recorded) twin.opening = 'Opening the recording.';
+else twin.start();
 void Promise.all([import('./page'), recorded || known]).then(([{ startPage }]) => {
   const app = startPage(twin, assets);
   void reader?.then(({ openAddress }) => openAddress(app));

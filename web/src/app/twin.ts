@@ -161,8 +161,13 @@ export class Twin {
 
   // Why there is no robot in the page; '' with one.
   get missing(): string {
-    return this.tree ? '' : this.withoutRobots ? 'This world has no robot.'
+    return this.tree ? '' : this.opening ? this.opening : this.withoutRobots ? 'This world has no robot.'
       : this.recording ? 'This recording has no /robot_description.' : 'Waiting for the description of the robot.';
+  }
+
+  // True for a recording, also before one is opened.
+  get isReadOnly(): boolean {
+    return this.recording !== '' || (this.opening !== '' && this.client.phase === 'connecting');
   }
 
   // A name of the selected robot: own('/joint_states') is '/left/joint_states'.

@@ -70,7 +70,7 @@ export function startWorkbench(app: App, layout: Layout): void {
   const comparePanel: Panel = { id: 'compare', title: 'Compare', element: comparison, excluded: () => !comparison.hasChildNodes() }; // filled by src/bag
   const right: Panel[] = [jointsPanel(app), comparePanel, healthPanel(app), controlPanel(app), toolPanel(app, { driver, handle, ghost, reach, jog, pusher }), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
   const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
-  for (const panel of [...right, ...bottom]) if (COMMANDS.includes(panel.id)) panel.excluded = () => app.twin.recording !== '';
+  for (const panel of [...right, ...bottom]) if (COMMANDS.includes(panel.id)) panel.excluded = () => app.twin.isReadOnly;
   layout.mount(right, bottom);
   const hints = makeHints(new URLSearchParams(location.search).has('bag'));
   if (hints) app.world.stage.host.append(hints);

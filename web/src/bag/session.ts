@@ -138,10 +138,10 @@ async function open(app: App, place: 'first' | 'second', read: (progress: Progre
     app.twin.opening = '';
     const lacking = bag.topics.some(({ name }) => name.endsWith('/robot_description')) ? [] : [`${bag.name} has no /robot_description, so there is no robot to draw. Curves, log, topics and pictures work.`];
     const texts = [...bag.warnings, ...lacking];
-    if (texts.length > 0) note(app, 'This recording is not complete.', texts, 'warning');
+    if (texts.length > 0) note(app, 'Notes on this recording', texts, 'warning');
   } catch (problem) {
     app.twin.opening = session ? '' : 'No recording is open.';
-    note(app, 'This is not opened.', [(problem as Error).message], 'error');
+    note(app, 'The recording cannot be opened.', [(problem as Error).message], 'error');
   }
 }
 

@@ -134,7 +134,7 @@ export function jointsPanel(app: App): Panel {
   function enable(): void {
     if (rows.map((row) => Number(commander.hasMover(row.joint))).join('') !== order) arrange();
     for (const row of rows) if (row.filled) enableRow(row);
-    for (const one of [...moves, speedShare]) one.hidden = twin.recording !== '';
+    for (const one of [...moves, speedShare]) one.hidden = twin.isReadOnly;
   }
 
   function update(): void {
@@ -234,6 +234,7 @@ export function jointsPanel(app: App): Panel {
   twin.robotChanged.on(build);
   twin.controllersChanged.on(enable);
   twin.phaseChanged.on(enable);
+  enable();
   commander.stopChanged.on(enable);
   settingsChanged.on((key) => {
     if (key !== 'degrees') return;

@@ -171,7 +171,7 @@ export function objectsPanel(app: App, layer: ObjectLayer): Panel {
   build();
   return {
     id: 'objects', title: 'Objects', rate: 8,
-    applies: () => layer.objects.size > 0 || (!app.commander.viewing && !twin.recording), update: numbers, hidden: () => layer.place(null),
+    applies: () => layer.objects.size > 0 || (!app.commander.viewing && !twin.isReadOnly), update: numbers, hidden: () => layer.place(null),
     element: h('div', { class: 'padded objects' }, missing, list, chosen, form),
   };
 }

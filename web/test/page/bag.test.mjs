@@ -272,6 +272,8 @@ for (const [what, address, text] of [
 ]) {
   check(`a recording that ${what} is refused with the reason, and another one can be dropped`, `?bag=${address}`, async (page) => {
     assert.match(await noteOf(page), text);
+    assert.equal(await page.locator('#stop').isVisible(), false);
+    assert.equal(await page.locator('.link').textContent(), 'no recording');
     await drop(page, ['a.mcap']);
     await waitFor(page, () => doppel.twin.recording === 'a.mcap' && doppel.twin.tree);
     assert.equal(await page.locator('#bag-note').count(), 0);
