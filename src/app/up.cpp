@@ -48,7 +48,7 @@ struct UpOptions {
   std::uint64_t seed = 0;
   std::string sensors = "beside";
   int sensor_threads = 1;
-  bool no_reload = false;
+  bool no_reload = false, no_rewind = false;
   bool strict = false;
   bool verbose = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
@@ -342,6 +342,7 @@ int run_up(const UpOptions& options, const CLI::App& verb, const RosArguments& g
   const RosArguments& ros = scenario.ros;
   SessionOptions session_with = session_options(options.edges, ros);
   session_with.reload = !options.no_reload;
+  session_with.rewind = !options.no_rewind;
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
 
   const std::atomic<bool>& stop_requested = stop_on_signals();
@@ -405,6 +406,15 @@ constexpr const char* kUpExamples =
     "  doppel up run.yaml\n"
     "  doppel up omarm_zero --headless --duration 10 --speed max --json";
 
+void add_session_flags(CLI::App& up, UpOptions& options) {
+  up.add_flag("--no-reload", options.no_reload, "Do not reload when the sources change");
+  up.add_flag("--no-rewind", options.no_rewind, "Keep no automatic states for 'doppel rewind'");
+  up.add_flag("-v,--verbose", options.verbose,
+              "Print the load and sag of each drive, and the notes about a bundled robot");
+  up.add_flag("--headless", options.headless, "Log lines only: no live table, no browser");
+  up.add_flag("--json", options.json, "Print a JSON summary to stdout at the end");
+}
+
 }  // namespace
 
 void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
@@ -455,11 +465,7 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
                  "Threads among which cameras and lidars are divided (default 1); the data are the same")
       ->check(CLI::Range(1, 64));
   add_write_scenario(*up, options->write_scenario);
-  up->add_flag("--no-reload", options->no_reload, "Do not reload when the sources change");
-  up->add_flag("-v,--verbose", options->verbose,
-               "Print the load and sag of each drive, and the notes about a bundled robot");
-  up->add_flag("--headless", options->headless, "Log lines only: no live table, no browser");
-  up->add_flag("--json", options->json, "Print a JSON summary to stdout at the end");
+  add_session_flags(*up, *options);
   add_edge_options(*up, options->edges);
   up->footer(kUpExamples);
   up->callback([options, up, &ros, &exit_code] { exit_code = run_up(*options, *up, ros); });

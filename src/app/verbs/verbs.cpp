@@ -23,7 +23,8 @@ std::vector<Heading> headings(const RosArguments& ros) {
   const auto add_teleop_with = [&ros](CLI::App& app, int& exit_code) { add_teleop(app, ros, exit_code); };
   return {
       {"Twins",
-       {add_move, add_teleop_with, add_stop, add_spawn, add_robots, add_worlds, add_sensor, add_snapshot}},
+       {add_move, add_teleop_with, add_stop, add_spawn, add_saved_states, add_robots, add_worlds, add_sensor,
+        add_snapshot}},
       {"ROS 2's verbs",
        {add_topic, add_control, add_tf, add_node, add_service, add_param, add_action, add_interface}},
       {"Descriptions",

@@ -25,7 +25,8 @@ void add_action(CLI::App& app, int& exit_code);
 void add_move(CLI::App& app, int& exit_code);
 void add_teleop(CLI::App& app, const RosArguments& ros, int& exit_code);
 void add_stop(CLI::App& app, int& exit_code);
-void add_spawn(CLI::App& app, int& exit_code);  // and delete
+void add_spawn(CLI::App& app, int& exit_code);         // and delete
+void add_saved_states(CLI::App& app, int& exit_code);  // save, restore and rewind
 
 // Without a twin, over descriptions in files.
 void add_xacro(CLI::App& app, int& exit_code);

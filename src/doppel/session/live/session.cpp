@@ -14,6 +14,7 @@ Session::Session(Bus& bus, const std::string& name, const SessionOptions& option
 TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& log)
     : Session(twin.bus(), twin.name(), options, log), twin_(twin), log_(log) {
   assets_->offer(files());
+  twin.keep_states(options.rewind);
   twin.on_robots_changed([this] {
     assets_->offer(files());
     remove_stale_publishers();

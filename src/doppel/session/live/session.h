@@ -27,6 +27,7 @@ struct SessionOptions {
   std::optional<ros2::ParticipantOptions> network;  // of ROS 2; nullopt: not joined
   BundledFolders bundled;
   bool reload = true;  // reload when a source file is saved
+  bool rewind = true;  // of a twin: keep automatic states (twin/saved_states)
 };
 
 // All functions: the loop's thread; the loop keeps running between the calls. Constructors throw InputError
