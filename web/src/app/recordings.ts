@@ -17,10 +17,16 @@ async function open(app: App, files: Promise<Dropped[]>, place: Place): Promise<
 
 // A file chooser, for devices without drag and drop.
 export function chooseRecording(app: App, place: Place = 'first'): void {
-  const input = h('input', { type: 'file', multiple: true, class: 'unseen', id: 'bag-file', onchange: () => {
-    void open(app, Promise.resolve([...input.files ?? []].map((file) => ({ name: file.name, file }))), place);
-    input.remove();
-  } });
+  const input = h('input', {
+    type: 'file',
+    multiple: true,
+    class: 'unseen',
+    id: 'bag-file',
+    onchange: () => {
+      void open(app, Promise.resolve([...(input.files ?? [])].map((file) => ({ name: file.name, file }))), place);
+      input.remove();
+    },
+  });
   document.body.append(input);
   input.click();
 }
@@ -33,10 +39,11 @@ async function filesIn(entry: FileSystemEntry): Promise<Dropped[]> {
   }
   const reader = (entry as FileSystemDirectoryEntry).createReader();
   const found: Dropped[] = [];
-  for (;;) { // the browser gives at most a hundred at once
+  for (;;) {
+    // the browser gives at most a hundred at once
     const entries = await new Promise<FileSystemEntry[]>((done, failed) => reader.readEntries(done, failed));
     if (entries.length === 0) return found;
-    for (const one of entries) found.push(...await filesIn(one));
+    for (const one of entries) found.push(...(await filesIn(one)));
   }
 }
 
@@ -50,7 +57,12 @@ async function filesOf(transfer: DataTransfer): Promise<Dropped[]> {
 
 export function startRecordings(app: App): void {
   const zone = (place: Place, title: string, text: string): HTMLElement => {
-    const element = h('div', { class: 'drop-zone', id: `drop-${place}` }, h('strong', {}, title), h('span', { class: 'muted' }, text));
+    const element = h(
+      'div',
+      { class: 'drop-zone', id: `drop-${place}` },
+      h('strong', {}, title),
+      h('span', { class: 'muted' }, text),
+    );
     element.addEventListener('dragover', () => element.classList.add('over'));
     element.addEventListener('dragleave', () => element.classList.remove('over'));
     return element;

@@ -56,8 +56,13 @@ export class Bag {
   private readonly cache = new Map<Piece, Promise<BagMessage[]>>(); // the last used is the last
   private kept = 0;
 
-  constructor(readonly name: string, readonly files: McapFile[]) {
-    const pieces = files.flatMap((file) => file.pieces).sort((a, b) => (a.start < b.start ? -1 : a.start > b.start ? 1 : 0));
+  constructor(
+    readonly name: string,
+    readonly files: McapFile[],
+  ) {
+    const pieces = files
+      .flatMap((file) => file.pieces)
+      .sort((a, b) => (a.start < b.start ? -1 : a.start > b.start ? 1 : 0));
     this.start = pieces[0]?.start ?? 0n;
     this.spans = pieces.map((piece) => ({ piece, start: this.seconds(piece.start), end: this.seconds(piece.end) }));
     this.length = this.spans.reduce((end, span) => Math.max(end, span.end), 0);
@@ -83,8 +88,13 @@ export class Bag {
       for (const [id, channel] of file.channels) {
         const schema = file.schemas.get(channel.schemaId);
         const found = topics.get(channel.topic) ?? {
-          id: topics.size + 1, name: channel.topic, type: schema?.name ?? '', schema: new TextDecoder().decode(schema?.data), encoding: channel.messageEncoding,
-          isLatched: isLatched(channel.topic, channel.metadata.get('offered_qos_profiles') ?? ''), count: 0,
+          id: topics.size + 1,
+          name: channel.topic,
+          type: schema?.name ?? '',
+          schema: new TextDecoder().decode(schema?.data),
+          encoding: channel.messageEncoding,
+          isLatched: isLatched(channel.topic, channel.metadata.get('offered_qos_profiles') ?? ''),
+          count: 0,
         };
         found.count += file.counts.get(id) ?? 0;
         topics.set(channel.topic, found);
@@ -94,7 +104,8 @@ export class Bag {
     return [...topics.values()];
   }
 
-  // Attachments within the time of the recording, without meshes and those of its start, and metadata that names a time.
+  // Attachments within the time of the recording, without meshes and those of its start, and metadata that names a
+  // time.
   private findEvents(): BagEvent[] {
     const out: BagEvent[] = [];
     for (const file of this.files) {
@@ -105,7 +116,11 @@ export class Bag {
       }
       for (const { name, metadata } of file.metadata) {
         const stamp = metadata.get('time') ?? metadata.get('stamp') ?? metadata.get('log_time') ?? '';
-        const at = /^\d{10,}$/.test(stamp) ? this.seconds(BigInt(stamp)) : /^\d+\.?\d*$/.test(stamp) ? Number(stamp) : NaN;
+        const at = /^\d{10,}$/.test(stamp)
+          ? this.seconds(BigInt(stamp))
+          : /^\d+\.?\d*$/.test(stamp)
+            ? Number(stamp)
+            : NaN;
         if (!(at >= 0 && at <= this.length)) continue;
         const text = metadata.get('text') ?? metadata.get('message') ?? metadata.get('name') ?? '';
         out.push({ time: at, text: [name, text].filter(Boolean).join(': ') });
@@ -175,16 +190,24 @@ export class Bag {
     const spans = this.spans.filter(({ piece, start, end }) => end > from && start <= to && this.has(piece, topics));
     const out: BagMessage[] = [];
     for (const messages of await Promise.all(spans.map(({ piece }) => this.load(piece)))) {
-      for (let i = after(messages, from); i < messages.length && messages[i]!.time <= to; i += 1) if (topics.has(messages[i]!.topic)) out.push(messages[i]!);
+      for (let i = after(messages, from); i < messages.length && messages[i]!.time <= to; i += 1)
+        if (topics.has(messages[i]!.topic)) out.push(messages[i]!);
     }
     return spans.length > 1 ? out.sort(byTime) : out;
   }
 
-  // The newest `most` messages of a topic until `time`, but none before `since` except the newest one, the oldest first. At
-  // most `pieces` pieces are read. A latched topic without any has the first one, if it was latched before the recording began.
-  async latest(topic: Topic, time: number, { most = 1, since = -Infinity, pieces = Infinity } = {}): Promise<BagMessage[]> {
+  // The newest `most` messages of a topic until `time`, but none before `since` except the newest one, the oldest
+  // first. At most `pieces` pieces are read. A latched topic without any has the first one, if it was latched before
+  // the recording began.
+  async latest(
+    topic: Topic,
+    time: number,
+    { most = 1, since = -Infinity, pieces = Infinity } = {},
+  ): Promise<BagMessage[]> {
     const wanted = new Set([topic]);
-    const inside = this.spans.filter(({ piece, start }) => start <= time && this.has(piece, wanted)).sort((a, b) => b.end - a.end);
+    const inside = this.spans
+      .filter(({ piece, start }) => start <= time && this.has(piece, wanted))
+      .sort((a, b) => b.end - a.end);
     let found: BagMessage[] = [];
     for (const { piece, end } of inside.slice(0, pieces)) {
       if (found.length >= most && end < found[0]!.time) break;
@@ -193,7 +216,8 @@ export class Bag {
       for (const one of messages) if (one.topic === topic && one.time <= time) found.push(one);
       found = found.sort(byTime).slice(-most);
     }
-    if (found.length === 0 && topic.isLatched) return (await this.first(topic)).filter((one) => one.time <= STARTING || DESCRIPTION.test(topic.name));
+    if (found.length === 0 && topic.isLatched)
+      return (await this.first(topic)).filter((one) => one.time <= STARTING || DESCRIPTION.test(topic.name));
     return found.filter((one, i) => one.time >= since || i === found.length - 1);
   }
 
@@ -209,7 +233,9 @@ export class Bag {
 
   // The time of the next message of these topics, or of the one before; the same time if there is none.
   async step(topics: ReadonlySet<Topic>, time: number, direction: 1 | -1): Promise<number> {
-    const spans = this.spans.filter(({ piece, start, end }) => (direction > 0 ? end > time : start < time) && this.has(piece, topics));
+    const spans = this.spans.filter(
+      ({ piece, start, end }) => (direction > 0 ? end > time : start < time) && this.has(piece, topics),
+    );
     if (direction < 0) spans.sort((a, b) => b.end - a.end);
     let best = NaN;
     for (const { piece, start, end } of spans) {
@@ -232,7 +258,8 @@ export class Bag {
 
 // The index of the first message after that time.
 function after(messages: BagMessage[], time: number): number {
-  let low = 0, high = messages.length;
+  let low = 0,
+    high = messages.length;
   while (low < high) {
     const middle = (low + high) >> 1;
     if (messages[middle]!.time <= time) low = middle + 1;
@@ -249,6 +276,10 @@ export async function openBag(name: string, files: Bytes[], progress: Progress):
   const opened: McapFile[] = [];
   for (const bytes of files) opened.push(await openMcap(bytes, progress));
   const bag = new Bag(name, opened);
-  if (bag.spans.length === 0) throw new BagProblem(bag.warnings.find((text) => /compressed|decompressed/.test(text)) ?? `${name} has no messages. ${bag.warnings.join(' ')}`.trim());
+  if (bag.spans.length === 0)
+    throw new BagProblem(
+      bag.warnings.find((text) => /compressed|decompressed/.test(text)) ??
+        `${name} has no messages. ${bag.warnings.join(' ')}`.trim(),
+    );
   return bag;
 }

@@ -1,5 +1,5 @@
-// The bytes of a recording: a file of the user's machine, read by slices, or an address, read by HTTP ranges. A server without
-// ranges sends the file as a whole; it is kept as a blob, which the browser may put on disk.
+// The bytes of a recording: a file of the user's machine, read by slices, or an address, read by HTTP ranges. A
+// server without ranges sends the file as a whole; it is kept as a blob, which the browser may put on disk.
 import { BagProblem } from './problem';
 
 export interface Bytes {
@@ -15,14 +15,20 @@ const BLOCK = 64 * 1024; // bytes of a request at least
 const MOST_BLOCKS = 16; // that are kept: the beginning and the index of a file are read in small pieces
 
 function within(name: string, size: number, from: number, length: number): void {
-  if (from < 0 || length < 0 || from + length > size) throw new BagProblem(`${name} has ${size} bytes, and its records refer to byte ${from + length}: it is cut off or damaged.`);
+  if (from < 0 || length < 0 || from + length > size)
+    throw new BagProblem(
+      `${name} has ${size} bytes, and its records refer to byte ${from + length}: it is cut off or damaged.`,
+    );
 }
 
 export class FileBytes implements Bytes {
   readonly isRemote = false;
   readonly size: number;
 
-  constructor(readonly name: string, private readonly file: Blob) {
+  constructor(
+    readonly name: string,
+    private readonly file: Blob,
+  ) {
     this.size = file.size;
   }
 
@@ -31,7 +37,9 @@ export class FileBytes implements Bytes {
     try {
       return new Uint8Array(await this.file.slice(from, from + length).arrayBuffer());
     } catch {
-      throw new BagProblem(`${this.name} cannot be read at byte ${from}: it was changed or removed since it was opened. Open it again.`);
+      throw new BagProblem(
+        `${this.name} cannot be read at byte ${from}: it was changed or removed since it was opened. Open it again.`,
+      );
     }
   }
 }
@@ -40,7 +48,12 @@ export class RangeBytes implements Bytes {
   readonly isRemote = true;
   private readonly blocks: { from: number; bytes: Uint8Array }[];
 
-  constructor(readonly name: string, readonly size: number, private readonly address: string, first: Uint8Array) {
+  constructor(
+    readonly name: string,
+    readonly size: number,
+    private readonly address: string,
+    first: Uint8Array,
+  ) {
     this.blocks = [{ from: 0, bytes: first }];
   }
 
@@ -58,9 +71,17 @@ export class RangeBytes implements Bytes {
 
   private async request(from: number, length: number): Promise<Uint8Array> {
     const answer = await ask(this.address, { Range: `bytes=${from}-${from + length - 1}` });
-    if (answer.status !== 206) throw new BagProblem(`${this.name} cannot be read at byte ${from}: the server answers with status ${answer.status}.`);
+    if (answer.status !== 206)
+      throw new BagProblem(
+        `${this.name} cannot be read at byte ${from}: the server answers with status ${answer.status}.`,
+      );
     const bytes = new Uint8Array(await answer.arrayBuffer());
-    if (bytes.length !== length) throw new BagProblem(`${this.name} ended at byte ${from + bytes.length} of ${this.size}: it was changed since it was opened. Reload the page.`);
+    if (bytes.length !== length)
+      throw new BagProblem(
+        `${this.name} ended at byte ${from + bytes.length} of ${
+          this.size
+        }: it was changed since it was opened. Reload the page.`,
+      );
     return bytes;
   }
 }
@@ -70,11 +91,18 @@ async function ask(address: string, headers: Record<string, string> = {}): Promi
     return await fetch(address, { headers });
   } catch {
     const other = new URL(address, location.href).origin !== location.origin;
-    throw new BagProblem(`${address} cannot be requested: ${other ? 'the server does not answer, or it does not permit pages of other addresses (CORS)' : 'the server does not answer'}.`);
+    throw new BagProblem(
+      `${address} cannot be requested: ${
+        other
+          ? 'the server does not answer, or it does not permit pages of other addresses (CORS)'
+          : 'the server does not answer'
+      }.`,
+    );
   }
 }
 
-const nameOf = (address: string): string => decodeURIComponent(new URL(address, location.href).pathname.split('/').filter(Boolean).pop() ?? address);
+const nameOf = (address: string): string =>
+  decodeURIComponent(new URL(address, location.href).pathname.split('/').filter(Boolean).pop() ?? address);
 const megabytes = (count: number): string => `${(count / 1e6).toFixed(1)} MB`;
 
 // The file at the address; by ranges where the server has them.
@@ -82,10 +110,17 @@ export async function bytesAt(address: string, progress: Progress): Promise<Byte
   const name = nameOf(address);
   const answer = await ask(address, { Range: `bytes=0-${BLOCK - 1}` });
   if (answer.status === 416) return new FileBytes(name, new Blob()); // an empty file has no ranges
-  if (!answer.ok) throw new BagProblem(`${address}: the server answers with status ${answer.status}${answer.status === 404 ? ', it has no such file' : ''}.`);
+  if (!answer.ok)
+    throw new BagProblem(
+      `${address}: the server answers with status ${answer.status}${
+        answer.status === 404 ? ', it has no such file' : ''
+      }.`,
+    );
   if (answer.status !== 206) return download(name, answer, progress);
-  const size = Number(/\/(\d+)$/.exec(answer.headers.get('Content-Range') ?? '')?.[1]) || await sizeOf(address);
-  return size > 0 ? new RangeBytes(name, size, address, new Uint8Array(await answer.arrayBuffer())) : download(name, await ask(address), progress);
+  const size = Number(/\/(\d+)$/.exec(answer.headers.get('Content-Range') ?? '')?.[1]) || (await sizeOf(address));
+  return size > 0
+    ? new RangeBytes(name, size, address, new Uint8Array(await answer.arrayBuffer()))
+    : download(name, await ask(address), progress);
 }
 
 // A server of another address may not let the page read Content-Range. 0: it does not say the size otherwise either.
@@ -98,18 +133,25 @@ async function download(name: string, answer: Response, progress: Progress): Pro
   const expected = Number(answer.headers.get('Content-Length')) || 0;
   const reader = answer.body!.getReader();
   let blob = new Blob();
-  let waiting: Uint8Array[] = [], count = 0, joined = 0;
+  let waiting: Uint8Array[] = [],
+    count = 0,
+    joined = 0;
   for (;;) {
     const { done, value } = await reader.read();
     if (value) waiting.push(value);
     count += value?.length ?? 0;
-    if (done || count - joined > 32e6) { // a blob leaves the memory of the page
-      blob = new Blob([blob, ...waiting as BlobPart[]]);
+    if (done || count - joined > 32e6) {
+      // a blob leaves the memory of the page
+      blob = new Blob([blob, ...(waiting as BlobPart[])]);
       waiting = [];
       joined = count;
     }
     if (done) return new FileBytes(name, blob);
-    progress(`Downloading ${name}, because the server has no ranges: ${megabytes(count)}${expected > 0 ? ` of ${megabytes(expected)}` : ''}.`);
+    progress(
+      `Downloading ${name}, because the server has no ranges: ${megabytes(count)}${
+        expected > 0 ? ` of ${megabytes(expected)}` : ''
+      }.`,
+    );
   }
 }
 

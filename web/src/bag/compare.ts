@@ -1,4 +1,5 @@
-// Two recordings at the same time since their starts: the second robot as a ghost, and the difference of each joint's position.
+// Two recordings at the same time since their starts: the second robot as a ghost, and the difference of each joint's
+// position.
 import type { App } from '../app/app';
 import { button, fill, h } from '../app/dom';
 import { curveWanted, Recorder } from '../app/recorder';
@@ -9,7 +10,7 @@ import type { RobotView } from '../robot/view';
 import { cssColour } from '../scene/legend';
 import type { Bag } from './bag';
 import type { Playback } from './playback';
-import { residualOf } from './residual';
+import { residualOf, type Residual } from './residual';
 import { BagSource } from './source';
 import { Survey } from './survey';
 
@@ -30,7 +31,12 @@ export class Comparison {
   private joints: TreeJoint[] = []; // of both robots
   private isListed = false;
 
-  constructor(private readonly app: App, private readonly playback: Playback, private readonly first: Survey, readonly bag: Bag) {
+  constructor(
+    private readonly app: App,
+    private readonly playback: Playback,
+    private readonly first: Survey,
+    readonly bag: Bag,
+  ) {
     const { twin } = this;
     this.recorder = new Recorder(twin, { reference: () => NaN, tolerance: () => NaN });
     this.survey = new Survey(bag, this.recorder, () => playback.isPlaying || playback.isReading);
@@ -39,8 +45,12 @@ export class Comparison {
     twin.moved.on(() => this.place());
     twin.read(source);
     source.start();
-    this.ends = [playback.follow(source), first.changed.on(() => this.show()), this.survey.changed.on(() => this.listJoints()),
-      settingsChanged.on((key) => key === 'degrees' && this.show())];
+    this.ends = [
+      playback.follow(source),
+      first.changed.on(() => this.show()),
+      this.survey.changed.on(() => this.listJoints()),
+      settingsChanged.on((key) => key === 'degrees' && this.show()),
+    ];
     app.legend.show('compared', { key: 'line', colour: cssColour(COLOUR), label: bag.name, value: 'ghost' });
     this.show();
     // Its curves are read before those of the differences.
@@ -56,7 +66,8 @@ export class Comparison {
     this.view?.root.removeFromParent();
     this.app.legend.show('compared', null);
     for (const joint of this.joints) curveWanted.emit({ key: keyOf(joint), on: false });
-    for (const joint of this.joints.slice(0, CURVES_OF_ONE)) curveWanted.emit({ key: this.app.recorder.joint(joint, 'position').key, on: true });
+    for (const joint of this.joints.slice(0, CURVES_OF_ONE))
+      curveWanted.emit({ key: this.app.recorder.joint(joint, 'position').key, on: true });
     fill(this.app.comparison);
     this.app.tabsChanged.emit();
     this.app.world.stage.invalidate();
@@ -83,10 +94,14 @@ export class Comparison {
       return;
     }
     this.isListed = true;
-    this.joints = (this.app.twin.tree?.moving ?? []).filter((joint) => !joint.mimic && tree?.jointByName.has(joint.name));
+    this.joints = (this.app.twin.tree?.moving ?? []).filter(
+      (joint) => !joint.mimic && tree?.jointByName.has(joint.name),
+    );
     for (const joint of this.joints) {
       const slides = joint.kind === 'prismatic';
-      this.app.recorder.computed(keyOf(joint), `${joint.name} difference`, slides ? 'm' : 'rad', () => this.difference(joint));
+      this.app.recorder.computed(keyOf(joint), `${joint.name} difference`, slides ? 'm' : 'rad', () =>
+        this.difference(joint),
+      );
     }
     curveWanted.emit({ key: '', on: false });
     for (const joint of this.joints.slice(0, MOST_CURVES)) curveWanted.emit({ key: keyOf(joint), on: true });
@@ -101,31 +116,58 @@ export class Comparison {
   }
 
   private show(): void {
-    const { comparison, recorder, playback, tabsChanged } = { ...this.app, playback: this.playback };
+    const { comparison, tabsChanged } = this.app;
     const close = button('Close', 'Close the second recording', () => this.end(), { id: 'bag-close-second' });
-    const head = h('div', { class: 'row' }, h('strong', {}, `${this.first.bag.name} − ${this.bag.name}`), h('span', { class: 'spacer' }), close);
+    const title = h('strong', {}, `${this.first.bag.name} − ${this.bag.name}`);
     const note = this.note();
-    let samples = 0;
-    const rows = note ? [] : this.joints.map((joint) => {
-      const [times, values] = recorder.window(-Infinity, Infinity, [keyOf(joint)]) as [Float64Array, Float64Array];
-      const { largest, time, rms, count } = residualOf(times, values);
-      samples = Math.max(samples, count);
-      return h('tr', {}, h('th', { scope: 'row' }, joint.name), h('td', { class: 'num' }, this.text(joint, Math.abs(largest))),
-        h('td', { class: 'num' }, Number.isFinite(time) ? button(`${time.toFixed(2)} s`, 'Go to this time', () => playback.seek(time), { class: 'plain link-button' }) : '–'),
-        h('td', { class: 'num' }, this.text(joint, rms)),
-        h('td', {}, button('plot', `Plot the difference of ${joint.name}`, () => curveWanted.emit({ key: keyOf(joint), on: true }), { class: 'small' })));
-    });
-    fill(comparison, head, note ? h('p', { class: 'empty' }, note) : h('table', { class: 'residuals' },
-      h('thead', {}, h('tr', {}, ['joint', 'largest', 'at', 'rms', ''].map((title) => h('th', { scope: 'col' }, title)))), h('tbody', {}, rows)), note ? null : h('p', { class: 'muted' }, `${samples} samples, at the same time since the start of each recording.`));
+    fill(
+      comparison,
+      h('div', { class: 'row' }, title, h('span', { class: 'spacer' }), close),
+      note ? h('p', { class: 'empty' }, note) : this.table(),
+    );
     tabsChanged.emit();
+  }
+
+  private table(): HTMLElement[] {
+    let samples = 0;
+    const rows = this.joints.map((joint) => {
+      const key = keyOf(joint);
+      const [times, values] = this.app.recorder.window(-Infinity, Infinity, [key]) as [Float64Array, Float64Array];
+      const residual = residualOf(times, values);
+      samples = Math.max(samples, residual.count);
+      return this.row(joint, residual);
+    });
+    const head = ['joint', 'largest', 'at', 'rms', ''].map((title) => h('th', { scope: 'col' }, title));
+    return [
+      h('table', { class: 'residuals' }, h('thead', {}, h('tr', {}, head)), h('tbody', {}, rows)),
+      h('p', { class: 'muted' }, `${samples} samples, at the same time since the start of each recording.`),
+    ];
+  }
+
+  private row(joint: TreeJoint, { largest, time, rms }: Residual): HTMLElement {
+    const seek = (): void => this.playback.seek(time);
+    const plot = (): void => curveWanted.emit({ key: keyOf(joint), on: true });
+    const link = button(`${time.toFixed(2)} s`, 'Go to this time', seek, { class: 'plain link-button' });
+    return h(
+      'tr',
+      {},
+      h('th', { scope: 'row' }, joint.name),
+      h('td', { class: 'num' }, this.text(joint, Math.abs(largest))),
+      h('td', { class: 'num' }, Number.isFinite(time) ? link : '–'),
+      h('td', { class: 'num' }, this.text(joint, rms)),
+      h('td', {}, button('plot', `Plot the difference of ${joint.name}`, plot, { class: 'small' })),
+    );
   }
 
   // Why there is no table yet; '' if there is one.
   private note(): string {
-    if (!this.survey.isComplete) return `Reading ${this.bag.name}: ${((this.survey.done / Math.max(1e-9, this.bag.length)) * 100).toFixed(0)} %.`;
+    if (!this.survey.isComplete)
+      return `Reading ${this.bag.name}: ${((this.survey.done / Math.max(1e-9, this.bag.length)) * 100).toFixed(0)} %.`;
     if (!this.survey.twin.tree) return `${this.bag.name} has no /robot_description.`;
     if (this.joints.length === 0) return 'The two robots have no joint of the same name.';
-    return this.first.isComplete ? '' : `Comparing: ${((this.first.done / Math.max(1e-9, this.first.bag.length)) * 100).toFixed(0)} %.`;
+    return this.first.isComplete
+      ? ''
+      : `Comparing: ${((this.first.done / Math.max(1e-9, this.first.bag.length)) * 100).toFixed(0)} %.`;
   }
 
   private text(joint: TreeJoint, value: number): string {

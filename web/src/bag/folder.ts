@@ -8,12 +8,25 @@ const METADATA = 'metadata.yaml';
 // The list under relative_file_paths; an empty one is written as []. Paths have no further syntax of YAML than quotes.
 export function listedFiles(yaml: string, name: string): string[] {
   if (/^\s*storage_identifier:\s*['"]?sqlite3/m.test(yaml)) {
-    throw new BagProblem(`${name} is a SQLite bag of rosbag2, which this page does not read; 'doppel bag convert' does not either.`
-      + ` Convert it by 'ros2 bag convert -i FOLDER -o options.yaml' with storage_id: mcap, or by 'rosbags-convert'.`);
+    throw new BagProblem(
+      `${name} is a SQLite bag of rosbag2, which this page does not read; 'doppel bag convert' does not either.` +
+        ` Convert it by 'ros2 bag convert -i FOLDER -o options.yaml' with storage_id: mcap, or by 'rosbags-convert'.`,
+    );
   }
-  if (/^\s*compression_mode:\s*['"]?file/im.test(yaml)) throw new BagProblem(`${name}: the files of this bag are compressed as a whole. Decompress them by 'zstd -d', and open the .mcap files.`);
+  if (/^\s*compression_mode:\s*['"]?file/im.test(yaml))
+    throw new BagProblem(
+      `${name}: the files of this bag are compressed as a whole. Decompress them by 'zstd -d', and open the .mcap files.`,
+    );
   const list = /^( *)relative_file_paths:[ \t]*\r?\n((?:[ \t]*-[ \t]+.*\r?\n?)+)/m.exec(yaml)?.[2] ?? '';
-  const found = list.split('\n').map((line) => line.trim().replace(/^-\s+/, '').replace(/^(['"])(.*)\1$/, '$2')).filter(Boolean);
+  const found = list
+    .split('\n')
+    .map((line) =>
+      line
+        .trim()
+        .replace(/^-\s+/, '')
+        .replace(/^(['"])(.*)\1$/, '$2'),
+    )
+    .filter(Boolean);
   if (found.length === 0) throw new BagProblem(`${name} lists no files under relative_file_paths.`);
   return found;
 }
@@ -30,11 +43,17 @@ export async function openAddress(address: string, progress: Progress): Promise<
   }
   progress(`Opening ${tail(url.pathname)}.`);
   const last = tail(url.pathname);
-  const isFolder = url.pathname.endsWith('/') || (!last.includes('.') && await textAt(new URL(`${url.pathname}/${METADATA}${url.search}`, url).href) !== null);
+  const isFolder =
+    url.pathname.endsWith('/') ||
+    (!last.includes('.') && (await textAt(new URL(`${url.pathname}/${METADATA}${url.search}`, url).href)) !== null);
   if (last !== METADATA && !isFolder) return openBag(last, [await bytesAt(url.href, progress)], progress);
-  const metadata = last === METADATA ? url : new URL(`${url.pathname.replace(/\/$/, '')}/${METADATA}${url.search}`, url);
+  const metadata =
+    last === METADATA ? url : new URL(`${url.pathname.replace(/\/$/, '')}/${METADATA}${url.search}`, url);
   const yaml = await textAt(metadata.href);
-  if (yaml === null) throw new BagProblem(`${metadata.href}: the server has no such file. The address of a folder needs it; that of an .mcap file does not.`);
+  if (yaml === null)
+    throw new BagProblem(
+      `${metadata.href}: the server has no such file. The address of a folder needs it; that of an .mcap file does not.`,
+    );
   const paths = listedFiles(yaml, metadata.pathname);
   const files = [];
   for (const path of paths) files.push(await bytesAt(new URL(`${path}${url.search}`, metadata).href, progress));
@@ -48,8 +67,10 @@ export async function openDropped(dropped: { name: string; file: File }[], progr
   if (metadata) {
     const paths = listedFiles(await metadata.file.text(), metadata.name);
     const files = paths.map((path) => {
-      const found = dropped.find(({ name }) => name === folder + path) ?? dropped.find(({ name }) => tail(name) === tail(path));
-      if (!found) throw new BagProblem(`${metadata.name} lists ${path}, which is not among the files. Drop the whole folder.`);
+      const found =
+        dropped.find(({ name }) => name === folder + path) ?? dropped.find(({ name }) => tail(name) === tail(path));
+      if (!found)
+        throw new BagProblem(`${metadata.name} lists ${path}, which is not among the files. Drop the whole folder.`);
       return new FileBytes(path, found.file);
     });
     return openBag(tail(folder) || tail(paths[0]!), files, progress);
@@ -57,5 +78,9 @@ export async function openDropped(dropped: { name: string; file: File }[], progr
   const recordings = dropped.filter(({ name }) => /\.mcap$/i.test(name)).sort((a, b) => byName(a.name, b.name));
   const chosen = recordings.length > 0 ? recordings : dropped.slice(0, 1); // the reason is that of the first one
   if (chosen.length === 0) throw new BagProblem('Nothing was dropped that is a file.');
-  return openBag(chosen.length === 1 ? tail(chosen[0]!.name) : `${tail(chosen[0]!.name)} and ${chosen.length - 1} more`, chosen.map(({ name, file }) => new FileBytes(name, file)), progress);
+  return openBag(
+    chosen.length === 1 ? tail(chosen[0]!.name) : `${tail(chosen[0]!.name)} and ${chosen.length - 1} more`,
+    chosen.map(({ name, file }) => new FileBytes(name, file)),
+    progress,
+  );
 }

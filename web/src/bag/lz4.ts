@@ -1,12 +1,18 @@
-// LZ4 frames (lz4_Frame_format.md and lz4_Block_format.md, version 1.6.4). Own code: the packages for it do not check lengths, so
-// that a damaged chunk keeps them busy for seconds. Check sums are those of the MCAP chunk.
+// LZ4 frames (lz4_Frame_format.md and lz4_Block_format.md, version 1.6.4). Own code: the packages for it do not check
+// lengths, so that a damaged chunk keeps them busy for seconds. Check sums are those of the MCAP chunk.
 const MAGIC = 0x184d2204;
-const BLOCK_SUM = 0x10, CONTENT_SIZE = 0x08, CONTENT_SUM = 0x04, DICTIONARY = 0x01; // flags
+const BLOCK_SUM = 0x10,
+  CONTENT_SIZE = 0x08,
+  CONTENT_SUM = 0x04,
+  DICTIONARY = 0x01; // flags
 const STORED = 0x80000000; // the block is not compressed
 const SHORTEST_MATCH = 4;
 
 class Block {
-  constructor(private readonly from: Uint8Array, private readonly to: Uint8Array) {}
+  constructor(
+    private readonly from: Uint8Array,
+    private readonly to: Uint8Array,
+  ) {}
 
   // A length of 15 goes on in further bytes, until one that is not 255. Returns it and the next position.
   private length(start: number, at: number, end: number): [number, number] {
@@ -22,7 +28,8 @@ class Block {
   // Returns the end of what is written at `out`.
   read(begin: number, end: number, begunOut: number): number {
     const { from, to } = this;
-    let at = begin, out = begunOut;
+    let at = begin,
+      out = begunOut;
     while (at < end) {
       const token = from[at]!;
       let literals: number, match: number;
@@ -52,7 +59,8 @@ export function unlz4(bytes: Uint8Array, size: number): Uint8Array {
   if (flags & DICTIONARY) throw new Error('it needs a dictionary');
   const to = new Uint8Array(size);
   const block = new Block(bytes, to);
-  let at = 7 + (flags & CONTENT_SIZE ? 8 : 0), out = 0;
+  let at = 7 + (flags & CONTENT_SIZE ? 8 : 0),
+    out = 0;
   for (;;) {
     if (at + 4 > bytes.length) throw new Error('it ends early');
     const head = view.getUint32(at, true);

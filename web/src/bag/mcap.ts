@@ -3,7 +3,18 @@ import { McapIndexedReader, McapStreamReader, type McapTypes } from '@mcap/core'
 import type { Bytes, Progress } from './bytes';
 import { CODECS } from './codecs';
 import { BagProblem, MAGIC, requireMcap } from './problem';
-import { HEAD, lengthAt, messagesIn, OPCODE, openChunk, readAttachmentHead, readChunk, recordsIn, type ChunkHead, type RawMessage } from './records';
+import {
+  HEAD,
+  lengthAt,
+  messagesIn,
+  OPCODE,
+  openChunk,
+  readAttachmentHead,
+  readChunk,
+  recordsIn,
+  type ChunkHead,
+  type RawMessage,
+} from './records';
 
 // A part of the file that is read at once: a chunk, or a row of messages outside of chunks.
 export interface Piece {
@@ -43,14 +54,26 @@ const ROW = 512 * 1024; // bytes of messages outside of chunks that are one piec
 const SHOWN_METADATA = 64; // records that are read
 
 function newFile(bytes: Bytes): McapFile {
-  return { bytes, pieces: [], channels: new Map(), schemas: new Map(), counts: new Map(), attachments: [], metadata: [], warnings: [] };
+  return {
+    bytes,
+    pieces: [],
+    channels: new Map(),
+    schemas: new Map(),
+    counts: new Map(),
+    attachments: [],
+    metadata: [],
+    warnings: [],
+  };
 }
 
 class Unreadable extends BagProblem {} // a scan would not help
 
 function readable(file: McapFile): McapFile {
   const foreign = file.pieces.find(({ compression }) => compression !== '' && !CODECS[compression]);
-  if (foreign) throw new Unreadable(`${file.bytes.name}, byte ${foreign.from}: the chunk is compressed by '${foreign.compression}'; this page reads zstd, lz4 and chunks without compression.`);
+  if (foreign)
+    throw new Unreadable(
+      `${file.bytes.name}, byte ${foreign.from}: the chunk is compressed by '${foreign.compression}'; this page reads zstd, lz4 and chunks without compression.`,
+    );
   return file;
 }
 
@@ -63,9 +86,17 @@ export async function openMcap(bytes: Bytes, progress: Progress): Promise<McapFi
     why = `${bytes.name} has no index of its messages; it was read as a whole.`;
   } catch (problem) {
     if (problem instanceof Unreadable) throw problem;
-    const end = bytes.size < MAGIC.length ? '' : String.fromCharCode(...await bytes.read(bytes.size - MAGIC.length, MAGIC.length));
-    why = end === MAGIC ? `${bytes.name} has a damaged index (${(problem as Error).message.replace(/ \[.*\]$/, '')}); it was read as a whole.`
-      : `${bytes.name} ends at byte ${bytes.size} without an index: its recorder was killed, or it is cut off. It was read as a whole; 'doppel bag recover' writes a copy with an index.`;
+    const end =
+      bytes.size < MAGIC.length
+        ? ''
+        : String.fromCharCode(...(await bytes.read(bytes.size - MAGIC.length, MAGIC.length)));
+    why =
+      end === MAGIC
+        ? `${bytes.name} has a damaged index (${(problem as Error).message.replace(
+            / \[.*\]$/,
+            '',
+          )}); it was read as a whole.`
+        : `${bytes.name} ends at byte ${bytes.size} without an index: its recorder was killed, or it is cut off. It was read as a whole; 'doppel bag recover' writes a copy with an index.`;
   }
   const file = await scan(bytes, progress);
   file.warnings.unshift(why);
@@ -74,7 +105,10 @@ export async function openMcap(bytes: Bytes, progress: Progress): Promise<McapFi
 
 // null: there is a summary, but not of what is needed.
 async function readIndex(bytes: Bytes): Promise<McapFile | null> {
-  const readable = { size: async () => BigInt(bytes.size), read: (from: bigint, length: bigint) => bytes.read(Number(from), Number(length)) };
+  const readable = {
+    size: async () => BigInt(bytes.size),
+    read: (from: bigint, length: bigint) => bytes.read(Number(from), Number(length)),
+  };
   const reader = await McapIndexedReader.Initialize({ readable, decompressHandlers: CODECS });
   const { chunkIndexes, channelsById, statistics } = reader;
   const isEmpty = statistics !== undefined && statistics.messageCount === 0n;
@@ -83,11 +117,26 @@ async function readIndex(bytes: Bytes): Promise<McapFile | null> {
   file.channels = new Map(channelsById);
   file.schemas = new Map(reader.schemasById);
   for (const [id, count] of statistics?.channelMessageCounts ?? []) file.counts.set(id, Number(count));
-  file.pieces = chunkIndexes.filter(({ messageIndexOffsets, uncompressedSize }) => messageIndexOffsets.size > 0 || uncompressedSize > 0n).map((one) => ({
-    file, from: Number(one.chunkStartOffset), length: Number(one.chunkLength), size: Number(one.uncompressedSize), isChunk: true, compression: one.compression,
-    start: one.messageStartTime, end: one.messageEndTime, channels: one.messageIndexOffsets.size > 0 ? new Set(one.messageIndexOffsets.keys()) : null,
+  file.pieces = chunkIndexes
+    .filter(({ messageIndexOffsets, uncompressedSize }) => messageIndexOffsets.size > 0 || uncompressedSize > 0n)
+    .map((one) => ({
+      file,
+      from: Number(one.chunkStartOffset),
+      length: Number(one.chunkLength),
+      size: Number(one.uncompressedSize),
+      isChunk: true,
+      compression: one.compression,
+      start: one.messageStartTime,
+      end: one.messageEndTime,
+      channels: one.messageIndexOffsets.size > 0 ? new Set(one.messageIndexOffsets.keys()) : null,
+    }));
+  file.attachments = reader.attachmentIndexes.map((one) => ({
+    name: one.name,
+    mediaType: one.mediaType,
+    time: one.logTime,
+    from: Number(one.offset),
+    length: Number(one.length),
   }));
-  file.attachments = reader.attachmentIndexes.map((one) => ({ name: one.name, mediaType: one.mediaType, time: one.logTime, from: Number(one.offset), length: Number(one.length) }));
   for (const { offset, length } of reader.metadataIndexes.slice(0, SHOWN_METADATA)) {
     const [record] = parse(await bytes.read(Number(offset), Number(length)));
     if (record?.type === 'Metadata') file.metadata.push(record);
@@ -131,11 +180,23 @@ class Scanner {
   // A record and its position; false: it is the last one with messages.
   take(record: Uint8Array, from: number): boolean {
     switch (record[0]) {
-      case OPCODE.chunk: this.takeChunk(record, from); break;
-      case OPCODE.message: this.takeMessage(record, from); break;
-      case OPCODE.dataEnd: case OPCODE.footer: return false;
-      case OPCODE.schema: case OPCODE.channel: case OPCODE.metadata: this.learn(record); break;
-      case OPCODE.attachment: this.takeAttachment(record, from, record.length); break;
+      case OPCODE.chunk:
+        this.takeChunk(record, from);
+        break;
+      case OPCODE.message:
+        this.takeMessage(record, from);
+        break;
+      case OPCODE.dataEnd:
+      case OPCODE.footer:
+        return false;
+      case OPCODE.schema:
+      case OPCODE.channel:
+      case OPCODE.metadata:
+        this.learn(record);
+        break;
+      case OPCODE.attachment:
+        this.takeAttachment(record, from, record.length);
+        break;
     }
     return true;
   }
@@ -165,12 +226,22 @@ class Scanner {
       file.warnings.push(`${(problem as Error).message} It is left out.`);
       return;
     }
-    for (const { opcode, from: start, to } of recordsIn(inside)) if (opcode === OPCODE.schema || opcode === OPCODE.channel) this.learn(inside.subarray(start, to));
+    for (const { opcode, from: start, to } of recordsIn(inside))
+      if (opcode === OPCODE.schema || opcode === OPCODE.channel) this.learn(inside.subarray(start, to));
     const messages = messagesIn(inside);
     if (messages.length === 0) return;
     for (const { channel } of messages) this.count(channel);
-    file.pieces.push({ file, from, length: record.length, size: head.size, isChunk: true, compression: head.compression, start: messages[0]!.time, end: messages.at(-1)!.time,
-      channels: new Set(messages.map(({ channel }) => channel)) });
+    file.pieces.push({
+      file,
+      from,
+      length: record.length,
+      size: head.size,
+      isChunk: true,
+      compression: head.compression,
+      start: messages[0]!.time,
+      end: messages.at(-1)!.time,
+      channels: new Set(messages.map(({ channel }) => channel)),
+    });
   }
 
   private takeMessage(record: Uint8Array, from: number): void {
@@ -179,7 +250,17 @@ class Scanner {
     const { channel, time } = message;
     this.count(channel);
     if (!this.row || from + record.length - this.row.from > ROW) {
-      this.row = { file: this.file, from, length: 0, size: 0, isChunk: false, compression: '', start: time, end: time, channels: new Set() };
+      this.row = {
+        file: this.file,
+        from,
+        length: 0,
+        size: 0,
+        isChunk: false,
+        compression: '',
+        start: time,
+        end: time,
+        channels: new Set(),
+      };
       this.file.pieces.push(this.row);
     }
     this.row.length = this.row.size = from + record.length - this.row.from;
@@ -201,7 +282,9 @@ async function scan(bytes: Bytes, progress: Progress): Promise<McapFile> {
     const first = await bytes.read(position, HEAD);
     const needed = HEAD + lengthAt(new DataView(first.buffer, first.byteOffset, HEAD), 0);
     if (position + needed > bytes.size) {
-      scanner.file.warnings.push(`${bytes.name}: the record at byte ${position} is cut off; what is before it is shown.`);
+      scanner.file.warnings.push(
+        `${bytes.name}: the record at byte ${position} is cut off; what is before it is shown.`,
+      );
       break;
     }
     if (first[0] === OPCODE.attachment && needed > WINDOW) {
@@ -210,7 +293,8 @@ async function scan(bytes: Bytes, progress: Progress): Promise<McapFile> {
       continue;
     }
     const window = await bytes.read(position, Math.min(bytes.size - position, Math.max(needed, WINDOW)));
-    let used = 0, isOver = false;
+    let used = 0,
+      isOver = false;
     for (const { from, to } of recordsIn(window)) {
       used = to;
       isOver = !scanner.take(window.subarray(from, to), position + from);

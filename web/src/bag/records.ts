@@ -4,7 +4,16 @@ import { crc32 } from '@foxglove/crc';
 import { CODECS } from './codecs';
 import { BagProblem } from './problem';
 
-export const OPCODE = { footer: 0x02, schema: 0x03, channel: 0x04, message: 0x05, chunk: 0x06, attachment: 0x09, metadata: 0x0c, dataEnd: 0x0f } as const;
+export const OPCODE = {
+  footer: 0x02,
+  schema: 0x03,
+  channel: 0x04,
+  message: 0x05,
+  chunk: 0x06,
+  attachment: 0x09,
+  metadata: 0x0c,
+  dataEnd: 0x0f,
+} as const;
 export const HEAD = 9; // bytes of opcode and length
 const CHUNK_HEAD = 40; // bytes before the records of a chunk without compression
 const LARGEST_CHUNK = 1 << 30; // bytes, decompressed
@@ -39,16 +48,24 @@ export function readChunk(record: Uint8Array, place: string): ChunkHead {
   const from = HEAD + 32 + name + 8;
   const length = Number(view.getBigUint64(from - 8, true));
   return {
-    start: view.getBigUint64(HEAD, true), end: view.getBigUint64(HEAD + 8, true), size: Number(view.getBigUint64(HEAD + 16, true)),
-    crc: view.getUint32(HEAD + 24, true), compression, records: record.subarray(from, from + length),
+    start: view.getBigUint64(HEAD, true),
+    end: view.getBigUint64(HEAD + 8, true),
+    size: Number(view.getBigUint64(HEAD + 16, true)),
+    crc: view.getUint32(HEAD + 24, true),
+    compression,
+    records: record.subarray(from, from + length),
   };
 }
 
 // The records of a chunk. `place` is for the message of what is wrong: a file and the offset of the chunk in it.
 export function openChunk({ compression, records, size, crc }: ChunkHead, place: string): Uint8Array {
-  if (size > LARGEST_CHUNK) throw new BagProblem(`${place}: the chunk is ${size} bytes long by its head, which is damaged.`);
+  if (size > LARGEST_CHUNK)
+    throw new BagProblem(`${place}: the chunk is ${size} bytes long by its head, which is damaged.`);
   const codec = CODECS[compression];
-  if (compression !== '' && !codec) throw new BagProblem(`${place}: the chunk is compressed by '${compression}'; this page reads zstd, lz4 and chunks without compression.`);
+  if (compression !== '' && !codec)
+    throw new BagProblem(
+      `${place}: the chunk is compressed by '${compression}'; this page reads zstd, lz4 and chunks without compression.`,
+    );
   let bytes: Uint8Array;
   try {
     bytes = codec ? codec(records, BigInt(size)) : records;
@@ -63,7 +80,7 @@ export function openChunk({ compression, records, size, crc }: ChunkHead, place:
 // The positions of whole records.
 export function* recordsIn(bytes: Uint8Array): Generator<{ opcode: number; from: number; to: number }> {
   const view = viewOf(bytes);
-  for (let from = 0; from + HEAD <= bytes.length;) {
+  for (let from = 0; from + HEAD <= bytes.length; ) {
     const to = from + HEAD + lengthAt(view, from);
     if (to > bytes.length) return;
     yield { opcode: bytes[from]!, from, to };
@@ -75,11 +92,16 @@ export function* recordsIn(bytes: Uint8Array): Generator<{ opcode: number; from:
 export function messagesIn(bytes: Uint8Array): RawMessage[] {
   const view = viewOf(bytes);
   const out: RawMessage[] = [];
-  let last = 0n, inOrder = true;
+  let last = 0n,
+    inOrder = true;
   for (const { opcode, from, to } of recordsIn(bytes)) {
     if (opcode !== OPCODE.message || to - from < HEAD + MESSAGE_HEAD) continue;
     const time = view.getBigUint64(from + HEAD + 6, true);
-    out.push({ channel: view.getUint16(from + HEAD, true), time, data: bytes.subarray(from + HEAD + MESSAGE_HEAD, to) });
+    out.push({
+      channel: view.getUint16(from + HEAD, true),
+      time,
+      data: bytes.subarray(from + HEAD + MESSAGE_HEAD, to),
+    });
     inOrder &&= time >= last;
     last = time;
   }
@@ -96,6 +118,7 @@ export function readAttachmentHead(start: Uint8Array): { name: string; mediaType
     position += 4 + length;
     return position <= start.length ? new TextDecoder().decode(start.subarray(position - length, position)) : null;
   };
-  const name = text(), mediaType = text();
+  const name = text(),
+    mediaType = text();
   return name === null || mediaType === null ? null : { name, mediaType, time: view.getBigUint64(HEAD, true) };
 }

@@ -7,7 +7,10 @@ export interface Residual {
 }
 
 export function residualOf(times: ArrayLike<number>, differences: ArrayLike<number>): Residual {
-  let largest = NaN, time = NaN, sum = 0, count = 0;
+  let largest = NaN,
+    time = NaN,
+    sum = 0,
+    count = 0;
   for (let i = 0; i < times.length; i += 1) {
     const value = differences[i]!;
     if (!Number.isFinite(value)) continue;

@@ -1,7 +1,7 @@
-// A recording in the page: it takes the place of the twin, with a time line, curves of the whole of it, and a second recording
-// to compare with.
+// A recording in the page: it takes the place of the twin, with a time line, curves of the whole of it, and a second
+// recording to compare with.
 import type { App } from '../app/app';
-import '../app/workbench'; // it is there anyway; as an import it keeps the bundler from splitting what the first picture loads
+import '../app/workbench'; // it is there anyway; imported here, what the first picture loads is not split further
 import { button, h, toast } from '../app/dom';
 import { chooseRecording } from '../app/recordings';
 import type { Bag } from './bag';
@@ -25,11 +25,17 @@ class Session {
   comparison: Comparison | null = null;
   private readonly ends: (() => void)[] = [];
 
-  constructor(private readonly app: App, readonly bag: Bag, readonly addresses: Addresses, time: number, private readonly hasTwin: boolean) {
+  constructor(
+    private readonly app: App,
+    readonly bag: Bag,
+    readonly addresses: Addresses,
+    time: number,
+    private readonly hasTwin: boolean,
+  ) {
     const { twin } = app;
     const source = new BagSource(bag);
     this.playback = new Playback(source);
-    source.onjump = (to) => twin.rewind(this.survey?.covers(to) ? this.survey.logUntil(to) : []);
+    source.onjump = (to, setsLog) => twin.rewind(setsLog && this.survey ? this.survey.logUntil(to) : []);
     source.ownsLog = (to) => this.survey?.covers(to) ?? false;
     bag.onproblem = reporter();
     twin.opening = '';
@@ -46,18 +52,24 @@ class Session {
     app.playback = playback;
     app.playbackChanged.emit();
     const timeline = new Timeline(playback, survey, bag.events, {
-      link: () => this.link(), compare: () => chooseRecording(app, 'second'), open: () => chooseRecording(app), readAll: () => this.readAll(),
+      link: () => this.link(),
+      compare: () => chooseRecording(app, 'second'),
+      open: () => chooseRecording(app),
+      readAll: () => this.readAll(),
       back: this.hasTwin ? () => location.reload() : null,
     });
     this.timeline = timeline;
     document.getElementById('app')!.append(timeline.element);
-    this.ends.push(app.world.stage.tick.on((dt) => {
-      timeline.update(); // before the next part is read
-      playback.tick(dt);
-    }), app.twin.selectedRobot.on((space) => {
-      survey.twin.selectRobot(space);
-      survey.restart();
-    }));
+    this.ends.push(
+      app.world.stage.tick.on((dt) => {
+        timeline.update(); // before the next part is read
+        playback.tick(dt);
+      }),
+      app.twin.selectedRobot.on((space) => {
+        survey.twin.selectRobot(space);
+        survey.restart();
+      }),
+    );
     if (bag.isRemote && bag.byteCount > LARGE) timeline.all.hidden = false;
     else survey.begin();
   }
@@ -114,13 +126,29 @@ let hasTwin = false; // the page was connected before the first recording
 // The note over the picture about what cannot be read, or is read in another way than expected.
 function note(app: App, title: string, texts: string[], level: 'error' | 'warning'): void {
   const close = (): void => element.remove();
-  const element = h('div', { class: `bag-note ${level}`, role: level === 'error' ? 'alert' : 'status', id: 'bag-note' }, h('strong', {}, title), texts.map((text) => h('p', {}, text)),
-    h('div', { class: 'row' }, button('Open a recording…', 'Choose .mcap files of this machine', () => chooseRecording(app)), button('Close', 'Close this note', close)));
+  const element = h(
+    'div',
+    { class: `bag-note ${level}`, role: level === 'error' ? 'alert' : 'status', id: 'bag-note' },
+    h('strong', {}, title),
+    texts.map((text) => h('p', {}, text)),
+    h(
+      'div',
+      { class: 'row' },
+      button('Open a recording…', 'Choose .mcap files of this machine', () => chooseRecording(app)),
+      button('Close', 'Close this note', close),
+    ),
+  );
   document.getElementById('bag-note')?.remove();
   app.world.stage.host.append(element);
 }
 
-async function open(app: App, place: 'first' | 'second', read: (progress: Progress) => Promise<Bag>, address: string, time = 0): Promise<void> {
+async function open(
+  app: App,
+  place: 'first' | 'second',
+  read: (progress: Progress) => Promise<Bag>,
+  address: string,
+  time = 0,
+): Promise<void> {
   const progress: Progress = (text) => (app.twin.opening = text);
   document.getElementById('bag-note')?.remove();
   try {
@@ -136,7 +164,9 @@ async function open(app: App, place: 'first' | 'second', read: (progress: Progre
       session.complete();
     }
     app.twin.opening = '';
-    const lacking = bag.topics.some(({ name }) => name.endsWith('/robot_description')) ? [] : [`${bag.name} has no /robot_description, so there is no robot to draw. Curves, log, topics and pictures work.`];
+    const lacking = bag.topics.some(({ name }) => name.endsWith('/robot_description'))
+      ? []
+      : [`${bag.name} has no /robot_description, so there is no robot to draw. Curves, log, topics and pictures work.`];
     const texts = [...bag.warnings, ...lacking];
     if (texts.length > 0) note(app, 'Notes on this recording', texts, 'warning');
   } catch (problem) {

@@ -1,4 +1,5 @@
-// Leads a twin without a picture through the whole recording, between other work: for the curves, the log and the marks.
+// Leads a twin without a picture through the whole recording, between other work: for the curves, the log and the
+// marks.
 import type { Recorder } from '../app/recorder';
 import { Signal } from '../app/signal';
 import { Twin, type LogLine } from '../app/twin';
@@ -26,11 +27,17 @@ export class Survey {
   private isWaiting = false; // a restart is due
 
   // `isBusy`: the page reads the same files for what is shown now.
-  constructor(readonly bag: Bag, readonly recorder: Recorder, private readonly isBusy: () => boolean) {
+  constructor(
+    readonly bag: Bag,
+    readonly recorder: Recorder,
+    private readonly isBusy: () => boolean,
+  ) {
     this.twin.logged.on((line) => {
       if (this.lines.length < MOST_LINES && !this.logIsComplete) this.lines.push({ time: this.time, line });
     });
-    const samples = bag.topics.filter(({ type }) => /JointState$/.test(type)).reduce((sum, { count }) => sum + (count || MOST_SAMPLES), 0);
+    const samples = bag.topics
+      .filter(({ type }) => /JointState$/.test(type))
+      .reduce((sum, { count }) => sum + (count || MOST_SAMPLES), 0);
     recorder.follow(this.twin, () => this.time, bag.length, Math.max(2000, Math.min(MOST_SAMPLES, samples + 100)));
     this.end = recorder.added.on(({ key }) => {
       if (this.done > 0 || this.isComplete || key.startsWith('topic:')) this.restart();
@@ -74,14 +81,17 @@ export class Survey {
 
   private plotted(topic: Topic): boolean {
     const begin = `topic:${topic.name}`;
-    for (const key of this.recorder.series.keys()) if (key.startsWith(`${begin}.`) || key.startsWith(`${begin}[`)) return true;
+    for (const key of this.recorder.series.keys())
+      if (key.startsWith(`${begin}.`) || key.startsWith(`${begin}[`)) return true;
     return false;
   }
 
   private async run(round: number): Promise<void> {
     const hasJoints = this.bag.topics.some(({ type }) => /JointState$/.test(type));
-    const offers = (topic: Topic): boolean => this.plotted(topic) || (/TFMessage$/.test(topic.type) && !hasJoints)
-      || !(UNUSED.test(topic.type) || UNUSED.test(topic.name) || (this.logIsComplete && /(^|\/)Log$/.test(topic.type)));
+    const offers = (topic: Topic): boolean =>
+      this.plotted(topic) ||
+      (/TFMessage$/.test(topic.type) && !hasJoints) ||
+      !(UNUSED.test(topic.type) || UNUSED.test(topic.name) || (this.logIsComplete && /(^|\/)Log$/.test(topic.type)));
     const source = new BagSource(this.bag, offers);
     this.source = source;
     this.isComplete = false;
@@ -90,7 +100,8 @@ export class Survey {
     this.recorder.clear();
     this.twin.read(source);
     source.sent = ({ topic }) => {
-      if (/JointState$/.test(topic.type) || (!hasJoints && /TFMessage$/.test(topic.type)) || this.plotted(topic)) this.recorder.take();
+      if (/JointState$/.test(topic.type) || (!hasJoints && /TFMessage$/.test(topic.type)) || this.plotted(topic))
+        this.recorder.take();
     };
     source.start();
     await source.begin();

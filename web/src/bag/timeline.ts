@@ -12,7 +12,8 @@ const LARGE_STEP = 1; // s
 const BUCKETS = 300; // places for marks
 const READING_TIME = 250; // ms of reading before it is shown
 
-const WARNING = 30, ERROR = 40; // levels of a log line
+const WARNING = 30,
+  ERROR = 40; // levels of a log line
 
 export function timeText(seconds: number, length: number): string {
   const ms = Math.round(seconds * 1000);
@@ -20,7 +21,10 @@ export function timeText(seconds: number, length: number): string {
   if (length < 60) return rest;
   const minutes = Math.floor(ms / 60_000);
   const two = (value: number): string => String(value).padStart(2, '0');
-  return `${length < 3600 ? two(minutes) : `${Math.floor(minutes / 60)}:${two(minutes % 60)}`}:${rest.padStart(6, '0')}`;
+  return `${length < 3600 ? two(minutes) : `${Math.floor(minutes / 60)}:${two(minutes % 60)}`}:${rest.padStart(
+    6,
+    '0',
+  )}`;
 }
 
 interface Actions {
@@ -29,6 +33,17 @@ interface Actions {
   open: () => void;
   readAll: () => void; // of a large recording on a server
   back: (() => void) | null; // to the twin that was shown before; null: there was none
+}
+
+function iconButton(name: string, title: string, id: string, press: () => void): HTMLButtonElement {
+  return button(icon(name), title, press, { class: 'icon', id });
+}
+
+function makeSpeed(playback: Playback): HTMLSelectElement {
+  const options = SPEEDS.map((factor) => h('option', { value: String(factor), selected: factor === 1 }, `${factor}×`));
+  const about = { 'aria-label': 'Speed of the recording', title: 'Speed of the recording', id: 'bag-speed' };
+  const select = h('select', { ...about, onchange: () => playback.setSpeed(Number(select.value)) }, options);
+  return select;
 }
 
 export class Timeline {
@@ -41,32 +56,51 @@ export class Timeline {
   private readonly time = h('output', { class: 'num bag-time' });
   private readonly speed: HTMLSelectElement;
   private readonly loop: HTMLButtonElement;
-  private readonly link: HTMLButtonElement;
   readonly all: HTMLButtonElement;
   private readingSince = 0;
   private ends: (() => void)[] = [];
 
-  constructor(private readonly playback: Playback, private readonly survey: Survey, private readonly events: BagEvent[], actions: Actions) {
-    this.track = h('div', { class: 'bag-track', role: 'slider', tabIndex: 0, 'aria-label': 'Time of the recording', title: 'Drag to move through the recording' }, this.read, this.marks, this.now);
-    this.play = button(icon('play'), 'Play (space)', () => playback.play(!playback.isPlaying), { class: 'icon', id: 'bag-play' });
-    this.speed = h('select', { 'aria-label': 'Speed of the recording', title: 'Speed of the recording', id: 'bag-speed', onchange: () => playback.setSpeed(Number(this.speed.value)) },
-      ...SPEEDS.map((factor) => h('option', { value: String(factor), selected: factor === 1 }, `${factor}×`)));
-    this.loop = button(icon('loop'), 'Loop: begin again at the end (L)', () => playback.setLoop(!playback.loops), { class: 'icon', id: 'bag-loop', 'aria-pressed': 'false' });
-    this.link = button('Copy link', 'Copy a link to this moment', () => void copyText(actions.link(), 'The link to this moment'), { id: 'bag-link' });
+  constructor(
+    private readonly playback: Playback,
+    private readonly survey: Survey,
+    private readonly events: BagEvent[],
+    actions: Actions,
+  ) {
+    const about = { 'aria-label': 'Time of the recording', title: 'Drag to move through the recording' };
+    const parts = [this.read, this.marks, this.now];
+    this.track = h('div', { class: 'bag-track', role: 'slider', tabIndex: 0, ...about }, parts);
+    this.play = iconButton('play', 'Play (space)', 'bag-play', () => playback.play(!playback.isPlaying));
+    const loop = (): void => playback.setLoop(!playback.loops);
+    this.loop = iconButton('loop', 'Loop: begin again at the end (L)', 'bag-loop', loop);
+    this.speed = makeSpeed(playback);
+    const copy = (): void => void copyText(actions.link(), 'The link to this moment');
+    const link = button('Copy link', 'Copy a link to this moment', copy, { id: 'bag-link' });
     if (actions.link() === '') {
-      this.link.disabled = true;
-      this.link.title = 'A file of this machine has no address: put it on a server and open ?bag=ADDRESS';
+      link.disabled = true;
+      link.title = 'A file of this machine has no address: put it on a server and open ?bag=ADDRESS';
     }
-    this.all = button('Read all', 'Read the whole recording, for its curves and marks', actions.readAll, { id: 'bag-all', hidden: true });
-    this.element = h('section', { class: 'bag-line', 'aria-label': 'Time line of the recording' },
-      h('div', { class: 'bag-group' },
-        button(icon('reset'), 'The message before (,)', () => void playback.step(-1), { class: 'icon', id: 'bag-back' }), this.play,
-        button(icon('step'), 'The next message (.)', () => void playback.step(1), { class: 'icon', id: 'bag-next' })),
-      this.time, this.track,
-      h('div', { class: 'bag-group bag-more' }, this.all, this.speed, this.loop, this.link,
-        button('Compare…', 'Open a second recording, to compare it with this one', actions.compare, { id: 'bag-compare' }),
-        actions.back && button('Back to the twin', 'Close the recording, and connect to the twin again', actions.back, { id: 'bag-back-to-twin' }),
-        button('Open…', 'Open another recording', actions.open, { id: 'bag-open' })));
+    const whole = 'Read the whole recording, for its curves and marks';
+    this.all = button('Read all', whole, actions.readAll, { id: 'bag-all', hidden: true });
+    const second = 'Open a second recording, to compare it with this one';
+    const back = 'Close the recording, and connect to the twin again';
+    const more = [
+      button('Compare…', second, actions.compare, { id: 'bag-compare' }),
+      actions.back && button('Back to the twin', back, actions.back, { id: 'bag-back-to-twin' }),
+      button('Open…', 'Open another recording', actions.open, { id: 'bag-open' }),
+    ];
+    const steps = [
+      iconButton('reset', 'The message before (,)', 'bag-back', () => void playback.step(-1)),
+      this.play,
+      iconButton('step', 'The next message (.)', 'bag-next', () => void playback.step(1)),
+    ];
+    this.element = h(
+      'section',
+      { class: 'bag-line', 'aria-label': 'Time line of the recording' },
+      h('div', { class: 'bag-group' }, steps),
+      this.time,
+      this.track,
+      h('div', { class: 'bag-group bag-more' }, this.all, this.speed, this.loop, link, more),
+    );
     this.listen();
   }
 
@@ -74,8 +108,14 @@ export class Timeline {
     const onKey = (event: KeyboardEvent): void => this.press(event);
     this.track.addEventListener('pointerdown', (event) => this.drag(event));
     addEventListener('keydown', onKey);
-    this.ends = [this.playback.moved.on(() => this.show()), this.playback.changed.on(() => this.showState()), this.survey.changed.on(() => this.showMarks()), () => removeEventListener('keydown', onKey)];
+    this.ends = [
+      this.playback.moved.on(() => this.show()),
+      this.playback.changed.on(() => this.showState()),
+      this.survey.changed.on(() => this.showMarks()),
+      () => removeEventListener('keydown', onKey),
+    ];
     this.show();
+    this.showState();
     this.showMarks();
   }
 
@@ -93,7 +133,9 @@ export class Timeline {
     };
     this.track.setPointerCapture(down.pointerId);
     this.track.addEventListener('pointermove', seek);
-    this.track.addEventListener('lostpointercapture', () => this.track.removeEventListener('pointermove', seek), { once: true });
+    this.track.addEventListener('lostpointercapture', () => this.track.removeEventListener('pointermove', seek), {
+      once: true,
+    });
     if (marked !== undefined) this.playback.seek(Number(marked));
     else seek(down);
   }
@@ -102,21 +144,44 @@ export class Timeline {
     const { playback } = this;
     const { target } = event;
     const isOwn = target instanceof Node && this.element.contains(target);
-    if (event.ctrlKey || event.metaKey || event.altKey || isTyping(target) || document.querySelector('dialog[open]')) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || isTyping(target) || document.querySelector('dialog[open]'))
+      return;
     const elsewhere = target instanceof HTMLElement && !isOwn && target !== document.body;
-    if (elsewhere && event.code === 'Space' && target.matches('button, summary, input, a')) return; // it is pressed by it
-    if (elsewhere && event.code.startsWith('Arrow') && target.matches('canvas, input, [role="tab"], [role="separator"]')) return; // they have arrow keys
+    if (elsewhere && event.code === 'Space' && target.matches('button, summary, input, a')) return; // it presses it
+    if (
+      elsewhere &&
+      event.code.startsWith('Arrow') &&
+      target.matches('canvas, input, [role="tab"], [role="separator"]')
+    )
+      return; // they have arrow keys
     const step = event.shiftKey ? LARGE_STEP : FRAME;
     switch (event.code) {
-      case 'Space': if (!event.repeat) playback.play(!playback.isPlaying); break;
-      case 'ArrowLeft': playback.seek(playback.time - step); break;
-      case 'ArrowRight': playback.seek(playback.time + step); break;
-      case 'Home': playback.seek(0); break;
-      case 'End': playback.seek(playback.length); break;
-      case 'Comma': void playback.step(-1); break;
-      case 'Period': void playback.step(1); break;
-      case 'KeyL': playback.setLoop(!playback.loops); break;
-      default: return;
+      case 'Space':
+        if (!event.repeat) playback.play(!playback.isPlaying);
+        break;
+      case 'ArrowLeft':
+        playback.seek(playback.time - step);
+        break;
+      case 'ArrowRight':
+        playback.seek(playback.time + step);
+        break;
+      case 'Home':
+        playback.seek(0);
+        break;
+      case 'End':
+        playback.seek(playback.length);
+        break;
+      case 'Comma':
+        void playback.step(-1);
+        break;
+      case 'Period':
+        void playback.step(1);
+        break;
+      case 'KeyL':
+        playback.setLoop(!playback.loops);
+        break;
+      default:
+        return;
     }
     event.preventDefault();
   }
@@ -151,7 +216,9 @@ export class Timeline {
 
   private showMarks(): void {
     const { length } = this.playback;
-    this.read.style.width = `${length > 0 ? Math.min(100, (this.survey.isComplete ? 1 : this.survey.done / length) * 100) : 100}%`;
+    this.read.style.width = `${
+      length > 0 ? Math.min(100, (this.survey.isComplete ? 1 : this.survey.done / length) * 100) : 100
+    }%`;
     const places = new Map<string, { time: number; kind: string; texts: string[] }>();
     const put = (time: number, kind: string, text: string): void => {
       const key = `${kind} ${length > 0 ? Math.round((time / length) * BUCKETS) : 0}`;
@@ -159,12 +226,21 @@ export class Timeline {
       if (place.texts.length < 5) place.texts.push(`${time.toFixed(2)} s  ${text}`);
       places.set(key, place);
     };
-    for (const { time, line } of this.survey.lines) if (line.level >= WARNING) put(time, line.level >= ERROR ? 'error' : 'warning', `${line.name}: ${line.text}`);
+    for (const { time, line } of this.survey.lines)
+      if (line.level >= WARNING) put(time, line.level >= ERROR ? 'error' : 'warning', `${line.name}: ${line.text}`);
     for (const { time, text } of this.events) put(time, 'event', text);
     const known = `${[...places.keys()].join()}`;
     if (this.marks.dataset['known'] === known) return;
     this.marks.dataset['known'] = known;
-    this.marks.replaceChildren(...[...places.values()].map(({ time, kind, texts }) =>
-      h('b', { class: `bag-mark ${kind}`, title: texts.join('\n'), 'data-time': String(time), style: `left:${length > 0 ? (time / length) * 100 : 0}%` })));
+    this.marks.replaceChildren(
+      ...[...places.values()].map(({ time, kind, texts }) =>
+        h('b', {
+          class: `bag-mark ${kind}`,
+          title: texts.join('\n'),
+          'data-time': String(time),
+          style: `left:${length > 0 ? (time / length) * 100 : 0}%`,
+        }),
+      ),
+    );
   }
 }
