@@ -210,6 +210,17 @@ test('the files of a bag are one recording, in the order of metadata.yaml or of 
   await assert.rejects(openDropped([{ name: 'metadata.yaml', file: blobOf(new TextEncoder().encode(yaml)) as File }], silent), /lists run_2\.mcap, which is not among the files/);
 });
 
+test('after a reset of a simulation, where doppel begins a file with earlier times, the time goes on', async () => {
+  const parts = [await makeBag({ library: 'doppel', to: 6 }), await makeBag({ library: 'doppel', seconds: 4, offset: 0.3 })];
+  const bag = await openBag('run', parts.map((bytes, i) => new FileBytes(`run_${i}.mcap`, blobOf(bytes))), silent);
+  const end = 5.98; // of the first file
+  near(bag.length, end + 4.01);
+  const [joints] = await bag.latest(topicOf(bag, '/joint_states'), end + 2);
+  near((read(joints!)['position'] as number[])[0]!, shoulderAt(2, 0.3));
+  const others = [await makeBag({ to: 6 }), await makeBag({ seconds: 4 })];
+  near((await openBag('run', others.map((bytes, i) => new FileBytes(`run_${i}.mcap`, blobOf(bytes))), silent)).length, 5.98, 'of another writer:');
+});
+
 test('a file that is cut off is read until there, and says so', async () => {
   const whole = await makeBag();
   const cut = whole.slice(0, Math.floor(whole.length / 2));

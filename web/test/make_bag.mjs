@@ -66,10 +66,10 @@ const stampOf = (time) => ({ sec: Math.floor(time), nanosec: Math.round((time - 
 // `seconds`, `rate` of the joint states, `offset` of the shoulder's position, `from` and `to`: only the messages of that part, as
 // in one of several files; `describe`: with /robot_description; `mesh`: with the mesh as an attachment; `large`: bytes of a further one; `spaces`: the namespaces of several robots, each 0.2 rad from the one before; `compression`: '', 'lz4',
 // or a name that is not known; `chunks`: false writes messages outside of chunks.
-export async function makeBag({ seconds = 10, rate = 50, offset = 0, from = 0, to = Infinity, describe = true, mesh = true, large = 0, spaces = [''], compression = '', chunks = true, chunkSize = 16 * 1024 } = {}) {
+export async function makeBag({ seconds = 10, rate = 50, offset = 0, from = 0, to = Infinity, describe = true, mesh = true, large = 0, spaces = [''], library = 'test', compression = '', chunks = true, chunkSize = 16 * 1024 } = {}) {
   const memory = new Memory();
   const writer = new McapWriter({ writable: memory, useChunks: chunks, chunkSize, compressChunk: compression ? (bytes) => ({ compression, compressedData: COMPRESS[compression]?.(bytes) ?? bytes }) : undefined });
-  await writer.start({ profile: 'ros2', library: 'test' });
+  await writer.start({ profile: 'ros2', library });
   const channels = new Map();
   const writers = new Map();
   const channel = async (topic, type, durability = 2) => {

@@ -1,5 +1,6 @@
 // A recording of one or several files: messages by topic and time, from a cache of its pieces that is bounded.
 import { openMcap, readAttachment, readPiece, type McapFile, type Piece } from './mcap';
+import type { RawMessage } from './records';
 import type { Bytes, Progress } from './bytes';
 import { BagProblem } from './problem';
 
@@ -43,6 +44,27 @@ function isLatched(name: string, qos: string): boolean {
   return /durability: *['"]?(1|transient_local)\b/.test(qos) || DESCRIPTION.test(name);
 }
 
+const FOREVER = 1n << 64n;
+const isOfDoppel = (file: McapFile): boolean => file.library.startsWith('doppel');
+const startOf = (file: McapFile): bigint =>
+  file.pieces.reduce((least, { start }) => (start < least ? start : least), FOREVER);
+const endOf = (file: McapFile): bigint => file.pieces.reduce((most, { end }) => (end > most ? end : most), 0n);
+
+// ns to add to the times of each file. doppel begins a new one where a simulation was reset, with earlier times; it continues
+// the file before it. Files of other writers may overlap.
+function shiftsOf(files: McapFile[]): Map<McapFile, bigint> {
+  const shifts = new Map<McapFile, bigint>();
+  let end = 0n;
+  for (const file of files) {
+    const start = startOf(file);
+    const isReset = shifts.size > 0 && file.pieces.length > 0 && isOfDoppel(file) && start < end;
+    const shift = isReset ? end - start : 0n;
+    shifts.set(file, shift);
+    if (file.pieces.length > 0 && endOf(file) + shift > end) end = endOf(file) + shift;
+  }
+  return shifts;
+}
+
 export class Bag {
   readonly start: bigint;
   readonly length: number; // s
@@ -52,6 +74,7 @@ export class Bag {
   readonly byteCount: number; // of the pieces, as they are stored
   onproblem: (text: string) => void = () => {}; // of a piece that cannot be read
   readonly spans: Span[]; // by their start
+  private readonly shifts: Map<McapFile, bigint>;
   private readonly ids = new Map<McapFile, Map<number, Topic>>();
   private readonly cache = new Map<Piece, Promise<BagMessage[]>>(); // the last used is the last
   private kept = 0;
@@ -60,11 +83,18 @@ export class Bag {
     readonly name: string,
     readonly files: McapFile[],
   ) {
-    const pieces = files
-      .flatMap((file) => file.pieces)
-      .sort((a, b) => (a.start < b.start ? -1 : a.start > b.start ? 1 : 0));
-    this.start = pieces[0]?.start ?? 0n;
-    this.spans = pieces.map((piece) => ({ piece, start: this.seconds(piece.start), end: this.seconds(piece.end) }));
+    this.shifts = shiftsOf(files);
+    const pieces = files.flatMap((file) => file.pieces);
+    this.start = pieces
+      .map((piece) => piece.start + this.shifts.get(piece.file)!)
+      .reduce((a, b) => (b < a ? b : a), FOREVER);
+    this.spans = pieces
+      .map((piece) => ({
+        piece,
+        start: this.seconds(piece.start, piece.file),
+        end: this.seconds(piece.end, piece.file),
+      }))
+      .sort((a, b) => a.start - b.start);
     this.length = this.spans.reduce((end, span) => Math.max(end, span.end), 0);
     this.topics = this.findTopics();
     this.warnings = files.flatMap(({ warnings }) => warnings);
@@ -76,8 +106,9 @@ export class Bag {
     return this.files.some(({ bytes }) => bytes.isRemote);
   }
 
-  seconds(time: bigint): number {
-    return Number(time - this.start) / 1e9;
+  // Since the start of the recording, of a time in that file.
+  private seconds(time: bigint, file: McapFile): number {
+    return Number(time + this.shifts.get(file)! - this.start) / 1e9;
   }
 
   private findTopics(): Topic[] {
@@ -110,14 +141,14 @@ export class Bag {
     const out: BagEvent[] = [];
     for (const file of this.files) {
       for (const { name, time, mediaType } of file.attachments) {
-        const at = this.seconds(time);
+        const at = this.seconds(time, file);
         if (/^(package|file|model):\/\//.test(name) || at <= 0 || at > this.length) continue;
         out.push({ time: at, text: `${name}${mediaType ? ` (${mediaType})` : ''}` });
       }
       for (const { name, metadata } of file.metadata) {
         const stamp = metadata.get('time') ?? metadata.get('stamp') ?? metadata.get('log_time') ?? '';
         const at = /^\d{10,}$/.test(stamp)
-          ? this.seconds(BigInt(stamp))
+          ? this.seconds(BigInt(stamp), file)
           : /^\d+\.?\d*$/.test(stamp)
             ? Number(stamp)
             : NaN;
@@ -173,16 +204,26 @@ export class Bag {
   }
 
   private async decode(piece: Piece): Promise<BagMessage[]> {
-    const ids = this.ids.get(piece.file)!;
+    const { file } = piece;
+    const ids = this.ids.get(file)!;
+    const isRepeated = this.repeatsOf(file);
     try {
-      return (await readPiece(piece)).flatMap(({ channel, time, data }) => {
-        const topic = ids.get(channel);
-        return topic ? [{ topic, time: this.seconds(time), stamp: time, data }] : [];
+      return (await readPiece(piece)).flatMap((raw) => {
+        const topic = ids.get(raw.channel);
+        if (!topic || isRepeated(topic, raw)) return [];
+        return [{ topic, time: this.seconds(raw.time, file), stamp: raw.time, data: raw.data }];
       });
     } catch (problem) {
       this.onproblem((problem as Error).message);
       return [];
     }
+  }
+
+  // doppel repeats latched messages at the start of each file. Of the log these are lines of before.
+  private repeatsOf(file: McapFile): (topic: Topic, message: RawMessage) => boolean {
+    if (file === this.files[0] || !isOfDoppel(file)) return () => false;
+    const start = startOf(file);
+    return (topic, { time, published }) => time === start && published !== time && /(^|\/)Log$/.test(topic.type);
   }
 
   // The messages after `from`, until `to` inclusive.

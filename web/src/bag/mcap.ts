@@ -39,6 +39,7 @@ export interface Attachment {
 
 export interface McapFile {
   bytes: Bytes;
+  library: string; // that has written it
   pieces: Piece[];
   channels: Map<number, McapTypes.Channel>;
   schemas: Map<number, McapTypes.Schema>;
@@ -57,6 +58,7 @@ function newFile(bytes: Bytes): McapFile {
   return {
     bytes,
     pieces: [],
+    library: '',
     channels: new Map(),
     schemas: new Map(),
     counts: new Map(),
@@ -116,6 +118,7 @@ async function readIndex(bytes: Bytes): Promise<McapFile | null> {
   const file = newFile(bytes);
   file.channels = new Map(channelsById);
   file.schemas = new Map(reader.schemasById);
+  file.library = reader.header.library;
   for (const [id, count] of statistics?.channelMessageCounts ?? []) file.counts.set(id, Number(count));
   file.pieces = chunkIndexes
     .filter(({ messageIndexOffsets, uncompressedSize }) => messageIndexOffsets.size > 0 || uncompressedSize > 0n)
@@ -189,6 +192,7 @@ class Scanner {
       case OPCODE.dataEnd:
       case OPCODE.footer:
         return false;
+      case OPCODE.header:
       case OPCODE.schema:
       case OPCODE.channel:
       case OPCODE.metadata:
@@ -209,6 +213,7 @@ class Scanner {
 
   private learn(record: Uint8Array): void {
     const [one] = parse(record);
+    if (one?.type === 'Header') this.file.library = one.library;
     if (one?.type === 'Schema') this.file.schemas.set(one.id, one);
     if (one?.type === 'Channel') this.file.channels.set(one.id, one);
     if (one?.type === 'Metadata' && this.file.metadata.length < SHOWN_METADATA) this.file.metadata.push(one);

@@ -5,6 +5,7 @@ import { CODECS } from './codecs';
 import { BagProblem } from './problem';
 
 export const OPCODE = {
+  header: 0x01,
   footer: 0x02,
   schema: 0x03,
   channel: 0x04,
@@ -22,6 +23,7 @@ const MESSAGE_HEAD = 22; // bytes of channel, sequence and two times
 export interface RawMessage {
   channel: number;
   time: bigint; // ns, when it was logged
+  published: bigint; // ns
   data: Uint8Array; // a view
 }
 
@@ -100,6 +102,7 @@ export function messagesIn(bytes: Uint8Array): RawMessage[] {
     out.push({
       channel: view.getUint16(from + HEAD, true),
       time,
+      published: view.getBigUint64(from + HEAD + 14, true),
       data: bytes.subarray(from + HEAD + MESSAGE_HEAD, to),
     });
     inOrder &&= time >= last;
