@@ -8,6 +8,7 @@
 #include "app/output.h"
 #include "app/print_stderr.h"
 #include "doppel/base/core/installation.h"
+#include "doppel/lab/recording/run_files.h"
 
 namespace doppel::app {
 namespace {
@@ -19,16 +20,6 @@ constexpr const char* kOptionsOfScenario[] = {
     "--set",   "--robot",  "--controllers", "--activate",       "--no-controllers", "--plugin",
     "--world", "--engine", "--base",        "--ideal",          "--no-limits",      "--strict",
     "--stamp", "--seed",   "--sensors",     "--sensor-threads", "--distro"};
-
-// All that a run reads: the twin's files, and those that its arguments name.
-std::vector<ReadFile> files_of_run(const Twin& twin, const Scenario& scenario) {
-  std::vector<fs::path> files = twin.files();
-  for (const std::string& plugin : scenario.plugins) files.emplace_back(plugin);
-  for (const auto& parameter : scenario.ros.parameters) {
-    if (const auto* file = std::get_if<GivenParameterFile>(&parameter)) files.emplace_back(file->path);
-  }
-  return files_with_hashes(files);
-}
 
 fs::path folder_of(const std::string& file) {
   return file.empty() || file == "-" ? fs::current_path() : fs::absolute(file).parent_path();
@@ -65,7 +56,7 @@ void add_write_scenario(CLI::App& verb, std::string& file) {
 
 void write_scenario(const Twin& twin, const std::string& file) {
   const Scenario scenario = twin.complete_scenario();
-  const std::vector<ReadFile> files = files_of_run(twin, scenario);
+  const std::vector<ReadFile> files = files_of_run(twin);
   std::vector<fs::path> sources;
   for (const ReadFile& one : files) sources.push_back(one.file);
   if (file != "-") refuse_own_source(file, sources, "write the scenario to another file");
@@ -79,7 +70,7 @@ void write_scenario(const Twin& twin, const std::string& file) {
 
 std::string content_hash_text(const Twin& twin, const std::string& scenario_file) {
   const Scenario scenario = twin.complete_scenario();
-  const std::vector<ReadFile> files = files_of_run(twin, scenario);
+  const std::vector<ReadFile> files = files_of_run(twin);
   return fmt::format("{} of {} files", content_hash(scenario, files, folder_of(scenario_file)), files.size());
 }
 

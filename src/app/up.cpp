@@ -32,6 +32,7 @@
 #include "doppel/session/live/session.h"
 #include "doppel/twin/assembly/runner.h"
 #include "doppel/twin/assembly/twin.h"
+#include "doppel/version.h"
 
 namespace doppel::app {
 namespace {
@@ -41,8 +42,8 @@ constexpr std::size_t kMinGroup = 3;  // sensors of one kind that are listed as 
 
 struct UpOptions {
   DescribedBy robot;
-  std::string write_scenario, world, controllers, base = "auto", speed = "1", stamp = "sim",
-                                                  engine = kDefaultEngine;
+  std::string record, write_scenario, world, controllers, base = "auto", speed = "1", stamp = "sim",
+                                                          engine = kDefaultEngine;
   std::vector<std::string> robots, activate, plugins;
   double duration = 0;
   std::uint64_t seed = 0;
@@ -321,6 +322,35 @@ int report_end(Twin& twin, Summary summary, bool json) {
   return 0;
 }
 
+// A folder that exists is one for bags.
+RunRecordingOptions recording_of(const UpOptions& options) {
+  RunRecordingOptions out;
+  out.version = version();
+  out.bag.folder = std::filesystem::is_directory(options.record) ? dated_bag_folder(options.record)
+                                                                 : std::filesystem::path(options.record);
+  return out;
+}
+
+// Prints what was recorded; false: not everything.
+bool report_recording(BusRecorder* recorder) {
+  if (recorder == nullptr) return true;
+  const RecorderReport& report = recorder->stop();
+  print_stderr("recorded {} messages, {:.1f} MB: {}\n", report.messages,
+               static_cast<double>(report.bytes) * 1e-6, recorder->folder().string());
+  return report.failure.empty() && report.lost.empty();
+}
+
+RunnerOptions runner_options(const UpOptions& options, double speed, BusRecorder* recorder, const Log& log) {
+  RunnerOptions out;
+  out.speed = speed;
+  out.report_stall = [&log](const std::string& what) { log.error("loop", what); };
+  out.ends_at_divergence = options.json || options.duration > 0;
+  if (options.duration > 0) out.duration = from_seconds(options.duration);
+  // As fast as the disk at most, so that the recording is complete.
+  if (speed == 0 && recorder != nullptr) out.before_step = [recorder] { recorder->let_catch_up(); };
+  return out;
+}
+
 // With the table in the terminal or without.
 RunStatistics run_twin(Runner& runner, Twin& twin, TerminalLog& terminal, const Summary& summary, bool table,
                        const std::atomic<bool>& stop) {
@@ -343,6 +373,7 @@ int run_up(const UpOptions& options, const CLI::App& verb, const RosArguments& g
   SessionOptions session_with = session_options(options.edges, ros);
   session_with.reload = !options.no_reload;
   session_with.rewind = !options.no_rewind;
+  if (!options.record.empty()) session_with.record = recording_of(options);
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
 
   const std::atomic<bool>& stop_requested = stop_on_signals();
@@ -371,12 +402,7 @@ int run_up(const UpOptions& options, const CLI::App& verb, const RosArguments& g
   if (!options.headless && !options.json && !options.edges.no_open)
     browser.open(session.server().server().page_url());
 
-  RunnerOptions runner_options;
-  runner_options.speed = speed;
-  runner_options.report_stall = [&log](const std::string& what) { log.error("loop", what); };
-  runner_options.ends_at_divergence = options.json || options.duration > 0;
-  if (options.duration > 0) runner_options.duration = from_seconds(options.duration);
-  Runner runner(twin, runner_options);
+  Runner runner(twin, runner_options(options, speed, session.recorder(), log));
   runner.on_first_step([&] {
     summary.startup_ms = milliseconds_since_process_start();
     print_stderr("  ready        {:.0f} ms after the start\n", summary.startup_ms);
@@ -386,7 +412,9 @@ int run_up(const UpOptions& options, const CLI::App& verb, const RosArguments& g
   summary.run = run_twin(runner, twin, terminal, summary, table, stop_requested);
   session.end();
   terminal.table_ends();
-  return report_end(twin, std::move(summary), options.json);
+  const bool complete = report_recording(session.recorder());
+  const int exit_code = report_end(twin, std::move(summary), options.json);
+  return complete ? exit_code : std::max(exit_code, 1);
 }
 
 constexpr const char* kUpExamples =
@@ -404,7 +432,8 @@ constexpr const char* kUpExamples =
     "  doppel up omarm_one --world table --write-scenario run.yaml   # what would run, with nothing left to "
     "guess\n"
     "  doppel up run.yaml\n"
-    "  doppel up omarm_zero --headless --duration 10 --speed max --json";
+    "  doppel up omarm_zero --headless --duration 10 --speed max --json\n"
+    "  doppel up omarm_one --record my_run     # then: doppel bag info my_run, doppel bag resimulate my_run";
 
 void add_session_flags(CLI::App& up, UpOptions& options) {
   up.add_flag("--no-reload", options.no_reload, "Do not reload when the sources change");
@@ -465,6 +494,11 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
                  "Threads among which cameras and lidars are divided (default 1); the data are the same")
       ->check(CLI::Range(1, 64));
   add_write_scenario(*up, options->write_scenario);
+  up->add_option(
+        "--record", options->record,
+        "Record everything from the first step on as a bag (MCAP) that can be run again; a folder that "
+        "exists gets a bag named by the time")
+      ->type_name("FOLDER");
   add_session_flags(*up, *options);
   add_edge_options(*up, options->edges);
   up->footer(kUpExamples);

@@ -1,16 +1,15 @@
-// doppel bag: recordings in MCAP files. info, check, recover.
+// doppel bag: recordings in MCAP files. info, check, recover; the others in bag_*.cpp.
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <ctime>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "app/output.h"
+#include "app/verbs/bag_verbs.h"
 #include "app/verbs/interruptible_work.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/diagnostic.h"
@@ -28,29 +27,6 @@ constexpr double kNanoseconds = 1e-9;
 // Times before this are those of a simulation, from 0 on, not of a clock: 2001.
 constexpr std::uint64_t kFirstClockTime = 1'000'000'000ULL * 1'000'000'000ULL;
 
-// The files of a bag: the file itself, or those of a folder by their names.
-std::vector<std::string> files_of(const std::string& bag) {
-  if (!fs::is_directory(bag)) return {bag};
-  std::vector<std::string> out, others;
-  for (const fs::directory_entry& entry : fs::directory_iterator(bag)) {
-    const bool is_mcap = entry.path().extension() == ".mcap";
-    (is_mcap ? out : others).push_back(is_mcap ? entry.path().string() : entry.path().filename().string());
-  }
-  if (out.empty()) {
-    std::ranges::sort(others);
-    const bool is_sqlite =
-        std::ranges::any_of(others, [](const std::string& name) { return name.ends_with(".db3"); });
-    throw InputError(
-        "bag.no_files", {}, fmt::format("the folder '{}' has no .mcap file", bag),
-        is_sqlite ? "it is an SQLite bag of rosbag2; convert it with: ros2 bag convert (to storage_id mcap)"
-                  : "name an .mcap file, or a folder with some");
-  }
-  std::ranges::sort(out, [](const std::string& a, const std::string& b) {
-    return std::pair(a.size(), a) < std::pair(b.size(), b);  // bag_9 before bag_10
-  });
-  return out;
-}
-
 // Runs `work` on an open file; what it throws names the file.
 template <class Work>
 auto on_file(const std::string& path, Work work) {
@@ -65,6 +41,8 @@ auto on_file(const std::string& path, Work work) {
   }
 }
 
+}  // namespace
+
 std::string size_text(std::uint64_t bytes) {
   const auto number = static_cast<double>(bytes);
   if (bytes < 1000) return fmt::format("{} B", bytes);
@@ -73,7 +51,7 @@ std::string size_text(std::uint64_t bytes) {
                                : fmt::format("{:.2f} GB", number / 1e9);
 }
 
-std::string time_text(std::uint64_t time) {
+std::string bag_time_text(std::uint64_t time) {
   if (time < kFirstClockTime)
     return fmt::format("{:.3f} s of the simulation", static_cast<double>(time) * kNanoseconds);
   const auto seconds = static_cast<std::time_t>(time / 1'000'000'000);
@@ -84,58 +62,9 @@ std::string time_text(std::uint64_t time) {
   return fmt::format("{}.{:03}", text, time / 1'000'000 % 1000);
 }
 
-struct BagTopic {
-  std::string type, encoding;
-  std::uint64_t count = 0;
-  bool counted = true;
-};
+namespace {
 
-struct BagSummary {
-  std::vector<std::string> files;
-  std::map<std::string, BagTopic> topics;
-  std::uint64_t size = 0, messages = 0, start = UINT64_MAX, end = 0;
-  std::string profile, library;
-  std::set<std::string> compressions;
-  std::vector<std::string> notes;  // of files that were not closed or are damaged
-  std::size_t attachments = 0;
-};
-
-void add_file(const std::string& path, BagSummary& out) {
-  const McapReader reader =
-      on_file(path, [](std::unique_ptr<McapSource> source) { return McapReader(std::move(source)); });
-  const McapContents& contents = reader.contents();
-  out.files.push_back(path);
-  out.size += fs::file_size(path);
-  out.messages += contents.message_count;
-  if (contents.message_count > 0) {
-    out.start = std::min(out.start, contents.start_time);
-    out.end = std::max(out.end, contents.end_time);
-  }
-  out.profile = contents.profile;
-  out.library = contents.library;
-  out.attachments += contents.attachments.size();
-  for (const McapChunkInfo& chunk : contents.chunks) out.compressions.insert(chunk.compression);
-  for (const McapChannelInfo& channel : contents.channels) {
-    BagTopic& topic = out.topics[channel.topic];
-    const McapSchemaInfo* const schema = contents.schema(channel.schema_id);
-    topic.type = schema == nullptr ? "" : schema->name;
-    topic.encoding = channel.message_encoding;
-    topic.count += channel.message_count.value_or(0);
-    topic.counted = topic.counted && channel.message_count.has_value();
-  }
-  const std::string name = fs::path(path).filename().string();
-  if (!contents.damage.empty()) {
-    out.notes.push_back(
-        fmt::format("{}: {}; doppel bag recover writes a copy of what is whole", name, contents.damage));
-  } else if (!contents.indexed && !contents.has_loose_messages) {
-    out.notes.push_back(
-        fmt::format("{}: it was not closed, so that it was read as a whole; doppel bag recover "
-                    "writes a copy with an index",
-                    name));
-  }
-}
-
-std::string summary_text(const BagSummary& bag) {
+std::string summary_text(const BagContents& bag) {
   const auto row = [](const char* name, const std::string& value) {
     return fmt::format("{:<13} {}\n", name, value);
   };
@@ -145,33 +74,33 @@ std::string summary_text(const BagSummary& bag) {
   out += row("size", size_text(bag.size));
   if (bag.messages > 0) {
     out += row("duration", fmt::format("{:.3f} s", static_cast<double>(bag.end - bag.start) * kNanoseconds));
-    out += row("start", time_text(bag.start));
-    out += row("end", time_text(bag.end));
+    out += row("start", bag_time_text(bag.start));
+    out += row("end", bag_time_text(bag.end));
   }
   out += row("messages", std::to_string(bag.messages));
   std::string compressions;
   for (const std::string& name : bag.compressions)
     compressions += fmt::format("{}{}", compressions.empty() ? "" : ", ", name.empty() ? "none" : name);
   if (!compressions.empty()) out += row("compression", compressions);
-  if (bag.attachments > 0) out += row("attachments", std::to_string(bag.attachments));
+  if (!bag.attachments.empty()) out += row("attachments", std::to_string(bag.attachments.size()));
   if (!bag.library.empty()) out += row("written by", bag.library);
   std::size_t topic_width = 5, type_width = 4;
-  for (const auto& [name, topic] : bag.topics) {
-    topic_width = std::max(topic_width, name.size());
+  for (const BagTopic& topic : bag.topics) {
+    topic_width = std::max(topic_width, topic.name.size());
     type_width = std::max(type_width, topic.type.size());
   }
   if (!bag.topics.empty())
     out += fmt::format("\n{:<{}}  {:<{}}  messages\n", "topic", topic_width, "type", type_width);
-  for (const auto& [name, topic] : bag.topics) {
-    out += fmt::format("{:<{}}  {:<{}}  {:>8}{}\n", name, topic_width, topic.type, type_width,
-                       topic.counted ? std::to_string(topic.count) : "?",
+  for (const BagTopic& topic : bag.topics) {
+    out += fmt::format("{:<{}}  {:<{}}  {:>8}{}\n", topic.name, topic_width, topic.type, type_width,
+                       topic.counted ? std::to_string(topic.messages) : "?",
                        topic.encoding == "cdr" ? "" : "  " + topic.encoding);
   }
   for (const std::string& note : bag.notes) out += "\nnote: " + note + "\n";
   return out;
 }
 
-std::string summary_json(const BagSummary& bag) {
+std::string summary_json(const BagContents& bag) {
   Json out{{"version", 1}, {"files", bag.files}, {"size", bag.size}, {"messages", bag.messages}};
   if (bag.messages > 0) {
     out["start"] = bag.start;
@@ -180,9 +109,9 @@ std::string summary_json(const BagSummary& bag) {
   out["profile"] = bag.profile;
   out["library"] = bag.library;
   out["topics"] = Json::array();
-  for (const auto& [name, topic] : bag.topics) {
-    Json one{{"name", name}, {"type", topic.type}, {"encoding", topic.encoding}};
-    one["messages"] = topic.counted ? Json(topic.count) : Json();
+  for (const BagTopic& topic : bag.topics) {
+    Json one{{"name", topic.name}, {"type", topic.type}, {"encoding", topic.encoding}};
+    one["messages"] = topic.counted ? Json(topic.messages) : Json();
     out["topics"].push_back(std::move(one));
   }
   out["notes"] = bag.notes;
@@ -190,16 +119,15 @@ std::string summary_json(const BagSummary& bag) {
 }
 
 int run_info(const std::string& bag, bool json) {
-  BagSummary summary;
-  for (const std::string& file : files_of(bag)) add_file(file, summary);
-  deliver(json ? summary_json(summary) : summary_text(summary));
+  const BagReader reader(bag);
+  deliver(json ? summary_json(reader.contents()) : summary_text(reader.contents()));
   return 0;
 }
 
 int run_check(const std::string& bag) {
   bool is_right = true;
   std::string out;
-  for (const std::string& file : files_of(bag)) {
+  for (const std::string& file : files_of_bag(bag)) {
     bool cancelled = false;
     const McapCheck check = on_file(file, [&cancelled](const std::unique_ptr<McapSource>& source) {
       const InterruptibleWork work("of the bytes");
@@ -290,15 +218,22 @@ void add_recover_verb(CLI::App& bag, int& exit_code) {
 
 }  // namespace
 
-void add_bag(CLI::App& app, int& exit_code) {
-  CLI::App* verb = app.add_subcommand("bag", "Look into recordings (MCAP), check and recover them");
+void add_bag(CLI::App& app, const RosArguments& ros, int& exit_code) {
+  CLI::App* verb = app.add_subcommand("bag", "Record runs (MCAP), look into them, play and run them again");
   verb->require_subcommand(1);
   verb->footer(
-      "Examples:\n  doppel bag info run.mcap\n  doppel bag recover run.mcap -o whole.mcap\nSee doppel man "
-      "bags.md");
+      "Examples:\n  doppel up omarm_one --record run      # from the first step on\n  doppel bag record -a "
+      "-o "
+      "later\n  doppel bag info run\n  doppel bag resimulate run\nSee doppel man bags.md");
+  add_bag_record(*verb, exit_code);
+  add_bag_play(*verb, ros, exit_code);
   add_info_verb(*verb, exit_code);
+  add_bag_convert(*verb, exit_code);
+  add_bag_cut(*verb, exit_code);
   add_check_verb(*verb, exit_code);
   add_recover_verb(*verb, exit_code);
+  add_bag_reindex(*verb, exit_code);
+  add_bag_resimulate(*verb, exit_code);
 }
 
 }  // namespace doppel::app

@@ -20,19 +20,19 @@ struct Heading {
 };
 
 std::vector<Heading> headings(const RosArguments& ros) {
+  const auto add_bag_with = [&ros](CLI::App& app, int& exit_code) { add_bag(app, ros, exit_code); };
   const auto add_teleop_with = [&ros](CLI::App& app, int& exit_code) { add_teleop(app, ros, exit_code); };
-  return {
-      {"Twins",
-       {add_move, add_teleop_with, add_stop, add_spawn, add_saved_states, add_robots, add_worlds, add_sensor,
-        add_snapshot}},
-      {"ROS 2's verbs",
-       {add_topic, add_control, add_tf, add_node, add_service, add_param, add_action, add_interface}},
-      {"Descriptions",
-       {add_new, add_check, add_xacro, add_tree, add_info, add_mass, add_ik, add_reach, add_convert,
-        add_overlay, add_diff, add_calibrate, add_world}},
-      {"Recordings", {add_bag}},
-      {"Physics", {add_verify, add_base, add_engines, add_compare_engines}},
-      {"This machine", {add_doctor, add_completion, add_man, add_help, add_names}}};
+  return {{"Twins",
+           {add_move, add_teleop_with, add_stop, add_spawn, add_saved_states, add_robots, add_worlds,
+            add_sensor, add_snapshot}},
+          {"ROS 2's verbs",
+           {add_topic, add_control, add_tf, add_node, add_service, add_param, add_action, add_interface}},
+          {"Descriptions",
+           {add_new, add_check, add_xacro, add_tree, add_info, add_mass, add_ik, add_reach, add_convert,
+            add_overlay, add_diff, add_calibrate, add_world}},
+          {"Recordings", {add_bag_with}},
+          {"Physics", {add_verify, add_base, add_engines, add_compare_engines}},
+          {"This machine", {add_doctor, add_completion, add_man, add_help, add_names}}};
 }
 
 }  // namespace

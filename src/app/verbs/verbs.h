@@ -40,7 +40,7 @@ void add_mass(CLI::App& app, int& exit_code);
 void add_convert(CLI::App& app, int& exit_code);
 void add_ik(CLI::App& app, int& exit_code);
 void add_reach(CLI::App& app, int& exit_code);
-void add_bag(CLI::App& app, int& exit_code);
+void add_bag(CLI::App& app, const RosArguments& ros, int& exit_code);
 void add_verify(CLI::App& app, int& exit_code);
 void add_engines(CLI::App& app, int& exit_code);
 void add_compare_engines(CLI::App& app, int& exit_code);

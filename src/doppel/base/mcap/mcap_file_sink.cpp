@@ -17,10 +17,18 @@ McapFileSink::McapFileSink(const std::string& path)
 }
 
 void McapFileSink::write(McapBytes bytes) {
+  if (failed_ != 0) fail(failed_);  // a later record would leave a hole
+  const std::uint64_t whole = size_;
   while (!bytes.empty()) {
     const ssize_t written = ::write(file_.get(), bytes.data(), bytes.size());
     if (written < 0 && errno == EINTR) continue;
-    if (written < 0) fail(errno);
+    if (written < 0) {
+      failed_ = errno;
+      // The file ends with its last whole record.
+      static_cast<void>(ftruncate(file_.get(), static_cast<off_t>(whole)) == 0);
+      fail(failed_);
+    }
+    size_ += static_cast<std::uint64_t>(written);
     bytes = bytes.subspan(static_cast<std::size_t>(written));
   }
 }

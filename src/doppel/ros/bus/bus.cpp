@@ -23,12 +23,13 @@ void write_to_links(Topic& topic, const void* message, Time stamp, const EdgeLin
     topic.last.resize(size);
     topic.ops->write(message, topic.last);
     topic.last_stamp = stamp;
+    topic.last_sequence = topic.sequence;
     topic.last_from = from;
     encoded = topic.last;
   }
   for (const auto& link : topic.links) {
     if (!link->wants_from(from)) continue;
-    const auto room = link->begin(topic, stamp, size);
+    const auto room = link->begin(topic, stamp, topic.sequence, size);
     if (room.empty()) continue;
     if (encoded.empty()) {
       topic.ops->write(message, room);
@@ -71,14 +72,17 @@ void deliver_locally(Topic& topic, const void* message) {
 
 // Edges first, so that they get a message before those that its subscribers publish in response.
 void deliver(Topic& topic, const void* message, Time stamp, const EdgeLink* from) {
+  ++topic.sequence;
   if (!topic.links.empty() || topic.latched) write_to_links(topic, message, stamp, from);
   if (!topic.locals.empty()) deliver_locally(topic, message);
 }
 
 void deliver_encoded(Topic& topic, const std::shared_ptr<const Bytes>& cdr, Time stamp) {
+  ++topic.sequence;
   if (topic.latched) {
     topic.last = *cdr;
     topic.last_stamp = stamp;
+    topic.last_sequence = topic.sequence;
     topic.last_from = nullptr;
   }
   for (const auto& link : topic.links) link->push_shared(topic, stamp, cdr);
@@ -177,6 +181,14 @@ void Bus::Impl::add_endpoint(Topic& topic, bool publishes, Endpoint endpoint) {
   });
 }
 
+void Bus::Impl::advertise(Topic& topic, Endpoint publisher) {
+  const bool latched = publisher.info.qos.latched;
+  add_endpoint(topic, true, std::move(publisher));
+  const std::lock_guard lock(mutex);
+  topic.latched = topic.latched || latched;
+  update_wanted(topic);
+}
+
 void Bus::Impl::subscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link) {
   const auto found = topics.find(id);
   if (found == topics.end() || !link->is_wanted(id) || link->is_removed()) return;
@@ -198,7 +210,7 @@ void Bus::Impl::deliver_last(TopicId id, const std::shared_ptr<bus_detail::EdgeL
   const Topic& topic = *found->second;
   const bool subscribed = std::ranges::find(topic.links, link) != topic.links.end();
   if (topic.last.empty() || !subscribed || !link->wants_from(topic.last_from)) return;
-  const auto room = link->begin(topic, topic.last_stamp, topic.last.size());
+  const auto room = link->begin(topic, topic.last_stamp, topic.last_sequence, topic.last.size());
   if (!room.empty()) {
     std::ranges::copy(topic.last, room.begin());
     link->commit(topic.last.size());
@@ -274,9 +286,16 @@ void Bus::Impl::receive(Topic& topic, std::span<const std::byte> cdr, std::share
       bus_detail::deliver(topic, message.get(), bus.now(), from);
     return;
   }
+  ++topic.sequence;
+  if (topic.latched) {
+    topic.last.assign(cdr.begin(), cdr.end());
+    topic.last_stamp = bus.now();
+    topic.last_sequence = topic.sequence;
+    topic.last_from = from;
+  }
   for (const auto& link : topic.links) {
     if (!link->wants_from(from)) continue;
-    const auto room = link->begin(topic, bus.now(), cdr.size());
+    const auto room = link->begin(topic, bus.now(), topic.sequence, cdr.size());
     if (room.empty()) continue;
     std::ranges::copy(cdr, room.begin());
     link->commit(cdr.size());
@@ -343,6 +362,41 @@ std::size_t Bus::run_tasks() {
   allowed_until_ = now;
   allowance_ = std::clamp(allowance_ + share(since), -share(kMaxDelay), share(kMaxUnused));
   return inbox_.run(&allowance_);
+}
+
+void Bus::complete(std::string work, Inbox::Task task) {
+  const auto outcome = [this, work, task = std::move(task)] {
+    report_input({BusInput::Kind::outcome, "", work, "", {}});
+    task();
+  };
+  {
+    const std::lock_guard lock(impl_->outcomes_mutex);
+    if (impl_->holds_outcomes) {
+      impl_->outcomes.emplace(work, outcome);
+      impl_->outcome_came.notify_all();
+      return;
+    }
+  }
+  post(outcome);
+}
+
+void Bus::hold_outcomes() {
+  const std::lock_guard lock(impl_->outcomes_mutex);
+  impl_->holds_outcomes = true;
+}
+
+bool Bus::run_outcome(const std::string& work, std::chrono::milliseconds at_most) {
+  Inbox::Task task;
+  {
+    std::unique_lock lock(impl_->outcomes_mutex);
+    const auto has_come = [&] { return impl_->outcomes.contains(work); };
+    if (!impl_->outcome_came.wait_for(lock, at_most, has_come)) return false;
+    const auto found = impl_->outcomes.find(work);
+    task = std::move(found->second);
+    impl_->outcomes.erase(found);
+  }
+  task();
+  return true;
 }
 
 namespace {

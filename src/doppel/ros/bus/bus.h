@@ -23,6 +23,7 @@
 #include "doppel/base/core/status.h"
 #include "doppel/base/core/time.h"
 #include "doppel/export.h"
+#include "doppel/ros/bus/bus_input.h"
 #include "doppel/ros/bus/name_rules.h"
 #include "doppel/ros/bus/parameters.h"
 #include "doppel/ros/messages/codec.h"
@@ -197,6 +198,7 @@ class DOPPEL_API Edge {
     TopicId topic = 0;
     Time stamp{};
     std::span<const std::byte> cdr;
+    std::uint32_t sequence = 0;  // counts the topic's messages from 1 on: a gap is a loss
   };
   virtual bool next(Incoming& message) = 0;
   // Waits until there is a message, wake() is called or the time is over.
@@ -212,6 +214,10 @@ class DOPPEL_API Edge {
   // EdgeOptions::receives_own is false.
   virtual Status publish(std::string_view from, std::string_view topic, std::string_view type,
                          std::span<const std::byte> cdr) = 0;
+  // The node will publish on the topic with these qualities; of a latched topic, late joiners get the last
+  // message. Refuses like publish().
+  virtual Status advertise(std::string_view node, std::string_view topic, std::string_view type,
+                           const Qos& qos) = 0;
   // Node `from` publishes no longer on the topic. A topic that no one uses any more is freed.
   virtual void unadvertise(std::string_view from, std::string_view topic) = 0;
   // Calls a service; `reply` is called on the loop's thread with the response's CDR, or the reason
@@ -286,11 +292,26 @@ class DOPPEL_API Bus {
   void set_service_events(ServiceEvents what);
   [[nodiscard]] ServiceEvents service_events() const;
 
+  // -- inputs as values; set before others attach
+  // The observer is called with each input right before the loop acts on it.
+  void observe_inputs(std::function<void(const BusInput&)> observer) { observer_ = std::move(observer); }
+  // An input that does not come by an edge, right before it acts.
+  void report_input(const BusInput& input) const {
+    if (observer_) observer_(input);
+  }
+  // From now on the outcomes of complete() wait for run_outcome(), so that they act when they did before.
+  void hold_outcomes();
+  // Runs the outcome of this work, once it is there. False: it did not come in time.
+  bool run_outcome(const std::string& work, std::chrono::milliseconds at_most);
+
   // Visits every node, or every part of a node.
   void each_node(const std::function<void(Node&)>& visit) const;
 
   // -- any thread
   void post(Inbox::Task task) { inbox_.post(std::move(task)); }
+  // The outcome of work that an input has started on another thread: an input of its own, because it acts
+  // when it is there. `work`: the same in every run, "spawn 1".
+  void complete(std::string work, Inbox::Task task);
   [[nodiscard]] std::vector<TopicInfo> topics() const;
   [[nodiscard]] std::vector<ServiceInfo> services() const;
   [[nodiscard]] std::vector<std::string> nodes() const;  // sorted
@@ -321,6 +342,7 @@ class DOPPEL_API Bus {
   Duration stamp_offset_{};
   std::atomic<std::uint64_t> graph_version_{0};
   std::atomic<std::uint64_t> skipped_{0};
+  std::function<void(const BusInput&)> observer_;
   std::unique_ptr<Impl> impl_;
 };
 

@@ -8,6 +8,7 @@
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/thrown.h"
 #include "doppel/ros/bus/detail/bus_impl.h"
+#include "doppel/ros/bus/parameter_services.h"
 #include "doppel/ros/bus/twist_conversion.h"
 
 namespace doppel {
@@ -114,7 +115,8 @@ class EdgeImpl : public Edge {
     if (!taken_) return false;
     empty_polls_ = 0;
     const RecordHeader header = bus_detail::header_of(record);
-    message = {header.topic, time_from_nanoseconds(header.stamp), record.subspan(sizeof(header))};
+    message = {header.topic, time_from_nanoseconds(header.stamp), record.subspan(sizeof(header)),
+               header.sequence};
     if (header.shared != 0) {
       shared_ = link_->take(record);
       message.cdr = *shared_;
@@ -146,6 +148,8 @@ class EdgeImpl : public Edge {
 
   Status publish(std::string_view from, std::string_view topic, std::string_view type,
                  std::span<const std::byte> cdr) override;
+  Status advertise(std::string_view node, std::string_view topic, std::string_view type,
+                   const Qos& qos) override;
   void unadvertise(std::string_view from, std::string_view topic) override;
   void call_from(const CallOrigin& origin, std::string_view service, std::span<const std::byte> request_cdr,
                  Reply reply) override;
@@ -241,18 +245,20 @@ Status EdgeImpl::publish(std::string_view from, std::string_view topic, std::str
   if (!status) return status;
   if (converts) return publish_twist(from, name, type, *support, cdr);
   std::shared_ptr<const void> message;
-  Bytes bytes;
+  const auto input = std::make_shared<BusInput>(BusInput{BusInput::Kind::message, std::string(from), name,
+                                                         support->name, Bytes(cdr.begin(), cdr.end())});
   // A topic with a node in this program gets the decoded message; one that only other edges read gets
   // bytes, which are checked all the same, because a reader must be able to trust them.
-  status = ops != nullptr ? ops->decode(cdr, message) : support->recode(cdr, bytes);
+  status = ops != nullptr ? ops->decode(cdr, message) : support->recode(cdr, input->data);
   if (!status) return status;
-  post_bytes(cdr.size(), [&impl = impl_, link = link_, from = std::string(from), name, support,
-                          message = std::move(message), bytes = std::move(bytes)] {
+  post_bytes(cdr.size(), [&impl = impl_, link = link_, support, message = std::move(message),
+                          input = std::shared_ptr<const BusInput>(input)] {
     if (link->is_removed()) return;
-    const auto target = impl.topic_for_edge(name, *support);
+    const auto target = impl.topic_for_edge(input->target, *support);
     if (target == nullptr) return;  // a node has used the name with another type since
-    impl.add_endpoint(*target, true, {link.get(), {from, link->name(), {}}});
-    impl.receive(*target, bytes, message, link.get());
+    if (target->ops != nullptr) impl.bus.report_input(*input);
+    impl.add_endpoint(*target, true, {link.get(), {input->source, link->name(), {}}});
+    impl.receive(*target, input->data, message, link.get());
   });
   return {};
 }
@@ -262,20 +268,38 @@ Status EdgeImpl::publish_twist(std::string_view from, const std::string& topic, 
   const bool refused = bus_.twists() == TwistPolicy::explain;
   Bytes checked;
   if (Status valid = convert_twist(type, cdr, {}, checked); !valid) return valid;
-  post_bytes(cdr.size(),
-             [&bus = bus_, &impl = impl_, link = link_, from = std::string(from), topic,
-              came = std::string(type), &read, refused, received = Bytes(cdr.begin(), cdr.end())] {
-               if (link->is_removed()) return;
-               if (!link->reports_conversions()) impl.explain_twist(from, topic, came);
-               const auto target = refused ? nullptr : impl.topic_for_edge(topic, read);
-               if (target == nullptr) return;
-               Bytes converted;
-               static_cast<void>(
-                   convert_twist(came, received, to_time_msg(bus.ros_now()), converted));  // checked before
-               impl.add_endpoint(*target, true, {link.get(), {from, link->name(), {}}});
-               impl.receive(*target, converted, nullptr, link.get());
-             });
+  BusInput input{BusInput::Kind::message, std::string(from), topic, std::string(type),
+                 Bytes(cdr.begin(), cdr.end())};
+  post_bytes(
+      cdr.size(), [&bus = bus_, &impl = impl_, link = link_, &read, refused, input = std::move(input)] {
+        if (link->is_removed()) return;
+        if (!link->reports_conversions()) impl.explain_twist(input.source, input.target, input.type);
+        const auto target = refused ? nullptr : impl.topic_for_edge(input.target, read);
+        if (target == nullptr) return;
+        impl.bus.report_input(input);
+        Bytes converted;
+        static_cast<void>(
+            convert_twist(input.type, input.data, to_time_msg(bus.ros_now()), converted));  // checked before
+        impl.add_endpoint(*target, true, {link.get(), {input.source, link->name(), {}}});
+        impl.receive(*target, converted, nullptr, link.get());
+      });
   return refused ? Status::refused(twist_conversion_text(from, topic, type, true)) : Status{};
+}
+
+Status EdgeImpl::advertise(std::string_view node, std::string_view topic, std::string_view type,
+                           const Qos& qos) {
+  if (Status fine = check_topic_name(topic); !fine) return fine;
+  const TypeSupport* support = nullptr;
+  const bus_detail::TopicOps* ops = nullptr;
+  bool converts = false;
+  if (Status status = target_of(std::string(topic), type, support, ops, converts); !status || converts)
+    return status;
+  post([&impl = impl_, link = link_, node = std::string(node), topic = std::string(topic), support, qos] {
+    if (link->is_removed()) return;
+    const auto target = impl.topic_for_edge(topic, *support);
+    if (target != nullptr) impl.advertise(*target, {link.get(), {node, link->name(), qos}});
+  });
+  return {};
 }
 
 void EdgeImpl::unadvertise(std::string_view from, std::string_view topic) {
@@ -309,17 +333,16 @@ void EdgeImpl::call_from(const CallOrigin& origin, std::string_view service,
     }
   }
   auto pending = std::make_shared<EdgeReply>(liveness_, std::string(service), std::move(reply));
-  Bytes event_request;  // the request in its event
-  if (bus_.service_events() == ServiceEvents::contents)
-    event_request.assign(request_cdr.begin(), request_cdr.end());
-  post_bytes(request_cdr.size(), [&impl = impl_, name = std::string(service), why, target,
-                                  request = std::move(request), pending = std::move(pending), origin,
-                                  event_request = std::move(event_request)]() mutable {
+  BusInput input{BusInput::Kind::call, "", std::string(service), "",
+                 Bytes(request_cdr.begin(), request_cdr.end())};
+  post_bytes(request_cdr.size(), [&impl = impl_, why, target, request = std::move(request),
+                                  pending = std::move(pending), origin, input = std::move(input)]() mutable {
     const auto reply_to = std::move(pending);  // moved out of the task, which is destroyed on another thread
     if (!why.empty()) {
       reply_to->answer(Status::refused(why), {});
-    } else if (const auto found = impl.serving(name, target.entry, target.decode)) {
-      handle(*found, request.get(), impl.with_events(found, origin, event_request, reply_to));
+    } else if (const auto found = impl.serving(input.target, target.entry, target.decode)) {
+      impl.bus.report_input(input);
+      handle(*found, request.get(), impl.with_events(found, origin, input.data, reply_to));
     }
   });
 }
@@ -345,13 +368,14 @@ void EdgeImpl::get_parameters(std::vector<std::pair<std::string, std::string>> n
 
 void EdgeImpl::set_parameter(std::string_view node, std::string_view name, const ParameterValue& value,
                              std::function<void(Status)> reply) {
-  post([&impl = impl_, &bus = bus_, edge = liveness_, node = std::string(node), name = std::string(name),
-        value, reply = std::move(reply)] {
-    Node* target = impl.find_node(node, name);
-    Status status =
-        target != nullptr
-            ? target->parameters().set(name, value)
-            : Status::refused(fmt::format("there is no node {}{}", node, did_you_mean(node, bus.nodes())));
+  BusInput input{BusInput::Kind::parameter, "", std::string(node), std::string(name), to_cdr(to_msg(value))};
+  post([&impl = impl_, &bus = bus_, edge = liveness_, input = std::move(input), value,
+        reply = std::move(reply)] {
+    Node* target = impl.find_node(input.target, input.type);
+    if (target != nullptr) impl.bus.report_input(input);
+    Status status = target != nullptr ? target->parameters().set(input.type, value)
+                                      : Status::refused(fmt::format("there is no node {}{}", input.target,
+                                                                    did_you_mean(input.target, bus.nodes())));
     edge->if_alive([&] { reply(std::move(status)); });
   });
 }

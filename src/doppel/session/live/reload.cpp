@@ -5,11 +5,16 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <fstream>
 #include <future>
+#include <iterator>
+#include <map>
 #include <optional>
 #include <utility>
 
+#include "doppel/base/core/file_version.h"
 #include "doppel/base/core/guarded_thread.h"
+#include "doppel/ros/messages/doppel_msgs.h"
 #include "doppel/scenario/compile/robot_setup.h"
 #include "doppel/session/live/audit_result.h"
 
@@ -57,17 +62,44 @@ std::shared_ptr<Viewer::Replacement> prepared(const Scenario& scenario, Diagnost
   }
 }
 
+using FileVersions = std::map<std::filesystem::path, FileVersion>;
+
+FileVersions versions_of(const std::vector<std::filesystem::path>& files) {
+  FileVersions out;
+  for (const std::filesystem::path& file : files) out[file] = FileVersion::of(file);
+  return out;
+}
+
+// The files of a run that have changed, for its journal.
+doppel_msgs::msg::EditedFiles edited_files(const FileVersions& before, const FileVersions& after) {
+  doppel_msgs::msg::EditedFiles out;
+  for (const auto& [file, version] : after) {
+    if (const auto found = before.find(file); found != before.end() && found->second == version) continue;
+    doppel_msgs::msg::EditedFile& edited = out.files.emplace_back();
+    edited.path = std::filesystem::absolute(file).lexically_normal().string();
+    std::ifstream in(file, std::ios::binary);
+    edited.removed = !in;
+    if (in) edited.data.assign(std::istreambuf_iterator<char>(in), {});
+  }
+  return out;
+}
+
 }  // namespace
 
 Reloadable reloadable(Twin& twin, std::function<void(const Twin::Replacement&)> before,
                       std::function<void()> afterwards) {
   const auto files_read = std::make_shared<FilesRead>();
-  const auto begin = [&twin, before = std::move(before), files_read]() -> Reloadable::Build {
-    return [&twin, before, files_read,
+  const auto versions = std::make_shared<FileVersions>(versions_of(twin.files()));  // of the running machine
+  const auto begin = [&twin, before = std::move(before), files_read, versions]() -> Reloadable::Build {
+    return [&twin, before, files_read, versions, former = *versions,
             running = twin.running()](Diagnostics& diagnostics) -> Reloadable::TakeOver {
       const FilesRead::Recording recording(*files_read);
-      return [&twin, before, fresh = prepared(running, diagnostics)] {
+      const auto fresh = prepared(running, diagnostics);
+      const FileVersions present = versions_of(Twin::files(*fresh));
+      return [&twin, before, versions, fresh, present, edit = to_cdr(edited_files(former, present))] {
         before(*fresh);
+        twin.bus().report_input({BusInput::Kind::edit, "", "", "", edit});
+        *versions = present;
         return twin.replace(fresh) == Twin::Reload::controllers_kept
                    ? "joints and controllers kept their state"
                    : "joints kept their state, controllers were recreated";

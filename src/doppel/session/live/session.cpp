@@ -13,6 +13,7 @@ Session::Session(Bus& bus, const std::string& name, const SessionOptions& option
 
 TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& log)
     : Session(twin.bus(), twin.name(), options, log), twin_(twin), log_(log) {
+  if (options.record) recorder_.emplace(twin.bus(), run_recorder_options(twin, *options.record, log), log);
   assets_->offer(files());
   twin.keep_states(options.rewind);
   twin.on_robots_changed([this] {
@@ -37,6 +38,11 @@ TwinSession::~TwinSession() {
 void TwinSession::begin() {
   update_audits();
   ros_.open();
+}
+
+void TwinSession::end() {
+  reloader_.reset();
+  if (recorder_) recorder_->stop();
 }
 
 RobotFiles TwinSession::files() const {

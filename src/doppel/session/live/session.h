@@ -2,6 +2,7 @@
 // Everything around a running twin or view: the server with the files that clients may fetch, the ROS 2
 // network, the health of the descriptions, and reload on save.
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <memory>
@@ -11,6 +12,9 @@
 
 #include "doppel/base/core/log.h"
 #include "doppel/export.h"
+#include "doppel/lab/recording/run_recording.h"
+#include "doppel/ros/record/bag_reader.h"
+#include "doppel/ros/record/bus_recorder.h"
 #include "doppel/session/live/audit_result.h"
 #include "doppel/session/live/health_publisher.h"
 #include "doppel/session/live/reload.h"
@@ -26,8 +30,9 @@ struct SessionOptions {
   ServerEdgeOptions server;
   std::optional<ros2::ParticipantOptions> network;  // of ROS 2; nullopt: not joined
   BundledFolders bundled;
-  bool reload = true;  // reload when a source file is saved
-  bool rewind = true;  // of a twin: keep automatic states (twin/saved_states)
+  bool reload = true;                              // reload when a source file is saved
+  bool rewind = true;                              // of a twin: keep automatic states (twin/saved_states)
+  std::optional<RunRecordingOptions> record = {};  // of a twin, from the first step on
 };
 
 // All functions: the loop's thread; the loop keeps running between the calls. Constructors throw InputError
@@ -61,8 +66,10 @@ class DOPPEL_API TwinSession : public Session {
 
   // After the first step: joins the ROS 2 network and starts the audit of the descriptions.
   void begin();
-  // After the end of the loop: edits have no effect any more.
-  void end() { reloader_.reset(); }
+  // After the end of the loop: edits have no effect any more, and the recording is closed.
+  void end();
+  // nullptr: nothing is recorded.
+  [[nodiscard]] BusRecorder* recorder() { return recorder_ ? &*recorder_ : nullptr; }
 
  private:
   [[nodiscard]] RobotFiles files() const;
@@ -75,6 +82,7 @@ class DOPPEL_API TwinSession : public Session {
   std::map<std::string, std::unique_ptr<HealthPublisher>> health_;  // by namespace
   std::vector<std::unique_ptr<HealthPublisher>> retired_;  // of deleted robots, until their audits end
   std::optional<Reloader> reloader_;
+  std::optional<BusRecorder> recorder_;
 };
 
 class DOPPEL_API ViewSession : public Session {
@@ -90,6 +98,20 @@ class DOPPEL_API ViewSession : public Session {
   Viewer& viewer_;
   HealthPublisher health_;
   std::optional<Reloader> reloader_;
+};
+
+// A recording that is played on a bus; its meshes are those that it has as attachments.
+class DOPPEL_API BagSession : public Session {
+ public:
+  BagSession(Bus& bus, const std::string& name, BagReader& bag, const SessionOptions& options,
+             const Log& log);
+  ~BagSession();
+
+  // Joins ROS 2's network.
+  void begin() { ros_.open(); }
+
+ private:
+  std::filesystem::path meshes_;  // a folder that is removed at the end; empty: there are none
 };
 
 }  // namespace doppel

@@ -229,6 +229,7 @@ void Runner::begin_step(const std::atomic<bool>& stop) {
   const auto due = keep_pace(after_bus, stop);
   idle_ += due - after_bus;
   handle_requests();
+  if (options_.before_step) options_.before_step();
   notice_step_size();
   measured_ = Clock::now();
   bus_ += measured_ - due;

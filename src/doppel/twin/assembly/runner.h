@@ -44,6 +44,8 @@ struct RunnerOptions {
   // Called from another thread when the loop makes no progress for kLoopStall of wall-clock time, with what
   // it is in, and when it goes on. Empty: not watched.
   std::function<void(const std::string&)> report_stall = {};
+  // Called before each step, and may wait, for instance for a disk. Empty: nothing is.
+  std::function<void()> before_step = {};
 };
 inline constexpr std::chrono::milliseconds kLoopStall{2000};
 

@@ -5,6 +5,7 @@
 #include "doppel/ros/messages/distro.h"
 #include "doppel/twin/arms/arms.h"
 #include "doppel/twin/attachments/attachments.h"
+#include "doppel/twin/journal/input_journal.h"
 #include "doppel/twin/loop/twin_core.h"
 #include "doppel/twin/publishers/publishers.h"
 #include "doppel/twin/reload/twin_reload.h"
@@ -33,6 +34,7 @@ struct Twin::Impl {
     add_arms(core);
     sensors = add<SensorTicks>();
     reload = add<TwinReload>();
+    add<InputJournal>();
     states = add<SavedStates>();  // last: it saves what the others have done between two steps
     core.start();
   }
@@ -139,6 +141,9 @@ std::vector<ModelInstance> Twin::instances(const Replacement& replacement) {
 const std::vector<std::shared_ptr<const CompiledRobot>>& Twin::robots(const Replacement& replacement) {
   return replacement.machine->robots;
 }
+std::vector<std::filesystem::path> Twin::files(const Replacement& replacement) {
+  return replacement.machine->files();
+}
 std::vector<ExpandedDescription> Twin::expand(const Running& running) {
   std::vector<ExpandedDescription> out;
   for (const auto& robot : running.robots.now) {
@@ -154,6 +159,9 @@ std::vector<std::filesystem::path> Twin::files() const {
 
 Time Twin::now() const {
   return impl_->core.now();
+}
+std::uint64_t Twin::steps_taken() const {
+  return impl_->core.steps_taken();
 }
 std::uint64_t Twin::steps() const {
   return impl_->core.steps();

@@ -113,6 +113,7 @@ class DOPPEL_API Twin {
   [[nodiscard]] static std::vector<ModelInstance> instances(const Replacement& replacement);
   [[nodiscard]] static const std::vector<std::shared_ptr<const CompiledRobot>>& robots(
       const Replacement& replacement);
+  [[nodiscard]] static std::vector<std::filesystem::path> files(const Replacement& replacement);
   // The present descriptions of the robots' files, without those that cannot be expanded: of an edit that
   // prepare() refuses. On any thread.
   [[nodiscard]] static std::vector<ExpandedDescription> expand(const Running& running);
@@ -121,6 +122,7 @@ class DOPPEL_API Twin {
 
   [[nodiscard]] Time now() const;
   [[nodiscard]] std::uint64_t steps() const;
+  [[nodiscard]] std::uint64_t steps_taken() const;  // which a restored state does not set back
   // A hash over the state of all instances, including objects, of every step so far.
   [[nodiscard]] std::uint64_t state_hash() const;
   [[nodiscard]] bool diverged() const;

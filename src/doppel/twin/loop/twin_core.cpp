@@ -172,6 +172,7 @@ void TwinCore::step() {
   // Sensors that differentiate velocities take the state on both sides of the step.
   engine().step();
   ++steps_;
+  ++steps_taken_;
   const Time end = now();
   parts_.after_step(end);
   bool due = parts_.is_due(end);

@@ -126,6 +126,8 @@ class DOPPEL_API TwinCore {
 
   [[nodiscard]] Time now() const { return machine_->engine->time(); }
   [[nodiscard]] std::uint64_t steps() const { return steps_; }
+  // Since the start of the program: a restored state does not set it back.
+  [[nodiscard]] std::uint64_t steps_taken() const { return steps_taken_; }
   [[nodiscard]] std::uint64_t state_hash() const;
   [[nodiscard]] const LoopPhases& phases() const { return phases_; }
 
@@ -161,7 +163,7 @@ class DOPPEL_API TwinCore {
 
   LoopPhases phases_;
   Time last_wall_{};  // wall-clock time of the last stamp
-  std::uint64_t steps_ = 0;
+  std::uint64_t steps_ = 0, steps_taken_ = 0;
   std::uint64_t objects_hash_, gone_hash_;  // gone: of robots that were removed
   bool paused_by_divergence_ = false;
   std::function<void()> robots_changed_;

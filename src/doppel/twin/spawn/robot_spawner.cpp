@@ -99,7 +99,7 @@ struct RobotSpawner::Spawning {
   std::shared_ptr<JoiningRobot> joining;
   Diagnostics notes;
   std::string why;  // the reason if it cannot be spawned
-  int builds = 0;
+  int number = 0, builds = 0;
   std::chrono::steady_clock::time_point begin = std::chrono::steady_clock::now();
 };
 
@@ -134,6 +134,7 @@ void RobotSpawner::spawn(WorldRobot robot, SpawnedText text, Done done) {
   fresh->text = std::move(text);
   fresh->done = std::move(done);
   fresh->running = core_.running();
+  fresh->number = ++jobs_;
   build(fresh);
   spawning_ = std::move(fresh);
 }
@@ -155,7 +156,8 @@ void RobotSpawner::build(const std::shared_ptr<Spawning>& job) {
   const auto pass_to_loop = [results = build_results_, job] {
     const std::lock_guard lock(results->mutex);
     if (results->spawner == nullptr) return;
-    results->spawner->core_.bus().post([spawner = results->spawner, job] { spawner->settle(job); });
+    results->spawner->core_.bus().complete(fmt::format("spawn {}.{}", job->number, job->builds),
+                                           [spawner = results->spawner, job] { spawner->settle(job); });
   };
   builds_.start(work, pass_to_loop, [results = build_results_](const std::string& why) {
     const std::lock_guard lock(results->mutex);

@@ -47,6 +47,7 @@ class DOPPEL_API RobotSpawner {
   void abandon_build();
 
   TwinCore& core_;
+  int jobs_ = 0;                        // so far
   std::shared_ptr<Spawning> spawning_;  // by `builds_`; nullptr: none
   const std::shared_ptr<BuildResults> build_results_;
   AbandonableWork builds_;

@@ -68,7 +68,8 @@ struct Topic {
   bool has_failed = false;                                          // and was reported
   Bytes last;                                                       // of a latched topic, empty: none
   Time last_stamp{};
-  const EdgeLink* last_from = nullptr;  // the edge that sent it; nullptr: a node
+  std::uint32_t sequence = 0, last_sequence = 0;  // of the newest message, and of `last`
+  const EdgeLink* last_from = nullptr;            // the edge that sent it; nullptr: a node
 };
 
 // Delivers a message to all subscribers; the loop's thread. `from`: the edge that sent it.

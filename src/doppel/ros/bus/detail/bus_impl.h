@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <condition_variable>
 #include <cstring>
 #include <map>
 #include <memory>
@@ -17,14 +18,15 @@
 
 namespace doppel::bus_detail {
 
-// The header before the CDR form in an edge's ring; sixteen bytes, so that the CDR form is aligned to eight. In place of
+// The header before the CDR form in an edge's ring; 24 bytes, so that the CDR form is aligned to eight. In place of
 // the CDR form there may be a SharedCdr, which the reader takes over.
 struct RecordHeader {
   TopicId topic = 0;
   std::uint32_t shared = 0;  // 1: a SharedCdr follows
   std::int64_t stamp = 0;
+  std::uint32_t sequence = 0, unused = 0;
 };
-static_assert(sizeof(RecordHeader) == 16);
+static_assert(sizeof(RecordHeader) == 24);
 using SharedCdr = std::shared_ptr<const Bytes>;
 
 // The SharedCdr of a record, which is destroyed there; the record must not be read again.
@@ -101,13 +103,14 @@ class EdgeLink {
   }
 
   // The loop: room for a message's CDR form behind its header; empty: no room. Then commit().
-  std::span<std::byte> begin(const Topic& topic, Time stamp, std::size_t size, std::uint32_t shared = 0) {
+  std::span<std::byte> begin(const Topic& topic, Time stamp, std::uint32_t sequence, std::size_t size,
+                             std::uint32_t shared = 0) {
     const auto record = ring_.begin_write(sizeof(RecordHeader) + size);
     if (record.empty()) {
       bus_.add_skipped(1);
       return {};
     }
-    const RecordHeader header{topic.id, shared, nanoseconds_of(bus_.stamp(stamp))};
+    const RecordHeader header{topic.id, shared, nanoseconds_of(bus_.stamp(stamp)), sequence};
     std::memcpy(record.data(), &header, sizeof(header));
     return record.subspan(sizeof(header));
   }
@@ -124,7 +127,7 @@ class EdgeLink {
       bus_.add_skipped(1);
       return;
     }
-    const auto room = begin(topic, stamp, sizeof(SharedCdr), 1);
+    const auto room = begin(topic, stamp, topic.sequence, sizeof(SharedCdr), 1);
     if (room.empty()) return;
     new (room.data()) SharedCdr(cdr);
     shared_bytes_.fetch_add(cdr->size(), std::memory_order_relaxed);
@@ -198,6 +201,11 @@ struct Bus::Impl {
   ServiceId next_service = 1;
   std::vector<Node*> nodes;
   std::atomic<ServiceEvents> service_events{ServiceEvents::off};
+  // Outcomes that wait for Bus::run_outcome(), by their work, and whether they do. Any thread.
+  std::mutex outcomes_mutex;
+  std::condition_variable outcome_came;
+  std::multimap<std::string, Inbox::Task> outcomes;
+  bool holds_outcomes = false;
   // While a stage is open (stage.h), the graph for all threads except the one that opened it.
   std::unique_ptr<const GraphReport> before_stage;
   std::thread::id stages;
@@ -216,6 +224,7 @@ struct Bus::Impl {
   std::shared_ptr<Topic> topic_for_edge(const std::string& name, const TypeSupport& support);
   void remove_publisher(const std::string& topic, const void* owner, const std::string& node);
   void add_endpoint(Topic& topic, bool publishes, bus_detail::Endpoint endpoint);
+  void advertise(Topic& topic, bus_detail::Endpoint publisher);
   void subscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link);
   void unsubscribe_link(TopicId id, const std::shared_ptr<bus_detail::EdgeLink>& link);
   void remove_owner(const void* owner);  // a node or a link, with all of its endpoints

@@ -1,0 +1,175 @@
+#include "doppel/lab/recording/run_files.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <fstream>
+#include <optional>
+#include <set>
+
+#include "doppel/base/core/installation.h"
+#include "doppel/base/core/output_file.h"
+#include "doppel/base/packages/package_folder.h"
+#include "doppel/description/urdf/robot_description.h"
+#include "doppel/twin/publishers/object_publisher.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kTextType = "text/plain";
+constexpr const char* kMeshType = "model/mesh";
+
+fs::path absolute_path(const fs::path& path) {
+  std::error_code none;
+  return fs::absolute(path, none).lexically_normal();
+}
+
+bool is_below(const fs::path& file, const fs::path& folder) {
+  const fs::path relative = file.lexically_relative(folder);
+  return !relative.empty() && *relative.begin() != "..";
+}
+
+std::optional<std::vector<std::byte>> bytes_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary | std::ios::ate);
+  if (!in) return std::nullopt;
+  std::vector<std::byte> out(static_cast<std::size_t>(in.tellg()));
+  in.seekg(0);
+  in.read(reinterpret_cast<char*>(out.data()), static_cast<std::streamsize>(out.size()));
+  return in ? std::optional(std::move(out)) : std::nullopt;
+}
+
+std::vector<std::byte> bytes_of_text(const std::string& text) {
+  const auto* const data = reinterpret_cast<const std::byte*>(text.data());
+  return {data, data + text.size()};
+}
+
+fs::path common_folder(const std::set<fs::path>& files) {
+  if (files.empty()) return fs::current_path();
+  fs::path out = files.begin()->parent_path();
+  while (!std::ranges::all_of(files, [&](const fs::path& file) { return is_below(file, out); }))
+    out = out.parent_path();
+  return out;
+}
+
+// The user's own files, with what makes their folders packages or models, which are found by it.
+std::set<fs::path> attached_files(const std::vector<ReadFile>& files) {
+  const fs::path data = absolute_path(data_folder());
+  std::set<fs::path> out;
+  const auto add_if_file = [&out](const fs::path& file) {
+    std::error_code none;
+    if (fs::is_regular_file(file, none)) out.insert(file);
+  };
+  for (const ReadFile& one : files) {
+    const fs::path file = absolute_path(one.file);
+    if (is_below(file, data)) continue;
+    add_if_file(file);
+    if (const fs::path package = package_around(file); !package.empty())
+      add_if_file(absolute_path(package / "package.xml"));
+    if (const fs::path model = model_around(file); !model.empty())
+      add_if_file(absolute_path(model / "model.config"));
+  }
+  return out;
+}
+
+// The meshes that are drawn or collide, by the URIs under which messages name them.
+std::map<std::string, fs::path> meshes_of(const Twin& twin) {
+  std::map<std::string, fs::path> out;
+  const auto add = [&out](const Geometry& geometry, bool is_object) {
+    const auto* const mesh = std::get_if<MeshGeometry>(&geometry);
+    if (mesh == nullptr || mesh->path.empty()) return;
+    out[is_object ? mesh_resource(*mesh) : mesh->uri] = absolute_path(mesh->path);
+  };
+  for (const ModelInstance& instance : twin.engine().world().instances()) {
+    const bool is_object = instance.is_object();
+    for (const Link& link : instance.description->links) {
+      for (const Visual& visual : link.visuals) add(visual.geometry, is_object);
+      for (const Collision& collision : link.collisions) add(collision.geometry, is_object);
+    }
+  }
+  return out;
+}
+
+void attach_meshes(const Twin& twin, std::uint64_t room, RunFiles& out,
+                   std::map<fs::path, std::string>& attached) {
+  for (const auto& [uri, file] : meshes_of(twin)) {
+    auto bytes = bytes_of(file);
+    if (!bytes || bytes->size() > room) {
+      out.omitted.push_back(uri);
+      continue;
+    }
+    room -= bytes->size();
+    out.attachments.push_back({uri, kMeshType, std::move(*bytes)});
+    attached[file] = uri;
+  }
+}
+
+}  // namespace
+
+std::vector<ReadFile> files_of_run(const Twin& twin) {
+  const Scenario scenario = twin.complete_scenario();
+  std::vector<fs::path> files = twin.files();
+  for (const std::string& plugin : scenario.plugins) files.emplace_back(plugin);
+  for (const auto& parameter : scenario.ros.parameters) {
+    if (const auto* file = std::get_if<GivenParameterFile>(&parameter)) files.emplace_back(file->path);
+  }
+  return files_with_hashes(files);
+}
+
+RunFiles run_files(const Twin& twin, const std::string& version, std::uint64_t max_mesh_bytes) {
+  RunFiles out;
+  std::map<fs::path, std::string> attached;  // attachments by their files
+  attach_meshes(twin, max_mesh_bytes, out, attached);
+  const std::vector<ReadFile> files = files_of_run(twin);
+  const std::set<fs::path> users = attached_files(files);
+  const fs::path root = common_folder(users);
+  for (const fs::path& file : users) {
+    const std::string place = file.lexically_relative(root).generic_string();
+    if (const auto found = attached.find(file); found != attached.end()) {
+      out.places.emplace_back(place, found->second);
+      continue;
+    }
+    auto bytes = bytes_of(file);
+    if (!bytes) continue;  // it was removed since; its hash is in the scenario
+    const std::string name = "files/" + place;
+    out.attachments.push_back({name, kTextType, std::move(*bytes)});
+    out.places.emplace_back(place, name);
+  }
+  const std::string scenario = scenario_text(twin.complete_scenario(), files, root, ScenarioFormat::yaml);
+  out.attachments.push_back({kScenarioAttachment, "application/yaml", bytes_of_text(scenario)});
+  const EngineCapabilities& engine = twin.engine().world().capabilities();
+  out.about = {{"root", root.string()},
+               {"version", version},
+               {"engine", fmt::format("{} {}", engine.name, engine.version)}};
+  return out;
+}
+
+fs::path write_run_files(const std::map<std::string, std::vector<std::byte>>& attachments,
+                         const std::vector<std::pair<std::string, std::string>>& places,
+                         const fs::path& folder) {
+  const auto write = [&](const fs::path& file, const std::string& attachment) {
+    const auto found = attachments.find(attachment);
+    if (found == attachments.end()) {
+      throw InputError("bag.no_run", {}, fmt::format("the recording has no attachment '{}'", attachment),
+                       "use the first file of the recording, which has the files of the run");
+    }
+    std::error_code error;
+    fs::create_directories(file.parent_path(), error);
+    write_whole(file, {reinterpret_cast<const char*>(found->second.data()), found->second.size()});
+  };
+  for (const auto& [place, attachment] : places) {
+    const fs::path relative = fs::path(place).lexically_normal();
+    if (relative.is_absolute() || relative.empty() || *relative.begin() == "..") {
+      throw InputError("bag.no_run", {},
+                       fmt::format("the recording's file '{}' leads out of its folder", place),
+                       "the recording was not made by doppel, or was changed");
+    }
+    write(folder / relative, attachment);
+  }
+  const fs::path scenario = folder / kScenarioAttachment;
+  write(scenario, kScenarioAttachment);
+  return scenario;
+}
+
+}  // namespace doppel

@@ -1,0 +1,246 @@
+#include "doppel/lab/resimulation/resimulation.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <map>
+
+#include "doppel/base/core/output_file.h"
+#include "doppel/base/core/thrown.h"
+#include "doppel/lab/recording/run_files.h"
+#include "doppel/lab/resimulation/message_comparison.h"
+#include "doppel/ros/bus/parameter_services.h"
+#include "doppel/twin/journal/input_journal.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+using doppel_msgs::msg::Input;
+
+constexpr std::chrono::seconds kOutcomeTime{60};  // in which work on another thread is complete
+
+[[noreturn]] void refuse(const std::string& why, const std::string& fix) {
+  throw InputError("bag.no_run", {}, "the recording cannot be run again: " + why, fix);
+}
+
+constexpr const char* kHowToRecord = "record the run from its start with: doppel up TARGET --record FOLDER";
+
+template <Message M>
+std::vector<M> read_all(BagReader& bag, const char* topic, std::uint64_t& lost) {
+  std::vector<M> out;
+  bag.seek(0, UINT64_MAX, {.topics = {topic}, .hidden = true});
+  std::uint32_t expected = 1;
+  while (const auto message = bag.next()) {
+    M& value = out.emplace_back();
+    if (const Status status = from_cdr(message->data, value); !status)
+      refuse(fmt::format("a message of {} is damaged: {}", topic, status.why()), "doppel bag check FILE");
+    if (message->sequence > expected) lost += message->sequence - expected;
+    expected = message->sequence + 1;
+  }
+  return out;
+}
+
+std::string value_of(const std::vector<std::pair<std::string, std::string>>& texts, std::string_view key) {
+  const auto found = std::ranges::find_if(texts, [key](const auto& entry) { return entry.first == key; });
+  return found == texts.end() ? "" : found->second;
+}
+
+std::vector<std::pair<std::string, std::string>> texts_of(BagReader& bag, std::string_view name) {
+  for (const BagPart& part : bag.contents().metadata) {
+    if (part.part.name == name) return bag.metadata(part);
+  }
+  return {};
+}
+
+std::vector<std::byte> bytes_of(const Input& input) {
+  std::vector<std::byte> out(input.data.size());
+  std::ranges::transform(input.data, out.begin(), [](std::uint8_t byte) { return std::byte{byte}; });
+  return out;
+}
+
+// Repeats the inputs, and compares the hashes.
+class Replay {
+ public:
+  Replay(Twin& twin, const RecordedRun& run, Resimulation& out)
+      : twin_(twin), run_(run), out_(out), edge_(twin.bus().attach("resimulation")) {
+    twin.bus().hold_outcomes();
+  }
+
+  // Before a step: those that acted after this many steps, each batch between two steps of its own.
+  void act() {
+    while (is_due()) {
+      const std::uint64_t batch = run_.inputs[next_].batch;
+      for (; is_due() && run_.inputs[next_].batch == batch; ++next_) repeat(run_.inputs[next_]);
+      if (is_due()) twin_.between_steps();
+    }
+  }
+  [[nodiscard]] bool is_due() const {
+    return next_ < run_.inputs.size() && run_.inputs[next_].step <= twin_.steps_taken();
+  }
+
+  void compare_hash() {
+    while (hash_ < run_.hashes.size() && run_.hashes[hash_].step < twin_.steps_taken()) ++hash_;
+    if (hash_ == run_.hashes.size() || run_.hashes[hash_].step != twin_.steps_taken()) return;
+    ++out_.compared;
+    if (run_.hashes[hash_].hash == twin_.state_hash()) {
+      out_.equal_until = twin_.steps_taken();
+    } else if (!out_.wrong_after) {
+      out_.wrong_after = twin_.steps_taken();
+    }
+  }
+
+ private:
+  void fail(const Input& input, const std::string& why) {
+    out_.failed_inputs.push_back(fmt::format("step {}: {} {}", input.step, input.target, why));
+  }
+
+  void repeat(const Input& input) {
+    if (run_.scenario.wall_stamps) {
+      edge_->post([this, &input] { twin_.bus().set_stamp_offset(Duration(input.stamp_offset)); });
+    }
+    switch (input.kind) {
+      case Input::MESSAGE:
+        return repeat_message(input);
+      case Input::CALL:
+        return repeat_call(input);
+      case Input::PARAMETER:
+        return repeat_parameter(input);
+      case Input::OUTCOME:
+        return edge_->post([this, &input] { await(input); });
+      case Input::EDIT:
+        return edge_->post([this, &input] { edit(input); });
+      default:
+        return fail(input, "is an input of another version of doppel");
+    }
+  }
+
+  void repeat_message(const Input& input) {
+    if (const Status sent = edge_->publish(input.source, input.target, input.type, bytes_of(input)); !sent)
+      fail(input, sent.why());
+  }
+
+  void repeat_call(const Input& input) {
+    edge_->call(input.target, bytes_of(input), [this, &input](const Status& status, const Bytes&) {
+      // Refusals were refused in the recorded run, too; a service that does not exist was there.
+      if (!status && status.why().starts_with("there is no service")) fail(input, status.why());
+    });
+  }
+
+  void repeat_parameter(const Input& input) {
+    rcl_interfaces::msg::ParameterValue value;
+    if (const Status status = from_cdr(bytes_of(input), value); !status) return fail(input, status.why());
+    edge_->set_parameter(input.target, input.type, from_msg(value), [](const Status&) {});
+  }
+
+  void await(const Input& input) {
+    if (!twin_.bus().run_outcome(input.target, kOutcomeTime)) fail(input, "has not come to an end");
+  }
+
+  // An edit that was refused is refused again.
+  void edit(const Input& input) {
+    doppel_msgs::msg::EditedFiles edited;
+    if (const Status status = from_cdr(bytes_of(input), edited); !status) return fail(input, status.why());
+    for (const auto& file : edited.files) {
+      const fs::path place = fs::path(file.path).lexically_relative(run_.root);
+      if (place.empty() || *place.begin() == "..")
+        return fail(input, fmt::format("the edited file {} is outside of the recorded ones", file.path));
+      const fs::path path = run_.folder / place;
+      std::error_code error;
+      if (file.removed) {
+        fs::remove(path, error);
+        continue;
+      }
+      fs::create_directories(path.parent_path(), error);
+      write_whole(path, {reinterpret_cast<const char*>(file.data.data()), file.data.size()});
+    }
+    try {
+      Diagnostics diagnostics;
+      twin_.replace(Twin::prepare(twin_.running(), diagnostics));
+    } catch (const InputError& refused) {
+      fail(input, refused.what());
+    }
+  }
+
+  Twin& twin_;
+  const RecordedRun& run_;
+  Resimulation& out_;
+  std::unique_ptr<Edge> edge_;
+  std::size_t next_ = 0, hash_ = 0;
+};
+
+void run_again(Twin& twin, const RecordedRun& run, const ResimulationOptions& options, const Log& log,
+               Resimulation& out) {
+  std::optional<BusRecorder> recorder;
+  if (options.record) recorder.emplace(twin.bus(), options.record(twin), log);
+  std::optional<MessageComparison> messages;
+  if (options.compare_with != nullptr)
+    messages.emplace(twin.bus(), *options.compare_with, run.scenario.sensors.lockstep);
+  Replay replay(twin, run, out);
+  const std::uint64_t last = run.hashes.back().step;
+  HeadlessOptions headless;
+  headless.cancel = options.cancel;
+  headless.until = [&](Twin&) {
+    if (twin.steps_taken() >= last) return true;
+    replay.act();
+    if (recorder) recorder->let_catch_up();
+    return false;
+  };
+  headless.observers.emplace_back([&](Twin&) {
+    replay.compare_hash();
+    if (messages) messages->look(twin.steps_taken(), twin.now());
+    if (options.progress && twin.steps_taken() % 1000 == 0)
+      options.progress(static_cast<double>(twin.steps_taken()) / static_cast<double>(last));
+  });
+  while (true) {
+    out.run = run_headless(twin, headless);
+    // A run goes on after a divergence where an input has reset it.
+    if (out.run.end != RunEnd::diverged || !replay.is_due()) break;
+    replay.act();
+    twin.between_steps();
+    if (twin.diverged()) break;
+  }
+  if (messages) out.first = messages->first();
+  if (recorder) recorder->stop();
+}
+
+}  // namespace
+
+RecordedRun read_recorded_run(BagReader& bag, const fs::path& folder, const fs::path& bundled_robots) {
+  RecordedRun out;
+  std::map<std::string, std::vector<std::byte>> attachments;
+  for (const BagPart& part : bag.contents().attachments) attachments[part.part.name] = bag.attachment(part);
+  if (!attachments.contains(kScenarioAttachment)) refuse("it has no scenario", kHowToRecord);
+  const ScenarioFile scenario =
+      load_scenario(write_run_files(attachments, texts_of(bag, kFilesOfRunMetadata), folder), bundled_robots);
+  report_changed_files(scenario, out.notes);
+  out.scenario = scenario.scenario;
+  const auto about = texts_of(bag, kRunMetadata);
+  out.folder = folder;
+  out.root = value_of(about, "root");
+  out.version = value_of(about, "version");
+  out.engine = value_of(about, "engine");
+  std::uint64_t lost_hashes = 0;
+  out.inputs = read_all<Input>(bag, kInputsTopic, out.lost_inputs);
+  out.hashes = read_all<doppel_msgs::msg::StateHash>(bag, kStateHashTopic, lost_hashes);
+  if (out.hashes.empty()) refuse(fmt::format("it has no hashes ({})", kStateHashTopic), kHowToRecord);
+  if (out.hashes.front().step != 1)
+    refuse(fmt::format("it begins at step {}", out.hashes.front().step), kHowToRecord);
+  return out;
+}
+
+Resimulation resimulate(const RecordedRun& run, const ResimulationOptions& options) {
+  Resimulation out;
+  try {
+    const Log quiet;
+    Twin twin(run.scenario, quiet, out.run.diagnostics);
+    run_again(twin, run, options, quiet, out);
+  } catch (const InputError& error) {
+    out.run.errors = error.diagnostics();
+  }
+  return out;
+}
+
+}  // namespace doppel

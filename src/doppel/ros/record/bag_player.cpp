@@ -1,0 +1,186 @@
+#include "doppel/ros/record/bag_player.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <mutex>
+
+#include "doppel/ros/messages/rosgraph_msgs.h"
+#include "doppel/ros/messages/schema_reader.h"
+
+namespace doppel {
+namespace {
+
+constexpr const char* kNode = "/rosbag2_player";
+constexpr const char* kClock = "/clock";
+constexpr std::size_t kBatch = 1000;  // messages of one play(), so that requests are answered meanwhile
+
+// The type of a topic's messages: this program's, or one that is made of the schema and known from now on.
+const TypeSupport* type_of(const BagTopic& topic, std::string& why) {
+  if (topic.encoding != "cdr") {
+    why = fmt::format("its messages are {}, not CDR", topic.encoding);
+    return nullptr;
+  }
+  if (const TypeSupport* const type = find_type(topic.type)) return type;
+  if (topic.schema_encoding != "ros2msg") {
+    why = fmt::format("{} is not known, and its schema is {}", topic.type, topic.schema_encoding);
+    return nullptr;
+  }
+  Status status;
+  auto read = type_of_schema(topic.type, topic.schema, status);
+  if (read == nullptr) {
+    why = fmt::format("the schema of {} cannot be used: {}", topic.type, status.why());
+    return nullptr;
+  }
+  // The registry keeps addresses for the life of the program.
+  static std::mutex mutex;
+  static std::deque<std::shared_ptr<const TypeSupport>> kept;
+  const std::lock_guard lock(mutex);
+  register_type(*kept.emplace_back(std::move(read)));
+  return find_type(topic.type);
+}
+
+}  // namespace
+
+BagPlayer::BagPlayer(Bus& bus, BagReader& bag, PlayerOptions options, const Log& log)
+    : bus_(bus), bag_(bag), options_(std::move(options)), edge_(bus.attach(kNode)) {
+  const BagContents& contents = bag.contents();
+  begin_ = contents.start + static_cast<std::uint64_t>(options_.start.count());
+  end_ = contents.end;
+  if (options_.duration > Duration{})
+    end_ = std::min(end_, begin_ + static_cast<std::uint64_t>(options_.duration.count()));
+  paused_ = options_.paused;
+  advertise(log);
+  rewind(Clock::now());
+}
+
+BagPlayer::~BagPlayer() = default;
+
+void BagPlayer::advertise(const Log& log) {
+  for (std::size_t i = 0; i < bag_.contents().topics.size(); ++i) {
+    const BagTopic& topic = bag_.contents().topics[i];
+    Target& target = targets_.emplace_back();
+    const auto renamed = options_.remap.find(topic.name);
+    target.name = renamed == options_.remap.end() ? topic.name : renamed->second;
+    target.type = topic.type;
+    if (!options_.topics.selects(topic.name, topic.type)) continue;
+    std::string why;
+    if (type_of(topic, why) != nullptr) {
+      const bool latched = bag_.is_latched(i);
+      const Status offered =
+          edge_->advertise(kNode, target.name, topic.type, {.depth = latched ? 1U : 10U, .latched = latched});
+      target.usable = offered.ok();
+      if (!offered) why = offered.why();
+    }
+    if (target.usable) {
+      has_clock_ = has_clock_ || target.name == kClock;
+      continue;
+    }
+    skipped_.push_back(topic.name);
+    log.warning("play", fmt::format("{} is not played: {}", topic.name, why));
+  }
+}
+
+void BagPlayer::read_next() {
+  next_.reset();
+  while (const auto message = bag_.next()) {
+    if (!targets_[message->topic].usable) continue;
+    next_ = Message{message->topic, message->log_time, {message->data.begin(), message->data.end()}};
+    return;
+  }
+}
+
+void BagPlayer::anchor(std::uint64_t time, Clock::time_point now) {
+  anchor_time_ = time;
+  anchor_wall_ = now;
+}
+
+void BagPlayer::rewind(Clock::time_point now) {
+  seek(begin_, now);
+}
+
+void BagPlayer::seek(std::uint64_t time, Clock::time_point now) {
+  time = std::clamp(time, begin_, end_);
+  // The last message of each topic before this time is its state now.
+  std::map<std::size_t, Message> states;
+  bag_.seek(0, time, options_.topics);
+  while (const auto message = bag_.next()) {
+    if (targets_[message->topic].usable)
+      states[message->topic] = {
+          message->topic, message->log_time, {message->data.begin(), message->data.end()}};
+  }
+  time_ = clock_due_ = time;
+  for (const auto& [topic, message] : states) publish(message);
+  bag_.seek(time, end_ == UINT64_MAX ? end_ : end_ + 1, options_.topics);
+  read_next();
+  anchor(time, now);
+}
+
+BagPlayer::Clock::time_point BagPlayer::wall_of(std::uint64_t time) const {
+  const double ahead = (static_cast<double>(time) - static_cast<double>(anchor_time_)) / options_.rate;
+  return anchor_wall_ + std::chrono::duration_cast<Clock::duration>(
+                            std::chrono::duration<double, std::nano>(std::max(0.0, ahead)));
+}
+
+std::optional<BagPlayer::Clock::time_point> BagPlayer::due() const {
+  if (paused_) return std::nullopt;
+  if (!next_) return options_.loop ? std::optional(wall_of(end_)) : std::nullopt;
+  return wall_of(next_->time);
+}
+
+void BagPlayer::publish(const Message& message) {
+  const Target& target = targets_[message.topic];
+  bus_.set_now(time_from_nanoseconds(static_cast<std::int64_t>(time_)));
+  if (edge_->publish(kNode, target.name, target.type, message.data)) ++published_;
+  bus_.spin();
+}
+
+void BagPlayer::publish_clock(std::uint64_t until) {
+  if (has_clock_ || options_.clock_rate <= 0) return;
+  const auto period = static_cast<std::uint64_t>(1e9 / options_.clock_rate);
+  if (until < clock_due_) return;
+  rosgraph_msgs::msg::Clock clock;
+  clock.clock = to_time_msg(time_from_nanoseconds(static_cast<std::int64_t>(until)));
+  static_cast<void>(edge_->publish(kNode, kClock, rosgraph_msgs::msg::Clock::kType, to_cdr(clock)));
+  bus_.spin();
+  clock_due_ = until + period;
+}
+
+void BagPlayer::play(Clock::time_point now) {
+  if (paused_) return;
+  for (std::size_t i = 0; i < kBatch && next_ && wall_of(next_->time) <= now; ++i) {
+    time_ = std::max(time_, next_->time);
+    publish_clock(time_);
+    publish(*next_);
+    const std::uint64_t before = next_->time;
+    read_next();
+    // A file that begins earlier: the simulation was reset there.
+    if (next_ && next_->time < before) {
+      anchor(next_->time, now);
+      time_ = next_->time;
+    }
+  }
+  if (!next_ && options_.loop && now >= wall_of(end_)) rewind(now);
+}
+
+void BagPlayer::pause(bool yes, Clock::time_point now) {
+  if (yes == paused_) return;
+  paused_ = yes;
+  anchor(time_, now);
+}
+
+void BagPlayer::set_rate(double rate, Clock::time_point now) {
+  anchor(time_, now);
+  options_.rate = rate;
+}
+
+void BagPlayer::step(Clock::time_point now) {
+  if (!next_) return;
+  time_ = std::max(time_, next_->time);
+  publish(*next_);
+  read_next();
+  anchor(time_, now);
+}
+
+}  // namespace doppel

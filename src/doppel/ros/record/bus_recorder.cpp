@@ -1,0 +1,152 @@
+#include "doppel/ros/record/bus_recorder.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <set>
+
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/ros/messages/codec.h"
+
+namespace doppel {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kOrigin = "record";
+constexpr std::chrono::milliseconds kLook{20};  // for new topics and the end
+// A killed process or a loss of power costs at most so much.
+constexpr std::chrono::milliseconds kFlush{500};
+
+}  // namespace
+
+RecordedTopic recorded_topic(const TopicInfo& topic) {
+  RecordedTopic out;
+  out.name = topic.name;
+  out.type = topic.type;
+  out.latched = topic.latched;
+  std::vector<Qos> offered;
+  for (const EndpointInfo& publisher : topic.publishers) offered.push_back(publisher.qos);
+  out.qos = offered_qos_text(offered);
+  if (const TypeSupport* const type = find_type(topic.type)) {
+    out.schema = type->schema();
+    out.type_hash = type->hash();
+  }
+  return out;
+}
+
+BusRecorder::BusRecorder(Bus& bus, RecorderOptions options, const Log& log)
+    : bus_(bus),
+      log_(log),
+      options_(std::move(options)),
+      writer_(options_.bag),
+      edge_(bus.attach("/rosbag2_recorder", {.ring_bytes = options_.ring_bytes})) {
+  for (const BagAttachment& attachment : options_.attachments)
+    writer_.attach(attachment, static_cast<std::uint64_t>(nanoseconds_of(bus.ros_now())));
+  for (const auto& [name, texts] : options_.metadata) writer_.add_metadata(name, texts);
+  options_.attachments.clear();
+  writer_.sync();
+  subscribe();
+  bus.spin();  // so that no request of another edge comes before the subscriptions
+  thread_ = guarded_thread([this] { run(); },
+                           [this](const std::string& why) { log_.error(kOrigin, "it has ended: " + why); });
+}
+
+BusRecorder::~BusRecorder() {
+  stop();
+}
+
+// New topics, and those that have another number, because they were gone meanwhile.
+void BusRecorder::subscribe() {
+  graph_ = bus_.graph_version();
+  for (const TopicInfo& topic : bus_.topics()) {
+    if (recorded_.contains(topic.id) || topic.publishers.empty() ||
+        !options_.topics.selects(topic.name, topic.type))
+      continue;
+    recorded_[topic.id] = {writer_.add_topic(recorded_topic(topic)), 0};
+    edge_->subscribe(topic.id);
+  }
+}
+
+void BusRecorder::record(const Edge::Incoming& message) {
+  const auto found = recorded_.find(message.topic);
+  if (found == recorded_.end()) return;
+  Recorded& topic = found->second;
+  if (topic.sequence != 0 && message.sequence > topic.sequence + 1)
+    report_.lost[writer_.metadata().topics[topic.topic].name] += message.sequence - topic.sequence - 1;
+  const std::int64_t stamp = std::max<std::int64_t>(0, nanoseconds_of(message.stamp));
+  // A new message that is older than the one before it on its topic: time was set back, and a new file
+  // begins. Otherwise log times ascend, also where a latched message or a picture is older than what came
+  // before it.
+  const bool is_set_back = message.sequence > topic.sequence && stamp < topic.stamp;
+  time_ = is_set_back ? stamp : std::max(time_, stamp);
+  topic.sequence = std::max(topic.sequence, message.sequence);
+  topic.stamp = stamp;
+  writer_.write(topic.topic, message.sequence, static_cast<std::uint64_t>(time_),
+                static_cast<std::uint64_t>(stamp), message.cdr);
+  messages_.fetch_add(1, std::memory_order_relaxed);
+}
+
+void BusRecorder::take_messages() {
+  Edge::Incoming message;
+  while (edge_->next(message)) record(message);
+}
+
+void BusRecorder::run() {
+  auto due = Clock::now() + kFlush;
+  try {
+    while (!ending_.load()) {
+      edge_->wait(kLook);
+      take_messages();
+      if (graph_ != bus_.graph_version()) subscribe();
+      if (Clock::now() < due) continue;
+      writer_.sync();
+      due = Clock::now() + kFlush;
+    }
+    take_messages();
+  } catch (const InputError& error) {
+    report_.failure = error.what();
+    log_.error(kOrigin, fmt::format("the recording has ended after {} messages, which are readable: {}",
+                                    messages_.load(), report_.failure));
+    failed_ = true;
+    for (const auto& [topic, recorded] : recorded_) edge_->unsubscribe(topic);
+  }
+}
+
+void BusRecorder::close() {
+  report_.messages = messages_.load();
+  try {
+    std::vector<std::pair<std::string, std::string>> texts;
+    for (const auto& [topic, count] : report_.lost) texts.emplace_back(topic, std::to_string(count));
+    if (!texts.empty()) writer_.add_metadata("lost_messages", texts);
+    writer_.close();
+  } catch (const InputError& error) {
+    if (report_.failure.empty()) report_.failure = error.what();
+  }
+  report_.bytes = writer_.size();
+  std::uint64_t lost = 0;
+  for (const auto& [topic, count] : report_.lost) lost += count;
+  if (lost > 0) {
+    log_.warning(kOrigin,
+                 fmt::format("{} messages of {} topics were lost, because the disk did not keep up: {}", lost,
+                             report_.lost.size(), report_.lost.begin()->first));
+  }
+}
+
+void BusRecorder::let_catch_up() const {
+  while (!failed_.load() && edge_->waiting_bytes() > options_.ring_bytes / 2)
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+const RecorderReport& BusRecorder::stop() {
+  if (!thread_.joinable()) return report_;
+  ending_ = true;
+  thread_.join();  // within kLook
+  edge_.reset();
+  close();
+  return report_;
+}
+
+}  // namespace doppel

@@ -1,0 +1,217 @@
+// The recorder of a bus: what it takes, what it has lost, and what it leaves behind when the disk is full.
+#include "doppel/ros/record/bus_recorder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
+#include <filesystem>
+#include <thread>
+
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/record/bag_player.h"
+#include "doppel/ros/record/bag_reader.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+using std_msgs::msg::String;
+using testing::ElementsAre;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Pair;
+using namespace std::chrono_literals;
+
+class BusRecorderTest : public testing::Test {
+ protected:
+  BusRecorderTest() {
+    fs::remove_all(folder_);
+    log_.add_sink([this](const LogLine& line) { lines_.push_back(line.text); });
+  }
+  ~BusRecorderTest() override { fs::remove_all(folder_); }
+
+  RecorderOptions options() const {
+    RecorderOptions out;
+    out.bag.folder = folder_;
+    return out;
+  }
+  std::vector<std::string> read() const {
+    BagReader reader(folder_.string());
+    std::vector<std::string> out;
+    while (const auto message = reader.next()) {
+      String value;
+      EXPECT_TRUE(from_cdr(message->data, value));
+      out.push_back(reader.contents().topics[message->topic].name + "=" + value.data);
+    }
+    return out;
+  }
+
+  const fs::path folder_ =
+      fs::path(testing::TempDir()) /
+      (std::string("recorder_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+  Log log_;
+  std::vector<std::string> lines_;
+  Bus bus_;
+  Node node_{bus_, "/n"};
+};
+
+TEST_F(BusRecorderTest, LaterTopicsAreRecordedAndLatchedOnesWithLastMessage) {
+  const auto old = node_.advertise<String>("/old", {.latched = true});
+  old.publish({"before"}, time_from_seconds(1));
+  BusRecorder recorder(bus_, options(), log_);
+  bus_.spin();
+  const auto late = node_.advertise<String>("/late", {.latched = true});
+  late.publish({"after"}, time_from_seconds(2));
+  for (int i = 0; i < 200 && recorder.messages() < 2; ++i) {
+    bus_.spin();
+    std::this_thread::sleep_for(5ms);
+  }
+  EXPECT_THAT(recorder.stop().lost, IsEmpty());
+  EXPECT_THAT(read(), ElementsAre("/old=before", "/late=after"));
+  EXPECT_THAT(lines_, IsEmpty());
+}
+
+TEST_F(BusRecorderTest, LossesAreCountedByTopicAndReported) {
+  RecorderOptions small = options();
+  small.ring_bytes = 4096;
+  const auto many = node_.advertise<String>("/many");
+  BusRecorder recorder(bus_, small, log_);
+  bus_.spin();
+  // The reader of the ring cannot be faster than this loop, which fills it many times.
+  constexpr std::uint64_t kCount = 20'000;
+  for (std::uint64_t i = 0; i < kCount; ++i) many.publish({std::string(500, 'x')}, Time(Duration(i)));
+  std::this_thread::sleep_for(100ms);
+  many.publish({"last"}, Time(Duration(kCount)));
+  const RecorderReport& report = recorder.stop();
+  ASSERT_THAT(report.lost, testing::Contains(testing::Key("/many")));
+  EXPECT_EQ(report.messages + report.lost.at("/many"), kCount + 1);
+  EXPECT_THAT(lines_, ElementsAre(HasSubstr("were lost")));
+  BagReader reader(folder_.string());
+  const auto& parts = reader.contents().metadata;
+  const auto lost =
+      std::ranges::find_if(parts, [](const BagPart& part) { return part.part.name == "lost_messages"; });
+  ASSERT_NE(lost, parts.end());
+  EXPECT_THAT(reader.metadata(*lost), ElementsAre(Pair("/many", std::to_string(report.lost.at("/many")))));
+}
+
+// The limit of a file's size stands in for a disk that is full: the system refuses to write beyond it.
+TEST_F(BusRecorderTest, FullDiskEndsRecordingWithItsReasonAndLeavesReadableFile) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  RecorderOptions raw = options();
+  raw.bag.file.compression = "";
+  raw.bag.file.chunk_size = 10'000;
+  const auto topic = node_.advertise<String>("/a");
+  BusRecorder recorder(bus_, raw, log_);
+  bus_.spin();
+  const rlimit small{300'000, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  for (int i = 0; i < 1000; ++i) topic.publish({std::string(1000, 'x')}, Time(Duration(i)));
+  const std::string failure = recorder.stop().failure;
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  EXPECT_THAT(failure, HasSubstr("cannot be written"));
+  EXPECT_THAT(lines_, testing::Contains(HasSubstr("the recording has ended after")));
+  fs::remove(folder_ / "metadata.yaml");
+  BagReader reader(folder_.string());
+  EXPECT_GT(reader.contents().messages, 200U);
+  EXPECT_THAT(reader.contents().notes, ElementsAre(HasSubstr("was not closed")));
+}
+
+TEST_F(BusRecorderTest, SelectionByRegexAndTypesIsThatOfRosbag2) {
+  const TopicSelection all{.all = true, .exclude_topics = {"/b"}, .exclude_regex = "image"};
+  EXPECT_TRUE(all.selects("/a", "t"));
+  EXPECT_TRUE(all.selects("/arm/save/_service_event", "t"));
+  EXPECT_TRUE(all.selects("/arm/follow/_action/feedback", "t"));
+  EXPECT_FALSE(all.selects("/b", "t"));
+  EXPECT_FALSE(all.selects("/cam/image_raw", "t"));
+  EXPECT_FALSE(all.selects("/_hidden", "t"));
+  const TopicSelection services{.services = {"/arm/save"}};
+  EXPECT_TRUE(services.selects("/arm/save/_service_event", "t"));
+  EXPECT_FALSE(services.selects("/arm/save", "t"));
+  const TopicSelection actions{.actions = {"/arm/follow"}};
+  EXPECT_TRUE(actions.selects("/arm/follow/_action/send_goal/_service_event", "t"));
+  EXPECT_FALSE(actions.selects("/arm/follower/_action/status", "t"));
+  const TopicSelection by_type{.types = {"t"}, .regex = "^/x"};
+  EXPECT_TRUE(by_type.selects("/a", "t"));
+  EXPECT_TRUE(by_type.selects("/xy", "u"));
+  EXPECT_FALSE(by_type.selects("/a", "u"));
+}
+
+TEST_F(BusRecorderTest, PlayerPublishesWhatWasRecordedInPaceAndByLatchedState) {
+  {
+    const auto latched = node_.advertise<String>("/latched", {.latched = true});
+    const auto a = node_.advertise<String>("/a");
+    latched.publish({"arm"}, time_from_seconds(0));
+    BusRecorder recorder(bus_, options(), log_);
+    bus_.spin();
+    for (int i = 1; i <= 4; ++i) a.publish({std::to_string(i)}, time_from_seconds(i));
+    EXPECT_EQ(recorder.stop().messages, 5U);
+  }
+  Bus other;
+  BagReader bag(folder_.string());
+  BagPlayer player(other, bag, {.rate = 2}, log_);
+  Node listener(other, "/listener");
+  std::vector<std::string> got;
+  listener.subscribe<String>("/a", [&](const String& message) { got.push_back(message.data); });
+  const auto begin = BagPlayer::Clock::now();
+  player.seek(0, begin);
+  player.play(begin + 400ms);
+  EXPECT_THAT(got, IsEmpty());
+  player.play(begin + 1010ms);
+  EXPECT_THAT(got, ElementsAre("1", "2"));
+  player.seek(3'500'000'000, begin + 1010ms);
+  EXPECT_THAT(got, ElementsAre("1", "2", "3"));  // its state at that time
+  player.play(begin + 1300ms);
+  EXPECT_THAT(got, ElementsAre("1", "2", "3", "4"));
+  EXPECT_TRUE(player.at_end());
+  const auto late = other.attach("late");
+  for (const TopicInfo& topic : other.topics()) late->subscribe(topic.id);
+  other.spin();
+  Edge::Incoming message;
+  ASSERT_TRUE(late->next(message));
+  String value;
+  ASSERT_TRUE(from_cdr(message.cdr, value));
+  EXPECT_EQ(value.data, "arm");
+}
+
+TEST_F(BusRecorderTest, PlayerMakesTypesThatThisProgramDoesNotKnow) {
+  {
+    BagWriter writer(options().bag);
+    RecordedTopic foreign;
+    foreign.name = "/foreign";
+    foreign.type = "doppel_msgs/msg/PointOfAnotherVersion";
+    foreign.schema = "float64 x\nfloat64 y\n";
+    const std::size_t topic = writer.add_topic(foreign);
+    RecordedTopic broken = foreign;
+    broken.name = "/broken";
+    broken.type = "doppel_msgs/msg/BrokenOfAnotherVersion";
+    broken.schema = "Nothing a\n";
+    writer.write(writer.add_topic(broken), 1, 1, 1, Bytes(20));
+    writer.write(topic, 1, 1, 1,
+                 Bytes{std::byte{0},    std::byte{1},    std::byte{0}, std::byte{0}, std::byte{0},
+                       std::byte{0},    std::byte{0},    std::byte{0}, std::byte{0}, std::byte{0},
+                       std::byte{0xf0}, std::byte{0x3f}, std::byte{0}, std::byte{0}, std::byte{0},
+                       std::byte{0},    std::byte{0},    std::byte{0}, std::byte{0}, std::byte{0}});
+    writer.close();
+  }
+  BagReader bag(folder_.string());
+  BagPlayer player(bus_, bag, {}, log_);
+  const auto edge = bus_.attach("reader");
+  bus_.spin();
+  for (const TopicInfo& topic : bus_.topics()) edge->subscribe(topic.id);
+  bus_.spin();
+  player.play(BagPlayer::Clock::now() + 1s);
+  Edge::Incoming message;
+  ASSERT_TRUE(edge->next(message));
+  std::string yaml;
+  ASSERT_TRUE(find_type("doppel_msgs/msg/PointOfAnotherVersion")->cdr_to_yaml(message.cdr, yaml));
+  EXPECT_THAT(yaml, HasSubstr("x: 1.0"));
+  EXPECT_THAT(player.skipped(), ElementsAre("/broken"));
+  EXPECT_THAT(lines_, ElementsAre(HasSubstr("/broken is not played")));
+}
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,74 @@
+#include <fmt/format.h>
+
+#include <cstdlib>
+#include <set>
+
+#include "doppel/base/core/output_file.h"
+#include "doppel/session/live/session.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+// "package://arm/meshes/a.stl" -> "arm/meshes/a.stl"; empty: no place within a folder.
+fs::path place_of(const std::string& uri) {
+  const std::size_t scheme = uri.find("://");
+  const fs::path place =
+      fs::path(scheme == std::string::npos ? uri : uri.substr(scheme + 3)).relative_path().lexically_normal();
+  return place.empty() || *place.begin() == ".." ? fs::path() : place;
+}
+
+bool is_mesh(const std::string& name) {
+  return name.find("://") != std::string::npos;
+}
+
+fs::path make_folder() {
+  std::string name = (fs::temp_directory_path() / "doppel-meshes-XXXXXX").string();
+  return mkdtemp(name.data()) == nullptr ? fs::path() : fs::path(name);
+}
+
+// Writes the attached meshes as the packages that their URIs name.
+RobotFiles write_meshes(BagReader& bag, const fs::path& folder) {
+  RobotFiles out;
+  out.description = folder / "recording.urdf";
+  std::error_code none;
+  for (const BagPart& part : bag.contents().attachments) {
+    const std::string& uri = part.part.name;
+    const fs::path place = is_mesh(uri) ? place_of(uri) : fs::path();
+    if (place.empty()) continue;
+    const fs::path file = folder / place, package = folder / *place.begin();
+    fs::create_directories(file.parent_path(), none);
+    const std::vector<std::byte> data = bag.attachment(part);
+    write_whole(file, {reinterpret_cast<const char*>(data.data()), data.size()});
+    if (uri.starts_with("package://") && !fs::exists(package / "package.xml"))
+      write_whole(package / "package.xml",
+                  fmt::format("<package><name>{}</name></package>\n", package.filename().string()));
+    out.meshes.push_back({uri, file});
+  }
+  return out;
+}
+
+}  // namespace
+
+BagSession::BagSession(Bus& bus, const std::string& name, BagReader& bag, const SessionOptions& options,
+                       const Log& log)
+    : Session(bus, name, options, log) {
+  const bool any = std::ranges::any_of(bag.contents().attachments,
+                                       [](const BagPart& part) { return is_mesh(part.part.name); });
+  if (!any) return;
+  meshes_ = make_folder();
+  // Without its meshes a robot is drawn by what else it has.
+  if (meshes_.empty()) {
+    log.warning("play", "the recording's meshes cannot be written to a temporary folder");
+  } else {
+    assets_->offer(write_meshes(bag, meshes_));
+  }
+}
+
+BagSession::~BagSession() {
+  std::error_code none;
+  if (!meshes_.empty()) fs::remove_all(meshes_, none);
+}
+
+}  // namespace doppel
