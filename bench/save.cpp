@@ -71,7 +71,7 @@ void measure(const std::string& robot, const std::string& engine, int boxes, int
     restored.add(Clock::now() - middle);
     run(twin, 0.021);
   }
-  // The automatic states of the loop, of which all have their memory after the first 60: one each 0.5 s from now on.
+  // The automatic states of the loop, one each 0.5 s, of which all have their memory after the first 60.
   Time next = twin.now();
   twin.keep_states(true);
   for (int i = 0; i < 60 + std::min(repetitions, 20);) {

@@ -163,7 +163,7 @@ class SavedStates : public TwinFixture {
 class SavedRobots : public SavedStates,
                     public ::testing::WithParamInterface<std::tuple<std::string, std::string>> {};
 
-TEST_P(SavedRobots, RestoredRobotMovesTheSameAgain) {
+TEST_P(SavedRobots, RestoredRobotMovesEquallyAgain) {
   const auto& [target, engine] = GetParam();
   bring_up(scenario_of(target, engine));
   listen_to_all();
@@ -185,7 +185,7 @@ INSTANTIATE_TEST_SUITE_P(Bundled, SavedRobots,
                            return std::get<0>(one.param) + "_" + std::get<1>(one.param);
                          });
 
-TEST_F(SavedStates, SensorsOfAWorldMeasureTheSameAgain) {
+TEST_F(SavedStates, SensorsOfWorldMeasureEquallyAgain) {
   Scenario scenario;
   scenario.world = DOPPEL_SOURCE_DIR "/worlds/sensors.sdf";
   scenario.sensors.lockstep = true;
@@ -196,7 +196,7 @@ TEST_F(SavedStates, SensorsOfAWorldMeasureTheSameAgain) {
   expect_same_again(400);
 }
 
-TEST_F(SavedStates, SeveralRobotsAndObjectsMoveTheSameAgain) {
+TEST_F(SavedStates, SeveralRobotsAndObjectsMoveEquallyAgain) {
   Scenario scenario;
   scenario.sensors.lockstep = true;
   for (int i = 0; i < 3; ++i) {
@@ -214,7 +214,7 @@ TEST_F(SavedStates, SeveralRobotsAndObjectsMoveTheSameAgain) {
   expect_same_again(500);
 }
 
-TEST_F(SavedStates, ObjectsOfTheSavedWorldReturn) {
+TEST_F(SavedStates, ObjectsOfSavedWorldReturn) {
   bring_up("omarm_one");
   spawn_ball("before", {1, 0, 0.4});
   run(0.2);
@@ -229,7 +229,7 @@ TEST_F(SavedStates, ObjectsOfTheSavedWorldReturn) {
   expect_equal(first, trace(300));
 }
 
-TEST_F(SavedStates, AttachedObjectMovesTheSameAgain) {
+TEST_F(SavedStates, AttachedObjectMovesEquallyAgain) {
   bring_up("omarm_one");
   spawn_ball("ball", {0.4, 0, 0.3});
   run(0.2);
@@ -251,7 +251,7 @@ TEST_F(SavedStates, AttachedObjectMovesTheSameAgain) {
   expect_equal(first, trace(300));
 }
 
-TEST_F(SavedStates, LoadsOfServicesActTheSameAgain) {
+TEST_F(SavedStates, LoadsOfServicesActEquallyAgain) {
   bring_up("omarm_one");
   run(0.2);
   static_cast<void>(call("/gazebo/apply_joint_effort", "gazebo_msgs/srv/ApplyJointEffort",
@@ -260,7 +260,7 @@ TEST_F(SavedStates, LoadsOfServicesActTheSameAgain) {
   expect_same_again(500);
 }
 
-TEST_F(SavedStates, RestoreAfterAResetReturnsToTheSavedTime) {
+TEST_F(SavedStates, RestoreAfterResetReturnsToSavedTime) {
   bring_up("kate");
   command_all(0.4);
   run(0.3);
@@ -353,6 +353,78 @@ TEST_F(SavedStates, ClockGoesBackForItsReaders) {
   EXPECT_EQ(from_msg(clocks.back().clock), saved->time());
 }
 
+// -- sensors that controllers read, and real hardware
+
+class SavedDescriptions : public SavedStates {
+ protected:
+  // An arm of one joint with this plugin, and an IMU with noise and a walking bias.
+  void bring_up_arm(const std::string& plugin) {
+    const std::filesystem::path folder = make_folder("doppel_saved_descriptions");
+    std::string channels, states;
+    for (const char* axis : {"x", "y", "z"}) {
+      channels += std::string("<") + axis +
+                  "><noise type='gaussian'><mean>0</mean><stddev>0.2</stddev><bias_stddev>0.1</bias_stddev>"
+                  "<dynamic_bias_stddev>0.05</dynamic_bias_stddev>"
+                  "<dynamic_bias_correlation_time>2</dynamic_bias_correlation_time></noise></" +
+                  axis + ">";
+      states += std::string("<state_interface name='angular_velocity.") + axis +
+                "'/><state_interface name='linear_acceleration." + axis + "'/>";
+    }
+    for (const char* axis : {"x", "y", "z", "w"})
+      states += std::string("<state_interface name='orientation.") + axis + "'/>";
+    std::ofstream(folder / "arm.urdf")
+        << "<robot name='arm'><link name='base'/><link name='disc'><inertial><mass value='1'/><inertia "
+           "ixx='0.1' "
+           "iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='j' "
+           "type='revolute'><parent "
+           "link='base'/><child link='disc'/><axis xyz='0 1 0'/><limit lower='-3' upper='3' effort='50' "
+           "velocity='4'/></joint><gazebo reference='disc'><sensor name='imu' type='imu'><update_rate>200"
+           "</update_rate><topic>imu/data</topic><imu><angular_velocity>"
+        << channels
+        << "</angular_velocity></imu></sensor></gazebo><ros2_control name='a' type='system'><hardware>"
+        << "<plugin>" << plugin << "</plugin></hardware><joint name='j'><command_interface name='position'/>"
+        << "<state_interface name='position'/><state_interface name='velocity'/></joint><sensor name='imu'>"
+        << states << "</sensor></ros2_control></robot>";
+    std::ofstream(folder / "arm.yaml") << R"(
+controller_manager:
+  ros__parameters:
+    update_rate: 250
+    arm: {type: joint_trajectory_controller/JointTrajectoryController}
+    imu_broadcaster: {type: imu_sensor_broadcaster/IMUSensorBroadcaster, update_rate: 50}
+arm: {ros__parameters: {joints: [j], command_interfaces: [position], state_interfaces: [position, velocity]}}
+imu_broadcaster: {ros__parameters: {sensor_name: imu, frame_id: disc}}
+)";
+    Scenario scenario;
+    scenario.robots = {{.target = (folder / "arm.urdf").string()}};
+    scenario.robots[0].controllers = folder / "arm.yaml";
+    scenario.sensors = {.seed = 5, .lockstep = true};
+    bring_up(scenario);
+  }
+};
+
+TEST_F(SavedDescriptions, NoiseOfSensorsContinuesBetweenTwoTicks) {
+  bring_up_arm("gz_ros2_control/GazeboSimSystem");
+  listen_to_all();
+  run(0.3);
+  command_all(0.5);
+  run(0.1);
+  for (int i = 0; i < 5; ++i) {
+    SCOPED_TRACE(i);
+    run(0.001);  // other places between two ticks, which are 4 ms apart
+    expect_same_again(250);
+  }
+}
+
+TEST_F(SavedDescriptions, RealHardwareIsRefusedWithReason) {
+  bring_up_arm("doppel/Loopback");
+  try {
+    static_cast<void>(twin_->save());
+    FAIL() << "it was saved";
+  } catch (const InputError& problem) {
+    EXPECT_THAT(problem.what(), HasSubstr("'arm' drives real hardware"));
+  }
+}
+
 // -- after a reload
 
 class SavedStatesReload : public SavedStates {
@@ -379,7 +451,7 @@ class SavedStatesReload : public SavedStates {
   std::filesystem::path folder_;
 };
 
-TEST_F(SavedStatesReload, StateContinuesWithNewParametersIfTheStructureIsTheSame) {
+TEST_F(SavedStatesReload, StateOfEqualStructureContinuesWithNewParameters) {
   bring_up_copy();
   std::string logged;
   log_.add_sink([&logged](const LogLine& line) { logged += line.text + "\n"; });
@@ -436,7 +508,7 @@ TEST_F(SavedStates, ServicesSaveListRestoreAndDeleteByName) {
               HasSubstr("there is no saved state"));
 }
 
-TEST_F(SavedStates, RewindGoesToTheNewestStateThatIsOldEnough) {
+TEST_F(SavedStates, RewindGoesToNewestStateThatIsOldEnough) {
   bring_up("omarm_one");
   twin_->keep_states(true);
   run(3.2);
@@ -472,7 +544,7 @@ TEST_F(SavedStates, RewoundPausedTwinContinuesAsBefore) {
   expect_equal(first, trace(400));
 }
 
-TEST_F(SavedStates, RewindLeadsAwayFromADivergence) {
+TEST_F(SavedStates, RewindLeadsAwayFromDivergence) {
   bring_up("omarm_one");
   twin_->keep_states(true);
   twin_->time_control().pauses_at_divergence = true;

@@ -3,7 +3,7 @@
 // value whose type only the part has.
 
 #include <memory>
-#include <type_traits>
+#include <utility>
 
 #include "doppel/export.h"
 

@@ -359,7 +359,7 @@ class SavingRig : public ManagerRig {
 
 class SavedController : public ::testing::TestWithParam<SavedCase> {};
 
-TEST_P(SavedController, RestoredControllerDoesTheSameAgain) {
+TEST_P(SavedController, RestoredControllerActsEquallyAgain) {
   SavingRig rig(GetParam());
   rig.trace(0, kBefore);
   SavedSlot saved;
@@ -386,13 +386,13 @@ INSTANTIATE_TEST_SUITE_P(AllTypes, SavedController, ::testing::ValuesIn(saved_ca
   return name;
 });
 
-TEST(SavedControllers, EveryBuiltInTypeHasACase) {
+TEST(SavedControllers, EveryBuiltInTypeIsCovered) {
   std::vector<std::string> covered;
   for (const SavedCase& one : saved_cases()) covered.push_back(one.type);
   for (const std::string& type : builtin_controllers().names()) EXPECT_THAT(covered, testing::Contains(type));
 }
 
-TEST(SavedControllers, GoalThatIsNewIsAbortedByARestore) {
+TEST(SavedControllers, GoalThatIsNewIsAbortedByRestore) {
   using control_msgs::action::FollowJointTrajectory;
   SavedCase one = commander_cases().front();
   one.say = [](ManagerRig&, int) {};
@@ -417,7 +417,7 @@ TEST(SavedControllers, GoalThatIsNewIsAbortedByARestore) {
   EXPECT_EQ(result->result.error_string, restored_reason(then));
 }
 
-TEST(SavedControllers, ActiveSetOfTheSavedStateReturns) {
+TEST(SavedControllers, ActiveSetOfSavedStateReturns) {
   SavingRig rig(commander_cases().front());
   rig.trace(0, kBefore);
   SavedSlot saved;
@@ -445,7 +445,41 @@ TEST(SavedControllers, UnloadedControllerIsNamed) {
               testing::ElementsAre("the controller 'c', which was active, is not loaded"));
 }
 
-TEST(SavedControllers, EmergencyStopIsPartOfTheState) {
+// A controller of someone else, which does not implement saving.
+class Unsaving : public Controller {
+ public:
+  void on_init(ControllerContext& /*context*/) override {}
+  [[nodiscard]] InterfaceConfiguration command_interfaces() const override {
+    return {InterfaceConfiguration::Kind::individual, {"a/position"}};
+  }
+  [[nodiscard]] InterfaceConfiguration state_interfaces() const override { return {}; }
+  Status on_activate() override {
+    ++activations;
+    return {};
+  }
+  void update(Time /*now*/, Duration /*period*/) override { command_handles[0].set(0.5); }
+  static inline int activations = 0;
+};
+
+TEST(SavedControllers, ControllerWithoutSavingIsNamedAndReactivatedByRestore) {
+  ManagerRig rig(controller_yaml("mine", "test/Unsaving", ""));
+  rig.registry.add("test/Unsaving", [] { return std::make_unique<Unsaving>(); });
+  rig.start({"mine"});
+  rig.run(5);
+  SavedSlot saved;
+  ASSERT_TRUE(rig.manager->save(saved).ok());
+  EXPECT_THAT(ControllerManager::unsaved_controllers(*saved), testing::ElementsAre("mine"));
+  const int before = Unsaving::activations;
+  rig.manager->restore_switches(*saved, rig.now);
+  rig.manager->restore_values(*saved, rig.now);
+  rig.manager->restart_unsaved(*saved, rig.now);
+  EXPECT_EQ(Unsaving::activations, before + 1);
+  EXPECT_EQ(rig.state_of("mine"), ControllerState::active);
+  rig.run(2);
+  EXPECT_EQ(rig.hardware->last_command("a/position"), 0.5);
+}
+
+TEST(SavedControllers, EmergencyStopIsPartOfState) {
   SavingRig rig(commander_cases().front());
   rig.trace(0, kBefore);
   SavedSlot saved;
