@@ -22,6 +22,7 @@ export function chooseRecording(app: App, place: Place = 'first'): void {
     multiple: true,
     class: 'unseen',
     id: 'bag-file',
+    oncancel: () => input.remove(),
     onchange: () => {
       void open(app, Promise.resolve([...(input.files ?? [])].map((file) => ({ name: file.name, file }))), place);
       input.remove();

@@ -179,7 +179,7 @@ export function openFiles(app: App, files: { name: string; file: File }[], place
   return open(app, place, (progress) => openDropped(files, progress), '');
 }
 
-// What the address of the page names: ?bag=ADDRESS, &bag2= a second one, &t= the time in seconds, &speed=, &loop.
+// What the address of the page names: ?bag=ADDRESS, &bag2= a second one, &t= the time in seconds.
 export async function openAddress(app: App): Promise<void> {
   const asked = new URLSearchParams(location.search);
   const first = asked.get('bag')!;

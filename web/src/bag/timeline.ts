@@ -7,6 +7,9 @@ import type { BagEvent } from './bag';
 import { SPEEDS, type Playback } from './playback';
 import type { Survey } from './survey';
 
+// Focused by the keyboard, space presses them; a mouse leaves the focus on what it has pressed.
+const PRESSED = 'button:focus-visible, summary:focus-visible, a:focus-visible, input';
+const MOVED = 'canvas, input, [role="tab"], [role="separator"]'; // by arrow keys
 const FRAME = 1 / 30; // s
 const LARGE_STEP = 1; // s
 const BUCKETS = 300; // places for marks
@@ -144,16 +147,10 @@ export class Timeline {
     const { playback } = this;
     const { target } = event;
     const isOwn = target instanceof Node && this.element.contains(target);
-    if (event.ctrlKey || event.metaKey || event.altKey || isTyping(target) || document.querySelector('dialog[open]'))
-      return;
-    const elsewhere = target instanceof HTMLElement && !isOwn && target !== document.body;
-    if (elsewhere && event.code === 'Space' && target.matches('button, summary, input, a')) return; // it presses it
-    if (
-      elsewhere &&
-      event.code.startsWith('Arrow') &&
-      target.matches('canvas, input, [role="tab"], [role="separator"]')
-    )
-      return; // they have arrow keys
+    if (event.ctrlKey || event.metaKey || event.altKey || isTyping(target) || document.querySelector('dialog[open]')) return;
+    const focused = target instanceof HTMLElement && target !== this.play && target !== document.body ? target : null;
+    if (event.code === 'Space' && focused?.matches(PRESSED)) return;
+    if (event.code.startsWith('Arrow') && !isOwn && focused?.matches(MOVED)) return;
     const step = event.shiftKey ? LARGE_STEP : FRAME;
     switch (event.code) {
       case 'Space':

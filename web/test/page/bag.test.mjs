@@ -254,6 +254,22 @@ check('a file that is dropped is opened, with its meshes, and two recordings are
   assert.doesNotMatch(await page.locator('.chips').textContent(), /difference/);
 }, { pictured: false, permitted: /WebSocket connection/ });
 
+check('where nothing can be dropped, files are chosen', '?bag=bags/a.mcap', async (page) => {
+  await surveyed(page);
+  const choose = async (button, name, bytes) => {
+    const chooser = page.waitForEvent('filechooser');
+    await page.locator(button).tap();
+    await (await chooser).setFiles({ name, mimeType: 'application/octet-stream', buffer: Buffer.from(bytes) });
+  };
+  await choose('#bag-compare', 'chosen.mcap', files.get('/bags/b.mcap'));
+  await page.locator('.residuals tbody tr').first().waitFor();
+  await choose('#bag-open', 'other.mcap', files.get('/bags/b.mcap'));
+  await waitFor(page, () => doppel.twin.recording === 'other.mcap' && doppel.session.survey?.isComplete && doppel.playback.length > 10);
+  assert.equal(await page.locator('.bag-line').count(), 1);
+  assert.equal(await page.locator('.residuals').count(), 0);
+  near(await page.evaluate(() => doppel.recorder.valueAt('joint:shoulder:position', 5)), shoulderAt(5, 0.1));
+}, { options: { viewport: { width: 390, height: 844 }, hasTouch: true } });
+
 check('&bag2= names the second recording, and the link keeps it', '?bag=bags/a.mcap&bag2=bags/b.mcap&t=4', async (page) => {
   await page.locator('.residuals tbody tr').first().waitFor();
   await shown(page, 4);
