@@ -40,7 +40,7 @@ Says message(const std::string& topic, std::function<M(int)> make, int every) {
 // Commands that change, with pauses after which they time out.
 Says twists(const std::string& topic) {
   return [topic](ManagerRig& rig, int tick) {
-    if (tick % 120 > 60 && tick % 120 < 100) return;
+    if (tick % 7 != 0 || (tick % 120 > 60 && tick % 120 < 100)) return;
     geometry_msgs::msg::TwistStamped twist;
     twist.header.stamp = to_time_msg(rig.now);
     twist.twist.linear = {0.5 + 0.3 * std::sin(0.1 * tick), 0.2 * std::cos(0.07 * tick), 0};
@@ -337,7 +337,11 @@ class SavingRig : public ManagerRig {
     out.commands = one.commands;
     out.time_constant = 0.15;
     double value = 0.5;
-    for (const std::string& name : one.sensed) out.more_states.push_back({"s", name, value += 0.25});
+    for (const std::string& name : one.sensed) {
+      value += 0.25;
+      // A quaternion of unit length.
+      out.more_states.push_back({"s", name, name.starts_with("orientation") ? 0.5 : value});
+    }
     return out;
   }
   // The messages of the topics that controllers publish, as sums.
