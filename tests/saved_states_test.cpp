@@ -423,6 +423,9 @@ TEST_F(SavedDescriptions, RealHardwareIsRefusedWithReason) {
   } catch (const InputError& problem) {
     EXPECT_THAT(problem.what(), HasSubstr("'arm' drives real hardware"));
   }
+  twin_->keep_states(true);
+  run(0.1);
+  EXPECT_THAT(twin_->rewind(Duration{}).why(), HasSubstr("'arm' drives real hardware"));
 }
 
 // -- after a reload

@@ -97,7 +97,9 @@ void SavedStates::save_automatically(Time now) {
     spare_.push_back(std::move(automatic_.front()));
     automatic_.erase(automatic_.begin());
   }
-  if (!core_.save(*spare_.back())) return;  // such as a diverged state, from which a rewind leads away
+  const Status saved = core_.save(*spare_.back());
+  why_not_ = saved.why();
+  if (!saved) return;  // such as a diverged state, from which a rewind leads away
   automatic_.push_back(std::move(spare_.back()));
   spare_.pop_back();
 }
@@ -118,7 +120,8 @@ Status SavedStates::rewind(Duration back, std::string& done) {
   const auto newer =
       std::ranges::find_if(automatic_, [&](const State& state) { return state->time() > before - back; });
   if (newer == automatic_.begin()) {
-    if (automatic_.empty()) return Status::refused("there is no automatic state yet");
+    if (automatic_.empty())
+      return Status::refused("there is no automatic state" + (why_not_.empty() ? " yet" : ": " + why_not_));
     return Status::refused(fmt::format("the oldest automatic state is {:.3f} s old, of t = {:.3f} s",
                                        to_seconds(before - automatic_.front()->time()),
                                        to_seconds(automatic_.front()->time())));

@@ -60,6 +60,7 @@ class DOPPEL_API SavedStates : public Tickable {
   std::map<std::string, std::shared_ptr<const SavedState>> named_;
   bool keeps_ = false;
   Time next_ = Time::min();
+  std::string why_not_;           // the last one could not be saved; empty: it could
   std::vector<State> automatic_;  // the oldest first
   std::vector<State> spare_;      // whose memory the next ones reuse
 };
