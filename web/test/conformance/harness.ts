@@ -9,8 +9,8 @@ import { join } from 'node:path';
 import WebSocket from 'ws';
 
 const root = process.env['DOPPEL_ROOT'] ?? join(process.cwd(), '..');
-const program = process.env['DOPPEL'] ?? join(root, 'build/bin/doppel');
-const robot = process.env['DOPPEL_ROBOT'] ?? join(root, 'robots/omarm_one');
+export const program = process.env['DOPPEL'] ?? join(root, 'build/bin/doppel');
+export const robot = process.env['DOPPEL_ROBOT'] ?? join(root, 'robots/omarm_one');
 
 export const sleep = (ms: number): Promise<void> => new Promise((done) => setTimeout(done, ms));
 
@@ -90,17 +90,20 @@ export function bytesOf(view: ArrayBufferView): Uint8Array {
   return new Uint8Array(view.buffer.slice(view.byteOffset, view.byteOffset + view.byteLength));
 }
 
+export const freePort = (): Promise<number> =>
+  new Promise((done) => {
+    const server = createServer().listen(0, '127.0.0.1', () => {
+      const { port } = server.address() as AddressInfo;
+      server.close(() => done(port));
+    });
+  });
+
 export class Program {
   private child: ChildProcess | null = null;
   port = 0;
 
   async start(): Promise<void> {
-    this.port = await new Promise<number>((done) => {
-      const server = createServer().listen(0, '127.0.0.1', () => {
-        const { port } = server.address() as AddressInfo;
-        server.close(() => done(port));
-      });
-    });
+    this.port = await freePort();
     const child = spawn(program, ['up', robot, '--headless', '--port', String(this.port)], { stdio: 'ignore' });
     this.child = child;
     const end = Date.now() + 20_000;
