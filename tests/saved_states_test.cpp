@@ -378,7 +378,8 @@ class SavedDescriptions : public SavedStates {
            "iyy='0.1' izz='0.1' ixy='0' ixz='0' iyz='0'/></inertial></link><joint name='j' "
            "type='revolute'><parent "
            "link='base'/><child link='disc'/><axis xyz='0 1 0'/><limit lower='-3' upper='3' effort='50' "
-           "velocity='4'/></joint><gazebo reference='disc'><sensor name='imu' type='imu'><update_rate>200"
+           "velocity='4'/><safety_controller soft_lower_limit='-0.4' soft_upper_limit='0.4' k_position='8' "
+           "k_velocity='3'/></joint><gazebo reference='disc'><sensor name='imu' type='imu'><update_rate>200"
            "</update_rate><topic>imu/data</topic><imu><angular_velocity>"
         << channels
         << "</angular_velocity></imu></sensor></gazebo><ros2_control name='a' type='system'><hardware>"
@@ -413,6 +414,16 @@ TEST_F(SavedDescriptions, NoiseOfSensorsContinuesBetweenTwoTicks) {
     run(0.001);  // other places between two ticks, which are 4 ms apart
     expect_same_again(250);
   }
+}
+
+TEST_F(SavedDescriptions, SoftLimitsActEquallyAgain) {
+  bring_up_arm("gz_ros2_control/GazeboSimSystem");
+  listen_to_all();
+  run(0.2);
+  command_all(1.0);  // beyond the soft limit, which the command approaches ever more slowly
+  run(0.4);
+  expect_same_again(600);
+  EXPECT_LT(twin_->robot().instance().q()[0], 0.401);
 }
 
 TEST_F(SavedDescriptions, RealHardwareIsRefusedWithReason) {
@@ -509,6 +520,22 @@ TEST_F(SavedStates, ServicesSaveListRestoreAndDeleteByName) {
   EXPECT_THAT(call("/doppel/delete_state", "doppel_msgs/srv/DeleteState", named("home")), HasSubstr("true"));
   EXPECT_THAT(call("/doppel/restore_state", "doppel_msgs/srv/RestoreState", named("home")),
               HasSubstr("there is no saved state"));
+}
+
+TEST_F(SavedStates, StateOfServicesContinuesEqually) {
+  bring_up(scenario_of("kate", "mujoco"));
+  listen_to_all();
+  run(0.2);
+  command_all(0.3);
+  run(0.2);
+  const auto by_service = [this](const char* service, const char* type) {
+    return call(service, type, "{name: driving}");
+  };
+  ASSERT_THAT(by_service("/doppel/save_state", "doppel_msgs/srv/SaveState"), HasSubstr("success: true"));
+  const Trace first = trace(400);
+  ASSERT_THAT(by_service("/doppel/restore_state", "doppel_msgs/srv/RestoreState"),
+              HasSubstr("success: true"));
+  expect_equal(first, trace(400));
 }
 
 TEST_F(SavedStates, RewindGoesToNewestStateThatIsOldEnough) {
