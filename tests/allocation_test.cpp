@@ -76,6 +76,13 @@ points: [{positions: [1.0, 1.2, 1.57, 1.57, 1.57, 1.57], time_from_start: {sec: 
   EXPECT_EQ(count(0.4), 0u) << "within the time-out of the command, whose end is reported";
 }
 
+TEST_F(Allocation, AutomaticStatesReuseTheirMemory) {
+  bring_up("omarm_one");
+  twin_->keep_states(true);
+  run(31.1);
+  EXPECT_EQ(count(2.0), 0u) << "four states were written into the memory of those that were forgotten";
+}
+
 TEST_F(Allocation, PushOnObjectDoesNotAllocate) {
   bring_up("omarm_one");  // steps of 1 ms
   const std::string name = "a ball whose name is too long to be kept without memory of its own";
