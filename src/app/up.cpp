@@ -45,7 +45,7 @@ struct UpOptions {
   std::string record, write_scenario, world, controllers, base = "auto", speed = "1", stamp = "sim",
                                                           engine = kDefaultEngine;
   std::vector<std::string> robots, activate, plugins;
-  double duration = 0;
+  double duration = 0, black_box = 30;
   std::uint64_t seed = 0;
   std::string sensors = "beside";
   int sensor_threads = 1;
@@ -324,10 +324,22 @@ int report_end(Twin& twin, Summary summary, bool json) {
 
 // A folder that exists is one for bags.
 RunRecordingOptions recording_of(const UpOptions& options) {
+  if (std::filesystem::exists(std::filesystem::path(options.record) / kBagMetadataFile)) {
+    throw InputError("output.unwritable", {},
+                     fmt::format("'{}' is a bag, which is never appended to", options.record),
+                     "name another folder");
+  }
   RunRecordingOptions out;
   out.version = version();
   out.bag.folder = std::filesystem::is_directory(options.record) ? dated_bag_folder(options.record)
                                                                  : std::filesystem::path(options.record);
+  return out;
+}
+
+BlackBoxOptions black_box_of(const UpOptions& options) {
+  BlackBoxOptions out = default_black_box();
+  out.length = from_seconds(options.black_box);
+  out.version = version();
   return out;
 }
 
@@ -374,6 +386,7 @@ int run_up(const UpOptions& options, const CLI::App& verb, const RosArguments& g
   session_with.reload = !options.no_reload;
   session_with.rewind = !options.no_rewind;
   if (!options.record.empty()) session_with.record = recording_of(options);
+  if (options.black_box > 0) session_with.black_box = black_box_of(options);
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
 
   const std::atomic<bool>& stop_requested = stop_on_signals();
@@ -436,6 +449,11 @@ constexpr const char* kUpExamples =
     "  doppel up omarm_one --record my_run     # then: doppel bag info my_run, doppel bag resimulate my_run";
 
 void add_session_flags(CLI::App& up, UpOptions& options) {
+  constexpr double kMaxBlackBox = 30;
+  up.add_option(
+        "--black-box", options.black_box,
+        "Seconds that are kept all the time, and written when something happens (default 30; 0: none)")
+      ->check(CLI::Range(0.0, kMaxBlackBox));
   up.add_flag("--no-reload", options.no_reload, "Do not reload when the sources change");
   up.add_flag("--no-rewind", options.no_rewind, "Keep no automatic states for 'doppel rewind'");
   up.add_flag("-v,--verbose", options.verbose,

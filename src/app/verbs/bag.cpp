@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/output.h"
+#include "app/print_stderr.h"
 #include "app/verbs/bag_verbs.h"
 #include "app/verbs/interruptible_work.h"
 #include "app/verbs/verbs.h"
@@ -125,15 +126,21 @@ int run_info(const std::string& bag, bool json) {
 }
 
 int run_check(const std::string& bag) {
-  bool is_right = true;
+  const std::vector<std::string> missing = BagReader(bag).contents().missing;
+  bool is_right = missing.empty();
   std::string out;
+  for (const std::string& file : missing)
+    out += fmt::format("{}: metadata.yaml lists it, and it is not there\n", file);
   for (const std::string& file : files_of_bag(bag)) {
     bool cancelled = false;
     const McapCheck check = on_file(file, [&cancelled](const std::unique_ptr<McapSource>& source) {
       const InterruptibleWork work("of the bytes");
       return check_mcap(*source, [&](double done) { return !(cancelled = !work.progress(done)); });
     });
-    if (cancelled) return interrupted_without_output();
+    if (cancelled) {
+      print_stderr("\ninterrupted\n");
+      return kInterrupted;
+    }
     for (const std::string& problem : check.problems) out += fmt::format("{}: {}\n", file, problem);
     if (check.problems.empty()) out += fmt::format("{}: no damage, {} messages\n", file, check.messages);
     is_right = is_right && check.problems.empty();
@@ -143,7 +150,16 @@ int run_check(const std::string& bag) {
   return is_right ? 0 : 1;
 }
 
-int run_recover(const std::string& file, const std::string& out, const McapWriterOptions& options) {
+// A folder with one file takes its place.
+std::string single_file(const std::string& bag) {
+  const std::vector<std::string> files = files_of_bag(bag);
+  if (files.size() == 1) return files.front();
+  throw InputError("cli.use", make_location(bag), fmt::format("the bag has {} files", files.size()),
+                   fmt::format("recover them one by one: doppel bag recover {} -o COPY", files.front()));
+}
+
+int run_recover(const std::string& bag, const std::string& out, const McapWriterOptions& options) {
+  const std::string file = single_file(bag);
   // The copy has its name once it is complete.
   const std::string partial = out + ".part";
   if (fs::exists(out)) {
@@ -159,7 +175,8 @@ int run_recover(const std::string& file, const std::string& out, const McapWrite
     });
     sink.sync();
   } catch (...) {
-    fs::remove(partial);
+    std::error_code none;
+    fs::remove(partial, none);
     throw;
   }
   if (about.cancelled) {
@@ -226,6 +243,7 @@ void add_bag(CLI::App& app, const RosArguments& ros, int& exit_code) {
       "-o "
       "later\n  doppel bag info run\n  doppel bag resimulate run\nSee doppel man bags.md");
   add_bag_record(*verb, exit_code);
+  add_bag_snapshot(*verb, exit_code);
   add_bag_play(*verb, ros, exit_code);
   add_info_verb(*verb, exit_code);
   add_bag_convert(*verb, exit_code);

@@ -1,5 +1,7 @@
 // doppel bag convert, cut, reindex: other bags of the messages of bags.
 
+#include "doppel/ros/record/bag_copy.h"
+
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
@@ -19,6 +21,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr double kMaxSeconds = 1e9;
+
 struct CopyOptions {
   std::vector<std::string> bags;
   TopicSelection topics;
@@ -30,36 +34,29 @@ std::uint64_t nanoseconds(double seconds) {
   return static_cast<std::uint64_t>(std::max(0.0, seconds) * 1e9 + 0.5);
 }
 
-// The latest message of each latched topic before `start`, so that what was sent long before is there.
-void copy_latched(BagReader& bag, std::uint64_t start, const TopicSelection& topics, BagWriter& out) {
-  std::map<std::size_t, std::vector<std::byte>> latest;
-  bag.seek(0, start, topics);
-  while (const auto message = bag.next()) {
-    if (bag.is_latched(message->topic)) latest[message->topic] = {message->data.begin(), message->data.end()};
-  }
-  for (const auto& [topic, data] : latest)
-    out.write(out.add_topic(recorded_topic_of(bag, topic)), 0, start, start, data);
-}
-
 // False: interrupted.
 bool copy_bag(const std::string& name, const CopyOptions& options, BagWriter& out) {
   BagReader bag(name);
   const std::uint64_t zero = bag.contents().start;
   const std::uint64_t start = options.start ? zero + nanoseconds(*options.start) : 0;
   const std::uint64_t end = options.end ? zero + nanoseconds(*options.end) : UINT64_MAX;
-  if (start > bag.contents().end || end <= start) {
+  check_selection(bag, options.topics);
+  if (end <= start) {
+    throw InputError("cli.use", make_location(name),
+                     fmt::format("--end {:g} is not behind --start {:g}", options.end.value_or(0),
+                                 options.start.value_or(0)),
+                     "give both in seconds since the start of the recording");
+  }
+  if (start > bag.contents().end) {
     throw InputError(
         "cli.use", make_location(name),
-        fmt::format("nothing lies between {} s and {} s of a recording of {:.3f} s",
-                    options.start.value_or(0), options.end ? std::to_string(*options.end) : "its end",
-                    static_cast<double>(bag.contents().end - zero) * 1e-9),
-        "give --start and --end in seconds since the start of the recording");
+        fmt::format("--start {:g} is behind the end of the recording, which has {:.3f} s",
+                    options.start.value_or(0), static_cast<double>(bag.contents().end - zero) * 1e-9));
   }
   copy_parts(bag, out);
-  if (start > 0) copy_latched(bag, start, options.topics, out);
-  bag.seek(start, end, options.topics);
   const InterruptibleWork work("of the messages");
-  return copy_messages(bag, out, [&work](double done) { return work.progress(done); });
+  return copy_from(bag, start, end, options.topics, out,
+                   [&work](double done) { return work.progress(done); });
 }
 
 int run_copy(CopyOptions& options) {
@@ -68,14 +65,12 @@ int run_copy(CopyOptions& options) {
   try {
     for (const std::string& bag : options.bags) {
       if (copy_bag(bag, options, out)) continue;
-      out.close();
-      fs::remove_all(out.folder());
+      out.discard();
       return interrupted_without_output();
     }
     out.close();
   } catch (...) {
-    std::error_code none;
-    fs::remove_all(out.folder(), none);
+    out.discard();
     throw;
   }
   deliver(fmt::format("{}: {} messages, {}\n", out.folder().string(), out.metadata().messages,
@@ -93,7 +88,7 @@ int run_reindex(const std::string& folder, bool force) {
     throw InputError("output.unwritable", make_location(file.string()), "the bag has its metadata already",
                      "--force writes them again");
   }
-  if (force) fs::remove(file);
+  // write_whole() replaces it; the reader goes by the files that are there.
   BagReader bag(folder);
   const BagContents& contents = bag.contents();
   BagMetadata metadata{contents.start, contents.end - contents.start, contents.messages, {}, {}, {}, "jazzy"};
@@ -115,39 +110,6 @@ int run_reindex(const std::string& folder, bool force) {
 }
 
 }  // namespace
-
-RecordedTopic recorded_topic_of(const BagReader& bag, std::size_t topic) {
-  const BagTopic& about = bag.contents().topics[topic];
-  return {about.name,      about.type, about.encoding,       about.schema, about.schema_encoding,
-          about.type_hash, about.qos,  bag.is_latched(topic)};
-}
-
-bool copy_messages(BagReader& source, BagWriter& copy, const std::function<bool(double)>& progress) {
-  constexpr std::uint64_t kLook = 4096;  // messages between two reports of progress
-  std::map<std::size_t, std::size_t> topics;
-  std::uint64_t count = 0;
-  while (const auto message = source.next()) {
-    const auto found = topics.find(message->topic);
-    const std::size_t topic = found != topics.end()
-                                  ? found->second
-                                  : topics[message->topic] =
-                                        copy.add_topic(recorded_topic_of(source, message->topic));
-    copy.write(topic, message->sequence, message->log_time, message->publish_time, message->data);
-    if (++count % kLook == 0 &&
-        !progress(static_cast<double>(count) / static_cast<double>(source.contents().messages)))
-      return false;
-  }
-  return true;
-}
-
-void copy_parts(BagReader& source, BagWriter& copy) {
-  for (const BagPart& part : source.contents().attachments)
-    copy.attach({part.part.name, "application/octet-stream", source.attachment(part)},
-                source.contents().start);
-  for (const BagPart& part : source.contents().metadata) {
-    if (part.part.name != "rosbag2") copy.add_metadata(part.part.name, source.metadata(part));
-  }
-}
 
 void add_bag_convert(CLI::App& bag, int& exit_code) {
   CLI::App* verb = bag.add_subcommand(
@@ -172,8 +134,10 @@ void add_bag_cut(CLI::App& bag, int& exit_code) {
   CLI::App* verb = bag.add_subcommand("cut", "Write a bag of a part of another one's time");
   const auto options = std::make_shared<CopyOptions>();
   verb->add_option("BAG", options->bags, "An .mcap file, or a folder of them")->required()->expected(1);
-  verb->add_option("--start", options->start, "Seconds since the start of the recording");
-  verb->add_option("--end", options->end, "Seconds since the start of the recording");
+  verb->add_option("--start", options->start, "Seconds since the start of the recording")
+      ->check(CLI::Range(0.0, kMaxSeconds));
+  verb->add_option("--end", options->end, "Seconds since the start of the recording")
+      ->check(CLI::Range(0.0, kMaxSeconds));
   add_output_options(*verb, options->output, true);
   add_topic_options(*verb, options->topics);
   verb->footer(

@@ -114,6 +114,13 @@ void play(Bus& bus, BagPlayer& player, const std::atomic<bool>& stop) {
 int run_play(const PlayOptions& options, const RosArguments& ros) {
   BagReader bag(options.bag);
   const PlayerOptions chosen = player_options(options);
+  check_selection(bag, chosen.topics);
+  const double length = static_cast<double>(bag.contents().end - bag.contents().start) * 1e-9;
+  if (options.start > length) {
+    throw InputError("cli.use", make_location(options.bag),
+                     fmt::format("--start-offset {:g} is behind the end of the recording, which has {:.3f} s",
+                                 options.start, length));
+  }
   const std::atomic<bool>& stop = stop_on_signals();
   Log log;
   log.add_sink([](const LogLine& line) {

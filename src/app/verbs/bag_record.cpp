@@ -11,6 +11,7 @@
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
 #include "doppel/lab/recording/run_recording.h"
+#include "doppel/ros/messages/std_srvs.h"
 
 namespace doppel::app {
 namespace {
@@ -95,7 +96,7 @@ class ClientRecorder {
     out.name = name;
     out.type = topic.type;
     const Qos qos = qos_of(name, topic);
-    out.latched = qos.latched;
+    out.latched = qos.latched ? std::max<std::size_t>(1, topic.publishers.size()) : 0;
     out.qos = offered_qos_text({qos});
     out.schema = topic.schema;
     if (const TypeSupport* const type = find_type(topic.type)) {
@@ -167,12 +168,24 @@ int run_record(Shell& shell, const RecordOptions& options) {
   recorder.close();
   if (isatty(STDERR_FILENO) != 0) print_note("");
   const BagMetadata& recorded = recorder.writer().metadata();
-  print_line("{}: {} messages, {}\n", chosen.output.folder, recorded.messages,
-             size_text(recorder.writer().size()));
-  if (recorded.messages == 0) print_note("warning: no message came; doppel topic list has the topics");
+  if (recorded.messages > 0)
+    print_line("{}: {} messages, {}\n", chosen.output.folder, recorded.messages,
+               size_text(recorder.writer().size()));
+  if (recorded.messages == 0) {
+    std::filesystem::remove_all(chosen.output.folder);
+    print_note("no message came, so that there is no bag; doppel topic list has the topics");
+    return 1;
+  }
   if (failure.empty()) return 0;
   print_note("warning: the recording has ended early: " + failure);
   return 1;
+}
+
+int run_snapshot(Shell& shell, const NoOptions& /*options*/) {
+  const auto answer = call<std_srvs::srv::Trigger>(shell.twin(), "/doppel/snapshot");
+  if (!answer.success) throw ClientError(answer.message);
+  print_line("{}\n", answer.message);
+  return 0;
 }
 
 }  // namespace
@@ -186,6 +199,26 @@ void add_topic_options(CLI::App& verb, TopicSelection& topics) {
   verb.add_option("--exclude-topic-types", topics.exclude_types, "But not topics of these types")->take_all();
   verb.add_option("--services", topics.services, "The calls of these services")->take_all();
   verb.add_option("--actions", topics.actions, "Goals, feedback and results of these actions")->take_all();
+}
+
+void check_selection(const BagReader& bag, const TopicSelection& topics) {
+  std::vector<std::string> names;
+  bool any = false;
+  for (const BagTopic& topic : bag.contents().topics) {
+    names.push_back(topic.name);
+    any = any || topics.selects(topic.name, topic.type);
+  }
+  for (const std::string& name : topics.topics) {
+    if (std::ranges::find(names, name) != names.end()) continue;
+    throw InputError("cli.use", make_location(bag.contents().files.front()),
+                     fmt::format("there is no topic {}{}", name, did_you_mean(name, names)),
+                     "doppel bag info lists the topics");
+  }
+  if (!any && !names.empty()) {
+    throw InputError("cli.use", make_location(bag.contents().files.front()),
+                     "no topic of the recording is selected",
+                     "doppel bag info lists the topics with their types");
+  }
 }
 
 void add_output_options(CLI::App& verb, BagOutput& output, bool required) {
@@ -235,6 +268,15 @@ void add_bag_record(CLI::App& bag, int& exit_code) {
             ->check(CLI::IsMember({"mcap"}));
       },
       run_record);
+}
+
+void add_bag_snapshot(CLI::App& bag, int& exit_code) {
+  add_verb<NoOptions>(
+      bag, "snapshot", "Write the last half minute of a running twin as a bag, and print its folder",
+      "doppel bag snapshot\n  doppel bag info $(doppel bag snapshot)\nA twin also writes it by itself: after "
+      "the "
+      "emergency stop, an error, a divergence, and commands beyond a limit",
+      exit_code, [](CLI::App&, NoOptions&) {}, run_snapshot);
 }
 
 }  // namespace doppel::app

@@ -37,7 +37,10 @@ class RunFolder {
       if (fs::exists(folder_) && !fs::is_empty(folder_))
         throw InputError("output.unwritable", {}, fmt::format("'{}' is not empty", chosen),
                          "name another folder");
-      fs::create_directories(folder_);
+      std::error_code error;
+      if (!fs::exists(folder_) && !fs::create_directories(folder_, error))
+        throw InputError("output.unwritable", {},
+                         fmt::format("the folder '{}' cannot be made: {}", chosen, error.message()));
       return;
     }
     std::string name = (fs::temp_directory_path() / "doppel-run-XXXXXX").string();
@@ -61,8 +64,10 @@ class RunFolder {
 
 // A robot that comes with doppel is changed in a copy of its package.
 void move_into(WorldRobot& robot, const fs::path& folder) {
-  const fs::path file = fs::absolute(robot.target);
+  const fs::path file =
+      fs::absolute(open_target(robot.target, robot.arguments).target.description).lexically_normal();
   const fs::path package = package_around(file);
+  robot.target = file.string();
   if (package.empty() || !package.lexically_relative(folder).string().starts_with("..")) return;
   const fs::path copy = folder / package.filename();
   if (!fs::exists(copy)) fs::copy(package, copy, fs::copy_options::recursive);
@@ -125,6 +130,10 @@ std::string notes_text(const RecordedRun& run, const Resimulation& result) {
 }
 
 int run_resimulate(const ResimulateOptions& options) {
+  if (!options.out.empty() && fs::exists(options.out)) {
+    throw InputError("output.unwritable", {}, fmt::format("'{}' exists already", options.out),
+                     "name another folder; a bag is never appended to");
+  }
   const RunFolder folder(options.files);
   BagReader bag(options.bag);
   RecordedRun run = read_recorded_run(bag, folder.path(), data_folder() / "robots");
@@ -147,8 +156,13 @@ int run_resimulate(const ResimulateOptions& options) {
     if (!work.progress(done)) cancel = true;
   };
   const Resimulation result = resimulate(run, with);
-  if (cancel) return interrupted_without_output();
+  if (cancel) {
+    std::error_code none;
+    if (!options.out.empty()) fs::remove_all(options.out, none);
+    return interrupted_without_output();
+  }
   result.run.throw_if_failed();
+  if (options.is_what_if()) print_diagnostics(result.run.diagnostics);
   std::string text;
   if (options.is_what_if()) {
     text = fmt::format("what if: {} of {} steps, {} inputs{}\n", result.run.steps, run.hashes.back().step,

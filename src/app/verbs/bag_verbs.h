@@ -2,7 +2,6 @@
 // The verbs of `doppel bag`, one file each, and what they share.
 
 #include <cstdint>
-#include <functional>
 #include <string>
 
 #include "doppel/base/mcap/mcap_writer.h"
@@ -21,6 +20,7 @@ struct RosArguments;
 namespace doppel::app {
 
 void add_bag_record(CLI::App& bag, int& exit_code);
+void add_bag_snapshot(CLI::App& bag, int& exit_code);
 void add_bag_play(CLI::App& bag, const RosArguments& ros, int& exit_code);
 void add_bag_convert(CLI::App& bag, int& exit_code);
 void add_bag_cut(CLI::App& bag, int& exit_code);
@@ -40,15 +40,12 @@ struct BagOutput {
 void add_output_options(CLI::App& verb, BagOutput& output, bool required);
 [[nodiscard]] BagWriterOptions writer_options(const BagOutput& output);
 
+// Throws InputError: no topic of the bag is selected, with the names that are near to those that are given.
+void check_selection(const BagReader& bag, const TopicSelection& topics);
+
 // -- texts
 [[nodiscard]] std::string size_text(std::uint64_t bytes);
 // "12.5 s of the simulation", or a date.
 [[nodiscard]] std::string bag_time_text(std::uint64_t time);
-
-// Copies the messages that the reader gives next, their attachments, and metadata but rosbag2's own.
-// `progress`: 0..1; false ends it. False: it was ended.
-bool copy_messages(BagReader& source, BagWriter& copy, const std::function<bool(double)>& progress);
-void copy_parts(BagReader& source, BagWriter& copy);
-[[nodiscard]] RecordedTopic recorded_topic_of(const BagReader& bag, std::size_t topic);
 
 }  // namespace doppel::app

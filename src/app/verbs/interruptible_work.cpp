@@ -19,10 +19,12 @@ InterruptibleWork::InterruptibleWork(std::string unit) : unit_(std::move(unit)) 
   struct sigaction action {};
   action.sa_handler = [](int) { interrupt_seen.store(true); };
   sigaction(SIGINT, &action, &before_);
+  sigaction(SIGTERM, &action, &before_end_);
 }
 
 InterruptibleWork::~InterruptibleWork() {
   sigaction(SIGINT, &before_, nullptr);
+  sigaction(SIGTERM, &before_end_, nullptr);
 }
 
 bool InterruptibleWork::progress(double done) const {

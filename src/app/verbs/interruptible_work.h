@@ -8,7 +8,7 @@ namespace doppel::app {
 
 inline constexpr int kInterrupted = 130;  // exit code
 
-// Catches SIGINT during its life. One at a time.
+// Catches SIGINT and SIGTERM during its life. One at a time.
 class InterruptibleWork {
  public:
   // `unit`: what the percentage counts, "of the cells".
@@ -22,7 +22,8 @@ class InterruptibleWork {
 
  private:
   std::string unit_;
-  struct sigaction before_ {};
+  struct sigaction before_ {
+  }, before_end_{};
 };
 
 // Reports the interruption, and returns the exit code.

@@ -362,7 +362,16 @@ std::optional<McapMessage> McapReader::next() {
 }
 
 McapRecord McapReader::part(const McapNamedPart& part) {
-  return impl_->read_record(part.offset, part.length, impl_->part_bytes);
+  McapRecord record = impl_->read_record(part.offset, part.length, impl_->part_bytes);
+  const auto* const attachment = std::get_if<McapAttachment>(&record);
+  const McapBytes content = McapBytes(impl_->part_bytes).subspan(kMcapPrefixSize);
+  if (attachment != nullptr && !is_whole(*attachment, content)) {
+    throw InputError("mcap.damaged", {},
+                     fmt::format("the attachment '{}' at byte {} has another check sum than its data",
+                                 attachment->name, part.offset),
+                     "doppel bag recover writes a copy without it");
+  }
+  return record;
 }
 
 }  // namespace doppel

@@ -19,6 +19,11 @@ std::string reason_of(const InputError& problem) {
   return problem.diagnostics().front().message;
 }
 
+std::string damaged(const McapAttachment& attachment, const McapScanned& found) {
+  return fmt::format("the attachment '{}' at byte {} has another check sum than its data", attachment.name,
+                     found.offset);
+}
+
 // Compares what a file says of itself with what it has.
 class Checker {
  public:
@@ -63,14 +68,7 @@ class Checker {
     if (const auto* message = std::get_if<McapMessage>(&found.record)) count(*message, found.offset);
     if (found.code == McapOp::channel) channels_.insert(std::get<McapChannel>(found.record).id);
     if (const auto* attachment = std::get_if<McapAttachment>(&found.record)) {
-      const McapBytes covered = found.bytes.subspan(kMcapPrefixSize);
-      // The fields before the crc; bytes behind it belong to later versions.
-      const std::size_t size = 3 * sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t) +
-                               attachment->name.size() + attachment->media_type.size() +
-                               attachment->data.size();
-      if (attachment->crc != 0 && mcap_crc(covered.first(size)) != attachment->crc)
-        complain(fmt::format("the attachment '{}' at byte {} has another check sum than its data",
-                             attachment->name, found.offset));
+      if (!is_whole(*attachment, found.bytes.subspan(kMcapPrefixSize))) complain(damaged(*attachment, found));
     }
   }
 
@@ -172,6 +170,10 @@ class Recoverer {
       options_.library = header->library;
     } else if (const auto* chunk = std::get_if<McapChunk>(&found->record)) {
       take_chunk(*chunk, *found);
+    } else if (const auto* attachment = std::get_if<McapAttachment>(&found->record);
+               attachment != nullptr && !is_whole(*attachment, found->bytes.subspan(kMcapPrefixSize))) {
+      out_.losses.push_back(damaged(*attachment, *found));
+      out_.damaged_bytes += found->length;
     } else {
       take(found->record, found->offset);
     }

@@ -219,4 +219,11 @@ std::optional<McapRecord> next_chunk_record(McapBytes records, std::size_t& next
   return parse_record(code, content, start);
 }
 
+bool is_whole(const McapAttachment& attachment, McapBytes content) {
+  // The fields before the crc; bytes behind it belong to later versions.
+  const std::size_t size = 3 * sizeof(std::uint64_t) + 2 * sizeof(std::uint32_t) + attachment.name.size() +
+                           attachment.media_type.size() + attachment.data.size();
+  return attachment.crc == 0 || mcap_crc(content.first(size)) == attachment.crc;
+}
+
 }  // namespace doppel

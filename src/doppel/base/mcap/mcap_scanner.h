@@ -61,6 +61,10 @@ class DOPPEL_API McapScanner {
   McapScanned scanned_;
 };
 
+// True if the check sum of an attachment is that of its fields, or is not given. `content`: of the record,
+// without its prefix.
+[[nodiscard]] DOPPEL_API bool is_whole(const McapAttachment& attachment, McapBytes content);
+
 // The records within a chunk, decompressed, whose crc is checked. Throws InputError "mcap.damaged",
 // "mcap.compression"; MissingModule. `offset`: of the chunk's record, for messages.
 [[nodiscard]] DOPPEL_API std::vector<std::byte> chunk_records(const McapChunk& chunk, std::uint64_t offset);

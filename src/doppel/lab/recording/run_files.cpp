@@ -91,9 +91,9 @@ std::map<std::string, fs::path> meshes_of(const Twin& twin) {
   return out;
 }
 
-void attach_meshes(const Twin& twin, std::uint64_t room, RunFiles& out,
+void attach_meshes(const RunSources& sources, std::uint64_t room, RunFiles& out,
                    std::map<fs::path, std::string>& attached) {
-  for (const auto& [uri, file] : meshes_of(twin)) {
+  for (const auto& [uri, file] : sources.meshes) {
     auto bytes = bytes_of(file);
     if (!bytes || bytes->size() > room) {
       out.omitted.push_back(uri);
@@ -107,21 +107,29 @@ void attach_meshes(const Twin& twin, std::uint64_t room, RunFiles& out,
 
 }  // namespace
 
-std::vector<ReadFile> files_of_run(const Twin& twin) {
-  const Scenario scenario = twin.complete_scenario();
-  std::vector<fs::path> files = twin.files();
-  for (const std::string& plugin : scenario.plugins) files.emplace_back(plugin);
-  for (const auto& parameter : scenario.ros.parameters) {
-    if (const auto* file = std::get_if<GivenParameterFile>(&parameter)) files.emplace_back(file->path);
+RunSources run_sources(const Twin& twin) {
+  RunSources out;
+  out.scenario = twin.complete_scenario();
+  out.files = twin.files();
+  for (const std::string& plugin : out.scenario.plugins) out.files.emplace_back(plugin);
+  for (const auto& parameter : out.scenario.ros.parameters) {
+    if (const auto* file = std::get_if<GivenParameterFile>(&parameter)) out.files.emplace_back(file->path);
   }
-  return files_with_hashes(files);
+  out.meshes = meshes_of(twin);
+  const EngineCapabilities& engine = twin.engine().world().capabilities();
+  out.engine = fmt::format("{} {}", engine.name, engine.version);
+  return out;
 }
 
-RunFiles run_files(const Twin& twin, const std::string& version, std::uint64_t max_mesh_bytes) {
+std::vector<ReadFile> files_of_run(const Twin& twin) {
+  return files_with_hashes(run_sources(twin).files);
+}
+
+RunFiles run_files(const RunSources& sources, const std::string& version, std::uint64_t max_mesh_bytes) {
   RunFiles out;
   std::map<fs::path, std::string> attached;  // attachments by their files
-  attach_meshes(twin, max_mesh_bytes, out, attached);
-  const std::vector<ReadFile> files = files_of_run(twin);
+  attach_meshes(sources, max_mesh_bytes, out, attached);
+  const std::vector<ReadFile> files = files_with_hashes(sources.files);
   const std::set<fs::path> users = attached_files(files);
   const fs::path root = common_folder(users);
   for (const fs::path& file : users) {
@@ -136,12 +144,9 @@ RunFiles run_files(const Twin& twin, const std::string& version, std::uint64_t m
     out.attachments.push_back({name, kTextType, std::move(*bytes)});
     out.places.emplace_back(place, name);
   }
-  const std::string scenario = scenario_text(twin.complete_scenario(), files, root, ScenarioFormat::yaml);
+  const std::string scenario = scenario_text(sources.scenario, files, root, ScenarioFormat::yaml);
   out.attachments.push_back({kScenarioAttachment, "application/yaml", bytes_of_text(scenario)});
-  const EngineCapabilities& engine = twin.engine().world().capabilities();
-  out.about = {{"root", root.string()},
-               {"version", version},
-               {"engine", fmt::format("{} {}", engine.name, engine.version)}};
+  out.about = {{"root", root.string()}, {"version", version}, {"engine", sources.engine}};
   return out;
 }
 

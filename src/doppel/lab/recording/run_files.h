@@ -19,9 +19,19 @@ namespace doppel {
 // All that a run reads: the twin's files, and those that its arguments name.
 [[nodiscard]] DOPPEL_API std::vector<ReadFile> files_of_run(const Twin& twin);
 
+// The same without their bytes, which any thread can read. The loop's thread, before the first step.
+struct RunSources {
+  Scenario scenario;  // with every choice that was made
+  std::vector<std::filesystem::path> files;
+  std::map<std::string, std::filesystem::path> meshes;  // by the URIs under which messages name them
+  std::string engine;                                   // with its version
+};
+[[nodiscard]] DOPPEL_API RunSources run_sources(const Twin& twin);
+
 inline constexpr const char* kScenarioAttachment = "scenario.yaml";
 inline constexpr const char* kFilesOfRunMetadata = "doppel_files";
 inline constexpr const char* kRunMetadata = "doppel_run";
+inline constexpr const char* kKeepsStates = "keeps_states";  // of kRunMetadata: "yes" or "no"
 
 struct RunFiles {
   std::vector<BagAttachment> attachments;
@@ -32,8 +42,8 @@ struct RunFiles {
   std::vector<std::string> omitted;  // meshes beyond `max_mesh_bytes`, by their URIs
 };
 
-// The loop's thread, before the first step. version: of doppel. max_mesh_bytes: of all meshes together.
-[[nodiscard]] DOPPEL_API RunFiles run_files(const Twin& twin, const std::string& version,
+// Any thread. version: of doppel. max_mesh_bytes: of all meshes together.
+[[nodiscard]] DOPPEL_API RunFiles run_files(const RunSources& sources, const std::string& version,
                                             std::uint64_t max_mesh_bytes);
 
 // Writes what run_files() has attached into an empty folder, and returns the scenario's file there. Throws

@@ -27,11 +27,12 @@ void publish_service_calls(Bus& bus) {
 
 RecorderOptions run_recorder_options(Twin& twin, RunRecordingOptions options, const Log& log) {
   publish_service_calls(twin.bus());
-  RunFiles files = run_files(twin, options.version, options.max_mesh_bytes);
+  RunFiles files = run_files(run_sources(twin), options.version, options.max_mesh_bytes);
   if (!files.omitted.empty() && options.max_mesh_bytes > 0) {
     log.note("record", fmt::format("{} meshes are not in the recording, because they are too large: {}",
                                    files.omitted.size(), files.omitted.front()));
   }
+  files.about.emplace_back(kKeepsStates, options.keeps_states ? "yes" : "no");
   RecorderOptions out;
   out.bag = std::move(options.bag);
   out.bag.distro = to_string(ros_distro());

@@ -14,7 +14,8 @@ namespace doppel {
 struct RunRecordingOptions {
   BagWriterOptions bag;
   TopicSelection topics = {.all = true};
-  std::string version = {};                                  // of doppel
+  std::string version = {};   // of doppel
+  bool keeps_states = false;  // Twin::keep_states(), which a rewind needs again
   std::uint64_t max_mesh_bytes = std::uint64_t{200} << 20U;  // of attached meshes; 0: none
 };
 

@@ -178,6 +178,7 @@ void run_again(Twin& twin, const RecordedRun& run, const ResimulationOptions& op
   std::optional<MessageComparison> messages;
   if (options.compare_with != nullptr)
     messages.emplace(twin.bus(), *options.compare_with, run.scenario.sensors.lockstep);
+  twin.keep_states(run.keeps_states);
   Replay replay(twin, run, out);
   const std::uint64_t last = run.hashes.back().step;
   HeadlessOptions headless;
@@ -195,7 +196,9 @@ void run_again(Twin& twin, const RecordedRun& run, const ResimulationOptions& op
       options.progress(static_cast<double>(twin.steps_taken()) / static_cast<double>(last));
   });
   while (true) {
+    Diagnostics start = std::move(out.run.diagnostics);
     out.run = run_headless(twin, headless);
+    out.run.diagnostics = std::move(start);
     // A run goes on after a divergence where an input has reset it.
     if (out.run.end != RunEnd::diverged || !replay.is_due()) break;
     replay.act();
@@ -222,10 +225,15 @@ RecordedRun read_recorded_run(BagReader& bag, const fs::path& folder, const fs::
   out.root = value_of(about, "root");
   out.version = value_of(about, "version");
   out.engine = value_of(about, "engine");
+  out.keeps_states = value_of(about, kKeepsStates) == "yes";
   std::uint64_t lost_hashes = 0;
   out.inputs = read_all<Input>(bag, kInputsTopic, out.lost_inputs);
   out.hashes = read_all<doppel_msgs::msg::StateHash>(bag, kStateHashTopic, lost_hashes);
-  if (out.hashes.empty()) refuse(fmt::format("it has no hashes ({})", kStateHashTopic), kHowToRecord);
+  if (out.hashes.empty())
+    refuse(
+        fmt::format("it has no hash of a state ({}), because it ended before its first messages were written",
+                    kStateHashTopic),
+        kHowToRecord);
   if (out.hashes.front().step != 1)
     refuse(fmt::format("it begins at step {}", out.hashes.front().step), kHowToRecord);
   return out;

@@ -28,6 +28,7 @@ struct RecordedRun {
   std::string version, engine;   // of doppel, and of the engine: "mujoco 2.3.3"
   std::vector<doppel_msgs::msg::Input> inputs;
   std::vector<doppel_msgs::msg::StateHash> hashes;  // by their steps
+  bool keeps_states = false;                        // Twin::keep_states()
   std::uint64_t lost_inputs = 0;                    // that the recorder has missed
   Diagnostics notes;                                // doppel's own files have changed since
 };

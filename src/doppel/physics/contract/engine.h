@@ -224,6 +224,8 @@ class DOPPEL_API Engine {
 
   // Another state of the same compilation, bit-identical to this one. Allocates.
   [[nodiscard]] virtual std::unique_ptr<Engine> clone() const = 0;
+  // Bytes that a clone takes, about; 0: few.
+  [[nodiscard]] virtual std::size_t state_bytes() const { return 0; }
   // Becomes bit-identical to `from`. Throws std::invalid_argument if `from` has another compilation. Allocates if
   // `from` has more attachments.
   virtual void copy_state(const Engine& from) = 0;

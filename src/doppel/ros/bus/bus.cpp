@@ -197,7 +197,12 @@ void Bus::Impl::subscribe_link(TopicId id, const std::shared_ptr<bus_detail::Edg
   // message of a latched topic is sent again.
   if (std::ranges::find(topic->links, link) == topic->links.end()) {
     topic->links.push_back(link);
-    add_endpoint(*topic, false, {link.get(), {link->name(), link->name(), {}}});
+    if (link->is_listed()) {
+      add_endpoint(*topic, false, {link.get(), {link->name(), link->name(), {}}});
+    } else {
+      const std::lock_guard lock(mutex);
+      update_wanted(*topic);
+    }
   }
   deliver_last(id, link);
 }
@@ -252,7 +257,10 @@ void Bus::Impl::remove_owner(const void* owner) {
   std::vector<TopicId> unused;  // also those whose publishers have outlived an earlier owner
   for (const auto& entry : topics) {
     const auto& topic = entry.second;
-    if (std::ranges::any_of(topic->publishers, owned) || std::ranges::any_of(topic->subscribers, owned)) {
+    const bool is_link =
+        std::ranges::any_of(topic->links, [owner](const auto& link) { return link.get() == owner; });
+    if (is_link || std::ranges::any_of(topic->publishers, owned) ||
+        std::ranges::any_of(topic->subscribers, owned)) {
       change_endpoints(*topic, [&] {
         std::erase_if(topic->publishers, owned);
         std::erase_if(topic->subscribers, owned);

@@ -170,6 +170,8 @@ struct EdgeOptions {
   bool receives_own = true;
   // The edge logs converted messages itself, by the names of their publishers behind it (BusOptions::advise).
   bool reports_conversions = false;
+  // Its subscriptions are part of the graph. False: an observer of the process itself.
+  bool listed = true;
 };
 
 // The interface of an edge: all functions are called from the edge's one thread, wake() from any. The bus

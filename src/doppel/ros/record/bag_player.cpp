@@ -67,7 +67,7 @@ void BagPlayer::advertise(const Log& log) {
     if (!options_.topics.selects(topic.name, topic.type)) continue;
     std::string why;
     if (type_of(topic, why) != nullptr) {
-      const bool latched = bag_.is_latched(i);
+      const bool latched = bag_.latched(i) > 0;
       const Status offered =
           edge_->advertise(kNode, target.name, topic.type, {.depth = latched ? 1U : 10U, .latched = latched});
       target.usable = offered.ok();

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
+#include <sstream>
 #include <utility>
 
 #include "doppel/base/core/diagnostic.h"
@@ -19,6 +21,9 @@ template <class Work>
 auto on_file(const std::string& path, Work work) {
   try {
     return work();
+  } catch (const fs::filesystem_error& problem) {
+    throw InputError("file.unreadable", make_location(path),
+                     fmt::format("it cannot be read: {}", problem.code().message()));
   } catch (const InputError& problem) {
     std::vector<Diagnostic> named = problem.diagnostics();
     for (Diagnostic& one : named) {
@@ -68,22 +73,44 @@ std::string note_about(const std::string& path, const McapContents& contents) {
 
 }  // namespace
 
-std::vector<std::string> files_of_bag(const std::string& bag) {
-  const fs::path path(bag);
-  const bool is_metadata = path.filename() == kBagMetadataFile;
-  if (!is_metadata && !fs::is_directory(path)) return {bag};
-  const fs::path folder = is_metadata ? path.parent_path() : path;
-  if (!fs::exists(folder / kBagMetadataFile)) return files_in(bag);
-  std::vector<std::string> out;
+namespace {
+
+// The files that the metadata of a bag list.
+struct ListedFiles {
+  std::vector<std::string> present, missing;
+};
+
+ListedFiles listed_files(const fs::path& folder) {
+  ListedFiles out;
   for (const std::string& name : files_of_bag_metadata(folder / kBagMetadataFile)) {
     // rosbag2 of Foxy wrote the folder's name as well.
-    for (const fs::path& file : {folder / name, folder / fs::path(name).filename()}) {
-      if (!fs::exists(file)) continue;
-      out.push_back(file.string());
-      break;
+    const fs::path file = folder / name, beside = folder / fs::path(name).filename();
+    if (fs::exists(file) || fs::exists(beside)) {
+      out.present.push_back((fs::exists(file) ? file : beside).string());
+    } else {
+      out.missing.push_back(name);
     }
   }
-  return out.empty() ? files_in(folder.string()) : out;
+  return out;
+}
+
+// The folder of a bag; empty: it is a file.
+fs::path folder_of(const std::string& bag) {
+  const fs::path path(bag);
+  if (path.filename() == kBagMetadataFile) return path.has_parent_path() ? path.parent_path() : fs::path(".");
+  return fs::is_directory(path) ? path : fs::path();
+}
+
+}  // namespace
+
+std::vector<std::string> files_of_bag(const std::string& bag) {
+  return on_file(bag, [&]() -> std::vector<std::string> {
+    const fs::path folder = folder_of(bag);
+    if (folder.empty()) return {bag};
+    if (!fs::exists(folder / kBagMetadataFile)) return files_in(folder.string());
+    std::vector<std::string> out = listed_files(folder).present;
+    return out.empty() ? files_in(folder.string()) : out;
+  });
 }
 
 struct BagReader::Impl {
@@ -97,7 +124,7 @@ struct BagReader::Impl {
     files.push_back({path, on_file(path, [&] { return McapReader(open_mcap_source(path)); }), {}});
     const McapContents& in_file = files.back().reader.contents();
     contents.files.push_back(path);
-    contents.size += fs::file_size(path);
+    contents.size += on_file(path, [&] { return fs::file_size(path); });
     if (in_file.message_count > 0) {
       const bool is_first = contents.messages == 0;
       contents.start = is_first ? in_file.start_time : std::min(contents.start, in_file.start_time);
@@ -201,6 +228,10 @@ struct BagReader::Impl {
 BagReader::BagReader(const std::string& bag) : impl_(std::make_unique<Impl>()) {
   for (const std::string& file : files_of_bag(bag)) impl_->add_file(file);
   impl_->finish();
+  if (const fs::path folder = folder_of(bag); !folder.empty() && fs::exists(folder / kBagMetadataFile))
+    impl_->contents.missing = listed_files(folder).missing;
+  for (const std::string& file : impl_->contents.missing)
+    impl_->contents.notes.push_back(fmt::format("{}: metadata.yaml lists it, and it is not there", file));
   seek(0, UINT64_MAX, {.hidden = true});
 }
 
@@ -211,11 +242,19 @@ const BagContents& BagReader::contents() const {
   return impl_->contents;
 }
 
-bool BagReader::is_latched(std::size_t topic) const {
-  // rosbag2 has written the policy's number before Jazzy.
-  const std::string& qos = impl_->contents.topics[topic].qos;
-  return qos.find("durability: transient_local") != std::string::npos ||
-         qos.find("durability: 1\n") != std::string::npos;
+// rosbag2 has written the policies' numbers before Jazzy.
+std::size_t BagReader::latched(std::size_t topic) const {
+  constexpr std::size_t kMaxOfPublisher = 64;
+  std::size_t sum = 0, depth = 1;
+  std::istringstream lines(impl_->contents.topics[topic].qos);
+  for (std::string line; std::getline(lines, line);) {
+    constexpr std::string_view kDepth = "depth: ";
+    if (const std::size_t found = line.find(kDepth); found != std::string::npos)
+      std::from_chars(line.data() + found + kDepth.size(), line.data() + line.size(), depth);
+    if (line.ends_with("durability: transient_local") || line.ends_with("durability: 1"))
+      sum += std::clamp<std::size_t>(depth, 1, kMaxOfPublisher);
+  }
+  return sum;
 }
 
 void BagReader::seek(std::uint64_t start, std::uint64_t end, const TopicSelection& topics) {

@@ -40,7 +40,8 @@ struct BagContents {
   std::uint64_t messages = 0, start = 0, end = 0, size = 0;  // ns, ns, bytes
   std::string profile, library;
   std::set<std::string> compressions;
-  std::vector<std::string> notes;  // about files that were not closed or are damaged, with what to do
+  std::vector<std::string> notes;    // about files that were not closed or are damaged, with what to do
+  std::vector<std::string> missing;  // files that metadata.yaml lists and that are not there
 };
 
 struct BagMessage {
@@ -58,8 +59,9 @@ class DOPPEL_API BagReader {
   BagReader(BagReader&&) noexcept;
 
   [[nodiscard]] const BagContents& contents() const;
-  // True for topics whose first message is to be kept for those who come later.
-  [[nodiscard]] bool is_latched(std::size_t topic) const;
+  // How many last messages of a topic those get who come later: the sum over its publishers that are
+  // transient local.
+  [[nodiscard]] std::size_t latched(std::size_t topic) const;
 
   // Messages with log times in [start, end) of the selected topics, file after file, by log time within each.
   // Latched messages that doppel's recorder has repeated at the start of a file come once.

@@ -17,10 +17,6 @@ namespace fs = std::filesystem;
 
 // The record that rosbag2 keeps its own data in.
 constexpr const char* kRosbagRecord = "rosbag2";
-// Several publishers may have a latched topic, such as static transforms: so many different messages of one
-// are repeated.
-constexpr std::size_t kMaxLatched = 64;
-
 std::vector<std::byte> bytes_of(std::string_view text) {
   const auto* const data = reinterpret_cast<const std::byte*>(text.data());
   return {data, data + text.size()};
@@ -67,7 +63,9 @@ BagWriter::~BagWriter() {
 }
 
 void BagWriter::open_file() {
-  const std::string stem = fs::absolute(options_.folder).lexically_normal().filename().string();
+  fs::path folder = fs::absolute(options_.folder).lexically_normal();
+  if (!folder.has_filename()) folder = folder.parent_path();  // "bags/run/"
+  const std::string stem = folder.filename().string();
   const std::string name = fmt::format("{}_{}.mcap", stem.empty() ? "bag" : stem, metadata_.files.size());
   sink_ = std::make_unique<McapFileSink>((options_.folder / name).string());
   writer_ = std::make_unique<McapWriter>(*sink_, options_.file);
@@ -94,7 +92,7 @@ std::size_t BagWriter::add_topic(const RecordedTopic& topic) {
   });
   const auto index = static_cast<std::size_t>(found - topics_.begin());
   if (found != topics_.end()) {
-    found->about.latched = found->about.latched || topic.latched;
+    found->about.latched = std::max(found->about.latched, topic.latched);
     return index;
   }
   topics_.push_back({topic, 0, {}});
@@ -154,10 +152,10 @@ void BagWriter::write(std::size_t topic, std::uint32_t sequence, std::uint64_t l
   begin_message(log_time, data.size());
   Topic& target = topics_[topic];
   put(target, sequence, log_time, publish_time, data);
-  if (!target.about.latched) return;
+  if (target.about.latched == 0) return;
   std::erase_if(target.latched,
                 [&](const Topic::Latched& other) { return std::ranges::equal(other.data, data); });
-  if (target.latched.size() >= kMaxLatched) target.latched.erase(target.latched.begin());
+  if (target.latched.size() >= target.about.latched) target.latched.erase(target.latched.begin());
   target.latched.push_back({sequence, publish_time, {data.begin(), data.end()}});
 }
 
@@ -189,6 +187,14 @@ void BagWriter::close() {
   if (std::exchange(closed_, true)) return;
   close_file();
   write_whole(options_.folder / kBagMetadataFile, bag_metadata_text(metadata_));
+}
+
+void BagWriter::discard() {
+  closed_ = true;
+  writer_.reset();
+  sink_.reset();
+  std::error_code none;
+  fs::remove_all(options_.folder, none);
 }
 
 std::uint64_t BagWriter::size() const {

@@ -30,7 +30,7 @@ struct RecordedTopic {
   std::string name, type, encoding = "cdr";
   std::string schema, schema_encoding = "ros2msg";
   std::string type_hash, qos;  // as in BagTopicCount
-  bool latched = false;        // repeated at the start of each file
+  std::size_t latched = 0;     // so many last messages are repeated at the start of each file
 };
 
 struct BagAttachment {
@@ -65,6 +65,9 @@ class DOPPEL_API BagWriter {
   void split();
   // Ends the file and writes metadata.yaml. A second call has no effect.
   void close();
+
+  // Removes the folder with everything in it, for work that was ended.
+  void discard();
 
   [[nodiscard]] const BagMetadata& metadata() const { return metadata_; }
   [[nodiscard]] std::uint64_t size() const;  // bytes in all files

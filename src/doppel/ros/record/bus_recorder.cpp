@@ -1,6 +1,7 @@
 #include "doppel/ros/record/bus_recorder.h"
 
 #include <fmt/format.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <chrono>
@@ -9,6 +10,8 @@
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/guarded_thread.h"
 #include "doppel/ros/messages/codec.h"
+#include "doppel/ros/record/bag_copy.h"
+#include "doppel/ros/record/bag_reader.h"
 
 namespace doppel {
 namespace {
@@ -16,7 +19,9 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr const char* kOrigin = "record";
-constexpr std::chrono::milliseconds kLook{20};  // for new topics and the end
+// Between two looks for messages, new topics and the end. The thread sleeps instead of being woken, because
+// waking it would cost the loop a system call for each message; the ring has room for far longer.
+constexpr std::chrono::milliseconds kLook{5};
 // A killed process or a loss of power costs at most so much.
 constexpr std::chrono::milliseconds kFlush{500};
 
@@ -26,7 +31,7 @@ RecordedTopic recorded_topic(const TopicInfo& topic) {
   RecordedTopic out;
   out.name = topic.name;
   out.type = topic.type;
-  out.latched = topic.latched;
+  out.latched = topic.latched ? 1 : 0;  // the bus keeps one message, of all publishers
   std::vector<Qos> offered;
   for (const EndpointInfo& publisher : topic.publishers) offered.push_back(publisher.qos);
   out.qos = offered_qos_text(offered);
@@ -42,12 +47,17 @@ BusRecorder::BusRecorder(Bus& bus, RecorderOptions options, const Log& log)
       log_(log),
       options_(std::move(options)),
       writer_(options_.bag),
-      edge_(bus.attach("/rosbag2_recorder", {.ring_bytes = options_.ring_bytes})) {
-  for (const BagAttachment& attachment : options_.attachments)
-    writer_.attach(attachment, static_cast<std::uint64_t>(nanoseconds_of(bus.ros_now())));
-  for (const auto& [name, texts] : options_.metadata) writer_.add_metadata(name, texts);
+      edge_(bus.attach("/rosbag2_recorder", {.ring_bytes = options_.ring_bytes, .listed = options_.listed})) {
+  try {
+    for (const BagAttachment& attachment : options_.attachments)
+      writer_.attach(attachment, static_cast<std::uint64_t>(nanoseconds_of(bus.ros_now())));
+    for (const auto& [name, texts] : options_.metadata) writer_.add_metadata(name, texts);
+    writer_.sync();
+  } catch (...) {
+    writer_.discard();
+    throw;
+  }
   options_.attachments.clear();
-  writer_.sync();
   subscribe();
   bus.spin();  // so that no request of another edge comes before the subscriptions
   thread_ = guarded_thread([this] { run(); },
@@ -61,7 +71,14 @@ BusRecorder::~BusRecorder() {
 // New topics, and those that have another number, because they were gone meanwhile.
 void BusRecorder::subscribe() {
   graph_ = bus_.graph_version();
-  for (const TopicInfo& topic : bus_.topics()) {
+  const std::vector<TopicInfo> topics = bus_.topics();
+  std::erase_if(recorded_, [&](const auto& entry) {
+    const bool is_gone = std::ranges::none_of(
+        topics, [&](const TopicInfo& topic) { return topic.id == entry.first && !topic.publishers.empty(); });
+    if (is_gone) edge_->unsubscribe(entry.first);
+    return is_gone;
+  });
+  for (const TopicInfo& topic : topics) {
     if (recorded_.contains(topic.id) || topic.publishers.empty() ||
         !options_.topics.selects(topic.name, topic.type))
       continue;
@@ -87,6 +104,50 @@ void BusRecorder::record(const Edge::Incoming& message) {
   writer_.write(topic.topic, message.sequence, static_cast<std::uint64_t>(time_),
                 static_cast<std::uint64_t>(stamp), message.cdr);
   messages_.fetch_add(1, std::memory_order_relaxed);
+  if (options_.on_message) options_.on_message(writer_.metadata().topics[topic.topic], message);
+}
+
+void BusRecorder::copy(Copy request) {
+  const std::lock_guard lock(copies_mutex_);
+  copies_.push_back(std::move(request));
+}
+
+void BusRecorder::serve_copies() {
+  std::vector<Copy> requests;
+  {
+    const std::lock_guard lock(copies_mutex_);
+    requests.swap(copies_);
+  }
+  for (const Copy& request : requests) {
+    std::string failure;
+    try {
+      make_copy(request);
+    } catch (const InputError& error) {
+      failure = error.what();
+    }
+    if (request.done) request.done(failure);
+  }
+}
+
+// The present file is closed first, so that all of them have an index.
+void BusRecorder::make_copy(const Copy& request) {
+  writer_.split();
+  const auto last = static_cast<std::uint64_t>(request.last.count()), now = static_cast<std::uint64_t>(time_);
+  BagWriter out(request.bag);
+  for (const BagAttachment& attachment : request.attachments) out.attach(attachment, now);
+  if (!request.about_name.empty()) out.add_metadata(request.about_name, request.about);
+  BagReader bag(writer_.folder().string());
+  copy_from(bag, now > last ? now - last : 0, UINT64_MAX, {.hidden = true}, out);
+  out.close();
+}
+
+void BusRecorder::prune() {
+  const std::vector<BagFileCount>& files = writer_.metadata().files;
+  if (options_.keep_files == 0) return;
+  for (; files.size() > options_.keep_files + pruned_; ++pruned_) {
+    std::error_code none;
+    std::filesystem::remove(writer_.folder() / files[pruned_].path, none);
+  }
 }
 
 void BusRecorder::take_messages() {
@@ -95,21 +156,27 @@ void BusRecorder::take_messages() {
 }
 
 void BusRecorder::run() {
+  if (options_.niceness != 0) setpriority(PRIO_PROCESS, 0, options_.niceness);  // on Linux: of this thread
   auto due = Clock::now() + kFlush;
   try {
     while (!ending_.load()) {
-      edge_->wait(kLook);
+      std::this_thread::sleep_for(kLook);
       take_messages();
       if (graph_ != bus_.graph_version()) subscribe();
+      prune();
+      if (options_.on_look) options_.on_look();
+      serve_copies();
       if (Clock::now() < due) continue;
       writer_.sync();
       due = Clock::now() + kFlush;
     }
     take_messages();
+    if (options_.on_look) options_.on_look();
+    serve_copies();
   } catch (const InputError& error) {
-    report_.failure = error.what();
-    log_.error(kOrigin, fmt::format("the recording has ended after {} messages, which are readable: {}",
-                                    messages_.load(), report_.failure));
+    report_.failure = error.diagnostics().front().message;
+    log_.error(kOrigin, fmt::format("the recording has ended; what was written before is readable: {}",
+                                    report_.failure));
     failed_ = true;
     for (const auto& [topic, recorded] : recorded_) edge_->unsubscribe(topic);
   }
@@ -123,7 +190,7 @@ void BusRecorder::close() {
     if (!texts.empty()) writer_.add_metadata("lost_messages", texts);
     writer_.close();
   } catch (const InputError& error) {
-    if (report_.failure.empty()) report_.failure = error.what();
+    if (report_.failure.empty()) report_.failure = error.diagnostics().front().message;
   }
   report_.bytes = writer_.size();
   std::uint64_t lost = 0;

@@ -6,6 +6,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
@@ -25,6 +26,13 @@ struct RecorderOptions {
   std::vector<BagAttachment> attachments = {};
   std::vector<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>> metadata = {};
   std::size_t ring_bytes = std::size_t{64} << 20;  // messages that wait for the disk
+  // An observer within the process keeps the newest files only, and is not part of the graph.
+  std::size_t keep_files = 0;  // 0: all
+  bool listed = true;
+  int niceness = 0;  // of its thread
+  // Called with each message on the recorder's thread. May be empty.
+  std::function<void(const BagTopicCount& topic, const Edge::Incoming& message)> on_message = {};
+  std::function<void()> on_look = {};  // the same every kLook, and before the end
 };
 
 struct RecorderReport {
@@ -47,6 +55,17 @@ class DOPPEL_API BusRecorder {
   // For a loop that is faster than the disk: waits while more than half of the ring is full. The loop's
   // thread.
   void let_catch_up() const;
+  // Copies the last messages to another bag, on the recorder's thread: those of `last` before now, and the
+  // latched ones. `done`: called there with the reason of a failure, or "".
+  struct Copy {
+    BagWriterOptions bag;
+    Duration last{};
+    std::vector<std::pair<std::string, std::string>> about = {};  // metadata of this name
+    std::string about_name = {};
+    std::vector<BagAttachment> attachments = {};
+    std::function<void(const std::string& failure)> done = {};
+  };
+  void copy(Copy request);
   [[nodiscard]] std::uint64_t messages() const { return messages_.load(std::memory_order_relaxed); }
   [[nodiscard]] const std::filesystem::path& folder() const { return writer_.folder(); }
 
@@ -61,6 +80,9 @@ class DOPPEL_API BusRecorder {
   void take_messages();
   void record(const Edge::Incoming& message);
   void close();
+  void prune();
+  void serve_copies();
+  void make_copy(const Copy& request);
 
   Bus& bus_;
   const Log& log_;
@@ -71,6 +93,9 @@ class DOPPEL_API BusRecorder {
   std::map<TopicId, Recorded> recorded_;
   std::int64_t time_ = 0;  // of the last message
   RecorderReport report_;
+  std::size_t pruned_ = 0;  // files that were removed
+  std::mutex copies_mutex_;
+  std::vector<Copy> copies_;
   std::atomic<bool> ending_{false}, failed_{false};
   std::atomic<std::uint64_t> messages_{0};
   std::thread thread_;

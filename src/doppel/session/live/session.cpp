@@ -1,5 +1,7 @@
 #include "doppel/session/live/session.h"
 
+#include <fmt/format.h>
+
 #include "doppel/session/live/served_files.h"
 
 namespace doppel {
@@ -13,7 +15,8 @@ Session::Session(Bus& bus, const std::string& name, const SessionOptions& option
 
 TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& log)
     : Session(twin.bus(), twin.name(), options, log), twin_(twin), log_(log) {
-  if (options.record) recorder_.emplace(twin.bus(), run_recorder_options(twin, *options.record, log), log);
+  if (options.record) start_recording(*options.record, options.rewind);
+  if (options.black_box) start_black_box(*options.black_box);
   assets_->offer(files());
   twin.keep_states(options.rewind);
   twin.on_robots_changed([this] {
@@ -43,6 +46,22 @@ void TwinSession::begin() {
 void TwinSession::end() {
   reloader_.reset();
   if (recorder_) recorder_->stop();
+  black_box_.reset();
+}
+
+void TwinSession::start_recording(RunRecordingOptions options, bool rewind) {
+  options.keeps_states = rewind;
+  recorder_.emplace(twin_.bus(), run_recorder_options(twin_, std::move(options), log_), log_);
+}
+
+// An optional extra: the twin runs without it where its folders cannot be made.
+void TwinSession::start_black_box(const BlackBoxOptions& options) {
+  if (options.folder.empty()) return;
+  try {
+    black_box_.emplace(twin_, options, log_);
+  } catch (const InputError& error) {
+    log_.note("black_box", fmt::format("the last seconds are not kept: {}", error.what()));
+  }
 }
 
 RobotFiles TwinSession::files() const {

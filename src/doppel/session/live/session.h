@@ -16,6 +16,7 @@
 #include "doppel/ros/record/bag_reader.h"
 #include "doppel/ros/record/bus_recorder.h"
 #include "doppel/session/live/audit_result.h"
+#include "doppel/session/live/black_box.h"
 #include "doppel/session/live/health_publisher.h"
 #include "doppel/session/live/reload.h"
 #include "doppel/session/live/resource_service.h"
@@ -33,6 +34,7 @@ struct SessionOptions {
   bool reload = true;                              // reload when a source file is saved
   bool rewind = true;                              // of a twin: keep automatic states (twin/saved_states)
   std::optional<RunRecordingOptions> record = {};  // of a twin, from the first step on
+  std::optional<BlackBoxOptions> black_box = {};   // of a twin
 };
 
 // All functions: the loop's thread; the loop keeps running between the calls. Constructors throw InputError
@@ -73,6 +75,8 @@ class DOPPEL_API TwinSession : public Session {
 
  private:
   [[nodiscard]] RobotFiles files() const;
+  void start_recording(RunRecordingOptions options, bool rewind);
+  void start_black_box(const BlackBoxOptions& options);
   void update_audits();  // robots may have been added, removed or changed
   void remove_stale_publishers();
   std::unique_ptr<HealthPublisher> make_publisher(const WorldRobot& robot);
@@ -83,6 +87,7 @@ class DOPPEL_API TwinSession : public Session {
   std::vector<std::unique_ptr<HealthPublisher>> retired_;  // of deleted robots, until their audits end
   std::optional<Reloader> reloader_;
   std::optional<BusRecorder> recorder_;
+  std::optional<BlackBox> black_box_;
 };
 
 class DOPPEL_API ViewSession : public Session {

@@ -26,18 +26,17 @@ InputJournal::InputJournal(TwinCore& core)
 
 void InputJournal::note(const BusInput& input) {
   if (!inputs_.has_listeners()) return;
-  Input message;
-  message.step = core_.steps_taken();
-  message.batch = batch_;
-  message.stamp_offset = (core_.bus().stamp(Time{}) - Time{}).count();
-  message.kind = static_cast<std::uint8_t>(input.kind);
-  message.source = input.source;
-  message.target = input.target;
-  message.type = input.type;
-  message.data.resize(input.data.size());
-  std::ranges::transform(input.data, message.data.begin(),
+  message_.step = core_.steps_taken();
+  message_.batch = batch_;
+  message_.stamp_offset = (core_.bus().stamp(Time{}) - Time{}).count();
+  message_.kind = static_cast<std::uint8_t>(input.kind);
+  message_.source = input.source;
+  message_.target = input.target;
+  message_.type = input.type;
+  message_.data.resize(input.data.size());
+  std::ranges::transform(input.data, message_.data.begin(),
                          [](std::byte byte) { return std::to_integer<std::uint8_t>(byte); });
-  inputs_.publish(message, core_.bus().now());
+  inputs_.publish(message_, core_.bus().now());
 }
 
 // In the loop.

@@ -32,7 +32,8 @@ class DOPPEL_API InputJournal : public Tickable {
   Node node_;
   Publisher<doppel_msgs::msg::Input> inputs_;
   Publisher<doppel_msgs::msg::StateHash> hashes_;
-  std::uint64_t batch_ = 0;  // of inputs that are handled together
+  doppel_msgs::msg::Input message_;  // kept to reuse its memory
+  std::uint64_t batch_ = 0;          // of inputs that are handled together
 };
 
 }  // namespace doppel

@@ -15,6 +15,14 @@ namespace {
 constexpr const char* kStateOrigin = "state";
 constexpr std::size_t kMaxStateName = 200;
 constexpr auto kAutomaticStates = static_cast<std::size_t>(kRewindLength / kRewindPeriod) + 1;
+constexpr std::size_t kMaxAutomaticBytes = std::size_t{128} << 20U;  // of the engine's part of them
+constexpr std::size_t kMinAutomaticStates = 4;
+
+// Fewer where the engine's state is large, as that of many objects in contact is.
+std::size_t automatic_states(const Engine& engine) {
+  const std::size_t each = std::max<std::size_t>(1, engine.state_bytes());
+  return std::clamp(kMaxAutomaticBytes / each, kMinAutomaticStates, kAutomaticStates);
+}
 
 }  // namespace
 
@@ -91,8 +99,8 @@ void SavedStates::keep(bool on) {
 // Only the first states allocate: later ones are written into the oldest, which is forgotten.
 void SavedStates::save_automatically(Time now) {
   next_ = now + kRewindPeriod;
-  if (spare_.empty() && automatic_.size() < kAutomaticStates)
-    spare_.push_back(std::make_unique<SavedState>());
+  const std::size_t most = automatic_states(core_.engine());
+  if (spare_.empty() && automatic_.size() < most) spare_.push_back(std::make_unique<SavedState>());
   if (spare_.empty()) {
     spare_.push_back(std::move(automatic_.front()));
     automatic_.erase(automatic_.begin());

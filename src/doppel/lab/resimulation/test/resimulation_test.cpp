@@ -52,6 +52,8 @@ class ResimulationTest : public testing::Test {
     Twin twin(scenario, log_, diagnostics);
     RunRecordingOptions options;
     options.bag.folder = bag_;
+    options.keeps_states = true;
+    twin.keep_states(true);
     BusRecorder recorder(twin.bus(), run_recorder_options(twin, options, log_), log_);
     const auto edge = twin.bus().attach("client");
     HeadlessOptions headless;

@@ -64,6 +64,7 @@ class MujocoEngine final : public Engine {
   ~MujocoEngine() override = default;
 
   [[nodiscard]] std::unique_ptr<Engine> clone() const override;
+  [[nodiscard]] std::size_t state_bytes() const override { return static_cast<std::size_t>(data_->nbuffer); }
   void copy_state(const Engine& from) override;
   void reset() override;
   void step() override;

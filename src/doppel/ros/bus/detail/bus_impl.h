@@ -97,6 +97,7 @@ class EdgeLink {
     return ring_.used() + shared_bytes_.load(std::memory_order_relaxed);
   }
   [[nodiscard]] bool fits_in_ring(std::size_t size) const { return size + 64 < options_.ring_bytes; }
+  [[nodiscard]] bool is_listed() const { return options_.listed; }
   [[nodiscard]] bool reports_conversions() const { return options_.reports_conversions; }
   [[nodiscard]] bool wants_from(const EdgeLink* sender) const {
     return sender != this || options_.receives_own;

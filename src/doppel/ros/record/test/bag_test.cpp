@@ -33,7 +33,7 @@ class BagTest : public testing::Test {
     out.schema = find_type(out.type)->schema();
     out.type_hash = find_type(out.type)->hash();
     out.qos = offered_qos_text({{.depth = 3, .latched = latched}});
-    out.latched = latched;
+    out.latched = latched ? 3 : 0;
     return out;
   }
   static Bytes text(const std::string& data) { return to_cdr(std_msgs::msg::String{data}); }

@@ -113,7 +113,7 @@ TEST_F(BusRecorderTest, FullDiskEndsRecordingWithItsReasonAndLeavesReadableFile)
   const std::string failure = recorder.stop().failure;
   ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
   EXPECT_THAT(failure, HasSubstr("cannot be written"));
-  EXPECT_THAT(lines_, testing::Contains(HasSubstr("the recording has ended after")));
+  EXPECT_THAT(lines_, testing::Contains(HasSubstr("the recording has ended")));
   fs::remove(folder_ / "metadata.yaml");
   BagReader reader(folder_.string());
   EXPECT_GT(reader.contents().messages, 200U);

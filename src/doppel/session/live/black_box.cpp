@@ -1,0 +1,266 @@
+#include "doppel/session/live/black_box.h"
+
+#include <fmt/format.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cstdlib>
+#include <ctime>
+
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/mcap/mcap_file_sink.h"
+#include "doppel/base/mcap/mcap_recovery.h"
+#include "doppel/lab/recording/run_files.h"
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/ros/messages/rcl_interfaces.h"
+#include "doppel/ros/messages/std_msgs.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/server/announcement.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kBlackBox = "black_box";
+constexpr const char* kAbout = "doppel_black_box";
+constexpr std::string_view kRolling = "black_box-";           // and the process's number
+constexpr std::chrono::seconds kRollingFile{10}, kQuiet{30};  // kQuiet: between two bags of one kind of cause
+constexpr std::uint64_t kMaxRollingFile = std::uint64_t{12} << 20U;  // with kRollingFiles 60 MB at most
+constexpr std::size_t kRollingFiles = 5;
+constexpr std::size_t kRing = std::size_t{8} << 20;
+constexpr int kNiceness = 10;
+
+const std::vector<std::string> kNotRecorded = {
+    "sensor_msgs/msg/Image",      "sensor_msgs/msg/CompressedImage", "sensor_msgs/msg/PointCloud2",
+    "sensor_msgs/msg/CameraInfo", "sensor_msgs/msg/LaserScan",       "sensor_msgs/msg/Range"};
+
+// "2026_11_27-21_05_30-emergency_stop"; what is no letter or digit becomes an underscore.
+std::string bag_name(const std::string& cause) {
+  constexpr std::size_t kMaxCause = 40;
+  const std::time_t now = std::time(nullptr);
+  std::tm parts{};
+  localtime_r(&now, &parts);
+  char text[64];
+  std::strftime(text, sizeof text, "%Y_%m_%d-%H_%M_%S-", &parts);
+  std::string out = text;
+  for (const char c : cause.substr(0, kMaxCause))
+    out += std::isalnum(static_cast<unsigned char>(c)) != 0 ? c : '_';
+  while (out.ends_with('_')) out.pop_back();
+  return out;
+}
+
+fs::path unused(const fs::path& wish) {
+  fs::path out = wish;
+  for (int number = 2; fs::exists(out); ++number) out = wish.string() + fmt::format("_{}", number);
+  return out;
+}
+
+// The manager's sentences about commands that it has limited.
+bool is_limit_episode(std::string_view text) {
+  const bool is_command = text.find(": command ") != std::string_view::npos ||
+                          text.find("position command requires") != std::string_view::npos;
+  return is_command &&
+         (text.find("limit") != std::string_view::npos || text.find("held there") != std::string_view::npos);
+}
+
+template <Message M>
+std::optional<M> decoded(McapBytes cdr) {
+  M out;
+  return from_cdr(cdr, out) ? std::optional(std::move(out)) : std::nullopt;
+}
+
+// The process of a rolling folder; 0: it is none.
+pid_t process_of(const fs::path& folder) {
+  const std::string name = folder.filename().string();
+  if (!name.starts_with(kRolling)) return 0;
+  pid_t out = 0;
+  std::from_chars(name.data() + kRolling.size(), name.data() + name.size(), out);
+  return out;
+}
+
+// Copies what is whole of the files of a process that was killed. Empty: there was no message.
+fs::path recovered(const fs::path& rolling, const fs::path& folder) {
+  const fs::path out = unused(folder / bag_name("killed"));
+  std::uint64_t messages = 0;
+  for (const std::string& file : files_of_bag(rolling.string())) {
+    fs::create_directories(out);
+    McapFileSink sink((out / fs::path(file).filename()).string());
+    messages += recover_mcap(*open_mcap_source(file), sink, {}).messages;
+  }
+  if (messages > 0) return out;
+  std::error_code none;
+  fs::remove_all(out, none);
+  return {};
+}
+
+}  // namespace
+
+BlackBoxOptions default_black_box() {
+  BlackBoxOptions out;
+  out.scratch = announcement_folder();
+  const char* const state = std::getenv("XDG_STATE_HOME");
+  const char* const home = std::getenv("HOME");
+  if (state != nullptr && *state == '/') {
+    out.folder = fs::path(state) / "doppel" / "black_box";
+  } else if (home != nullptr && *home == '/') {
+    out.folder = fs::path(home) / ".local" / "state" / "doppel" / "black_box";
+  }
+  return out;
+}
+
+BlackBox::BlackBox(Twin& twin, BlackBoxOptions options, const Log& log)
+    : twin_(twin),
+      options_(std::move(options)),
+      log_(log),
+      rolling_(unused(options_.scratch / fmt::format("{}{}", kRolling, getpid()))),
+      node_(twin.bus(), "/doppel") {
+  node_.serve<std_srvs::srv::Trigger>(
+      "~/snapshot", [this](const auto&, const Responder<std_srvs::srv::Trigger::Response>& respond) {
+        const auto path = std::make_shared<fs::path>();
+        *path = write("snapshot", [this, respond, path](const std::string& failure) {
+          twin_.bus().post([respond, path, failure] {
+            respond({failure.empty(), failure.empty() ? path->string() : failure});
+          });
+        });
+      });
+  RecorderOptions recording;
+  recording.bag.folder = rolling_;
+  recording.bag.distro = to_string(ros_distro());
+  recording.bag.max_file_time = kRollingFile;
+  recording.bag.max_file_size = kMaxRollingFile;
+  recording.topics = {.all = true, .exclude_types = kNotRecorded};
+  recording.ring_bytes = kRing;
+  recording.keep_files = kRollingFiles;
+  recording.listed = false;
+  recording.niceness = kNiceness;
+  recording.on_message = [this](const BagTopicCount& topic, const Edge::Incoming& message) {
+    look(topic, message);
+  };
+  recording.on_look = [this] { write_due(); };
+  recorder_.emplace(twin.bus(), std::move(recording), log);
+  // A start does not wait for the disk.
+  reader_ = guarded_thread(
+      [this, sources = run_sources(twin)] {
+        read_files(sources);
+        salvage();
+      },
+      [&log](const std::string& why) { log.note(kBlackBox, why); });
+}
+
+BlackBox::~BlackBox() {
+  if (reader_.joinable()) reader_.join();
+  ending_ = true;
+  recorder_->stop();
+  std::error_code none;
+  fs::remove_all(rolling_, none);
+}
+
+void BlackBox::read_files(const RunSources& sources) {
+  constexpr std::uint64_t kMaxMeshes =
+      0;  // they would be the most of each bag, and the description names them
+  RunFiles files = run_files(sources, options_.version, kMaxMeshes);
+  const std::lock_guard lock(files_mutex_);
+  files_ = std::move(files);
+}
+
+// Files of processes that do not exist any more.
+void BlackBox::salvage() {
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(options_.scratch, none)) {
+    const pid_t process = process_of(entry.path());
+    if (process == 0 || process == getpid() || kill(process, 0) == 0 || errno != ESRCH) continue;
+    fs::path bag;
+    try {
+      bag = recovered(entry.path(), options_.folder);
+    } catch (const InputError&) {
+      bag.clear();  // a folder without files, or of another user
+    }
+    fs::remove_all(entry.path(), none);
+    if (!bag.empty())
+      log_.note(kBlackBox,
+                fmt::format("an earlier twin was killed; its last seconds are in {}", bag.string()));
+  }
+}
+
+void BlackBox::look(const BagTopicCount& topic, const Edge::Incoming& message) {
+  if (topic.name == "/rosout") {
+    const auto line = decoded<rcl_interfaces::msg::Log>(message.cdr);
+    if (!line || line->name == kBlackBox) return;
+    if (line->level >= rcl_interfaces::msg::Log::ERROR)
+      notice(fmt::format("error: {}: {}", line->name, line->msg));
+    if (line->level == rcl_interfaces::msg::Log::WARN && is_limit_episode(line->msg))
+      notice("limit: " + line->msg);
+  } else if (topic.name.ends_with("/emergency_stop_active")) {
+    const auto stop = decoded<std_msgs::msg::Bool>(message.cdr);
+    bool& stopped = stopped_[topic.name];
+    if (stop && stop->data && !stopped) notice("emergency stop: " + topic.name);
+    stopped = stop && stop->data;
+  } else if (topic.name == "/doppel/status") {
+    const auto status = decoded<doppel_msgs::msg::TwinStatus>(message.cdr);
+    const bool diverged = status && !status->divergence.empty();
+    if (diverged && !diverged_) notice("divergence: " + status->divergence);
+    diverged_ = diverged;
+  }
+}
+
+// Causes of one kind that follow each other are in one bag.
+void BlackBox::notice(const std::string& cause) {
+  const WallTime now = Clock::now();
+  const std::string kind = cause.substr(0, cause.find(':'));
+  const auto before = noticed_.find(kind);
+  if (before != noticed_.end() && now - before->second < kQuiet) return;
+  noticed_[kind] = now;
+  pending_.push_back({cause, now + options_.afterwards});
+}
+
+void BlackBox::write_due() {
+  // At the end of the run nothing follows.
+  while (!pending_.empty() && (ending_ || pending_.front().due <= Clock::now())) {
+    const std::string cause = pending_.front().cause;
+    pending_.erase(pending_.begin());
+    static_cast<void>(write(cause, {}));
+  }
+}
+
+fs::path BlackBox::write(const std::string& cause, std::function<void(const std::string&)> done) {
+  const fs::path bag = unused(options_.folder / bag_name(cause.substr(0, cause.find(':'))));
+  BusRecorder::Copy copy;
+  copy.bag.folder = bag;
+  copy.bag.distro = to_string(ros_distro());
+  copy.last = options_.length + options_.afterwards;
+  copy.about_name = kAbout;
+  {
+    const std::lock_guard lock(files_mutex_);
+    copy.about = files_.about;
+    copy.attachments = files_.attachments;
+  }
+  copy.about.emplace_back("cause", cause);
+  copy.done = [this, bag, cause, done = std::move(done)](const std::string& failure) {
+    if (failure.empty()) {
+      log_.note(kBlackBox, fmt::format("{}: the last {:.0f} s are in {}", cause, to_seconds(options_.length),
+                                       bag.string()));
+      remove_old();
+    } else {
+      log_.warning(kBlackBox, fmt::format("{}: the last seconds could not be written: {}", cause, failure));
+    }
+    if (done) done(failure);
+  };
+  recorder_->copy(std::move(copy));
+  return bag;
+}
+
+void BlackBox::remove_old() const {
+  std::error_code none;
+  std::vector<fs::path> bags;
+  for (const fs::directory_entry& entry : fs::directory_iterator(options_.folder, none))
+    bags.push_back(entry.path());
+  std::ranges::sort(bags);
+  for (std::size_t i = 0; i + options_.max_bags < bags.size(); ++i) fs::remove_all(bags[i], none);
+}
+
+}  // namespace doppel

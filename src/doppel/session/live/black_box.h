@@ -1,0 +1,80 @@
+#pragma once
+// The last half minute of a running twin, always: a recorder whose rolling files are in the folder of the
+// announcements (in memory, with most systems), and which writes them out as a bag when something happens:
+// the emergency stop, an error, a divergence, an episode at a limit, a request. Files of a process that was
+// killed are written out by the next one. Pictures, clouds and scans are not in it, because sensors of
+// light would be computed for it.
+
+#include <atomic>
+#include <chrono>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "doppel/base/core/log.h"
+#include "doppel/export.h"
+#include "doppel/lab/recording/run_files.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/record/bus_recorder.h"
+#include "doppel/twin/assembly/twin.h"
+
+namespace doppel {
+
+struct BlackBoxOptions {
+  Duration length = std::chrono::seconds(30);  // what is written
+  std::chrono::milliseconds afterwards{5000};  // of wall-clock time, before a cause is written
+  std::filesystem::path scratch, folder;       // of the rolling files, and of the bags; both are made
+  std::size_t max_bags = 20;                   // the oldest ones are removed
+  std::string version;                         // of doppel
+};
+// scratch: that of the announcements; folder: $XDG_STATE_HOME/doppel/black_box, else
+// ~/.local/state/doppel/black_box, empty without a home.
+[[nodiscard]] DOPPEL_API BlackBoxOptions default_black_box();
+
+class DOPPEL_API BlackBox {
+ public:
+  // The loop's thread, before the first step. Throws InputError: a folder cannot be made. Serves
+  // /doppel/snapshot (std_srvs/srv/Trigger), whose answer has the path of the bag.
+  BlackBox(Twin& twin, BlackBoxOptions options, const Log& log);
+  ~BlackBox();
+  BlackBox(const BlackBox&) = delete;
+  BlackBox& operator=(const BlackBox&) = delete;
+
+ private:
+  using WallTime = std::chrono::steady_clock::time_point;
+  struct Pending {
+    std::string cause;
+    WallTime due;
+  };
+  void look(const BagTopicCount& topic, const Edge::Incoming& message);  // the recorder's thread
+  void notice(const std::string& cause);
+  void write_due();
+  [[nodiscard]] std::filesystem::path write(const std::string& cause,
+                                            std::function<void(const std::string&)> done);
+  void salvage();
+  void read_files(const RunSources& sources);
+  void remove_old() const;
+
+  Twin& twin_;
+  const BlackBoxOptions options_;
+  const Log& log_;
+  const std::filesystem::path rolling_;
+  std::mutex files_mutex_;
+  RunFiles files_;  // once they are read
+  Node node_;
+  // The recorder's thread.
+  std::vector<Pending> pending_;
+  std::map<std::string, bool> stopped_;  // by topic
+  bool diverged_ = false;
+  std::map<std::string, WallTime> noticed_;  // by the kind of the cause
+  std::atomic<bool> ending_{false};
+  std::optional<BusRecorder> recorder_;
+  std::thread reader_;
+};
+
+}  // namespace doppel

@@ -1,0 +1,220 @@
+// The black box: what it writes, when, and what it leaves behind.
+#include "doppel/session/live/black_box.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <fstream>
+#include <thread>
+
+#include "doppel/lab/headless_run/headless_run.h"
+#include "doppel/ros/bus/rosout.h"
+#include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/messages/trajectory_msgs.h"
+#include "doppel/ros/record/bag_reader.h"
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace std::chrono_literals;
+using testing::Contains;
+using testing::HasSubstr;
+using testing::IsEmpty;
+using testing::Pair;
+using testing::SizeIs;
+
+class BlackBoxTest : public testing::Test {
+ protected:
+  BlackBoxTest() {
+    fs::remove_all(folder_);
+    options_.scratch = folder_ / "run";
+    options_.folder = folder_ / "state";
+    options_.afterwards = 100ms;
+    options_.version = "1.2.3";
+    fs::create_directories(options_.scratch);
+    log_.add_sink([this](const LogLine& line) {
+      const std::lock_guard lock(mutex_);
+      lines_.push_back(line.text);
+    });
+    Scenario scenario;
+    scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+    scenario.robots = {{.target = "omarm_zero"}};
+    twin_.emplace(scenario, log_, diagnostics_);
+    rosout_.emplace(twin_->bus());
+    log_.add_sink(rosout_->sink());
+  }
+  ~BlackBoxTest() override { fs::remove_all(folder_); }
+
+  // Steps until a bag is there, for as long as a slow machine needs.
+  std::vector<fs::path> bags_after_steps() {
+    for (int i = 0; i < 400; ++i) {
+      run_headless(*twin_, {.duration = from_seconds(0.01)});
+      if (fs::exists(options_.folder) && !lines().empty()) break;
+      std::this_thread::sleep_for(10ms);
+    }
+    return bags();
+  }
+  std::vector<fs::path> bags() const {
+    std::vector<fs::path> out;
+    std::error_code none;
+    for (const fs::directory_entry& entry : fs::directory_iterator(options_.folder, none))
+      out.push_back(entry.path());
+    std::ranges::sort(out);
+    return out;
+  }
+  // The lines of the black box.
+  std::vector<std::string> lines() {
+    const std::lock_guard lock(mutex_);
+    std::vector<std::string> out;
+    for (const std::string& line : lines_) {
+      if (line.find("are in") != std::string::npos) out.push_back(line);
+    }
+    return out;
+  }
+  static std::vector<std::pair<std::string, std::string>> about(const fs::path& bag) {
+    BagReader reader(bag.string());
+    for (const BagPart& part : reader.contents().metadata) {
+      if (part.part.name == "doppel_black_box") return reader.metadata(part);
+    }
+    return {};
+  }
+  static std::uint64_t messages(const fs::path& bag, const std::string& topic) {
+    const BagReader reader(bag.string());
+    for (const BagTopic& one : reader.contents().topics) {
+      if (one.name == topic) return one.messages;
+    }
+    return 0;
+  }
+
+  const fs::path folder_ =
+      fs::path(testing::TempDir()) /
+      (std::string("black_box_") + testing::UnitTest::GetInstance()->current_test_info()->name());
+  BlackBoxOptions options_;
+  std::mutex mutex_;
+  std::vector<std::string> lines_;
+  Log log_;
+  Diagnostics diagnostics_;
+  std::optional<Twin> twin_;
+  std::optional<Rosout> rosout_;
+};
+
+TEST_F(BlackBoxTest, EmergencyStopIsWrittenWithCauseScenarioAndLatchedTopics) {
+  const BlackBox box(*twin_, options_, log_);
+  run_headless(*twin_, {.duration = from_seconds(1)});
+  twin_->robot().controller_manager().stop("the test");
+  const std::vector<fs::path> found = bags_after_steps();
+  ASSERT_THAT(found, SizeIs(1));
+  EXPECT_THAT(found[0].filename().string(), HasSubstr("emergency_stop"));
+  EXPECT_THAT(about(found[0]), Contains(Pair("cause", HasSubstr("emergency stop"))));
+  EXPECT_THAT(about(found[0]), Contains(Pair("version", "1.2.3")));
+  EXPECT_EQ(messages(found[0], "/robot_description"), 1U);
+  EXPECT_EQ(messages(found[0], "/tf_static"), 1U);
+  EXPECT_GT(messages(found[0], "/joint_states"), 50U);
+  const BagReader reader(found[0].string());
+  EXPECT_THAT(reader.contents().attachments, testing::Not(IsEmpty()));
+  EXPECT_THAT(reader.contents().notes, IsEmpty());
+}
+
+TEST_F(BlackBoxTest, CommandBeyondLimitIsCause) {
+  const BlackBox box(*twin_, options_, log_);
+  run_headless(*twin_, {.duration = from_seconds(0.2)});
+  const auto edge = twin_->bus().attach("client");
+  trajectory_msgs::msg::JointTrajectory command;
+  command.joint_names = twin_->robot().model().driven_joint_names();
+  for (const TopicInfo& topic : twin_->bus().topics()) {
+    if (!topic.name.ends_with("/joint_trajectory")) continue;
+    auto& point = command.points.emplace_back();
+    point.positions.assign(command.joint_names.size(), 1.0);
+    point.time_from_start = to_duration_msg(from_seconds(0.001));
+    static_cast<void>(edge->publish("/client", topic.name, command.kType, to_cdr(command)));
+    break;
+  }
+  const std::vector<fs::path> found = bags_after_steps();
+  ASSERT_THAT(found, SizeIs(1)) << testing::PrintToString(lines_);
+  EXPECT_THAT(found[0].filename().string(), HasSubstr("limit"));
+}
+
+TEST_F(BlackBoxTest, ErrorOfLogIsCauseOnceInHalfMinute) {
+  const BlackBox box(*twin_, options_, log_);
+  run_headless(*twin_, {.duration = from_seconds(0.2)});
+  log_.error("arm", "something broke");
+  log_.error("arm", "something broke again");
+  ASSERT_THAT(bags_after_steps(), SizeIs(1));
+  EXPECT_THAT(about(bags()[0]), Contains(Pair("cause", "error: arm: something broke")));
+}
+
+TEST_F(BlackBoxTest, SnapshotAnswersWithFolderOfBag) {
+  const BlackBox box(*twin_, options_, log_);
+  run_headless(*twin_, {.duration = from_seconds(0.5)});
+  const auto edge = twin_->bus().attach("client");
+  std::string folder;
+  edge->call("/doppel/snapshot", to_cdr(std_srvs::srv::Trigger::Request{}),
+             [&](const Status& status, const Bytes& cdr) {
+               std_srvs::srv::Trigger::Response response;
+               EXPECT_TRUE(status);
+               EXPECT_TRUE(from_cdr(cdr, response));
+               EXPECT_TRUE(response.success) << response.message;
+               folder = response.message;
+             });
+  for (int i = 0; i < 400 && folder.empty(); ++i) {
+    run_headless(*twin_, {.duration = from_seconds(0.01)});
+    std::this_thread::sleep_for(10ms);
+  }
+  ASSERT_TRUE(fs::exists(fs::path(folder) / "metadata.yaml")) << folder;
+  EXPECT_THAT(about(folder), Contains(Pair("cause", "snapshot")));
+}
+
+TEST_F(BlackBoxTest, EndOfRunLeavesNoRollingFilesAndNoSubscribers) {
+  {
+    const BlackBox box(*twin_, options_, log_);
+    run_headless(*twin_, {.duration = from_seconds(0.5)});
+    EXPECT_FALSE(fs::is_empty(options_.scratch));
+    for (const TopicInfo& topic : twin_->bus().topics()) {
+      for (const EndpointInfo& subscriber : topic.subscribers) EXPECT_EQ(subscriber.edge, "") << topic.name;
+    }
+  }
+  EXPECT_TRUE(fs::is_empty(options_.scratch));
+  EXPECT_THAT(bags(), IsEmpty());
+}
+
+TEST_F(BlackBoxTest, FilesOfKilledProcessAreWrittenByNextOne) {
+  constexpr pid_t kNoProcess = 0x7ffffff0;  // beyond the largest number of a process
+  const fs::path dead = options_.scratch / ("black_box-" + std::to_string(kNoProcess));
+  {
+    BagWriterOptions bag;
+    bag.folder = dead;
+    BagWriter writer(bag);
+    RecordedTopic topic;
+    topic.name = "/a";
+    topic.type = "std_msgs/msg/String";
+    writer.write(writer.add_topic(topic), 1, 1, 1, Bytes(12));
+    writer.close();
+  }
+  fs::remove(dead / "metadata.yaml");
+  fs::resize_file(dead / (dead.filename().string() + "_0.mcap"),
+                  fs::file_size(dead / (dead.filename().string() + "_0.mcap")) - 20);
+  const BlackBox box(*twin_, options_, log_);
+  ASSERT_THAT(bags_after_steps(), SizeIs(1));
+  EXPECT_THAT(bags()[0].filename().string(), HasSubstr("killed"));
+  EXPECT_EQ(messages(bags()[0], "/a"), 1U);
+  EXPECT_FALSE(fs::exists(dead));
+}
+
+TEST_F(BlackBoxTest, OldestBagsAreRemovedBeyondTheirNumber) {
+  options_.max_bags = 3;
+  for (const char* name : {"2020_a", "2021_b", "2022_c"}) fs::create_directories(options_.folder / name);
+  const BlackBox box(*twin_, options_, log_);
+  run_headless(*twin_, {.duration = from_seconds(0.2)});
+  log_.error("arm", "something broke");
+  for (int i = 0; i < 400 && fs::exists(options_.folder / "2020_a"); ++i) {
+    run_headless(*twin_, {.duration = from_seconds(0.01)});
+    std::this_thread::sleep_for(10ms);
+  }
+  ASSERT_THAT(bags(), SizeIs(3));
+  EXPECT_EQ(bags()[0].filename(), "2021_b");
+}
+
+}  // namespace
+}  // namespace doppel
