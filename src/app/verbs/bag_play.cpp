@@ -88,12 +88,68 @@ void show(const BagPlayer& player) {
                player.is_paused() ? ", paused" : "");
 }
 
+foxglove::PlaybackState state_of(const BagPlayer& player) {
+  using Status = foxglove::PlaybackState::Status;
+  foxglove::PlaybackState out;
+  out.status = player.is_paused() ? Status::paused : player.at_end() ? Status::ended : Status::playing;
+  out.now = time_from_nanoseconds(static_cast<std::int64_t>(player.time()));
+  out.speed = static_cast<float>(player.rate());
+  return out;
+}
+
+// Foxglove's controls: requests of clients, and the state for all of them where it has changed.
+class RemoteControl {
+ public:
+  RemoteControl(BagPlayer& player, PlaybackControl& control) : player_(player), control_(control) {}
+
+  // A client that has asked for something may ask again at the end.
+  [[nodiscard]] bool is_used() const { return used_; }
+
+  void look() {
+    const auto now = BagPlayer::Clock::now();
+    for (const foxglove::PlaybackRequest& request : control_.take()) serve(request, now);
+    const foxglove::PlaybackState state = state_of(player_);
+    const bool is_due = now - reported_ > std::chrono::milliseconds(100) && state.now != last_.now;
+    if (is_due || state.status != last_.status || state.speed != last_.speed) report(state);
+  }
+
+ private:
+  void serve(const foxglove::PlaybackRequest& request, BagPlayer::Clock::time_point now) {
+    used_ = true;
+    if (request.seek) {
+      player_.seek(static_cast<std::uint64_t>(std::max<std::int64_t>(0, nanoseconds_of(*request.seek))), now);
+    } else if (request.play && player_.at_end()) {
+      player_.seek(player_.begin(), now);
+    }
+    if (request.speed > 0) player_.set_rate(std::clamp<double>(request.speed, kMinSpeed, kMaxSpeed), now);
+    player_.pause(!request.play, now);
+    foxglove::PlaybackState state = state_of(player_);
+    state.did_seek = request.seek.has_value();
+    state.request = request.id;
+    report(state);
+  }
+
+  void report(const foxglove::PlaybackState& state) {
+    control_.report(state);
+    last_ = state;
+    reported_ = BagPlayer::Clock::now();
+  }
+
+  BagPlayer& player_;
+  PlaybackControl& control_;
+  foxglove::PlaybackState last_;
+  BagPlayer::Clock::time_point reported_;
+  bool used_ = false;
+};
+
 // Until the end of the bag, `stop`, or the key q.
-void play(Bus& bus, BagPlayer& player, const std::atomic<bool>& stop) {
+void play(Bus& bus, BagPlayer& player, PlaybackControl& control, const std::atomic<bool>& stop) {
+  RemoteControl remote(player, control);
   std::optional<RawTerminal> terminal;
   if (isatty(STDIN_FILENO) != 0) terminal.emplace(STDIN_FILENO);
   auto shown = BagPlayer::Clock::time_point{};
-  while (!stop && !player.at_end()) {
+  while (!stop && (!player.at_end() || remote.is_used())) {
+    remote.look();
     const auto now = BagPlayer::Clock::now();
     player.play(now);
     bus.spin();
@@ -148,7 +204,7 @@ int run_play(const PlayOptions& options, const RosArguments& ros) {
     }
     player.pause(options.player.paused, BagPlayer::Clock::now());
   }
-  play(bus, player, stop);
+  play(bus, player, session.playback(), stop);
   if (isatty(STDERR_FILENO) != 0) print_stderr("\n");
   print_stderr("played {} messages\n", player.published());
   return player.skipped().empty() ? 0 : 1;

@@ -12,9 +12,15 @@ namespace {
 using wire::json;
 using wire::Malformed;
 
-enum ServerOpcode : std::uint8_t { kMessageData = 1, kTime = 2, kServiceResponse = 3, kAssetResponse = 4 };
+enum ServerOpcode : std::uint8_t {
+  kMessageData = 1,
+  kTime = 2,
+  kServiceResponse = 3,
+  kAssetResponse = 4,
+  kPlaybackState = 5
+};
 enum AssetStatus : std::uint8_t { kAssetFound = 0, kAssetRefused = 1 };
-enum ClientOpcode : std::uint8_t { kClientData = kClientDataOpcode, kServiceCall = 2 };
+enum ClientOpcode : std::uint8_t { kClientData = kClientDataOpcode, kServiceCall = 2, kPlaybackRequest = 3 };
 
 json schema_object(const std::string& type, const char* part, const std::string& schema) {
   return {{"encoding", kCdr}, {"schemaName", type + part}, {"schemaEncoding", kRos2Msg}, {"schema", schema}};
@@ -70,17 +76,37 @@ ClientMessage read_client_operation(const json& object, std::string op) {
   return UnknownOperation{std::move(op)};
 }
 
+json time_object(Time time) {
+  constexpr std::int64_t kSecond = 1'000'000'000;
+  return {{"sec", nanoseconds_of(time) / kSecond}, {"nsec", nanoseconds_of(time) % kSecond}};
+}
+
 }  // namespace
 
 std::string to_frame(const ServerInfo& info) {
   json metadata = {{"ROS_DISTRO", info.distro}};
   for (const auto& [name, value] : info.metadata) metadata[name] = value;
-  return wire::dump({{"op", "serverInfo"},
-                     {"name", info.name},
-                     {"capabilities", info.capabilities},
-                     {"supportedEncodings", info.encodings},
-                     {"metadata", std::move(metadata)},
-                     {"sessionId", info.session_id}});
+  json object = {{"op", "serverInfo"},
+                 {"name", info.name},
+                 {"capabilities", info.capabilities},
+                 {"supportedEncodings", info.encodings},
+                 {"metadata", std::move(metadata)},
+                 {"sessionId", info.session_id}};
+  if (info.data_range) {
+    object["dataStartTime"] = time_object(info.data_range->first);
+    object["dataEndTime"] = time_object(info.data_range->second);
+  }
+  return wire::dump(object);
+}
+
+FrameBytes to_frame(const PlaybackState& state) {
+  return wire::Writer(kPlaybackState, 20 + state.request.size())
+      .number(static_cast<std::uint8_t>(state.status))
+      .number(static_cast<std::uint64_t>(nanoseconds_of(state.now)))
+      .number(state.speed)
+      .number(static_cast<std::uint8_t>(state.did_seek ? 1 : 0))
+      .text(state.request)
+      .done();
 }
 
 std::string to_frame(const StatusMessage& status) {
@@ -210,6 +236,15 @@ Status read_client_binary(ByteView frame, ClientMessage& out) try {
     call.encoding = reader.text();
     call.payload = reader.rest();
     out = std::move(call);
+  } else if (opcode == kPlaybackRequest) {
+    PlaybackRequest request;
+    request.play = reader.number<std::uint8_t>() == 0;
+    request.speed = reader.number<float>();
+    const bool has_seek = reader.number<std::uint8_t>() != 0;
+    const auto time = static_cast<std::int64_t>(reader.number<std::uint64_t>());
+    if (has_seek) request.seek = time_from_nanoseconds(time);
+    request.id = reader.text();
+    out = std::move(request);
   } else {
     out = UnknownOperation{fmt::format("binary {}", opcode)};
   }

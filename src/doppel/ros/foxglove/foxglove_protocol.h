@@ -36,6 +36,7 @@ struct ServerInfo {
   std::vector<std::string> capabilities, encodings;
   std::string distro{};  // ROS_DISTRO, by which viewers choose definitions of messages
   std::vector<std::pair<std::string, std::string>> metadata{};  // the rest; not read
+  std::optional<std::pair<Time, Time>> data_range{};  // of a server that plays a recording: its start and end
 };
 
 enum class StatusLevel : std::uint8_t { info = 0, warning = 1, error = 2 };
@@ -112,7 +113,18 @@ struct AssetData {
   ByteView data;
 };
 
+// A recording that is played (github.com/foxglove/foxglove-sdk, protocol v1).
+struct PlaybackState {
+  enum class Status : std::uint8_t { playing = 0, paused = 1, buffering = 2, ended = 3 };
+  Status status = Status::paused;
+  Time now{};
+  float speed = 1;
+  bool did_seek = false;  // a jump is the reason of this message
+  std::string request;    // whose answer it is; empty: of none
+};
+
 DOPPEL_API std::string to_frame(const ServerInfo& info);
+DOPPEL_API FrameBytes to_frame(const PlaybackState& state);
 DOPPEL_API std::string to_frame(const StatusMessage& status);
 DOPPEL_API std::string to_frame(const Channels& channels);
 DOPPEL_API std::string to_frame(const RemovedChannels& removed);
@@ -133,9 +145,10 @@ DOPPEL_API std::array<std::byte, kDataHeadSize> data_head(std::uint32_t subscrip
 constexpr std::size_t kAssetHeadSize = 10;
 DOPPEL_API std::array<std::byte, kAssetHeadSize> asset_head(std::uint32_t request);
 
-using ServerMessage = std::variant<std::monostate, ServerInfo, StatusMessage, Channels, RemovedChannels,
-                                   Services, RemovedServices, ParameterValues, GraphUpdate, ServiceFailure,
-                                   MessageData, TimeMessage, ServiceResponse, AssetFailure, AssetData>;
+using ServerMessage =
+    std::variant<std::monostate, ServerInfo, StatusMessage, Channels, RemovedChannels, Services,
+                 RemovedServices, ParameterValues, GraphUpdate, ServiceFailure, MessageData, TimeMessage,
+                 ServiceResponse, AssetFailure, AssetData, PlaybackState>;
 // Refuse a malformed frame with the reason. monostate: well-formed, but of an unknown kind. Views point
 // into the frame.
 DOPPEL_API Status read_server_text(std::string_view frame, ServerMessage& out);
@@ -190,13 +203,19 @@ struct ServiceCall {
   std::string encoding;
   ByteView payload;
 };
+struct PlaybackRequest {
+  bool play = true;  // false: pause
+  float speed = 1;
+  std::optional<Time> seek;
+  std::string id;
+};
 struct UnknownOperation {
   std::string op;
 };
 
-using ClientMessage =
-    std::variant<UnknownOperation, Subscribe, Unsubscribe, Advertise, Unadvertise, GetParameters,
-                 SetParameters, WatchParameters, WatchGraph, FetchAsset, ClientData, ServiceCall>;
+using ClientMessage = std::variant<UnknownOperation, Subscribe, Unsubscribe, Advertise, Unadvertise,
+                                   GetParameters, SetParameters, WatchParameters, WatchGraph, FetchAsset,
+                                   ClientData, ServiceCall, PlaybackRequest>;
 // Refuse a frame that is not one of this protocol. Views point into the frame.
 DOPPEL_API Status read_client_text(std::string_view frame, ClientMessage& out);
 DOPPEL_API Status read_client_binary(ByteView frame, ClientMessage& out);

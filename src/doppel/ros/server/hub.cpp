@@ -75,9 +75,27 @@ Hub::Hub(Bus& bus, HubOptions options, Post post)
       session_id_(
           std::to_string(std::chrono::system_clock::now().time_since_epoch() / std::chrono::milliseconds(1))),
       assets_(options_.assets),
-      edge_(bus.attach(kEdgeName, {.ring_bytes = options_.ring_bytes})) {}
+      edge_(bus.attach(kEdgeName, {.ring_bytes = options_.ring_bytes})) {
+  if (options_.playback == nullptr) return;
+  options_.playback->on_report([this, post = post_](const foxglove::PlaybackState& state) {
+    post([this, state] { send_playback(state); });
+  });
+}
 
-Hub::~Hub() = default;
+Hub::~Hub() {
+  if (options_.playback != nullptr) options_.playback->on_report({});
+}
+
+void Hub::handle(Client& /*client*/, ClientId id, const foxglove::PlaybackRequest& request) {
+  if (options_.playback == nullptr) return reject(id, Status::refused("no recording is played here"));
+  options_.playback->request(request);
+}
+
+void Hub::send_playback(const foxglove::PlaybackState& state) {
+  now_ = state.now;
+  const OutgoingFrame frame = make_frame(foxglove::to_frame(state));
+  for (auto& [id, client] : clients_) client.link->send(frame);
+}
 
 Hub::ClientId Hub::join(ClientLink& link) {
   // A client that joins gets the present offers at once; later changes are sent as differences.
@@ -89,6 +107,10 @@ Hub::ClientId Hub::join(ClientLink& link) {
                             .encodings = {std::string(foxglove::kCdr), std::string(foxglove::kJson)},
                             .distro = std::string(to_string(ros_distro())),
                             .metadata = options_.metadata};
+  if (options_.playback != nullptr) {
+    info.capabilities.emplace_back("playbackControl");
+    info.data_range = options_.playback->range();
+  }
   if (assets_.offers()) {
     info.capabilities.emplace_back("assets");
     info.metadata.emplace_back("files", "/files");  // where the page requests them over HTTP

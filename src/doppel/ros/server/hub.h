@@ -13,6 +13,7 @@
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/foxglove/foxglove_protocol.h"
 #include "doppel/ros/server/asset_reader.h"
+#include "doppel/ros/server/playback_control.h"
 
 namespace doppel {
 
@@ -53,6 +54,7 @@ struct HubOptions {
   std::size_t max_unserved = 16, max_reads = 16, max_unserved_bytes = std::size_t{32} << 20;
   std::shared_ptr<AssetLibrary> assets;                         // the files of fetchAsset; nullptr: none
   std::vector<std::pair<std::string, std::string>> metadata{};  // for serverInfo
+  std::shared_ptr<PlaybackControl> playback{};                  // nullptr: no recording is played
 };
 
 class DOPPEL_API Hub {
@@ -145,6 +147,8 @@ class DOPPEL_API Hub {
   void handle(Client& client, ClientId id, const foxglove::SetParameters& set);
   void handle(Client& client, ClientId id, const foxglove::WatchParameters& watch);
   void handle(Client& client, ClientId id, const foxglove::WatchGraph& watch);
+  void handle(Client& client, ClientId id, const foxglove::PlaybackRequest& request);
+  void send_playback(const foxglove::PlaybackState& state);
   void finish_call(ClientId id, const foxglove::ServiceCall& call, const Status& status,
                    const Bytes& response);
   void dispatch(ClientId id, const foxglove::ClientMessage& message);

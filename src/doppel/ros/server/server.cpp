@@ -57,7 +57,11 @@ struct Server::Impl {
         token(checked_token(options, address.is_loopback())),
         admission(options.host, address.is_loopback(), token, port),
         files(options.assets, [this](std::function<void()> task) { asio::post(io, std::move(task)); }),
-        hub(bus, {.name = options.name, .assets = options.assets, .metadata = options.metadata},
+        hub(bus,
+            {.name = options.name,
+             .assets = options.assets,
+             .metadata = options.metadata,
+             .playback = options.playback},
             [this](std::function<void()> task) {
               asio::post(io, [this, task = std::move(task)] {
                 task();

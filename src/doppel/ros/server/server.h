@@ -15,6 +15,7 @@
 #include "doppel/export.h"
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/server/asset_library.h"
+#include "doppel/ros/server/playback_control.h"
 
 namespace doppel {
 
@@ -25,8 +26,9 @@ struct ServerOptions {
   std::string token{};             // required of all clients; empty: none on loopback, else a new one
   std::string name = "doppel";     // in serverInfo
   std::vector<std::pair<std::string, std::string>> metadata{};  // in serverInfo, for the page
-  std::filesystem::path page_folder{};     // of the built page; without one a small page is served
-  std::shared_ptr<AssetLibrary> assets{};  // files that clients may fetch; nullptr: none
+  std::filesystem::path page_folder{};          // of the built page; without one a small page is served
+  std::shared_ptr<AssetLibrary> assets{};       // files that clients may fetch; nullptr: none
+  std::shared_ptr<PlaybackControl> playback{};  // of a recording; nullptr: none is played
   std::size_t max_clients = 32;
   // Largest frames of a client, bytes: an uncompressed image of 1920 x 1080 has 6 MiB, the longest text
   // requests (subscriptions to thousands of topics) some 100 KiB.

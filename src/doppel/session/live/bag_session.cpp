@@ -49,11 +49,26 @@ RobotFiles write_meshes(BagReader& bag, const fs::path& folder) {
   return out;
 }
 
+Time bag_time(std::uint64_t nanoseconds) {
+  return time_from_nanoseconds(static_cast<std::int64_t>(nanoseconds));
+}
+
+SessionOptions with_playback(SessionOptions options, const std::shared_ptr<PlaybackControl>& playback) {
+  options.server.playback = playback;
+  return options;
+}
+
 }  // namespace
 
 BagSession::BagSession(Bus& bus, const std::string& name, BagReader& bag, const SessionOptions& options,
                        const Log& log)
-    : Session(bus, name, options, log) {
+    : BagSession(
+          std::make_shared<PlaybackControl>(bag_time(bag.contents().start), bag_time(bag.contents().end)),
+          bus, name, bag, options, log) {}
+
+BagSession::BagSession(std::shared_ptr<PlaybackControl> playback, Bus& bus, const std::string& name,
+                       BagReader& bag, SessionOptions options, const Log& log)
+    : Session(bus, name, with_playback(std::move(options), playback), log), playback_(std::move(playback)) {
   const bool any = std::ranges::any_of(bag.contents().attachments,
                                        [](const BagPart& part) { return is_mesh(part.part.name); });
   if (!any) return;

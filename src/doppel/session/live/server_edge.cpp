@@ -13,6 +13,7 @@ ServerOptions server_options(const std::string& robot, const ServerEdgeOptions& 
   out.token = options.token;
   out.page_folder = options.page_folder;
   out.metadata = options.metadata;
+  out.playback = options.playback;
   out.assets = std::move(assets);
   if (options.port != 0) {
     out.port = static_cast<std::uint16_t>(options.port);

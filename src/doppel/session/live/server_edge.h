@@ -18,6 +18,7 @@ struct ServerEdgeOptions {
   std::string host = "127.0.0.1", token;
   std::filesystem::path page_folder;                            // of the built page
   std::vector<std::pair<std::string, std::string>> metadata{};  // for the page, in the server's greeting
+  std::shared_ptr<PlaybackControl> playback{};                  // of a recording; nullptr: none is played
 };
 
 class DOPPEL_API ServerEdge {

@@ -114,9 +114,14 @@ class DOPPEL_API BagSession : public Session {
 
   // Joins ROS 2's network.
   void begin() { ros_.open(); }
+  [[nodiscard]] PlaybackControl& playback() { return *playback_; }
 
  private:
-  std::filesystem::path meshes_;  // a folder that is removed at the end; empty: there are none
+  BagSession(std::shared_ptr<PlaybackControl> playback, Bus& bus, const std::string& name, BagReader& bag,
+             SessionOptions options, const Log& log);
+
+  std::shared_ptr<PlaybackControl> playback_;  // Foxglove's controls
+  std::filesystem::path meshes_;               // a folder that is removed at the end; empty: there are none
 };
 
 }  // namespace doppel

@@ -32,6 +32,32 @@ TEST(FoxgloveProtocol, DataHeaderMatchesSpecification) {
   EXPECT_EQ(FrameBytes(head.begin(), head.end()), bytes({1, 1, 2, 3, 4, 8, 7, 6, 5, 4, 3, 2, 1}));
 }
 
+// The bytes are those of the tests of foxglove-sdk, protocol v1.
+TEST(FoxgloveProtocol, PlaybackFramesAreThoseOfFoxglovesSdk) {
+  PlaybackState state{PlaybackState::Status::playing, time_from_nanoseconds(12345), 1, true, ""};
+  EXPECT_EQ(to_frame(state), bytes({5, 0, 0x39, 0x30, 0, 0, 0, 0, 0, 0, 0, 0, 0x80, 0x3f, 1, 0, 0, 0, 0}));
+  state.did_seek = false;
+  state.request = "i-am-a-request";
+  EXPECT_EQ(to_frame(state),
+            bytes({5, 0, 0x39, 0x30, 0,   0,   0,   0,   0,   0,   0,   0,   0x80, 0x3f, 0,   14, 0,
+                   0, 0, 'i',  '-',  'a', 'm', '-', 'a', '-', 'r', 'e', 'q', 'u',  'e',  's', 't'}));
+  ClientMessage message;
+  ASSERT_TRUE(read_client_binary(bytes({3, 0, 0, 0, 0x80, 0x3f, 1,   0x15, 0xcd, 0x5b, 7,   0,   0,
+                                        0, 0, 7, 0, 0,    0,    's', 'o',  'm',  'e',  '-', 'i', 'd'}),
+                                 message));
+  const auto& seek = std::get<PlaybackRequest>(message);
+  EXPECT_TRUE(seek.play);
+  EXPECT_EQ(seek.speed, 1);
+  EXPECT_EQ(seek.seek, time_from_nanoseconds(123'456'789));
+  EXPECT_EQ(seek.id, "some-id");
+  ASSERT_TRUE(read_client_binary(bytes({3, 1, 0, 0, 0x80, 0x3f, 0,   0,   0,   0,   0,   0,   0,
+                                        0, 0, 7, 0, 0,    0,    's', 'o', 'm', 'e', '-', 'i', 'd'}),
+                                 message));
+  EXPECT_FALSE(std::get<PlaybackRequest>(message).play);
+  EXPECT_FALSE(std::get<PlaybackRequest>(message).seek);
+  EXPECT_FALSE(read_client_binary(bytes({3, 1, 0, 0}), message));
+}
+
 TEST(FoxgloveProtocol, TimeAndServiceResponseFramesMatchSpecification) {
   EXPECT_EQ(to_frame(TimeMessage{time_from_nanoseconds(5)}), bytes({2, 5, 0, 0, 0, 0, 0, 0, 0}));
   const FrameBytes payload = bytes({7, 8});

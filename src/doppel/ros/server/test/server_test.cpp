@@ -64,6 +64,40 @@ TEST_F(ServerTest, NewClientReceivesFullState) {
   EXPECT_THAT(client.services().at("/arm/enable").providers, Contains("/arm"));
 }
 
+TEST_F(ServerTest, PlaybackIsControlledByClients) {
+  const auto playback = std::make_shared<PlaybackControl>(time_from_seconds(1.5), time_from_seconds(9));
+  const Server& server = start({.playback = playback});
+  test::RawClient client(server.port());
+  ASSERT_EQ(client.handshake(), "");
+  const auto info = client.receive_op("serverInfo");
+  EXPECT_THAT(info["capabilities"], Contains("playbackControl"));
+  EXPECT_EQ(info["dataStartTime"], (nlohmann::json{{"sec", 1}, {"nsec", 500'000'000}}));
+  EXPECT_EQ(info["dataEndTime"]["sec"], 9);
+  client.send_binary(std::string("\x03\x01\0\0\x80\x3f\0\0\0\0\0\0\0\0\0\x01\0\0\0x", 20));
+  std::vector<foxglove::PlaybackRequest> requests;
+  while (requests.empty() && steady_clock::now() < soon()) requests = playback->take();
+  ASSERT_EQ(requests.size(), 1U);
+  EXPECT_FALSE(requests[0].play);
+  EXPECT_EQ(requests[0].id, "x");
+  foxglove::PlaybackState state;
+  state.now = time_from_seconds(2);
+  state.request = "x";
+  playback->report(state);
+  const auto expected = foxglove::to_frame(state);
+  std::string frame;
+  while (!frame.starts_with('\x05')) frame = client.receive();
+  EXPECT_EQ(frame, std::string(reinterpret_cast<const char*>(expected.data()), expected.size()));
+}
+
+TEST_F(ServerTest, PlaybackRequestWithoutRecordingIsRefused) {
+  const Server& server = start();
+  test::RawClient client(server.port());
+  ASSERT_EQ(client.handshake(), "");
+  EXPECT_THAT(client.receive_op("serverInfo")["capabilities"], testing::Not(Contains("playbackControl")));
+  client.send_binary(std::string("\x03\x01\0\0\x80\x3f\0\0\0\0\0\0\0\0\0\x01\0\0\0x", 20));
+  EXPECT_THAT(std::string(client.receive_op("status")["message"]), HasSubstr("no recording is played"));
+}
+
 TEST_F(ServerTest, SubscribedTopicsAreStreamed) {
   start();
   WebSocketClient client(client_options());
