@@ -1,4 +1,4 @@
-#include "doppel/lab/resimulation/message_comparison.h"
+#include "doppel/lab/resimulation/detail/message_comparison.h"
 
 #include <algorithm>
 

@@ -10,7 +10,7 @@
 #include "doppel/base/core/output_file.h"
 #include "doppel/base/core/thrown.h"
 #include "doppel/lab/recording/run_files.h"
-#include "doppel/lab/resimulation/message_comparison.h"
+#include "doppel/lab/resimulation/detail/message_comparison.h"
 #include "doppel/ros/bus/parameter_services.h"
 #include "doppel/twin/journal/input_journal.h"
 

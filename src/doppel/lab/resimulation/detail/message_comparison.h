@@ -7,7 +7,6 @@
 #include <optional>
 #include <string>
 
-#include "doppel/export.h"
 #include "doppel/lab/resimulation/resimulation.h"
 #include "doppel/ros/bus/bus.h"
 
@@ -16,7 +15,7 @@ namespace doppel {
 // Compares messages of one topic and time by their bytes. Those that depend on the wall clock are not
 // compared, and neither are those that only one of the two runs has, because sensors beside the loop may
 // leave samples out.
-class DOPPEL_API MessageComparison {
+class MessageComparison {
  public:
   // lockstep: the loop has waited for sensors of light, so that these are compared, too.
   MessageComparison(Bus& bus, BagReader& recorded, bool lockstep);
