@@ -1,12 +1,17 @@
-// Recording: what a recorder of 1 kHz and two cameras loses and costs the loop; writing, info of 10 GB,
-// seeking and recovering: build/bin/bench_bag [all | recorder | twin | files] [seconds of recording] [MB of
-// the file] [folder]
+// Recording: what a recorder of 1 kHz and two cameras loses and costs the loop, what a kill costs; writing,
+// info of 10 GB, seeking and recovering.
+// build/bin/bench_bag [all | recorder | twin | kills | files] [seconds of recording] [MB of the file]
+// [folder]
 #include <fmt/format.h>
+#include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
+#include <csignal>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -141,6 +146,66 @@ void bench_recorder(double duration, const fs::path& folder) {
       percentile(with.steps, 0.5), percentile(with.steps, 0.99), percentile(with.steps, 0.999));
   fmt::print("  processor: {:.1f} % of one core more\n",
              100 * (with.processor / duration - without.processor / std::min(duration, 20.0)));
+}
+
+class FileSink : public doppel::McapSink {
+ public:
+  explicit FileSink(const fs::path& file) : out_(file, std::ios::binary) {}
+  void write(doppel::McapBytes bytes) override {
+    out_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  }
+
+ private:
+  std::ofstream out_;
+};
+
+// A process that records is killed at a random time: what was published, and what the file has.
+void bench_kills(int count, const fs::path& folder) {
+  auto* const published = static_cast<std::atomic<std::int64_t>*>(
+      mmap(nullptr, sizeof(std::int64_t), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0));
+  std::mt19937 random(11);
+  std::vector<double> lost;
+  int unreadable = 0;
+  for (int i = 0; i < count; ++i) {
+    const fs::path bag = folder / fmt::format("killed_{}", i);
+    *published = 0;
+    const pid_t child = fork();
+    if (child == 0) {
+      doppel::Bus bus;
+      doppel::Node node(bus, "/robot");
+      const auto joints = node.advertise<doppel::sensor_msgs::msg::JointState>("/joint_states");
+      const doppel::Log log;
+      doppel::RecorderOptions options;
+      options.bag.folder = bag;
+      const doppel::BusRecorder recorder(bus, std::move(options), log);
+      auto state = joint_state();
+      const auto begin = Clock::now();
+      for (std::int64_t step = 0;; ++step) {
+        std::this_thread::sleep_until(begin + std::chrono::milliseconds(step));
+        bus.spin();
+        state.position[0] = static_cast<double>(step);
+        joints.publish(state, doppel::Time(std::chrono::milliseconds{step}));
+        *published = step + 1;
+      }
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(100 + random() % 2000));
+    kill(child, SIGKILL);
+    waitpid(child, nullptr, 0);
+    try {
+      const doppel::BagReader reader(bag.string());
+      lost.push_back(1e-3 *
+                     static_cast<double>(*published - static_cast<std::int64_t>(reader.contents().messages)));
+      FileSink sink(folder / "copy.mcap");
+      const auto about =
+          doppel::recover_mcap(*doppel::open_mcap_source(reader.contents().files[0]), sink, {});
+      if (about.messages != reader.contents().messages) ++unreadable;
+    } catch (const std::exception&) {
+      ++unreadable;
+    }
+    fs::remove_all(bag);
+  }
+  fmt::print("{} kills at random times: {} not recoverable; s lost: median {:.2f}, most {:.2f}\n", count,
+             unreadable, percentile(lost, 0.5), percentile(lost, 1));
 }
 
 // A twin at real time: the time of a step with everything that it publishes.
@@ -309,17 +374,6 @@ void bench_info(const fs::path& folder) {
              percentile(times, 1));
 }
 
-class FileSink : public doppel::McapSink {
- public:
-  explicit FileSink(const fs::path& file) : out_(file, std::ios::binary) {}
-  void write(doppel::McapBytes bytes) override {
-    out_.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  }
-
- private:
-  std::ofstream out_;
-};
-
 void bench_recover(const std::string& file, const fs::path& folder) {
   fs::resize_file(file, fs::file_size(file) - 100);  // as a recorder that was killed leaves it
   doppel::McapRecovery about;
@@ -345,6 +399,7 @@ int main(int argc, char** argv) {
   for (const char* robot : {"omarm_one", "lab_arm"}) {
     if (all || part == "twin") bench_twin(robot, duration, folder);
   }
+  if (all || part == "kills") bench_kills(100, folder);
   if (all || part == "files") {
     const std::string file = write_large(folder / "large", megabytes);
     bench_seek(file);

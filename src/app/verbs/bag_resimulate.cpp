@@ -14,7 +14,9 @@
 #include "doppel/base/core/installation.h"
 #include "doppel/base/packages/package_folder.h"
 #include "doppel/description/overlay/overlay.h"
+#include "doppel/lab/curve_plot/curve_plot.h"
 #include "doppel/lab/recording/run_recording.h"
+#include "doppel/lab/resimulation/joint_panels.h"
 #include "doppel/lab/resimulation/resimulation.h"
 #include "doppel/version.h"
 
@@ -24,7 +26,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct ResimulateOptions {
-  std::string bag, files, overlay, engine, out;
+  std::string bag, files, overlay, engine, out, plot;
   std::vector<std::string> arguments;  // name:=value
   [[nodiscard]] bool is_what_if() const { return !overlay.empty() || !engine.empty() || !arguments.empty(); }
 };
@@ -89,6 +91,15 @@ void change(RecordedRun& run, const ResimulateOptions& options) {
   }
 }
 
+std::string changes_text(const ResimulateOptions& options) {
+  std::string out;
+  const auto add = [&out](const std::string& change) { out += (out.empty() ? "" : ", ") + change; };
+  for (const std::string& argument : options.arguments) add(argument);
+  if (!options.overlay.empty()) add(fs::path(options.overlay).filename().string());
+  if (!options.engine.empty()) add(options.engine);
+  return out.empty() ? "the same run again" : "what if: " + out;
+}
+
 double seconds_of(const RecordedRun& run, std::uint64_t step) {
   for (const auto& hash : run.hashes) {
     if (hash.step >= step) return to_seconds(from_msg(hash.stamp));
@@ -129,6 +140,16 @@ std::string notes_text(const RecordedRun& run, const Resimulation& result) {
   return out;
 }
 
+// The positions of the joints in both runs.
+void write_plot(const ResimulateOptions& options, BagReader& bag, const std::string& second_run) {
+  constexpr std::size_t kMaxPanels = 12;
+  BagReader second(second_run);
+  const char* const label = options.is_what_if() ? "what if" : "run again";
+  const std::vector<PlotPanel> panels = joint_panels(bag, "recorded", second, label, kMaxPanels);
+  const std::string name = fs::path(options.bag).lexically_normal().filename().string();
+  deliver(curve_plot(name, changes_text(options), panels), options.plot);
+}
+
 int run_resimulate(const ResimulateOptions& options) {
   if (!options.out.empty() && fs::exists(options.out)) {
     throw InputError("output.unwritable", {}, fmt::format("'{}' exists already", options.out),
@@ -141,11 +162,13 @@ int run_resimulate(const ResimulateOptions& options) {
   ResimulationOptions with;
   with.compare_with = options.is_what_if() ? nullptr : &bag;
   const Log quiet;
-  if (!options.out.empty()) {
+  // A plot without a bag of its own is made of one that is removed again.
+  const std::string second_run = options.out.empty() ? (folder.path() / "second_run").string() : options.out;
+  if (!options.out.empty() || !options.plot.empty()) {
     with.record = [&](Twin& twin) {
       RunRecordingOptions recording;
       recording.version = version();
-      recording.bag.folder = options.out;
+      recording.bag.folder = second_run;
       return run_recorder_options(twin, recording, quiet);
     };
   }
@@ -174,6 +197,10 @@ int run_resimulate(const ResimulateOptions& options) {
     text = verdict(run, result);
   }
   if (!options.out.empty()) text += fmt::format("recorded: {}\n", options.out);
+  if (!options.plot.empty()) {
+    write_plot(options, bag, second_run);
+    if (options.plot != "-") text += fmt::format("plotted: {}\n", options.plot);
+  }
   deliver(text + notes_text(run, result));
   return options.is_what_if() || result.equal() ? 0 : 1;
 }
@@ -191,13 +218,14 @@ void add_bag_resimulate(CLI::App& bag, int& exit_code) {
   verb->add_option("--overlay", options->overlay, "What if: another overlay")->check(CLI::ExistingFile);
   verb->add_option("--engine", options->engine, "What if: another engine");
   verb->add_option("-o,--output,--out", options->out, "Record the second run, too")->type_name("FOLDER");
+  verb->add_option("--plot", options->plot, "The joints of both runs as a picture (SVG)")->type_name("FILE");
   verb->add_option("--files", options->files, "Keep the files of the run in this folder")
       ->type_name("FOLDER");
   verb->footer(
       "The run's own files, as they were recorded, are used, and every input acts at its step.\nExit code 1: "
       "the states "
       "differ.\nExamples:\n  doppel bag resimulate my_run\n  doppel bag resimulate my_run --set "
-      "stiffness:=80 -o softer");
+      "stiffness:=80 -o softer --plot softer.svg");
   verb->callback([options, &exit_code] { exit_code = run_resimulate(*options); });
 }
 

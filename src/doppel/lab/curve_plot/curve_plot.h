@@ -1,0 +1,27 @@
+#pragma once
+// Curves over time as an SVG picture: one panel below the other, with a common axis of time and a linear
+// axis of values each. It is readable in print and without colours: later curves are dashed.
+
+#include <string>
+#include <vector>
+
+#include "doppel/export.h"
+
+namespace doppel {
+
+struct PlotCurve {
+  std::string label;
+  std::vector<double> times, values;  // s, and in the panel's unit; a value that is not finite is a gap
+};
+
+struct PlotPanel {
+  std::string title, unit;
+  std::string remark = {};  // at the right of the title: "largest difference 0.12 rad at 3.4 s"
+  std::vector<PlotCurve> curves;
+};
+
+// Values of a curve beyond what a screen can show are thinned, with the extremes of each pixel kept.
+[[nodiscard]] DOPPEL_API std::string curve_plot(const std::string& title, const std::string& subtitle,
+                                                const std::vector<PlotPanel>& panels);
+
+}  // namespace doppel
