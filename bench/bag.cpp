@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -215,7 +216,38 @@ struct TwinRun {
   std::uint64_t lost = 0;
 };
 
-TwinRun run_twin(const std::string& robot, double duration, const fs::path& folder, bool record) {
+enum class Listener { none, client, recorder };
+
+// A client that reads everything and keeps nothing: what it costs that somebody listens.
+class Reader {
+ public:
+  explicit Reader(doppel::Bus& bus) : edge_(bus.attach("/reader", {.ring_bytes = std::size_t{64} << 20})) {
+    for (const doppel::TopicInfo& topic : bus.topics()) {
+      if (!topic.publishers.empty()) edge_->subscribe(topic.id);
+    }
+    thread_ = std::thread([this] {
+      doppel::Edge::Incoming message;
+      while (!ending_) {
+        while (edge_->next(message)) {
+        }
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
+    });
+  }
+  ~Reader() {
+    ending_ = true;
+    thread_.join();
+  }
+  Reader(const Reader&) = delete;
+  Reader& operator=(const Reader&) = delete;
+
+ private:
+  std::unique_ptr<doppel::Edge> edge_;
+  std::atomic<bool> ending_{false};
+  std::thread thread_;
+};
+
+TwinRun run_twin(const std::string& robot, double duration, const fs::path& folder, Listener listener) {
   doppel::Scenario scenario;
   scenario.bundled_robots = DOPPEL_ROBOTS;
   scenario.robots = {{.target = robot}};
@@ -223,7 +255,9 @@ TwinRun run_twin(const std::string& robot, double duration, const fs::path& fold
   doppel::Diagnostics diagnostics;
   doppel::Twin twin(scenario, log, diagnostics);
   std::optional<doppel::BusRecorder> recorder;
-  if (record) {
+  std::optional<Reader> reader;
+  if (listener == Listener::client) reader.emplace(twin.bus());
+  if (listener == Listener::recorder) {
     doppel::RunRecordingOptions options;
     options.bag.folder = folder;
     recorder.emplace(twin.bus(), run_recorder_options(twin, options, log), log);
@@ -245,27 +279,31 @@ TwinRun run_twin(const std::string& robot, double duration, const fs::path& fold
   return out;
 }
 
-// In turn, so that both see the same machine.
+// In turn, so that all see the same machine.
 void bench_twin(const std::string& robot, double duration, const fs::path& folder) {
-  TwinRun without, with;
+  std::array<TwinRun, 3> sums;
   constexpr int kTurns = 4;
-  for (int i = 0; i < kTurns; ++i) {
-    for (const bool record : {false, true}) {
-      TwinRun& sum = record ? with : without;
-      const TwinRun run = run_twin(robot, duration / kTurns, folder / fmt::format("{}_{}", robot, i), record);
-      sum.steps.insert(sum.steps.end(), run.steps.begin(), run.steps.end());
-      sum.processor += run.processor;
-      sum.lost += run.lost;
+  for (int turn = 0; turn < kTurns; ++turn) {
+    for (std::size_t i = 0; i < sums.size(); ++i) {
+      const TwinRun run = run_twin(robot, duration / kTurns, folder / fmt::format("{}_{}", robot, turn),
+                                   static_cast<Listener>(i));
+      sums[i].steps.insert(sums[i].steps.end(), run.steps.begin(), run.steps.end());
+      sums[i].processor += run.processor;
+      sums[i].lost += run.lost;
     }
   }
-  fmt::print("twin of {}, everything recorded, {:.0f} s each: {} lost\n", robot, duration, with.lost);
+  fmt::print(
+      "twin of {}, {:.0f} s each; a step in us: nobody listens / a client reads everything / everything is "
+      "recorded, {} lost\n",
+      robot, duration, sums[2].lost);
   for (const double share : {0.5, 0.99, 0.999}) {
-    const double a = percentile(without.steps, share), b = percentile(with.steps, share);
-    fmt::print("  p{:g} of a step: {:.1f} us without, {:.1f} with, {:+.1f} %\n", 100 * share, a, b,
-               100 * (b - a) / a);
+    std::array<double, 3> at_share{};
+    for (std::size_t i = 0; i < sums.size(); ++i) at_share[i] = percentile(sums[i].steps, share);
+    fmt::print("  p{:g}: {:.1f} / {:.1f} / {:.1f}; recorded to read {:+.1f} %\n", 100 * share, at_share[0],
+               at_share[1], at_share[2], 100 * (at_share[2] / at_share[1] - 1));
   }
-  fmt::print("  processor: {:.1f} % of one core more\n",
-             100 * (with.processor - without.processor) / duration);
+  fmt::print("  processor, of one core: {:.1f} / {:.1f} / {:.1f} %\n", 100 * sums[0].processor / duration,
+             100 * sums[1].processor / duration, 100 * sums[2].processor / duration);
 }
 
 doppel::RecordedTopic joints_topic() {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 
 namespace doppel {
@@ -57,6 +58,14 @@ double tick_step(const Range& range, int count) {
   return 10 * power;
 }
 
+std::vector<double> ticks(const Range& range, double step) {
+  std::vector<double> out;
+  for (auto i = static_cast<std::int64_t>(std::ceil(range.low / step));
+       static_cast<double>(i) * step <= range.high; ++i)
+    out.push_back(static_cast<double>(i) * step);
+  return out;
+}
+
 class Drawing {
  public:
   Drawing(const std::string& title, const std::string& subtitle, std::size_t panels) {
@@ -101,12 +110,12 @@ class Drawing {
 
   void axes(const Range& time, const Range& values, const std::string& unit, double top) {
     const double down = tick_step(values, 4), across = tick_step(time, 8);
-    for (double tick = std::ceil(values.low / down) * down; tick <= values.high; tick += down) {
+    for (const double tick : ticks(values, down)) {
       const double y = top + kPanel * (1 - values.share_of(tick));
       out_ += fmt::format("<path d='M{:g} {:.1f}h{:g}' stroke='#e3e6ea'/>\n", kLeft, y, kInner);
       text(kLeft - 6, y + 4, fmt::format("{:g}", std::abs(tick) < 1e-9 * down ? 0 : tick), "end", 11, "#555");
     }
-    for (double tick = std::ceil(time.low / across) * across; tick <= time.high; tick += across) {
+    for (const double tick : ticks(time, across)) {
       const double x = kLeft + kInner * time.share_of(tick);
       out_ += fmt::format("<path d='M{:.1f} {:g}v{:g}' stroke='#e3e6ea'/>\n", x, top, kPanel);
       text(x, top + kPanel + 15, fmt::format("{:g}", tick), "middle", 11, "#555");

@@ -152,7 +152,6 @@ struct WebSocketClient::Impl : ReceiveBuffer {
     if (const std::optional<Distro> distro = distro_of(info.distro)) set_ros_distro(*distro);
   }
   void handle(const foxglove::TimeMessage&) {}
-  void handle(const foxglove::PlaybackState&) {}
   void handle(const foxglove::AssetFailure&) {}
   void handle(const foxglove::AssetData&) {}
   void handle(const foxglove::StatusMessage& status) {

@@ -20,7 +20,7 @@ enum ServerOpcode : std::uint8_t {
   kPlaybackState = 5
 };
 enum AssetStatus : std::uint8_t { kAssetFound = 0, kAssetRefused = 1 };
-enum ClientOpcode : std::uint8_t { kClientData = kClientDataOpcode, kServiceCall = 2, kPlaybackRequest = 3 };
+enum ClientOpcode : std::uint8_t { kClientData = kClientDataOpcode, kServiceCall = 2 };
 
 json schema_object(const std::string& type, const char* part, const std::string& schema) {
   return {{"encoding", kCdr}, {"schemaName", type + part}, {"schemaEncoding", kRos2Msg}, {"schema", schema}};
@@ -236,18 +236,24 @@ Status read_client_binary(ByteView frame, ClientMessage& out) try {
     call.encoding = reader.text();
     call.payload = reader.rest();
     out = std::move(call);
-  } else if (opcode == kPlaybackRequest) {
-    PlaybackRequest request;
-    request.play = reader.number<std::uint8_t>() == 0;
-    request.speed = reader.number<float>();
-    const bool has_seek = reader.number<std::uint8_t>() != 0;
-    const auto time = static_cast<std::int64_t>(reader.number<std::uint64_t>());
-    if (has_seek) request.seek = time_from_nanoseconds(time);
-    request.id = reader.text();
-    out = std::move(request);
   } else {
     out = UnknownOperation{fmt::format("binary {}", opcode)};
   }
+  return {};
+} catch (const Malformed& problem) {
+  return Status::refused(problem.what());
+}
+
+Status read_playback_request(ByteView frame, PlaybackRequest& out) try {
+  wire::Reader reader(frame);
+  if (reader.number<std::uint8_t>() != kPlaybackRequestOpcode)
+    return Status::refused("it is no playback request");
+  out.play = reader.number<std::uint8_t>() == 0;
+  out.speed = reader.number<float>();
+  const bool has_seek = reader.number<std::uint8_t>() != 0;
+  const auto time = static_cast<std::int64_t>(reader.number<std::uint64_t>());
+  out.seek = has_seek ? std::optional(time_from_nanoseconds(time)) : std::nullopt;
+  out.id = reader.text();
   return {};
 } catch (const Malformed& problem) {
   return Status::refused(problem.what());

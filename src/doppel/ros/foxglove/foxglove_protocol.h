@@ -145,10 +145,9 @@ DOPPEL_API std::array<std::byte, kDataHeadSize> data_head(std::uint32_t subscrip
 constexpr std::size_t kAssetHeadSize = 10;
 DOPPEL_API std::array<std::byte, kAssetHeadSize> asset_head(std::uint32_t request);
 
-using ServerMessage =
-    std::variant<std::monostate, ServerInfo, StatusMessage, Channels, RemovedChannels, Services,
-                 RemovedServices, ParameterValues, GraphUpdate, ServiceFailure, MessageData, TimeMessage,
-                 ServiceResponse, AssetFailure, AssetData, PlaybackState>;
+using ServerMessage = std::variant<std::monostate, ServerInfo, StatusMessage, Channels, RemovedChannels,
+                                   Services, RemovedServices, ParameterValues, GraphUpdate, ServiceFailure,
+                                   MessageData, TimeMessage, ServiceResponse, AssetFailure, AssetData>;
 // Refuse a malformed frame with the reason. monostate: well-formed, but of an unknown kind. Views point
 // into the frame.
 DOPPEL_API Status read_server_text(std::string_view frame, ServerMessage& out);
@@ -203,19 +202,23 @@ struct ServiceCall {
   std::string encoding;
   ByteView payload;
 };
+struct UnknownOperation {
+  std::string op;
+};
+
+// A client that controls a recording sends a frame of its own kind, which begins with this byte.
+constexpr std::uint8_t kPlaybackRequestOpcode = 3;
 struct PlaybackRequest {
   bool play = true;  // false: pause
   float speed = 1;
   std::optional<Time> seek;
   std::string id;
 };
-struct UnknownOperation {
-  std::string op;
-};
+DOPPEL_API Status read_playback_request(ByteView frame, PlaybackRequest& out);
 
-using ClientMessage = std::variant<UnknownOperation, Subscribe, Unsubscribe, Advertise, Unadvertise,
-                                   GetParameters, SetParameters, WatchParameters, WatchGraph, FetchAsset,
-                                   ClientData, ServiceCall, PlaybackRequest>;
+using ClientMessage =
+    std::variant<UnknownOperation, Subscribe, Unsubscribe, Advertise, Unadvertise, GetParameters,
+                 SetParameters, WatchParameters, WatchGraph, FetchAsset, ClientData, ServiceCall>;
 // Refuse a frame that is not one of this protocol. Views point into the frame.
 DOPPEL_API Status read_client_text(std::string_view frame, ClientMessage& out);
 DOPPEL_API Status read_client_binary(ByteView frame, ClientMessage& out);

@@ -124,14 +124,6 @@ Status read_server_binary(ByteView frame, ServerMessage& out) try {
     } else {
       out = AssetFailure{request, std::move(why)};
     }
-  } else if (opcode == 5) {
-    PlaybackState state;
-    state.status = static_cast<PlaybackState::Status>(reader.number<std::uint8_t>());
-    state.now = time_from_nanoseconds(static_cast<std::int64_t>(reader.number<std::uint64_t>()));
-    state.speed = reader.number<float>();
-    state.did_seek = reader.number<std::uint8_t>() != 0;
-    state.request = reader.text();
-    out = std::move(state);
   } else {
     out = std::monostate{};
   }

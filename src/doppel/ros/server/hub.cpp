@@ -86,9 +86,12 @@ Hub::~Hub() {
   if (options_.playback != nullptr) options_.playback->on_report({});
 }
 
-void Hub::handle(Client& /*client*/, ClientId id, const foxglove::PlaybackRequest& request) {
+void Hub::on_playback(ClientId id, foxglove::ByteView frame) {
+  foxglove::PlaybackRequest request;
+  const Status read = foxglove::read_playback_request(frame, request);
+  if (!read) return reject(id, read);
   if (options_.playback == nullptr) return reject(id, Status::refused("no recording is played here"));
-  options_.playback->request(request);
+  options_.playback->request(std::move(request));
 }
 
 void Hub::send_playback(const foxglove::PlaybackState& state) {
@@ -164,6 +167,8 @@ void Hub::on_text(ClientId id, std::string_view frame) {
 }
 
 void Hub::on_binary(ClientId id, foxglove::ByteView frame) {
+  if (!frame.empty() && frame[0] == std::byte{foxglove::kPlaybackRequestOpcode})
+    return on_playback(id, frame);
   foxglove::ClientMessage message;
   const Status read = foxglove::read_client_binary(frame, message);
   return read ? dispatch(id, message) : reject(id, read);

@@ -147,7 +147,7 @@ class DOPPEL_API Hub {
   void handle(Client& client, ClientId id, const foxglove::SetParameters& set);
   void handle(Client& client, ClientId id, const foxglove::WatchParameters& watch);
   void handle(Client& client, ClientId id, const foxglove::WatchGraph& watch);
-  void handle(Client& client, ClientId id, const foxglove::PlaybackRequest& request);
+  void on_playback(ClientId id, foxglove::ByteView frame);
   void send_playback(const foxglove::PlaybackState& state);
   void finish_call(ClientId id, const foxglove::ServiceCall& call, const Status& status,
                    const Bytes& response);

@@ -134,6 +134,9 @@ BlackBox::BlackBox(Twin& twin, BlackBoxOptions options, const Log& log)
   recording.bag.max_file_time = kRollingFile;
   recording.bag.max_file_size = kMaxRollingFile;
   recording.topics = {.all = true, .exclude_types = kNotRecorded};
+  for (const RigStatus& sensor : twin.sensors()) {
+    for (const std::string& topic : sensor.sensor.topics) recording.topics.exclude_topics.push_back(topic);
+  }
   recording.ring_bytes = kRing;
   recording.keep_files = kRollingFiles;
   recording.listed = false;

@@ -2,7 +2,7 @@
 // The last half minute of a running twin, always: a recorder whose rolling files are in the folder of the
 // announcements (in memory, with most systems), and which writes them out as a bag when something happens:
 // the emergency stop, an error, a divergence, an episode at a limit, a request. Files of a process that was
-// killed are written out by the next one. Pictures, clouds and scans are not in it, because sensors of
+// killed are written out by the next one. Topics of sensors are not in it, because sensors of
 // light would be computed for it.
 
 #include <atomic>

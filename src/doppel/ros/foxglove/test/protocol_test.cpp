@@ -41,21 +41,21 @@ TEST(FoxgloveProtocol, PlaybackFramesAreThoseOfFoxglovesSdk) {
   EXPECT_EQ(to_frame(state),
             bytes({5, 0, 0x39, 0x30, 0,   0,   0,   0,   0,   0,   0,   0,   0x80, 0x3f, 0,   14, 0,
                    0, 0, 'i',  '-',  'a', 'm', '-', 'a', '-', 'r', 'e', 'q', 'u',  'e',  's', 't'}));
-  ClientMessage message;
-  ASSERT_TRUE(read_client_binary(bytes({3, 0, 0, 0, 0x80, 0x3f, 1,   0x15, 0xcd, 0x5b, 7,   0,   0,
-                                        0, 0, 7, 0, 0,    0,    's', 'o',  'm',  'e',  '-', 'i', 'd'}),
-                                 message));
-  const auto& seek = std::get<PlaybackRequest>(message);
-  EXPECT_TRUE(seek.play);
-  EXPECT_EQ(seek.speed, 1);
-  EXPECT_EQ(seek.seek, time_from_nanoseconds(123'456'789));
-  EXPECT_EQ(seek.id, "some-id");
-  ASSERT_TRUE(read_client_binary(bytes({3, 1, 0, 0, 0x80, 0x3f, 0,   0,   0,   0,   0,   0,   0,
-                                        0, 0, 7, 0, 0,    0,    's', 'o', 'm', 'e', '-', 'i', 'd'}),
-                                 message));
-  EXPECT_FALSE(std::get<PlaybackRequest>(message).play);
-  EXPECT_FALSE(std::get<PlaybackRequest>(message).seek);
-  EXPECT_FALSE(read_client_binary(bytes({3, 1, 0, 0}), message));
+  PlaybackRequest request;
+  ASSERT_TRUE(read_playback_request(bytes({3, 0, 0, 0, 0x80, 0x3f, 1,   0x15, 0xcd, 0x5b, 7,   0,   0,
+                                           0, 0, 7, 0, 0,    0,    's', 'o',  'm',  'e',  '-', 'i', 'd'}),
+                                    request));
+  EXPECT_TRUE(request.play);
+  EXPECT_EQ(request.speed, 1);
+  EXPECT_EQ(request.seek, time_from_nanoseconds(123'456'789));
+  EXPECT_EQ(request.id, "some-id");
+  ASSERT_TRUE(read_playback_request(bytes({3, 1, 0, 0, 0x80, 0x3f, 0,   0,   0,   0,   0,   0,   0,
+                                           0, 0, 7, 0, 0,    0,    's', 'o', 'm', 'e', '-', 'i', 'd'}),
+                                    request));
+  EXPECT_FALSE(request.play);
+  EXPECT_FALSE(request.seek);
+  EXPECT_FALSE(read_playback_request(bytes({3, 1, 0, 0}), request));
+  EXPECT_FALSE(read_playback_request(bytes({2, 1, 0, 0}), request));
 }
 
 TEST(FoxgloveProtocol, TimeAndServiceResponseFramesMatchSpecification) {
