@@ -18,6 +18,7 @@
 #include "doppel/ros/messages/rcl_interfaces.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/record/bag_reader.h"
 #include "doppel/ros/server/announcement.h"
 
 namespace doppel {
