@@ -358,7 +358,7 @@ RunnerOptions runner_options(const UpOptions& options, double speed, BusRecorder
   out.report_stall = [&log](const std::string& what) { log.error("loop", what); };
   out.ends_at_divergence = options.json || options.duration > 0;
   if (options.duration > 0) out.duration = from_seconds(options.duration);
-  // As fast as the disk at most, so that the recording is complete.
+  // The run is as fast as the disk at most, so that the recording is complete.
   if (speed == 0 && recorder != nullptr) out.before_step = [recorder] { recorder->let_catch_up(); };
   return out;
 }

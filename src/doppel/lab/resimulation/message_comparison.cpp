@@ -56,7 +56,7 @@ void MessageComparison::read_one() {
   ahead_ = recorded_.next();
 }
 
-// Where this run was reset, the recorded one goes on behind its own reset, in the next file.
+// After a reset of this run the recorded one goes on behind its own reset, in the next file.
 void MessageComparison::read_until(Time now) {
   const auto time = static_cast<std::uint64_t>(std::max<std::int64_t>(0, nanoseconds_of(now)));
   if (time < time_) {

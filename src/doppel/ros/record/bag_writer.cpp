@@ -66,7 +66,7 @@ void BagWriter::open_file() {
   fs::path folder = fs::absolute(options_.folder).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();  // "bags/run/"
   const std::string stem = folder.filename().string();
-  const std::string name = fmt::format("{}_{}.mcap", stem.empty() ? "bag" : stem, metadata_.files.size());
+  const std::string name = fmt::format("{}_{}.mcap", stem.empty() ? "bag" : stem, opened_++);
   sink_ = std::make_unique<McapFileSink>((options_.folder / name).string());
   writer_ = std::make_unique<McapWriter>(*sink_, options_.file);
   metadata_.files.push_back({name});
@@ -181,6 +181,13 @@ void BagWriter::sync() {
 
 void BagWriter::split() {
   close_file();
+}
+
+void BagWriter::remove_oldest() {
+  if (metadata_.files.size() < (writer_ == nullptr ? 1U : 2U)) return;
+  std::error_code none;
+  fs::remove(options_.folder / metadata_.files.front().path, none);
+  metadata_.files.erase(metadata_.files.begin());
 }
 
 void BagWriter::close() {

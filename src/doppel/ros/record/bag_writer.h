@@ -63,6 +63,8 @@ class DOPPEL_API BagWriter {
   void sync();
   // The next message begins a new file.
   void split();
+  // Removes the oldest file that is closed, and its entry in the metadata. The counts of messages stay.
+  void remove_oldest();
   // Ends the file and writes metadata.yaml. A second call has no effect.
   void close();
 
@@ -89,6 +91,7 @@ class DOPPEL_API BagWriter {
   std::unique_ptr<McapWriter> writer_;
   std::uint64_t last_time_ = 0;  // of the file
   std::uint64_t closed_size_ = 0;
+  std::size_t opened_ = 0;  // files so far
   bool closed_ = false;
 };
 

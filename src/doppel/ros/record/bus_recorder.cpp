@@ -9,6 +9,7 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/thrown.h"
 #include "doppel/ros/messages/codec.h"
 #include "doppel/ros/record/bag_copy.h"
 #include "doppel/ros/record/bag_reader.h"
@@ -142,12 +143,8 @@ void BusRecorder::make_copy(const Copy& request) {
 }
 
 void BusRecorder::prune() {
-  const std::vector<BagFileCount>& files = writer_.metadata().files;
-  if (options_.keep_files == 0) return;
-  for (; files.size() > options_.keep_files + pruned_; ++pruned_) {
-    std::error_code none;
-    std::filesystem::remove(writer_.folder() / files[pruned_].path, none);
-  }
+  if (options_.keep_files > 0 && writer_.metadata().files.size() > options_.keep_files)
+    writer_.remove_oldest();
 }
 
 void BusRecorder::take_messages() {
@@ -174,12 +171,18 @@ void BusRecorder::run() {
     if (options_.on_look) options_.on_look();
     serve_copies();
   } catch (const InputError& error) {
-    report_.failure = error.diagnostics().front().message;
-    log_.error(kOrigin, fmt::format("the recording has ended; what was written before is readable: {}",
-                                    report_.failure));
-    failed_ = true;
-    for (const auto& [topic, recorded] : recorded_) edge_->unsubscribe(topic);
+    fail(error.diagnostics().front().message);
+  } catch (...) {
+    fail(thrown_text());
   }
+}
+
+// The loop does not wait for a recorder that writes no more (let_catch_up).
+void BusRecorder::fail(const std::string& why) {
+  failed_ = true;
+  report_.failure = why;
+  log_.error(kOrigin, fmt::format("the recording has ended; what was written before is readable: {}", why));
+  for (const auto& [topic, recorded] : recorded_) edge_->unsubscribe(topic);
 }
 
 void BusRecorder::close() {

@@ -76,6 +76,7 @@ class DOPPEL_API BusRecorder {
     std::int64_t stamp = 0;      // of the last message
   };
   void run();
+  void fail(const std::string& why);
   void subscribe();
   void take_messages();
   void record(const Edge::Incoming& message);
@@ -93,7 +94,6 @@ class DOPPEL_API BusRecorder {
   std::map<TopicId, Recorded> recorded_;
   std::int64_t time_ = 0;  // of the last message
   RecorderReport report_;
-  std::size_t pruned_ = 0;  // files that were removed
   std::mutex copies_mutex_;
   std::vector<Copy> copies_;
   std::atomic<bool> ending_{false}, failed_{false};

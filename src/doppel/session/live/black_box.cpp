@@ -55,7 +55,7 @@ std::string bag_name(const std::string& cause) {
   return out;
 }
 
-fs::path unused(const fs::path& wish) {
+fs::path unused_path(const fs::path& wish) {
   fs::path out = wish;
   for (int number = 2; fs::exists(out); ++number) out = wish.string() + fmt::format("_{}", number);
   return out;
@@ -86,7 +86,7 @@ pid_t process_of(const fs::path& folder) {
 
 // Copies what is whole of the files of a process that was killed. Empty: there was no message.
 fs::path recovered(const fs::path& rolling, const fs::path& folder) {
-  const fs::path out = unused(folder / bag_name("killed"));
+  const fs::path out = unused_path(folder / bag_name("killed"));
   std::uint64_t messages = 0;
   for (const std::string& file : files_of_bag(rolling.string())) {
     fs::create_directories(out);
@@ -118,7 +118,7 @@ BlackBox::BlackBox(Twin& twin, BlackBoxOptions options, const Log& log)
     : twin_(twin),
       options_(std::move(options)),
       log_(log),
-      rolling_(unused(options_.scratch / fmt::format("{}{}", kRolling, getpid()))),
+      rolling_(unused_path(options_.scratch / fmt::format("{}{}", kRolling, getpid()))),
       node_(twin.bus(), "/doppel") {
   node_.serve<std_srvs::srv::Trigger>(
       "~/snapshot", [this](const auto&, const Responder<std_srvs::srv::Trigger::Response>& respond) {
@@ -232,7 +232,7 @@ void BlackBox::write_due() {
 }
 
 fs::path BlackBox::write(const std::string& cause, std::function<void(const std::string&)> done) {
-  const fs::path bag = unused(options_.folder / bag_name(cause.substr(0, cause.find(':'))));
+  const fs::path bag = unused_path(options_.folder / bag_name(cause.substr(0, cause.find(':'))));
   BusRecorder::Copy copy;
   copy.bag.folder = bag;
   copy.bag.distro = to_string(ros_distro());

@@ -145,6 +145,24 @@ TEST_F(BagTest, SizeSplitsFilesAndNoMessageIsLost) {
   EXPECT_EQ(read().size(), 100U);
 }
 
+TEST_F(BagTest, OldestFileIsRemovedWithItsEntryAndNumbersGoOn) {
+  BagWriterOptions split = options();
+  split.max_file_time = std::chrono::nanoseconds(1);
+  BagWriter writer(split);
+  writer.remove_oldest();  // the file that is open stays
+  const std::size_t a = writer.add_topic(topic("/a"));
+  for (std::uint32_t t = 0; t < 6; ++t) {
+    writer.write(a, t + 1, t * kSecond, t * kSecond, text("a"));
+    if (writer.metadata().files.size() > 3) writer.remove_oldest();
+  }
+  writer.close();
+  std::vector<std::string> paths;
+  for (const BagFileCount& file : writer.metadata().files) paths.push_back(file.path);
+  const std::string stem = folder_.filename().string();
+  EXPECT_THAT(paths, ElementsAre(stem + "_3.mcap", stem + "_4.mcap", stem + "_5.mcap"));
+  EXPECT_THAT(read(), ElementsAre("3a", "4a", "5a"));
+}
+
 // A reset of the simulation: the times of one file would otherwise mix two runs.
 TEST_F(BagTest, TimeThatIsSetBackBeginsNewFileAndReaderKeepsOrderOfWriting) {
   BagWriter writer(options());
