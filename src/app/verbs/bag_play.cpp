@@ -1,7 +1,6 @@
 // doppel bag play: a bag on a server of its own (page, Foxglove) and on the ROS 2 network.
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
@@ -16,8 +15,11 @@
 #include "app/process.h"
 #include "app/terminal_log.h"
 #include "app/verbs/bag_verbs.h"
+#include "app/verbs/foreign_options.h"
 #include "app/verbs/raw_terminal.h"
 #include "doppel/ros/record/bag_player.h"
+#include "doppel/ros/record/player_services.h"
+#include "doppel/ros/record/qos_overrides.h"
 #include "doppel/session/live/session.h"
 
 namespace doppel::app {
@@ -30,16 +32,23 @@ struct PlayOptions {
   PlayerOptions player;
   std::vector<std::string> remap;  // from:=to
   double start = 0, duration = 0, delay = 0;
-  bool headless = false;
+  double until_seconds = 0;
+  std::uint64_t until = 0;  // ns
+  std::string qos_file, storage;
+  bool headless = false, no_keys = false, stay = false;
   EdgeOptions edges;
+  [[nodiscard]] bool has_keys() const { return !no_keys && isatty(STDIN_FILENO) != 0; }
 };
 
 PlayerOptions player_options(const PlayOptions& options) {
   PlayerOptions out = options.player;
   out.topics.check();
   out.topics.hidden = true;
-  out.start = from_seconds(options.start);
-  out.duration = from_seconds(options.duration);
+  out.part = {from_seconds(options.start), from_seconds(options.duration), options.until};
+  if (options.until_seconds > 0)
+    out.part.until = static_cast<std::uint64_t>(from_seconds(options.until_seconds).count());
+  out.delay = from_seconds(options.delay);
+  if (!options.qos_file.empty()) out.qos = read_qos_overrides(options.qos_file);
   for (const std::string& text : options.remap) {
     const std::size_t split = text.find(":=");
     if (split == std::string::npos || split == 0 || split + 2 == text.size())
@@ -49,7 +58,7 @@ PlayerOptions player_options(const PlayOptions& options) {
   return out;
 }
 
-// The keys of ros2 bag play. False: the end is asked for.
+// The keys of ros2 bag play, and letters for them. False: the end is asked for.
 bool handle_key(BagPlayer& player, char key, BagPlayer::Clock::time_point now) {
   constexpr double kFaster = 1.1;
   constexpr std::uint64_t kJump = 1'000'000'000;
@@ -58,15 +67,19 @@ bool handle_key(BagPlayer& player, char key, BagPlayer::Clock::time_point now) {
       player.pause(!player.is_paused(), now);
       break;
     case 'n':
-      player.step(now);
+    case RawTerminal::kRight:
+      if (player.is_paused()) player.step(now);
       break;
     case '+':
-      player.set_rate(std::min(player.rate() * kFaster, kMaxSpeed), now);
+    case RawTerminal::kUp:
+      player.set_rate(std::min(player.rate() * kFaster, kMaxPlayRate), now);
       break;
     case '-':
-      player.set_rate(std::max(player.rate() / kFaster, kMinSpeed), now);
+    case RawTerminal::kDown:
+      player.set_rate(std::max(player.rate() / kFaster, kMinPlayRate), now);
       break;
     case 'b':
+    case RawTerminal::kLeft:
       player.seek(player.time() - std::min(player.time() - player.begin(), kJump), now);
       break;
     case 'f':
@@ -121,7 +134,8 @@ class RemoteControl {
     } else if (request.play && player_.at_end()) {
       player_.seek(player_.begin(), now);
     }
-    if (request.speed > 0) player_.set_rate(std::clamp<double>(request.speed, kMinSpeed, kMaxSpeed), now);
+    if (request.speed > 0)
+      player_.set_rate(std::clamp<double>(request.speed, kMinPlayRate, kMaxPlayRate), now);
     player_.pause(!request.play, now);
     foxglove::PlaybackState state = state_of(player_);
     state.did_seek = request.seek.has_value();
@@ -142,22 +156,30 @@ class RemoteControl {
   bool used_ = false;
 };
 
-// Until the end of the bag, `stop`, or the key q.
-void play(Bus& bus, BagPlayer& player, PlaybackControl& control, const std::atomic<bool>& stop) {
+// Until the end of the bag, a signal, or the key q.
+void play(const PlayOptions& options, Bus& bus, BagPlayer& player, PlaybackControl& control) {
+  const std::atomic<bool>& is_ending = stop_on_signals();
   RemoteControl remote(player, control);
+  PlayerServices services(bus, player);
   std::optional<RawTerminal> terminal;
-  if (isatty(STDIN_FILENO) != 0) terminal.emplace(STDIN_FILENO);
+  if (options.has_keys()) terminal.emplace(STDIN_FILENO, RawTerminal::Arrows::given);
   auto shown = BagPlayer::Clock::time_point{};
-  while (!stop && (!player.at_end() || remote.is_used())) {
+  const auto is_over = [&] {
+    if (options.stay || services.is_busy()) return false;
+    return player.is_stopped() || (player.at_end() && !remote.is_used());
+  };
+  player.begin_now(BagPlayer::Clock::now());
+  while (!is_ending && !is_over()) {
     remote.look();
     const auto now = BagPlayer::Clock::now();
+    services.work(now);
     player.play(now);
     bus.spin();
     if (now - shown > std::chrono::milliseconds(100)) {
       show(player);
       shown = now;
     }
-    const auto due = std::min(player.due().value_or(now + kRest), now + kRest);
+    const auto due = services.is_busy() ? now : std::min(player.due().value_or(now + kRest), now + kRest);
     if (terminal) {
       const auto key = terminal->next(due);
       if (key && !handle_key(player, *key, BagPlayer::Clock::now())) return;
@@ -165,19 +187,31 @@ void play(Bus& bus, BagPlayer& player, PlaybackControl& control, const std::atom
       bus.wait(due - BagPlayer::Clock::now());
     }
   }
+  bus.spin();
+}
+
+// Throws InputError: nothing would be played.
+void check_part(const PlayOptions& options, const PlayedPart& part, const BagContents& contents) {
+  const double length = static_cast<double>(contents.end - contents.start) * 1e-9;
+  if (options.start > length) {
+    throw InputError("cli.use", make_location(options.bag),
+                     fmt::format("--start-offset {:g} is behind the end of the recording, which has {:.3f} s",
+                                 options.start, length));
+  }
+  const std::uint64_t begin = contents.start + static_cast<std::uint64_t>(part.start.count());
+  if (part.until > 0 && part.until < begin && part.duration <= Duration{}) {
+    throw InputError(
+        "cli.use", make_location(options.bag),
+        fmt::format("--playback-until ends at {} ns, before the beginning at {} ns", part.until, begin),
+        "give a time of the recording's clock; doppel bag info --json has its start and end");
+  }
 }
 
 int run_play(const PlayOptions& options, const RosArguments& ros) {
   BagReader bag(options.bag);
   const PlayerOptions chosen = player_options(options);
   check_selection(bag, chosen.topics);
-  const double length = static_cast<double>(bag.contents().end - bag.contents().start) * 1e-9;
-  if (options.start > length) {
-    throw InputError("cli.use", make_location(options.bag),
-                     fmt::format("--start-offset {:g} is behind the end of the recording, which has {:.3f} s",
-                                 options.start, length));
-  }
-  const std::atomic<bool>& stop = stop_on_signals();
+  check_part(options, chosen.part, bag.contents());
   Log log;
   log.add_sink([](const LogLine& line) {
     print_stderr("{}: {}\n", line.severity == Severity::note ? "note" : "warning", line.text);
@@ -189,26 +223,59 @@ int run_play(const PlayOptions& options, const RosArguments& ros) {
   print_stderr("{}: {} messages of {} topics, {:.3f} s\n{}{}", options.bag, bag.contents().messages,
                bag.contents().topics.size(), static_cast<double>(player.end() - player.begin()) * 1e-9,
                session.banner(), session.page_line());
-  if (isatty(STDIN_FILENO) != 0)
+  if (options.has_keys())
     print_stderr(
-        "keys: space pauses, n the next message, b and f a second back and on, + and - the rate, q ends\n");
+        "keys: space pauses, the right arrow gives the next message, b and f go a second back and on, the up "
+        "and down arrows change the rate, q ends\n");
   session.begin();
   Browser browser(log);
   if (!options.headless && !options.edges.no_open) browser.open(session.server().server().page_url());
-  if (options.delay > 0) {
-    player.pause(true, BagPlayer::Clock::now());
-    const auto end = BagPlayer::Clock::now() + std::chrono::duration<double>(options.delay);
-    while (!stop && BagPlayer::Clock::now() < end) {
-      bus.spin();
-      bus.wait(kRest);
-    }
-    player.pause(options.player.paused, BagPlayer::Clock::now());
-  }
-  play(bus, player, session.playback(), stop);
+  play(options, bus, player, session.playback());
   if (isatty(STDERR_FILENO) != 0) print_stderr("\n");
   print_stderr("played {} messages\n", player.published());
   return player.skipped().empty() ? 0 : 1;
 }
+
+void add_part_options(CLI::App& verb, PlayOptions& options) {
+  verb.add_option("-r,--rate", options.player.rate, "Seconds of the recording per second (default 1)")
+      ->check(CLI::Range(kMinPlayRate, kMaxPlayRate));
+  verb.add_option("--start-offset", options.start, "Begin so many seconds after its start")
+      ->check(CLI::NonNegativeNumber);
+  verb.add_option("--playback-duration", options.duration,
+                  "Play so many seconds (default: to its end); with an until, the later end counts")
+      ->check(positive_number());
+  CLI::Option* const seconds = verb.add_option("--playback-until-sec,--playback-until", options.until_seconds,
+                                               "Play until this time of the recording's clock, in seconds")
+                                   ->check(positive_number());
+  verb.add_option("--playback-until-nsec", options.until, "The same in nanoseconds")->excludes(seconds);
+  verb.add_option("-d,--delay", options.delay, "Seconds to wait before the first message, in each loop")
+      ->check(CLI::NonNegativeNumber);
+}
+
+void add_clock_options(CLI::App& verb, PlayerOptions& player) {
+  verb.add_option("--clock", player.clock_rate,
+                  "Publish /clock with this rate in Hz (without a number: 40), if the bag has none")
+      ->expected(0, 1)
+      ->default_str("40")
+      ->check(positive_number());
+  verb.add_option("--clock-topics", player.clock_topics, "Publish /clock before each message of these topics")
+      ->take_all();
+  verb.add_flag("--clock-topics-all", player.clock_topics_all, "Publish /clock before each message");
+}
+
+// Options of ros2 bag play.
+constexpr ForeignOption kForeign[] = {
+    {"--read-ahead-queue-size", 1, "", "messages are read when they are due"},
+    {"--disable-loan-message", 0, "", "no messages are loaned"},
+    {"--log-level", 1, "", "there is one level"},
+    {"--storage-config-file", 1, "", "MCAP files need none to be read"},
+    {"--wait-for-all-acked", 1, "the bus does not know what subscribers have acknowledged",
+     "without it, reliable subscribers get the last messages while the program ends"},
+    {"--publish-service-requests", 0, "recorded calls are published as events, and services are not called",
+     "doppel bag resimulate repeats the calls of a twin's run"},
+    {"--service-requests-source", 1, "recorded calls are published as events, and services are not called",
+     "doppel bag resimulate repeats the calls of a twin's run"},
+};
 
 }  // namespace
 
@@ -217,29 +284,30 @@ void add_bag_play(CLI::App& bag, const RosArguments& ros, int& exit_code) {
       bag.add_subcommand("play", "Publish the messages of a recording, with a page to look at it");
   const auto options = std::make_shared<PlayOptions>();
   verb->add_option("BAG", options->bag, "An .mcap file, or a folder of them")->required();
-  verb->add_option("-r,--rate", options->player.rate, "Seconds of the recording per second (default 1)")
-      ->check(CLI::Range(kMinSpeed, kMaxSpeed));
-  verb->add_option("--start-offset", options->start, "Begin so many seconds after its start")
-      ->check(CLI::NonNegativeNumber);
-  verb->add_option("--playback-duration", options->duration, "Play so many seconds (default: to its end)")
-      ->check(positive_number());
-  verb->add_option("--delay", options->delay, "Seconds to wait before the first message")
-      ->check(CLI::NonNegativeNumber);
+  add_part_options(*verb, *options);
   verb->add_flag("-l,--loop", options->player.loop, "Begin again at the end");
   verb->add_flag("-p,--start-paused", options->player.paused, "Begin paused; the space key goes on");
-  verb->add_option("--clock", options->player.clock_rate,
-                   "Publish /clock with this rate in Hz, if the bag has none")
-      ->check(positive_number());
+  verb->add_flag("--stay", options->stay,
+                 "Stay at the end, and after the service stop, for the services seek and play");
+  add_clock_options(*verb, options->player);
   verb->add_option("-m,--remap", options->remap, "Another name of a topic, from:=to")->take_all();
   add_topic_options(*verb, options->player.topics);
+  verb->add_option("--qos-profile-overrides-path", options->qos_file,
+                   "A YAML file with the qualities of topics, as of ros2 bag")
+      ->type_name("FILE");
+  verb->add_option("-s,--storage", options->storage, "The storage of the bag: mcap")
+      ->check(CLI::IsMember({"mcap"}));
+  verb->add_flag("--disable-keyboard-controls", options->no_keys, "No keys");
   verb->add_flag("--headless", options->headless, "Do not open the web page (same as --no-open)");
   add_edge_options(*verb, options->edges);
+  add_foreign_options(*verb, kForeign);
   verb->footer(
+      "The services of rosbag2's player are those of the node /rosbag2_player: pause, resume, toggle_paused, "
+      "is_paused, set_rate, get_rate, play_next, burst, seek, play, stop.\n"
       "Exit code 1: topics were skipped, because their messages cannot be read.\nExamples:\n  doppel bag "
-      "play my_run\n"
-      "  doppel bag play my_run -r 0.5 --start-offset 12 -l\n  doppel bag play my_run --topics /tf "
-      "/tf_static "
-      "/robot_description -m /tf:=/old/tf");
+      "play my_run\n  doppel bag play my_run -r 0.5 --start-offset 12 -l\n  doppel bag play my_run -p\n"
+      "  doppel service call /rosbag2_player/burst '{num_messages: 100}'\n  doppel bag play my_run --topics "
+      "/tf /tf_static /robot_description -m /tf:=/old/tf");
   verb->callback([options, &ros, &exit_code] { exit_code = run_play(*options, ros); });
 }
 

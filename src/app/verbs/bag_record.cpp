@@ -199,6 +199,9 @@ void add_topic_options(CLI::App& verb, TopicSelection& topics) {
   verb.add_option("--exclude-topic-types", topics.exclude_types, "But not topics of these types")->take_all();
   verb.add_option("--services", topics.services, "The calls of these services")->take_all();
   verb.add_option("--actions", topics.actions, "Goals, feedback and results of these actions")->take_all();
+  verb.add_option("--exclude-services", topics.exclude_services, "But not the calls of these services")
+      ->take_all();
+  verb.add_option("--exclude-actions", topics.exclude_actions, "But not these actions")->take_all();
 }
 
 void check_selection(const BagReader& bag, const TopicSelection& topics) {

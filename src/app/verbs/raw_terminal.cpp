@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <string>
 
 namespace doppel::app {
 namespace {
@@ -12,7 +13,7 @@ constexpr char kEscape = 27;
 
 }  // namespace
 
-RawTerminal::RawTerminal(int fd) : fd_(fd) {
+RawTerminal::RawTerminal(int fd, Arrows arrows) : fd_(fd), arrows_(arrows) {
   termios now{};
   if (isatty(fd_) == 0 || tcgetattr(fd_, &now) != 0) return;
   before_ = now;
@@ -43,12 +44,18 @@ std::optional<char> RawTerminal::next(std::chrono::steady_clock::time_point unti
   if (byte != kEscape) return byte;
   // The bytes of an arrow or function key follow at once; a lone escape is a key that stops.
   const auto soon = std::chrono::steady_clock::now() + std::chrono::milliseconds(5);
-  bool several = false;
+  std::string sequence;
   while (const auto more = read_byte(soon)) {
-    several = true;
+    sequence += *more;
     if ((*more >= 'A' && *more <= 'Z' && *more != 'O') || *more == '~') break;
   }
-  return several ? std::nullopt : byte;
+  if (sequence.empty()) return byte;
+  if (arrows_ == Arrows::left_out) return std::nullopt;
+  if (sequence == "[A" || sequence == "OA") return kUp;
+  if (sequence == "[B" || sequence == "OB") return kDown;
+  if (sequence == "[C" || sequence == "OC") return kRight;
+  if (sequence == "[D" || sequence == "OD") return kLeft;
+  return std::nullopt;
 }
 
 }  // namespace doppel::app

@@ -12,7 +12,6 @@
 namespace doppel {
 namespace {
 
-constexpr const char* kNode = "/rosbag2_player";
 constexpr const char* kClock = "/clock";
 constexpr std::size_t kBatch = 1000;  // messages of one play(), so that requests are answered meanwhile
 
@@ -44,15 +43,20 @@ const TypeSupport* type_of(const BagTopic& topic, std::string& why) {
 }  // namespace
 
 BagPlayer::BagPlayer(Bus& bus, BagReader& bag, PlayerOptions options, const Log& log)
-    : bus_(bus), bag_(bag), options_(std::move(options)), edge_(bus.attach(kNode)) {
-  const BagContents& contents = bag.contents();
-  begin_ = contents.start + static_cast<std::uint64_t>(options_.start.count());
-  end_ = contents.end;
-  if (options_.duration > Duration{})
-    end_ = std::min(end_, begin_ + static_cast<std::uint64_t>(options_.duration.count()));
+    : bus_(bus), bag_(bag), options_(std::move(options)), edge_(bus.attach(kPlayerNode)) {
+  choose(options_.part);
   paused_ = options_.paused;
   advertise(log);
   rewind(Clock::now());
+}
+
+void BagPlayer::choose(const PlayedPart& part) {
+  const BagContents& contents = bag_.contents();
+  begin_ = std::min(contents.end, contents.start + static_cast<std::uint64_t>(part.start.count()));
+  std::uint64_t limit = part.until;
+  if (part.duration > Duration{})
+    limit = std::max(limit, begin_ + static_cast<std::uint64_t>(part.duration.count()));
+  end_ = limit == 0 ? contents.end : std::clamp(limit, begin_, contents.end);
 }
 
 BagPlayer::~BagPlayer() = default;
@@ -68,13 +72,18 @@ void BagPlayer::advertise(const Log& log) {
     std::string why;
     if (type_of(topic, why) != nullptr) {
       const bool latched = bag_.latched(i) > 0;
-      const Status offered =
-          edge_->advertise(kNode, target.name, topic.type, {.depth = latched ? 1U : 10U, .latched = latched});
+      const auto chosen = options_.qos.find(topic.name);
+      const Qos qos = chosen == options_.qos.end() ? Qos{.depth = latched ? 1U : 10U, .latched = latched}
+                                                   : chosen->second;
+      const Status offered = edge_->advertise(kPlayerNode, target.name, topic.type, qos);
       target.usable = offered.ok();
       if (!offered) why = offered.why();
     }
     if (target.usable) {
       has_clock_ = has_clock_ || target.name == kClock;
+      target.clock_before =
+          options_.clock_topics_all ||
+          std::ranges::find(options_.clock_topics, topic.name) != options_.clock_topics.end();
       continue;
     }
     skipped_.push_back(topic.name);
@@ -98,10 +107,16 @@ void BagPlayer::anchor(std::uint64_t time, Clock::time_point now) {
 
 void BagPlayer::rewind(Clock::time_point now) {
   seek(begin_, now);
+  anchor(begin_, now + options_.delay);
+}
+
+void BagPlayer::begin_now(Clock::time_point now) {
+  anchor(time_, now + options_.delay);
 }
 
 void BagPlayer::seek(std::uint64_t time, Clock::time_point now) {
   time = std::clamp(time, begin_, end_);
+  stopped_ = false;
   // The last message of each topic before this time is its state now.
   std::map<std::size_t, Message> states;
   bag_.seek(0, time, options_.topics);
@@ -124,7 +139,7 @@ BagPlayer::Clock::time_point BagPlayer::wall_of(std::uint64_t time) const {
 }
 
 std::optional<BagPlayer::Clock::time_point> BagPlayer::due() const {
-  if (paused_) return std::nullopt;
+  if (paused_ || stopped_) return std::nullopt;
   if (!next_) return options_.loop ? std::optional(wall_of(end_)) : std::nullopt;
   return wall_of(next_->time);
 }
@@ -132,36 +147,41 @@ std::optional<BagPlayer::Clock::time_point> BagPlayer::due() const {
 void BagPlayer::publish(const Message& message) {
   const Target& target = targets_[message.topic];
   bus_.set_now(time_from_nanoseconds(static_cast<std::int64_t>(time_)));
-  if (edge_->publish(kNode, target.name, target.type, message.data)) ++published_;
+  if (edge_->publish(kPlayerNode, target.name, target.type, message.data)) ++published_;
   bus_.spin();
 }
 
-void BagPlayer::publish_clock(std::uint64_t until) {
-  if (has_clock_ || options_.clock_rate <= 0) return;
-  const auto period = static_cast<std::uint64_t>(1e9 / options_.clock_rate);
-  if (until < clock_due_) return;
+void BagPlayer::publish_clock(const Message& message) {
+  if (has_clock_) return;
+  const bool is_due = options_.clock_rate > 0 && time_ >= clock_due_;
+  if (!is_due && !targets_[message.topic].clock_before) return;
   rosgraph_msgs::msg::Clock clock;
-  clock.clock = to_time_msg(time_from_nanoseconds(static_cast<std::int64_t>(until)));
-  static_cast<void>(edge_->publish(kNode, kClock, rosgraph_msgs::msg::Clock::kType, to_cdr(clock)));
+  clock.clock = to_time_msg(time_from_nanoseconds(static_cast<std::int64_t>(time_)));
+  static_cast<void>(edge_->publish(kPlayerNode, kClock, rosgraph_msgs::msg::Clock::kType, to_cdr(clock)));
   bus_.spin();
-  clock_due_ = until + period;
+  if (is_due) clock_due_ = time_ + static_cast<std::uint64_t>(1e9 / options_.clock_rate);
+}
+
+void BagPlayer::publish_next() {
+  const Message message = std::move(*next_);
+  time_ = std::max(time_, message.time);
+  publish_clock(message);
+  publish(message);
+  read_next();
 }
 
 void BagPlayer::play(Clock::time_point now) {
   if (paused_) return;
   for (std::size_t i = 0; i < kBatch && next_ && wall_of(next_->time) <= now; ++i) {
-    time_ = std::max(time_, next_->time);
-    publish_clock(time_);
-    publish(*next_);
     const std::uint64_t before = next_->time;
-    read_next();
+    publish_next();
     // A file that begins earlier: the simulation was reset there.
     if (next_ && next_->time < before) {
       anchor(next_->time, now);
       time_ = next_->time;
     }
   }
-  if (!next_ && options_.loop && now >= wall_of(end_)) rewind(now);
+  if (!next_ && !stopped_ && options_.loop && now >= wall_of(end_)) rewind(now);
 }
 
 void BagPlayer::pause(bool yes, Clock::time_point now) {
@@ -175,12 +195,23 @@ void BagPlayer::set_rate(double rate, Clock::time_point now) {
   options_.rate = rate;
 }
 
-void BagPlayer::step(Clock::time_point now) {
-  if (!next_) return;
-  time_ = std::max(time_, next_->time);
-  publish(*next_);
-  read_next();
+bool BagPlayer::step(Clock::time_point now) {
+  if (!next_) return false;
+  publish_next();
   anchor(time_, now);
+  return true;
+}
+
+void BagPlayer::stop() {
+  stopped_ = true;
+  next_.reset();
+}
+
+bool BagPlayer::play_part(const PlayedPart& part, Clock::time_point now) {
+  if (!at_end()) return false;
+  choose(part);
+  rewind(now);
+  return true;
 }
 
 }  // namespace doppel

@@ -61,8 +61,12 @@ bool TopicSelection::includes(std::string_view topic, std::string_view type) con
 }
 
 bool TopicSelection::selects(std::string_view topic, std::string_view type) const {
-  return includes(topic, type) && !holds(exclude_topics, topic) && !holds(exclude_types, type) &&
-         !matches(exclude_regex, topic);
+  if (!includes(topic, type) || holds(exclude_topics, topic) || holds(exclude_types, type) ||
+      matches(exclude_regex, topic))
+    return false;
+  const std::string_view action = action_of_topic(topic);
+  return !holds(exclude_actions, action) &&
+         (!action.empty() || !holds(exclude_services, service_of_event_topic(topic)));
 }
 
 }  // namespace doppel

@@ -19,6 +19,7 @@ struct DOPPEL_API TopicSelection {
   std::vector<std::string> exclude_topics = {}, exclude_types = {};
   std::string exclude_regex = {};
   bool hidden = false;  // also other hidden topics, which have a part that begins with an underscore
+  std::vector<std::string> exclude_services = {}, exclude_actions = {};
 
   // Throws InputError "cli.use" for an expression that is not valid.
   void check() const;
