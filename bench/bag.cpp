@@ -102,6 +102,12 @@ Loop run_loop(double duration, const fs::path& folder, bool record) {
   if (record) {
     doppel::RecorderOptions options;
     options.bag.folder = folder;
+    // An hour is 128 GB: the files are written, and the oldest ones are removed.
+    constexpr double kLongestWhole = 900;
+    if (duration > kLongestWhole) {
+      options.bag.max_file_size = 1'000'000'000;
+      options.keep_files = 8;
+    }
     recorder.emplace(bus, std::move(options), log);
   }
   std::mt19937 random(1);

@@ -212,7 +212,7 @@ void add_bag_resimulate(CLI::App& bag, int& exit_code) {
       "resimulate",
       "Run a recorded run again: equal states, or where they differ; or what if something else had been");
   const auto options = std::make_shared<ResimulateOptions>();
-  verb->add_option("BAG", options->bag, "A bag of doppel up --record")->required();
+  verb->add_option("BAG", options->bag, "A bag of doppel up --record, or of the black box")->required();
   verb->add_option("--set", options->arguments, "What if: another value of an argument, name:=value")
       ->take_all();
   verb->add_option("--overlay", options->overlay, "What if: another overlay")->check(CLI::ExistingFile);

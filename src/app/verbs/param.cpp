@@ -7,6 +7,7 @@
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/near_names.h"
 #include "doppel/ros/bus/parameter_file.h"
+#include "doppel/ros/bus/parameter_file_text.h"
 #include "doppel/ros/messages/rcl_interfaces.h"
 
 namespace doppel::app {
@@ -120,37 +121,13 @@ int describe(Shell& shell, const ParamOptions& options) {
   return 0;
 }
 
-// Parameters with dots in their names as nested maps.
-struct Branch {
-  std::map<std::string, Branch> below;
-  std::string value;
-};
-
-void print_branch(const Branch& branch, std::size_t indent, std::string& out) {
-  for (const auto& [name, child] : branch.below) {
-    out += std::string(indent, ' ') + name + ":" + (child.value.empty() ? "\n" : " " + child.value + "\n");
-    print_branch(child, indent + 2, out);
-  }
-}
-
 int dump(Shell& shell, const ParamOptions& options) {
   Client& twin = shell.twin();
   const std::string node = find_node_name(twin, options.node);
-  Branch root;
-  for (const NamedParameter& parameter : twin.parameters(node)) {
-    if (std::holds_alternative<std::monostate>(parameter.value)) continue;
-    Branch* at = &root;
-    std::string_view rest = parameter.name;
-    for (std::size_t dot = rest.find('.'); dot != std::string_view::npos; dot = rest.find('.')) {
-      at = &at->below[std::string(rest.substr(0, dot))];
-      rest.remove_prefix(dot + 1);
-    }
-    const auto* text = std::get_if<std::string>(&parameter.value);
-    at->below[std::string(rest)].value = text != nullptr && text->empty() ? "''" : to_string(parameter.value);
-  }
-  std::string out = fmt::format("{}:\n  ros__parameters:\n", node);
-  print_branch(root, 4, out);
-  print_out(out);
+  std::vector<std::pair<std::string, ParameterValue>> parameters;
+  for (NamedParameter& parameter : twin.parameters(node))
+    parameters.emplace_back(std::move(parameter.name), std::move(parameter.value));
+  print_out(parameter_file_text(node, parameters));
   return 0;
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-// What a part of a running simulation writes when the simulation is saved, and reads when it is restored: a
+// A part of a running simulation writes it when the simulation is saved, and reads it when it is restored: a
 // value whose type only the part has.
 
 #include <memory>

@@ -14,14 +14,14 @@ namespace {
 
 using JointCurves = std::map<std::string, PlotCurve>;  // "/left/joint_states elbow"
 
-JointCurves joint_curves(BagReader& bag, const std::string& label) {
+JointCurves joint_curves(BagReader& bag, const std::string& label, std::uint64_t start) {
   JointCurves out;
   bag.seek(0, UINT64_MAX, {.types = {std::string(sensor_msgs::msg::JointState::kType)}});
   sensor_msgs::msg::JointState state;
   while (const auto message = bag.next()) {
     const std::string& topic = bag.contents().topics[message->topic].name;
     if (!topic.ends_with("joint_states") || !from_cdr(message->data, state)) continue;
-    const double time = 1e-9 * static_cast<double>(message->log_time - bag.contents().start);
+    const double time = 1e-9 * (static_cast<double>(message->log_time) - static_cast<double>(start));
     for (std::size_t i = 0; i < std::min(state.name.size(), state.position.size()); ++i) {
       PlotCurve& curve = out[topic == "/joint_states" ? state.name[i] : topic + " " + state.name[i]];
       curve.label = label;
@@ -58,7 +58,11 @@ Difference difference_of(const PlotCurve& a, const PlotCurve& b) {
 
 std::vector<PlotPanel> joint_panels(BagReader& first, const std::string& first_label, BagReader& second,
                                     const std::string& second_label, std::size_t most) {
-  const JointCurves a = joint_curves(first, first_label), b = joint_curves(second, second_label);
+  const std::uint64_t start = first.contents().start;
+  // The second run of a black box begins before its recording.
+  const bool share_time = second.contents().start <= start && start <= second.contents().end;
+  const JointCurves a = joint_curves(first, first_label, start);
+  const JointCurves b = joint_curves(second, second_label, share_time ? start : second.contents().start);
   std::vector<std::pair<double, PlotPanel>> panels;
   for (const auto& [name, curve] : a) {
     const auto other = b.find(name);

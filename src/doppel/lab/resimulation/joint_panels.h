@@ -11,7 +11,8 @@
 namespace doppel {
 
 // A panel for each joint of a joint_states topic that both have, those with the largest differences first,
-// `most` of them. Positions in rad or m over the times since the start of each recording.
+// `most` of them. Positions in rad or m over the times since the start of
+// the first recording, and of each one where their times do not overlap.
 [[nodiscard]] DOPPEL_API std::vector<PlotPanel> joint_panels(BagReader& first, const std::string& first_label,
                                                              BagReader& second,
                                                              const std::string& second_label,

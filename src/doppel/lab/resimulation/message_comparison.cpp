@@ -30,10 +30,11 @@ TopicSelection compared_topics(bool lockstep) {
 
 }  // namespace
 
-MessageComparison::MessageComparison(Bus& bus, BagReader& recorded, bool lockstep)
+MessageComparison::MessageComparison(Bus& bus, BagReader& recorded, bool lockstep, std::uint64_t first_step)
     : bus_(bus),
       recorded_(recorded),
       compared_(compared_topics(lockstep)),
+      first_step_(first_step),
       edge_(bus.attach("comparison", {.ring_bytes = kRing})) {
   recorded_.seek(0, UINT64_MAX, compared_);
   ahead_ = recorded_.next();
@@ -80,10 +81,11 @@ void MessageComparison::compare(const Edge::Incoming& message, std::uint64_t ste
 }
 
 void MessageComparison::look(std::uint64_t step, Time now) {
-  read_until(now);
+  const bool is_recorded = step >= first_step_;
+  if (is_recorded) read_until(now);
   Edge::Incoming message;
   while (edge_->next(message)) {
-    if (!first_) compare(message, step);
+    if (is_recorded && !first_) compare(message, step);
   }
   if (graph_ != bus_.graph_version()) subscribe();
 }

@@ -10,6 +10,7 @@
 #include "doppel/base/core/output_file.h"
 #include "doppel/base/core/thrown.h"
 #include "doppel/lab/recording/run_files.h"
+#include "doppel/lab/recording/run_journal.h"
 #include "doppel/lab/resimulation/detail/message_comparison.h"
 #include "doppel/ros/bus/parameter_services.h"
 #include "doppel/twin/journal/input_journal.h"
@@ -177,7 +178,7 @@ void run_again(Twin& twin, const RecordedRun& run, const ResimulationOptions& op
   if (options.record) recorder.emplace(twin.bus(), options.record(twin), log);
   std::optional<MessageComparison> messages;
   if (options.compare_with != nullptr)
-    messages.emplace(twin.bus(), *options.compare_with, run.scenario.sensors.lockstep);
+    messages.emplace(twin.bus(), *options.compare_with, run.scenario.sensors.lockstep, run.first_step);
   twin.keep_states(run.keeps_states);
   Replay replay(twin, run, out);
   const std::uint64_t last = run.hashes.back().step;
@@ -211,10 +212,29 @@ void run_again(Twin& twin, const RecordedRun& run, const ResimulationOptions& op
 
 }  // namespace
 
+namespace {
+
+// The black box: the run is in the journal, the messages of its end are in the bag.
+RecordedRun read_journal(BagReader& bag, const std::vector<std::byte>& journal, const fs::path& folder,
+                         const fs::path& bundled_robots) {
+  const fs::path file = folder / kJournalAttachment;
+  write_whole(file, {reinterpret_cast<const char*>(journal.data()), journal.size()});
+  BagReader run(file.string());
+  RecordedRun out = read_recorded_run(run, folder, bundled_robots);
+  std::uint64_t lost = 0;
+  const auto hashes = read_all<doppel_msgs::msg::StateHash>(bag, kStateHashTopic, lost);
+  out.first_step = hashes.empty() ? out.hashes.back().step : hashes.front().step;
+  return out;
+}
+
+}  // namespace
+
 RecordedRun read_recorded_run(BagReader& bag, const fs::path& folder, const fs::path& bundled_robots) {
-  RecordedRun out;
   std::map<std::string, std::vector<std::byte>> attachments;
   for (const BagPart& part : bag.contents().attachments) attachments[part.part.name] = bag.attachment(part);
+  if (const auto journal = attachments.find(kJournalAttachment); journal != attachments.end())
+    return read_journal(bag, journal->second, folder, bundled_robots);
+  RecordedRun out;
   if (!attachments.contains(kScenarioAttachment)) refuse("it has no scenario", kHowToRecord);
   const ScenarioFile scenario =
       load_scenario(write_run_files(attachments, texts_of(bag, kFilesOfRunMetadata), folder), bundled_robots);

@@ -29,13 +29,15 @@ struct RecordedRun {
   std::vector<doppel_msgs::msg::Input> inputs;
   std::vector<doppel_msgs::msg::StateHash> hashes;  // by their steps
   bool keeps_states = false;                        // Twin::keep_states()
+  std::uint64_t first_step = 1;                     // of which the recording has messages, about
   std::uint64_t lost_inputs = 0;                    // that the recorder has missed
   Diagnostics notes;                                // doppel's own files have changed since
 };
 
+// Also from a bag of the black box, whose journal (kJournalAttachment) begins with the run.
 // `folder`: an empty one, for the run's files, which is kept as long as the run is used. Throws InputError
 // "bag.no_run": the recording has no scenario, no inputs or no hashes, because it was not made by `up
-// --record`.
+// --record` or the black box.
 [[nodiscard]] DOPPEL_API RecordedRun read_recorded_run(BagReader& bag, const std::filesystem::path& folder,
                                                        const std::filesystem::path& bundled_robots);
 

@@ -135,8 +135,7 @@ void BusRecorder::make_copy(const Copy& request) {
   writer_.split();
   const auto last = static_cast<std::uint64_t>(request.last.count()), now = static_cast<std::uint64_t>(time_);
   BagWriter out(request.bag);
-  for (const BagAttachment& attachment : request.attachments) out.attach(attachment, now);
-  if (!request.about_name.empty()) out.add_metadata(request.about_name, request.about);
+  if (request.add_parts) request.add_parts(out, now);
   BagReader bag(writer_.folder().string());
   copy_from(bag, now > last ? now - last : 0, UINT64_MAX, {.hidden = true}, out);
   out.close();

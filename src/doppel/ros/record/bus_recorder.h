@@ -56,13 +56,12 @@ class DOPPEL_API BusRecorder {
   // thread.
   void let_catch_up() const;
   // Copies the last messages to another bag, on the recorder's thread: those of `last` before now, and the
-  // latched ones. `done`: called there with the reason of a failure, or "".
+  // latched ones. `done` and `add_parts`: called there, `done` with the reason of a failure, or "".
   struct Copy {
     BagWriterOptions bag;
     Duration last{};
-    std::vector<std::pair<std::string, std::string>> about = {};  // metadata of this name
-    std::string about_name = {};
-    std::vector<BagAttachment> attachments = {};
+    // Attachments and metadata, before the messages; `time` in ns, for attachments.
+    std::function<void(BagWriter&, std::uint64_t time)> add_parts = {};
     std::function<void(const std::string& failure)> done = {};
   };
   void copy(Copy request);

@@ -45,26 +45,18 @@ void mark_near(const RayCaster& caster, RayBatch& rays, double near, int own_bod
       ranges[i] = -kInfinite;
 }
 
-class LidarOutput : public LightSensor {
+// A sensor of distances, whose samples have one channel of noise.
+class DistanceSensor : public LightSensor {
  public:
-  LidarOutput(Node& node, const RigSensor& sensor, const RigOptions& options)
-      : LightSensor(sensor, options),
-        lidar_(std::get<LidarDescription>(sensor.description.what)),
-        pattern_(scan_pattern(lidar_)),
-        noise_(lidar_.noise, random_, 0, period_) {
-    const std::string base =
-        sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic;
-    if (!sensor.description.points_only)
-      scan_ = static_cast<int>(add_outlet<msg::LaserScan>(node, "scan", base));
-    points_ = static_cast<int>(add_outlet<msg::PointCloud2>(
-        node, "points", sensor.description.points_only ? base : base + "/points"));
-  }
+  DistanceSensor(const RigSensor& sensor, const RigOptions& options, const NoiseDescription& noise)
+      : LightSensor(sensor, options), noise_(noise, random_, 0, period_) {}
 
-  void make(const RayCaster& caster, const LightSample& sample, Time stamp,
-            std::vector<LightMessage>& out) override;
-  void restart() override { noise_.restart(); }
+  void restart() override {
+    LightSensor::restart();
+    noise_.restart();
+  }
   void resume(const LightSensor& before, std::uint64_t next) override {
-    if (const auto* lidar = dynamic_cast<const LidarOutput*>(&before)) noise_.resume(lidar->noise_, next);
+    if (const auto* other = dynamic_cast<const DistanceSensor*>(&before)) noise_.resume(other->noise_, next);
   }
   [[nodiscard]] Memory memory() const override {
     Memory out = LightSensor::memory();
@@ -76,6 +68,27 @@ class LidarOutput : public LightSensor {
     noise_.set_begin(saved.walk);
   }
 
+ protected:
+  ChannelNoise noise_;
+};
+
+class LidarOutput : public DistanceSensor {
+ public:
+  LidarOutput(Node& node, const RigSensor& sensor, const RigOptions& options)
+      : DistanceSensor(sensor, options, std::get<LidarDescription>(sensor.description.what).noise),
+        lidar_(std::get<LidarDescription>(sensor.description.what)),
+        pattern_(scan_pattern(lidar_)) {
+    const std::string base =
+        sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic;
+    if (!sensor.description.points_only)
+      scan_ = static_cast<int>(add_outlet<msg::LaserScan>(node, "scan", base));
+    points_ = static_cast<int>(add_outlet<msg::PointCloud2>(
+        node, "points", sensor.description.points_only ? base : base + "/points"));
+  }
+
+  void make(const RayCaster& caster, const LightSample& sample, Time stamp,
+            std::vector<LightMessage>& out) override;
+
  private:
   void measure(const RayCaster& caster, const LightSample& sample);
   [[nodiscard]] msg::LaserScan scan(const std_msgs::msg::Header& header) const;
@@ -83,7 +96,6 @@ class LidarOutput : public LightSensor {
 
   const LidarDescription lidar_;
   const ScanPattern pattern_;
-  ChannelNoise noise_;
   int scan_ = -1, points_ = -1;
   RayBatch rays_;
   HitBatch hits_, near_;
@@ -187,13 +199,12 @@ bool has_rays(const SensorDescription& description) {
   return description.type.ends_with("ray") || description.type.ends_with("lidar");
 }
 
-class RangeOutput : public LightSensor {
+class RangeOutput : public DistanceSensor {
  public:
   RangeOutput(Node& node, const RigSensor& sensor, const RigOptions& options)
-      : LightSensor(sensor, options),
+      : DistanceSensor(sensor, options, std::get<RangeDescription>(sensor.description.what).rays.noise),
         described_(std::get<RangeDescription>(sensor.description.what)),
-        pattern_(has_rays(sensor.description) ? scan_pattern(described_.rays) : cone_pattern(described_)),
-        noise_(described_.rays.noise, random_, 0, period_) {
+        pattern_(has_rays(sensor.description) ? scan_pattern(described_.rays) : cone_pattern(described_)) {
     add_outlet<msg::Range>(
         node, "range", sensor.description.topic.empty() ? sensor.description.name : sensor.description.topic);
   }
@@ -220,27 +231,10 @@ class RangeOutput : public LightSensor {
     if (range_) range_->range = message.range;
     if (sample.wanted[0]) out.push_back({0, std::make_shared<const Bytes>(to_cdr(message))});
   }
-  void restart() override {
-    LightSensor::restart();
-    noise_.restart();
-  }
-  void resume(const LightSensor& before, std::uint64_t next) override {
-    if (const auto* other = dynamic_cast<const RangeOutput*>(&before)) noise_.resume(other->noise_, next);
-  }
-  [[nodiscard]] Memory memory() const override {
-    Memory out = LightSensor::memory();
-    out.walk = noise_.begin();
-    return out;
-  }
-  void restore(const Memory& saved) override {
-    LightSensor::restore(saved);
-    noise_.set_begin(saved.walk);
-  }
 
  private:
   const RangeDescription described_;
   const ScanPattern pattern_;
-  ChannelNoise noise_;
   RayBatch rays_;
   HitBatch hits_, near_;
 };

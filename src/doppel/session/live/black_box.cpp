@@ -11,13 +11,12 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/guarded_thread.h"
-#include "doppel/base/mcap/mcap_file_sink.h"
-#include "doppel/base/mcap/mcap_recovery.h"
 #include "doppel/lab/recording/run_files.h"
 #include "doppel/ros/messages/doppel_msgs.h"
 #include "doppel/ros/messages/rcl_interfaces.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
+#include "doppel/ros/record/bag_copy.h"
 #include "doppel/ros/record/bag_reader.h"
 #include "doppel/ros/server/announcement.h"
 
@@ -31,8 +30,10 @@ constexpr const char* kBlackBox = "black_box";
 constexpr const char* kAbout = "doppel_black_box";
 constexpr std::string_view kRolling = "black_box-";           // and the process's number
 constexpr std::chrono::seconds kRollingFile{10}, kQuiet{30};  // kQuiet: between two bags of one kind of cause
-constexpr std::uint64_t kMaxRollingFile = std::uint64_t{12} << 20U;  // with kRollingFiles 60 MB at most
+// On the disk, together at most 61 MB.
+constexpr std::uint64_t kMaxRollingFile = std::uint64_t{9} << 20U, kMaxJournal = std::uint64_t{16} << 20U;
 constexpr std::size_t kRollingFiles = 5;
+constexpr const char* kJournal = "journal";  // within the folder of the rolling files
 constexpr std::size_t kRing = std::size_t{8} << 20;
 constexpr int kNiceness = 10;
 
@@ -86,17 +87,22 @@ pid_t process_of(const fs::path& folder) {
 
 // Copies what is whole of the files of a process that was killed. Empty: there was no message.
 fs::path recovered(const fs::path& rolling, const fs::path& folder) {
-  const fs::path out = unused_path(folder / bag_name("killed"));
-  std::uint64_t messages = 0;
-  for (const std::string& file : files_of_bag(rolling.string())) {
-    fs::create_directories(out);
-    McapFileSink sink((out / fs::path(file).filename()).string());
-    messages += recover_mcap(*open_mcap_source(file), sink, {}).messages;
+  BagReader bag(rolling.string());
+  if (bag.contents().messages == 0) return {};
+  BagWriterOptions options;
+  options.folder = unused_path(folder / bag_name("killed"));
+  BagWriter copy(options);
+  try {
+    if (const auto journal = journal_attachment(rolling / kJournal))
+      copy.attach(*journal, bag.contents().end);
+    copy.add_metadata(kAbout, {{"cause", "killed"}});
+    copy_from(bag, 0, UINT64_MAX, {.hidden = true}, copy);
+    copy.close();
+  } catch (...) {
+    copy.discard();
+    throw;
   }
-  if (messages > 0) return out;
-  std::error_code none;
-  fs::remove_all(out, none);
-  return {};
+  return options.folder;
 }
 
 }  // namespace
@@ -119,7 +125,8 @@ BlackBox::BlackBox(Twin& twin, BlackBoxOptions options, const Log& log)
       options_(std::move(options)),
       log_(log),
       rolling_(unused_path(options_.scratch / fmt::format("{}{}", kRolling, getpid()))),
-      node_(twin.bus(), "/doppel") {
+      node_(twin.bus(), "/doppel"),
+      parameters_(twin.bus()) {
   node_.serve<std_srvs::srv::Trigger>(
       "~/snapshot", [this](const auto&, const Responder<std_srvs::srv::Trigger::Response>& respond) {
         const auto path = std::make_shared<fs::path>();
@@ -145,7 +152,10 @@ BlackBox::BlackBox(Twin& twin, BlackBoxOptions options, const Log& log)
   recording.on_message = [this](const BagTopicCount& topic, const Edge::Incoming& message) {
     look(topic, message);
   };
-  recording.on_look = [this] { write_due(); };
+  recording.on_look = [this] {
+    keep_journal();
+    write_due();
+  };
   recorder_.emplace(twin.bus(), std::move(recording), log);
   // A start does not wait for the disk.
   reader_ = guarded_thread(
@@ -168,7 +178,9 @@ void BlackBox::read_files(const RunSources& sources) {
   constexpr std::uint64_t kMaxMeshes =
       0;  // they would be the most of each bag, and the description names them
   RunFiles files = run_files(sources, options_.version, kMaxMeshes);
+  files.about.emplace_back(kKeepsStates, options_.keeps_states ? "yes" : "no");
   const std::lock_guard lock(files_mutex_);
+  about_ = files.about;
   files_ = std::move(files);
 }
 
@@ -191,7 +203,25 @@ void BlackBox::salvage() {
   }
 }
 
+// The journal is made by the first message, on the recorder's thread.
+void BlackBox::keep_journal() {
+  if (!journal_) return;
+  std::optional<RunFiles> files;
+  {
+    const std::lock_guard lock(files_mutex_);
+    files.swap(files_);
+  }
+  if (files) journal_->add_files(*files);
+  journal_->look(Clock::now());
+}
+
 void BlackBox::look(const BagTopicCount& topic, const Edge::Incoming& message) {
+  if (!journal_) journal_.emplace(rolling_ / kJournal, std::string(to_string(ros_distro())), kMaxJournal);
+  journal_->write(topic, message);
+  if (topic.name == "/parameter_events") {
+    if (const auto event = decoded<rcl_interfaces::msg::ParameterEvent>(message.cdr))
+      parameters_.apply(*event);
+  }
   if (topic.name == "/rosout") {
     const auto line = decoded<rcl_interfaces::msg::Log>(message.cdr);
     if (!line || line->name == kBlackBox) return;
@@ -237,13 +267,7 @@ fs::path BlackBox::write(const std::string& cause, std::function<void(const std:
   copy.bag.folder = bag;
   copy.bag.distro = to_string(ros_distro());
   copy.last = options_.length + options_.afterwards;
-  copy.about_name = kAbout;
-  {
-    const std::lock_guard lock(files_mutex_);
-    copy.about = files_.about;
-    copy.attachments = files_.attachments;
-  }
-  copy.about.emplace_back("cause", cause);
+  copy.add_parts = [this, cause](BagWriter& writer, std::uint64_t time) { add_parts(cause, writer, time); };
   copy.done = [this, bag, cause, done = std::move(done)](const std::string& failure) {
     if (failure.empty()) {
       log_.note(kBlackBox, fmt::format("{}: the last {:.0f} s are in {}", cause, to_seconds(options_.length),
@@ -256,6 +280,27 @@ fs::path BlackBox::write(const std::string& cause, std::function<void(const std:
   };
   recorder_->copy(std::move(copy));
   return bag;
+}
+
+// The recorder's thread.
+void BlackBox::add_parts(const std::string& cause, BagWriter& bag, std::uint64_t time) {
+  std::vector<std::pair<std::string, std::string>> about;
+  {
+    const std::lock_guard lock(files_mutex_);
+    about = about_;
+  }
+  about.emplace_back("cause", cause);
+  keep_journal();
+  if (journal_) journal_->flush();
+  if (journal_ && !journal_->end().empty()) {
+    about.emplace_back("not_resimulated_because", journal_->end());
+  } else if (const auto journal = journal_attachment(rolling_ / kJournal)) {
+    bag.attach(*journal, time);
+  }
+  const std::string parameters = parameters_.text();
+  const auto* const text = reinterpret_cast<const std::byte*>(parameters.data());
+  bag.attach({"parameters.yaml", "application/yaml", {text, text + parameters.size()}}, time);
+  bag.add_metadata(kAbout, about);
 }
 
 void BlackBox::remove_old() const {

@@ -3,7 +3,8 @@
 // announcements (in memory, with most systems), and which writes them out as a bag when something happens:
 // the emergency stop, an error, a divergence, an episode at a limit, a request. Files of a process that was
 // killed are written out by the next one. Topics of sensors are not in it, because sensors of
-// light would be computed for it.
+// light would be computed for it. With the journal of the run since its start (kJournalAttachment) a bag can
+// be run again, as long as the journal is not too large; the parameters of all nodes are an attachment, too.
 
 #include <atomic>
 #include <chrono>
@@ -18,7 +19,9 @@
 
 #include "doppel/base/core/log.h"
 #include "doppel/export.h"
+#include "doppel/lab/recording/parameter_snapshot.h"
 #include "doppel/lab/recording/run_files.h"
+#include "doppel/lab/recording/run_journal.h"
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/record/bus_recorder.h"
 #include "doppel/twin/assembly/twin.h"
@@ -31,6 +34,7 @@ struct BlackBoxOptions {
   std::filesystem::path scratch, folder;       // of the rolling files, and of the bags; both are made
   std::size_t max_bags = 20;                   // the oldest ones are removed
   std::string version;                         // of doppel
+  bool keeps_states = false;                   // Twin::keep_states(), which a rewind needs again
 };
 // scratch: that of the announcements; folder: $XDG_STATE_HOME/doppel/black_box, else
 // ~/.local/state/doppel/black_box, empty without a home.
@@ -58,6 +62,8 @@ class DOPPEL_API BlackBox {
                                             std::function<void(const std::string&)> done);
   void salvage();
   void read_files(const RunSources& sources);
+  void keep_journal();
+  void add_parts(const std::string& cause, BagWriter& bag, std::uint64_t time);
   void remove_old() const;
 
   Twin& twin_;
@@ -65,9 +71,12 @@ class DOPPEL_API BlackBox {
   const Log& log_;
   const std::filesystem::path rolling_;
   std::mutex files_mutex_;
-  RunFiles files_;  // once they are read
+  std::optional<RunFiles> files_;                           // once they are read, until the journal has them
+  std::vector<std::pair<std::string, std::string>> about_;  // the versions
   Node node_;
   // The recorder's thread.
+  ParameterSnapshot parameters_;
+  std::optional<RunJournal> journal_;  // from the first message on
   std::vector<Pending> pending_;
   std::map<std::string, bool> stopped_;  // by topic
   bool diverged_ = false;

@@ -16,7 +16,7 @@ Session::Session(Bus& bus, const std::string& name, const SessionOptions& option
 TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& log)
     : Session(twin.bus(), twin.name(), options, log), twin_(twin), log_(log) {
   if (options.record) start_recording(*options.record, options.rewind);
-  if (options.black_box) start_black_box(*options.black_box);
+  if (options.black_box) start_black_box(*options.black_box, options.rewind);
   assets_->offer(files());
   twin.keep_states(options.rewind);
   twin.on_robots_changed([this] {
@@ -55,10 +55,11 @@ void TwinSession::start_recording(RunRecordingOptions options, bool rewind) {
 }
 
 // An optional extra: the twin runs without it where its folders cannot be made.
-void TwinSession::start_black_box(const BlackBoxOptions& options) {
+void TwinSession::start_black_box(BlackBoxOptions options, bool rewind) {
   if (options.folder.empty()) return;
+  options.keeps_states = rewind;
   try {
-    black_box_.emplace(twin_, options, log_);
+    black_box_.emplace(twin_, std::move(options), log_);
   } catch (const InputError& error) {
     log_.note("black_box", fmt::format("the last seconds are not kept: {}", error.what()));
   }

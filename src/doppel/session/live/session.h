@@ -76,7 +76,7 @@ class DOPPEL_API TwinSession : public Session {
  private:
   [[nodiscard]] RobotFiles files() const;
   void start_recording(RunRecordingOptions options, bool rewind);
-  void start_black_box(const BlackBoxOptions& options);
+  void start_black_box(BlackBoxOptions options, bool rewind);
   void update_audits();  // robots may have been added, removed or changed
   void remove_stale_publishers();
   std::unique_ptr<HealthPublisher> make_publisher(const WorldRobot& robot);

@@ -162,10 +162,40 @@ class AttachmentServices::Joint : public Device {
   bool refused_ = false, published_ = false;
 };
 
-class AttachmentServices::Vacuum : public Device {
+// A device that looks periodically for what it could hold.
+class AttachmentServices::Searcher : public Device {
+ public:
+  using Device::Device;
+
+  void restore_memory(const Memory& saved) override {
+    Device::restore_memory(saved);
+    next_look_ = saved.next_look;
+    last_look_ = saved.last_look;
+  }
+
+ protected:
+  // Also after time was set back.
+  bool begin_look(Time now) {
+    if (now < next_look_ && now >= last_look_) return false;
+    last_look_ = now;
+    next_look_ = now + kLookPeriod;
+    return true;
+  }
+  [[nodiscard]] Memory searching_memory(const std::string& key, bool is_on = false) const {
+    Memory out = memory_of(key, is_on);
+    out.next_look = next_look_;
+    out.last_look = last_look_;
+    return out;
+  }
+
+ private:
+  Time next_look_{}, last_look_{};
+};
+
+class AttachmentServices::Vacuum : public Searcher {
  public:
   Vacuum(AttachmentServices& services, const std::string& instance, VacuumGripper vacuum)
-      : Device(services, instance), vacuum_(std::move(vacuum)), node_(services.node_.bus(), "/gazebo") {
+      : Searcher(services, instance), vacuum_(std::move(vacuum)), node_(services.node_.bus(), "/gazebo") {
     using std_srvs::srv::Empty;
     using std_srvs::srv::SetBool;
     grasping_ = node_.advertise<std_msgs::msg::Bool>(vacuum_.grasping_topic);
@@ -188,9 +218,7 @@ class AttachmentServices::Vacuum : public Device {
 
   void between_steps(Time now) override {
     if (!on_ && holds()) release();
-    if (now < next_look_ && now >= last_look_) return;
-    last_look_ = now;
-    next_look_ = now + kLookPeriod;
+    if (!begin_look(now)) return;
     forget_lost();
     if (on_ && !holds()) attract();
     if (grasping_.has_listeners()) grasping_.publish({holds()}, now);
@@ -199,17 +227,10 @@ class AttachmentServices::Vacuum : public Device {
     forget_lost();
     on_ = false;
   }
-  [[nodiscard]] Memory memory() const override {
-    Memory out = memory_of("vacuum " + vacuum_.link, on_);
-    out.next_look = next_look_;
-    out.last_look = last_look_;
-    return out;
-  }
+  [[nodiscard]] Memory memory() const override { return searching_memory("vacuum " + vacuum_.link, on_); }
   void restore_memory(const Memory& saved) override {
-    Device::restore_memory(saved);
+    Searcher::restore_memory(saved);
     on_ = saved.is_on;
-    next_look_ = saved.next_look;
-    last_look_ = saved.last_look;
   }
   void resume(const Memory& before) override {
     Device::resume(before);
@@ -250,18 +271,15 @@ class AttachmentServices::Vacuum : public Device {
   Publisher<std_msgs::msg::Bool> grasping_;
   std::vector<Contact> contacts_;
   bool on_ = false;
-  Time next_look_{}, last_look_{};
 };
 
-class AttachmentServices::Gripper : public Device {
+class AttachmentServices::Gripper : public Searcher {
  public:
   Gripper(AttachmentServices& services, const std::string& instance, GripperCheck check)
-      : Device(services, instance), check_(std::move(check)) {}
+      : Searcher(services, instance), check_(std::move(check)) {}
 
   void between_steps(Time now) override {
-    if (now < next_look_ && now >= last_look_) return;
-    last_look_ = now;
-    next_look_ = now + kLookPeriod;
+    if (!begin_look(now)) return;
     forget_lost();
     look(now);
   }
@@ -270,16 +288,12 @@ class AttachmentServices::Gripper : public Device {
     since_.reset();
   }
   [[nodiscard]] Memory memory() const override {
-    Memory out = memory_of("gripper " + check_.palm);
-    out.next_look = next_look_;
-    out.last_look = last_look_;
+    Memory out = searching_memory("gripper " + check_.palm);
     out.since = since_;
     return out;
   }
   void restore_memory(const Memory& saved) override {
-    Device::restore_memory(saved);
-    next_look_ = saved.next_look;
-    last_look_ = saved.last_look;
+    Searcher::restore_memory(saved);
     since_ = saved.since;
   }
 
@@ -325,7 +339,6 @@ class AttachmentServices::Gripper : public Device {
   std::vector<Contact> contacts_;
   std::vector<Grasp> grasps_;
   std::optional<Time> since_;  // of the opposite of what is the case
-  Time next_look_{}, last_look_{};
 };
 
 AttachmentServices::AttachmentServices(Bus& bus, const Scene& scene, const Log& log)

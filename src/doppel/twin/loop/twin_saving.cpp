@@ -205,7 +205,7 @@ Status TwinCore::restore(const SavedState& saved) {
   // A switch of controllers changes drives.
   if (switched) restore_engine(saved);
   restore_values(saved);
-  // What is published reads hardware and shifts schedules, so that the values are restored once more.
+  // Publishing reads hardware and shifts schedules, so that the values are restored once more.
   publish_state();
   restore_values(saved);
   for (const SavedState::Robot& before : saved.robots_)

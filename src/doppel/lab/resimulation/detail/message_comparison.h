@@ -18,7 +18,8 @@ namespace doppel {
 class MessageComparison {
  public:
   // lockstep: the loop has waited for sensors of light, so that these are compared, too.
-  MessageComparison(Bus& bus, BagReader& recorded, bool lockstep);
+  // first_step: the first one of which the recording has messages; earlier ones of this run are not compared.
+  MessageComparison(Bus& bus, BagReader& recorded, bool lockstep, std::uint64_t first_step);
 
   // After each step; now: simulated time.
   void look(std::uint64_t step, Time now);
@@ -37,6 +38,7 @@ class MessageComparison {
   Bus& bus_;
   BagReader& recorded_;
   const TopicSelection compared_;
+  const std::uint64_t first_step_;
   std::unique_ptr<Edge> edge_;
   std::uint64_t graph_ = 0;
   std::map<TopicId, std::string> names_;

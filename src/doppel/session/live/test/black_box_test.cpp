@@ -9,6 +9,8 @@
 #include <thread>
 
 #include "doppel/lab/headless_run/headless_run.h"
+#include "doppel/lab/resimulation/resimulation.h"
+#include "doppel/ros/bus/parameter_file.h"
 #include "doppel/ros/bus/rosout.h"
 #include "doppel/ros/messages/std_srvs.h"
 #include "doppel/ros/messages/trajectory_msgs.h"
@@ -164,6 +166,78 @@ TEST_F(BlackBoxTest, SnapshotAnswersWithFolderOfBag) {
   }
   ASSERT_TRUE(fs::exists(fs::path(folder) / "metadata.yaml")) << folder;
   EXPECT_THAT(about(folder), Contains(Pair("cause", "snapshot")));
+}
+
+// Sends a trajectory, resets, and sends another one.
+void drive(Twin& twin, double seconds) {
+  const auto edge = twin.bus().attach("client");
+  const auto send = [&](double position) {
+    trajectory_msgs::msg::JointTrajectory command;
+    command.joint_names = twin.robot().model().driven_joint_names();
+    auto& point = command.points.emplace_back();
+    point.positions.assign(command.joint_names.size(), position);
+    point.time_from_start = to_duration_msg(from_seconds(0.5));
+    static_cast<void>(edge->publish("/client", "/joint_trajectory_controller/joint_trajectory", command.kType,
+                                    to_cdr(command)));
+  };
+  send(0.05);
+  run_headless(twin, {.duration = from_seconds(seconds)});
+  edge->call("/gazebo/reset_simulation", to_cdr(std_srvs::srv::Empty::Request{}),
+             [](const Status&, const Bytes&) {});
+  run_headless(twin, {.duration = from_seconds(0.3)});
+  send(-0.04);
+  run_headless(twin, {.duration = from_seconds(seconds)});
+}
+
+void expect_equal_again(const fs::path& bag, const fs::path& files) {
+  fs::create_directories(files);
+  BagReader reader(bag.string());
+  const RecordedRun run = read_recorded_run(reader, files, DOPPEL_SOURCE_DIR "/robots");
+  EXPECT_GE(run.inputs.size(), 3U);
+  ResimulationOptions options;
+  options.compare_with = &reader;
+  const Resimulation result = resimulate(run, options);
+  EXPECT_TRUE(result.equal());
+  EXPECT_FALSE(result.first) << result.first->topic;
+  EXPECT_GT(result.compared, 2U);
+}
+
+TEST_F(BlackBoxTest, BagIsRunAgainFromStartAndHasParameters) {
+  options_.length = from_seconds(2);
+  const BlackBox box(*twin_, options_, log_);
+  drive(*twin_, 4);
+  log_.error("arm", "something broke");
+  const std::vector<fs::path> found = bags_after_steps();
+  ASSERT_THAT(found, SizeIs(1));
+  expect_equal_again(found[0], folder_ / "files");
+  BagReader reader(found[0].string());
+  EXPECT_LT(reader.contents().end - reader.contents().start, 4'000'000'000U);
+  std::string parameters;
+  for (const BagPart& part : reader.contents().attachments) {
+    if (part.part.name != "parameters.yaml") continue;
+    const std::vector<std::byte> data = reader.attachment(part);
+    parameters.assign(reinterpret_cast<const char*>(data.data()), data.size());
+  }
+  EXPECT_THAT(parameters, HasSubstr("use_sim_time: true"));
+  EXPECT_NO_THROW(ParameterFile::parse(parameters, "parameters.yaml"));
+}
+
+TEST_F(BlackBoxTest, BagOfKilledProcessIsRunAgain) {
+  constexpr pid_t kNoProcess = 0x7ffffff0;
+  const fs::path dead = options_.scratch / ("black_box-" + std::to_string(kNoProcess));
+  {
+    const BlackBox box(*twin_, options_, log_);
+    drive(*twin_, 2);
+    std::this_thread::sleep_for(1200ms);  // until both were written to the disk
+    fs::copy(options_.scratch / ("black_box-" + std::to_string(getpid())), dead, fs::copy_options::recursive);
+  }
+  fs::remove_all(options_.folder);
+  const BlackBox box(*twin_, options_, log_);
+  for (int i = 0; i < 400 && bags().empty(); ++i) std::this_thread::sleep_for(10ms);
+  ASSERT_THAT(bags(), SizeIs(1));
+  for (int i = 0; i < 400 && fs::exists(dead); ++i) std::this_thread::sleep_for(10ms);
+  EXPECT_THAT(about(bags()[0]), Contains(Pair("cause", "killed")));
+  expect_equal_again(bags()[0], folder_ / "files");
 }
 
 TEST_F(BlackBoxTest, EndOfRunLeavesNoRollingFilesAndNoSubscribers) {

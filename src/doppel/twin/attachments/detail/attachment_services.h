@@ -47,6 +47,7 @@ class AttachmentServices : public Tickable {
   // The behaviour of a plugin of an instance; one class for each kind.
   class Device;
   class Joint;
+  class Searcher;
   class Vacuum;
   class Gripper;
   // The devices of an instance, and the model that they were made for.
