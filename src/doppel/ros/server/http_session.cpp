@@ -77,13 +77,14 @@ void HttpSession::answer(const Request& request) {
   const HttpRequest question{.method = view(request.method_string()),
                              .target = who.target,
                              .accept_encoding = view(request[http::field::accept_encoding]),
-                             .if_none_match = view(request[http::field::if_none_match])};
-  if (const auto uri = requested_file(who.target);
-      uri && (question.method == "GET" || question.method == "HEAD")) {
-    context_.files.get(*uri, question,
-                       [self = shared_from_this()](HttpResponse file) { self->reply(std::move(file)); });
-    return;
-  }
+                             .if_none_match = view(request[http::field::if_none_match]),
+                             .range = view(request[http::field::range]),
+                             .if_range = view(request[http::field::if_range])};
+  const bool reads = question.method == "GET" || question.method == "HEAD";
+  const auto send = [self = shared_from_this()](HttpResponse file) { self->reply(std::move(file)); };
+  if (const auto uri = requested_file(who.target); uri && reads)
+    return context_.files.get(*uri, question, send);
+  if (reads && context_.ranges.has(who.target)) return context_.ranges.get(question, send);
   const ServerSummary facts{.name = context_.options.name,
                             .url = context_.url,
                             .clients = context_.hub.clients(),
@@ -121,19 +122,38 @@ void HttpSession::reply(HttpResponse answer) {
   const std::string_view content = answer_.content();
   if (answer_.status != 304) {
     response_.set(http::field::content_type, answer_.content_type);
-    response_.content_length(content.size());
+    response_.content_length(answer_.part ? answer_.part->left() : content.size());
     const bool head = readable && parser_->get().method() == http::verb::head;
+    if (head) answer_.part = nullptr;
     if (!head) response_.body() = {content.data(), content.size()};
   }
   stream_.expires_after(kSendTimeout);
   http::async_write(stream_, response_, [self = shared_from_this()](error_code failed, std::size_t) {
-    if (failed) return;
-    if (self->response_.keep_alive()) return self->read();
-    error_code ignored;
-    self->stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
-    self->stream_.expires_after(kLingerTimeout);
-    self->linger();
+    if (!failed) self->send_part();
   });
+}
+
+// Sends the rest of a file, piece by piece: the next one is read when the client has taken the last one.
+void HttpSession::send_part() {
+  if (answer_.part == nullptr || answer_.part->left() == 0) return end_response();
+  context_.ranges.read(answer_.part, [self = shared_from_this()](bool whole) {
+    if (!whole) return self->close();  // the client sees that the response is incomplete
+    const std::span<const char> piece = self->answer_.part->piece();
+    self->stream_.expires_after(kSendTimeout);
+    asio::async_write(self->stream_, asio::buffer(piece.data(), piece.size()),
+                      [self](error_code failed, std::size_t) {
+                        if (!failed) self->send_part();
+                      });
+  });
+}
+
+void HttpSession::end_response() {
+  answer_ = {};
+  if (response_.keep_alive()) return read();
+  error_code ignored;
+  stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+  stream_.expires_after(kLingerTimeout);
+  linger();
 }
 
 // Reads for a short time what the client still sends: TCP resets a connection that is closed with unread

@@ -50,6 +50,7 @@ struct Server::Impl {
                 .admission = admission,
                 .page = page,
                 .files = files,
+                .ranges = ranges,
                 .url = ""},
         acceptor(listen(io, options)),
         address(acceptor.local_endpoint().address()),
@@ -57,6 +58,7 @@ struct Server::Impl {
         token(checked_token(options, address.is_loopback())),
         admission(options.host, address.is_loopback(), token, port),
         files(options.assets, [this](std::function<void()> task) { asio::post(io, std::move(task)); }),
+        ranges(options.range_files, [this](std::function<void()> task) { asio::post(io, std::move(task)); }),
         hub(bus,
             {.name = options.name,
              .assets = options.assets,
@@ -212,8 +214,9 @@ struct Server::Impl {
   std::uint16_t port = 0;
   std::string token;
   Admission admission;
-  HttpFiles files;  // after io, to which it posts
-  Hub hub;          // after io, so that its edge, which posts to io, is destroyed first
+  HttpFiles files;    // after io, to which it posts
+  RangeFiles ranges;  // the same
+  Hub hub;            // after io, so that its edge, which posts to io, is destroyed first
   asio::posix::stream_descriptor bus_readable;
   asio::steady_timer tick_timer, accept_retry{io};
   bool ticking = false, stopping = false;

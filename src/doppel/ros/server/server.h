@@ -16,6 +16,7 @@
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/server/asset_library.h"
 #include "doppel/ros/server/playback_control.h"
+#include "doppel/ros/server/range_files.h"
 
 namespace doppel {
 
@@ -29,6 +30,7 @@ struct ServerOptions {
   std::filesystem::path page_folder{};          // of the built page; without one a small page is served
   std::shared_ptr<AssetLibrary> assets{};       // files that clients may fetch; nullptr: none
   std::shared_ptr<PlaybackControl> playback{};  // of a recording; nullptr: none is played
+  std::vector<RangeFile> range_files{};         // further files, at addresses of their own
   std::size_t max_clients = 32;
   // Largest frames of a client, bytes: an uncompressed image of 1920 x 1080 has 6 MiB, the longest text
   // requests (subscriptions to thousands of topics) some 100 KiB.

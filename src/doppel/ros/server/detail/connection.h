@@ -18,6 +18,7 @@
 #include "doppel/ros/server/admission.h"
 #include "doppel/ros/server/detail/http_files.h"
 #include "doppel/ros/server/detail/page_files.h"
+#include "doppel/ros/server/detail/range_files.h"
 #include "doppel/ros/server/hub.h"
 #include "doppel/ros/server/server.h"
 
@@ -43,6 +44,7 @@ struct Context {
   const Admission& admission;
   PageFiles& page;
   HttpFiles& files;
+  RangeFiles& ranges;
   std::string url;
   std::function<void()> joined = [] {};
   std::atomic<std::uint64_t> skipped{0};

@@ -12,18 +12,21 @@
 
 namespace doppel {
 
+class FilePart;  // range_files.h
+
 struct HttpResponse {
   unsigned status = 200;
   std::string content_type, body;
   std::string_view file;              // instead of the body: bytes of a file
   std::shared_ptr<const void> owner;  // of these bytes; nullptr: they are files of the page, which stay
+  std::shared_ptr<FilePart> part{};   // instead of both: a part of a file that is read while it is sent
   std::vector<std::pair<std::string, std::string>> headers;
 
   [[nodiscard]] std::string_view content() const { return file.empty() ? std::string_view(body) : file; }
 };
 
 struct HttpRequest {
-  std::string_view method, target, accept_encoding, if_none_match;
+  std::string_view method, target, accept_encoding, if_none_match, range{}, if_range{};
 };
 
 struct ServerSummary {

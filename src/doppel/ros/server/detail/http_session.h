@@ -29,6 +29,8 @@ class HttpSession : public std::enable_shared_from_this<HttpSession> {
   void answer(const Request& request);
   void upgrade(const Request& request);
   void reply(HttpResponse answer);
+  void send_part();
+  void end_response();
   void linger();
 
   Context& context_;
