@@ -29,20 +29,30 @@ constexpr std::chrono::seconds kOutcomeTime{60};  // in which work on another th
 
 constexpr const char* kHowToRecord = "record the run from its start with: doppel up TARGET --record FOLDER";
 
+// A topic whose messages may be in two recordings, of which the second one goes on where the first ends.
 template <Message M>
-std::vector<M> read_all(BagReader& bag, const char* topic, std::uint64_t& lost) {
-  std::vector<M> out;
-  bag.seek(0, UINT64_MAX, {.topics = {topic}, .hidden = true});
-  std::uint32_t expected = 1;
-  while (const auto message = bag.next()) {
-    M& value = out.emplace_back();
-    if (const Status status = from_cdr(message->data, value); !status)
-      refuse(fmt::format("a message of {} is damaged: {}", topic, status.why()), "doppel bag check FILE");
-    if (message->sequence > expected) lost += message->sequence - expected;
-    expected = message->sequence + 1;
+class NumberedMessages {
+ public:
+  explicit NumberedMessages(const char* topic) : topic_(topic) {}
+
+  void read(BagReader& bag) {
+    bag.seek(0, UINT64_MAX, {.topics = {topic_}, .hidden = true});
+    while (const auto message = bag.next()) {
+      if (message->sequence <= last_) continue;
+      if (const Status status = from_cdr(message->data, values.emplace_back()); !status)
+        refuse(fmt::format("a message of {} is damaged: {}", topic_, status.why()), "doppel bag check FILE");
+      lost += message->sequence - last_ - 1;
+      last_ = message->sequence;
+    }
   }
-  return out;
-}
+
+  std::vector<M> values;
+  std::uint64_t lost = 0;
+
+ private:
+  const char* topic_;
+  std::uint32_t last_ = 0;
+};
 
 std::string value_of(const std::vector<std::pair<std::string, std::string>>& texts, std::string_view key) {
   const auto found = std::ranges::find_if(texts, [key](const auto& entry) { return entry.first == key; });
@@ -214,41 +224,57 @@ void run_again(Twin& twin, const RecordedRun& run, const ResimulationOptions& op
 
 namespace {
 
-// The black box: the run is in the journal, the messages of its end are in the bag.
-RecordedRun read_journal(BagReader& bag, const std::vector<std::byte>& journal, const fs::path& folder,
-                         const fs::path& bundled_robots) {
+// Where the files of the run are: in the bag, or with the black box in the journal that is attached to it.
+std::optional<BagReader> journal_of(const std::map<std::string, std::vector<std::byte>>& attachments,
+                                    const fs::path& folder) {
+  const auto journal = attachments.find(kJournalAttachment);
+  if (journal == attachments.end()) return std::nullopt;
   const fs::path file = folder / kJournalAttachment;
-  write_whole(file, {reinterpret_cast<const char*>(journal.data()), journal.size()});
-  BagReader run(file.string());
-  RecordedRun out = read_recorded_run(run, folder, bundled_robots);
-  std::uint64_t lost = 0;
-  const auto hashes = read_all<doppel_msgs::msg::StateHash>(bag, kStateHashTopic, lost);
-  out.first_step = hashes.empty() ? out.hashes.back().step : hashes.front().step;
+  write_whole(file, {reinterpret_cast<const char*>(journal->second.data()), journal->second.size()});
+  return BagReader(file.string());
+}
+
+std::map<std::string, std::vector<std::byte>> attachments_of(BagReader& bag) {
+  std::map<std::string, std::vector<std::byte>> out;
+  for (const BagPart& part : bag.contents().attachments) out[part.part.name] = bag.attachment(part);
   return out;
+}
+
+void read_files(BagReader& bag, const fs::path& bundled_robots, RecordedRun& out) {
+  const auto attachments = attachments_of(bag);
+  if (!attachments.contains(kScenarioAttachment)) refuse("it has no scenario", kHowToRecord);
+  const ScenarioFile scenario = load_scenario(
+      write_run_files(attachments, texts_of(bag, kFilesOfRunMetadata), out.folder), bundled_robots);
+  report_changed_files(scenario, out.notes);
+  out.scenario = scenario.scenario;
+  const auto about = texts_of(bag, kRunMetadata);
+  out.root = value_of(about, "root");
+  out.version = value_of(about, "version");
+  out.engine = value_of(about, "engine");
+  out.keeps_states = value_of(about, kKeepsStates) == "yes";
 }
 
 }  // namespace
 
 RecordedRun read_recorded_run(BagReader& bag, const fs::path& folder, const fs::path& bundled_robots) {
-  std::map<std::string, std::vector<std::byte>> attachments;
-  for (const BagPart& part : bag.contents().attachments) attachments[part.part.name] = bag.attachment(part);
-  if (const auto journal = attachments.find(kJournalAttachment); journal != attachments.end())
-    return read_journal(bag, journal->second, folder, bundled_robots);
   RecordedRun out;
-  if (!attachments.contains(kScenarioAttachment)) refuse("it has no scenario", kHowToRecord);
-  const ScenarioFile scenario =
-      load_scenario(write_run_files(attachments, texts_of(bag, kFilesOfRunMetadata), folder), bundled_robots);
-  report_changed_files(scenario, out.notes);
-  out.scenario = scenario.scenario;
-  const auto about = texts_of(bag, kRunMetadata);
   out.folder = folder;
-  out.root = value_of(about, "root");
-  out.version = value_of(about, "version");
-  out.engine = value_of(about, "engine");
-  out.keeps_states = value_of(about, kKeepsStates) == "yes";
-  std::uint64_t lost_hashes = 0;
-  out.inputs = read_all<Input>(bag, kInputsTopic, out.lost_inputs);
-  out.hashes = read_all<doppel_msgs::msg::StateHash>(bag, kStateHashTopic, lost_hashes);
+  NumberedMessages<Input> inputs(kInputsTopic);
+  NumberedMessages<doppel_msgs::msg::StateHash> hashes(kStateHashTopic);
+  std::optional<BagReader> journal = journal_of(attachments_of(bag), folder);
+  if (journal) {
+    inputs.read(*journal);
+    hashes.read(*journal);
+    NumberedMessages<doppel_msgs::msg::StateHash> recorded(kStateHashTopic);
+    recorded.read(bag);
+    if (!recorded.values.empty()) out.first_step = recorded.values.front().step;
+  }
+  inputs.read(bag);
+  hashes.read(bag);
+  read_files(journal ? *journal : bag, bundled_robots, out);
+  out.inputs = std::move(inputs.values);
+  out.hashes = std::move(hashes.values);
+  out.lost_inputs = inputs.lost;
   if (out.hashes.empty())
     refuse(
         fmt::format("it has no hash of a state ({}), because it ended before its first messages were written",

@@ -26,7 +26,8 @@ TEST(ParameterFileTextTest, EveryTypeIsReadAgainWithItsValue) {
   const ParameterFile file = ParameterFile::parse(parameter_file_text("/arm", parameters), "text");
   const ParameterOverrides overrides = file.overrides_for("/arm");
   Named read;
-  for (const ParameterOverride& given : overrides.all()) read.emplace_back(given.name, given.value);
+  for (const ParameterOverride& parameter : overrides.all())
+    read.emplace_back(parameter.name, parameter.value);
   EXPECT_THAT(read, testing::UnorderedElementsAreArray(parameters));
 }
 
