@@ -10,11 +10,13 @@
 #include <memory>
 #include <optional>
 
+#include "app/description_target.h"
 #include "app/number_checks.h"
 #include "app/output.h"
 #include "app/verbs/bag_verbs.h"
 #include "app/verbs/interruptible_work.h"
 #include "doppel/base/core/output_file.h"
+#include "doppel/ros/record/bag_outputs.h"
 
 namespace doppel::app {
 namespace {
@@ -78,6 +80,55 @@ int run_copy(CopyOptions& options) {
   return 0;
 }
 
+// A file of rosbag2's output bags takes the place of a folder.
+bool is_outputs_file(const std::string& output) {
+  std::error_code none;
+  const std::string ending = fs::path(output).extension().string();
+  return fs::is_regular_file(output, none) ||
+         ((ending == ".yaml" || ending == ".yml") && !fs::exists(output, none));
+}
+
+// ros2 bag convert names the storage behind a bag.
+void take_storages(std::vector<std::string>& bags) {
+  std::erase_if(bags, [&bags](const std::string& word) {
+    std::error_code none;
+    if (&word == bags.data() || (word != "mcap" && word != "sqlite3") || fs::exists(word, none)) return false;
+    if (word == "sqlite3") {
+      throw InputError("cli.use", {}, "bags of the storage sqlite3 cannot be read",
+                       "convert it by ros2 bag convert, with storage_id: mcap");
+    }
+    return true;
+  });
+}
+
+// Options would contradict what the file says about each output.
+void check_no_output_options(const CLI::App& verb) {
+  for (const CLI::Option* const option : verb.get_options()) {
+    const std::string name = option->get_single_name();
+    if (option->count() == 0 || name == "input" || name == "output" || name == "help") continue;
+    throw InputError("cli.use", {}, fmt::format("--{} cannot be combined with a file of output bags", name),
+                     "write it into the file, as a key of the output");
+  }
+}
+
+int run_outputs(const std::vector<std::string>& bags, const std::string& file) {
+  Diagnostics notes;
+  const std::vector<OutputBag> outputs = read_output_bags(file, notes);
+  std::vector<BagReader> inputs;
+  for (const std::string& bag : bags) inputs.emplace_back(bag);
+  check_output_bags(inputs, outputs);
+  print_diagnostics(notes, true);
+  const InterruptibleWork work("of the messages");
+  const std::vector<WrittenBag> written =
+      convert_bags(inputs, outputs, [&work](double done) { return work.progress(done); });
+  if (written.empty()) return interrupted_without_output();
+  std::string text;
+  for (const WrittenBag& bag : written)
+    text += fmt::format("{}: {} messages, {}\n", bag.folder.string(), bag.messages, size_text(bag.size));
+  deliver(text);
+  return 0;
+}
+
 int run_reindex(const std::string& folder, bool force) {
   const fs::path file = fs::path(folder) / kBagMetadataFile;
   if (!fs::is_directory(folder)) {
@@ -118,13 +169,26 @@ void add_bag_convert(CLI::App& bag, int& exit_code) {
   verb->add_option("-i,--input,BAG", options->bags, "An .mcap file, or a folder of them; repeatable")
       ->required();
   add_output_options(*verb, options->output, true);
+  verb->get_option("--output")
+      ->description(
+          "The bag's folder, which is made; or a YAML file of ros2 bag convert with several outputs")
+      ->type_name("FOLDER|FILE");
   add_topic_options(*verb, options->topics);
   verb->footer(
-      "Messages of several bags follow one another, bag after bag.\nExamples:\n  doppel bag convert my_run "
-      "-o small "
+      "Messages of several bags follow one another, bag after bag; with a file of outputs they are in the "
+      "order "
+      "of their times.\nExamples:\n  doppel bag convert my_run -o small "
       "--topics /joint_states /tf /tf_static /robot_description\n  doppel bag convert -i my_run -o parts "
-      "--max-bag-duration 60 --compression lz4");
-  verb->callback([options, &exit_code] {
+      "--max-bag-duration 60 --compression lz4\n  doppel bag convert -i first -i second -o outputs.yaml\n"
+      "outputs.yaml:\n  output_bags:\n  - uri: arm\n    topics: [/joint_states, /robot_description]\n"
+      "  - uri: all\n    all_topics: true\n    compression_format: zstd\n    max_bagfile_duration: 60");
+  verb->callback([options, verb, &exit_code] {
+    take_storages(options->bags);
+    if (is_outputs_file(options->output.folder)) {
+      check_no_output_options(*verb);
+      exit_code = run_outputs(options->bags, options->output.folder);
+      return;
+    }
     options->topics.hidden = true;
     exit_code = run_copy(*options);
   });

@@ -50,6 +50,7 @@ struct BagWriter::Topic {
 BagWriter::BagWriter(BagWriterOptions options) : options_(std::move(options)) {
   make_folder(options_.folder);
   metadata_.distro = options_.distro;
+  metadata_.custom = options_.custom;
   open_file();
 }
 

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -24,6 +25,7 @@ struct BagWriterOptions {
   std::uint64_t max_file_size = 0;  // bytes; 0: no limit
   Duration max_file_time{};         // of log times; 0: no limit
   std::string distro = "jazzy";
+  std::map<std::string, std::string> custom = {};  // of metadata.yaml
 };
 
 struct RecordedTopic {

@@ -10,7 +10,7 @@
 
 namespace doppel {
 
-// By topics. Policies that are not given have the values of ROS 2's default profile. Throws InputError with
+// The result is by topics. Policies that are not given have the values of ROS 2's default profile. Throws InputError with
 // all errors of the file: "qos.syntax", "qos.unreadable", "qos.unknown_key", "qos.invalid".
 [[nodiscard]] DOPPEL_API std::map<std::string, Qos> read_qos_overrides(const std::filesystem::path& file);
 
