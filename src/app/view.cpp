@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "app/browser.h"
@@ -14,7 +15,9 @@
 #include "app/print_stderr.h"
 #include "app/process.h"
 #include "app/terminal_log.h"
+#include "app/view_recording.h"
 #include "doppel/ros/bus/rosout.h"
+#include "doppel/session/live/recording_view.h"
 #include "doppel/session/live/session.h"
 #include "doppel/twin/viewer/viewer.h"
 
@@ -26,6 +29,7 @@ constexpr std::chrono::microseconds kFrame{16'667};
 struct ViewOptions {
   DescribedBy robot;
   bool no_reload = false, headless = false;
+  std::optional<double> time;  // of a recording
   EdgeOptions edges;
 };
 
@@ -49,7 +53,23 @@ void show_frames(Viewer& viewer, const std::atomic<bool>& stop) {
   }
 }
 
+int run_recording(const ViewOptions& options, const RosArguments& ros) {
+  if (!options.robot.set.empty())
+    throw InputError("cli.use", {}, "--set is for descriptions, and a recording has no arguments", "omit it");
+  return view_recording({.words = options.robot.words,
+                         .time = options.time,
+                         .opens_browser = !options.headless && !options.edges.no_open,
+                         .edges = options.edges},
+                        ros);
+}
+
 int run_view(const ViewOptions& options, const RosArguments& ros) {
+  if (is_recording(options.robot.words.front())) return run_recording(options, ros);
+  if (options.time)
+    throw InputError(
+        "cli.use", {},
+        fmt::format("--at is a time of a recording, and '{}' is none", options.robot.words.front()),
+        "name an .mcap file or the folder of a bag, or omit --at");
   Scenario scenario = described_scenario(options.robot);
   scenario.ros = ros;
   SessionOptions session_with = session_options(options.edges, ros);
@@ -80,16 +100,23 @@ int run_view(const ViewOptions& options, const RosArguments& ros) {
 void add_view(CLI::App& app, const RosArguments& ros, int& exit_code) {
   auto options = std::make_shared<ViewOptions>();
   CLI::App* view =
-      app.add_subcommand("view", "View a description in the browser and move its joints, without physics");
+      app.add_subcommand("view", "View a description, or a recording, in the browser, without physics");
   add_described_by(*view, options->robot);
+  view->get_option("TARGET")->description(
+      view->get_option("TARGET")->get_description() +
+      "; or a recording (an .mcap file, or the folder of a bag), and a second one to compare it with");
+  view->add_option("--at", options->time, "Time of the recording to show first, s since its start")
+      ->check(CLI::NonNegativeNumber);
   view->add_flag("--no-reload", options->no_reload, "Do not reload when the sources change");
   view->add_flag("--headless", options->headless, "Do not open the web page (same as --no-open)");
   add_edge_options(*view, options->edges);
   view->footer(
       "Everything that can be drawn is drawn; faults are warnings, and the page's Health panel lists them "
-      "with their location.\nExamples:\n  doppel view omarm_one\n  doppel view my_arm.urdf.xacro "
-      "use_gripper:=true\n  doppel view ~/ros2_ws --port 8800\nand from another shell:\n  doppel topic pub "
-      "--once /joint_command sensor_msgs/msg/JointState '{name: [elbow], position: [0.5]}'");
+      "with their location.\nOf a recording the page has a time line, curves, log and pictures; its messages "
+      "are not published, which 'doppel bag play' does.\nExamples:\n  doppel view omarm_one\n  doppel view "
+      "my_arm.urdf.xacro use_gripper:=true\n  doppel view ~/ros2_ws --port 8800\n  doppel view run.mcap "
+      "--at 12.5\n  doppel view my_run second_run\nand from another shell:\n  doppel topic pub --once "
+      "/joint_command sensor_msgs/msg/JointState '{name: [elbow], position: [0.5]}'");
   view->callback([options, &ros, &exit_code] { exit_code = run_view(*options, ros); });
 }
 

@@ -33,6 +33,15 @@ export function listedFiles(yaml: string, name: string): string[] {
 
 const tail = (path: string): string => path.split('/').filter(Boolean).pop() ?? path;
 
+// The last name of an address, as it is called on the disk.
+function nameAt(pathname: string): string {
+  try {
+    return decodeURIComponent(tail(pathname));
+  } catch {
+    return tail(pathname); // a % that escapes nothing
+  }
+}
+
 // The address of a file, of a folder, or of its metadata.yaml.
 export async function openAddress(address: string, progress: Progress): Promise<Bag> {
   let url: URL;
@@ -41,12 +50,12 @@ export async function openAddress(address: string, progress: Progress): Promise<
   } catch {
     throw new BagProblem(`${address} is not an address.`);
   }
-  progress(`Opening ${tail(url.pathname)}.`);
+  progress(`Opening ${nameAt(url.pathname)}.`);
   const last = tail(url.pathname);
   const isFolder =
     url.pathname.endsWith('/') ||
     (!last.includes('.') && (await textAt(new URL(`${url.pathname}/${METADATA}${url.search}`, url).href)) !== null);
-  if (last !== METADATA && !isFolder) return openBag(last, [await bytesAt(url.href, progress)], progress);
+  if (last !== METADATA && !isFolder) return openBag(nameAt(url.pathname), [await bytesAt(url.href, progress)], progress);
   const metadata =
     last === METADATA ? url : new URL(`${url.pathname.replace(/\/$/, '')}/${METADATA}${url.search}`, url);
   const yaml = await textAt(metadata.href);
@@ -57,7 +66,7 @@ export async function openAddress(address: string, progress: Progress): Promise<
   const paths = listedFiles(yaml, metadata.pathname);
   const files = [];
   for (const path of paths) files.push(await bytesAt(new URL(`${path}${url.search}`, metadata).href, progress));
-  return openBag(tail(metadata.pathname.slice(0, -METADATA.length)), files, progress);
+  return openBag(nameAt(metadata.pathname.slice(0, -METADATA.length)), files, progress);
 }
 
 // Files that were dropped or chosen, with their paths.

@@ -104,7 +104,7 @@ bool RangeFiles::has(std::string_view target) const {
   return !files_.empty() && files_.contains(path_of(target));
 }
 
-HttpResponse RangeFiles::open(const Entry& entry, const Ranges& asked) {
+HttpResponse RangeFiles::open(const Entry& entry, const Ranges& conditions) {
   // Not blocking, if a pipe has taken the place of the file.
   const int file = ::open(entry.file.path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   const int problem = errno;
@@ -115,9 +115,9 @@ HttpResponse RangeFiles::open(const Entry& entry, const Ranges& asked) {
     return http_problem(404, "another file has taken its place since the program was started");
   const auto size = static_cast<std::uint64_t>(about.st_size);
   const std::string tag = version_tag(about);
-  const bool is_current = asked.if_range.empty() || asked.if_range == tag;
-  const ByteRange range = is_current ? byte_range(asked.range, size) : ByteRange{};
-  if (range.kind == ByteRange::Kind::invalid) return range_problem(asked.range, size);
+  const bool is_current = conditions.if_range.empty() || conditions.if_range == tag;
+  const ByteRange range = is_current ? byte_range(conditions.range, size) : ByteRange{};
+  if (range.kind == ByteRange::Kind::invalid) return range_problem(conditions.range, size);
   const bool is_part = range.kind == ByteRange::Kind::part;
   HttpResponse answer;
   answer.content_type = "application/octet-stream";
@@ -160,9 +160,9 @@ void RangeFiles::get(const HttpRequest& question, std::function<void(HttpRespons
   if (entry.file.path.empty()) return done(text_response(entry.file.text));
   // A Range of HEAD has no meaning.
   const bool is_get = question.method == "GET";
-  Ranges asked{.range = std::string(is_get ? question.range : ""),
-               .if_range = std::string(question.if_range)};
-  run<HttpResponse>([&entry, asked = std::move(asked)] { return open(entry, asked); },
+  Ranges conditions{.range = std::string(is_get ? question.range : ""),
+                    .if_range = std::string(question.if_range)};
+  run<HttpResponse>([&entry, conditions = std::move(conditions)] { return open(entry, conditions); },
                     http_problem(500, "it cannot be read"), std::move(done));
 }
 

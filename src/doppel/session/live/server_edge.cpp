@@ -3,12 +3,11 @@
 #include <fmt/format.h>
 
 namespace doppel {
-namespace {
 
-ServerOptions server_options(const std::string& robot, const ServerEdgeOptions& options,
+ServerOptions server_options(const std::string& name, const ServerEdgeOptions& options,
                              std::shared_ptr<AssetLibrary> assets) {
   ServerOptions out;
-  out.name = "doppel " + robot;
+  out.name = "doppel " + name;
   out.host = options.host;
   out.token = options.token;
   out.page_folder = options.page_folder;
@@ -21,8 +20,6 @@ ServerOptions server_options(const std::string& robot, const ServerEdgeOptions& 
   }
   return out;
 }
-
-}  // namespace
 
 ServerEdge::ServerEdge(Bus& bus, const std::string& robot, const ServerEdgeOptions& options,
                        std::shared_ptr<AssetLibrary> assets, const Log& log)

@@ -21,6 +21,10 @@ struct ServerEdgeOptions {
   std::shared_ptr<PlaybackControl> playback{};                  // of a recording; nullptr: none is played
 };
 
+// The options of the server with that name.
+DOPPEL_API ServerOptions server_options(const std::string& name, const ServerEdgeOptions& options,
+                                        std::shared_ptr<AssetLibrary> assets);
+
 class DOPPEL_API ServerEdge {
  public:
   // Listens and is announced when it returns. Throws InputError. `bus` and `log` outlive the edge.

@@ -27,7 +27,7 @@ struct ByteRange {
   Kind kind = Kind::whole;
   std::uint64_t first = 0, count = 0;  // of a part
 };
-// What a Range field asks of a file of that size. Other units than bytes, and several ranges at once, are
+// The part that a Range field names in a file of that size. Other units than bytes, and several ranges, are
 // answered by the whole file, as RFC 9110 permits; invalid: one that is malformed or beyond the end.
 [[nodiscard]] DOPPEL_API ByteRange byte_range(std::string_view field, std::uint64_t size);
 
@@ -76,14 +76,14 @@ class RangeFiles {
   struct Ranges {
     std::string range, if_range;
   };
-  static HttpResponse open(const Entry& entry, const Ranges& asked);
+  static HttpResponse open(const Entry& entry, const Ranges& conditions);
   // Runs `work` on the reader's thread, and `done` with its result on the server's.
   template <class Result>
   void run(std::function<Result()> work, Result failed, std::function<void(Result)> done);
 
   Post post_;
   std::map<std::string, Entry, std::less<>> files_;
-  // What waits for the reader, so that connections end on the server's thread.
+  // The callbacks for results of the reader, so that connections end on the server's thread.
   std::map<std::uint64_t, std::shared_ptr<void>> waiting_;
   std::uint64_t next_ = 0;
   std::optional<boost::asio::thread_pool> reader_;  // last, so that its thread ends before the rest
