@@ -12,6 +12,7 @@
 #include "app/described_scenario.h"
 #include "app/description_target.h"
 #include "app/edge_options.h"
+#include "app/number_checks.h"
 #include "app/print_stderr.h"
 #include "app/process.h"
 #include "app/terminal_log.h"
@@ -106,7 +107,7 @@ void add_view(CLI::App& app, const RosArguments& ros, int& exit_code) {
       view->get_option("TARGET")->get_description() +
       "; or a recording (an .mcap file, or the folder of a bag), and a second one to compare it with");
   view->add_option("--at", options->time, "Time of the recording to show first, s since its start")
-      ->check(CLI::NonNegativeNumber);
+      ->check(non_negative_number());
   view->add_flag("--no-reload", options->no_reload, "Do not reload when the sources change");
   view->add_flag("--headless", options->headless, "Do not open the web page (same as --no-open)");
   add_edge_options(*view, options->edges);

@@ -47,8 +47,9 @@ int view_recording(const RecordingOptions& options, const RosArguments& ros) {
   log.add_sink(terminal.sink(ros.log_level));
   RecordingView view(bags, options.time, session.server, log);
   for (const ViewedBag& bag : bags) {
-    print_stderr("recording {}{}\n", bag.name,
-                 bag.files.size() > 1 ? fmt::format(", {} files", bag.files.size()) : "");
+    print_stderr(
+        "recording {}{}\n", bag.name,
+        bag.is_folder ? fmt::format(", {} file{}", bag.files.size(), bag.files.size() > 1 ? "s" : "") : "");
     for (const std::string& note : bag.notes) print_stderr("note: {}\n", note);
   }
   print_stderr("  ready        {:.0f} ms after the start; Ctrl-C ends\n", milliseconds_since_process_start());

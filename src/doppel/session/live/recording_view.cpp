@@ -131,6 +131,17 @@ struct QuickLook {
   }
 };
 
+// Files that the bag's metadata lists and that are not there.
+void note_missing(const fs::path& folder, ViewedBag& bag) {
+  if (!path_exists(folder / kBagMetadataFile)) return;
+  for (const std::string& name : files_of_bag_metadata(folder / kBagMetadataFile)) {
+    const fs::path listed = fs::path(name).filename();
+    const bool is_shown = std::ranges::any_of(
+        bag.files, [&listed](const std::string& file) { return fs::path(file).filename() == listed; });
+    if (!is_shown) bag.notes.push_back(fmt::format("{}: metadata.yaml lists it, and it is not there", name));
+  }
+}
+
 // -- addresses
 
 std::string percent_encoded(std::string_view text) {
@@ -150,7 +161,7 @@ std::string percent_encoded(std::string_view text) {
 // The files of a bag at addresses below `folder`, and the address that the page opens.
 std::string add_bag(const ViewedBag& bag, const std::string& folder, std::vector<RangeFile>& files) {
   const std::string place = folder + "/" + bag.name;
-  if (bag.files.size() == 1) {
+  if (!bag.is_folder) {
     files.push_back({.address = "/" + place, .path = fs::absolute(bag.files.front())});
     return place;
   }
@@ -215,6 +226,7 @@ ViewedBag open_viewed_bag(const std::string& word) {
   ViewedBag out;
   out.files = files_of_bag(word);
   fs::path path = fs::absolute(word).lexically_normal();
+  out.is_folder = path.filename() == kBagMetadataFile || fs::is_directory(path);
   if (path.filename() == kBagMetadataFile) path = path.parent_path();
   if (path.filename().empty()) path = path.parent_path();  // "run/"
   out.name = path.filename().empty() ? "recording" : path.filename().string();
@@ -231,6 +243,7 @@ ViewedBag open_viewed_bag(const std::string& word) {
     }
   }
   out.notes = std::move(look.notes);
+  if (out.is_folder) note_missing(path, out);
   if (look.is_known && !look.has_messages) {
     out.notes.push_back(fmt::format("{}: it has no messages", word));
   } else if (look.is_known && !look.has_description) {

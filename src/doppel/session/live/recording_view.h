@@ -21,7 +21,8 @@ namespace doppel {
 [[nodiscard]] DOPPEL_API bool is_recording(const std::string& word);
 
 struct ViewedBag {
-  std::string name;                // of the file or folder
+  std::string name;  // of the file or folder
+  bool is_folder = false;
   std::vector<std::string> files;  // all on one time line
   std::vector<std::string> notes;  // about files that were not closed, and whatever else the page will lack
 };
