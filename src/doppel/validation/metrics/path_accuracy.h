@@ -14,10 +14,10 @@ namespace doppel {
 
 using MeasuredPath = std::vector<MeasuredPose>;
 
-// The poses of an attained path in the planes that are normal to the commanded path at its points: the first
-// passage of each plane, in order, linear between samples. A plane that the attained path begins behind, or does
-// not reach, has its first or last pose. None with fewer than two points, equal neighbours in `commanded`, or a
-// value that is not finite.
+// The poses of an attained path in the planes that are normal to the commanded path at its points: the
+// first passage of each plane, in order, linear between samples. A plane that the attained path begins
+// behind, or does not reach, has its first or last pose. None with fewer than two points, equal neighbours
+// in `commanded`, or a value that is not finite.
 DOPPEL_API std::optional<MeasuredPath> at_normal_planes(std::span<const MeasuredPose> attained,
                                                         std::span<const MeasuredPose> commanded);
 
@@ -31,8 +31,8 @@ struct PathFigures {
   std::size_t repeatability_point = 0;
 };
 
-// Each cycle has one pose for each commanded one, as at_normal_planes gives. None with fewer than two cycles, no
-// points, unequal numbers, or a value that is not finite.
+// Each cycle has one pose for each commanded one, as at_normal_planes gives. None with fewer than two
+// cycles, no points, unequal numbers, or a value that is not finite.
 DOPPEL_API std::optional<PathFigures> path_figures(std::span<const MeasuredPath> cycles,
                                                    std::span<const MeasuredPose> commanded);
 
@@ -43,8 +43,8 @@ struct VelocityFigures {
   double fluctuation = 0;    // m/s: FV = max over cycles of (max v - min v)
 };
 
-// `cycles`: m/s, the samples of each. None with fewer than two cycles, an empty one, a value that is not finite,
-// or a commanded speed that is not positive.
+// `cycles`: m/s, the samples of each. None with fewer than two cycles, an empty one, a value that is not
+// finite, or a commanded speed that is not positive.
 DOPPEL_API std::optional<VelocityFigures> velocity_figures(std::span<const std::vector<double>> cycles,
                                                            double commanded);
 
@@ -53,9 +53,9 @@ struct CornerFigures {
   double overshoot = 0;  // m: CO, largest distance from the second line beyond the corner, on its outer side
 };
 
-// A path with a corner (8.5). `before`, `after`: directions of the commanded lines, of any length. The outer side
-// is that to which `before` points. None with fewer than two positions, parallel lines, or a value that is not
-// finite.
+// A path with a corner (8.5). `before`, `after`: directions of the commanded lines, of any length. The
+// outer side is that to which `before` points. None with fewer than two positions, parallel lines, or a
+// value that is not finite.
 DOPPEL_API std::optional<CornerFigures> corner_figures(std::span<const Eigen::Vector3d> attained,
                                                        const Eigen::Vector3d& corner,
                                                        const Eigen::Vector3d& before,

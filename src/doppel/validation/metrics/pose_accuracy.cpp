@@ -10,8 +10,8 @@
 namespace doppel {
 namespace {
 
-// The way s in [0, 1] on the line from a to b at which the distance from the centre passes the radius; one end
-// is inside and the other is not.
+// The way s in [0, 1] on the line from a to b at which the distance from the centre passes the radius; one
+// end is inside and the other is not.
 double sphere_crossing(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& centre,
                        double radius) {
   const Eigen::Vector3d line = b - a, start = a - centre;

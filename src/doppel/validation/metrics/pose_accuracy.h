@@ -1,9 +1,9 @@
 #pragma once
-// The pose characteristics of ISO 9283:1998, clause 7: accuracy, repeatability, variation by direction, distance,
-// drift, stabilisation, overshoot. S is the sample standard deviation (n - 1).
+// The pose characteristics of ISO 9283:1998, clause 7: accuracy, repeatability, variation by direction,
+// distance, drift, stabilisation, overshoot. S is the sample standard deviation (n - 1).
 //
-// Angles are those of the measured frame about three axes (a, b, c). An attained angle counts by its difference
-// from the commanded one, which is taken within half a turn.
+// Angles are those of the measured frame about three axes (a, b, c). An attained angle counts by its
+// difference from the commanded one, which is taken within half a turn.
 
 #include <Eigen/Core>
 #include <optional>
@@ -51,8 +51,8 @@ struct DistanceFigures {
   Eigen::Vector3d angle_repeatability = Eigen::Vector3d::Zero();  // rad
 };
 
-// Pose j of `first` and pose j of `second` are of cycle j. None with fewer than two cycles, unequal numbers, or a
-// value that is not finite.
+// Pose j of `first` and pose j of `second` are of cycle j. None with fewer than two cycles, unequal
+// numbers, or a value that is not finite.
 DOPPEL_API std::optional<DistanceFigures> distance_figures(std::span<const MeasuredPose> first,
                                                            std::span<const MeasuredPose> second,
                                                            const MeasuredPose& commanded_first,
@@ -79,8 +79,9 @@ struct ApproachFigures {
   double overshoot = 0;        // m: OV, largest distance after first_inside, 0 if it is within the band
 };
 
-// `attained`: the pose at rest after the approach. `limit_band`: m, RP_l or a stated value, the radius around it.
-// Straight lines between samples. None if times do not rise, a value is not finite, or the band is not positive.
+// `attained`: the pose at rest after the approach. `limit_band`: m, RP_l or a stated value, the radius
+// around it. Straight lines between samples. None if times do not rise, a value is not finite, or the band
+// is not positive.
 DOPPEL_API std::optional<ApproachFigures> approach_figures(std::span<const double> time,
                                                            std::span<const Eigen::Vector3d> positions,
                                                            const Eigen::Vector3d& attained,

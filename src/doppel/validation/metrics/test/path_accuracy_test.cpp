@@ -104,7 +104,7 @@ TEST(Velocity, ThreeCyclesGiveHandComputedFigures) {
   EXPECT_NEAR(figures->fluctuation, 0.04, 1e-12);
   EXPECT_NEAR(velocity_figures(cycles, 0.125)->accuracy, -0.2, 1e-12);
   EXPECT_FALSE(velocity_figures(cycles, 0));
-  EXPECT_FALSE(velocity_figures(std::vector<std::vector<double>>{{0.1}, {0, 0, 0}}, 0.1));
+  EXPECT_FALSE(velocity_figures(std::vector<std::vector<double>>{{0.1}, {}}, 0.1));
 }
 
 TEST(Corner, RoundedCornerGivesRoundOff) {

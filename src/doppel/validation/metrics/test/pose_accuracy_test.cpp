@@ -34,7 +34,8 @@ TEST(PoseAccuracy, FourPosesOnSquareGiveHandComputedFigures) {
 }
 
 TEST(PoseAccuracy, ThirtyPosesOnLineGiveHandComputedFigures) {
-  // x = -14.5, -13.5 ... 14.5 mm: l has each of 0.5 ... 14.5 twice, mean 7.5, squares 2 * 15 * (15^2 - 1) / 12.
+  // x = -14.5, -13.5 ... 14.5 mm: l has each of 0.5 ... 14.5 twice, mean 7.5, squares 2 * 15 * (15^2 - 1) /
+  // 12.
   std::vector<MeasuredPose> attained;
   for (int j = 0; j < 30; ++j) attained.push_back({{(j - 14.5) * 1e-3, 0, 0}, Vector3d::Zero()});
   const auto figures = pose_figures(attained, {{0, 2e-3, 0}, Vector3d::Zero()});
