@@ -14,10 +14,18 @@ struct PlotCurve {
   std::vector<double> times, values;  // s, and in the panel's unit; a value that is not finite is a gap
 };
 
+// What a curve has to stay within between two times, as a shaded band; an infinite end has no line.
+struct PlotBand {
+  std::string label;
+  double low = 0, high = 0;   // in the panel's unit
+  double begin = 0, end = 0;  // s
+};
+
 struct PlotPanel {
   std::string title, unit;
   std::string remark = {};  // at the right of the title: "largest difference 0.12 rad at 3.4 s"
   std::vector<PlotCurve> curves;
+  std::vector<PlotBand> bands = {};
 };
 
 // Values of a curve beyond what a screen can show are thinned, with the extremes of each pixel kept.

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <thread>
 
-#include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/parallel_work.h"
+#include "doppel/base/core/thrown.h"
 #include "doppel/twin/loop/rest_check.h"
 
 namespace doppel {
@@ -149,17 +149,8 @@ RunResult run_headless(const HeadlessRun& run) {
 
 std::vector<RunResult> run_headless(const std::vector<HeadlessRun>& runs, std::size_t threads) {
   std::vector<RunResult> results(runs.size());
-  std::atomic<std::size_t> next{0};
-  const auto work = [&] {
-    for (std::size_t i = next++; i < runs.size(); i = next++) results[i] = run_headless(runs[i]);
-  };
-  std::vector<std::thread> pool;
-  for (std::size_t i = 1; i < std::min(threads, runs.size()); ++i) {
-    // A run reports its own exceptions; one that has none to report them with keeps RunEnd::failed.
-    pool.push_back(guarded_thread(work, [](const std::string&) {}));
-  }
-  work();
-  for (std::thread& thread : pool) thread.join();
+  parallel_work(runs.size(), threads,
+                [&] { return [&](std::size_t i) { results[i] = run_headless(runs[i]); }; });
   return results;
 }
 

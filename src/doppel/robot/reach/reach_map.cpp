@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/parallel_work.h"
 #include "doppel/description/meshes/convex_hull.h"
 #include "doppel/robot/ik/chain_jacobian.h"
 
@@ -163,23 +164,20 @@ ReachMap make_reach_map(const std::shared_ptr<const Model>& model, const Chain& 
   const int threads = options.threads > 0
                           ? options.threads
                           : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-  std::atomic<int> next{0}, done{0};
+  std::atomic<int> done{0};
   std::atomic<bool> cancelled{false};
   std::mutex reporting;
-  const auto work = [&] {
-    Column column(model, chain, scene, options, map);
-    for (int i = next++; i < columns && !cancelled; i = next++) {
-      column.run(i % map.nx, i / map.nx);
+  parallel_work(static_cast<std::size_t>(columns), static_cast<std::size_t>(threads), [&] {
+    return [&, column = std::make_shared<Column>(model, chain, scene, options, map)](std::size_t index) {
+      if (cancelled) return;
+      const auto i = static_cast<int>(index);
+      column->run(i % map.nx, i / map.nx);
       const int finished = ++done;
-      if (!options.progress || finished % 16 != 0) continue;
+      if (!options.progress || finished % 16 != 0) return;
       const std::lock_guard lock(reporting);
       if (!options.progress(static_cast<double>(finished) / columns)) cancelled = true;
-    }
-  };
-  std::vector<std::thread> helpers;
-  for (int i = 1; i < threads; ++i) helpers.emplace_back(work);
-  work();
-  for (std::thread& helper : helpers) helper.join();
+    };
+  });
   if (options.progress && !cancelled) options.progress(1);
   map.cancelled = cancelled;
   return map;

@@ -1,0 +1,322 @@
+#include "doppel/validation/statics/reachability.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <numbers>
+
+#include "doppel/base/core/parallel_work.h"
+#include "doppel/base/math/units.h"
+#include "doppel/robot/kinematics/kinematics.h"
+#include "doppel/robot/reach/arm_reach.h"
+#include "doppel/robot/semantics/self_collision.h"
+#include "doppel/validation/statics/detail/posed.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kPositionHit = 1e-4, kRotationHit = 1e-3;  // m, rad
+constexpr double kGoalOfMany = 0.001,
+                 kGoalOfFew = 0.005;  // missed; arms of six joints and more, and of fewer
+constexpr double kMillisecond = 1e-3;
+
+enum class Word { reached, other_orientation, limit, self_collision, too_far, too_near, missed };
+constexpr std::array<const char*, 7> kWords = {"reached",
+                                               "reached in another orientation only",
+                                               "behind a limit",
+                                               "in self-collision",
+                                               "too far",
+                                               "too near",
+                                               "missed by the solver"};
+
+struct Arm {
+  const ArmGroup* group = nullptr;
+  std::shared_ptr<const Model> model;
+  std::shared_ptr<const CollisionScene> scene;
+
+  [[nodiscard]] ArmReach reach() const { return {model, group->chain, scene}; }
+  [[nodiscard]] const Chain& chain() const { return group->chain; }
+};
+
+// Configurations whose targets are searched: the arm's own joints random, all others neutral, and free.
+std::vector<Eigen::VectorXd> free_configurations(const Arm& arm, int count, std::uint64_t seed) {
+  constexpr int kMostTries = 20;  // for each
+  ArmReach reach = arm.reach();
+  std::vector<Eigen::VectorXd> out;
+  std::uint64_t state = seed;
+  for (int i = 0; i < kMostTries * count && static_cast<int>(out.size()) < count; ++i) {
+    const Eigen::VectorXd random = random_configuration(*arm.model, state);
+    Eigen::VectorXd q = arm.model->neutral();
+    arm.chain().apply(*arm.model, arm.chain().variables_of(*arm.model, random), q);
+    if (reach.is_free(q)) out.push_back(std::move(q));
+  }
+  return out;
+}
+
+Pose tip_pose_at(const Arm& arm, Data& data, const Eigen::VectorXd& q) {
+  forward_kinematics(*arm.model, data, q);
+  return data.X_WL[static_cast<std::size_t>(arm.chain().tip_link)];
+}
+
+std::vector<Pose> poses_of(const Arm& arm, const std::vector<Eigen::VectorXd>& configurations) {
+  Data data(*arm.model);
+  std::vector<Pose> out;
+  for (const Eigen::VectorXd& q : configurations) out.push_back(tip_pose_at(arm, data, q));
+  return out;
+}
+
+struct Search {
+  std::vector<char> found;      // [targets]
+  std::vector<double> seconds;  // [targets] of wall-clock time
+};
+
+Search search(const CheckContext& context, const Arm& arm, const std::vector<Pose>& targets, double begin,
+              double end) {
+  Search out{std::vector<char>(targets.size(), 0), std::vector<double>(targets.size(), 0.0)};
+  parallel_work(targets.size(), context.threads, [&] {
+    return [&, reach = std::make_shared<ArmReach>(arm.reach())](std::size_t i) {
+      const auto start = std::chrono::steady_clock::now();
+      ReachQuery query;
+      query.X_WT = targets[i];
+      query.position_tolerance = kPositionHit;
+      query.rotation_tolerance = kRotationHit;
+      out.found[i] = reach->answer(query).solved ? 1 : 0;
+      out.seconds[i] = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+      if (i % 32 == 0)
+        context.report(begin + (end - begin) * static_cast<double>(i) / static_cast<double>(targets.size()));
+    };
+  });
+  return out;
+}
+
+// -- the grid
+std::vector<Eigen::Vector3d> directions(int count) {
+  if (count == 6) return {{0, 0, -1}, {0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
+  // Fibonacci's spiral.
+  std::vector<Eigen::Vector3d> out;
+  const double turn = std::numbers::pi * (3 - std::sqrt(5.0));
+  for (int i = 0; i < count; ++i) {
+    const double z = 1 - (2.0 * i + 1) / count, r = std::sqrt(1 - z * z);
+    out.emplace_back(r * std::cos(turn * i), r * std::sin(turn * i), z);
+  }
+  return out;
+}
+
+struct Grid {
+  std::vector<Eigen::Vector3d> points;      // m, root link
+  std::vector<Eigen::Vector3d> directions;  // of the tool; one for arms that cannot choose it
+};
+
+Grid grid_of(const CheckContext& context, const Arm& arm, bool has_direction) {
+  Grid out;
+  Eigen::Vector3d low, high;
+  double step = 0;
+  int count = context.amount(6, 6, 26);
+  if (context.suite.workspace) {
+    const WorkspaceBox& box = *context.suite.workspace;
+    low = box.low;
+    high = box.high;
+    step = box.step;
+    count = context.effort == Effort::quick ? std::min(box.directions, 6) : box.directions;
+  } else {
+    // The largest cube within the sphere that the arm may reach.
+    const Eigen::Vector3d centre =
+        arm.reach().base_pose(arm.model->neutral()) * arm.chain().joints.front().X_PZ.translation();
+    const double half = arm.chain().length / std::sqrt(3.0);
+    low = centre - Eigen::Vector3d::Constant(half);
+    high = centre + Eigen::Vector3d::Constant(half);
+    step = 2 * half / context.amount(3, 5, 10);
+    low += Eigen::Vector3d::Constant(0.5 * step);
+  }
+  const Eigen::Vector3i cells =
+      ((high - low) / step + Eigen::Vector3d::Constant(1e-9)).array().floor().cast<int>();
+  const int frame = context.suite.workspace ? arm.model->find_link(context.suite.workspace->frame) : -1;
+  Data data(*arm.model);
+  forward_kinematics(*arm.model, data, arm.model->neutral());
+  const Pose X_WF = frame < 0 ? Pose::Identity() : data.X_WL[static_cast<std::size_t>(frame)];
+  for (int i = 0; i <= cells.x(); ++i) {
+    for (int k = 0; k <= cells.y(); ++k) {
+      for (int l = 0; l <= cells.z(); ++l)
+        out.points.push_back(X_WF * (low + step * Eigen::Vector3d(i, k, l)));
+    }
+  }
+  out.directions = directions(has_direction ? count : 1);
+  return out;
+}
+
+struct Judged {
+  Word word = Word::reached;
+  std::string detail;  // the joint, or the pair of links
+};
+
+Judged judge_failure(ArmReach& reach, const Arm& arm, const ReachQuery& query, const ReachAnswer& answer,
+                     const Eigen::Vector3d& first_joint) {
+  if (!answer.failure) return {Word::missed, ""};
+  const IkFailure& failure = *answer.failure;
+  switch (failure.obstacle) {
+    case IkObstacle::rotation:
+      return {Word::other_orientation, ""};
+    case IkObstacle::limits:
+      return {Word::limit,
+              failure.limits.empty() ? "" : variable_name(reach.solver(), failure.limits.front().variable)};
+    case IkObstacle::refused: {
+      if (failure.refused.empty()) return {Word::self_collision, ""};
+      Eigen::VectorXd q = arm.model->neutral();
+      arm.chain().apply(*arm.model, failure.refused.front().u, q);
+      const ReachBranch branch = reach.branch_at(q);
+      return {Word::self_collision,
+              branch.touching.empty() ? "" : branch.touching.front().a + " and " + branch.touching.front().b};
+    }
+    case IkObstacle::out_of_reach:
+      break;
+  }
+  const Pose X_WB = reach.base_pose(arm.model->neutral());
+  const double target = (query.X_WT.translation() - first_joint).norm();
+  const double nearest = (X_WB * failure.nearest.X_BT.translation() - first_joint).norm();
+  return {target > nearest ? Word::too_far : Word::too_near, ""};
+}
+
+// A pose that the solver calls impossible is tried again from the configurations that come nearest to it.
+bool is_missed(ArmReach& reach, ReachQuery query, const std::vector<Pose>& reached,
+               const std::vector<Eigen::VectorXd>& configurations) {
+  constexpr double kNeighbour = 0.02;  // m
+  for (std::size_t i = 0; i < reached.size(); ++i) {
+    if ((reached[i].translation() - query.X_WT.translation()).norm() > kNeighbour) continue;
+    query.q = configurations[i];
+    if (reach.answer(query).solved) return true;
+  }
+  return false;
+}
+
+std::vector<Judged> judge_grid(const CheckContext& context, const Arm& arm, const Grid& grid, IkTask task,
+                               const std::vector<Eigen::VectorXd>& configurations) {
+  const std::size_t count = grid.points.size() * grid.directions.size();
+  std::vector<Judged> out(count);
+  const std::vector<Pose> reached = poses_of(arm, configurations);
+  parallel_work(count, context.threads, [&] {
+    return [&, reach = std::make_shared<ArmReach>(arm.reach())](std::size_t i) {
+      ReachQuery query;
+      const Eigen::Vector3d tool = reach->solver().task_space().tool_axis;
+      query.X_WT.translation() = grid.points[i / grid.directions.size()];
+      query.X_WT.linear() =
+          Eigen::Quaterniond::FromTwoVectors(tool, grid.directions[i % grid.directions.size()])
+              .toRotationMatrix();
+      query.task = task;
+      const ReachAnswer answer = reach->answer(query);
+      if (!answer.solved) {
+        const Eigen::Vector3d first =
+            reach->base_pose(arm.model->neutral()) * arm.chain().joints.front().X_PZ.translation();
+        out[i] = is_missed(*reach, query, reached, configurations)
+                     ? Judged{Word::missed, ""}
+                     : judge_failure(*reach, arm, query, answer, first);
+      }
+      if (i % 32 == 0) context.report(0.5 + 0.5 * static_cast<double>(i) / static_cast<double>(count));
+    };
+  });
+  return out;
+}
+
+// "61 % reached, 22 % too far, 9 % behind a limit (elbow)".
+std::string map_text(const std::vector<Judged>& judged) {
+  std::map<Word, std::size_t> counts;
+  std::map<Word, std::map<std::string, std::size_t>> details;
+  for (const Judged& one : judged) {
+    ++counts[one.word];
+    if (!one.detail.empty()) ++details[one.word][one.detail];
+  }
+  std::string out;
+  for (const auto& [word, count] : counts) {
+    out += fmt::format("{}{:.0f} % {}", out.empty() ? "" : ", ",
+                       100.0 * static_cast<double>(count) / static_cast<double>(judged.size()),
+                       kWords[static_cast<std::size_t>(word)]);
+    if (details[word].empty()) continue;
+    const auto most =
+        std::ranges::max_element(details[word], {}, [](const auto& entry) { return entry.second; });
+    out += fmt::format(" (mostly {})", most->first);
+  }
+  return out;
+}
+
+const char* task_text(int joints) {
+  if (joints >= 6) return "position and rotation";
+  return joints == 5 ? "position and direction of the tool" : "position";
+}
+
+void judge_arm(const CheckContext& context, const Arm& arm, CheckResult& out) {
+  const int joints = arm.chain().size();
+  const std::vector<Eigen::VectorXd> configurations =
+      free_configurations(arm, context.amount(200, 1000, 10'000), context.seed);
+  const std::string& name = arm.group->name;
+  if (configurations.empty()) {
+    return out.fail(name, "no configuration within its limits is free of self-collision",
+                    "doppel view shows the links that overlap; see T3");
+  }
+  const Search found = search(context, arm, poses_of(arm, configurations), 0, 0.5);
+  const auto missed = static_cast<std::size_t>(std::ranges::count(found.found, 0));
+  const double share = static_cast<double>(missed) / static_cast<double>(configurations.size());
+  double seconds = 0;
+  for (const double one : found.seconds) seconds += one;
+  out.metrics.push_back({"missed", name, 100 * share, "%", 100 * context.suite.max_missed});
+  out.metrics.push_back({"mean time", name,
+                         seconds / static_cast<double>(configurations.size()) / kMillisecond, "ms",
+                         std::nullopt, Metric::Better::lower, true});
+  CheckItem item;
+  item.subject = name;
+  item.verdict = share > context.suite.max_missed ? Verdict::failed : Verdict::passed;
+  item.message = fmt::format("{} of {} poses that it can reach are found ({}; at most {:.3g} % missed)",
+                             configurations.size() - missed, configurations.size(), task_text(joints),
+                             100 * context.suite.max_missed);
+  if (missed > 0) {
+    item.fix = "other limits or link lengths than meant, or an arm that the solver does not know: doppel ik";
+    const auto first = std::ranges::find(found.found, 0) - found.found.begin();
+    item.poses.push_back({"a pose that was missed",
+                          posed_joints(*arm.model, configurations[static_cast<std::size_t>(first)])});
+  }
+  if (share > (joints >= 6 ? kGoalOfMany : kGoalOfFew) && item.verdict == Verdict::passed)
+    item.verdict = Verdict::warned;
+  out.add(std::move(item));
+  const bool has_direction = joints >= 5;
+  const Grid grid = grid_of(context, arm, has_direction);
+  const std::vector<Judged> judged =
+      judge_grid(context, arm, grid, has_direction ? IkTask::axis : IkTask::position, configurations);
+  const auto reached = static_cast<std::size_t>(std::ranges::count(judged, Word::reached, &Judged::word));
+  const auto lost = static_cast<std::size_t>(std::ranges::count(judged, Word::missed, &Judged::word));
+  const auto all = static_cast<double>(judged.size());
+  out.metrics.push_back({"workspace reached", name, 100 * static_cast<double>(reached) / all, "%",
+                         std::nullopt, Metric::Better::higher});
+  out.notes.push_back(fmt::format("{}: of {} places in {} directions {}", name, grid.points.size(),
+                                  grid.directions.size(), map_text(judged)));
+  if (static_cast<double>(lost) > context.suite.max_missed * all)
+    out.fail(name, fmt::format("{} of {} poses of the grid are missed by the solver", lost, judged.size()));
+}
+
+}  // namespace
+
+CheckResult check_reachability(const CheckContext& context) {
+  const Subject& subject = context.subject;
+  if (subject.arms.empty())
+    return not_applicable(
+        "T1", "no group of joints is an arm: a chain with a tip that is a controller's or SRDF's group");
+  CheckResult out = begin_result("T1");
+  Diagnostics notes;
+  for (const ArmGroup& group : subject.arms) {
+    judge_arm(
+        context,
+        {&group, subject.model, reach_scene(subject.description(), subject.model, &group.chain, {}, notes)},
+        out);
+  }
+  for (const Diagnostic& note : notes.all()) out.notes.push_back(note.message);
+  const auto worst = std::ranges::max_element(
+      out.metrics, {}, [](const Metric& metric) { return metric.name == "missed" ? metric.value : -1.0; });
+  out.summary = worst == out.metrics.end() ? "no free configuration"
+                                           : fmt::format("{:.3g} % missed (limit {:.3g} %)", worst->value,
+                                                         100 * context.suite.max_missed);
+  return out;
+}
+
+}  // namespace doppel
