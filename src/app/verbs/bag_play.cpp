@@ -264,7 +264,7 @@ void add_clock_options(CLI::App& verb, PlayerOptions& player) {
 }
 
 // Options of ros2 bag play.
-constexpr ForeignOption kForeign[] = {
+constexpr ForeignOption kForeignToPlay[] = {
     {"--read-ahead-queue-size", 1, "", "messages are read when they are due"},
     {"--disable-loan-message", 0, "", "no messages are loaned"},
     {"--log-level", 1, "", "there is one level"},
@@ -300,7 +300,7 @@ void add_bag_play(CLI::App& bag, const RosArguments& ros, int& exit_code) {
   verb->add_flag("--disable-keyboard-controls", options->no_keys, "No keys");
   verb->add_flag("--headless", options->headless, "Do not open the web page (same as --no-open)");
   add_edge_options(*verb, options->edges);
-  add_foreign_options(*verb, kForeign);
+  add_foreign_options(*verb, kForeignToPlay);
   verb->footer(
       "The services of rosbag2's player are those of the node /rosbag2_player: pause, resume, toggle_paused, "
       "is_paused, set_rate, get_rate, play_next, burst, seek, play, stop.\n"

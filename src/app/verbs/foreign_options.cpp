@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <string>
+#include <string_view>
 
 #include "app/print_stderr.h"
 #include "doppel/base/core/diagnostic.h"
@@ -11,12 +12,18 @@
 namespace doppel::app {
 namespace {
 
+// "--polling-interval" of "-p,--polling-interval".
+std::string_view long_name(const ForeignOption& option) {
+  const std::string_view names = option.name;
+  return names.substr(names.find("--"));
+}
+
 void answer(const ForeignOption& option) {
   if (*option.refusal != '\0') {
-    throw InputError("cli.use", {}, fmt::format("{} is not available: {}", option.name, option.refusal),
+    throw InputError("cli.use", {}, fmt::format("{} is not available: {}", long_name(option), option.refusal),
                      option.instead);
   }
-  print_stderr("note: {} has no effect: {}\n", option.name, option.instead);
+  print_stderr("note: {} has no effect: {}\n", long_name(option), option.instead);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "doppel/lab/recording/run_files.h"
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/messages/distro.h"
+#include "doppel/twin/journal/input_journal.h"
 
 namespace doppel {
 namespace {
@@ -39,6 +40,8 @@ RecorderOptions run_recorder_options(Twin& twin, RunRecordingOptions options, co
   out.topics = std::move(options.topics);
   out.attachments = std::move(files.attachments);
   out.metadata = {{kFilesOfRunMetadata, std::move(files.places)}, {kRunMetadata, std::move(files.about)}};
+  // Without them the run could not be run again.
+  out.unpaused = {kInputsTopic, kStateHashTopic};
   return out;
 }
 

@@ -205,6 +205,10 @@ void BagWriter::discard() {
   fs::remove_all(options_.folder, none);
 }
 
+std::size_t BagWriter::latched(std::size_t topic) const {
+  return topics_[topic].about.latched;
+}
+
 std::uint64_t BagWriter::size() const {
   return closed_size_ + (writer_ == nullptr ? 0 : writer_->size() + writer_->pending());
 }

@@ -74,7 +74,8 @@ class DOPPEL_API BagWriter {
   void discard();
 
   [[nodiscard]] const BagMetadata& metadata() const { return metadata_; }
-  [[nodiscard]] std::uint64_t size() const;  // bytes in all files
+  [[nodiscard]] std::uint64_t size() const;                    // bytes in all files
+  [[nodiscard]] std::size_t latched(std::size_t topic) const;  // RecordedTopic::latched
   [[nodiscard]] const std::filesystem::path& folder() const { return options_.folder; }
 
  private:

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <set>
+#include <utility>
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/guarded_thread.h"
@@ -48,7 +49,7 @@ BusRecorder::BusRecorder(Bus& bus, RecorderOptions options, const Log& log)
       log_(log),
       options_(std::move(options)),
       writer_(options_.bag),
-      edge_(bus.attach("/rosbag2_recorder", {.ring_bytes = options_.ring_bytes, .listed = options_.listed})) {
+      edge_(bus.attach(kRecorderNode, {.ring_bytes = options_.ring_bytes, .listed = options_.listed})) {
   try {
     for (const BagAttachment& attachment : options_.attachments)
       writer_.attach(attachment, static_cast<std::uint64_t>(nanoseconds_of(bus.ros_now())));
@@ -60,6 +61,7 @@ BusRecorder::BusRecorder(Bus& bus, RecorderOptions options, const Log& log)
   }
   options_.attachments.clear();
   subscribe();
+  if (options_.listed) offer_services();
   bus.spin();  // so that no request of another edge comes before the subscriptions
   thread_ = guarded_thread([this] { run(); },
                            [this](const std::string& why) { log_.error(kOrigin, "it has ended: " + why); });
@@ -83,7 +85,8 @@ void BusRecorder::subscribe() {
     if (recorded_.contains(topic.id) || topic.publishers.empty() ||
         !options_.topics.selects(topic.name, topic.type))
       continue;
-    recorded_[topic.id] = {writer_.add_topic(recorded_topic(topic)), 0};
+    const bool unpaused = std::ranges::find(options_.unpaused, topic.name) != options_.unpaused.end();
+    recorded_[topic.id] = {.topic = writer_.add_topic(recorded_topic(topic)), .unpaused = unpaused};
     edge_->subscribe(topic.id);
   }
 }
@@ -102,21 +105,93 @@ void BusRecorder::record(const Edge::Incoming& message) {
   time_ = is_set_back ? stamp : std::max(time_, stamp);
   topic.sequence = std::max(topic.sequence, message.sequence);
   topic.stamp = stamp;
+  if (paused_ && !topic.unpaused) {
+    latched_.keep(topic.topic, writer_.latched(topic.topic), message.sequence,
+                  static_cast<std::uint64_t>(stamp), message.cdr);
+    return;
+  }
   writer_.write(topic.topic, message.sequence, static_cast<std::uint64_t>(time_),
                 static_cast<std::uint64_t>(stamp), message.cdr);
   messages_.fetch_add(1, std::memory_order_relaxed);
   if (options_.on_message) options_.on_message(writer_.metadata().topics[topic.topic], message);
 }
 
+void BusRecorder::offer_services() {
+  RecorderControl control;
+  control.act = [this](RecorderAction what, std::function<void(bool)> done) {
+    // The answer is given on the loop's thread, and let go there, because the task may live longer.
+    act(what, [&bus = bus_, done = std::move(done)](bool fine) mutable {
+      bus.post([done = std::move(done), fine]() mutable { std::exchange(done, nullptr)(fine); });
+    });
+  };
+  control.is_paused = [this] { return is_paused(); };
+  services_.emplace(bus_, std::move(control));
+}
+
+void BusRecorder::act(RecorderAction action, std::function<void(bool)> done) {
+  {
+    const std::lock_guard lock(requests_mutex_);
+    if (!failed_) {
+      actions_.push_back({action, std::move(done)});
+      return;
+    }
+  }
+  done(false);
+}
+
+void BusRecorder::serve_actions() {
+  std::vector<Action> requests;
+  {
+    const std::lock_guard lock(requests_mutex_);
+    requests.swap(actions_);
+  }
+  for (const Action& request : requests) request.done(do_action(request.what));
+}
+
+bool BusRecorder::do_action(RecorderAction what) {
+  if (failed_) return false;
+  switch (what) {
+    case RecorderAction::pause:
+    case RecorderAction::resume:
+      pause(what == RecorderAction::pause);
+      return true;
+    case RecorderAction::toggle_paused:
+      pause(!paused_);
+      return true;
+    case RecorderAction::split:
+      writer_.split();
+      return true;
+    case RecorderAction::stop:
+      end();
+      return true;
+    case RecorderAction::snapshot:
+      break;
+  }
+  return false;
+}
+
+void BusRecorder::pause(bool yes) {
+  if (paused_.exchange(yes) && !yes) latched_.write(writer_, static_cast<std::uint64_t>(time_));
+}
+
+// The bag is complete before the run ends.
+void BusRecorder::end() {
+  failed_ = true;
+  for (const auto& [topic, recorded] : recorded_) edge_->unsubscribe(topic);
+  recorded_.clear();
+  close();
+  log_.note(kOrigin, "the recording has ended, as its service stop was called");
+}
+
 void BusRecorder::copy(Copy request) {
-  const std::lock_guard lock(copies_mutex_);
+  const std::lock_guard lock(requests_mutex_);
   copies_.push_back(std::move(request));
 }
 
 void BusRecorder::serve_copies() {
   std::vector<Copy> requests;
   {
-    const std::lock_guard lock(copies_mutex_);
+    const std::lock_guard lock(requests_mutex_);
     requests.swap(copies_);
   }
   for (const Copy& request : requests) {
@@ -155,9 +230,11 @@ void BusRecorder::run() {
   if (options_.niceness != 0) setpriority(PRIO_PROCESS, 0, options_.niceness);  // on Linux: of this thread
   auto due = Clock::now() + kFlush;
   try {
-    while (!ending_.load()) {
+    while (!ending_.load() && !failed_.load()) {
       std::this_thread::sleep_for(kLook);
       take_messages();
+      serve_actions();
+      if (failed_) return;
       if (graph_ != bus_.graph_version()) subscribe();
       prune();
       if (options_.on_look) options_.on_look();
@@ -167,6 +244,7 @@ void BusRecorder::run() {
       due = Clock::now() + kFlush;
     }
     take_messages();
+    serve_actions();
     if (options_.on_look) options_.on_look();
     serve_copies();
   } catch (const InputError& error) {
@@ -182,9 +260,11 @@ void BusRecorder::fail(const std::string& why) {
   report_.failure = why;
   log_.error(kOrigin, fmt::format("the recording has ended; what was written before is readable: {}", why));
   for (const auto& [topic, recorded] : recorded_) edge_->unsubscribe(topic);
+  serve_actions();  // with refusals
 }
 
 void BusRecorder::close() {
+  if (std::exchange(is_closed_, true)) return;
   report_.messages = messages_.load();
   try {
     std::vector<std::pair<std::string, std::string>> texts;
@@ -213,6 +293,7 @@ const RecorderReport& BusRecorder::stop() {
   if (!thread_.joinable()) return report_;
   ending_ = true;
   thread_.join();  // within kLook
+  services_.reset();
   edge_.reset();
   close();
   return report_;

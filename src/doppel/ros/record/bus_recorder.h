@@ -16,6 +16,8 @@
 #include "doppel/export.h"
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/record/bag_writer.h"
+#include "doppel/ros/record/pending_latched.h"
+#include "doppel/ros/record/recorder_services.h"
 #include "doppel/ros/record/topic_selection.h"
 
 namespace doppel {
@@ -28,11 +30,12 @@ struct RecorderOptions {
   std::size_t ring_bytes = std::size_t{64} << 20;  // messages that wait for the disk
   // An observer within the process keeps the newest files only, and is not part of the graph.
   std::size_t keep_files = 0;  // 0: all
-  bool listed = true;
-  int niceness = 0;  // of its thread
+  bool listed = true;          // part of the graph, with the services of rosbag2's recorder
+  int niceness = 0;            // of its thread
   // Called with each message on the recorder's thread. May be empty.
   std::function<void(const BagTopicCount& topic, const Edge::Incoming& message)> on_message = {};
-  std::function<void()> on_look = {};  // the same every kLook, and before the end
+  std::function<void()> on_look = {};      // the same every kLook, and before the end
+  std::vector<std::string> unpaused = {};  // topics that are recorded during a pause, too
 };
 
 struct RecorderReport {
@@ -65,6 +68,11 @@ class DOPPEL_API BusRecorder {
     std::function<void(const std::string& failure)> done = {};
   };
   void copy(Copy request);
+  // On the recorder's thread, after the messages so far: messages are left out until resume, which begins
+  // with the last latched ones; the next message begins a new file; or the bag is closed, and nothing is
+  // recorded any more. `done`: called there, false: the recording has ended.
+  void act(RecorderAction action, std::function<void(bool)> done);
+  [[nodiscard]] bool is_paused() const { return paused_.load(); }
   [[nodiscard]] std::uint64_t messages() const { return messages_.load(std::memory_order_relaxed); }
   [[nodiscard]] const std::filesystem::path& folder() const { return writer_.folder(); }
 
@@ -73,6 +81,7 @@ class DOPPEL_API BusRecorder {
     std::size_t topic = 0;       // of the writer
     std::uint32_t sequence = 0;  // of the last message
     std::int64_t stamp = 0;      // of the last message
+    bool unpaused = false;
   };
   void run();
   void fail(const std::string& why);
@@ -83,6 +92,15 @@ class DOPPEL_API BusRecorder {
   void prune();
   void serve_copies();
   void make_copy(const Copy& request);
+  struct Action {
+    RecorderAction what;
+    std::function<void(bool)> done;
+  };
+  void serve_actions();
+  [[nodiscard]] bool do_action(RecorderAction what);
+  void pause(bool yes);
+  void end();
+  void offer_services();
 
   Bus& bus_;
   const Log& log_;
@@ -93,9 +111,13 @@ class DOPPEL_API BusRecorder {
   std::map<TopicId, Recorded> recorded_;
   std::int64_t time_ = 0;  // of the last message
   RecorderReport report_;
-  std::mutex copies_mutex_;
+  PendingLatched latched_;  // of a pause
+  std::mutex requests_mutex_;
   std::vector<Copy> copies_;
-  std::atomic<bool> ending_{false}, failed_{false};
+  std::vector<Action> actions_;
+  bool is_closed_ = false;
+  std::atomic<bool> ending_{false}, failed_{false}, paused_{false};
+  std::optional<RecorderServices> services_;
   std::atomic<std::uint64_t> messages_{0};
   std::thread thread_;
 };

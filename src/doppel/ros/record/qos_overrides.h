@@ -10,8 +10,8 @@
 
 namespace doppel {
 
-// The result is by topics. Policies that are not given have the values of ROS 2's default profile. Throws InputError with
-// all errors of the file: "qos.syntax", "qos.unreadable", "qos.unknown_key", "qos.invalid".
+// The result is by topics. Policies that are not given have the values of ROS 2's default profile. Throws
+// InputError with all errors of the file: "qos.syntax", "qos.unreadable", "qos.unknown_key", "qos.invalid".
 [[nodiscard]] DOPPEL_API std::map<std::string, Qos> read_qos_overrides(const std::filesystem::path& file);
 
 }  // namespace doppel

@@ -7,8 +7,10 @@
 
 #include <csignal>
 #include <filesystem>
+#include <optional>
 #include <thread>
 
+#include "doppel/ros/messages/rosbag2_interfaces.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/record/bag_player.h"
 #include "doppel/ros/record/bag_reader.h"
@@ -211,6 +213,68 @@ TEST_F(BusRecorderTest, PlayerMakesTypesThatThisProgramDoesNotKnow) {
   EXPECT_THAT(yaml, HasSubstr("x: 1.0"));
   EXPECT_THAT(player.skipped(), ElementsAre("/broken"));
   EXPECT_THAT(lines_, ElementsAre(HasSubstr("/broken is not played")));
+}
+
+class RecorderServicesTest : public BusRecorderTest {
+ protected:
+  template <Service S>
+  bool call(const std::string& name, typename S::Response* response = nullptr) {
+    std::optional<bool> out;
+    client_->call("/rosbag2_recorder/" + name, to_cdr(typename S::Request{}),
+                  [&](const Status& status, const Bytes& cdr) {
+                    typename S::Response value;
+                    out = status.ok() && from_cdr(cdr, value);
+                    if (response != nullptr) *response = value;
+                  });
+    for (int i = 0; i < 400 && !out; ++i) {
+      bus_.spin();
+      std::this_thread::sleep_for(5ms);
+    }
+    EXPECT_TRUE(out.has_value()) << name;
+    return out.value_or(false);
+  }
+  bool is_paused() {
+    rosbag2_interfaces::srv::IsPaused::Response out;
+    EXPECT_TRUE(call<rosbag2_interfaces::srv::IsPaused>("is_paused", &out));
+    return out.paused;
+  }
+
+  std::unique_ptr<Edge> client_ = bus_.attach("client");
+};
+
+TEST_F(RecorderServicesTest, PauseLeavesMessagesOutButJournalAndLatchedOnes) {
+  const auto a = node_.advertise<String>("/a"), journal = node_.advertise<String>("/journal");
+  const auto latched = node_.advertise<String>("/latched", {.latched = true});
+  RecorderOptions chosen = options();
+  chosen.unpaused = {"/journal"};
+  BusRecorder recorder(bus_, chosen, log_);
+  a.publish({"1"}, time_from_seconds(1));
+  EXPECT_TRUE(call<rosbag2_interfaces::srv::Pause>("pause"));
+  EXPECT_TRUE(is_paused());
+  a.publish({"2"}, time_from_seconds(2));
+  latched.publish({"old"}, time_from_seconds(2));
+  latched.publish({"new"}, time_from_seconds(2));
+  journal.publish({"x"}, time_from_seconds(3));
+  EXPECT_TRUE(call<rosbag2_interfaces::srv::TogglePaused>("toggle_paused"));
+  EXPECT_FALSE(is_paused());
+  a.publish({"3"}, time_from_seconds(4));
+  EXPECT_THAT(recorder.stop().lost, IsEmpty());
+  EXPECT_THAT(read(), ElementsAre("/a=1", "/journal=x", "/latched=new", "/a=3"));
+}
+
+TEST_F(RecorderServicesTest, SplitBeginsNewFileAndStopCompletesBag) {
+  const auto a = node_.advertise<String>("/a");
+  BusRecorder recorder(bus_, options(), log_);
+  a.publish({"1"}, time_from_seconds(1));
+  EXPECT_TRUE(call<rosbag2_interfaces::srv::SplitBagfile>("split_bagfile"));
+  a.publish({"2"}, time_from_seconds(2));
+  EXPECT_TRUE(call<rosbag2_interfaces::srv::Stop>("stop"));
+  EXPECT_TRUE(fs::exists(folder_ / "metadata.yaml"));
+  a.publish({"3"}, time_from_seconds(3));
+  EXPECT_FALSE(call<rosbag2_interfaces::srv::Pause>("pause")) << "expected a refusal after the end";
+  EXPECT_EQ(recorder.stop().messages, 2U);
+  EXPECT_THAT(read(), ElementsAre("/a=1", "/a=2"));
+  EXPECT_EQ(BagReader(folder_.string()).contents().files.size(), 2U);
 }
 
 }  // namespace
