@@ -1,5 +1,5 @@
 #pragma once
-// What a check gets: the machine, the suite and how much work it may do. Checks run beside each other on
+// The input of a check: the machine, the suite and how much work it may do. Checks run beside each other on
 // several threads; the result of each depends on its inputs and the seed alone.
 
 #include <cstddef>
@@ -7,6 +7,7 @@
 #include <functional>
 #include <string>
 
+#include "doppel/export.h"
 #include "doppel/validation/checks/check.h"
 #include "doppel/validation/checks/subject.h"
 #include "doppel/validation/checks/suite.h"
@@ -18,7 +19,7 @@ struct CheckCancelled {};
 
 enum class Effort { quick, standard, full };
 
-struct CheckContext {
+struct DOPPEL_API CheckContext {
   const Subject& subject;
   const Suite& suite;
   Effort effort = Effort::standard;

@@ -46,8 +46,8 @@ struct SubjectOptions {
   std::optional<std::filesystem::path> datasheet;  // of the suite
 };
 
-// `scenario`: with one robot and no world. Throws InputError where there is nothing to judge: no such target, a file that cannot
-// be read or is not well-formed. A description with errors is a refusal.
+// `scenario`: with one robot and no world. Throws InputError where there is nothing to judge: no such
+// target, a file that cannot be read or is not well-formed. A description with errors is a refusal.
 DOPPEL_API Subject read_subject(const Scenario& scenario, const SubjectOptions& options);
 
 }  // namespace doppel

@@ -175,7 +175,7 @@ class SuiteReader {
     }
   }
 
-  void read_step(const PlacedYaml& value, StepLimits& limits) {
+  void read_step(const PlacedYaml& value, StepResponseLimits& limits) {
     if (const PlacedYaml& size = value["size"]) {
       limits.size = quantity(size, "size", QuantityKind::position);
       limits.slide_size = limits.size;
@@ -202,8 +202,8 @@ class SuiteReader {
                       "limits of one joint are a map: \"Revolute 8\": {size: 0.3 rad}");
         continue;
       }
-      StepLimits& own = out_.joint_steps.emplace(name, out_.step).first->second;
-      if (fields_.fields(value.items[i], name, limits)) read_step(value.items[i], own);
+      StepResponseLimits& of_joint = out_.joint_steps.emplace(name, out_.step).first->second;
+      if (fields_.fields(value.items[i], name, limits)) read_step(value.items[i], of_joint);
     }
   }
 

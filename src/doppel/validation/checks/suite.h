@@ -28,7 +28,7 @@ struct ToolLoad {
 };
 
 // Limits of the step response. Sizes of revolute joints in rad, of slides in m.
-struct StepLimits {
+struct StepResponseLimits {
   double size = 0.5, slide_size = 0.02;
   double overshoot = 0.10;  // of the step
   double settling = 0.5;    // s
@@ -57,16 +57,16 @@ struct DOPPEL_API Suite {
   std::optional<WorkspaceBox> workspace;
   ToolLoad tool;
   std::map<std::string, std::map<std::string, double>> poses;  // by name: joints, rad or m
-  StepLimits step;
-  std::map<std::string, StepLimits> joint_steps;  // by joint, complete
-  double max_missed = 0.05;                       // of the reachable poses
-  std::optional<double> max_share;                // of configurations in which the machine touches itself
-  std::optional<double> min_seen;                 // of the workspace, by each sensor
+  StepResponseLimits step;
+  std::map<std::string, StepResponseLimits> joint_steps;  // by joint, complete
+  double max_missed = 0.05;                               // of the reachable poses
+  std::optional<double> max_share;  // of configurations in which the machine touches itself
+  std::optional<double> min_seen;   // of the workspace, by each sensor
   DropLimits drop;
   std::filesystem::path datasheet;
   std::vector<Waiver> waivers;
 
-  [[nodiscard]] const StepLimits& step_of(const std::string& joint) const {
+  [[nodiscard]] const StepResponseLimits& step_of(const std::string& joint) const {
     const auto found = joint_steps.find(joint);
     return found == joint_steps.end() ? step : found->second;
   }

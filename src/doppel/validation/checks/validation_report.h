@@ -1,5 +1,5 @@
 #pragma once
-// What a validation found, for reports (validation/reports) and later comparisons.
+// The results of a validation, for reports (validation/reports) and later comparisons.
 
 #include <cstdint>
 #include <string>

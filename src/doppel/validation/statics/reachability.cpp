@@ -15,7 +15,8 @@
 #include "doppel/robot/kinematics/kinematics.h"
 #include "doppel/robot/reach/arm_reach.h"
 #include "doppel/robot/semantics/self_collision.h"
-#include "doppel/validation/statics/detail/posed.h"
+#include "doppel/validation/statics/detail/workspace_grid.h"
+#include "doppel/validation/statics/start_pose.h"
 
 namespace doppel {
 namespace {
@@ -34,29 +35,7 @@ constexpr std::array<const char*, 7> kWords = {"reached",
                                                "too near",
                                                "missed by the solver"};
 
-struct Arm {
-  const ArmGroup* group = nullptr;
-  std::shared_ptr<const Model> model;
-  std::shared_ptr<const CollisionScene> scene;
-
-  [[nodiscard]] ArmReach reach() const { return {model, group->chain, scene}; }
-  [[nodiscard]] const Chain& chain() const { return group->chain; }
-};
-
-// Configurations whose targets are searched: the arm's own joints random, all others neutral, and free.
-std::vector<Eigen::VectorXd> free_configurations(const Arm& arm, int count, std::uint64_t seed) {
-  constexpr int kMostTries = 20;  // for each
-  ArmReach reach = arm.reach();
-  std::vector<Eigen::VectorXd> out;
-  std::uint64_t state = seed;
-  for (int i = 0; i < kMostTries * count && static_cast<int>(out.size()) < count; ++i) {
-    const Eigen::VectorXd random = random_configuration(*arm.model, state);
-    Eigen::VectorXd q = arm.model->neutral();
-    arm.chain().apply(*arm.model, arm.chain().variables_of(*arm.model, random), q);
-    if (reach.is_free(q)) out.push_back(std::move(q));
-  }
-  return out;
-}
+using Arm = JudgedArm;
 
 Pose tip_pose_at(const Arm& arm, Data& data, const Eigen::VectorXd& q) {
   forward_kinematics(*arm.model, data, q);
@@ -113,40 +92,13 @@ struct Grid {
 };
 
 Grid grid_of(const CheckContext& context, const Arm& arm, bool has_direction) {
-  Grid out;
-  Eigen::Vector3d low, high;
-  double step = 0;
   int count = context.amount(6, 6, 26);
   if (context.suite.workspace) {
-    const WorkspaceBox& box = *context.suite.workspace;
-    low = box.low;
-    high = box.high;
-    step = box.step;
-    count = context.effort == Effort::quick ? std::min(box.directions, 6) : box.directions;
-  } else {
-    // The largest cube within the sphere that the arm may reach.
-    const Eigen::Vector3d centre =
-        arm.reach().base_pose(arm.model->neutral()) * arm.chain().joints.front().X_PZ.translation();
-    const double half = arm.chain().length / std::sqrt(3.0);
-    low = centre - Eigen::Vector3d::Constant(half);
-    high = centre + Eigen::Vector3d::Constant(half);
-    step = 2 * half / context.amount(3, 5, 10);
-    low += Eigen::Vector3d::Constant(0.5 * step);
+    count = context.suite.workspace->directions;
+    if (context.effort == Effort::quick) count = std::min(count, 6);
   }
-  const Eigen::Vector3i cells =
-      ((high - low) / step + Eigen::Vector3d::Constant(1e-9)).array().floor().cast<int>();
-  const int frame = context.suite.workspace ? arm.model->find_link(context.suite.workspace->frame) : -1;
-  Data data(*arm.model);
-  forward_kinematics(*arm.model, data, arm.model->neutral());
-  const Pose X_WF = frame < 0 ? Pose::Identity() : data.X_WL[static_cast<std::size_t>(frame)];
-  for (int i = 0; i <= cells.x(); ++i) {
-    for (int k = 0; k <= cells.y(); ++k) {
-      for (int l = 0; l <= cells.z(); ++l)
-        out.points.push_back(X_WF * (low + step * Eigen::Vector3d(i, k, l)));
-    }
-  }
-  out.directions = directions(has_direction ? count : 1);
-  return out;
+  return {workspace_grid(context, &arm, context.amount(3, 5, 10)).points,
+          directions(has_direction ? count : 1)};
 }
 
 struct Judged {
@@ -304,12 +256,7 @@ CheckResult check_reachability(const CheckContext& context) {
         "T1", "no group of joints is an arm: a chain with a tip that is a controller's or SRDF's group");
   CheckResult out = begin_result("T1");
   Diagnostics notes;
-  for (const ArmGroup& group : subject.arms) {
-    judge_arm(
-        context,
-        {&group, subject.model, reach_scene(subject.description(), subject.model, &group.chain, {}, notes)},
-        out);
-  }
+  for (const ArmGroup& group : subject.arms) judge_arm(context, judged_arm(subject, group, notes), out);
   for (const Diagnostic& note : notes.all()) out.notes.push_back(note.message);
   const auto worst = std::ranges::max_element(
       out.metrics, {}, [](const Metric& metric) { return metric.name == "missed" ? metric.value : -1.0; });

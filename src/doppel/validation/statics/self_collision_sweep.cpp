@@ -15,7 +15,7 @@
 #include "doppel/robot/reach/arm_reach.h"
 #include "doppel/robot/semantics/self_collision.h"
 #include "doppel/scenario/resolve/srdf_search.h"
-#include "doppel/validation/statics/detail/posed.h"
+#include "doppel/validation/statics/start_pose.h"
 
 namespace doppel {
 namespace {
@@ -97,7 +97,8 @@ class Configurations {
   void set(Eigen::VectorXd& q, std::size_t joint, double share) const {
     q[ranges_[joint].q] = ranges_[joint].value(share);
   }
-  // With many joints the bits of a corner are mixed, so that the corners that are tried differ in all of them.
+  // With many joints the bits of a corner are mixed, so that corners that follow each other differ in all
+  // joints.
   void set_corner(Eigen::VectorXd& q, std::size_t corner) const {
     std::uint64_t bits = ranges_.size() <= 10 ? corner : (corner + 1) * 0x9E3779B97F4A7C15ULL;
     for (std::size_t k = 0; k < ranges_.size(); ++k) {

@@ -12,8 +12,8 @@
 namespace doppel {
 namespace {
 
-constexpr std::size_t kMostTriangles = 2000;  // of a collision mesh
-constexpr std::size_t kLeastRatio = 10;       // of visual to collision triangles, above kMostTriangles
+constexpr std::size_t kMaxTriangles = 2000;  // of a collision mesh
+constexpr std::size_t kMinRatio = 10;        // of visual to collision triangles, above kMaxTriangles
 
 // 0: it is no mesh, or cannot be read.
 std::size_t triangles_of(const Geometry& geometry) {
@@ -45,17 +45,17 @@ void judge_link(const Link& link, Counts& counts, CheckResult& out) {
     }
     const std::size_t visual = visual_triangles(link);
     const std::string subject = fmt::format("link '{}'", link.name);
-    if (triangles > kMostTriangles) {
+    if (triangles > kMaxTriangles) {
       out.fail(subject,
-               fmt::format("its collision mesh has {} triangles (limit {})", triangles, kMostTriangles),
+               fmt::format("its collision mesh has {} triangles (limit {})", triangles, kMaxTriangles),
                "export a simplified mesh, or use boxes and cylinders; doppel convert --to urdf --hulls makes "
                "hulls",
                collision.source);
-    } else if (visual > kMostTriangles && triangles * kLeastRatio > visual) {
+    } else if (visual > kMaxTriangles && triangles * kMinRatio > visual) {
       out.add({subject, Verdict::warned,
                fmt::format("its collision mesh has {} triangles, 1/{:.1f} of its visual's {} (at most 1/{})",
                            triangles, static_cast<double>(visual) / static_cast<double>(triangles), visual,
-                           kLeastRatio),
+                           kMinRatio),
                "export a simplified mesh, or use boxes and cylinders", collision.source});
     }
   }
@@ -81,7 +81,7 @@ CheckResult check_collision_shapes(const CheckContext& context) {
   Counts counts;
   for (const Link& link : context.subject.description().links) judge_link(link, counts, out);
   out.metrics.push_back(
-      {"triangles", counts.worst, static_cast<double>(counts.most), "", static_cast<double>(kMostTriangles)});
+      {"triangles", counts.worst, static_cast<double>(counts.most), "", static_cast<double>(kMaxTriangles)});
   out.notes.push_back("in the simulation a mesh collides as its convex hull, whatever its triangles");
   if (counts.shapes == 0) {
     out.fail("", "no link has a collision shape, so that the robot touches nothing",
@@ -89,7 +89,7 @@ CheckResult check_collision_shapes(const CheckContext& context) {
   }
   out.summary = counts.most == 0 ? fmt::format("{} shapes, no mesh", counts.shapes)
                                  : fmt::format("{} shapes, {} meshes, at most {} triangles (limit {})",
-                                               counts.shapes, counts.meshes, counts.most, kMostTriangles);
+                                               counts.shapes, counts.meshes, counts.most, kMaxTriangles);
   return out;
 }
 

@@ -5,15 +5,16 @@
 #include <utility>
 #include <vector>
 
+#include "doppel/export.h"
 #include "doppel/validation/checks/subject.h"
 
 namespace doppel {
 
 // The scalar joints that are no mimics, with their positions in rad or m.
-[[nodiscard]] std::vector<std::pair<std::string, double>> posed_joints(const Model& model,
-                                                                       const Eigen::VectorXd& q);
+[[nodiscard]] DOPPEL_API std::vector<std::pair<std::string, double>> posed_joints(const Model& model,
+                                                                                  const Eigen::VectorXd& q);
 
 // [nq] of Subject::model: where a twin of the machine starts.
-[[nodiscard]] Eigen::VectorXd start_configuration(const Subject& subject);
+[[nodiscard]] DOPPEL_API Eigen::VectorXd start_configuration(const Subject& subject);
 
 }  // namespace doppel

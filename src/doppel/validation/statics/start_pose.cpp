@@ -1,4 +1,4 @@
-#include "doppel/validation/statics/detail/posed.h"
+#include "doppel/validation/statics/start_pose.h"
 
 namespace doppel {
 

@@ -1,0 +1,93 @@
+#pragma once
+// A twin of the machine that checks command and measure, without a page, a network or a pace.
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "doppel/base/core/log.h"
+#include "doppel/twin/assembly/twin.h"
+#include "doppel/validation/checks/context.h"
+
+namespace doppel {
+
+// A way on which a client commands a joint.
+struct JointWay {
+  enum class Kind { trajectory, trajectory_action, forward } kind = Kind::trajectory;
+  std::string controller, address;     // address: the topic, or the action
+  std::string interface = "position";  // of the joint that the controller claims
+  std::vector<std::string> joints;     // all that one command has, in its order
+  std::size_t index = 0;               // of the joint among them
+
+  // "/arm_controller/joint_trajectory".
+  [[nodiscard]] const std::string& name() const { return address; }
+};
+
+struct MachineOptions {
+  std::optional<Duration> step = {};  // nullopt: that of the scenario
+  bool start_controllers = true, enforce_limits = true;
+  bool payload = false;  // the suite's, fixed to the tool
+};
+
+struct MachineState;  // a saved state
+
+class MachineRun {
+ public:
+  // Throws InputError: the twin cannot be started.
+  MachineRun(const CheckContext& context, const MachineOptions& options);
+  ~MachineRun();
+  MachineRun(const MachineRun&) = delete;
+  MachineRun& operator=(const MachineRun&) = delete;
+
+  [[nodiscard]] Twin& twin() { return *twin_; }
+  [[nodiscard]] const Model& model() const { return twin_->robot().model(); }
+  // The driven joints that are judged: all, or the one of the context.
+  [[nodiscard]] const std::vector<int>& joints() const { return joints_; }
+  [[nodiscard]] const ModelJoint& joint(int index) const {
+    return model().joints[static_cast<std::size_t>(index)];
+  }
+  [[nodiscard]] bool slides(int index) const { return joint(index).type == JointType::prismatic; }
+  [[nodiscard]] std::vector<JointWay> ways(int joint) const;
+
+  // rad or m, per s, N m or N.
+  [[nodiscard]] double position(int joint) const;
+  [[nodiscard]] double speed(int joint) const;
+  [[nodiscard]] double effort(int joint) const;
+  [[nodiscard]] std::vector<std::pair<std::string, double>> posed() const;
+
+  // Runs for simulated seconds. False: the physics has diverged.
+  bool run(double seconds, const std::function<void()>& after_step = {});
+  // Sends a value for one joint; the others of the same command hold their position. `seconds`: in which a
+  // trajectory gets there.
+  void send(const JointWay& way, double value, double seconds = 0);
+  // Writes the positions of joints, at rest; controllers hold them. Refused: a joint does not exist.
+  Status place(const std::vector<std::pair<std::string, double>>& positions);
+  // Continues from a former state.
+  [[nodiscard]] std::shared_ptr<const SavedState> save() { return twin_->save(); }
+  void restore(const SavedState& state);
+
+  // The lines of the log since the last call.
+  [[nodiscard]] std::vector<LogLine> take_lines();
+
+ private:
+  void attach_payload(const CheckContext& context);
+
+  Log log_;
+  std::mutex lines_mutex_;
+  std::vector<LogLine> lines_;
+  Diagnostics diagnostics_;
+  std::unique_ptr<Twin> twin_;
+  std::unique_ptr<Edge> edge_;
+  std::vector<int> joints_;
+};
+
+// "0.5 rad" or "20 mm".
+[[nodiscard]] std::string position_text(double value, bool slides);
+[[nodiscard]] std::string speed_text(double value, bool slides);
+
+}  // namespace doppel

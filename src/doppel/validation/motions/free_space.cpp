@@ -1,0 +1,54 @@
+#include "doppel/validation/motions/detail/free_space.h"
+
+#include <algorithm>
+
+#include "doppel/robot/reach/arm_reach.h"
+#include "doppel/validation/statics/start_pose.h"
+
+namespace doppel {
+namespace {
+
+std::shared_ptr<const CollisionScene> scene_of(const Subject& subject) {
+  Diagnostics none;
+  return reach_scene(subject.description(), subject.model, nullptr, {}, none);
+}
+
+}  // namespace
+
+FreeSpace::FreeSpace(const Subject& subject)
+    : subject_(subject), context_(scene_of(subject)), data_(*subject.model) {
+  floor_ = std::min(0.0, lowest(start_configuration(subject)));
+}
+
+double FreeSpace::lowest(const Eigen::VectorXd& q) {
+  forward_kinematics(*subject_.model, data_, q);
+  const SceneInstance& robot = context_.scene().instances().front();
+  const Pose& X_WR = subject_.robot().instance().X_WR;
+  double out = kInfinity;
+  for (std::size_t link = 0; link < robot.shapes.size(); ++link) {
+    for (const CollisionShape& shape : robot.shapes[link])
+      out = std::min(out, lowest_point(shape, X_WR * data_.X_WL[link] * shape.X_LS));
+  }
+  return out;
+}
+
+bool FreeSpace::is_free(const Eigen::VectorXd& q) {
+  constexpr double kTolerance = 1e-4;  // m
+  if (subject_.robot().base() == BaseKind::fixed && lowest(q) < floor_ - kTolerance) return false;
+  context_.set_configuration(0, q);
+  return !context_.in_collision(-kTouching);
+}
+
+bool FreeSpace::is_way_free(Eigen::VectorXd q, int joint, double target) {
+  constexpr int kPlaces = 5;
+  const int place = subject_.model->joints[static_cast<std::size_t>(joint)].q;
+  const double start = q[place];
+  for (int i = 1; i <= kPlaces; ++i) {
+    q[place] = start + (target - start) * i / kPlaces;
+    subject_.model->apply_mimics(q);
+    if (!is_free(q)) return false;
+  }
+  return true;
+}
+
+}  // namespace doppel
