@@ -17,7 +17,7 @@ namespace {
 constexpr std::chrono::milliseconds kLook{100};   // for new topics
 constexpr std::chrono::milliseconds kFlush{500};  // what a killed recorder loses at most
 constexpr std::chrono::seconds kReport{1};
-constexpr const char* kClockTopic = "/clock";
+constexpr const char* kTimeTopic = "/clock";
 
 // The protocol of a twin does not carry qualities, so that a topic is latched by its name there.
 bool is_latched(const std::string& name, const Client::Topic& topic) {
@@ -106,7 +106,7 @@ void ClientRecorder::subscribe() {
 std::optional<std::int64_t> ClientRecorder::stamp_of(const Client::Received& message) {
   if (!options_.sim_time) return std::max<std::int64_t>(0, nanoseconds_of(message.stamp));
   rosgraph_msgs::msg::Clock clock;
-  if (message.topic == kClockTopic && from_cdr(message.cdr, clock))
+  if (message.topic == kTimeTopic && from_cdr(message.cdr, clock))
     clock_ = std::max<std::int64_t>(0, nanoseconds_of(from_msg(clock.clock)));
   return clock_;
 }
@@ -118,7 +118,7 @@ void ClientRecorder::record(const Client::Received& message) {
   // A latched message is older than what came before it; a reset of the simulation is told apart by its
   // size.
   constexpr std::int64_t kSetBack = 1'000'000'000;
-  const bool is_reset = message.topic == kClockTopic && stamp && *stamp + kSetBack < time_;
+  const bool is_reset = message.topic == kTimeTopic && stamp && *stamp + kSetBack < time_;
   if (stamp) time_ = is_reset ? *stamp : std::max(time_, *stamp);
   const auto time = static_cast<std::uint64_t>(time_),
              own_time = static_cast<std::uint64_t>(stamp.value_or(0));
