@@ -26,11 +26,9 @@ struct LoopMargins {
   // the limit of stability. None: no phase crossover limits it.
   std::optional<double> gain_margin;
   std::optional<double> gain_margin_frequency;  // rad/s
-  std::optional<double>
-      lowest_gain;  // factor below 1 at which a stable loop becomes unstable; most have none
-  std::optional<double>
-      phase_margin;                 // rad: pi + arg L at the gain crossover where it is nearest to 0, signed
-  std::optional<double> crossover;  // rad/s: that gain crossover
+  std::optional<double> lowest_gain;            // factor below 1 at which a stable loop becomes unstable
+  std::optional<double> phase_margin;           // rad: pi + arg L at `crossover`, signed
+  std::optional<double> crossover;              // rad/s: the gain crossover with the margin nearest to 0
   std::optional<double> delay_margin;    // s: shortest additional delay that makes a stable loop unstable
   double max_sensitivity = 0;            // max 1 / |1 + L|
   double max_sensitivity_frequency = 0;  // rad/s

@@ -17,9 +17,9 @@ struct RelayOptions {
 };
 
 struct RelayFigures {
-  // 4 d / (pi sqrt(a^2 - eps^2)), a: amplitude of the fundamental of the output. It is exact at the
-  // observed frequency, also where the oscillation is a triangle, for which half of the peak-to-peak value
-  // is 20 % too large.
+  // 4 d / (pi sqrt(a^2 - eps^2)), a: amplitude of the fundamental of the output. Without hysteresis it is
+  // exact at the observed frequency, also where the oscillation is a triangle, for which half of the
+  // peak-to-peak value is 23 % too large.
   double ultimate_gain = 0;
   double peak_gain = 0;        // the same with a: half of the peak-to-peak value, as in the textbooks
   double ultimate_period = 0;  // s: T_u, mean of the cycles
@@ -43,8 +43,8 @@ struct RuleGains {
 
 enum class TuningRule {
   ziegler_nichols,  // K = 0.6 K_u, T_i = T_u / 2, T_d = T_u / 8 (Ziegler, Nichols, Trans. ASME 64, 1942)
-  tyreus_luyben,    // K = K_u / 2.2, T_i = 2.2 T_u, T_d = T_u / 6.3 (Luyben, Tyreus, 1997)
-  no_overshoot,     // K = 0.2 K_u, T_i = T_u / 2, T_d = T_u / 3 (Seborg, Edgar, Mellichamp, Process Dynamics)
+  tyreus_luyben,  // K = K_u / 2.2, T_i = 2.2 T_u, T_d = T_u / 6.3 (Luyben, Luyben, Essentials of Process Control)
+  no_overshoot,  // K = 0.2 K_u, T_i = T_u / 2, T_d = T_u / 3 (Seborg, Edgar, Mellichamp, Process Dynamics)
 };
 inline constexpr TuningRule kTuningRules[] = {TuningRule::ziegler_nichols, TuningRule::tyreus_luyben,
                                               TuningRule::no_overshoot};

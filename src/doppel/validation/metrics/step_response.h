@@ -1,8 +1,8 @@
 #pragma once
-// The figures of a joint's answer to a step of its command (Ogata, Modern Control Engineering, 5.3). Crossings
-// are linear between samples; a round peak is that of a parabola through three samples, a corner or a noisy
-// peak is its highest sample. With ten samples in the rise the figures of a joint of second order are within
-// 0.5 % of their closed forms; with five the rise is 1.5 % too long.
+// The figures of a joint's answer to a step of its command (Ogata, Modern Control Engineering, 5.3).
+// Crossings are linear between samples; a round peak is that of a parabola through three samples, a corner
+// or a noisy peak is its highest sample. With ten samples in the rise the figures of a joint of second
+// order are within 0.5 % of their closed forms; with five the rise is 1.5 % too long.
 
 #include <optional>
 #include <span>
