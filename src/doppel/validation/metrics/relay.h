@@ -43,8 +43,8 @@ struct RuleGains {
 
 enum class TuningRule {
   ziegler_nichols,  // K = 0.6 K_u, T_i = T_u / 2, T_d = T_u / 8 (Ziegler, Nichols, Trans. ASME 64, 1942)
-  tyreus_luyben,  // K = K_u / 2.2, T_i = 2.2 T_u, T_d = T_u / 6.3 (Luyben, Luyben, Essentials of Process Control)
-  no_overshoot,  // K = 0.2 K_u, T_i = T_u / 2, T_d = T_u / 3 (Seborg, Edgar, Mellichamp, Process Dynamics)
+  tyreus_luyben,    // K = K_u / 2.2, T_i = 2.2 T_u, T_d = T_u / 6.3 (Luyben, Essentials of Process Control)
+  no_overshoot,     // K = 0.2 K_u, T_i = T_u / 2, T_d = T_u / 3 (Seborg, Edgar, Mellichamp, 2004)
 };
 inline constexpr TuningRule kTuningRules[] = {TuningRule::ziegler_nichols, TuningRule::tyreus_luyben,
                                               TuningRule::no_overshoot};
