@@ -13,6 +13,7 @@
 #include "doppel/lab/recording/run_journal.h"
 #include "doppel/lab/resimulation/detail/message_comparison.h"
 #include "doppel/ros/bus/parameter_services.h"
+#include "doppel/ros/record/recorder_services.h"
 #include "doppel/twin/journal/input_journal.h"
 
 namespace doppel {
@@ -25,6 +26,11 @@ constexpr std::chrono::seconds kOutcomeTime{60};  // in which work on another th
 
 [[noreturn]] void refuse(const std::string& why, const std::string& fix) {
   throw InputError("bag.no_run", {}, "the recording cannot be run again: " + why, fix);
+}
+
+// Recorders do not act on the run, and that of the repeated run is not controlled by the recorded one.
+bool is_of_recorder(const std::string& service) {
+  return service.starts_with(std::string(kRecorderNode) + "/") || service == "/doppel/snapshot";
 }
 
 constexpr const char* kHowToRecord = "record the run from its start with: doppel up TARGET --record FOLDER";
@@ -134,6 +140,7 @@ class Replay {
   }
 
   void repeat_call(const Input& input) {
+    if (is_of_recorder(input.target)) return;
     edge_->call(input.target, bytes_of(input), [this, &input](const Status& status, const Bytes&) {
       // Refusals were refused in the recorded run, too; a service that does not exist was there.
       if (!status && status.why().starts_with("there is no service")) fail(input, status.why());
