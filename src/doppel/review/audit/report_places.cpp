@@ -13,53 +13,39 @@ bool of_a_path(char c) {
          std::string_view("/._-~").find(c) != std::string_view::npos;
 }
 
-class PathShortener {
- public:
-  explicit PathShortener(const std::filesystem::path& folder)
-      : folder_(folder), prefix_(folder.has_relative_path() ? folder.string() + "/" : "") {}
-
-  [[nodiscard]] std::string path(const std::string& path) const { return shown_path(path, folder_); }
-
-  // Shortens every place below the folder in the text, such as "(at /home/me/arm.urdf:2:1)"; quotations from
-  // the description stay.
-  [[nodiscard]] std::string text(std::string text) const {
-    if (prefix_.empty()) return text;
-    for (std::size_t at = text.find(prefix_); at != std::string::npos; at = text.find(prefix_, at)) {
-      const std::size_t end = text.find(':', at);
-      if (end == std::string::npos) break;
-      const bool place = end + 1 < text.size() &&
-                         std::isdigit(static_cast<unsigned char>(text[end + 1])) != 0 &&
-                         text.find_first_of("'\"\n", at) >= end;
-      if (place && (at == 0 || !of_a_path(text[at - 1])))
-        text.erase(at, prefix_.size());
-      else
-        at += prefix_.size();
-    }
-    return text;
-  }
-
-  [[nodiscard]] SourceLocation place(SourceLocation where) const {
-    if (where.file) where.file = std::make_shared<const std::string>(path(*where.file));
-    if (where.within) {
-      where.within = std::make_shared<const SourceLocation::Within>(
-          SourceLocation::Within{place(where.within->call), where.within->what});
-    }
-    return where;
-  }
-
-  template <class Item>
-  void shorten(Item& item) const {
-    item.message = text(std::move(item.message));
-    item.fix = text(std::move(item.fix));
-    item.where = place(std::move(item.where));
-  }
-
- private:
-  std::filesystem::path folder_;
-  std::string prefix_;  // empty: the root, which shortens no path
-};
-
 }  // namespace
+
+PathShortener::PathShortener(const std::filesystem::path& folder)
+    : folder_(folder), prefix_(folder.has_relative_path() ? folder.string() + "/" : "") {}
+
+std::string PathShortener::path(const std::string& path) const {
+  return shown_path(path, folder_);
+}
+
+std::string PathShortener::text(std::string text) const {
+  if (prefix_.empty()) return text;
+  for (std::size_t at = text.find(prefix_); at != std::string::npos; at = text.find(prefix_, at)) {
+    const std::size_t end = text.find(':', at);
+    if (end == std::string::npos) break;
+    const bool place = end + 1 < text.size() &&
+                       std::isdigit(static_cast<unsigned char>(text[end + 1])) != 0 &&
+                       text.find_first_of("'\"\n", at) >= end;
+    if (place && (at == 0 || !of_a_path(text[at - 1])))
+      text.erase(at, prefix_.size());
+    else
+      at += prefix_.size();
+  }
+  return text;
+}
+
+SourceLocation PathShortener::place(SourceLocation where) const {
+  if (where.file) where.file = std::make_shared<const std::string>(path(*where.file));
+  if (where.within) {
+    where.within = std::make_shared<const SourceLocation::Within>(
+        SourceLocation::Within{place(where.within->call), where.within->what});
+  }
+  return where;
+}
 
 void shorten_places(AuditReport& report, const std::filesystem::path& folder) {
   const PathShortener shortener(folder);

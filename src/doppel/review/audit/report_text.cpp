@@ -7,18 +7,17 @@
 
 #include "doppel/review/audit/audit.h"
 #include "doppel/review/audit/detail/finding_text.h"
-#include "doppel/review/audit/detail/text_layout.h"
+#include "doppel/review/audit/text_layout.h"
 
 namespace doppel {
 namespace {
 
-using audit_rules::Layout;
-using audit_rules::Tone;
-
 constexpr std::size_t kMaxSubjectWidth = 26;
 
-Tone tone_of(Severity severity) {
-  return severity == Severity::error ? Tone::bad : severity == Severity::warning ? Tone::careful : Tone::calm;
+TextTone tone_of(Severity severity) {
+  return severity == Severity::error     ? TextTone::bad
+         : severity == Severity::warning ? TextTone::careful
+                                         : TextTone::calm;
 }
 
 // Findings of one rule and severity, in the report's order.
@@ -88,7 +87,7 @@ class Report {
                one_repair = group.agree([](const Finding&f) { return f.repair.empty(); });
     if (one_message) page_.paragraph(2, first.message);
     std::size_t column = 0;
-    for (const Finding* f : group.findings) column = std::max(column, audit_rules::display_width(f->subject));
+    for (const Finding* f : group.findings) column = std::max(column, display_width(f->subject));
     const bool fixes_apart = !one_fix || !one_repair;
     for (std::size_t i = 0; i < group.findings.size(); ++i) {
       const Finding& f = *group.findings[i];
@@ -109,12 +108,12 @@ class Report {
   void entry(const Finding& f, std::size_t column, bool message) {
     const std::string place = f.where.known() ? places_(f.where) : "";
     if (!message) {
-      page_.entry(4, f.subject, column, place, Tone::quiet);
+      page_.entry(4, f.subject, column, place, TextTone::quiet);
     } else if (column <= kMaxSubjectWidth) {
       page_.entry(2, f.subject, column, f.message);
       if (!place.empty()) page_.quiet(2 + column + 2, place);
     } else {
-      page_.paragraph(2, f.subject, Tone::strong);
+      page_.paragraph(2, f.subject, TextTone::strong);
       page_.paragraph(4, f.message);
       if (!place.empty()) page_.quiet(4, place);
     }
@@ -136,11 +135,11 @@ class Report {
     page_.line({{tone_of(worst),
                  fmt::format("{}, {}, {}", counted(Severity::error, "error"),
                              counted(Severity::warning, "warning"), counted(Severity::note, "note"))},
-                {Tone::plain, rest}});
+                {TextTone::plain, rest}});
   }
 
   const AuditReport& report_;
-  Layout page_;
+  TextLayout page_;
   Places places_;
 };
 
@@ -173,7 +172,7 @@ std::string to_text(const AuditReport& report, const TextStyle& style) {
 }
 
 std::string rules_text(const TextStyle& style) {
-  Layout page(style.colour, style.width);
+  TextLayout page(style.colour, style.width);
   for (const RuleInfo& rule : rule_table()) {
     page.heading(tone_of(rule.severity), to_string(rule.severity), std::string(rule.title),
                  std::string(rule.id));
@@ -182,7 +181,7 @@ std::string rules_text(const TextStyle& style) {
     if (rule.profiles != kAllProfiles) page.labelled(2, "concerns", profiles_of(rule));
     page.blank();
   }
-  page.line({{Tone::plain, fmt::format("{} rules", rule_table().size())}});
+  page.line({{TextTone::plain, fmt::format("{} rules", rule_table().size())}});
   return page.take();
 }
 

@@ -1,10 +1,10 @@
-#include "doppel/review/audit/detail/text_layout.h"
+#include "doppel/review/audit/text_layout.h"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 
-namespace doppel::audit_rules {
+namespace doppel {
 namespace {
 
 constexpr std::size_t kMinWidth = 24;  // of a text's column: narrower, the text exceeds the terminal's width
@@ -25,38 +25,39 @@ std::size_t display_width(std::string_view text) {
       text.begin(), text.end(), [](char c) { return (static_cast<unsigned char>(c) & 0xC0) != 0x80; }));
 }
 
-std::string Layout::toned(Tone tone, std::string_view text) const {
-  if (!colour_ || tone == Tone::plain || text.empty()) return std::string(text);
+std::string TextLayout::toned(TextTone tone, std::string_view text) const {
+  if (!colour_ || tone == TextTone::plain || text.empty()) return std::string(text);
   constexpr std::string_view kCodes[] = {"", "1", "2", "1;31", "1;33", "1;36"};
   return fmt::format("\x1b[{}m{}\x1b[0m", kCodes[static_cast<std::size_t>(tone)], text);
 }
 
-void Layout::heading(Tone tone, std::string_view word, const std::string& title, const std::string& id) {
+void TextLayout::heading(TextTone tone, std::string_view word, const std::string& title,
+                         const std::string& id) {
   const std::string what = harmless(title);
   const std::size_t used = word.size() + 2 + display_width(what) + display_width(id);
   const std::size_t gap = used + 2 <= width_ ? width_ - used : 2;
-  out_ += fmt::format("{}  {}{}{}\n", toned(tone, word), toned(Tone::strong, what), std::string(gap, ' '),
-                      toned(Tone::quiet, harmless(id)));
+  out_ += fmt::format("{}  {}{}{}\n", toned(tone, word), toned(TextTone::strong, what), std::string(gap, ' '),
+                      toned(TextTone::quiet, harmless(id)));
 }
 
-void Layout::paragraph(std::size_t indent, const std::string& text, Tone tone) {
+void TextLayout::paragraph(std::size_t indent, const std::string& text, TextTone tone) {
   out_.append(indent, ' ');
   wrapped(indent, indent, text, tone);
 }
 
-void Layout::labelled(std::size_t indent, const std::string& label, const std::string& text) {
+void TextLayout::labelled(std::size_t indent, const std::string& label, const std::string& text) {
   if (text.empty()) return;
   out_.append(indent, ' ');
-  out_ += toned(Tone::quiet, label + ": ");
+  out_ += toned(TextTone::quiet, label + ": ");
   const std::size_t at = indent + display_width(label) + 2;
-  wrapped(at, indent + 2, text, Tone::plain);
+  wrapped(at, indent + 2, text, TextTone::plain);
 }
 
-void Layout::entry(std::size_t indent, const std::string& subject, std::size_t column,
-                   const std::string& text, Tone tone) {
+void TextLayout::entry(std::size_t indent, const std::string& subject, std::size_t column,
+                       const std::string& text, TextTone tone) {
   const std::string who = harmless(subject);
   out_.append(indent, ' ');
-  out_ += toned(Tone::strong, who);
+  out_ += toned(TextTone::strong, who);
   const std::size_t begin = indent + column + 2, at = indent + display_width(who);
   if (at + 2 > begin) {
     out_ += '\n';
@@ -67,12 +68,22 @@ void Layout::entry(std::size_t indent, const std::string& subject, std::size_t c
   wrapped(begin, begin, text, tone);
 }
 
-void Layout::line(const std::vector<std::pair<Tone, std::string>>& parts) {
+void TextLayout::row(const std::vector<std::pair<TextTone, std::string>>& parts, const std::string& text) {
+  std::size_t column = 0;
+  for (const auto& [tone, part] : parts) {
+    const std::string clean = harmless(part);
+    out_ += toned(tone, clean);
+    column += display_width(clean);
+  }
+  wrapped(column, column, text, TextTone::plain);
+}
+
+void TextLayout::line(const std::vector<std::pair<TextTone, std::string>>& parts) {
   for (const auto& [tone, text] : parts) out_ += toned(tone, harmless(text));
   out_ += '\n';
 }
 
-void Layout::wrapped(std::size_t at, std::size_t indent, const std::string& text, Tone tone) {
+void TextLayout::wrapped(std::size_t at, std::size_t indent, const std::string& text, TextTone tone) {
   const std::string clean = harmless(text);
   const std::size_t edge = std::max(width_, indent + kMinWidth);
   std::string row;
@@ -113,4 +124,4 @@ void Layout::wrapped(std::size_t at, std::size_t indent, const std::string& text
   flush();
 }
 
-}  // namespace doppel::audit_rules
+}  // namespace doppel
