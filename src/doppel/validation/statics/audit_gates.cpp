@@ -10,9 +10,15 @@
 namespace doppel {
 namespace {
 
-// Warnings of the audit that no simulation forgives.
-constexpr std::array<std::string_view, 5> kFatal = {"inertia.identity", "inertia.zero", "inertia.mass_zero",
-                                                    "inertia.com_outside", "mesh.missing"};
+// Findings of the audit that are errors for a machine that is to be trusted: no simulation forgives them,
+// and a person who means them waives them. The audit grades them lower, because public robots have them as
+// placeholders.
+constexpr std::array<std::string_view, 9> kFatal = {
+    "inertia.identity",     "inertia.zero",          "inertia.mass_zero",
+    "inertia.com_outside",  "inertia.units",         "mesh.missing",
+    "joint.limits_degrees", "joint.exporter_effort", "joint.exporter_velocity"};
+// Also as notes.
+constexpr std::array<std::string_view, 1> kFatalNotes = {"inertia.units"};
 
 bool starts_with_any(std::string_view rule, std::initializer_list<std::string_view> prefixes) {
   return std::ranges::any_of(prefixes, [rule](std::string_view prefix) { return rule.starts_with(prefix); });
@@ -32,8 +38,9 @@ std::string count_text(const CheckResult& result, std::string_view otherwise) {
 }  // namespace
 
 AuditPart part_of_rule(std::string_view rule) {
-  if (starts_with_any(rule, {"inertia."})) return AuditPart::inertias;
-  if (starts_with_any(rule, {"joint.", "datasheet.", "mimic."})) return AuditPart::limits;
+  if (starts_with_any(rule, {"inertia.", "urdf.inertial"})) return AuditPart::inertias;
+  if (starts_with_any(rule, {"joint.", "datasheet.", "mimic.", "urdf.limits_crossed"}))
+    return AuditPart::limits;
   if (starts_with_any(rule, {"mesh.", "shape.", "collision."})) return AuditPart::meshes;
   if (starts_with_any(rule, {"controllers.", "ros2_control.", "transmission.", "gazebo."}))
     return AuditPart::control;
@@ -42,7 +49,9 @@ AuditPart part_of_rule(std::string_view rule) {
 
 void add_findings(const AuditReport& report, AuditPart part, CheckResult& out) {
   for (const Finding& finding : report.findings) {
-    if (finding.severity == Severity::note || part_of_rule(finding.rule) != part) continue;
+    const bool is_fatal_note = std::ranges::find(kFatalNotes, finding.rule) != kFatalNotes.end();
+    if ((finding.severity == Severity::note && !is_fatal_note) || part_of_rule(finding.rule) != part)
+      continue;
     const bool fails =
         finding.severity == Severity::error || std::ranges::find(kFatal, finding.rule) != kFatal.end();
     out.add({finding.subject, fails ? Verdict::failed : Verdict::warned,

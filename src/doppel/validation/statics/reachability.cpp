@@ -1,6 +1,7 @@
 #include "doppel/validation/statics/reachability.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
@@ -199,14 +200,38 @@ const char* task_text(int joints) {
   return joints == 5 ? "position and direction of the tool" : "position";
 }
 
-void judge_arm(const CheckContext& context, const Arm& arm, CheckResult& out) {
+// The map of the workspace. Returns whether a place of it is reached, in any direction.
+bool judge_workspace(const CheckContext& context, const Arm& arm,
+                     const std::vector<Eigen::VectorXd>& configurations, CheckResult& out) {
+  const std::string& name = arm.group->name;
+  const bool has_direction = arm.chain().size() >= 5;
+  const Grid grid = grid_of(context, arm, has_direction);
+  const std::vector<Judged> judged =
+      judge_grid(context, arm, grid, has_direction ? IkTask::axis : IkTask::position, configurations);
+  const auto count = [&](Word word) {
+    return static_cast<std::size_t>(std::ranges::count(judged, word, &Judged::word));
+  };
+  const std::size_t reached = count(Word::reached), lost = count(Word::missed);
+  const auto all = static_cast<double>(judged.size());
+  out.metrics.push_back({"workspace reached", name, 100 * static_cast<double>(reached) / all, "%",
+                         std::nullopt, Metric::Better::higher});
+  out.notes.push_back(fmt::format("{}: of {} places in {} directions {}", name, grid.points.size(),
+                                  grid.directions.size(), map_text(judged)));
+  if (static_cast<double>(lost) > context.suite.max_missed * all)
+    out.fail(name, fmt::format("{} of {} poses of the grid are missed by the solver", lost, judged.size()));
+  return reached + lost + count(Word::other_orientation) > 0;
+}
+
+// Returns whether it reaches a place of the workspace.
+bool judge_arm(const CheckContext& context, const Arm& arm, CheckResult& out) {
   const int joints = arm.chain().size();
   const std::vector<Eigen::VectorXd> configurations =
       free_configurations(arm, context.amount(200, 1000, 10'000), context.seed);
   const std::string& name = arm.group->name;
   if (configurations.empty()) {
-    return out.fail(name, "no configuration within its limits is free of self-collision",
-                    "doppel view shows the links that overlap; see T3");
+    out.fail(name, "no configuration within its limits is free of self-collision",
+             "doppel view shows the links that overlap; see T3");
+    return true;
   }
   const Search found = search(context, arm, poses_of(arm, configurations), 0, 0.5);
   const auto missed = static_cast<std::size_t>(std::ranges::count(found.found, 0));
@@ -232,19 +257,7 @@ void judge_arm(const CheckContext& context, const Arm& arm, CheckResult& out) {
   if (share > (joints >= 6 ? kGoalOfMany : kGoalOfFew) && item.verdict == Verdict::passed)
     item.verdict = Verdict::warned;
   out.add(std::move(item));
-  const bool has_direction = joints >= 5;
-  const Grid grid = grid_of(context, arm, has_direction);
-  const std::vector<Judged> judged =
-      judge_grid(context, arm, grid, has_direction ? IkTask::axis : IkTask::position, configurations);
-  const auto reached = static_cast<std::size_t>(std::ranges::count(judged, Word::reached, &Judged::word));
-  const auto lost = static_cast<std::size_t>(std::ranges::count(judged, Word::missed, &Judged::word));
-  const auto all = static_cast<double>(judged.size());
-  out.metrics.push_back({"workspace reached", name, 100 * static_cast<double>(reached) / all, "%",
-                         std::nullopt, Metric::Better::higher});
-  out.notes.push_back(fmt::format("{}: of {} places in {} directions {}", name, grid.points.size(),
-                                  grid.directions.size(), map_text(judged)));
-  if (static_cast<double>(lost) > context.suite.max_missed * all)
-    out.fail(name, fmt::format("{} of {} poses of the grid are missed by the solver", lost, judged.size()));
+  return judge_workspace(context, arm, configurations, out);
 }
 
 }  // namespace
@@ -256,7 +269,13 @@ CheckResult check_reachability(const CheckContext& context) {
         "T1", "no group of joints is an arm: a chain with a tip that is a controller's or SRDF's group");
   CheckResult out = begin_result("T1");
   Diagnostics notes;
-  for (const ArmGroup& group : subject.arms) judge_arm(context, judged_arm(subject, group, notes), out);
+  bool any_reached = false;
+  for (const ArmGroup& group : subject.arms)
+    any_reached = judge_arm(context, judged_arm(subject, group, notes), out) || any_reached;
+  if (context.suite.workspace && !any_reached)
+    out.fail("workspace",
+             fmt::format("nothing of the suite's workspace is reached; {}", fmt::join(out.notes, "; ")),
+             "the box of the suite, its frame, or the limits of the joints");
   for (const Diagnostic& note : notes.all()) out.notes.push_back(note.message);
   const auto worst = std::ranges::max_element(
       out.metrics, {}, [](const Metric& metric) { return metric.name == "missed" ? metric.value : -1.0; });
