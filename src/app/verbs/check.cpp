@@ -1,17 +1,15 @@
 // doppel check TARGET: the audit on the command line.
 #include <fmt/format.h>
-#include <sys/ioctl.h>
-#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdlib>
 #include <memory>
 
 #include "app/described_scenario.h"
 #include "app/description_target.h"
 #include "app/edge_options.h"
 #include "app/print_stderr.h"
+#include "app/verbs/terminal_shape.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
 #include "doppel/description/overlay/overlay.h"
@@ -20,8 +18,6 @@
 
 namespace doppel::app {
 namespace {
-
-constexpr int kPipedWidth = 100, kMinWidth = 40, kMaxWidth = 140;
 
 struct CheckOptions {
   std::vector<std::string> words, profiles;
@@ -45,17 +41,8 @@ unsigned chosen_profiles(const std::vector<std::string>& names) {
 }
 
 TextStyle style_for(const std::string& colour) {
-  TextStyle style;
-  const bool terminal = isatty(STDOUT_FILENO) != 0;
-  style.colour = colour == "always" || (colour == "auto" && terminal && std::getenv("NO_COLOR") == nullptr);
-  winsize size{};
-  const bool known = terminal && ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0;
-  style.width = known ? std::clamp<int>(size.ws_col, kMinWidth, kMaxWidth) : kPipedWidth;
-  if (const char* columns = std::getenv("COLUMNS"); !known && columns != nullptr) {
-    if (const int asked = std::atoi(columns); asked > 0)
-      style.width = std::clamp(asked, kMinWidth, kMaxWidth);
-  }
-  return style;
+  const TerminalShape shape = terminal_shape(colour);
+  return {shape.colour, shape.width};
 }
 
 // Every repair with the fingerprint of what it corrects: the description with the ones before it applied.

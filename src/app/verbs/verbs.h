@@ -31,6 +31,7 @@ void add_saved_states(CLI::App& app, int& exit_code);  // save, restore and rewi
 // Without a twin, over descriptions in files.
 void add_xacro(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
+void add_validate(CLI::App& app, int& exit_code);
 void add_overlay(CLI::App& app, int& exit_code);
 void add_diff(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);

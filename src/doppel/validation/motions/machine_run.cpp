@@ -10,6 +10,7 @@
 #include "doppel/ros/bus/action_server.h"
 #include "doppel/ros/messages/control_msgs.h"
 #include "doppel/ros/messages/gazebo_msgs.h"
+#include "doppel/ros/messages/geometry_msgs.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/messages/trajectory_msgs.h"
 #include "doppel/scenario/schema/robot_names.h"
@@ -179,6 +180,25 @@ void MachineRun::send(const JointWay& way, double value, double seconds) {
   request.goal_id = {GoalId{static_cast<std::uint8_t>(twin_->steps_taken() % 251 + 1)}};
   request.goal.trajectory = trajectory;
   edge_->call(way.address + "/_action/send_goal", to_cdr(request), [](const Status&, const Bytes&) {});
+}
+
+void MachineRun::drive_base(double speed, const std::function<void(double)>& observe) {
+  constexpr int kCommands = 10;
+  constexpr double kPeriod = 0.05;  // s, below the usual time-outs
+  const Eigen::Vector3d start = twin_->robot().instance().base_pose().translation();
+  for (int i = 0; i < kCommands; ++i) {
+    geometry_msgs::msg::TwistStamped command;
+    command.header.stamp = to_time_msg(twin_->now());
+    command.twist.linear.x = speed;
+    for (const TopicInfo& topic : twin_->bus().topics()) {
+      if (topic.subscribers.empty()) continue;
+      if (topic.type == command.kType)
+        static_cast<void>(edge_->publish(kClient, topic.name, command.kType, to_cdr(command)));
+      if (topic.type == geometry_msgs::msg::Twist::kType)
+        static_cast<void>(edge_->publish(kClient, topic.name, command.twist.kType, to_cdr(command.twist)));
+    }
+    run(kPeriod, [&] { observe((twin_->robot().instance().base_pose().translation() - start).norm()); });
+  }
 }
 
 Status MachineRun::place(const std::vector<std::pair<std::string, double>>& positions) {

@@ -65,6 +65,9 @@ class MachineRun {
   // Sends a value for one joint; the others of the same command hold their position. `seconds`: in which a
   // trajectory gets there.
   void send(const JointWay& way, double value, double seconds = 0);
+  // Commands every base that follows a Twist to drive forward at `speed` (m/s) for half a second;
+  // `observe` gets the way of the base so far, m, after each step.
+  void drive_base(double speed, const std::function<void(double)>& observe);
   // Writes the positions of joints, at rest; controllers hold them. Refused: a joint does not exist.
   Status place(const std::vector<std::pair<std::string, double>>& positions);
   // Continues from a former state.

@@ -1,0 +1,276 @@
+#include "doppel/validation/motions/running_gates.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <set>
+
+#include "doppel/ros/messages/tf2_msgs.h"
+#include "doppel/validation/motions/detail/machine_run.h"
+#include "doppel/validation/statics/audit_gates.h"
+
+namespace doppel {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr double kListen = 2.0;                      // s, to transforms
+constexpr double kMaxGap = 2.0;                      // periods
+constexpr double kHold = 10.0, kSettle = 1.0;        // s
+constexpr double kDrift = 1e-3, kSlideDrift = 1e-4;  // rad, m
+constexpr double kMaxStart = 2.0;                    // s of wall-clock time, until the first motion
+constexpr double kMotion = 1e-3, kStepAside = 0.05;  // rad or m
+constexpr double kDrive = 0.1;                       // m/s, of a base
+
+double seconds_since(Clock::time_point begin) {
+  return std::chrono::duration<double>(Clock::now() - begin).count();
+}
+
+// The transforms that were published: for each child its parent and the times.
+struct Transforms {
+  std::map<std::string, std::set<std::string>> parents;
+  std::map<std::string, std::vector<double>> times;  // of those that are not static
+};
+
+Transforms listen(MachineRun& machine) {
+  constexpr std::size_t kRing = std::size_t{16} << 20;
+  Transforms out;
+  Bus& bus = machine.twin().bus();
+  const auto edge = bus.attach("/doppel_validate_tf", {.ring_bytes = kRing});
+  std::map<TopicId, bool> is_static;
+  for (const TopicInfo& topic : bus.topics()) {
+    // Some controllers of bases have a topic of their own beside these.
+    const bool is_tf = topic.name.ends_with("/tf") || topic.name.ends_with("/tf_static");
+    if (!is_tf || topic.publishers.empty()) continue;
+    is_static[topic.id] = topic.latched;
+    edge->subscribe(topic.id);
+  }
+  machine.run(kListen, [&] {
+    Edge::Incoming incoming;
+    tf2_msgs::msg::TFMessage message;
+    while (edge->next(incoming)) {
+      if (!from_cdr(incoming.cdr, message)) continue;
+      for (const auto& transform : message.transforms) {
+        out.parents[transform.child_frame_id].insert(transform.header.frame_id);
+        if (!is_static[incoming.topic])
+          out.times[transform.child_frame_id].push_back(to_seconds(incoming.stamp));
+      }
+    }
+  });
+  return out;
+}
+
+// The largest gap of a frame in its usual periods.
+double largest_gap(std::vector<double> times) {
+  std::vector<double> gaps;
+  for (std::size_t i = 1; i < times.size(); ++i) gaps.push_back(times[i] - times[i - 1]);
+  if (gaps.empty()) return kInfinity;
+  std::ranges::sort(gaps);
+  const double usual = gaps[gaps.size() / 2];
+  return usual > 0 ? gaps.back() / usual : 1;
+}
+
+// Joints that hardware can command and no active controller has.
+std::vector<std::string> idle_joints(const ControllerManager& manager, const RobotDescription& robot) {
+  std::map<std::string, bool> claimed;
+  for (const InterfaceView& interface : manager.command_interfaces()) {
+    const std::string joint = interface.full_name.substr(0, interface.full_name.rfind('/'));
+    if (robot.find_joint(joint) == nullptr) continue;  // a reference of a chainable controller
+    bool& has = claimed[joint];
+    has = has || !interface.claimed_by.empty();
+  }
+  std::vector<std::string> out;
+  for (const auto& [joint, has] : claimed) {
+    if (!has) out.push_back(joint);
+  }
+  return out;
+}
+
+// The largest drift of a joint from its position after a second.
+struct Drift {
+  double largest = 0;  // of the limit
+  std::string text, joint;
+};
+
+Drift drift_of(const MachineRun& machine, const std::vector<double>& settled) {
+  Drift out;
+  for (std::size_t i = 0; i < machine.joints().size(); ++i) {
+    const int joint = machine.joints()[i];
+    const bool slides = machine.slides(joint);
+    const double moved = std::abs(machine.position(joint) - settled[i]);
+    const double share = moved / (slides ? kSlideDrift : kDrift);
+    if (share < out.largest) continue;
+    out = {share, position_text(moved, slides), machine.joint(joint).name};
+  }
+  return out;
+}
+
+void hold_at(const CheckContext& context, double step, double part, CheckResult& out, double& slowest) {
+  MachineOptions options;
+  options.step = from_seconds(step);
+  MachineRun machine(context, options);
+  const std::string subject = fmt::format("step {:.3g} ms", 1e3 * step);
+  const auto begin = Clock::now();
+  bool whole = machine.run(kSettle);
+  std::vector<double> settled;
+  for (const int joint : machine.joints()) settled.push_back(machine.position(joint));
+  constexpr int kParts = 9;
+  for (int i = 0; i < kParts && whole; ++i) {
+    whole = machine.run((kHold - kSettle) / kParts);
+    context.report(part + static_cast<double>(i) / (3.0 * kParts));
+  }
+  const double factor = to_seconds(machine.twin().now()) / seconds_since(begin);
+  slowest = std::min(slowest, factor);
+  out.metrics.push_back({"real-time factor", subject, factor, "", 1.0, Metric::Better::higher, true});
+  if (!whole) {
+    return out.fail(
+        subject,
+        fmt::format("the physics diverges after {:.3f} s of holding", to_seconds(machine.twin().now())),
+        "masses and inertias (G04), overlapping shapes (T3), or gains");
+  }
+  const Drift drift = drift_of(machine, settled);
+  out.metrics.push_back({"drift", subject, drift.largest, "of the limit", 1.0});
+  if (drift.largest > 1)
+    out.fail(subject + ", " + drift.joint,
+             fmt::format("drifts by {} while it is held (limit 1 mrad, 0.1 mm)", drift.text),
+             "the effort limit of the joint, or gains");
+  if (machine.twin().engine().dropped_contacts() > 0)
+    out.fail(subject, "the engine had no room for all contacts", "simpler collision shapes");
+  for (const OscillationReport& oscillation : machine.twin().robot().oscillations())
+    out.fail(subject + ", " + oscillation.joint, oscillation.message, "smaller gains, or more damping");
+}
+
+}  // namespace
+
+CheckResult check_transforms(const CheckContext& context) {
+  CheckResult out = begin_result("G08");
+  MachineRun machine(context, {});
+  const Transforms transforms = listen(machine);
+  const std::string prefix =
+      machine.twin().robot().name_space().empty() ? "" : machine.twin().robot().name_space() + "/";
+  double worst = 1;
+  const std::vector<Link>& links = context.subject.description().links;
+  std::vector<std::string> roots;
+  for (const Link& link : links) {
+    const auto parents = transforms.parents.find(prefix + link.name);
+    if (parents == transforms.parents.end()) {
+      roots.push_back(link.name);
+    } else if (parents->second.size() > 1) {
+      out.fail(fmt::format("link '{}'", link.name),
+               fmt::format("has {} parents: {}", parents->second.size(), fmt::join(parents->second, ", ")),
+               "two nodes publish its transform", link.source);
+    }
+    const auto times = transforms.times.find(prefix + link.name);
+    if (times == transforms.times.end()) continue;
+    const double gap = largest_gap(times->second);
+    worst = std::max(worst, gap);
+    if (gap > kMaxGap)
+      out.fail(fmt::format("link '{}'", link.name),
+               fmt::format("its transform has a gap of {:.1f} periods (limit 2)", gap), "", link.source);
+  }
+  const std::string root = context.subject.model->links.front().name;
+  for (const std::string& link : roots) {
+    if (link == root) continue;
+    const Link* const source = context.subject.description().find_link(link);
+    out.fail(fmt::format("link '{}'", link),
+             "has no transform: no controller or broadcaster publishes the state of a joint above it",
+             "a joint_state_broadcaster, and state interfaces of the joint in <ros2_control>",
+             source->source);
+  }
+  out.summary = fmt::format("{} links, largest gap {:.2g} periods (limit 2)", links.size(), worst);
+  return out;
+}
+
+CheckResult check_controllers(const CheckContext& context) {
+  CheckResult out = begin_result("G09");
+  add_control_findings(context, out);
+  MachineRun machine(context, {});
+  const ControllerManager& manager = machine.twin().robot().controller_manager();
+  std::size_t active = 0;
+  const std::vector<ControllerView> controllers = manager.controllers();
+  for (const ControllerView& view : controllers) {
+    active += view.state == ControllerState::active ? 1 : 0;
+    if (view.state == ControllerState::unconfigured)
+      out.fail(view.name, "is loaded and not configured", "doppel control list, and the log of doppel up");
+  }
+  for (const HardwareView& view : manager.hardware()) {
+    if (view.state != HardwareState::active)
+      out.fail(view.name,
+               "the hardware component is not active" + (view.fault.empty() ? "" : ": " + view.fault));
+  }
+  for (const std::string& joint : idle_joints(manager, context.subject.description())) {
+    const Joint* const source = context.subject.description().find_joint(joint);
+    out.add({joint, Verdict::failed, "can be commanded, and no active controller has it",
+             "add it to a controller of the YAML file, or remove its command interface",
+             source != nullptr ? source->source : SourceLocation{}});
+  }
+  for (const LogLine& line : machine.take_lines()) {
+    if (line.severity == Severity::error) out.fail(line.origin, line.text);
+  }
+  if (controllers.empty())
+    out.fail("", "no controller is declared", "doppel new writes a file of controllers");
+  out.summary = fmt::format("{} of {} controllers active", active, controllers.size());
+  return out;
+}
+
+CheckResult check_start(const CheckContext& context) {
+  CheckResult out = begin_result("G10");
+  const auto begin = Clock::now();
+  MachineRun machine(context, {});
+  const double ready = seconds_since(begin);
+  std::optional<double> moved;
+  for (const int joint : machine.joints()) {
+    for (const JointWay& way : machine.ways(joint)) {
+      if (moved || way.interface != "position") continue;
+      const double start = machine.position(joint);
+      const double aside = start + kStepAside <= machine.joint(joint).upper ? kStepAside : -kStepAside;
+      machine.send(way, start + aside, 0.1);
+      machine.run(0.3, [&] {
+        if (!moved && std::abs(machine.position(joint) - start) > kMotion) moved = seconds_since(begin);
+      });
+    }
+    if (moved) break;
+  }
+  if (!moved) {
+    machine.drive_base(kDrive, [&](double way) {
+      if (!moved && way > kMotion) moved = seconds_since(begin);
+    });
+  }
+  out.metrics.push_back({"ready", "", ready, "s", std::nullopt, Metric::Better::lower, true});
+  if (!moved) {
+    out.add({"", Verdict::not_judged,
+             "no joint has a position command, and no base a velocity command, that could be tried"});
+    out.summary = fmt::format("controllers hold after {:.2f} s", ready);
+    return out;
+  }
+  out.metrics.push_back({"first motion", "", *moved, "s", kMaxStart, Metric::Better::lower, true});
+  if (*moved > kMaxStart)
+    out.fail("", fmt::format("the first motion comes after {:.2f} s (limit {:.3g} s)", *moved, kMaxStart),
+             "smaller meshes");
+  out.summary = "the first motion comes in time";
+  return out;
+}
+
+CheckResult check_holding(const CheckContext& context) {
+  CheckResult out = begin_result("G11");
+  double slowest = kInfinity;
+  double part = 0;
+  for (const double step : {0.5e-3, 1e-3, 2e-3}) {
+    hold_at(context, step, part, out, slowest);
+    part += 1.0 / 3;
+  }
+  if (slowest < 1)
+    out.fail("", "the simulation is slower than real time", "simpler collision shapes, or a larger step");
+  double drift = 0;
+  for (const Metric& metric : out.metrics) {
+    if (metric.name == "drift") drift = std::max(drift, metric.value);
+  }
+  out.summary = fmt::format("10 s at three steps, drift {:.2g} of the limit", drift);
+  return out;
+}
+
+}  // namespace doppel
