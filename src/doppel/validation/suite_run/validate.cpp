@@ -21,6 +21,7 @@
 #include "doppel/validation/statics/file_gates.h"
 #include "doppel/validation/statics/reachability.h"
 #include "doppel/validation/statics/self_collision_sweep.h"
+#include "doppel/validation/statics/sensor_coverage.h"
 #include "doppel/validation/statics/shape_gates.h"
 
 namespace doppel {
@@ -51,6 +52,7 @@ const std::vector<Runner>& runners() {
       {"T4", check_step_response, Needs::controllers, 10},
       {"G11", check_holding, Needs::controllers, 6},
       {"T6", check_drop, Needs::machine, 4},
+      {"T5", check_sensor_coverage, Needs::machine, 2},
       {"G03", check_tree, Needs::machine},
       {"G04", check_inertias, Needs::machine},
       {"G05", check_collision_shapes, Needs::machine},
