@@ -250,7 +250,7 @@ void judge_named(const CheckContext& context, const std::shared_ptr<const Collis
 void judge_touching_start(const CheckContext& context, const CollisionScene& scene,
                           const Configurations& configurations, CheckResult& out) {
   constexpr std::size_t kSamples = 200;
-  constexpr double kAlways = 0.95;
+  constexpr double kAlways = 0.95, kFaceToFace = 1e-3;  // kFaceToFace: m
   const Model& model = *context.subject.model;
   CollisionContext bodies(scene.allowing({}));
   for (const AllowedPair& pair : scene.allowed_pairs()) {
@@ -263,11 +263,17 @@ void judge_touching_start(const CheckContext& context, const CollisionScene& sce
     if (static_cast<double>(touching) >= kAlways * kSamples) continue;
     bodies.set_configuration(0, model.neutral());
     const std::pair links(pair.a.link, pair.b.link);
+    const double depth = std::max(0.0, -bodies.distance(pair.a, pair.b).distance);
+    // The fingers of a closed gripper touch.
+    if (depth < kFaceToFace) {
+      out.notes.push_back(pair_name(model, links) + " touch where all joints are at zero, face to face");
+      continue;
+    }
     CheckItem& item =
         out.add({pair_name(model, links), Verdict::failed,
                  fmt::format("touch where all joints are at zero, {:.1f} mm deep, and not in {:.0f} % of "
                              "all other configurations",
-                             1e3 * std::max(0.0, -bodies.distance(pair.a, pair.b).distance),
+                             1e3 * depth,
                              100.0 * static_cast<double>(kSamples - touching) / kSamples),
                  "another zero of a joint, or collision shapes that fit the parts better"});
     item.poses.push_back(witness(model, links, model.neutral(), "all joints at zero"));

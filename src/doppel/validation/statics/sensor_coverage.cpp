@@ -26,6 +26,7 @@ constexpr double kMillimetres = 1e3, kWhole = 100;
 struct ToolPose {
   Eigen::VectorXd q;
   Eigen::Vector3d tool = Eigen::Vector3d::Zero();  // m, root link
+  int tip = -1;                                    // link; -1: there is no tool
 };
 
 struct Views {
@@ -46,6 +47,22 @@ bool is_carried(const Model& model, int link) {
     link = model.joints[static_cast<std::size_t>(joint)].parent_link;
   }
   return false;
+}
+
+// A tip is often inside of its own part: a part that moves with it, or that it carries, shows where it is.
+bool shows_tool(const Model& model, int link, int tip) {
+  const auto joint_of = [&model](int child) { return model.links[static_cast<std::size_t>(child)].joint; };
+  const auto parent_of = [&model](int joint) {
+    return model.joints[static_cast<std::size_t>(joint)].parent_link;
+  };
+  int body = tip;
+  for (int joint = joint_of(body); joint >= 0; joint = joint_of(body)) {
+    if (model.joints[static_cast<std::size_t>(joint)].type != JointType::fixed) break;
+    body = parent_of(joint);
+  }
+  for (int joint = joint_of(link); link != body && joint >= 0; joint = joint_of(link))
+    link = parent_of(joint);
+  return link == body;
 }
 
 // Every n-th place of a large workspace.
@@ -72,7 +89,7 @@ Views places_of(const CheckContext& context, CheckResult& out) {
     for (Eigen::VectorXd& q : free_configurations(arm, context.amount(10, 50, 200), context.seed)) {
       forward_kinematics(*subject.model, data, q);
       const Eigen::Vector3d tool = data.X_WL[static_cast<std::size_t>(group.chain.tip_link)].translation();
-      views.poses.push_back({std::move(q), tool});
+      views.poses.push_back({std::move(q), tool, group.chain.tip_link});
     }
   }
   const WorkspaceGrid grid = workspace_grid(context, first ? &*first : nullptr, context.amount(8, 12, 20));
@@ -152,7 +169,11 @@ Coverage coverage_of(const CheckContext& context, const Views& views, const Sens
       most_hidden = hidden;
       out.worst = i;
     }
-    if (i > 0 && views.tool(i, index).sight == PlaceSight::seen) ++out.tools_seen;
+    const SeenPlace& tool = views.tool(i, index);
+    if (i > 0 && (tool.sight == PlaceSight::seen ||
+                  (tool.sight == PlaceSight::hidden &&
+                   shows_tool(*context.subject.model, tool.hider, views.poses[i].tip))))
+      ++out.tools_seen;
     forward_kinematics(*context.subject.model, data, views.poses[i].q);
     const Pose X_SW = (data.X_WL[static_cast<std::size_t>(field.link)] * field.X_LS).inverse();
     for (std::size_t k = 0; k < views.places.size(); ++k) {

@@ -51,7 +51,6 @@ double angular_radius(double radius, double distance) {
 SensorField field_of(const RobotSensor& sensor, const CameraDescription& camera) {
   SensorField out;
   out.name = sensor.description.name;
-  if (!camera.name.empty()) out.name += "/" + camera.name;
   const bool measures = camera.kind == CameraKind::depth || camera.kind == CameraKind::rgbd;
   out.kind = measures ? "depth camera" : "camera";
   out.X_LS = sensor.description.X_LS * camera.X_SC;
@@ -115,7 +114,10 @@ std::vector<SensorField> sensor_fields(const RobotSensors& sensors, const Model&
     const int link = model.find_link(sensor.description.link);
     const std::size_t first = out.size();
     if (const auto* const cameras = std::get_if<std::vector<CameraDescription>>(&sensor.description.what)) {
-      for (const CameraDescription& camera : *cameras) out.push_back(field_of(sensor, camera));
+      for (const CameraDescription& camera : *cameras) {
+        out.push_back(field_of(sensor, camera));
+        if (cameras->size() > 1) out.back().name += "/" + camera.name;
+      }
     } else if (const auto* const lidar = std::get_if<LidarDescription>(&sensor.description.what)) {
       out.push_back(field_of(sensor, *lidar));
     } else if (const auto* const range = std::get_if<RangeDescription>(&sensor.description.what)) {
