@@ -150,14 +150,17 @@ class FallRun {
 
   bool is_quiet() {
     const Instance& about = engine_->instance(0);
-    bool out = true;
+    double fastest = 1;  // of the speeds at rest
     for (std::size_t link = 0; link < about.model().links.size(); ++link) {
+      if (!about.model().links[link].inertia) continue;
       const FrameVelocity velocity = about.link_velocity(static_cast<int>(link));
-      if (velocity.linear_W.norm() < kRestSpeed && velocity.angular_W.norm() < kRestTurn) continue;
+      const double share =
+          std::max(velocity.linear_W.norm() / kRestSpeed, velocity.angular_W.norm() / kRestTurn);
+      if (share <= fastest) continue;
+      fastest = share;
       out_.fastest_link = about.model().links[link].name;
-      out = false;
     }
-    return out;
+    return fastest <= 1;
   }
 
   void look_at_contacts(bool& touched) {
@@ -241,7 +244,7 @@ class DropJudge {
   }
 
   // At a larger step than that of the machine's own world a failure is that of the step.
-  void add(const Fall& fall, const std::string& message, const char* fix, const std::string& link) {
+  void add(const Fall& fall, const std::string& message, const std::string& fix, const std::string& link) {
     if (is_larger_step(fall)) {
       out_.notes.push_back(fmt::format("at a step of {:.3g} ms {}", 1e3 * fall.step, message));
       return;
@@ -280,7 +283,7 @@ class DropJudge {
                                      *fall.settled, settling, fall.fastest_link)
                        : fmt::format("it does not settle within {:.0f} s: '{}' still moves", kDuration,
                                      fall.fastest_link),
-          "joint damping or friction (<dynamics>), or collision shapes that lie flat", fall.fastest_link);
+          undamped_text(), fall.fastest_link);
     }
     if (fall.final_depth > limits_.penetration || fall.deepest > limits_.deepest) {
       add(fall,
@@ -311,6 +314,18 @@ class DropJudge {
                           "height (limit {:.3g} mm)",
                           1e3 * (high - low), 1e3 * limits_.spread),
               "a smaller step of the physics, or damping of the joints");
+  }
+
+  // The cause of endless motion that a description has most often.
+  [[nodiscard]] std::string undamped_text() const {
+    std::vector<std::string> names;
+    for (const ModelJoint& joint : context_.subject.model->joints) {
+      if (joint.scalar() && joint.damping == 0 && joint.friction == 0) names.push_back(joint.name);
+    }
+    if (names.empty())
+      return "more damping or friction of the joints (<dynamics>), or collision shapes that lie flat";
+    return fmt::format("<dynamics damping=... friction=...>: {} of the joints have neither, for example '{}'",
+                       names.size(), names.front());
   }
 
   // Whether a smaller step would do, and so whether contacts are too stiff or the inertia is wrong.

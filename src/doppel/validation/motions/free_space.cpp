@@ -2,15 +2,26 @@
 
 #include <algorithm>
 
-#include "doppel/robot/reach/arm_reach.h"
 #include "doppel/validation/statics/start_pose.h"
 
 namespace doppel {
 namespace {
 
+// The shapes and the pairs that collide in the twin: meshes are hulls there, and pairs that overlap at the
+// start are excluded.
 std::shared_ptr<const CollisionScene> scene_of(const Subject& subject) {
-  Diagnostics none;
-  return reach_scene(subject.description(), subject.model, nullptr, {}, none);
+  SceneInstance robot = described_robot(subject.description(), *subject.model);
+  robot.model = subject.model;
+  SceneOptions options;
+  const CompiledWorld& world = subject.compiled->engine->world();
+  const int twin = world.find(subject.robot().name());
+  for (const ExcludedPair& pair : world.excluded_pairs()) {
+    if (pair.a.instance != twin || pair.b.instance != twin) continue;
+    const int a = subject.model->find_link(world.name_of(pair.a));
+    const int b = subject.model->find_link(world.name_of(pair.b));
+    if (a >= 0 && b >= 0) options.allowed.push_back({{0, std::min(a, b)}, {0, std::max(a, b)}, pair.reason});
+  }
+  return std::make_shared<const CollisionScene>(std::vector{std::move(robot)}, std::move(options));
 }
 
 }  // namespace

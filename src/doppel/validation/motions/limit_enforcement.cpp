@@ -1,16 +1,18 @@
 #include "doppel/validation/motions/limit_enforcement.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "doppel/robot/kinematics/dynamics.h"
 #include "doppel/validation/motions/detail/free_space.h"
-#include "doppel/validation/motions/detail/machine_run.h"
+#include "doppel/validation/motions/machine_run.h"
 #include "doppel/validation/statics/start_pose.h"
 
 namespace doppel {
@@ -216,14 +218,15 @@ class LimitJudge {
       out.positions = posed_joints(model, q);
       return out;
     }
-    out.positions = {{name, begin}};
+    // It stays where it starts, and contacts may stop it on its way.
+    crowded_.insert(name);
     return out;
   }
 
   void place(MachineRun& machine, const SavedState& start, const TrialRun& run, int joint, Trial trial) {
     machine.restore(start);
-    static_cast<void>(
-        machine.place(placement_of(machine, joint, run.start(trial), run.end(trial)).positions));
+    const Placement& placement = placement_of(machine, joint, run.start(trial), run.end(trial));
+    if (placement.is_free) static_cast<void>(machine.place(placement.positions));
     static_cast<void>(machine.take_lines());
   }
 
@@ -322,10 +325,10 @@ class LimitJudge {
                    most = beyond[static_cast<std::size_t>(joint)];
       out_.metrics.push_back({"over-travel", machine.joint(joint).name, most, slides ? "m" : "rad", limit});
       if (most > limit)
-        out_.fail(machine.joint(joint).name + ", fall onto its stop",
+        out_.add({machine.joint(joint).name + ", fall onto its stop", Verdict::warned,
                   fmt::format("it travels {} beyond its limit (at most {})", position_text(most, slides),
                               position_text(limit, slides)),
-                  "a stiffer stop (<stopStiffness>), a smaller step, or less mass behind the joint");
+                  "a stiffer stop (<stopStiffness>), a smaller step, or damping of the joint"});
     }
   }
 
@@ -338,6 +341,11 @@ class LimitJudge {
     out_.metrics.push_back({"beyond a limit", "", worst_.beyond, "rad or m"});
     out_.metrics.push_back({"speed", "", 100 * worst_.speed, "%", 100 * kSpeedRoom});
     out_.metrics.push_back({"effort", "", 100 * worst_.effort, "%", 100.0});
+    if (!crowded_.empty()) {
+      out_.notes.push_back(
+          fmt::format("trials of {} begin at the start pose, because near a limit they touch something",
+                      fmt::join(crowded_, ", ")));
+    }
     out_.notes.push_back(
         fmt::format("speeds are means over {:.2g} s; the largest for a moment is {:.0f} % of its limit",
                     kWindow, 100 * worst_.momentary_speed));
@@ -356,6 +364,7 @@ class LimitJudge {
 
   const CheckContext& context_;
   FreeSpace space_;
+  std::set<std::string> crowded_;                           // joints that touch something near a limit
   std::map<std::pair<int, double>, Placement> placements_;  // by joint and its position
   CheckResult& out_;
   Reaction worst_;

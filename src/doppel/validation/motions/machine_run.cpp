@@ -1,4 +1,4 @@
-#include "doppel/validation/motions/detail/machine_run.h"
+#include "doppel/validation/motions/machine_run.h"
 
 #include <fmt/format.h>
 

@@ -10,7 +10,7 @@
 #include <set>
 
 #include "doppel/ros/messages/tf2_msgs.h"
-#include "doppel/validation/motions/detail/machine_run.h"
+#include "doppel/validation/motions/machine_run.h"
 #include "doppel/validation/statics/audit_gates.h"
 
 namespace doppel {

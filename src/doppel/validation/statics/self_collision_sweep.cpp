@@ -273,8 +273,7 @@ void judge_touching_start(const CheckContext& context, const CollisionScene& sce
         out.add({pair_name(model, links), Verdict::failed,
                  fmt::format("touch where all joints are at zero, {:.1f} mm deep, and not in {:.0f} % of "
                              "all other configurations",
-                             1e3 * depth,
-                             100.0 * static_cast<double>(kSamples - touching) / kSamples),
+                             1e3 * depth, 100.0 * static_cast<double>(kSamples - touching) / kSamples),
                  "another zero of a joint, or collision shapes that fit the parts better"});
     item.poses.push_back(witness(model, links, model.neutral(), "all joints at zero"));
   }
