@@ -268,6 +268,20 @@ bool same_joint(const ModelJoint& a, const ModelJoint& b) {
          a.mimic_leader == b.mimic_leader;
 }
 
+Model scaled(Model model, const RobotFactors& factors) {
+  for (ModelLink& link : model.links) {
+    if (!link.inertia) continue;
+    link.inertia->mass *= factors.mass;
+    link.inertia->I *= factors.mass;
+  }
+  model.total_mass *= factors.mass;
+  for (ModelJoint& joint : model.joints) {
+    joint.friction *= factors.friction;
+    joint.damping *= factors.friction;
+  }
+  return model;
+}
+
 }  // namespace
 
 CompiledRobot::CompiledRobot(const WorldRobot& asked, const Scenario& scenario, const World& world,
@@ -320,7 +334,8 @@ void CompiledRobot::build(const Scenario& scenario, const World& world, std::opt
   if (!decided && base_.kind == BaseKind::floating && !world.ground)
     base_ = {BaseKind::fixed, "the world has no ground"};
   const auto model = std::make_shared<const Model>(
-      compile_model(robot, base_.kind, choices_ ? choices_->masses : LinkMasses{}, diagnostics));
+      scaled(compile_model(robot, base_.kind, choices_ ? choices_->masses : LinkMasses{}, diagnostics),
+             scenario.factors));
   InstanceOptions options;
   options.name = asked_.name_space;
   options.X_WR = asked_.X_WR.value_or(world.X_WR);

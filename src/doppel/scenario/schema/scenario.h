@@ -27,6 +27,12 @@ struct RobotChoices {
   LinkMasses masses = {};           // of links without a mass
 };
 
+// Factors of a robot whose masses and friction are not exactly those of its description.
+struct RobotFactors {
+  double mass = 1;      // of every link, its inertia included
+  double friction = 1;  // of every joint's Coulomb friction and damping
+};
+
 struct DOPPEL_API Scenario {
   std::vector<WorldRobot> robots;              // in addition to those of the world file
   std::optional<std::filesystem::path> world;  // a world file; none: empty, with ground
@@ -41,6 +47,7 @@ struct DOPPEL_API Scenario {
   std::vector<std::string> plugins;  // shared libraries with controllers and hardware
   bool ideal = false;                // joints follow commands exactly, under any load
   bool enforce_limits = true;
+  RobotFactors factors;          // of all robots that are read from files; a scenario file does not have them
   bool strict = false;           // what ROS 2 would not accept is refused (a Twist for a TwistStamped)
   RosArguments ros;              // names and parameters of --ros-args
   std::optional<Distro> distro;  // of ROS 2: messages and defaults; none: the process's

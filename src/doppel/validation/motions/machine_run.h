@@ -11,13 +11,14 @@
 #include <vector>
 
 #include "doppel/base/core/log.h"
+#include "doppel/export.h"
 #include "doppel/twin/assembly/twin.h"
 #include "doppel/validation/checks/context.h"
 
 namespace doppel {
 
 // A way on which a client commands a joint.
-struct JointWay {
+struct DOPPEL_API JointWay {
   enum class Kind { trajectory, trajectory_action, forward } kind = Kind::trajectory;
   std::string controller, address;     // address: the topic, or the action
   std::string interface = "position";  // of the joint that the controller claims
@@ -36,7 +37,7 @@ struct MachineOptions {
 
 struct MachineState;  // a saved state
 
-class MachineRun {
+class DOPPEL_API MachineRun {
  public:
   // Throws InputError: the twin cannot be started.
   MachineRun(const CheckContext& context, const MachineOptions& options);
@@ -90,7 +91,7 @@ class MachineRun {
 };
 
 // "0.5 rad" or "20 mm".
-[[nodiscard]] std::string position_text(double value, bool slides);
-[[nodiscard]] std::string speed_text(double value, bool slides);
+[[nodiscard]] DOPPEL_API std::string position_text(double value, bool slides);
+[[nodiscard]] DOPPEL_API std::string speed_text(double value, bool slides);
 
 }  // namespace doppel
