@@ -39,7 +39,7 @@ TEST_F(SuiteTest, EveryKeyIsReadInSi) {
 workspace: {frame: base_link, box: [[-0.3, 50 mm, 0.0], [0.3, 0.35, 40 cm]], step: 5 cm, directions: 26}
 tool: {link: tool0, payload: {mass: 200 g, at: [0, 0, 0.06]}}
 poses: {home: {"Revolute 1": 90 deg, slide: 20 mm}}
-step_response: {size: 0.4 rad, overshoot: 5 %, settling: 400 ms, error: 0.5 deg, "Revolute 8": {size: 0.3 rad}}
+step_response: {size: 0.4 rad, overshoot: 5 %, settling: 400 ms, "Revolute 8": {size: 0.3 rad}}
 reachability: {max_missed: 2 %}
 self_collision: {max_share: 30 %}
 coverage: {min_seen: 80 %}

@@ -67,7 +67,7 @@ INSTANTIATE_TEST_SUITE_P(All, BundledRobot,
                                          "ackermann_car", "rover_mecanum", "rover_skid"),
                          [](const auto& robot) { return std::string(robot.param); });
 
-TEST(ValidateTest, ResultsAreTheSameForAnyNumberOfJobs) {
+TEST(ValidateTest, ResultsAreEqualForAnyNumberOfJobs) {
   const Subject subject = subject_of("lab_arm");
   std::vector<std::string> texts;
   for (const std::size_t jobs : {1U, 4U}) {
@@ -78,7 +78,7 @@ TEST(ValidateTest, ResultsAreTheSameForAnyNumberOfJobs) {
   EXPECT_EQ(texts[0], texts[1]);
 }
 
-TEST(ValidateTest, OnlyTheChosenChecksRun) {
+TEST(ValidateTest, OnlyChosenChecksRun) {
   const Subject subject = subject_of("omarm_zero");
   ValidationOptions options = quick();
   options.only = {"G06", "T4"};
@@ -144,7 +144,7 @@ TEST(ValidateTest, EndedValidationIsNotComplete) {
   EXPECT_FALSE(report.passed());
 }
 
-TEST(ValidateTest, ChecksAfterTheEndOfTheTimeAreNotRun) {
+TEST(ValidateTest, ChecksAfterEndOfTimeAreNotRun) {
   const Subject subject = subject_of("omarm_zero");
   ValidationOptions options = quick();
   options.jobs = 1;
