@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "doppel/scenario/resolve/controllers_file.h"
 #include "doppel/validation/statics/detail/audit_split.h"
 
 namespace doppel {
@@ -14,11 +15,18 @@ namespace {
 // and a person who means them waives them. The audit grades them lower, because public robots have them as
 // placeholders.
 constexpr std::array<std::string_view, 9> kFatal = {
-    "inertia.identity",     "inertia.zero",          "inertia.mass_zero",
-    "inertia.com_outside",  "inertia.units",         "mesh.missing",
-    "joint.limits_degrees", "joint.exporter_effort", "joint.exporter_velocity"};
-// Also as notes.
-constexpr std::array<std::string_view, 1> kFatalNotes = {"inertia.units"};
+    "inertia.identity",     "inertia.zero",         "inertia.mass_zero",     "inertia.com_outside",
+    "mesh.missing",         "joint.limits_degrees", "joint.exporter_effort", "joint.exporter_velocity",
+    "srdf.hidden_collision"};
+
+// Notes of the audit that are errors here, too: each is certain, and its fix is another one than for a
+// description that is only looked at.
+struct FatalNote {
+  std::string_view rule, fix;
+};
+constexpr std::array<FatalNote, 2> kFatalNotes = {
+    {{"inertia.units", "convert it to kg, m and kg m^2; waive it if it is a placeholder"},
+     {"controllers.uncontrolled_joint", "add it to a controller's joints, or remove its command interface"}}};
 
 bool starts_with_any(std::string_view rule, std::initializer_list<std::string_view> prefixes) {
   return std::ranges::any_of(prefixes, [rule](std::string_view prefix) { return rule.starts_with(prefix); });
@@ -42,6 +50,7 @@ AuditPart part_of_rule(std::string_view rule) {
   if (starts_with_any(rule, {"joint.", "datasheet.", "mimic.", "urdf.limits_crossed"}))
     return AuditPart::limits;
   if (starts_with_any(rule, {"mesh.", "shape.", "collision."})) return AuditPart::meshes;
+  if (rule == "srdf.hidden_collision") return AuditPart::collisions;
   if (starts_with_any(rule, {"controllers.", "ros2_control.", "transmission.", "gazebo."}))
     return AuditPart::control;
   return AuditPart::parsing;
@@ -49,13 +58,18 @@ AuditPart part_of_rule(std::string_view rule) {
 
 void add_findings(const AuditReport& report, AuditPart part, CheckResult& out) {
   for (const Finding& finding : report.findings) {
-    const bool is_fatal_note = std::ranges::find(kFatalNotes, finding.rule) != kFatalNotes.end();
-    if ((finding.severity == Severity::note && !is_fatal_note) || part_of_rule(finding.rule) != part)
-      continue;
-    const bool fails =
-        finding.severity == Severity::error || std::ranges::find(kFatal, finding.rule) != kFatal.end();
+    if (part_of_rule(finding.rule) != part) continue;
+    const auto note = std::ranges::find(kFatalNotes, finding.rule, &FatalNote::rule);
+    const bool is_fatal_note = note != kFatalNotes.end();
+    if (finding.severity == Severity::note && !is_fatal_note) continue;
+    const bool fails = finding.severity == Severity::error || is_fatal_note ||
+                       std::ranges::find(kFatal, finding.rule) != kFatal.end();
+    const RuleInfo* const rule = find_rule(finding.rule);
+    std::string fix = finding.fix;
+    if (fix.empty() && rule != nullptr) fix = rule->fix;
+    if (finding.severity == Severity::note) fix = note->fix;
     out.add({finding.subject, fails ? Verdict::failed : Verdict::warned,
-             fmt::format("{} [{}]", finding.message, finding.rule), finding.fix, finding.where});
+             fmt::format("{} [{}]", finding.message, finding.rule), std::move(fix), finding.where});
   }
 }
 
@@ -83,6 +97,18 @@ CheckResult check_limits(const CheckContext& context) {
 
 void add_control_findings(const CheckContext& context, CheckResult& out) {
   add_findings(context.subject.audit, AuditPart::control, out);
+  // A twin makes what the files lack, so that it moves; the machine itself has nothing in its place.
+  const RobotSetup& setup = context.subject.robot().setup();
+  const ControllersFile declared = controllers_in(setup.controllers);
+  const bool broadcasts = std::ranges::any_of(declared.controllers, [](const DeclaredController& one) {
+    return one.type == "joint_state_broadcaster/JointStateBroadcaster";
+  });
+  if (setup.controllers_files.empty() || declared.controllers.empty() || broadcasts) return;
+  out.fail(setup.controllers_files.front().filename().string(),
+           "no joint_state_broadcaster is declared: a twin publishes joint states by itself, and with ROS 2 "
+           "nobody does, so that robot_state_publisher has no transforms of moving links",
+           "declare joint_state_broadcaster with the type joint_state_broadcaster/JointStateBroadcaster",
+           declared.controllers.front().where);
 }
 
 }  // namespace doppel

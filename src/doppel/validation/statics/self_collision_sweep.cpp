@@ -15,6 +15,7 @@
 #include "doppel/robot/reach/arm_reach.h"
 #include "doppel/robot/semantics/self_collision.h"
 #include "doppel/scenario/resolve/srdf_search.h"
+#include "doppel/validation/statics/detail/audit_split.h"
 #include "doppel/validation/statics/start_pose.h"
 
 namespace doppel {
@@ -303,6 +304,21 @@ void judge_srdf(const CheckContext& context, const Touches& touches, const Confi
   }
 }
 
+// Pairs that the audit saw touch in its own configurations, and this sweep did not.
+void add_hidden_of_audit(const CheckContext& context, CheckResult& out) {
+  CheckResult found;
+  add_findings(context.subject.audit, AuditPart::collisions, found);
+  for (CheckItem& item : found.items) {
+    const bool is_known = std::ranges::any_of(out.items, [&](const CheckItem& other) {
+      const std::size_t middle = other.subject.find(" and ");
+      return other.verdict == Verdict::failed && middle != std::string::npos &&
+             item.subject.find("'" + other.subject.substr(0, middle) + "'") != std::string::npos &&
+             item.subject.find("'" + other.subject.substr(middle + 5) + "'") != std::string::npos;
+    });
+    if (!is_known) out.add(std::move(item));
+  }
+}
+
 void report_pairs(const CheckContext& context, const Touches& touches, const Configurations& configurations,
                   CheckResult& out) {
   const Model& model = *context.subject.model;
@@ -360,6 +376,7 @@ CheckResult check_self_collision(const CheckContext& context) {
   judge_touching_start(context, *scene, configurations, out);
   const Touches touches = sweep(context, scene, configurations);
   judge_srdf(context, touches, configurations, out);
+  add_hidden_of_audit(context, out);
   report_pairs(context, touches, configurations, out);
   const std::size_t never = scene->tested_pairs().size() - touches.size();
   out.notes.push_back(fmt::format(

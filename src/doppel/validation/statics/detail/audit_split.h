@@ -8,7 +8,7 @@
 
 namespace doppel {
 
-enum class AuditPart { parsing, inertias, limits, meshes, control };
+enum class AuditPart { parsing, inertias, limits, meshes, collisions, control };
 
 [[nodiscard]] AuditPart part_of_rule(std::string_view rule);
 
