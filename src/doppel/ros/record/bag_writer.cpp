@@ -180,6 +180,11 @@ void BagWriter::sync() {
   if (sink_ != nullptr) sink_->sync();
 }
 
+void BagWriter::start_sync() {
+  flush();
+  if (sink_ != nullptr) sink_->start_sync();
+}
+
 void BagWriter::split() {
   close_file();
 }

@@ -63,6 +63,8 @@ class DOPPEL_API BagWriter {
   // Everything so far is in the file, and with sync() on the disk.
   void flush();
   void sync();
+  // As sync(), without waiting for the disk; a failure is that of a later call.
+  void start_sync();
   // The next message begins a new file.
   void split();
   // Removes the oldest file that is closed, and its entry in the metadata. The counts of messages stay.

@@ -240,7 +240,7 @@ void BusRecorder::run() {
       if (options_.on_look) options_.on_look();
       serve_copies();
       if (Clock::now() < due) continue;
-      writer_.sync();
+      writer_.start_sync();
       due = Clock::now() + kFlush;
     }
     take_messages();

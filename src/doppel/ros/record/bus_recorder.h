@@ -27,7 +27,7 @@ struct RecorderOptions {
   TopicSelection topics = {};
   std::vector<BagAttachment> attachments = {};
   std::vector<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>> metadata = {};
-  std::size_t ring_bytes = std::size_t{64} << 20;  // messages that wait for the disk
+  std::size_t ring_bytes = std::size_t{128} << 20;  // messages that wait for the disk
   // An observer within the process keeps the newest files only, and is not part of the graph.
   std::size_t keep_files = 0;  // 0: all
   bool listed = true;          // part of the graph, with the services of rosbag2's recorder
