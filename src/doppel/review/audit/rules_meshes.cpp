@@ -11,7 +11,7 @@ namespace {
 
 constexpr std::size_t kManyTriangles = 200000, kFarTooMany = 1000000;  // of one visual
 constexpr std::size_t kManyColliding = 20000;                          // of one collision shape
-constexpr double kGigantic = 100, kMinute = 0.01;                      // against the robot's reach
+constexpr double kGigantic = 30, kMinute = 0.01;                       // against the robot's reach
 constexpr double kDegenerateShare = 0.02;
 constexpr std::size_t kFewMissing = 3;
 
@@ -207,7 +207,7 @@ std::optional<double> extent(const MeshGeometry& mesh) {
   return (report.upper - report.lower).cwiseProduct(mesh.scale).norm();
 }
 
-// A mesh that is a hundred times as large as the reach of the joints, or far too small: the unit of its file
+// A mesh that is thirty times as large as the reach of the joints, or far too small: the unit of its file
 // is not the one that its scale assumes.
 void check_unit(const MeshUse& use, double reach, const std::vector<double>& extents, Findings& out) {
   const auto size = extent(*use.mesh);
