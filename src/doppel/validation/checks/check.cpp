@@ -69,6 +69,16 @@ const std::vector<CheckInfo>& check_table() {
        "the suite's min_seen"},
       {"T6", "Drop test", CheckKind::test, "the robot falls 1 cm without drives, at steps of 0.5, 1 and 2 ms",
        "settled by 2 s, penetration 1 mm, no energy gained"},
+      {"X1", "Kinematics", CheckKind::extra,
+       "round trips through inverse kinematics, the Jacobian against differences, links against the engine",
+       "1e-9 m; after a round trip 1e-4 m"},
+      {"X6", "Payload", CheckKind::extra,
+       "the mass that the drives hold in the worst pose, over the reach of each arm", "none"},
+      {"X7", "Sag", CheckKind::extra, "the displacement of the tool by gravity against the drives", "none"},
+      {"X9", "Stopping", CheckKind::extra,
+       "stops of categories 0, 1 and 2 at 33, 66 and 100 % of speed and reach", "none"},
+      {"X11", "Singularities", CheckKind::extra,
+       "singular values of the Jacobian in named poses and on straight lines between them", "none"},
   };
   return kTable;
 }

@@ -13,6 +13,11 @@
 #include "doppel/base/core/parallel_work.h"
 #include "doppel/base/core/text.h"
 #include "doppel/base/core/thrown.h"
+#include "doppel/validation/extras/kinematics_extra.h"
+#include "doppel/validation/extras/payload_extra.h"
+#include "doppel/validation/extras/sag_extra.h"
+#include "doppel/validation/extras/singularity_extra.h"
+#include "doppel/validation/extras/stopping_extra.h"
 #include "doppel/validation/motions/drop_test.h"
 #include "doppel/validation/motions/limit_enforcement.h"
 #include "doppel/validation/motions/running_gates.h"
@@ -60,6 +65,11 @@ const std::vector<Runner>& runners() {
       {"G07", check_motion_ranges, Needs::machine},
       {"G08", check_transforms, Needs::controllers, 2},
       {"G10", check_start, Needs::controllers},
+      {"X9", check_stopping, Needs::controllers, 10},
+      {"X7", check_sag, Needs::machine, 4},
+      {"X6", check_payload, Needs::machine, 4},
+      {"X11", check_singularities, Needs::machine, 4},
+      {"X1", check_kinematics, Needs::machine, 2},
       {"G12", nullptr, Needs::machine, 0, "T1"},
       {"G13", nullptr, Needs::machine, 0, "T2"},
       {"G14", nullptr, Needs::machine, 0, "T3"},
@@ -118,7 +128,9 @@ class Validation {
     const auto has = [this](std::string_view id) {
       return std::ranges::find(options_.only, id) != options_.only.end();
     };
-    if (options_.only.empty() || has(runner.id)) return true;
+    if (has(runner.id)) return true;
+    if (options_.only.empty())
+      return find_check(runner.id)->kind != CheckKind::extra || options_.effort == Effort::full;
     // A gate that is a test runs it.
     return std::ranges::any_of(runners(),
                                [&](const Runner& gate) { return gate.test == runner.id && has(gate.id); });
@@ -273,21 +285,22 @@ ValidationReport validate(const Subject& subject, const Suite& suite, const Vali
 }
 
 std::vector<std::string> check_ids(const std::vector<std::string>& words) {
-  std::vector<std::string> names = {"gates", "tests"}, out;
+  std::vector<std::string> names = {"gates", "tests", "extras"}, out;
   for (const CheckInfo& info : check_table()) names.emplace_back(info.id);
   for (const std::string& word : words) {
     bool any = false;
     for (const CheckInfo& info : check_table()) {
       const bool is_group = (word == "gates" && info.kind == CheckKind::gate) ||
-                            (word == "tests" && info.kind == CheckKind::test);
+                            (word == "tests" && info.kind == CheckKind::test) ||
+                            (word == "extras" && info.kind == CheckKind::extra);
       if (!is_group && lowered(info.id) != lowered(word)) continue;
       out.emplace_back(info.id);
       any = true;
     }
     if (!any)
       throw InputError("cli.use", {},
-                       fmt::format("'{}' is no gate or test{}", word, did_you_mean(word, names)),
-                       "gates are G01 to G15, tests T1 to T6");
+                       fmt::format("'{}' is no gate, test or extra{}", word, did_you_mean(word, names)),
+                       "gates are G01 to G15, tests T1 to T6, extras X1 to X11");
   }
   return out;
 }

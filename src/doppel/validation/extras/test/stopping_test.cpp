@@ -1,0 +1,71 @@
+// X9 beside the closed form of a joint that friction alone stops.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "doppel/validation/extras/detail/joint_stop.h"
+#include "doppel/validation/extras/stopping_extra.h"
+#include "extra_robots.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kInertia = 0.05, kFriction = 0.4;  // kg m^2, N m
+
+// A disc about a vertical axis, which gravity does not turn.
+std::string disc() {
+  return R"(<robot name="disc"><link name="base_link"/>)" + bar_link("plate", 1, 0, kInertia) +
+         hinge_text({.name = "turn",
+                     .parent = "base_link",
+                     .child = "plate",
+                     .axis = "0 0 1",
+                     .effort = 5,
+                     .velocity = 4,
+                     .friction = kFriction}) +
+         "</robot>";
+}
+
+TEST(Stopping, WayWithoutPowerIsThatOfFriction) {
+  const WrittenRobot robot(disc());
+  const CheckContext context = robot.context();
+  MachineRun machine(context, {});
+  const int joint = machine.model().find_joint("turn"), link = machine.model().find_link("plate");
+  const std::shared_ptr<const SavedState> start = machine.save();
+  for (const double speed : {1.3, -2.6, 4.0}) {
+    static_cast<void>(machine.twin().robot().controller_manager().reset_stop());
+    machine.restore(*start);
+    const auto stop = stop_joint(machine, joint, link, speed, StopCategory::off);
+    ASSERT_TRUE(stop);
+    EXPECT_TRUE(stop->figures.stopped);
+    const double way = kInertia * speed * speed / (2 * kFriction);
+    EXPECT_NEAR(stop->figures.distance, way, 0.01 * way) << speed;
+    EXPECT_NEAR(stop->figures.time, kInertia * std::abs(speed) / kFriction, 0.01 * kInertia * 4 / kFriction);
+  }
+}
+
+TEST(Stopping, BrakingDriveIsLimitedByItsEffort) {
+  const WrittenRobot robot(disc());
+  const CheckContext context = robot.context();
+  MachineRun machine(context, {});
+  const int joint = machine.model().find_joint("turn"), link = machine.model().find_link("plate");
+  const auto stop = stop_joint(machine, joint, link, 4, StopCategory::brake_and_hold);
+  ASSERT_TRUE(stop);
+  EXPECT_TRUE(stop->figures.stopped);
+  EXPECT_GE(stop->figures.largest_way, 0.95 * kInertia * 16 / (2 * (5 + kFriction)));
+  EXPECT_LT(stop->figures.largest_way, kInertia * 16 / (2 * kFriction));
+}
+
+TEST(Stopping, ArmIsStoppedInEveryCategory) {
+  const WrittenRobot robot(two_link_arm());
+  CheckContext context = robot.context();
+  context.joint = "shoulder";
+  const CheckResult result = check_stopping(context);
+  EXPECT_EQ(result.verdict, Verdict::passed);
+  EXPECT_EQ(result.metrics.size(), 9U);
+  ASSERT_EQ(result.items.size(), 1U);
+  EXPECT_EQ(result.items.front().curves.front().curves.size(), 3U);
+  EXPECT_EQ(result.items.front().poses.size(), 3U);
+}
+
+}  // namespace
+}  // namespace doppel
