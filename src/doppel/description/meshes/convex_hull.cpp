@@ -94,6 +94,26 @@ std::vector<std::uint32_t> extreme_points(std::span<const Eigen::Vector3f> point
   return out;
 }
 
+std::vector<Eigen::Vector2d> convex_outline(std::vector<Eigen::Vector2d> points) {
+  using Point = Eigen::Vector2d;
+  std::ranges::sort(
+      points, [](const Point& a, const Point& b) { return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y(); });
+  const auto turns_left = [](const Point& a, const Point& b, const Point& c) {
+    return (b - a).x() * (c - a).y() - (b - a).y() * (c - a).x() > 0;
+  };
+  std::vector<Point> out;
+  for (int side = 0; side < 2 && !points.empty(); ++side) {
+    const std::size_t first = out.size();
+    for (const Point& p : points) {
+      while (out.size() >= first + 2 && !turns_left(out[out.size() - 2], out.back(), p)) out.pop_back();
+      out.push_back(p);
+    }
+    out.pop_back();
+    std::ranges::reverse(points);
+  }
+  return out;
+}
+
 ConvexHull convex_hull(std::span<const Eigen::Vector3f> points) {
   ConvexHull out;
   if (points.size() < 4) {

@@ -23,6 +23,10 @@ struct ConvexHull {
 // points are finite.
 DOPPEL_API ConvexHull convex_hull(std::span<const Eigen::Vector3f> points);
 
+// The corners of the convex hull of points in a plane, counter-clockwise. Source: Andrew 1979, monotone
+// chains.
+DOPPEL_API std::vector<Eigen::Vector2d> convex_outline(std::vector<Eigen::Vector2d> points);
+
 // `count` unit vectors spread evenly over the sphere (Fibonacci lattice).
 DOPPEL_API std::vector<Eigen::Vector3d> even_directions(int count);
 

@@ -13,6 +13,10 @@ namespace {
 
 constexpr double kWidth = 760, kLeft = 76, kRight = 20, kTop = 76, kPanel = 130, kPitch = 178, kLegend = 26;
 constexpr double kInner = kWidth - kLeft - kRight;
+// A limit further away than this many spans of the curves is not drawn: they would be a flat line.
+constexpr double kMaxLimitSpans = 6;
+constexpr double kHatch = 5, kHatchPitch = 11;  // of an edge, on the side where a value is not permitted
+constexpr const char* kBandColor = "#3a7d44";
 constexpr std::array<const char*, 4> kColors = {"#1f5f8b", "#d1495b", "#3a7d44", "#6b4c9a"};
 constexpr std::array<const char*, 4> kDashes = {"", " stroke-dasharray='6 3'", " stroke-dasharray='2 3'",
                                                 " stroke-dasharray='8 3 2 3'"};
@@ -85,9 +89,13 @@ class Drawing {
     for (const PlotCurve& curve : panel.curves) {
       for (const double value : curve.values) values.add(value);
     }
-    values.widen(0.06);
+    add_limits(panel.bands, values);
+    values.widen(panel.bands.empty() ? 0.06 : 0.16);  // with room for labels
+    for (const PlotBand& band : panel.bands) shade(band, time, values, top);
     axes(time, values, panel.unit, top);
     for (std::size_t i = 0; i < panel.curves.size(); ++i) curve(panel.curves[i], time, values, top, i);
+    std::vector<double> label_heights;
+    for (const PlotBand& band : panel.bands) label(band, time, values, top, label_heights);
   }
 
   void legend(const std::vector<PlotCurve>& curves) {
@@ -106,6 +114,86 @@ class Drawing {
   void text(double x, double y, const std::string& words, const char* anchor, int size, const char* color) {
     out_ += fmt::format("<text x='{:g}' y='{:g}' text-anchor='{}' font-size='{}' fill='{}'>{}</text>\n", x, y,
                         anchor, size, color, escaped(words));
+  }
+
+  static void add_limits(const std::vector<PlotBand>& bands, Range& values) {
+    const Range curves = values;
+    const double room = kMaxLimitSpans * (curves.high - curves.low);
+    for (const PlotBand& band : bands) {
+      for (const double limit : {band.low, band.high}) {
+        if (!(curves.low <= curves.high) || (limit > curves.low - room && limit < curves.high + room))
+          values.add(limit);
+      }
+    }
+  }
+
+  struct BandBox {
+    double left = 0, right = 0, upper = 0, lower = 0;
+  };
+  // The part of the band inside the panel.
+  static BandBox box_of(const PlotBand& band, const Range& time, const Range& values, double top) {
+    const auto share = [](double value) { return std::clamp(value, 0.0, 1.0); };
+    return {kLeft + kInner * share(time.share_of(band.begin)),
+            kLeft + kInner * share(time.share_of(band.end)),
+            top + kPanel * (1 - share(values.share_of(band.high))),
+            top + kPanel * (1 - share(values.share_of(band.low)))};
+  }
+
+  static bool is_drawn(double limit, const Range& values) {
+    return std::isfinite(limit) && limit >= values.low && limit <= values.high;
+  }
+
+  void shade(const PlotBand& band, const Range& time, const Range& values, double top) {
+    const BandBox box = box_of(band, time, values, top);
+    if (!(box.right > box.left) || box.lower < box.upper) return;
+    out_ += fmt::format(
+        "<rect class='band' x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}' fill='{}' "
+        "fill-opacity='0.12'/>\n",
+        box.left, box.upper, box.right - box.left, box.lower - box.upper, kBandColor);
+    const bool is_narrow = box.lower - box.upper < 4 * kHatch;  // strokes would hide the curve
+    if (is_drawn(band.high, values)) edge(box, box.upper, is_narrow ? 0 : -kHatch);
+    if (is_drawn(band.low, values)) edge(box, box.lower, is_narrow ? 0 : kHatch);
+  }
+
+  // A dashed line with short strokes on its outer side; `outwards` is their height in pixels, down.
+  void edge(const BandBox& box, double y, double outwards) {
+    out_ +=
+        fmt::format("<path class='limit' d='M{:.1f} {:.1f}H{:.1f}' stroke='{}' stroke-dasharray='7 3'/>\n",
+                    box.left, y, box.right, kBandColor);
+    std::string strokes;
+    const int count =
+        outwards == 0 ? 0 : static_cast<int>(std::floor((box.right - box.left - kHatch) / kHatchPitch)) + 1;
+    for (int i = 0; i < count; ++i)
+      strokes += fmt::format("M{:.1f} {:.1f}l{:g} {:g}", box.left + kHatchPitch * i, y, kHatch, outwards);
+    if (!strokes.empty())
+      out_ += fmt::format("<path d='{}' stroke='{}' stroke-width='0.8'/>\n", strokes, kBandColor);
+  }
+
+  // At the right end of the band, outside of its edge where there is room, and not over another label.
+  void label(const PlotBand& band, const Range& time, const Range& values, double top,
+             std::vector<double>& used) {
+    const BandBox box = box_of(band, time, values, top);
+    if (band.label.empty() || !(box.right > box.left)) return;
+    const bool upper = is_drawn(band.high, values), lower = is_drawn(band.low, values);
+    std::string words = band.label;
+    if (!upper && !lower && (std::isfinite(band.high) || std::isfinite(band.low)))
+      words += ", outside of the picture";
+    const bool is_narrow = box.lower - box.upper < 4 * kHatch;
+    double y = is_narrow && upper && lower ? box.lower + 13
+               : upper                     ? box.upper - kHatch - 4
+               : lower                     ? box.lower + kHatch + 11
+                                           : top + 14;
+    if (y < top + 11) y = box.upper + 13;
+    if (y > top + kPanel - 3) y = box.lower - 5;
+    const auto is_used = [&](double height) {
+      return std::ranges::any_of(used, [&](double other) { return std::abs(other - height) < 12; });
+    };
+    while (is_used(y) && y < top + kPanel - 15) y += 12;
+    used.push_back(y);
+    out_ += fmt::format(
+        "<text x='{:.1f}' y='{:.1f}' text-anchor='end' font-size='11' fill='#24572f' stroke='#fff' "
+        "stroke-width='3' stroke-linejoin='round' paint-order='stroke'>{}</text>\n",
+        box.right - 4, y, escaped(words));
   }
 
   void axes(const Range& time, const Range& values, const std::string& unit, double top) {

@@ -51,27 +51,6 @@ std::vector<Eigen::Vector3d> surface_points(const CollisionShape& shape) {
   return out;
 }
 
-double cross2(const Point2& a, const Point2& b, const Point2& c) {
-  return (b.x() - a.x()) * (c.y() - a.y()) - (b.y() - a.y()) * (c.x() - a.x());
-}
-
-// Source: Andrew 1979, monotone chains.
-std::vector<Point2> outline(std::vector<Point2> points) {
-  std::sort(points.begin(), points.end(),
-            [](const Point2& a, const Point2& b) { return a.x() != b.x() ? a.x() < b.x() : a.y() < b.y(); });
-  std::vector<Point2> out;
-  for (int side = 0; side < 2; ++side) {
-    const std::size_t first = out.size();
-    for (const Point2& p : points) {
-      while (out.size() >= first + 2 && cross2(out[out.size() - 2], out.back(), p) <= 0) out.pop_back();
-      out.push_back(p);
-    }
-    out.pop_back();
-    std::reverse(points.begin(), points.end());
-  }
-  return out;
-}
-
 double value_of(const ReachCell& cell, ReachValue value) {
   switch (value) {
     case ReachValue::share:
@@ -243,7 +222,8 @@ class ReachDrawing {
         body.of_robot
             ? "<polygon fill=\"#fff\" fill-opacity=\"0.55\" stroke=\"#333\" stroke-width=\"0.8\" points=\""
             : "<polygon fill=\"none\" stroke=\"#c0392b\" stroke-dasharray=\"5 3\" points=\"";
-    for (const Point2& p : outline(std::move(points))) out_ += fmt::format("{:.1f},{:.1f} ", p.x(), p.y());
+    for (const Point2& p : convex_outline(std::move(points)))
+      out_ += fmt::format("{:.1f},{:.1f} ", p.x(), p.y());
     out_ += "\"/>\n";
   }
 

@@ -11,6 +11,7 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/math/mass_properties.h"
+#include "doppel/description/meshes/convex_hull.h"
 
 namespace doppel {
 namespace {
@@ -109,6 +110,13 @@ TEST(Submesh, OnlyNamedPartIsLoadedAndCentred) {
   EXPECT_EQ(load_mesh(mesh).bounds().min().x(), -1);
   mesh.submesh = "rihgt";
   EXPECT_THROW(load_mesh(mesh), InputError);
+}
+
+TEST(ConvexOutline, CornersAreCounterClockwiseWithoutInnerPoints) {
+  const std::vector<Eigen::Vector2d> points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.5, 0.5}, {0.5, 0}, {1, 1}};
+  const std::vector<Eigen::Vector2d> expected = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  EXPECT_EQ(convex_outline(points), expected);
+  EXPECT_TRUE(convex_outline({}).empty());
 }
 
 }  // namespace

@@ -64,5 +64,50 @@ TEST(CurvePlot, ConstantAndEmptyCurvesAreDrawn) {
   EXPECT_THAT(curve_plot("t", "", {}), HasSubstr("</svg>"));
 }
 
+PlotPanel banded(PlotBand band) {
+  return {"j", "rad", "", {{"run", {0, 1, 2}, {0, 1, 1}}}, {std::move(band)}};
+}
+
+TEST(CurvePlot, BandIsShadedWithDashedEdgesAndLabel) {
+  const std::string svg = curve_plot("t", "", {banded({"limit <1.2>", 0.5, 1.2, 1, 2})});
+  EXPECT_THAT(svg, HasSubstr("<rect class='band' x='408.0'"));
+  EXPECT_EQ(std::ranges::count(svg, '\n'), std::ranges::count(curve_plot("t", "", {banded({})}), '\n') + 6);
+  EXPECT_THAT(svg, HasSubstr("H740.0' stroke='#3a7d44' stroke-dasharray='7 3'"));
+  EXPECT_THAT(svg, HasSubstr("limit &lt;1.2>"));
+}
+
+TEST(CurvePlot, InfiniteEndOfBandHasNoLineAndLimitStaysInPanel) {
+  const std::string svg = curve_plot("t", "", {banded({"limit", -INFINITY, 3, 0, 2})});
+  const auto lines = [&svg] {
+    std::size_t out = 0;
+    for (std::size_t i = svg.find("class='limit'"); i != std::string::npos;
+         i = svg.find("class='limit'", i + 1))
+      ++out;
+    return out;
+  };
+  EXPECT_EQ(lines(), 1U);
+  for (const auto& [x, y] : points_of(svg)) EXPECT_GT(y, 180);  // the curve is below the limit
+}
+
+TEST(CurvePlot, DistantLimitDoesNotFlattenCurve) {
+  const std::string svg = curve_plot("t", "", {banded({"limit", -INFINITY, 500, 0, 2})});
+  EXPECT_EQ(svg.find("class='limit'"), std::string::npos);
+  EXPECT_THAT(svg, HasSubstr("limit, outside of the picture"));
+  double highest = 1e9;
+  for (const auto& [x, y] : points_of(svg)) highest = std::min(highest, y);
+  EXPECT_LT(highest, 120);
+}
+
+TEST(CurvePlot, LabelsOfBandsDoNotOverlap) {
+  PlotPanel panel = banded({"first", -INFINITY, 1.1, 0, 2});
+  panel.bands.push_back({"second", -INFINITY, 1.12, 0, 2});
+  const std::string svg = curve_plot("t", "", {panel});
+  const auto height = [&svg](const std::string& word) {
+    const std::size_t end = svg.find(">" + word + "<"), begin = svg.rfind(" y='", end) + 4;
+    return std::stod(svg.substr(begin));
+  };
+  EXPECT_GE(std::abs(height("first") - height("second")), 11.9);
+}
+
 }  // namespace
 }  // namespace doppel
