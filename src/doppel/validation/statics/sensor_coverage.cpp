@@ -208,7 +208,8 @@ std::int32_t main_hider(const Coverage& coverage) {
 std::string parts_text(const CheckContext& context, const Coverage& coverage) {
   std::string out;
   const auto part = [&](PlaceSight sight, const std::string& text) {
-    if (const double share = coverage.share(sight); share > 0)
+    constexpr double kShown = 0.005;  // less would be printed as 0 %
+    if (const double share = coverage.share(sight); share >= kShown)
       out += fmt::format("{}{:.0f} % {}", out.empty() ? "" : ", ", kWhole * share, text);
   };
   part(PlaceSight::outside, "is outside of its field");
