@@ -3,6 +3,7 @@ import { test } from 'node:test';
 import { parsePose, trajectoryYaml } from '../src/app/pose_yaml';
 import { duration } from '../src/app/commander';
 import { readFindings } from '../src/app/health';
+import { readLinkedPose } from '../src/app/linked_pose';
 import { CAPACITY, numberAt, Recorder } from '../src/app/recorder';
 import { Signal } from '../src/app/signal';
 import { TransformStore } from '../src/app/transforms';
@@ -23,6 +24,11 @@ test('a pose is copied and pasted; other spellings are read, nonsense is not', (
   assert.equal(parsePose('hello'), null);
   assert.deepEqual([...parsePose(`${trajectoryYaml(['a'], [{ time: 0.25, positions: [1] }], '/x')}---\n${trajectoryYaml(['b'], [{ time: 1, positions: [2] }])}`)!], [['a', 1], ['b', 2]]);
   assert.match(trajectoryYaml(['a'], [{ time: 2.9999999999, positions: [0] }]), /sec: 3, nanosec: 0/);
+});
+
+test('the configuration of an address is read; what is no number is left out', () => {
+  assert.deepEqual([...readLinkedPose('?robot=a&q=Revolute%202%3D1.2&q=a=b=-3e-1&q=x=&q=y=1rad&q==2&q=z')], [['Revolute 2', 1.2], ['a=b', -0.3]]);
+  assert.equal(readLinkedPose('').size, 0);
 });
 
 test('findings are read worst first, and no JSON is no findings', () => {

@@ -6,6 +6,7 @@ import { Drive } from './drive';
 import { makeHints } from './hints';
 import { Jog } from './jog';
 import { startKeyboard } from './keyboard';
+import { startLinkedPose } from './linked_pose';
 import { Parameters } from './parameters';
 import { Reach } from './reach';
 import { chooseRecording, startRecordings } from './recordings';
@@ -65,6 +66,7 @@ export function startWorkbench(app: App, layout: Layout): void {
   const recorder = new Recorder(app.twin, tolerances);
   startKeyboard(app, jog);
   startRecordings(app);
+  startLinkedPose(app);
 
   const comparison = h('div', { class: 'padded' });
   const comparePanel: Panel = { id: 'compare', title: 'Compare', element: comparison, excluded: () => !comparison.hasChildNodes() }; // filled by src/bag

@@ -75,6 +75,18 @@ export class Lab {
     await until('the twin', async () => (await fetch(`http://127.0.0.1:${this.twinPort}/health`)).ok);
   }
 
+  // `doppel view` with these arguments, besides the twin.
+  async view(args) {
+    const port = await freePort();
+    const child = this.#spawn(program, ['view', ...args, '--headless', '--port', port]);
+    const url = `http://127.0.0.1:${port}/`;
+    await until('the view', async () => (await fetch(`${url}health`)).ok);
+    return { url, end: () => new Promise((ended) => {
+      child.once('exit', ended);
+      child.kill('SIGINT');
+    }) };
+  }
+
   async killTwin() {
     const ended = new Promise((done) => this.twin.once('exit', done));
     this.twin.kill('SIGKILL');

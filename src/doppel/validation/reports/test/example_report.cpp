@@ -31,7 +31,7 @@ CheckResult step_response() {
                   "limit for 38 % of the step",
        .fix = "lower the gain p of arm_controller from 40 to 25, or run: doppel tune omarm_one --write",
        .where = make_location("robots/omarm_one/config/controllers.yaml", 14, 7),
-       .poses = {{"worst pose of gravity", {{"Revolute 1", 0.0}, {"Revolute 2", 1.2}, {"Revolute 3", -0.4}}}},
+       .poses = {{"worst pose of gravity", {{"Revolute 1", 1.57}, {"Revolute 2", 1.2}, {"Revolute 3", 2.1}}}},
        .curves = {step_curve()}});
   out.add({.subject = "Revolute 3", .message = "overshoot 2.1 %, settling 0.31 s"});
   out.metrics = {{"overshoot", "Revolute 2", 14.2, "%", 10.0},
@@ -53,7 +53,7 @@ CheckResult self_collision() {
        .fix = "remove the line from the SRDF, or limit Revolute 3 to 1.9 rad",
        .where = make_location("robots/omarm_one/srdf/omarm.srdf", 31, 3),
        .poses = {{"deepest overlap",
-                  {{"Revolute 1", 0.4}, {"Revolute 2", -1.1}, {"Revolute 3", 1.5}, {"Revolute 4", 0.7}},
+                  {{"Revolute 1", 0.4}, {"Revolute 2", 2.6}, {"Revolute 3", 2.9}, {"Revolute 4", 2.5}},
                   {"link_1_1", "link_4_1"}}}});
   out.metrics = {{"deepest overlap", "base_link and link_4", 0.0063, "m", 0.0}};
   return out;

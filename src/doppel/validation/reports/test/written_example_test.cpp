@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "doppel/validation/reports/html_report.h"
 #include "doppel/validation/reports/report_formats.h"
 #include "doppel/validation/reports/results.h"
 #include "doppel/validation/reports/test/example_report.h"
@@ -22,12 +23,14 @@ TEST(WrittenExample, FilesAreWrittenWhereVariableNamesFolder) {
     EXPECT_TRUE(stream.flush()) << name;
   };
   const Subject subject = reports_test::bundled_subject("omarm_one");
+  ASSERT_TRUE(subject.refusal.empty()) << subject.refusal.front().str();
   const ValidationReport report = reports_test::example_report(&subject);
   write("results.json", to_json(report));
   write("bare.json", to_json(report, {.wall_clock = false}));
   write("junit.xml", to_junit(report));
   write("doppel.sarif", to_sarif(report));
   write("summary.md", to_markdown(report));
+  write("index.html", html_report(report, &subject));
   write("report.txt", to_text(report, {}));
 }
 
