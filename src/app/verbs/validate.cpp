@@ -22,6 +22,7 @@
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/output_file.h"
 #include "doppel/validation/checks/suite.h"
+#include "doppel/validation/reports/html_report.h"
 #include "doppel/validation/reports/report_formats.h"
 #include "doppel/validation/reports/results.h"
 #include "doppel/version.h"
@@ -34,7 +35,7 @@ namespace fs = std::filesystem;
 struct ValidateOptions {
   DescribedBy described;
   std::string controllers, suite, joint, payload, engine = kDefaultEngine, colour = "auto";
-  std::string json, junit, sarif, markdown, baseline, tolerance = "5 %";
+  std::string report, json, junit, sarif, markdown, baseline, tolerance = "5 %";
   std::vector<std::string> only;
   bool quick = false, full = false, strict = false, quiet = false, github = false, no_limits = false,
        list = false, no_write = false;
@@ -123,7 +124,19 @@ void check_outputs(const ValidateOptions& options) {
   }
 }
 
-void write_outputs(const ValidateOptions& options, const ValidationReport& report) {
+// A folder with the report for a browser and the results; a file that is there is replaced as a whole.
+void write_report(const fs::path& folder, const ValidationReport& report, const Subject& subject) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error)
+    throw InputError("output.unwritable", {},
+                     fmt::format("the folder '{}' cannot be made: {}", folder.string(), error.message()));
+  write_whole(folder / "index.html", html_report(report, subject.model == nullptr ? nullptr : &subject));
+  write_whole(folder / "results.json", to_json(report));
+}
+
+void write_outputs(const ValidateOptions& options, const ValidationReport& report, const Subject& subject) {
+  if (!options.report.empty()) write_report(options.report, report, subject);
   if (!options.json.empty()) deliver(to_json(report), options.json);
   if (!options.junit.empty()) deliver(to_junit(report), options.junit);
   if (!options.sarif.empty()) deliver(to_sarif(report), options.sarif);
@@ -195,12 +208,15 @@ int run_validate(const ValidateOptions& options) {
     print_result(options, report);
     return kInterrupted;
   }
-  write_outputs(options, report);
+  write_outputs(options, report, subject);
   print_result(options, report);
   return report.passed() ? 0 : 1;
 }
 
 void add_output_options(CLI::App& verb, ValidateOptions& o) {
+  verb.add_option("--report", o.report,
+                  "Write index.html, with curves and poses, and results.json into this folder")
+      ->type_name("FOLDER");
   verb.add_option("--json", o.json, "Write the results as JSON (docs/validate.schema.json); -: stdout")
       ->type_name("FILE");
   verb.add_option("--junit", o.junit, "Write JUnit's XML for a test server")->type_name("FILE");
@@ -256,6 +272,7 @@ void add_validate(CLI::App& app, int& exit_code) {
   verb->footer(
       "Exit code 1: a gate or a test failed, or a number is worse than in the baseline.\n"
       "Examples:\n  doppel validate my_arm.urdf.xacro\n"
+      "  doppel validate my_arm --report out              # then open out/index.html\n"
       "  doppel validate my_arm --junit junit.xml --sarif doppel.sarif --markdown \"$GITHUB_STEP_SUMMARY\"\n"
       "  doppel validate my_arm --only T4,G13 --joint \"Revolute 2\" --payload 0.2@0,0,0.06");
   verb->callback([options, &exit_code] { exit_code = run_validate(*options); });

@@ -23,7 +23,7 @@ struct Unit {
   double factor;
 };
 constexpr double kMillimetre = 1e-3, kCentimetre = 1e-2, kMillisecond = 1e-3, kPercent = 1e-2, kGram = 1e-3;
-constexpr std::array<Unit, 14> kUnits = {{{"rad", QuantityKind::angle, 1},
+constexpr std::array<Unit, 19> kUnits = {{{"rad", QuantityKind::angle, 1},
                                           {"deg", QuantityKind::angle, kDegree},
                                           {"m", QuantityKind::length, 1},
                                           {"cm", QuantityKind::length, kCentimetre},
@@ -36,7 +36,12 @@ constexpr std::array<Unit, 14> kUnits = {{{"rad", QuantityKind::angle, 1},
                                           {"m/s", QuantityKind::speed, 1},
                                           {"mm/s", QuantityKind::speed, kMillimetre},
                                           {"rad/s", QuantityKind::speed, 1},
-                                          {"deg/s", QuantityKind::speed, kDegree}}};
+                                          {"deg/s", QuantityKind::speed, kDegree},
+                                          {"N", QuantityKind::force, 1},
+                                          {"N/m", QuantityKind::stiffness, 1},
+                                          {"N/mm", QuantityKind::stiffness, 1 / kMillimetre},
+                                          {"V", QuantityKind::voltage, 1},
+                                          {"A", QuantityKind::current, 1}}};
 
 bool fits(QuantityKind unit, QuantityKind kind) {
   if (kind == QuantityKind::position) return unit == QuantityKind::angle || unit == QuantityKind::length;
@@ -44,8 +49,17 @@ bool fits(QuantityKind unit, QuantityKind kind) {
 }
 
 const char* example_of(QuantityKind kind) {
-  constexpr std::array<const char*, 7> kExamples = {
-      "0.5 rad, 30 deg or 20 mm", "30 deg", "50 mm", "0.5 s", "10 %", "0.2 kg", "250 mm/s"};
+  constexpr std::array<const char*, 11> kExamples = {"0.5 rad, 30 deg or 20 mm",
+                                                     "30 deg",
+                                                     "50 mm",
+                                                     "0.5 s",
+                                                     "10 %",
+                                                     "0.2 kg",
+                                                     "250 mm/s",
+                                                     "140 N",
+                                                     "75 N/mm",
+                                                     "5 V",
+                                                     "10 A"};
   return kExamples[static_cast<std::size_t>(kind)];
 }
 
@@ -63,13 +77,15 @@ class SuiteReader {
     const PlacedYaml root = load_yaml(file, kRules, "suite file");
     const std::vector<std::string> keys = {"workspace",    "tool",           "poses",    "step_response",
                                            "reachability", "self_collision", "coverage", "drop",
-                                           "datasheet",    "waive"};
+                                           "datasheet",    "waive",          "contact",  "supply"};
     if (fields_.fields(root, "the suite", keys)) {
       if (const PlacedYaml& value = root["workspace"]) read_workspace(value);
       if (const PlacedYaml& value = root["tool"]) read_tool(value);
       if (const PlacedYaml& value = root["poses"]) read_poses(value);
       if (const PlacedYaml& value = root["step_response"]) read_steps(value);
       if (const PlacedYaml& value = root["drop"]) read_drop(value);
+      if (const PlacedYaml& value = root["contact"]) read_contact(value);
+      if (const PlacedYaml& value = root["supply"]) read_supply(value);
       read_shares(root);
       if (const PlacedYaml& value = root["datasheet"]) {
         const std::filesystem::path name = fields_.text(value, "datasheet");
@@ -217,6 +233,35 @@ class SuiteReader {
     read_quantity(value, "energy", QuantityKind::share, drop.energy);
     read_quantity(value, "rebound", QuantityKind::share, drop.rebound);
     read_quantity(value, "spread", QuantityKind::length, drop.spread);
+  }
+
+  void read_contact(const PlacedYaml& value) {
+    if (!value.is_map()) return fields_.error(value, "contact must be a map of regions of the body");
+    for (std::size_t i = 0; i < value.keys.size(); ++i) {
+      const PlacedYaml& entry = value.items[i];
+      if (!fields_.fields(entry, "a region", {"force", "stiffness", "mass"})) continue;
+      ContactRegion& region = out_.contact[value.keys[i].text];
+      for (const char* key : {"force", "stiffness", "mass"})
+        if (!entry[key])
+          fields_.error(entry, fmt::format("a region needs a {}", key),
+                        "hand: {force: 140 N, stiffness: 75 N/mm, mass: 0.6 kg}");
+      read_quantity(entry, "force", QuantityKind::force, region.force);
+      read_quantity(entry, "stiffness", QuantityKind::stiffness, region.stiffness);
+      read_quantity(entry, "mass", QuantityKind::mass, region.mass);
+    }
+  }
+
+  void read_supply(const PlacedYaml& value) {
+    if (!fields_.fields(value, "supply", {"voltage", "current", "efficiency"})) return;
+    PowerSupply& supply = out_.supply.emplace();
+    for (const char* key : {"voltage", "current"})
+      if (!value[key])
+        fields_.error(value, fmt::format("supply needs a {}", key),
+                      "supply: {voltage: 5 V, current: 10 A, efficiency: 60 %}");
+    read_quantity(value, "voltage", QuantityKind::voltage, supply.voltage);
+    read_quantity(value, "current", QuantityKind::current, supply.current);
+    read_quantity(value, "efficiency", QuantityKind::share, supply.efficiency);
+    if (supply.efficiency > 1) fields_.error(value["efficiency"], "efficiency must be at most 100 %");
   }
 
   void read_shares(const PlacedYaml& root) {

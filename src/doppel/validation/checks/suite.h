@@ -44,6 +44,19 @@ struct DropLimits {
   double spread = 0.01;       // m between runs at different steps
 };
 
+// A region of the body that the tool may touch, by the user's own source.
+struct ContactRegion {
+  double force = 0;      // N: permitted
+  double stiffness = 0;  // N/m
+  double mass = 0;       // kg
+};
+
+// The source of power of the drives.
+struct PowerSupply {
+  double voltage = 0, current = 0;  // V, A: the largest current that it gives
+  double efficiency = 1;            // of the drives: mechanical power by electric power
+};
+
 struct Waiver {
   std::string check;    // "G05"
   std::string subject;  // a link or joint; empty: all of the check
@@ -63,6 +76,8 @@ struct DOPPEL_API Suite {
   std::optional<double> max_share;  // of configurations in which the machine touches itself
   std::optional<double> min_seen;   // of the workspace, by each sensor
   DropLimits drop;
+  std::map<std::string, ContactRegion> contact;  // by name
+  std::optional<PowerSupply> supply;
   std::filesystem::path datasheet;
   std::vector<Waiver> waivers;
 
@@ -78,7 +93,19 @@ DOPPEL_API Suite load_suite(const std::filesystem::path& file);
 
 // A number with an optional unit, in SI: "0.5 rad", "30 deg", "10 %", "0.2 kg", "50 mm". nullopt: no number,
 // or a unit of another kind than `kind`.
-enum class QuantityKind { position, angle, length, time, share, mass, speed };
+enum class QuantityKind {
+  position,
+  angle,
+  length,
+  time,
+  share,
+  mass,
+  speed,
+  force,
+  stiffness,
+  voltage,
+  current
+};
 DOPPEL_API std::optional<double> parse_quantity(const std::string& text, QuantityKind kind);
 
 }  // namespace doppel

@@ -117,7 +117,7 @@ class FallRun {
       engine_->step();
       if (engine_->diverged()) {
         out_.diverged = true;
-        out_.diverged_at = time;
+        out_.diverged_at = time + out_.step;
         break;
       }
       const double present = energy();
@@ -223,7 +223,7 @@ class DropJudge {
     FallRun run(context_.subject, context_.subject.robot().instance(), 1e-3, "release of the bolted arm");
     const Fall fall = run.run(kReleaseDuration);
     if (fall.diverged) {
-      out_.fail(fall.name, fmt::format("the physics diverges after {:.3f} s", fall.diverged_at), kInertiaFix);
+      out_.fail(fall.name, divergence_text(fall), kInertiaFix);
       return;
     }
     judge_energy(fall);
@@ -271,9 +271,7 @@ class DropJudge {
 
   void judge_fall(const Fall& fall, double settling) {
     if (fall.diverged) {
-      add(fall,
-          fmt::format("the physics diverges after {:.3f} s, at '{}'", fall.diverged_at, fall.fastest_link),
-          kInertiaFix, fall.fastest_link);
+      add(fall, divergence_text(fall), kInertiaFix, fall.fastest_link);
       return;
     }
     judge_energy(fall);
@@ -314,6 +312,12 @@ class DropJudge {
                           "height (limit {:.3g} mm)",
                           1e3 * (high - low), 1e3 * limits_.spread),
               "a smaller step of the physics, or damping of the joints");
+  }
+
+  [[nodiscard]] static std::string divergence_text(const Fall& fall) {
+    return fmt::format("the physics diverges after {:.4f} s{}", fall.diverged_at,
+                       fall.fastest_link.empty() ? ", before anything has moved"
+                                                 : fmt::format("; '{}' was the fastest", fall.fastest_link));
   }
 
   // The cause of endless motion that a description has most often.

@@ -265,8 +265,7 @@ class LimitJudge {
     if (violates(machine, joint, reaction)) {
       const Joint* const source = context_.subject.description().find_joint(machine.joint(joint).name);
       CheckItem& item = out_.add({subject, Verdict::failed, violation_text(machine, joint, way, reaction),
-                                  "the controller manager enforces limits unless it is told not to "
-                                  "(enforce_command_limits, --no-limits)",
+                                  violation_fix(machine, joint, reaction),
                                   source != nullptr ? source->source : SourceLocation{}});
       item.poses.push_back({"where the trial ended", machine.posed()});
     } else if (!reaction.answered && must_answer(trial)) {
@@ -304,6 +303,20 @@ class LimitJudge {
                          speed_text(reaction.speed * about.velocity, slides), 100 * reaction.speed,
                          100 * kSpeedRoom);
     return fmt::format("the drive gives {:.0f} % of the effort limit", 100 * reaction.effort);
+  }
+
+  static std::string violation_fix(const MachineRun& machine, int joint, const Reaction& reaction) {
+    const double room = machine.slides(joint) ? kSlideRoom : kPositionRoom;
+    if (!reaction.finite || reaction.command_beyond > room)
+      return "the controller manager enforces limits unless it is told not to (enforce_command_limits, "
+             "--no-limits)";
+    if (reaction.beyond > room)
+      return "the command is limited, and the joint goes on by its load or its speed: a stiffer servo or "
+             "stop, or a "
+             "limit with a margin";
+    return "the command is limited, and the joint is faster by its load or an impact: more damping, another "
+           "effort "
+           "limit";
   }
 
   // Without drives the arm falls onto its stops.

@@ -59,6 +59,7 @@ class DOPPEL_API MachineRun {
   [[nodiscard]] double position(int joint) const;
   [[nodiscard]] double speed(int joint) const;
   [[nodiscard]] double effort(int joint) const;
+  [[nodiscard]] DriveMode drive(int joint) const { return twin_->robot().instance().drive(joint); }
   [[nodiscard]] std::vector<std::pair<std::string, double>> posed() const;
 
   // Runs for simulated seconds. False: the physics has diverged.

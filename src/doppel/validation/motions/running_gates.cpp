@@ -21,7 +21,9 @@ using Clock = std::chrono::steady_clock;
 constexpr double kListen = 2.0;                      // s, to transforms
 constexpr double kMaxGap = 2.0;                      // periods
 constexpr double kHold = 10.0, kSettle = 1.0;        // s
+constexpr double kSag = 0.05, kSlideSag = 0.005;     // rad, m: from the start pose
 constexpr double kDrift = 1e-3, kSlideDrift = 1e-4;  // rad, m
+constexpr double kTry = 3.0;                         // s, for the first motion of a joint
 constexpr double kMaxStart = 2.0;                    // s of wall-clock time, until the first motion
 constexpr double kMotion = 1e-3, kStepAside = 0.05;  // rad or m
 constexpr double kDrive = 0.1;                       // m/s, of a base
@@ -109,15 +111,34 @@ Drift drift_of(const MachineRun& machine, const std::vector<double>& settled) {
   return out;
 }
 
+// A joint that is not where it started does not hold.
+void judge_sag(const MachineRun& machine, int joint, double start, const std::string& subject,
+               CheckResult& out) {
+  const bool slides = machine.slides(joint);
+  const double moved = std::abs(machine.position(joint) - start);
+  const DriveMode mode = machine.drive(joint);
+  if (mode != DriveMode::position || moved <= (slides ? kSlideSag : kSag)) return;
+  out.fail(
+      fmt::format("{}, {}", subject, machine.joint(joint).name),
+      fmt::format("gives way by {} within {:.0f} s of the start (limit {})", position_text(moved, slides),
+                  kSettle, position_text(slides ? kSlideSag : kSag, slides)),
+      "its effort limit, or the stiffness of its servo");
+}
+
 void hold_at(const CheckContext& context, double step, double part, CheckResult& out, double& slowest) {
   MachineOptions options;
   options.step = from_seconds(step);
   MachineRun machine(context, options);
   const std::string subject = fmt::format("step {:.3g} ms", 1e3 * step);
   const auto begin = Clock::now();
+  std::vector<double> start;
+  for (const int joint : machine.joints()) start.push_back(machine.position(joint));
   bool whole = machine.run(kSettle);
   std::vector<double> settled;
-  for (const int joint : machine.joints()) settled.push_back(machine.position(joint));
+  for (std::size_t i = 0; i < machine.joints().size(); ++i) {
+    settled.push_back(machine.position(machine.joints()[i]));
+    judge_sag(machine, machine.joints()[i], start[i], subject, out);
+  }
   constexpr int kParts = 9;
   for (int i = 0; i < kParts && whole; ++i) {
     whole = machine.run((kHold - kSettle) / kParts);
@@ -222,25 +243,36 @@ CheckResult check_start(const CheckContext& context) {
   const auto begin = Clock::now();
   MachineRun machine(context, {});
   const double ready = seconds_since(begin);
+  // A twin is started in real time, so that simulated time counts from there on.
+  const Time start_time = machine.twin().now();
+  const auto elapsed = [&] { return ready + to_seconds(machine.twin().now() - start_time); };
   std::optional<double> moved;
+  std::vector<std::string> tried;
   for (const int joint : machine.joints()) {
     for (const JointWay& way : machine.ways(joint)) {
-      if (moved || way.interface != "position") continue;
+      if (moved || way.interface != "position" || way.kind == JointWay::Kind::trajectory_action) continue;
+      tried.push_back(machine.joint(joint).name);
       const double start = machine.position(joint);
       const double aside = start + kStepAside <= machine.joint(joint).upper ? kStepAside : -kStepAside;
       machine.send(way, start + aside, 0.1);
-      machine.run(0.3, [&] {
-        if (!moved && std::abs(machine.position(joint) - start) > kMotion) moved = seconds_since(begin);
+      machine.run(kTry, [&] {
+        if (!moved && std::abs(machine.position(joint) - start) > kMotion) moved = elapsed();
       });
     }
     if (moved) break;
   }
   if (!moved) {
     machine.drive_base(kDrive, [&](double way) {
-      if (!moved && way > kMotion) moved = seconds_since(begin);
+      if (!moved && way > kMotion) moved = elapsed();
     });
   }
   out.metrics.push_back({"ready", "", ready, "s", std::nullopt, Metric::Better::lower, true});
+  if (!moved && !tried.empty()) {
+    out.fail(tried.front(), fmt::format("does not move within {:.0f} s of a command", kTry),
+             "its controller, its effort limit, or the update_rate of the controller manager");
+    out.summary = "no joint moves";
+    return out;
+  }
   if (!moved) {
     out.add({"", Verdict::not_judged,
              "no joint has a position command, and no base a velocity command, that could be tried"});

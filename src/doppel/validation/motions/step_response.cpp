@@ -84,6 +84,9 @@ class StepJudge {
     if (!misses.empty()) {
       item.verdict = Verdict::failed;
       item.message = fmt::format("{}: {}", fmt::join(misses, ", "), trial.cause());
+      if (trial.limited_time > 0)
+        item.message +=
+            fmt::format(" (the whole step would take {:.2g} s by the speed limit alone)", trial.limited_time);
       item.fix = "doppel tune finds gains; a stiffer servo or another effort limit of the joint";
       item.poses.push_back({"at the step", trial.posed});
       if (const Joint* const source = context_.subject.description().find_joint(trial.place.joint))

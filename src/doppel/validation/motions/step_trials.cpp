@@ -205,13 +205,26 @@ void make_step(MachineRun& machine, const JointWay& way, int joint, const StepRe
     trial.limited_time = std::abs(trial.height) / trial.speed;
     trial.height = std::copysign(kShrunkTime * trial.speed, trial.height);
   }
-  const Record record = record_step(machine, way, joint, trial.start + trial.height);
+  // A servo that gives way under its load is held at another position than it has. It steps by the height
+  // from there, and what it gives way is an error, and neither overshoot nor missing height.
+  const double command = trial.height + (machine.drive(joint) == DriveMode::position
+                                             ? machine.twin().robot().instance().drive_target(joint)
+                                             : trial.start);
+  const Record record = record_step(machine, way, joint, command);
   trial.posed = machine.posed();
   if (record.diverged) {
     trial.diverged = record.time.empty() ? 1e-9 : std::max(1e-9, record.time.back());
     return;
   }
   trial.figures = step_figures(record.time, record.position, trial.start + trial.height);
+  if (trial.figures) {
+    StepFigures& figures = *trial.figures;
+    const double sign = trial.height > 0 ? 1 : -1;
+    figures.error = std::abs(command - figures.final_position);
+    figures.overshoot =
+        std::min(figures.overshoot,
+                 std::max(0.0, sign * (figures.peak - figures.final_position)) / std::abs(trial.height));
+  }
   trial.coupling = coupling_of(machine, record, joint);
   measure_effort(record, trial);
   trial.panel = panel_of(trial, record, limits);
