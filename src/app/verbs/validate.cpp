@@ -22,6 +22,7 @@
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/output_file.h"
 #include "doppel/validation/checks/suite.h"
+#include "doppel/validation/checks/suite_template.h"
 #include "doppel/validation/reports/html_report.h"
 #include "doppel/validation/reports/report_formats.h"
 #include "doppel/validation/reports/results.h"
@@ -38,7 +39,7 @@ struct ValidateOptions {
   std::string report, json, junit, sarif, markdown, baseline, tolerance = "5 %";
   std::vector<std::string> only;
   bool quick = false, full = false, strict = false, quiet = false, github = false, no_limits = false,
-       list = false, no_write = false;
+       list = false, init = false, no_write = false;
   std::uint64_t seed = 1;
   int jobs = 0;
   double max_time = 0;
@@ -160,6 +161,21 @@ int list_checks() {
   return 0;
 }
 
+// --init: the suite with its defaults and comments.
+int write_suite(const Subject& subject) {
+  if (!subject.refusal.empty()) throw InputError(subject.refusal);
+  const fs::path file = subject.validation_folder() / "suite.yaml";
+  if (fs::exists(file)) {
+    throw InputError("output.unwritable", make_location(file.string()), "the suite is there already",
+                     "edit it, or remove it first");
+  }
+  std::error_code error;
+  fs::create_directories(file.parent_path(), error);
+  write_whole(file, suite_template(subject));
+  deliver(fmt::format("written: {}\n", file.string()));
+  return 0;
+}
+
 int run_validate(const ValidateOptions& options) {
   if (options.list) return list_checks();
   if (options.described.words.empty())
@@ -186,6 +202,7 @@ int run_validate(const ValidateOptions& options) {
   SubjectOptions reading;
   reading.datasheets = bundled_folders().datasheets;
   const Subject subject = read_subject(scenario_of(options), reading);
+  if (options.init) return write_suite(subject);
   const Suite suite = suite_of(options, subject.validation_folder());
   check_names(options, subject, suite);
   ValidationReport report;
@@ -267,6 +284,8 @@ void add_validate(CLI::App& app, int& exit_code) {
       ->type_name("N");
   verb->add_option("--max-time", o.max_time, "Begin no check after this time, s")->type_name("SECONDS");
   verb->add_flag("--no-write", o.no_write, "Do not write validation/tree.txt where it is missing");
+  verb->add_flag("--init", o.init,
+                 "Write validation/suite.yaml with all defaults and comments, and run nothing");
   verb->add_flag("--list", o.list, "List the gates and tests with what decides them");
   add_output_options(*verb, o);
   verb->footer(

@@ -34,6 +34,21 @@ class SuiteTest : public testing::Test {
   }
 };
 
+TEST_F(SuiteTest, ContactAndSupplyAreReadInSi) {
+  const Suite suite = read(R"(
+contact: {hand: {force: 140 N, stiffness: 75 N/mm, mass: 600 g}}
+supply: {voltage: 5 V, current: 10 A, efficiency: 60 %}
+)");
+  EXPECT_DOUBLE_EQ(suite.contact.at("hand").stiffness, 75e3);
+  EXPECT_DOUBLE_EQ(suite.contact.at("hand").mass, 0.6);
+  ASSERT_TRUE(suite.supply);
+  EXPECT_DOUBLE_EQ(suite.supply->current, 10);
+  EXPECT_DOUBLE_EQ(suite.supply->efficiency, 0.6);
+  EXPECT_THAT(errors("contact: {hand: {force: 140 N}}"), HasSubstr("a region needs a stiffness"));
+  EXPECT_THAT(errors("supply: {voltage: 5 V}"), HasSubstr("supply needs a current"));
+  EXPECT_THAT(errors("supply: {voltage: 5 A, current: 1 A}"), HasSubstr("for example 5 V"));
+}
+
 TEST_F(SuiteTest, EveryKeyIsReadInSi) {
   const Suite suite = read(R"(
 workspace: {frame: base_link, box: [[-0.3, 50 mm, 0.0], [0.3, 0.35, 40 cm]], step: 5 cm, directions: 26}
