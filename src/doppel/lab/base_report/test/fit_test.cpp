@@ -75,9 +75,17 @@ base:
   EXPECT_EQ(with_multipliers(out, "c.yaml", "base", {1.2345, 1.0, 0.99}), out);
 }
 
-TEST(ControllersEdit, FlowStyleIsRefusedWithItsPlace) {
+TEST(ControllersEdit, FlowStyleStays) {
   const std::string text =
       "base: {ros__parameters: {wheel_separation: 0.44, wheel_separation_multiplier: 1.0}}\n";
+  EXPECT_EQ(with_multipliers(text, "c.yaml", "base", {1.2, 1, 1}),
+            "base: {ros__parameters: {wheel_separation: 0.44, right_wheel_radius_multiplier: 1.0000, "
+            "left_wheel_radius_multiplier: 1.0000, wheel_separation_multiplier: 1.2000}}\n");
+}
+
+TEST(ControllersEdit, TextInPlaceOfNumbersIsRefusedWithItsPlace) {
+  const std::string text =
+      "base: {ros__parameters: {wheel_separation: 0.44, wheel_separation_multiplier: \"1.0\"}}\n";
   try {
     with_multipliers(text, "c.yaml", "base", {1.2, 1, 1});
     FAIL() << "expected an error";
