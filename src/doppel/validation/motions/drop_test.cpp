@@ -290,11 +290,21 @@ class DropJudge {
                       1e3 * limits_.penetration),
           "the mass of the link, or a collision shape that starts below the ground", fall.deepest_link);
     }
-    if (fall.rebound > limits_.rebound * kHeight) {
-      add(fall,
-          fmt::format("it bounces {:.2f} mm high, {:.0f} % of its fall (limit {:.3g} %)", 1e3 * fall.rebound,
-                      100 * fall.rebound / kHeight, 100 * limits_.rebound),
-          "the restitution of the contact, or a mass that is too small for its inertia", fall.fastest_link);
+    if (fall.rebound > limits_.rebound * kHeight) judge_rebound(fall);
+  }
+
+  // Contacts without a restitution bounce as the engine makes them; what flies higher than it fell has gained
+  // energy.
+  void judge_rebound(const Fall& fall) {
+    const std::string message =
+        fmt::format("it bounces {:.2f} mm high, {:.0f} % of its fall (limit {:.3g} %)", 1e3 * fall.rebound,
+                    100 * fall.rebound / kHeight, 100 * limits_.rebound);
+    if (fall.rebound > kHeight) {
+      add(fall, message, "a mass that is too small for its inertia, or shapes that overlap where it starts",
+          fall.fastest_link);
+    } else if (!is_larger_step(fall)) {
+      out_.add(
+          {subject_of(fall), Verdict::warned, message, "the restitution of the contact, or a smaller step"});
     }
   }
 

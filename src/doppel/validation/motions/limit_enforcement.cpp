@@ -268,9 +268,15 @@ class LimitJudge {
                                   violation_fix(machine, joint, reaction),
                                   source != nullptr ? source->source : SourceLocation{}});
       item.poses.push_back({"where the trial ended", machine.posed()});
-    } else if (!reaction.answered && must_answer(trial)) {
+    } else if (!reaction.answered && must_answer(trial) && is_placed(machine, joint, trial)) {
       ++unanswered_;
     }
+  }
+
+  // A joint that touches something on its way may never get to its limit.
+  bool is_placed(const MachineRun& machine, int joint, Trial trial) const {
+    return !crowded_.contains(machine.joint(joint).name) || trial == Trial::not_a_number ||
+           trial == Trial::infinite;
   }
 
   // A command within all limits is carried out without a word.
