@@ -28,8 +28,8 @@ std::vector<Heading> headings(const RosArguments& ros) {
           {"ROS 2's verbs",
            {add_topic, add_control, add_tf, add_node, add_service, add_param, add_action, add_interface}},
           {"Descriptions",
-           {add_new, add_check, add_validate, add_xacro, add_tree, add_info, add_mass, add_ik, add_reach,
-            add_convert, add_overlay, add_diff, add_calibrate, add_world}},
+           {add_new, add_check, add_validate, add_tune, add_xacro, add_tree, add_info, add_mass, add_ik,
+            add_reach, add_convert, add_overlay, add_diff, add_calibrate, add_world}},
           {"Recordings", {add_bag_with}},
           {"Physics", {add_verify, add_base, add_engines, add_compare_engines}},
           {"This machine", {add_doctor, add_completion, add_man, add_help, add_names}}};

@@ -32,6 +32,7 @@ void add_saved_states(CLI::App& app, int& exit_code);  // save, restore and rewi
 void add_xacro(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);
 void add_validate(CLI::App& app, int& exit_code);
+void add_tune(CLI::App& app, int& exit_code);
 void add_overlay(CLI::App& app, int& exit_code);
 void add_diff(CLI::App& app, int& exit_code);
 void add_calibrate(CLI::App& app, int& exit_code);
