@@ -234,7 +234,7 @@ void add_output_options(CLI::App& verb, ValidateOptions& o) {
   verb.add_option("--report", o.report,
                   "Write index.html, with curves and poses, and results.json into this folder")
       ->type_name("FOLDER");
-  verb.add_option("--json", o.json, "Write the results as JSON (docs/validate.schema.json); -: stdout")
+  verb.add_option("--json", o.json, "Write the results as JSON (schema: doppel man validate.md); -: stdout")
       ->type_name("FILE");
   verb.add_option("--junit", o.junit, "Write JUnit's XML for a test server")->type_name("FILE");
   verb.add_option("--sarif", o.sarif, "Write SARIF 2.1.0 for code scanning")->type_name("FILE");

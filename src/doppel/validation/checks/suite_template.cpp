@@ -55,7 +55,7 @@ std::string suite_template(const Subject& subject) {
   const Suite suite;
   std::string out = fmt::format(
       "# The suite of doppel validate for {}: what the machine is for, and by which limits it is judged.\n"
-      "# Every key is optional; docs/validate.md describes them.\n\n"
+      "# Every key is optional; doppel man validate.md describes them.\n\n"
       "# The places that the tool has to reach and that sensors have to see. Without it a cube within the "
       "reach counts.\n",
       subject.name);
