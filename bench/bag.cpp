@@ -103,8 +103,8 @@ Loop run_loop(double duration, const fs::path& folder, bool record) {
     doppel::RecorderOptions options;
     options.bag.folder = folder;
     // An hour is 128 GB: the files are written, and the oldest ones are removed.
-    constexpr double kLongestWhole = 900;
-    if (duration > kLongestWhole) {
+    constexpr double kMaxWhole = 900;
+    if (duration > kMaxWhole) {
       options.bag.max_file_size = 1'000'000'000;
       options.keep_files = 8;
     }

@@ -231,7 +231,7 @@ void run_again(Twin& twin, const RecordedRun& run, const ResimulationOptions& op
 
 namespace {
 
-// Where the files of the run are: in the bag, or with the black box in the journal that is attached to it.
+// The recording that has the files of the run beside the bag itself: the journal that the black box attaches.
 std::optional<BagReader> journal_of(const std::map<std::string, std::vector<std::byte>>& attachments,
                                     const fs::path& folder) {
   const auto journal = attachments.find(kJournalAttachment);

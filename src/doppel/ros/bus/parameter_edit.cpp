@@ -123,7 +123,7 @@ void set_number(std::string& text, const std::string& file, const NumberEdit& ed
 void check_only_these(const Values& before, const Values& after, const std::string& file,
                       const std::vector<NumberEdit>& edits, const std::string& rule) {
   for (const auto& [where, value] : after) {
-    const auto& [node, name] = where;
+    const std::string &node = where.first, &name = where.second;
     const auto former = before.find(where);
     if (former != before.end() && former->second == value) continue;
     const auto is_wanted = [&](const NumberEdit& edit) {

@@ -95,7 +95,7 @@ class FallRun {
  public:
   FallRun(const Subject& subject, const ModelInstance& instance, double step, std::string name)
       : name_(std::move(name)) {
-    WorldSettings world = subject.compiled->world;
+    WorldSettings world = subject.compiled->engine->world().settings();
     world.step = from_seconds(step);
     Diagnostics none;
     engine_ = compile_world(subject.scenario.engine, world, {instance}, none)->make_engine();
@@ -113,7 +113,9 @@ class FallRun {
     double lowest = kInfinity;  // after the first contact
     double quiet_since = 0, next_look = 0;
     bool touched = false;
-    for (double time = 0; time < duration; time = to_seconds(engine_->time())) {
+    double time = 0;
+    while (time < duration) {
+      time = to_seconds(engine_->time());
       engine_->step();
       if (engine_->diverged()) {
         out_.diverged = true;
