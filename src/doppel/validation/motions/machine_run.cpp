@@ -123,6 +123,31 @@ std::vector<JointWay> MachineRun::ways(int index) const {
   return out;
 }
 
+std::optional<JointWay> MachineRun::reference_way(int index) const {
+  constexpr std::string_view kPositionEnd = "/position";
+  const TwinRobot& robot = twin_->robot();
+  for (const ControllerView& view : robot.controller_manager().controllers()) {
+    if (view.state != ControllerState::active || view.chained || !view.type.ends_with("PidController"))
+      continue;
+    JointWay way;
+    way.kind = JointWay::Kind::reference;
+    way.controller = view.name;
+    way.address = in_namespace(robot.name_space(), view.name) + "/reference";
+    bool has_joint = false;
+    for (const std::string& reference : view.required_states) {
+      if (!reference.ends_with(kPositionEnd)) continue;
+      const std::string name = parts_of(reference).first;
+      if (name == joint(index).name) {
+        has_joint = true;
+        way.index = way.joints.size();
+      }
+      way.joints.push_back(name);
+    }
+    if (has_joint) return way;
+  }
+  return std::nullopt;
+}
+
 double MachineRun::position(int index) const {
   return twin_->robot().instance().q()[static_cast<std::size_t>(joint(index).q)];
 }
@@ -161,6 +186,13 @@ void MachineRun::send(const JointWay& way, double value, double seconds) {
   if (way.kind == JointWay::Kind::forward) {
     std_msgs::msg::Float64MultiArray message;
     message.data = values;
+    static_cast<void>(edge_->publish(kClient, way.address, message.kType, to_cdr(message)));
+    return;
+  }
+  if (way.kind == JointWay::Kind::reference) {
+    control_msgs::msg::MultiDOFCommand message;
+    message.dof_names = way.joints;
+    message.values = values;
     static_cast<void>(edge_->publish(kClient, way.address, message.kType, to_cdr(message)));
     return;
   }

@@ -19,7 +19,7 @@ namespace doppel {
 
 // A way on which a client commands a joint.
 struct DOPPEL_API JointWay {
-  enum class Kind { trajectory, trajectory_action, forward } kind = Kind::trajectory;
+  enum class Kind { trajectory, trajectory_action, forward, reference } kind = Kind::trajectory;
   std::string controller, address;     // address: the topic, or the action
   std::string interface = "position";  // of the joint that the controller claims
   std::vector<std::string> joints;     // all that one command has, in its order
@@ -54,6 +54,8 @@ class DOPPEL_API MachineRun {
   }
   [[nodiscard]] bool slides(int index) const { return joint(index).type == JointType::prismatic; }
   [[nodiscard]] std::vector<JointWay> ways(int joint) const;
+  // The reference topic of an active pid_controller of the joint's position, which no other one commands.
+  [[nodiscard]] std::optional<JointWay> reference_way(int joint) const;
 
   // rad or m, per s, N m or N.
   [[nodiscard]] double position(int joint) const;

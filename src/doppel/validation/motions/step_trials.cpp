@@ -40,6 +40,7 @@ std::optional<PositionWay> position_way(const MachineRun& machine, int joint) {
     way.interface = "position";
     return PositionWay{way, closes_loop};
   }
+  if (const auto way = machine.reference_way(joint)) return PositionWay{*way, true};
   return std::nullopt;
 }
 
@@ -249,6 +250,8 @@ StepTrial run_step(const CheckContext& context, MachineRun& machine, const Saved
       return out;
     }
   }
+  // A controller without a reference commands nothing.
+  if (way->way.kind == JointWay::Kind::reference) machine.send(way->way, machine.position(joint));
   if (place.q || way->closes_loop) settle(machine, way->closes_loop);
   make_step(machine, way->way, joint, context.suite.step_of(place.joint), out);
   return out;

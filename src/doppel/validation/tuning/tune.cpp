@@ -63,7 +63,9 @@ void find_controller(MachineRun& machine, TunedJoint& joint) {
     joint.interface = interfaces.front();
     joint.period = view.update_rate > 0 ? 1 / view.update_rate : 0;
     const bool closes = interfaces.size() == 1 && joint.interface != "position";
-    joint.gains_act = closes && view.type.ends_with("JointTrajectoryController");
+    joint.gains_act = closes && (view.type.ends_with("JointTrajectoryController") ||
+                                 (view.type.ends_with("PidController") &&
+                                  machine.reference_way(machine.model().find_joint(joint.joint))));
   }
 }
 

@@ -138,6 +138,8 @@ std::string to_text(const TuneReport& report) {
   for (const std::string& note : report.notes) out += fmt::format("note: {}\n", note);
   const auto failed =
       std::ranges::count_if(report.joints, [](const TunedJoint& one) { return !one.passed(); });
+  if (std::ranges::none_of(report.joints, [](const TunedJoint& one) { return one.after.judged; }))
+    return out + "\nnothing to tune, and no joint makes a step\n";
   const char* const gains = report.any_gains_act() ? "the new gains" : "nothing to tune; the servos";
   if (failed == 0) {
     out += fmt::format(

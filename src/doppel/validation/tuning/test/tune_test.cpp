@@ -186,6 +186,29 @@ TEST_F(Tune, VelocityLoopsPass) {
   EXPECT_FALSE(report.joints.front().before.passed);
 }
 
+TEST_F(Tune, PidControllersPassOnceWritten) {
+  make(kOneJoint, "effort", 500, "{}");
+  text_ = R"(controller_manager:
+  ros__parameters:
+    update_rate: 500
+    pid: {type: pid_controller/PidController}
+pid:
+  ros__parameters:
+    dof_names: [j1]
+    command_interface: effort
+    reference_and_state_interfaces: [position, velocity]
+    gains:
+      j1: {p: 20.0, i: 0.0, d: 0.1}
+)";
+  write("arm.yaml", text_);
+  const TuneReport report = tuned(subject());
+  EXPECT_TRUE(report.any_gains_act());
+  EXPECT_TRUE(report.joints.front().after.judged);
+  EXPECT_TRUE(report.passed()) << to_text(report);
+  write("arm.yaml", written(text_, report));
+  EXPECT_TRUE(tuned(subject()).joints.front().before.passed);
+}
+
 TEST_F(Tune, PositionCommandsHaveNoGains) {
   make(kOneJoint, "position", 100, "{p: 200}");
   const TuneReport report = tuned(subject());
