@@ -195,8 +195,10 @@ class StoppingJudge {
       item.poses.push_back({fmt::format("widest stop of category {}, {} % extended{}", category,
                                         cell.extension, cell.payload ? ", with payload" : ""),
                             posed_joints(arm_.model(), cell.q)});
-    if (category > 0) longest_ = std::max(longest_, cell.time);
-    if (category > 0) widest_ = std::max(widest_, cell.tool_way);
+    if (category == number_of(StopCategory::brake_and_hold)) {
+      longest_ = std::max(longest_, cell.time);
+      widest_ = std::max(widest_, cell.tool_way);
+    }
     panel.curves.push_back(std::move(cell.curve));
   }
 
@@ -210,7 +212,7 @@ class StoppingJudge {
   std::vector<ArmPlace> places_;
   ArmPlace farthest_;
   std::map<CellKey, StopCell> cells_;
-  double longest_ = 0, widest_ = 0;  // with drives that brake: s, m
+  double longest_ = 0, widest_ = 0;  // of category 2: s, m
 };
 
 }  // namespace
@@ -229,8 +231,8 @@ CheckResult check_stopping(const CheckContext& context) {
   }
   if (out.items.empty())
     return not_applicable("X9", out.notes.empty() ? "no joint can be stopped" : out.notes.front());
-  out.summary = fmt::format("with braking drives at most {:.3f} s, {:.0f} mm at the tool", longest,
-                            kMillimetres * widest);
+  out.summary =
+      fmt::format("category 2: at most {:.3f} s, {:.0f} mm at the tool", longest, kMillimetres * widest);
   out.notes.emplace_back(
       "worst of 33, 66 and 100 % of the reach, without and with the suite's payload; the joint moves with "
       "gravity and its drives brake as in the twin's emergency stop, with up to their whole effort");

@@ -13,8 +13,11 @@
 #include "doppel/base/core/parallel_work.h"
 #include "doppel/base/core/text.h"
 #include "doppel/base/core/thrown.h"
+#include "doppel/validation/extras/contact_extra.h"
 #include "doppel/validation/extras/kinematics_extra.h"
 #include "doppel/validation/extras/payload_extra.h"
+#include "doppel/validation/extras/pose_extras.h"
+#include "doppel/validation/extras/response_extra.h"
 #include "doppel/validation/extras/sag_extra.h"
 #include "doppel/validation/extras/singularity_extra.h"
 #include "doppel/validation/extras/stopping_extra.h"
@@ -65,9 +68,14 @@ const std::vector<Runner>& runners() {
       {"G07", check_motion_ranges, Needs::machine},
       {"G08", check_transforms, Needs::controllers, 2},
       {"G10", check_start, Needs::controllers},
+      {"X2", check_frequency_response, Needs::controllers, 10},
+      {"X3", check_pose_accuracy, Needs::controllers, 10},
+      {"X4", check_pose_approach, Needs::controllers, 10},
+      {"X8", check_power, Needs::controllers, 10},
       {"X9", check_stopping, Needs::controllers, 10},
       {"X7", check_sag, Needs::machine, 4},
       {"X6", check_payload, Needs::machine, 4},
+      {"X10", check_contact, Needs::machine, 2},
       {"X11", check_singularities, Needs::machine, 4},
       {"X1", check_kinematics, Needs::machine, 2},
       {"G12", nullptr, Needs::machine, 0, "T1"},

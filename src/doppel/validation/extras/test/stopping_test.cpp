@@ -10,11 +10,11 @@
 namespace doppel {
 namespace {
 
-constexpr double kInertia = 0.05, kFriction = 0.4;  // kg m^2, N m
+constexpr double kDiscInertia = 0.05, kFriction = 0.4;  // kg m^2, N m
 
 // A disc about a vertical axis, which gravity does not turn.
 std::string disc() {
-  return R"(<robot name="disc"><link name="base_link"/>)" + bar_link("plate", 1, 0, kInertia) +
+  return R"(<robot name="disc"><link name="base_link"/>)" + bar_link("plate", 1, 0, kDiscInertia) +
          hinge_text({.name = "turn",
                      .parent = "base_link",
                      .child = "plate",
@@ -37,9 +37,10 @@ TEST(Stopping, WayWithoutPowerIsThatOfFriction) {
     const auto stop = stop_joint(machine, joint, link, speed, StopCategory::off);
     ASSERT_TRUE(stop);
     EXPECT_TRUE(stop->figures.stopped);
-    const double way = kInertia * speed * speed / (2 * kFriction);
+    const double way = kDiscInertia * speed * speed / (2 * kFriction);
     EXPECT_NEAR(stop->figures.distance, way, 0.01 * way) << speed;
-    EXPECT_NEAR(stop->figures.time, kInertia * std::abs(speed) / kFriction, 0.01 * kInertia * 4 / kFriction);
+    EXPECT_NEAR(stop->figures.time, kDiscInertia * std::abs(speed) / kFriction,
+                0.01 * kDiscInertia * 4 / kFriction);
   }
 }
 
@@ -51,8 +52,8 @@ TEST(Stopping, BrakingDriveIsLimitedByItsEffort) {
   const auto stop = stop_joint(machine, joint, link, 4, StopCategory::brake_and_hold);
   ASSERT_TRUE(stop);
   EXPECT_TRUE(stop->figures.stopped);
-  EXPECT_GE(stop->figures.largest_way, 0.95 * kInertia * 16 / (2 * (5 + kFriction)));
-  EXPECT_LT(stop->figures.largest_way, kInertia * 16 / (2 * kFriction));
+  EXPECT_GE(stop->figures.largest_way, 0.95 * kDiscInertia * 16 / (2 * (5 + kFriction)));
+  EXPECT_LT(stop->figures.largest_way, kDiscInertia * 16 / (2 * kFriction));
 }
 
 TEST(Stopping, ArmIsStoppedInEveryCategory) {
