@@ -268,7 +268,7 @@ void add_validate(CLI::App& app, int& exit_code) {
                    "the package)")
       ->type_name("FILE");
   auto* quick = verb->add_flag("--quick", o.quick, "Fewer samples: seconds");
-  verb->add_flag("--full", o.full, "More samples: minutes")->excludes(quick);
+  verb->add_flag("--full", o.full, "More samples, and the extras: minutes")->excludes(quick);
   verb->add_option("--only", o.only, "Only these: T4, G13, gates, tests; comma-separated")
       ->delimiter(',')
       ->type_name("ID");
