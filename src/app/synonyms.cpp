@@ -73,7 +73,6 @@ constexpr std::array kSynonyms = std::to_array<Synonym>({
     {"", "urdf", "doppel check FILE"},
     {"", "lint", "doppel check FILE"},
     {"", "verify_urdf", "doppel check FILE"},
-    {"", "validate", "doppel check FILE checks a description, doppel check --rest FILE also simulates it"},
     {"", "test", "doppel check --rest FILE"},
     {"", "fix", "doppel check --fix FILE"},
     {"", "urdf_to_graphviz", "doppel tree FILE --pdf FILE.pdf"},

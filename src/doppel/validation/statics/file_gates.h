@@ -11,7 +11,7 @@ DOPPEL_API CheckResult check_parsing(const CheckContext& context);
 // Compares the tree with validation/tree.txt, or writes it where there is none.
 DOPPEL_API CheckResult check_tree(const CheckContext& context);
 
-// "base_link\n  Revolute 1 (revolute) -> link_1\n": the tree without what calibration changes.
+// "base_link\n  Revolute 1 (revolute): base_link -> link_1\n": the tree without what calibration changes.
 DOPPEL_API std::string plain_tree(const Model& model);
 
 }  // namespace doppel
