@@ -246,6 +246,22 @@ void judge_named(const CheckContext& context, const std::shared_ptr<const Collis
   }
 }
 
+bool has_hull(const CollisionScene& scene, BodyId body) {
+  const auto& shapes = scene.instances()[static_cast<std::size_t>(body.instance)].shapes;
+  return std::ranges::any_of(shapes[static_cast<std::size_t>(body.link)], [](const CollisionShape& shape) {
+    return std::holds_alternative<SharedHull>(shape.geometry);
+  });
+}
+
+// False: only joints that belong to no arm, as those of a gripper, move the links against each other.
+bool is_moved_by_arm(const Subject& subject, const std::pair<int, int>& links) {
+  if (subject.arms.empty()) return true;
+  return std::ranges::any_of(subject.arms, [&](const ArmGroup& arm) {
+    const std::vector<std::uint32_t> moved = moving_variables(*subject.model, arm.chain);
+    return moved[static_cast<std::size_t>(links.first)] != moved[static_cast<std::size_t>(links.second)];
+  });
+}
+
 // Pairs that are not tested, because they touch where all joints are neutral. If they touch in all other
 // configurations, too, their shapes overlap by design; else the machine starts in a collision.
 void judge_touching_start(const CheckContext& context, const CollisionScene& scene,
@@ -265,9 +281,12 @@ void judge_touching_start(const CheckContext& context, const CollisionScene& sce
     bodies.set_configuration(0, model.neutral());
     const std::pair links(pair.a.link, pair.b.link);
     const double depth = std::max(0.0, -bodies.distance(pair.a, pair.b).distance);
-    // The fingers of a closed gripper touch.
-    if (depth < kFaceToFace) {
-      out.notes.push_back(pair_name(model, links) + " touch where all joints are at zero, face to face");
+    // The fingers of a closed gripper touch. The depth of meshes is that of their hulls, which hollow fingers
+    // do not fill.
+    const bool is_hollow = has_hull(scene, pair.a) || has_hull(scene, pair.b);
+    if (depth < kFaceToFace || (is_hollow && !is_moved_by_arm(context.subject, links))) {
+      out.notes.push_back(pair_name(model, links) +
+                          " touch where all joints are at zero, as closed fingers do");
       continue;
     }
     CheckItem& item =

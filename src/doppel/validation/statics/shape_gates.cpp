@@ -48,9 +48,7 @@ void judge_link(const Link& link, Counts& counts, CheckResult& out) {
     if (triangles > kMaxTriangles) {
       out.fail(subject,
                fmt::format("its collision mesh has {} triangles (limit {})", triangles, kMaxTriangles),
-               "export a simplified mesh, or use boxes and cylinders; doppel convert --to urdf --hulls makes "
-               "hulls",
-               collision.source);
+               "export a simplified mesh, or use boxes and cylinders", collision.source);
     } else if (visual > kMaxTriangles && triangles * kMinRatio > visual) {
       out.add({subject, Verdict::warned,
                fmt::format("its collision mesh has {} triangles, 1/{:.1f} of its visual's {} (at most 1/{})",
