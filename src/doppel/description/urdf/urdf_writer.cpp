@@ -81,24 +81,6 @@ XmlNode link_element(const Link& link) {
   return out;
 }
 
-const char* joint_type_name(JointType type) {
-  switch (type) {
-    case JointType::revolute:
-      return "revolute";
-    case JointType::continuous:
-      return "continuous";
-    case JointType::prismatic:
-      return "prismatic";
-    case JointType::floating:
-      return "floating";
-    case JointType::planar:
-      return "planar";
-    case JointType::fixed:
-      break;
-  }
-  return "fixed";
-}
-
 XmlNode joint_element(const Joint& joint) {
   XmlNode out = element("joint", {{"name", joint.name}, {"type", joint_type_name(joint.type)}},
                         {origin_element(joint.origin), element("parent", {{"link", joint.parent}}),
@@ -149,6 +131,24 @@ UrdfVersion least_version(const RobotDescription& robot) {
 }
 
 }  // namespace
+
+const char* joint_type_name(JointType type) {
+  switch (type) {
+    case JointType::revolute:
+      return "revolute";
+    case JointType::continuous:
+      return "continuous";
+    case JointType::prismatic:
+      return "prismatic";
+    case JointType::floating:
+      return "floating";
+    case JointType::planar:
+      return "planar";
+    case JointType::fixed:
+      break;
+  }
+  return "fixed";
+}
 
 std::string write_urdf(const RobotDescription& robot, UrdfVersion newest) {
   XmlNode out = element("robot", {{"name", robot.name}});

@@ -17,4 +17,6 @@ namespace doppel {
 DOPPEL_API std::string write_urdf(const RobotDescription& robot, UrdfVersion newest);
 DOPPEL_API std::string write_urdf(const RobotDescription& robot);  // for every parser: version 1.0
 
+DOPPEL_API const char* joint_type_name(JointType type);  // "revolute", as URDF spells it
+
 }  // namespace doppel

@@ -14,7 +14,7 @@ struct PlotCurve {
   std::vector<double> times, values;  // s, and in the panel's unit; a value that is not finite is a gap
 };
 
-// What a curve has to stay within between two times, as a shaded band; an infinite end has no line.
+// A range that a curve has to keep between two times, as a shaded band; an infinite end has no line.
 struct PlotBand {
   std::string label;
   double low = 0, high = 0;   // in the panel's unit

@@ -63,7 +63,7 @@ class DOPPEL_API BagWriter {
   // Everything so far is in the file, and with sync() on the disk.
   void flush();
   void sync();
-  // As sync(), without waiting for the disk; a failure is that of a later call.
+  // Begins what sync() does and does not wait for the disk; a failure is that of a later call.
   void start_sync();
   // The next message begins a new file.
   void split();

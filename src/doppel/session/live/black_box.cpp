@@ -56,9 +56,9 @@ std::string bag_name(const std::string& cause) {
   return out;
 }
 
-fs::path unused_path(const fs::path& wish) {
-  fs::path out = wish;
-  for (int number = 2; fs::exists(out); ++number) out = wish.string() + fmt::format("_{}", number);
+fs::path unused_path(const fs::path& preferred) {
+  fs::path out = preferred;
+  for (int number = 2; fs::exists(out); ++number) out = preferred.string() + fmt::format("_{}", number);
   return out;
 }
 

@@ -71,7 +71,7 @@ struct DOPPEL_API CheckResult {
   void fail(std::string subject, std::string message, std::string fix = "", SourceLocation where = {});
 };
 
-// What `doppel validate` can run.
+// The checks that `doppel validate` can run.
 enum class CheckKind { gate, test, extra };
 struct CheckInfo {
   std::string_view id, title;

@@ -137,7 +137,7 @@ class FallRun {
         lowest = std::min(lowest, height);
       }
     }
-    // What moves again was not at rest.
+    // A robot that moves again was not at rest.
     if (out_.settled && quiet_since > *out_.settled + kMicro) out_.settled.reset();
     if (!out_.diverged) {
       out_.com_height = com_height(robot());

@@ -11,30 +11,13 @@
 #include "doppel/base/core/output_file.h"
 #include "doppel/base/core/sha256.h"
 #include "doppel/base/xml/xml.h"
+#include "doppel/description/urdf/urdf_writer.h"
 #include "doppel/validation/statics/detail/audit_split.h"
 
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
-
-const char* type_name(JointType type) {
-  switch (type) {
-    case JointType::revolute:
-      return "revolute";
-    case JointType::continuous:
-      return "continuous";
-    case JointType::prismatic:
-      return "prismatic";
-    case JointType::planar:
-      return "planar";
-    case JointType::floating:
-      return "floating";
-    case JointType::fixed:
-      break;
-  }
-  return "fixed";
-}
 
 void print_links(const Model& model, int link, int depth, std::string& out) {
   for (const ModelJoint& joint : model.joints) {
@@ -44,7 +27,7 @@ void print_links(const Model& model, int link, int depth, std::string& out) {
     std::string mimic;
     if (joint.mimics()) mimic = ", mimics " + model.joints[static_cast<std::size_t>(joint.mimic_leader)].name;
     out += fmt::format("{}{} ({}{}): {} -> {}\n", std::string(static_cast<std::size_t>(2 * depth), ' '),
-                       joint.name, type_name(joint.type), mimic, parent, child);
+                       joint.name, joint_type_name(joint.type), mimic, parent, child);
     print_links(model, joint.child_link, depth + 1, out);
   }
 }

@@ -9,10 +9,10 @@
 #include <cmath>
 #include <map>
 #include <memory>
-#include <numbers>
 
 #include "doppel/base/core/parallel_work.h"
 #include "doppel/base/math/units.h"
+#include "doppel/description/meshes/convex_hull.h"
 #include "doppel/robot/kinematics/kinematics.h"
 #include "doppel/robot/reach/arm_reach.h"
 #include "doppel/robot/semantics/self_collision.h"
@@ -77,14 +77,7 @@ Search search(const CheckContext& context, const Arm& arm, const std::vector<Pos
 // -- the grid
 std::vector<Eigen::Vector3d> directions(int count) {
   if (count == 6) return {{0, 0, -1}, {0, 0, 1}, {1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}};
-  // Fibonacci's spiral.
-  std::vector<Eigen::Vector3d> out;
-  const double turn = std::numbers::pi * (3 - std::sqrt(5.0));
-  for (int i = 0; i < count; ++i) {
-    const double z = 1 - (2.0 * i + 1) / count, r = std::sqrt(1 - z * z);
-    out.emplace_back(r * std::cos(turn * i), r * std::sin(turn * i), z);
-  }
-  return out;
+  return even_directions(count);
 }
 
 struct Grid {

@@ -1,5 +1,5 @@
 #pragma once
-// What somebody feels who is hit by the tool: its effective mass and its speed.
+// An impact of the tool depends on its effective mass and its speed.
 
 #include <Eigen/Core>
 
