@@ -111,25 +111,67 @@ Drift drift_of(const MachineRun& machine, const std::vector<double>& settled) {
   return out;
 }
 
+// The same failure of holding at several steps is one statement.
+struct HoldingFailure {
+  std::string subject, kind, message, fix;
+  double size = 0;  // the largest counts
+  std::vector<std::string> steps = {};
+};
+
+struct Holding {
+  std::vector<HoldingFailure> failures;
+  double slowest = kInfinity;  // real-time factor
+  double drift = 0;            // of the limit
+
+  void fail(const std::string& step, HoldingFailure failure) {
+    const auto same = std::ranges::find_if(failures, [&](const HoldingFailure& one) {
+      return one.subject == failure.subject && one.kind == failure.kind;
+    });
+    if (same == failures.end()) {
+      failure.steps = {step};
+      failures.push_back(std::move(failure));
+      return;
+    }
+    same->steps.push_back(step);
+    if (failure.size <= same->size) return;
+    same->size = failure.size;
+    same->message = failure.message;
+  }
+};
+
 // A joint that is not where it started does not hold.
-void judge_sag(const MachineRun& machine, int joint, double start, const std::string& subject,
-               CheckResult& out) {
+void judge_sag(const MachineRun& machine, int joint, double start, const std::string& step, Holding& out) {
   const bool slides = machine.slides(joint);
   const double moved = std::abs(machine.position(joint) - start);
   const DriveMode mode = machine.drive(joint);
   if (mode != DriveMode::position || moved <= (slides ? kSlideSag : kSag)) return;
-  out.fail(
-      fmt::format("{}, {}", subject, machine.joint(joint).name),
-      fmt::format("gives way by {} within {:.0f} s of the start (limit {})", position_text(moved, slides),
-                  kSettle, position_text(slides ? kSlideSag : kSag, slides)),
-      "its effort limit, or the stiffness of its servo");
+  out.fail(step, {machine.joint(joint).name, "sag",
+                  fmt::format("gives way by {} within {:.0f} s of the start (limit {})",
+                              position_text(moved, slides), kSettle,
+                              position_text(slides ? kSlideSag : kSag, slides)),
+                  "its effort limit, or the stiffness of its servo", moved});
 }
 
-void hold_at(const CheckContext& context, double step, double part, CheckResult& out, double& slowest) {
+void judge_held(MachineRun& machine, const std::vector<double>& settled, const std::string& step,
+                CheckResult& result, Holding& out) {
+  const Drift drift = drift_of(machine, settled);
+  result.metrics.push_back({"drift", "step " + step, drift.largest, "of the limit", 1.0});
+  out.drift = std::max(out.drift, drift.largest);
+  if (drift.largest > 1)
+    out.fail(step, {drift.joint, "drift",
+                    fmt::format("drifts by {} while it is held (limit 1 mrad, 0.1 mm)", drift.text),
+                    "the effort limit of the joint, or gains", drift.largest});
+  if (machine.twin().engine().dropped_contacts() > 0)
+    out.fail(step, {"", "contacts", "the engine had no room for all contacts", "simpler collision shapes"});
+  for (const OscillationReport& oscillation : machine.twin().robot().oscillations())
+    out.fail(step, {oscillation.joint, "oscillation", oscillation.message, "smaller gains, or more damping"});
+}
+
+void hold_at(const CheckContext& context, double step_size, double part, CheckResult& result, Holding& out) {
   MachineOptions options;
-  options.step = from_seconds(step);
+  options.step = from_seconds(step_size);
   MachineRun machine(context, options);
-  const std::string subject = fmt::format("step {:.3g} ms", 1e3 * step);
+  const std::string step = fmt::format("{:.3g} ms", 1e3 * step_size);
   const auto begin = Clock::now();
   std::vector<double> start;
   for (const int joint : machine.joints()) start.push_back(machine.position(joint));
@@ -137,7 +179,7 @@ void hold_at(const CheckContext& context, double step, double part, CheckResult&
   std::vector<double> settled;
   for (std::size_t i = 0; i < machine.joints().size(); ++i) {
     settled.push_back(machine.position(machine.joints()[i]));
-    judge_sag(machine, machine.joints()[i], start[i], subject, out);
+    judge_sag(machine, machine.joints()[i], start[i], step, out);
   }
   constexpr int kParts = 9;
   for (int i = 0; i < kParts && whole; ++i) {
@@ -145,24 +187,45 @@ void hold_at(const CheckContext& context, double step, double part, CheckResult&
     context.report(part + static_cast<double>(i) / (3.0 * kParts));
   }
   const double factor = to_seconds(machine.twin().now()) / seconds_since(begin);
-  slowest = std::min(slowest, factor);
-  out.metrics.push_back({"real-time factor", subject, factor, "", 1.0, Metric::Better::higher, true});
-  if (!whole) {
-    return out.fail(
-        subject,
-        fmt::format("the physics diverges after {:.3f} s of holding", to_seconds(machine.twin().now())),
-        "masses and inertias (G04), overlapping shapes (T3), or gains");
+  out.slowest = std::min(out.slowest, factor);
+  result.metrics.push_back(
+      {"real-time factor", "step " + step, factor, "", 1.0, Metric::Better::higher, true});
+  if (whole) return judge_held(machine, settled, step, result, out);
+  out.fail(step,
+           {"", "divergence",
+            fmt::format("the physics diverges after {:.3f} s of holding", to_seconds(machine.twin().now())),
+            "masses and inertias (G04), overlapping shapes (T3), or gains"});
+}
+
+// The way from a command to the first motion: of the first joint that follows one, else of a base.
+struct FirstMotion {
+  std::optional<double> after;       // s of simulated time after its command
+  std::vector<std::string> waiting;  // joints that did not follow theirs
+};
+
+FirstMotion first_motion(MachineRun& machine) {
+  FirstMotion out;
+  for (const int joint : machine.joints()) {
+    for (const JointWay& way : machine.ways(joint)) {
+      if (way.interface != "position" || way.kind == JointWay::Kind::trajectory_action) continue;
+      const double start = machine.position(joint);
+      const double aside = start + kStepAside <= machine.joint(joint).upper ? kStepAside : -kStepAside;
+      const Time commanded = machine.twin().now();
+      machine.send(way, start + aside, 0.1);
+      machine.run(kTry, [&] {
+        if (!out.after && std::abs(machine.position(joint) - start) > kMotion)
+          out.after = to_seconds(machine.twin().now() - commanded);
+      });
+      if (out.after) return out;
+      out.waiting.push_back(machine.joint(joint).name);
+      break;
+    }
   }
-  const Drift drift = drift_of(machine, settled);
-  out.metrics.push_back({"drift", subject, drift.largest, "of the limit", 1.0});
-  if (drift.largest > 1)
-    out.fail(subject + ", " + drift.joint,
-             fmt::format("drifts by {} while it is held (limit 1 mrad, 0.1 mm)", drift.text),
-             "the effort limit of the joint, or gains");
-  if (machine.twin().engine().dropped_contacts() > 0)
-    out.fail(subject, "the engine had no room for all contacts", "simpler collision shapes");
-  for (const OscillationReport& oscillation : machine.twin().robot().oscillations())
-    out.fail(subject + ", " + oscillation.joint, oscillation.message, "smaller gains, or more damping");
+  const Time commanded = machine.twin().now();
+  machine.drive_base(kDrive, [&](double way) {
+    if (!out.after && way > kMotion) out.after = to_seconds(machine.twin().now() - commanded);
+  });
+  return out;
 }
 
 }  // namespace
@@ -234,7 +297,9 @@ CheckResult check_controllers(const CheckContext& context) {
   }
   if (controllers.empty())
     out.fail("", "no controller is declared", "doppel new writes a file of controllers");
+  const auto failures = std::ranges::count(out.items, Verdict::failed, &CheckItem::verdict);
   out.summary = fmt::format("{} of {} controllers active", active, controllers.size());
+  if (failures > 0) out.summary += fmt::format(", {} {}", failures, failures == 1 ? "failure" : "failures");
   return out;
 }
 
@@ -243,65 +308,54 @@ CheckResult check_start(const CheckContext& context) {
   const auto begin = Clock::now();
   MachineRun machine(context, {});
   const double ready = seconds_since(begin);
-  // A twin is started in real time, so that simulated time counts from there on.
-  const Time start_time = machine.twin().now();
-  const auto elapsed = [&] { return ready + to_seconds(machine.twin().now() - start_time); };
-  std::optional<double> moved;
-  std::vector<std::string> tried;
-  for (const int joint : machine.joints()) {
-    for (const JointWay& way : machine.ways(joint)) {
-      if (moved || way.interface != "position" || way.kind == JointWay::Kind::trajectory_action) continue;
-      tried.push_back(machine.joint(joint).name);
-      const double start = machine.position(joint);
-      const double aside = start + kStepAside <= machine.joint(joint).upper ? kStepAside : -kStepAside;
-      machine.send(way, start + aside, 0.1);
-      machine.run(kTry, [&] {
-        if (!moved && std::abs(machine.position(joint) - start) > kMotion) moved = elapsed();
-      });
-    }
-    if (moved) break;
-  }
-  if (!moved) {
-    machine.drive_base(kDrive, [&](double way) {
-      if (!moved && way > kMotion) moved = elapsed();
-    });
-  }
+  const FirstMotion motion = first_motion(machine);
   out.metrics.push_back({"ready", "", ready, "s", std::nullopt, Metric::Better::lower, true});
-  if (!moved && !tried.empty()) {
-    out.fail(tried.front(), fmt::format("does not move within {:.0f} s of a command", kTry),
+  for (const std::string& joint : motion.waiting)
+    out.fail(joint, fmt::format("does not move within {:.0f} s of a command", kTry),
              "its controller, its effort limit, or the update_rate of the controller manager");
-    out.summary = "no joint moves";
-    return out;
-  }
-  if (!moved) {
+  if (!motion.after && motion.waiting.empty()) {
     out.add({"", Verdict::not_judged,
              "no joint has a position command, and no base a velocity command, that could be tried"});
-    out.summary = fmt::format("controllers hold after {:.2f} s", ready);
+    out.summary = "controllers hold, and nothing could be moved";
     return out;
   }
-  out.metrics.push_back({"first motion", "", *moved, "s", kMaxStart, Metric::Better::lower, true});
-  if (*moved > kMaxStart)
-    out.fail("", fmt::format("the first motion comes after {:.2f} s (limit {:.3g} s)", *moved, kMaxStart),
-             "smaller meshes");
-  out.summary = "the first motion comes in time";
+  out.summary = motion.waiting.empty()
+                    ? "the first motion comes in time"
+                    : fmt::format("{} of the joints that were tried did not move", motion.waiting.size());
+  if (!motion.after) return out;
+  // A twin is started in real time, and simulated time counts from there on.
+  const double moved = ready + *motion.after;
+  out.metrics.push_back({"first motion", "", moved, "s", kMaxStart, Metric::Better::lower, true});
+  if (moved > kMaxStart) {
+    out.summary = fmt::format("the first motion comes late (limit {:.3g} s)", kMaxStart);
+    out.fail("", fmt::format("the first motion comes after {:.2f} s (limit {:.3g} s)", moved, kMaxStart),
+             ready > *motion.after ? "smaller meshes" : "delays of the controller");
+  }
   return out;
 }
 
 CheckResult check_holding(const CheckContext& context) {
   CheckResult out = begin_result("G11");
-  double slowest = kInfinity;
+  Holding holding;
   double part = 0;
   for (const double step : {0.5e-3, 1e-3, 2e-3}) {
-    hold_at(context, step, part, out, slowest);
+    hold_at(context, step, part, out, holding);
     part += 1.0 / 3;
   }
-  if (slowest < 1)
-    out.fail("", "the simulation is slower than real time", "simpler collision shapes, or a larger step");
-  double drift = 0;
-  for (const Metric& metric : out.metrics) {
-    if (metric.name == "drift") drift = std::max(drift, metric.value);
+  for (const HoldingFailure& one : holding.failures) {
+    const std::string steps =
+        one.steps.size() == 3 ? "at every step" : fmt::format("at a step of {}", fmt::join(one.steps, ", "));
+    out.fail(one.subject, fmt::format("{}; {}", one.message, steps), one.fix);
   }
-  out.summary = fmt::format("10 s at three steps, drift {:.2g} of the limit", drift);
+  if (holding.slowest < 1)
+    out.fail("", "the simulation is slower than real time", "simpler collision shapes, or a larger step");
+  std::set<std::string> joints;
+  for (const HoldingFailure& one : holding.failures) {
+    if (!one.subject.empty()) joints.insert(one.subject);
+  }
+  out.summary = joints.empty() ? fmt::format("10 s at three steps, drift {:.2g} of the limit", holding.drift)
+                               : fmt::format("{} {} not hold still", joints.size(),
+                                             joints.size() == 1 ? "joint does" : "joints do");
   return out;
 }
 

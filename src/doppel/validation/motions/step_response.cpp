@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "doppel/validation/motions/detail/failure_recorder.h"
 #include "doppel/validation/motions/step_trials.h"
 
 namespace doppel {
@@ -13,7 +14,8 @@ namespace {
 
 class StepJudge {
  public:
-  StepJudge(const CheckContext& context, CheckResult& out) : context_(context), out_(out) {}
+  StepJudge(const CheckContext& context, CheckResult& out)
+      : context_(context), out_(out), recorder_(context, out) {}
 
   void run() {
     const std::vector<StepPlace> places = step_places(context_, StepPoses::standard);
@@ -23,16 +25,29 @@ class StepJudge {
       MachineOptions options;
       options.payload = payload;
       MachineRun machine(context_, options);
+      const std::shared_ptr<const SavedState> start = machine.save();
       const auto report = [&](std::size_t done) {
         const double share = static_cast<double>(done) / static_cast<double>(places.size());
         context_.report((share + (payload ? 1 : 0)) / (has_payload ? 2 : 1));
       };
-      for (const StepTrial& trial : run_steps(context_, machine, payload, places, report)) judge(trial);
+      for (const StepTrial& trial : run_steps(context_, machine, payload, places, report)) {
+        judge(trial);
+        record(trial, machine, *start);
+      }
     }
     finish();
   }
 
  private:
+  // The step again, from the state from which all have started.
+  void record(const StepTrial& trial, MachineRun& machine, const SavedState& start) {
+    if (out_.items.empty() || out_.items.back().verdict != Verdict::failed) return;
+    recorder_.record(out_.items.back(), trial.place.joint, machine, [&] {
+      machine.restore(start);
+      run_steps(context_, machine, trial.payload, {trial.place});
+    });
+  }
+
   void judge(const StepTrial& trial) {
     const std::string& name = trial.place.joint;
     if (!trial.commanded) {
@@ -73,6 +88,12 @@ class StepJudge {
     add_metrics(trial, figures);
     settling_ = std::max(settling_, figures.settling);
     overshoot_ = std::max(overshoot_, figures.overshoot);
+    const double limit = error_limit(context_.suite.step_of(trial.place.joint), trial.slides);
+    if (figures.error / limit >= error_share_) {
+      error_share_ = figures.error / limit;
+      error_ = fmt::format("{} (limit {})", position_text(figures.error, trial.slides),
+                           position_text(limit, trial.slides));
+    }
     CheckItem item;
     item.subject = trial.subject();
     item.message =
@@ -118,12 +139,15 @@ class StepJudge {
     out_.summary =
         fmt::format("settling at most {:.3f} s (limit {:.3g} s), overshoot {:.1f} % (limit {:.3g} %)",
                     settling_, limits.settling, 100 * overshoot_, 100 * limits.overshoot);
+    if (!error_.empty()) out_.summary += ", error " + error_;
   }
 
   const CheckContext& context_;
   CheckResult& out_;
+  FailureRecorder recorder_;
   std::vector<std::string> slow_;
-  double settling_ = 0, overshoot_ = 0;
+  double settling_ = 0, overshoot_ = 0, error_share_ = 0;
+  std::string error_;  // the largest, of its limit
 };
 
 }  // namespace

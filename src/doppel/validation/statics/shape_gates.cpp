@@ -109,9 +109,9 @@ CheckResult check_motion_ranges(const CheckContext& context) {
         out.fail(joint.name, fmt::format("at {:.3g} a link has a pose that is not finite", position));
     }
   }
-  const bool failed = out.verdict == Verdict::failed;
-  out.summary = failed ? "a mesh or a pose is missing"
-                       : fmt::format("{} joints at their lower, middle and upper positions", joints);
+  const auto failures = std::ranges::count(out.items, Verdict::failed, &CheckItem::verdict);
+  out.summary = fmt::format("{} joints at their lower, middle and upper positions", joints);
+  if (failures > 0) out.summary += fmt::format(", {} meshes or poses missing", failures);
   return out;
 }
 
