@@ -125,13 +125,19 @@ void check_outputs(const ValidateOptions& options) {
   }
 }
 
-// A folder with the report for a browser and the results; a file that is there is replaced as a whole.
+// A folder with the report for a browser, the results, and recordings of motions that failed; a file that is
+// there is replaced as a whole. Recordings come first, so that no report names one that is not there.
 void write_report(const fs::path& folder, const ValidationReport& report, const Subject& subject) {
   std::error_code error;
   fs::create_directories(folder, error);
   if (error)
     throw InputError("output.unwritable", {},
                      fmt::format("the folder '{}' cannot be made: {}", folder.string(), error.message()));
+  for (const CheckResult& check : report.checks) {
+    for (const FailureRecording& recording : check.recordings)
+      write_whole(folder / recording.file,
+                  {reinterpret_cast<const char*>(recording.bytes->data()), recording.bytes->size()});
+  }
   write_whole(folder / "index.html", html_report(report, subject.model == nullptr ? nullptr : &subject));
   write_whole(folder / "results.json", to_json(report));
 }
@@ -150,7 +156,8 @@ void print_result(const ValidateOptions& options, const ValidationReport& report
   if (has_stdout) return;
   if (options.github) return deliver(to_github(report));
   const TerminalShape shape = terminal_shape(options.colour);
-  deliver(to_text(report, {shape.colour, shape.width, options.quiet}));
+  // An interrupted run has written no recording.
+  deliver(to_text(report, {shape.colour, shape.width, options.quiet, report.complete ? options.report : ""}));
 }
 
 int list_checks() {
@@ -190,6 +197,7 @@ int run_validate(const ValidateOptions& options) {
   how.joint = options.joint;
   how.today = today();
   how.strict = options.strict;
+  how.record = !options.report.empty();
   how.write_answers = !options.no_write;
   how.max_seconds = options.max_time;
   const auto tolerance = parse_quantity(options.tolerance, QuantityKind::share);
@@ -232,7 +240,8 @@ int run_validate(const ValidateOptions& options) {
 
 void add_output_options(CLI::App& verb, ValidateOptions& o) {
   verb.add_option("--report", o.report,
-                  "Write index.html, with curves and poses, and results.json into this folder")
+                  "Write index.html, with curves and poses, results.json, and recordings of motions that "
+                  "fail into this folder")
       ->type_name("FOLDER");
   verb.add_option("--json", o.json, "Write the results as JSON (schema: doppel man validate.md); -: stdout")
       ->type_name("FILE");

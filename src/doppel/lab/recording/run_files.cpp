@@ -74,14 +74,14 @@ std::set<fs::path> attached_files(const std::vector<ReadFile>& files) {
 }
 
 // The meshes that are drawn or collide, by the URIs under which messages name them.
-std::map<std::string, fs::path> meshes_of(const Twin& twin) {
+std::map<std::string, fs::path> meshes_of(const std::vector<ModelInstance>& instances) {
   std::map<std::string, fs::path> out;
   const auto add = [&out](const Geometry& geometry, bool is_object) {
     const auto* const mesh = std::get_if<MeshGeometry>(&geometry);
     if (mesh == nullptr || mesh->path.empty()) return;
     out[is_object ? mesh_resource(*mesh) : mesh->uri] = absolute_path(mesh->path);
   };
-  for (const ModelInstance& instance : twin.engine().world().instances()) {
+  for (const ModelInstance& instance : instances) {
     const bool is_object = instance.is_object();
     for (const Link& link : instance.description->links) {
       for (const Visual& visual : link.visuals) add(visual.geometry, is_object);
@@ -91,18 +91,19 @@ std::map<std::string, fs::path> meshes_of(const Twin& twin) {
   return out;
 }
 
-void attach_meshes(const RunSources& sources, std::uint64_t room, RunFiles& out,
-                   std::map<fs::path, std::string>& attached) {
-  for (const auto& [uri, file] : sources.meshes) {
+std::vector<BagAttachment> attached_meshes(const std::map<std::string, fs::path>& meshes, std::uint64_t room,
+                                           std::vector<std::string>& omitted) {
+  std::vector<BagAttachment> out;
+  for (const auto& [uri, file] : meshes) {
     auto bytes = bytes_of(file);
     if (!bytes || bytes->size() > room) {
-      out.omitted.push_back(uri);
+      omitted.push_back(uri);
       continue;
     }
     room -= bytes->size();
-    out.attachments.push_back({uri, kMeshType, std::move(*bytes)});
-    attached[file] = uri;
+    out.push_back({uri, kMeshType, std::move(*bytes)});
   }
+  return out;
 }
 
 }  // namespace
@@ -115,7 +116,7 @@ RunSources run_sources(const Twin& twin) {
   for (const auto& parameter : out.scenario.ros.parameters) {
     if (const auto* file = std::get_if<GivenParameterFile>(&parameter)) out.files.emplace_back(file->path);
   }
-  out.meshes = meshes_of(twin);
+  out.meshes = meshes_of(twin.engine().world().instances());
   const EngineCapabilities& engine = twin.engine().world().capabilities();
   out.engine = fmt::format("{} {}", engine.name, engine.version);
   return out;
@@ -128,7 +129,8 @@ std::vector<ReadFile> files_of_run(const Twin& twin) {
 RunFiles run_files(const RunSources& sources, const std::string& version, std::uint64_t max_mesh_bytes) {
   RunFiles out;
   std::map<fs::path, std::string> attached;  // attachments by their files
-  attach_meshes(sources, max_mesh_bytes, out, attached);
+  out.attachments = attached_meshes(sources.meshes, max_mesh_bytes, out.omitted);
+  for (const BagAttachment& mesh : out.attachments) attached[sources.meshes.at(mesh.name)] = mesh.name;
   const std::vector<ReadFile> files = files_with_hashes(sources.files);
   const std::set<fs::path> users = attached_files(files);
   const fs::path root = common_folder(users);
@@ -148,6 +150,11 @@ RunFiles run_files(const RunSources& sources, const std::string& version, std::u
   out.attachments.push_back({kScenarioAttachment, "application/yaml", bytes_of_text(scenario)});
   out.about = {{"root", root.string()}, {"version", version}, {"engine", sources.engine}};
   return out;
+}
+
+std::vector<BagAttachment> mesh_attachments(const std::vector<ModelInstance>& instances,
+                                            std::uint64_t max_bytes, std::vector<std::string>& omitted) {
+  return attached_meshes(meshes_of(instances), max_bytes, omitted);
 }
 
 fs::path write_run_files(const std::map<std::string, std::vector<std::byte>>& attachments,

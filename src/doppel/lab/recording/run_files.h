@@ -46,6 +46,10 @@ struct RunFiles {
 [[nodiscard]] DOPPEL_API RunFiles run_files(const RunSources& sources, const std::string& version,
                                             std::uint64_t max_mesh_bytes);
 
+// The meshes of these instances that fit into `max_bytes` together; `omitted` gets the URIs of the others.
+[[nodiscard]] DOPPEL_API std::vector<BagAttachment> mesh_attachments(
+    const std::vector<ModelInstance>& instances, std::uint64_t max_bytes, std::vector<std::string>& omitted);
+
 // Writes what run_files() has attached into an empty folder, and returns the scenario's file there. Throws
 // InputError: a path that leads out of the folder, an attachment that is missing, a folder that is not
 // writable.

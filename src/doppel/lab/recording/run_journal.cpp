@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/mcap/mcap_memory_sink.h"
 #include "doppel/base/mcap/mcap_recovery.h"
 #include "doppel/ros/messages/codec.h"
 #include "doppel/ros/record/bag_reader.h"
@@ -14,15 +15,6 @@ namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
-
-class MemorySink : public McapSink {
- public:
-  void write(McapBytes bytes) override { bytes_.insert(bytes_.end(), bytes.begin(), bytes.end()); }
-  [[nodiscard]] std::vector<std::byte> take() { return std::move(bytes_); }
-
- private:
-  std::vector<std::byte> bytes_;
-};
 
 BagWriterOptions journal_options(const fs::path& folder, std::string distro) {
   BagWriterOptions out;
@@ -97,7 +89,7 @@ void RunJournal::give_up(const std::string& why) {
 std::optional<BagAttachment> journal_attachment(const fs::path& folder) {
   std::error_code none;
   if (!fs::is_directory(folder, none)) return std::nullopt;
-  MemorySink sink;
+  McapMemorySink sink;
   const std::vector<std::string> files = files_of_bag(folder.string());
   if (recover_mcap(*open_mcap_source(files.front()), sink, {}).messages == 0) return std::nullopt;
   return BagAttachment{kJournalAttachment, "application/mcap", sink.take()};

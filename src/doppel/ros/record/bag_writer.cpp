@@ -48,7 +48,7 @@ struct BagWriter::Topic {
 };
 
 BagWriter::BagWriter(BagWriterOptions options) : options_(std::move(options)) {
-  make_folder(options_.folder);
+  if (options_.sink == nullptr) make_folder(options_.folder);
   metadata_.distro = options_.distro;
   metadata_.custom = options_.custom;
   open_file();
@@ -67,9 +67,14 @@ void BagWriter::open_file() {
   fs::path folder = fs::absolute(options_.folder).lexically_normal();
   if (!folder.has_filename()) folder = folder.parent_path();  // "bags/run/"
   const std::string stem = folder.filename().string();
-  const std::string name = fmt::format("{}_{}.mcap", stem.empty() ? "bag" : stem, opened_++);
-  sink_ = std::make_unique<McapFileSink>((options_.folder / name).string());
-  writer_ = std::make_unique<McapWriter>(*sink_, options_.file);
+  std::string name = stem + ".mcap";
+  if (options_.sink != nullptr) {
+    writer_ = std::make_unique<McapWriter>(*options_.sink, options_.file);
+  } else {
+    name = fmt::format("{}_{}.mcap", stem.empty() ? "bag" : stem, opened_++);
+    sink_ = std::make_unique<McapFileSink>((options_.folder / name).string());
+    writer_ = std::make_unique<McapWriter>(*sink_, options_.file);
+  }
   metadata_.files.push_back({name});
   for (Topic& topic : topics_) topic.channel = 0;
   last_time_ = 0;
@@ -135,7 +140,7 @@ void BagWriter::repeat_latched(std::uint64_t log_time) {
 
 // Opens the file of a message at this time: the present one, or the next.
 void BagWriter::begin_message(std::uint64_t log_time, std::size_t size) {
-  if (writer_ != nullptr && metadata_.files.back().messages > 0) {
+  if (options_.sink == nullptr && writer_ != nullptr && metadata_.files.back().messages > 0) {
     const std::uint64_t start = metadata_.files.back().start;
     const bool is_full =
         options_.max_file_size > 0 && writer_->size() + writer_->pending() + size > options_.max_file_size;
@@ -186,7 +191,7 @@ void BagWriter::start_sync() {
 }
 
 void BagWriter::split() {
-  close_file();
+  if (options_.sink == nullptr) close_file();
 }
 
 void BagWriter::remove_oldest() {
@@ -199,7 +204,7 @@ void BagWriter::remove_oldest() {
 void BagWriter::close() {
   if (std::exchange(closed_, true)) return;
   close_file();
-  write_whole(options_.folder / kBagMetadataFile, bag_metadata_text(metadata_));
+  if (options_.sink == nullptr) write_whole(options_.folder / kBagMetadataFile, bag_metadata_text(metadata_));
 }
 
 void BagWriter::discard() {
@@ -207,7 +212,7 @@ void BagWriter::discard() {
   writer_.reset();
   sink_.reset();
   std::error_code none;
-  fs::remove_all(options_.folder, none);
+  if (options_.sink == nullptr) fs::remove_all(options_.folder, none);
 }
 
 std::size_t BagWriter::latched(std::size_t topic) const {

@@ -21,6 +21,9 @@ namespace doppel {
 
 struct BagWriterOptions {
   std::filesystem::path folder;  // is made
+  // Instead of a folder: the one file of the bag, which is never split; `folder` names it. It outlives the
+  // writer. There is no metadata.yaml.
+  McapSink* sink = nullptr;
   McapWriterOptions file = {};
   std::uint64_t max_file_size = 0;  // bytes; 0: no limit
   Duration max_file_time{};         // of log times; 0: no limit

@@ -62,7 +62,10 @@ BusRecorder::BusRecorder(Bus& bus, RecorderOptions options, const Log& log)
   options_.attachments.clear();
   subscribe();
   if (options_.listed) offer_services();
+  // What is latched was published before; the recording begins now.
+  if (options_.on_loop) time_ = std::max<std::int64_t>(0, nanoseconds_of(bus.ros_now()));
   bus.spin();  // so that no request of another edge comes before the subscriptions
+  if (options_.on_loop) return;
   thread_ = guarded_thread([this] { run(); },
                            [this](const std::string& why) { log_.error(kOrigin, "it has ended: " + why); });
 }
@@ -226,6 +229,16 @@ void BusRecorder::take_messages() {
   while (edge_->next(message)) record(message);
 }
 
+void BusRecorder::take() {
+  if (failed_) return;
+  try {
+    take_messages();
+    if (graph_ != bus_.graph_version()) subscribe();
+  } catch (const InputError& error) {
+    fail(error.diagnostics().front().message);
+  }
+}
+
 void BusRecorder::run() {
   if (options_.niceness != 0) setpriority(PRIO_PROCESS, 0, options_.niceness);  // on Linux: of this thread
   auto due = Clock::now() + kFlush;
@@ -290,9 +303,13 @@ void BusRecorder::let_catch_up() const {
 }
 
 const RecorderReport& BusRecorder::stop() {
-  if (!thread_.joinable()) return report_;
-  ending_ = true;
-  thread_.join();  // within kLook
+  if (is_closed_ && edge_ == nullptr) return report_;
+  if (thread_.joinable()) {
+    ending_ = true;
+    thread_.join();  // within kLook
+  } else {
+    take();
+  }
   services_.reset();
   edge_.reset();
   close();

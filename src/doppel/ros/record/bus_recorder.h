@@ -1,6 +1,7 @@
 #pragma once
 // Records the topics of a bus: an edge with a thread of its own, from whose ring nothing is lost unless the
-// disk is slower for longer than the ring lasts. Losses are counted by the numbers of the messages.
+// disk is slower for longer than the ring lasts. Losses are counted by the numbers of the messages. Without a
+// thread the loop takes the messages itself, so that the same steps give the same bytes.
 
 #include <atomic>
 #include <functional>
@@ -30,6 +31,7 @@ struct RecorderOptions {
   std::size_t ring_bytes = std::size_t{128} << 20;  // messages that wait for the disk
   // An observer within the process keeps the newest files only, and is not part of the graph.
   std::size_t keep_files = 0;  // 0: all
+  bool on_loop = false;        // no thread: the loop calls take()
   bool listed = true;          // part of the graph, with the services of rosbag2's recorder
   int niceness = 0;            // of its thread
   // Called with each message on the recorder's thread. May be empty.
@@ -55,6 +57,10 @@ class DOPPEL_API BusRecorder {
 
   // Writes what was published so far and closes the bag. A second call has no effect.
   const RecorderReport& stop();
+  // Records what was published so far. With `on_loop`, on the loop's thread.
+  void take();
+  [[nodiscard]] std::uint64_t size() const { return writer_.size(); }  // bytes so far; with `on_loop`
+
   // For a loop that is faster than the disk: waits while more than half of the ring is full. The loop's
   // thread.
   void let_catch_up() const;

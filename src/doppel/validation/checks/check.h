@@ -2,6 +2,8 @@
 // The result of a check: a gate (G01 to G15), a test (T1 to T6) or an extra (X1 to X11) of docs/validate.md,
 // with its verdict, its numbers beside their limits, and the evidence.
 
+#include <cstddef>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -55,6 +57,13 @@ struct CheckItem {
   SourceLocation where = {};
   std::vector<PosedEvidence> poses = {};
   std::vector<PlotPanel> curves = {};
+  std::string recording = {};  // the file of CheckResult::recordings that shows it; empty: there is none
+};
+
+// The motion of a failure as an MCAP file, which is written beside a report.
+struct FailureRecording {
+  std::string file;  // "T4_Revolute_2.mcap"
+  std::shared_ptr<const std::vector<std::byte>> bytes;
 };
 
 struct DOPPEL_API CheckResult {
@@ -64,7 +73,8 @@ struct DOPPEL_API CheckResult {
   std::vector<CheckItem> items;  // the worst first, once it is finished
   std::vector<Metric> metrics;
   std::vector<std::string> notes;  // without an effect on the verdict
-  double seconds = 0;              // of wall-clock time
+  std::vector<FailureRecording> recordings;
+  double seconds = 0;  // of wall-clock time
 
   // Adds an item; the verdict becomes the worse of the two.
   CheckItem& add(CheckItem item);

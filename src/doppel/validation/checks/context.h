@@ -29,6 +29,7 @@ struct DOPPEL_API CheckContext {
   // Called with the completed fraction of the check, from any thread; false: it ends early, and its result
   // is not used. May be empty.
   std::function<bool(double)> progress = {};
+  bool record = false;        // motions that fail are repeated and recorded
   bool write_answers = true;  // committed answers that are missing are written (validation/tree.txt)
 
   // Throws CheckCancelled.

@@ -7,8 +7,11 @@
 #include <memory>
 #include <optional>
 
+#include "doppel/lab/recording/motion_recording.h"
 #include "doppel/physics/contract/engine_modules.h"
 #include "doppel/robot/kinematics/kinematics.h"
+#include "doppel/validation/motions/detail/failure_recorder.h"
+#include "doppel/validation/motions/detail/fall_recording.h"
 
 namespace doppel {
 namespace {
@@ -108,6 +111,10 @@ class FallRun {
 
   [[nodiscard]] Instance robot() { return engine_->instance(0); }
 
+  // Before run(), once the robot is at its start.
+  void start_recording() { recording_ = std::make_unique<FallRecording>(*engine_); }
+  [[nodiscard]] RecordedMotion finish_recording() { return recording_->finish(); }
+
   Fall run(double duration) {
     const double start = energy();
     double lowest = kInfinity;  // after the first contact
@@ -117,6 +124,7 @@ class FallRun {
     while (time < duration) {
       time = to_seconds(engine_->time());
       engine_->step();
+      if (recording_ != nullptr) recording_->take();
       if (engine_->diverged()) {
         out_.diverged = true;
         out_.diverged_at = time + out_.step;
@@ -180,6 +188,7 @@ class FallRun {
 
   std::string name_;
   std::unique_ptr<Engine> engine_;
+  std::unique_ptr<FallRecording> recording_;
   std::vector<Contact> contacts_;
   double depth_ = 0;
   Fall out_;
@@ -188,7 +197,7 @@ class FallRun {
 class DropJudge {
  public:
   DropJudge(const CheckContext& context, CheckResult& out)
-      : context_(context), limits_(context.suite.drop), out_(out) {}
+      : context_(context), limits_(context.suite.drop), out_(out), recorder_(context, out) {}
 
   void run() {
     constexpr double kSteps[] = {0.5e-3, 1e-3, 2e-3};
@@ -196,8 +205,15 @@ class DropJudge {
     if (world) {
       std::vector<Fall> falls;
       for (const double step : kSteps) {
+        const std::size_t before = out_.items.size();
         falls.push_back(fall(*world, step));
         judge_fall(falls.back(), limits_.settling);
+        record(before, fmt::format("step {:.3g} ms", 1e3 * step), [&] {
+          FallRun run = fall_run(*world, step);
+          run.start_recording();
+          run.run(kDuration);
+          return run.finish_recording();
+        });
         context_.report(static_cast<double>(falls.size()) / 4);
       }
       compare(falls);
@@ -211,19 +227,46 @@ class DropJudge {
   }
 
  private:
-  Fall fall(const DropWorld& world, double step) const {
+  FallRun fall_run(const DropWorld& world, double step) const {
     FallRun run(context_.subject, world.instance, step, "fall of the whole robot");
     Instance robot = run.robot();
     Pose X_WB = robot.base_pose();
     X_WB.translation().z() += kHeight + std::min(0.0, -lowest_of(robot));
     robot.place(X_WB);
-    return run.run(kDuration);
+    return run;
+  }
+  Fall fall(const DropWorld& world, double step) const { return fall_run(world, step).run(kDuration); }
+
+  // The first failure since the items were `before`; all of them are of one fall.
+  void record(std::size_t before, const std::string& part, const std::function<RecordedMotion()>& motion) {
+    std::string file;
+    for (std::size_t i = before; i < out_.items.size(); ++i) {
+      CheckItem& item = out_.items[i];
+      if (item.verdict != Verdict::failed) continue;
+      if (file.empty()) recorder_.record(item, part, motion);
+      if (file.empty()) file = item.recording;
+      item.recording = file;
+    }
   }
 
   // An arm that stays bolted to the world falls onto its stops or onto the ground.
   void release() {
-    FallRun run(context_.subject, context_.subject.robot().instance(), 1e-3, "release of the bolted arm");
-    const Fall fall = run.run(kReleaseDuration);
+    const auto make = [&] {
+      return FallRun(context_.subject, context_.subject.robot().instance(), 1e-3,
+                     "release of the bolted arm");
+    };
+    const std::size_t before = out_.items.size();
+    const Fall fall = make().run(kReleaseDuration);
+    judge_release(fall);
+    record(before, "release", [&] {
+      FallRun run = make();
+      run.start_recording();
+      run.run(kReleaseDuration);
+      return run.finish_recording();
+    });
+  }
+
+  void judge_release(const Fall& fall) {
     if (fall.diverged) {
       out_.fail(fall.name, divergence_text(fall), kInertiaFix);
       return;
@@ -376,6 +419,7 @@ class DropJudge {
   const CheckContext& context_;
   const DropLimits& limits_;
   CheckResult& out_;
+  FailureRecorder recorder_;
 };
 
 }  // namespace

@@ -34,6 +34,19 @@ Scenario scenario_of(const CheckContext& context, const MachineOptions& options)
   return out;
 }
 
+// The type of the topic of a way.
+std::string_view message_type(JointWay::Kind kind) {
+  switch (kind) {
+    case JointWay::Kind::forward:
+      return std_msgs::msg::Float64MultiArray::kType;
+    case JointWay::Kind::reference:
+      return control_msgs::msg::MultiDOFCommand::kType;
+    default:
+      break;
+  }
+  return trajectory_msgs::msg::JointTrajectory::kType;
+}
+
 // "Revolute 1/position" is a joint and its interface.
 std::pair<std::string, std::string> parts_of(const std::string& interface) {
   const std::size_t slash = interface.rfind('/');
@@ -171,6 +184,7 @@ bool MachineRun::run(double seconds, const std::function<void()>& after_step) {
   HeadlessOptions options;
   options.duration = from_seconds(seconds);
   if (after_step) options.observers.emplace_back([&](Twin&) { after_step(); });
+  if (recording_ != nullptr) options.observers.emplace_back([&](Twin&) { recording_->take(); });
   const RunResult result = run_headless(*twin_, options);
   result.throw_if_failed();
   return result.end != RunEnd::diverged;
@@ -257,6 +271,28 @@ void MachineRun::restore(const SavedState& state) {
   if (const Status status = twin_->restore(state); !status)
     throw InputError("validation.restore", {}, "the twin cannot be set back: " + status.why());
   static_cast<void>(take_lines());
+  if (recording_ != nullptr) start_recording();
+}
+
+void MachineRun::start_recording() {
+  recording_.reset();
+  // A topic is recorded from its first publisher on, and the first message would be the whole command.
+  for (const int joint : joints_) {
+    std::vector<JointWay> all = ways(joint);
+    if (const auto reference = reference_way(joint)) all.push_back(*reference);
+    for (const JointWay& way : all) {
+      if (way.kind == JointWay::Kind::trajectory_action) continue;
+      static_cast<void>(edge_->advertise(kClient, way.address, message_type(way.kind), {}));
+    }
+  }
+  twin_->between_steps();
+  recording_ = std::make_unique<MotionRecording>(twin_->bus(), twin_->engine().world(), log_);
+}
+
+RecordedMotion MachineRun::finish_recording() {
+  RecordedMotion out = recording_->finish();
+  recording_.reset();
+  return out;
 }
 
 std::vector<LogLine> MachineRun::take_lines() {

@@ -12,6 +12,7 @@
 
 #include "doppel/base/core/log.h"
 #include "doppel/export.h"
+#include "doppel/lab/recording/motion_recording.h"
 #include "doppel/twin/assembly/twin.h"
 #include "doppel/validation/checks/context.h"
 
@@ -78,6 +79,11 @@ class DOPPEL_API MachineRun {
   [[nodiscard]] std::shared_ptr<const SavedState> save() { return twin_->save(); }
   void restore(const SavedState& state);
 
+  // Records from now on (lab/recording/motion_recording.h). restore() begins the recording anew, so that its
+  // times ascend.
+  void start_recording();
+  [[nodiscard]] RecordedMotion finish_recording();
+
   // The lines of the log since the last call.
   [[nodiscard]] std::vector<LogLine> take_lines();
 
@@ -90,6 +96,7 @@ class DOPPEL_API MachineRun {
   Diagnostics diagnostics_;
   std::unique_ptr<Twin> twin_;
   std::unique_ptr<Edge> edge_;
+  std::unique_ptr<MotionRecording> recording_;
   std::vector<int> joints_;
 };
 

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "doppel/ros/messages/tf2_msgs.h"
+#include "doppel/validation/motions/detail/failure_recorder.h"
 #include "doppel/validation/motions/machine_run.h"
 #include "doppel/validation/statics/audit_gates.h"
 
@@ -27,6 +28,12 @@ constexpr double kTry = 3.0;                         // s, for the first motion 
 constexpr double kMaxStart = 2.0;                    // s of wall-clock time, until the first motion
 constexpr double kMotion = 1e-3, kStepAside = 0.05;  // rad or m
 constexpr double kDrive = 0.1;                       // m/s, of a base
+
+constexpr double kHoldSteps[] = {0.5e-3, 1e-3, 2e-3};  // s
+
+std::string step_text(double step) {
+  return fmt::format("{:.3g} ms", 1e3 * step);
+}
 
 double seconds_since(Clock::time_point begin) {
   return std::chrono::duration<double>(Clock::now() - begin).count();
@@ -171,7 +178,7 @@ void hold_at(const CheckContext& context, double step_size, double part, CheckRe
   MachineOptions options;
   options.step = from_seconds(step_size);
   MachineRun machine(context, options);
-  const std::string step = fmt::format("{:.3g} ms", 1e3 * step_size);
+  const std::string step = step_text(step_size);
   const auto begin = Clock::now();
   std::vector<double> start;
   for (const int joint : machine.joints()) start.push_back(machine.position(joint));
@@ -195,6 +202,27 @@ void hold_at(const CheckContext& context, double step_size, double part, CheckRe
            {"", "divergence",
             fmt::format("the physics diverges after {:.3f} s of holding", to_seconds(machine.twin().now())),
             "masses and inertias (G04), overlapping shapes (T3), or gains"});
+}
+
+// Each failure at the first step at which it is seen, holding once more; those of one step share a recording.
+void record_failures(const CheckContext& context, const Holding& holding, CheckResult& out) {
+  FailureRecorder recorder(context, out);
+  std::map<std::string, std::string> files;  // by step
+  for (std::size_t i = 0; i < holding.failures.size(); ++i) {
+    const std::string& step = holding.failures[i].steps.front();
+    const auto [file, is_new] = files.try_emplace(step);
+    const double* const size = std::ranges::find(kHoldSteps, step, [](double one) { return step_text(one); });
+    if (is_new && size != std::end(kHoldSteps)) {
+      recorder.record(out.items[i], "step " + step, [&] {
+        MachineRun machine(context, {.step = from_seconds(*size)});
+        machine.start_recording();
+        machine.run(kHold);
+        return machine.finish_recording();
+      });
+      file->second = out.items[i].recording;
+    }
+    out.items[i].recording = file->second;
+  }
 }
 
 // The way from a command to the first motion: of the first joint that follows one, else of a base.
@@ -338,7 +366,7 @@ CheckResult check_holding(const CheckContext& context) {
   CheckResult out = begin_result("G11");
   Holding holding;
   double part = 0;
-  for (const double step : {0.5e-3, 1e-3, 2e-3}) {
+  for (const double step : kHoldSteps) {
     hold_at(context, step, part, out, holding);
     part += 1.0 / 3;
   }
@@ -347,6 +375,7 @@ CheckResult check_holding(const CheckContext& context) {
         one.steps.size() == 3 ? "at every step" : fmt::format("at a step of {}", fmt::join(one.steps, ", "));
     out.fail(one.subject, fmt::format("{}; {}", one.message, steps), one.fix);
   }
+  record_failures(context, holding, out);
   if (holding.slowest < 1)
     out.fail("", "the simulation is slower than real time", "simpler collision shapes, or a larger step");
   std::set<std::string> joints;

@@ -45,18 +45,6 @@ std::string badge(Verdict verdict) {
                      to_string(verdict));
 }
 
-// A word of a POSIX shell.
-std::string shell_word(const std::string& text) {
-  const bool is_plain = std::ranges::all_of(text, [](char c) {
-    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
-           std::string_view("_-./=+:,").find(c) != std::string_view::npos;
-  });
-  if (is_plain && !text.empty()) return text;
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? "'\\''" : std::string(1, c);
-  return out + "'";
-}
-
 std::string percent_encoded(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -289,9 +277,18 @@ class HtmlPage {
     out += markup(item.message) + "</p>\n";
     if (!item.fix.empty()) out += "<p class=\"fix\">" + markup(item.fix) + "</p>\n";
     if (item.where.known()) out += "<p class=\"place\"><code>" + markup(item.where.str()) + "</code></p>\n";
+    out += recording_html(item);
     for (const PosedEvidence& pose : item.poses) out += pose_html(pose);
     if (!item.curves.empty()) out += plot_html(check, item);
     return out + "</div>\n";
+  }
+
+  [[nodiscard]] static std::string recording_html(const CheckItem& item) {
+    if (item.recording.empty()) return "";
+    return fmt::format(
+        "<p class=\"recording\">Recording of the motion: <a href=\"{0}\" download>{0}</a>; in the folder of "
+        "this report: <code>doppel view {0}</code></p>\n",
+        markup(item.recording));
   }
 
   std::string plot_html(const CheckResult& check, const CheckItem& item) {

@@ -12,7 +12,8 @@ namespace doppel {
 struct TerminalStyle {
   bool colour = false;
   int width = 100;
-  bool failures_only = false;  // -q: failures and the last line
+  bool failures_only = false;   // -q: failures and the last line
+  std::string recordings = {};  // the folder of the recordings; empty: they are not written
 };
 // One line for each check, below it what fails and warns, and headline().
 DOPPEL_API std::string to_text(const ValidationReport& report, const TerminalStyle& style);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 
 namespace doppel {
@@ -42,6 +43,17 @@ std::string_view heading_of(CheckKind kind) {
 
 bool is_notable(const CheckItem& item) {
   return item.verdict != Verdict::passed && item.verdict != Verdict::not_applicable;
+}
+
+std::string shell_word(const std::string& text) {
+  const bool is_plain = std::ranges::all_of(text, [](char c) {
+    return std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+           std::string_view("_-./=+:,").find(c) != std::string_view::npos;
+  });
+  if (is_plain && !text.empty()) return text;
+  std::string out = "'";
+  for (const char c : text) out += c == '\'' ? "'\\''" : std::string(1, c);
+  return out + "'";
 }
 
 std::string number_text(double value) {

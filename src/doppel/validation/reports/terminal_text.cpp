@@ -1,5 +1,6 @@
 // The report for people: a line for each check in aligned columns, below it what fails and warns.
 #include <algorithm>
+#include <filesystem>
 
 #include "doppel/review/audit/text_layout.h"
 #include "doppel/validation/reports/detail/report_parts.h"
@@ -129,7 +130,13 @@ class ChecksPage {
       page_.paragraph(indent(), word + item.message);
     const std::size_t below = indent() + (has_column ? column + 2 : 2);
     if (item.where.known()) place(below, item.where.str());
+    if (!item.recording.empty() && !style_.recordings.empty())
+      place(below, "doppel view " + shell_word(recording_path(item)));
     if (with_fix) page_.labelled(below, "fix", item.fix);
+  }
+
+  [[nodiscard]] std::string recording_path(const CheckItem& item) const {
+    return (std::filesystem::path(style_.recordings) / item.recording).string();
   }
 
   // Further to the left where it would not fit.

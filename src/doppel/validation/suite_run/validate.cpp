@@ -174,6 +174,7 @@ class Validation {
     context.seed = options_.seed;
     context.threads = 1;
     context.joint = options_.joint;
+    context.record = options_.record;
     context.write_answers = options_.write_answers;
     context.progress = [this, &runner](double done) { return advance(runner, done); };
     CheckResult out = begin_result(runner.id);

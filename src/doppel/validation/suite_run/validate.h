@@ -22,6 +22,7 @@ struct ValidationOptions {
   std::string joint;              // the only one that is judged; empty: all
   std::string today;              // "2026-11-28", for waivers
   bool strict = false, write_answers = true;
+  bool record = false;     // motions that fail are recorded (CheckResult::recordings)
   double max_seconds = 0;  // of wall-clock time, after which no check is begun; 0: no limit
   // Called with the completed fraction and the check that runs, from one thread at a time; false: the
   // validation ends. May be empty.

@@ -7,9 +7,11 @@
 
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <optional>
 #include <thread>
 
+#include "doppel/base/mcap/mcap_memory_sink.h"
 #include "doppel/ros/messages/rosbag2_interfaces.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/record/bag_player.h"
@@ -73,6 +75,42 @@ TEST_F(BusRecorderTest, LaterTopicsAreRecordedAndLatchedOnesWithLastMessage) {
   EXPECT_THAT(recorder.stop().lost, IsEmpty());
   EXPECT_THAT(read(), ElementsAre("/old=before", "/late=after"));
   EXPECT_THAT(lines_, IsEmpty());
+}
+
+TEST_F(BusRecorderTest, SameStepsOnLoopGiveSameBytesInMemory) {
+  std::vector<std::vector<std::byte>> files;
+  for (int run = 0; run < 2; ++run) {
+    Bus bus;
+    Node node(bus, "/n");
+    const auto latched = node.advertise<String>("/latched", {.latched = true});
+    const auto topic = node.advertise<String>("/topic");
+    latched.publish({"before"}, time_from_seconds(1));
+    bus.set_now(time_from_seconds(5));
+    McapMemorySink sink;
+    RecorderOptions in_memory = options();
+    in_memory.bag.sink = &sink;
+    in_memory.listed = false;
+    in_memory.on_loop = true;
+    BusRecorder recorder(bus, std::move(in_memory), log_);
+    for (int i = 0; i < 3; ++i) {
+      bus.spin();
+      bus.set_now(time_from_seconds(5 + i));
+      topic.publish({std::to_string(i)}, bus.now());
+      if (run == 1) std::this_thread::sleep_for(10ms);
+      recorder.take();
+    }
+    recorder.stop();
+    EXPECT_FALSE(fs::exists(folder_));
+    files.push_back(sink.take());
+  }
+  EXPECT_TRUE(files[0] == files[1]);
+  fs::create_directory(folder_);
+  const fs::path file = folder_ / "a.mcap";
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(files[0].data()), static_cast<std::streamsize>(files[0].size()));
+  EXPECT_THAT(read(), ElementsAre("/latched=before", "/topic=0", "/topic=1", "/topic=2"));
+  // Latched messages of former times come at the begin of the recording.
+  EXPECT_EQ(BagReader(file.string()).contents().start, 5'000'000'000U);
 }
 
 TEST_F(BusRecorderTest, LossesAreCountedByTopicAndReported) {

@@ -24,6 +24,9 @@ namespace doppel {
 [[nodiscard]] std::string regression_text(const Regression& regression);
 [[nodiscard]] std::string_view effort_text(Effort effort);
 
+// A word of a POSIX shell: "out", "'my report'".
+[[nodiscard]] std::string shell_word(const std::string& text);
+
 // The item's sentence with its subject, without the fix.
 [[nodiscard]] std::string sentence_of(const CheckItem& item);
 

@@ -2,26 +2,17 @@
 // with the cause, and no check that has nothing to do with it; the healthy one passes all.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
-#include <filesystem>
 #include <ostream>
 #include <set>
 
+#include "broken_robot_files.h"
 #include "doppel/base/yaml/yaml_fields.h"
 #include "doppel/validation/suite_run/validate.h"
 
 namespace doppel {
 namespace {
-
-namespace fs = std::filesystem;
-
-const fs::path& corpus() {
-  static const fs::path folder = DOPPEL_SOURCE_DIR "/tests/broken_robots";
-  return folder;
-}
 
 struct BrokenRobot {
   std::string name, check, says;
@@ -42,7 +33,7 @@ std::set<std::string> words_of(const PlacedYaml& list) {
 const std::vector<BrokenRobot>& table() {
   static const std::vector<BrokenRobot> robots = [] {
     const YamlRules rules{"", "", "", "", ""};
-    const PlacedYaml root = load_yaml(corpus() / "expected.yaml", rules, "table");
+    const PlacedYaml root = load_yaml(broken_robots_corpus() / "expected.yaml", rules, "table");
     const PlacedYaml& entries = root["robots"];
     std::vector<BrokenRobot> out;
     for (std::size_t i = 0; i < entries.keys.size(); ++i) {
@@ -80,22 +71,11 @@ std::string failures_of(const CheckResult& result) {
 
 class BrokenRobots : public testing::TestWithParam<BrokenRobot> {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "doppel-broken.XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-    const std::string make = (corpus() / "make").string() + " " + folder_.string() + " " + GetParam().name;
-    ASSERT_EQ(std::system(make.c_str()), 0);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   // The quick checks, and the one that has to find the fault; of the healthy robot all.
   std::vector<CheckResult> check() {
     const BrokenRobot& robot = GetParam();
-    Scenario scenario;
-    scenario.robots = {{.target = (folder_ / robot.name).string()}};
-    scenario.enforce_limits = !robot.options.contains("--no-limits");
-    const Suite suite = load_suite(folder_ / robot.name / "validation" / "suite.yaml");
-    const Subject subject = read_subject(scenario, {});
+    const Suite suite = files_.suite();
+    const Subject subject = files_.subject(!robot.options.contains("--no-limits"));
     ValidationOptions options;
     options.effort = Effort::quick;
     options.write_answers = false;
@@ -108,7 +88,7 @@ class BrokenRobots : public testing::TestWithParam<BrokenRobot> {
     return validate(subject, suite, options).checks;
   }
 
-  fs::path folder_;
+  const BrokenRobotFiles files_{GetParam().name};
 };
 
 TEST_P(BrokenRobots, FailTheirCheckAndNoOther) {
