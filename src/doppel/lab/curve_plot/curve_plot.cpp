@@ -15,6 +15,7 @@ constexpr double kWidth = 760, kLeft = 76, kRight = 20, kTop = 76, kPanel = 130,
 constexpr double kInner = kWidth - kLeft - kRight;
 // A limit further away than this many spans of the curves is not drawn: they would be a flat line.
 constexpr double kMaxLimitSpans = 6;
+constexpr std::size_t kMaxUnitLength = 3;       // characters that fit beside the numbers of an axis
 constexpr double kHatch = 5, kHatchPitch = 11;  // of an edge, on the side where a value is not permitted
 constexpr const char* kBandColor = "#3a7d44";
 constexpr std::array<const char*, 4> kColors = {"#1f5f8b", "#d1495b", "#3a7d44", "#6b4c9a"};
@@ -92,7 +93,7 @@ class Drawing {
     add_limits(panel.bands, values);
     values.widen(panel.bands.empty() ? 0.06 : 0.16);  // with room for labels
     for (const PlotBand& band : panel.bands) shade(band, time, values, top);
-    axes(time, values, panel.unit, top);
+    axes(time, values, panel, top);
     for (std::size_t i = 0; i < panel.curves.size(); ++i) curve(panel.curves[i], time, values, top, i);
     std::vector<double> label_heights;
     for (const PlotBand& band : panel.bands) label(band, time, values, top, label_heights);
@@ -196,7 +197,7 @@ class Drawing {
         box.right - 4, y, escaped(words));
   }
 
-  void axes(const Range& time, const Range& values, const std::string& unit, double top) {
+  void axes(const Range& time, const Range& values, const PlotPanel& panel, double top) {
     const double down = tick_step(values, 4), across = tick_step(time, 8);
     for (const double tick : ticks(values, down)) {
       const double y = top + kPanel * (1 - values.share_of(tick));
@@ -210,8 +211,10 @@ class Drawing {
     }
     out_ += fmt::format("<rect x='{:g}' y='{:g}' width='{:g}' height='{:g}' fill='none' stroke='#9aa3ad'/>\n",
                         kLeft, top, kInner, kPanel);
-    text(kLeft - 6, top - 8, unit, "end", 11, "#555");
-    text(kWidth - kRight, top + kPanel + 15, "s", "end", 11, "#555");
+    text(kLeft - 6, top - 8, panel.unit, "end", 11, "#555");
+    // A name has a line of its own below the numbers.
+    const bool is_unit = panel.x_axis.size() <= kMaxUnitLength;
+    text(kWidth - kRight, top + kPanel + (is_unit ? 15 : 28), panel.x_axis, "end", 11, "#555");
   }
 
   // The first, least, greatest and last value of each half pixel.

@@ -47,8 +47,9 @@ class ContactJudge {
       item.poses.push_back({"largest tool speed", posed_joints(arm.model(), fastest_q_)});
     }
     PlotPanel masses;
-    masses.title = arm.name() + ": largest effective mass over the horizontal distance (m)";
+    masses.title = arm.name() + ": largest effective mass over the horizontal distance";
     masses.unit = "kg";
+    masses.x_axis = "distance, m";
     masses.curves.push_back(ring_curve("effective mass", [](double mass) { return mass; }));
     item.curves.push_back(std::move(masses));
     add_regions(arm, item);
@@ -98,8 +99,9 @@ class ContactJudge {
   void add_regions(const ExtraArm& arm, CheckItem& item) {
     if (context_.suite.contact.empty()) return;
     PlotPanel speeds;
-    speeds.title = arm.name() + ": contact speed over the horizontal distance (m)";
+    speeds.title = arm.name() + ": contact speed over the horizontal distance";
     speeds.unit = "mm/s";
+    speeds.x_axis = "distance, m";
     for (const auto& [region, limits] : context_.suite.contact) {
       const ContactLimits contact{limits.force, limits.stiffness, limits.mass};
       const auto speed = max_contact_speed(contact, heaviest_.mass);

@@ -103,9 +103,9 @@ class PayloadJudge {
     CheckItem item;
     item.subject = arm.name();
     PlotPanel panel;
-    panel.title =
-        fmt::format("{}: payload over the horizontal distance from the first joint (m)", arm.name());
+    panel.title = fmt::format("{}: payload over the horizontal distance from the first joint", arm.name());
     panel.unit = "kg";
+    panel.x_axis = "distance, m";
     PlotCurve curve{"worst pose", {}, {}};
     std::optional<double> least;
     double held_until = 0;  // m

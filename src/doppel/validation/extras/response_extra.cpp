@@ -195,8 +195,9 @@ class ResponseJudge {
           fmt::format("; its effort limit is reached during {:.1f} % of the sweep", kPercent * saturated);
     for (const bool phase : {false, true}) {
       PlotPanel panel;
-      panel.title = fmt::format("{}: {} over the frequency (Hz)", name, phase ? "phase" : "magnitude");
+      panel.title = fmt::format("{}: {} over the frequency", name, phase ? "phase" : "magnitude");
       panel.unit = phase ? "deg" : "dB";
+      panel.x_axis = "frequency, Hz";
       panel.curves.push_back(curve_of("measured", response, phase));
       if (!model.empty()) panel.curves.push_back(curve_of("servo model", model, phase));
       item.curves.push_back(std::move(panel));

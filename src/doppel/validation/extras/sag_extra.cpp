@@ -31,8 +31,9 @@ class SagJudge {
     item.subject = arm.name();
     PlotPanel panel;
     panel.title =
-        fmt::format("{}: largest sag over the horizontal distance from the first joint (m)", arm.name());
+        fmt::format("{}: largest sag over the horizontal distance from the first joint", arm.name());
     panel.unit = "mm";
+    panel.x_axis = "distance, m";
     const double farthest = arm.farthest(places).distance;
     for (const double payload : {0.0, arm.payload()}) {
       if (payload == 0 && !item.message.empty()) continue;

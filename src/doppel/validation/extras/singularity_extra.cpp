@@ -41,7 +41,8 @@ class SingularityJudge {
     const std::vector<NamedPose> poses = named_poses(context_);
     for (const NamedPose& pose : poses) judge_pose(arm, freedom, pose);
     PlotPanel panel;
-    panel.title = fmt::format("{}: least / largest singular value on lines (m)", arm.name());
+    panel.title = fmt::format("{}: least / largest singular value on lines", arm.name());
+    panel.x_axis = "way of the tool, m";
     panel.bands.push_back({"singular", 0, kSingularRatio, 0, kInfinity});
     CheckItem lines;
     lines.subject = arm.name() + ", lines";

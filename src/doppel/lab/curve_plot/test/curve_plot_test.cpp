@@ -50,6 +50,15 @@ TEST(CurvePlot, PointsLieInPanelAndExtremesOfLongCurvesStay) {
   EXPECT_LT(highest, 112);
 }
 
+TEST(CurvePlot, HorizontalAxisHasUnitOrName) {
+  PlotPanel panel{"gain", "dB", "", {{"measured", {1, 2}, {0, -3}}}};
+  EXPECT_THAT(curve_plot("t", "", {panel}), HasSubstr(">s</text>"));
+  panel.x_axis = "frequency, Hz";
+  const std::string svg = curve_plot("t", "", {panel});
+  EXPECT_THAT(svg, HasSubstr(">frequency, Hz</text>"));
+  EXPECT_THAT(svg, testing::Not(HasSubstr(">s</text>")));
+}
+
 TEST(CurvePlot, ValueThatIsNotFiniteIsGapAndNamesAreEscaped) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const std::string svg =
