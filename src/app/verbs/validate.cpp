@@ -6,7 +6,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
-#include <ctime>
 #include <filesystem>
 #include <memory>
 #include <thread>
@@ -19,13 +18,13 @@
 #include "app/verbs/interruptible_work.h"
 #include "app/verbs/terminal_shape.h"
 #include "app/verbs/verbs.h"
-#include "doppel/base/core/names.h"
 #include "doppel/base/core/output_file.h"
 #include "doppel/validation/checks/suite.h"
 #include "doppel/validation/checks/suite_template.h"
 #include "doppel/validation/reports/html_report.h"
 #include "doppel/validation/reports/report_formats.h"
 #include "doppel/validation/reports/results.h"
+#include "doppel/validation/suite_run/preparation.h"
 #include "doppel/version.h"
 
 namespace doppel::app {
@@ -44,15 +43,6 @@ struct ValidateOptions {
   int jobs = 0;
   double max_time = 0;
 };
-
-std::string today() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts{};
-  localtime_r(&now, &parts);
-  char text[16];
-  std::strftime(text, sizeof text, "%Y-%m-%d", &parts);
-  return text;
-}
 
 // "0.2@0,0,0.06": kg, and the centre of mass in the tool's link, m.
 void read_payload(const std::string& text, ToolLoad& tool) {
@@ -84,39 +74,6 @@ Scenario scenario_of(const ValidateOptions& options) {
   out.engine = options.engine;
   out.enforce_limits = !options.no_limits;
   return out;
-}
-
-// The suite that is named, or that of the package.
-Suite suite_of(const ValidateOptions& options, const fs::path& folder) {
-  Suite out;
-  if (!options.suite.empty()) {
-    out = load_suite(options.suite);
-  } else if (const fs::path file = folder / "suite.yaml"; fs::exists(file)) {
-    out = load_suite(file);
-  }
-  if (!options.payload.empty()) read_payload(options.payload, out.tool);
-  return out;
-}
-
-// Names in the suite and on the command line that the robot does not have.
-void check_names(const ValidateOptions& options, const Subject& subject, const Suite& suite) {
-  if (subject.model == nullptr) return;
-  const std::vector<std::string> joints = subject.model->driven_joint_names(),
-                                 links = subject.model->link_names();
-  const auto check = [](const std::string& name, const std::vector<std::string>& all, const char* kind,
-                        const fs::path& file) {
-    if (name.empty() || std::ranges::find(all, name) != all.end()) return;
-    throw InputError("suite.unknown_name", file.empty() ? SourceLocation{} : make_location(file.string()),
-                     fmt::format("the robot has no {} '{}'{}", kind, name, did_you_mean(name, all)),
-                     "doppel tree lists links and joints");
-  };
-  check(options.joint, joints, "driven joint", {});
-  check(suite.tool.link, links, "link", suite.file);
-  if (suite.workspace) check(suite.workspace->frame, links, "link", suite.file);
-  for (const auto& [joint, limits] : suite.joint_steps) check(joint, joints, "driven joint", suite.file);
-  for (const auto& [name, positions] : suite.poses) {
-    for (const auto& [joint, position] : positions) check(joint, joints, "driven joint", suite.file);
-  }
 }
 
 void check_outputs(const ValidateOptions& options) {
@@ -211,8 +168,9 @@ int run_validate(const ValidateOptions& options) {
   reading.datasheets = bundled_folders().datasheets;
   const Subject subject = read_subject(scenario_of(options), reading);
   if (options.init) return write_suite(subject);
-  const Suite suite = suite_of(options, subject.validation_folder());
-  check_names(options, subject, suite);
+  Suite suite = suite_of(subject, options.suite);
+  if (!options.payload.empty()) read_payload(options.payload, suite.tool);
+  check_names(subject, suite, options.joint);
   ValidationReport report;
   bool ended = false;
   {

@@ -4,6 +4,7 @@
 #include <cctype>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "doppel/lab/curve_plot/curve_plot.h"
 #include "doppel/validation/reports/detail/arm_scene.h"
@@ -56,9 +57,9 @@ std::string percent_encoded(const std::string& text) {
   return out;
 }
 
-// The address at which `doppel view` serves its page, if the port is free.
-std::string page_address(const PosedEvidence& pose) {
-  std::string out = "http://127.0.0.1:8700/";
+// The address of a configuration in the page, as the value of an attribute.
+std::string page_address(const std::string& page, const PosedEvidence& pose) {
+  std::string out = markup(page);
   for (std::size_t i = 0; i < pose.joints.size(); ++i)
     out +=
         fmt::format("{}q={}", i == 0 ? "?" : "&amp;",
@@ -68,7 +69,8 @@ std::string page_address(const PosedEvidence& pose) {
 
 class HtmlPage {
  public:
-  HtmlPage(const ValidationReport& report, const Subject* subject) : report_(report) {
+  HtmlPage(const ValidationReport& report, const Subject* subject, std::string page)
+      : report_(report), page_(std::move(page)) {
     if (subject == nullptr || subject->model == nullptr || subject->compiled == nullptr) return;
     const std::size_t poses = std::min(pose_count(), kMaxDrawnPoses);
     if (poses > 0) scene_.emplace(*subject, poses);
@@ -154,10 +156,11 @@ class HtmlPage {
   [[nodiscard]] std::string pose_help() const {
     if (pose_count() == 0) return "";
     return fmt::format(
-        "<p class=\"quiet\">A configuration is opened in the page of <code>doppel view {}</code>; the line "
-        "below it "
-        "moves a running twin there.</p>\n",
-        markup(shell_word(report_.target)));
+        "<p class=\"quiet\">A configuration is opened in {}; the line below it moves a running twin "
+        "there.</p>\n",
+        page_ == kUsualPage
+            ? fmt::format("the page of <code>doppel view {}</code>", markup(shell_word(report_.target)))
+            : fmt::format("the page at {}", markup(page_)));
   }
 
   std::string article(const CheckResult& check, const char* kind) {
@@ -307,7 +310,7 @@ class HtmlPage {
     for (const std::string& link : evidence.links) links += (links.empty() ? "" : ", ") + link;
     out += fmt::format("<figcaption>{}{}. <a href=\"{}\">Open in the page</a></figcaption>\n",
                        markup(evidence.caption), links.empty() ? "" : ": " + markup(links),
-                       page_address(evidence));
+                       page_address(page_, evidence));
     out += fmt::format(
         "<div class=\"command\"><code>{}</code><button type=\"button\" class=\"copy\" "
         "hidden>Copy</button></div>\n",
@@ -349,6 +352,7 @@ class HtmlPage {
   }
 
   const ValidationReport& report_;
+  std::string page_;
   std::optional<ArmScene> scene_;
   std::vector<ArmPose> poses_;
   std::size_t plot_bytes_ = 0, drawing_bytes_ = 0, left_out_ = 0;
@@ -363,8 +367,8 @@ std::string move_command(const PosedEvidence& evidence) {
   return out;
 }
 
-std::string html_report(const ValidationReport& report, const Subject* subject) {
-  return HtmlPage(report, subject).text();
+std::string html_report(const ValidationReport& report, const Subject* subject, const std::string& page) {
+  return HtmlPage(report, subject, page).text();
 }
 
 }  // namespace doppel

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 #include <fstream>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -11,6 +12,7 @@
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/review/audit/report_places.h"
 #include "doppel/validation/reports/detail/report_parts.h"
+#include "doppel/validation/reports/html_report.h"
 #include "doppel/validation/reports/report_formats.h"
 
 namespace doppel {
@@ -42,31 +44,89 @@ Json metrics_json(const CheckResult& check, bool wall_clock) {
   return out;
 }
 
-Json poses_json(const std::vector<PosedEvidence>& poses) {
+Json poses_json(const std::vector<PosedEvidence>& poses, bool with_command) {
   Json out = Json::array();
   for (const PosedEvidence& pose : poses) {
     Json joints = Json::object();
     for (const auto& [name, position] : pose.joints) joints[name] = number(position);
     out.push_back({{"caption", pose.caption}, {"joints", joints}, {"links", pose.links}});
+    if (with_command) out.back()["command"] = move_command(pose);
   }
   return out;
 }
 
-Json item_json(const CheckItem& item, bool with_sentence) {
-  return {{"subject", item.subject},
-          {"verdict", verdict_key(item.verdict)},
-          {"message", with_sentence ? item.message : ""},
-          {"fix", item.fix},
-          {"file", item.where.known() ? *item.where.file : ""},
-          {"line", item.where.line},
-          {"column", item.where.column},
-          {"poses", poses_json(item.poses)}};
+// The indices of the points that are shown: all, or the least and the greatest value of equal parts.
+std::vector<std::size_t> shown_points(const PlotCurve& curve) {
+  const std::size_t count = std::min(curve.times.size(), curve.values.size());
+  const std::size_t parts = count <= kMaxCurvePoints ? count : kMaxCurvePoints / 2;
+  std::vector<std::size_t> out;
+  for (std::size_t i = 0; i < parts; ++i) {
+    const auto begin = static_cast<std::ptrdiff_t>(i * count / parts),
+               end = static_cast<std::ptrdiff_t>((i + 1) * count / parts);
+    const auto [least, most] = std::minmax_element(curve.values.begin() + begin, curve.values.begin() + end);
+    const auto first = static_cast<std::size_t>(std::min(least, most) - curve.values.begin()),
+               second = static_cast<std::size_t>(std::max(least, most) - curve.values.begin());
+    out.push_back(first);
+    if (second != first) out.push_back(second);
+  }
+  return out;
+}
+
+// Rounded, because a picture needs no more digits.
+Json shown_number(double value) {
+  return std::isfinite(value) ? Json(std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr))
+                              : Json(nullptr);
+}
+
+Json curve_json(const PlotCurve& curve) {
+  Json x = Json::array(), y = Json::array();
+  for (const std::size_t i : shown_points(curve)) {
+    x.push_back(shown_number(curve.times[i]));
+    y.push_back(shown_number(curve.values[i]));
+  }
+  return {{"label", curve.label}, {"x", x}, {"y", y}};
+}
+
+Json panels_json(const std::vector<PlotPanel>& panels) {
+  Json out = Json::array();
+  for (const PlotPanel& panel : panels) {
+    Json curves = Json::array(), bands = Json::array();
+    for (const PlotCurve& curve : panel.curves) curves.push_back(curve_json(curve));
+    for (const PlotBand& band : panel.bands)
+      bands.push_back({{"label", band.label},
+                       {"low", number(band.low)},
+                       {"high", number(band.high)},
+                       {"begin", number(band.begin)},
+                       {"end", number(band.end)}});
+    out.push_back({{"title", panel.title},
+                   {"unit", panel.unit},
+                   {"x_axis", panel.x_axis},
+                   {"remark", panel.remark},
+                   {"curves", curves},
+                   {"bands", bands}});
+  }
+  return out;
+}
+
+Json item_json(const CheckItem& item, bool with_sentence, bool with_evidence) {
+  Json out{{"subject", item.subject},
+           {"verdict", verdict_key(item.verdict)},
+           {"message", with_sentence ? item.message : ""},
+           {"fix", item.fix},
+           {"file", item.where.known() ? *item.where.file : ""},
+           {"line", item.where.line},
+           {"column", item.where.column},
+           {"poses", poses_json(item.poses, with_evidence)},
+           {"recording", item.recording.empty() ? Json(nullptr) : Json(item.recording)}};
+  if (with_evidence) out["curves"] = panels_json(item.curves);
+  return out;
 }
 
 Json check_json(const CheckResult& check, const ResultsOptions& options) {
   const bool with_sentences = options.wall_clock || std::ranges::none_of(check.metrics, &Metric::wall_clock);
   Json items = Json::array();
-  for (const CheckItem& item : check.items) items.push_back(item_json(item, with_sentences));
+  for (const CheckItem& item : check.items)
+    items.push_back(item_json(item, with_sentences, options.evidence));
   return {{"id", check.id},
           {"title", check.title},
           {"kind", kKinds[static_cast<std::size_t>(kind_of(check))]},

@@ -18,7 +18,11 @@ struct ResultsOptions {
   // out, as are the sentences of checks that have such metrics, so that the text depends on the inputs and
   // the seed alone.
   bool wall_clock = true;
+  // For a page: items have "curves" (docs/validate.schema.json) with at most kMaxCurvePoints points each, and
+  // poses the "command" that moves a twin there.
+  bool evidence = false;
 };
+inline constexpr std::size_t kMaxCurvePoints = 400;
 // A number that is not finite is null.
 DOPPEL_API std::string to_json(const ValidationReport& report, const ResultsOptions& options = {});
 

@@ -43,20 +43,21 @@ struct Runner {
   std::string_view id;
   CheckResult (*run)(const CheckContext&) = nullptr;
   enum class Needs { files, machine, controllers } needs = Needs::machine;
-  double weight = 1;  // of its time, about
+  double weight = 1;    // of its time, about
+  bool splits = false;  // its work, over all threads
   std::string_view test = {};
 };
 
-// Long ones first, so that threads end together.
+// Long ones first, so that threads end together; those that split their work run one after the other.
 const std::vector<Runner>& runners() {
   using Needs = Runner::Needs;
   static const std::vector<Runner> kRunners = {
       {"G01", check_origin, Needs::files},
       {"G02", check_parsing, Needs::files},
       {"G09", check_controllers, Needs::machine},
-      {"T1", check_reachability, Needs::machine, 20},
-      {"T3", check_self_collision, Needs::machine, 20},
-      {"T2", check_limit_enforcement, Needs::controllers, 10},
+      {"T1", check_reachability, Needs::machine, 20, true},
+      {"T3", check_self_collision, Needs::machine, 20, true},
+      {"T2", check_limit_enforcement, Needs::controllers, 10, true},
       {"T4", check_step_response, Needs::controllers, 10},
       {"G11", check_holding, Needs::controllers, 6},
       {"T6", check_drop, Needs::machine, 4},
@@ -78,10 +79,10 @@ const std::vector<Runner>& runners() {
       {"X10", check_contact, Needs::machine, 2},
       {"X11", check_singularities, Needs::machine, 4},
       {"X1", check_kinematics, Needs::machine, 2},
-      {"G12", nullptr, Needs::machine, 0, "T1"},
-      {"G13", nullptr, Needs::machine, 0, "T2"},
-      {"G14", nullptr, Needs::machine, 0, "T3"},
-      {"G15", nullptr, Needs::machine, 0, "T6"},
+      {"G12", nullptr, Needs::machine, 0, false, "T1"},
+      {"G13", nullptr, Needs::machine, 0, false, "T2"},
+      {"G14", nullptr, Needs::machine, 0, false, "T3"},
+      {"G15", nullptr, Needs::machine, 0, false, "T6"},
   };
   return kRunners;
 }
@@ -105,7 +106,11 @@ class Validation {
     run_first();
     std::vector<const Runner*> rest;
     for (const Runner* runner : chosen_) {
-      if (!results_.contains(runner->id) && runner->test.empty()) rest.push_back(runner);
+      if (results_.contains(runner->id) || !runner->test.empty()) continue;
+      if (runner->splits)
+        run_one(*runner);
+      else
+        rest.push_back(runner);
     }
     parallel_work(rest.size(), options_.jobs, [&] { return [&](std::size_t i) { run_one(*rest[i]); }; });
     for (const Runner* runner : chosen_) {
@@ -122,10 +127,9 @@ class Validation {
     out.complete = !cancelled_;
     for (const CheckInfo& info : check_table()) {
       const auto found = results_.find(info.id);
-      if (found == results_.end()) continue;
-      waive(found->second, out);
-      out.checks.push_back(std::move(found->second));
+      if (found != results_.end()) out.checks.push_back(std::move(found->second));
     }
+    for (auto& [waiver, note] : ended_waivers_) out.notes.push_back(std::move(note));
     report_unused_waivers(out);
     out.seconds = std::chrono::duration<double>(Clock::now() - begin).count();
     return out;
@@ -172,7 +176,7 @@ class Validation {
     CheckContext context{subject_, suite_};
     context.effort = options_.effort;
     context.seed = options_.seed;
-    context.threads = 1;
+    context.threads = runner.splits ? options_.jobs : 1;
     context.joint = options_.joint;
     context.record = options_.record;
     context.write_answers = options_.write_answers;
@@ -211,6 +215,7 @@ class Validation {
   void finish(const Runner& runner, CheckResult result) {
     static_cast<void>(advance(runner, 1));
     const std::lock_guard lock(mutex_);
+    waive(result);
     if (options_.on_result) options_.on_result(result);
     results_.emplace(std::string(runner.id), std::move(result));
   }
@@ -233,11 +238,11 @@ class Validation {
     CheckResult out = begin_result(runner.id);
     out.verdict = test->second.verdict;
     out.summary = fmt::format("{}: {}", runner.test, test->second.summary);
-    results_.emplace(std::string(runner.id), std::move(out));
+    finish(runner, std::move(out));
   }
 
   // Failures that the suite accepts, until a date.
-  void waive(CheckResult& result, ValidationReport& out) {
+  void waive(CheckResult& result) {
     for (std::size_t i = 0; i < suite_.waivers.size(); ++i) {
       const Waiver& waiver = suite_.waivers[i];
       if (waiver.check != result.id) continue;
@@ -254,8 +259,8 @@ class Validation {
       }
       if (is_used) used_waivers_.push_back(i);
       if (is_used && is_over)
-        out.notes.push_back(
-            fmt::format("the waiver of {} ended on {}: {}", waiver.check, waiver.until, waiver.why));
+        ended_waivers_[i] =
+            fmt::format("the waiver of {} ended on {}: {}", waiver.check, waiver.until, waiver.why);
     }
     if (result.verdict != Verdict::failed || result.items.empty()) return;
     Verdict worst = Verdict::not_applicable;
@@ -285,6 +290,7 @@ class Validation {
   std::map<std::string_view, double> done_;
   std::map<std::string, CheckResult, std::less<>> results_;
   std::vector<std::size_t> used_waivers_;
+  std::map<std::size_t, std::string> ended_waivers_;  // notes, by the index of the waiver
 };
 
 }  // namespace

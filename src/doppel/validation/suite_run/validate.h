@@ -27,7 +27,7 @@ struct ValidationOptions {
   // Called with the completed fraction and the check that runs, from one thread at a time; false: the
   // validation ends. May be empty.
   std::function<bool(double done, const std::string& id)> progress = {};
-  // Called with each result when it is there, from one thread at a time. May be empty.
+  // Called with each result, its waivers applied, when it is there; from one thread at a time. May be empty.
   std::function<void(const CheckResult&)> on_result = {};
 };
 

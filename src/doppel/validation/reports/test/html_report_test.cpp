@@ -55,6 +55,14 @@ TEST_F(HtmlReportTest, ReportWithoutMachineHasNoArm) {
   EXPECT_THAT(html, HasSubstr("http://127.0.0.1:8700/?q=Revolute%201%3D0.4&amp;q=Revolute%202%3D2.6"));
 }
 
+TEST_F(HtmlReportTest, LinksNamePageThatIsGiven) {
+  const std::string html = html_report(example_report(), nullptr, "http://arm.local:8711/");
+  EXPECT_THAT(html, HasSubstr("http://arm.local:8711/?q=Revolute%201%3D0.4"));
+  EXPECT_THAT(html, Not(HasSubstr(":8700")));
+  const std::string hostile = html_report(example_report(), nullptr, "x\"><script>alert(1)");
+  EXPECT_THAT(hostile, Not(HasSubstr("<script>alert")));
+}
+
 TEST_F(HtmlReportTest, SizeIsBoundedWithManyConfigurationsAndCurves) {
   ValidationReport report = example_report(subject_.get());
   CheckItem item;

@@ -44,6 +44,31 @@ class ResultsTest : public testing::Test {
   fs::path folder_;
 };
 
+TEST_F(ResultsTest, EvidenceHasCurvesWithExtremesAndCommands) {
+  ValidationReport report;
+  CheckResult& check = report.checks.emplace_back(begin_result("T4"));
+  CheckItem& item = check.add({.subject = "a", .message = "slow"});
+  PlotCurve curve{"q", {}, {}};
+  for (int i = 0; i < 10'000; ++i) {
+    curve.times.push_back(i);
+    curve.values.push_back(i == 5'432 ? 7.25 : 0.5);
+  }
+  item.curves.push_back(
+      {"step", "rad", "", {curve}, {{"limit", 0, std::numeric_limits<double>::infinity(), 1, 2}}});
+  item.curves.back().x_axis = "Hz";
+  item.poses.push_back({"there", {{"Revolute 1", 0.5}}});
+  EXPECT_FALSE(Json::parse(to_json(report))["checks"][0]["items"][0].contains("curves"));
+  const Json shown = Json::parse(to_json(report, {.evidence = true}))["checks"][0]["items"][0];
+  const Json& panel = shown["curves"][0];
+  EXPECT_EQ(panel["x_axis"], "Hz");
+  EXPECT_EQ(panel["bands"][0]["high"], nullptr);
+  EXPECT_LE(panel["curves"][0]["x"].size(), kMaxCurvePoints);
+  EXPECT_EQ(panel["curves"][0]["x"].size(), panel["curves"][0]["y"].size());
+  const auto values = panel["curves"][0]["y"].get<std::vector<double>>();
+  EXPECT_EQ(std::ranges::count(values, 7.25), 1);
+  EXPECT_EQ(shown["poses"][0]["command"], "doppel move 'Revolute 1=0.5'");
+}
+
 TEST_F(ResultsTest, JsonHasChecksItemsMetricsAndTiming) {
   const Json json = Json::parse(to_json(example_report()));
   EXPECT_EQ(json["schema_version"], 1);
