@@ -91,21 +91,4 @@ struct DOPPEL_API Suite {
 // impossible values, a waiver without a reason or of an unknown check ("suite.*").
 DOPPEL_API Suite load_suite(const std::filesystem::path& file);
 
-// A number with an optional unit, in SI: "0.5 rad", "30 deg", "10 %", "0.2 kg", "50 mm". nullopt: no number,
-// or a unit of another kind than `kind`.
-enum class QuantityKind {
-  position,
-  angle,
-  length,
-  time,
-  share,
-  mass,
-  speed,
-  force,
-  stiffness,
-  voltage,
-  current
-};
-DOPPEL_API std::optional<double> parse_quantity(const std::string& text, QuantityKind kind);
-
 }  // namespace doppel
