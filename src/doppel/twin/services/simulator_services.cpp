@@ -159,7 +159,8 @@ std::string SimulatorServices::acting_loads() const {
 }
 
 Status SimulatorServices::check_effort(const std::string& name, const Load& load) const {
-  if (!std::isfinite(load.effort)) return Status::refused("the effort is not a finite number");
+  if (!std::isfinite(load.effort))
+    return Status::refused(fmt::format("the effort on '{}' is not a finite number", name));
   double sum = load.effort;
   for (const Load& other : loads_) {
     if (other.body.instance == load.body.instance && other.joint == load.joint && other.end > scene_.now())

@@ -4,209 +4,106 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
-#include <limits>
+#include <atomic>
 #include <map>
+#include <memory>
+#include <optional>
 #include <set>
 
+#include "doppel/base/core/parallel_work.h"
 #include "doppel/robot/kinematics/dynamics.h"
+#include "doppel/validation/motions/detail/failure_recorder.h"
 #include "doppel/validation/motions/detail/free_space.h"
-#include "doppel/validation/motions/machine_run.h"
+#include "doppel/validation/motions/detail/limit_trials.h"
 #include "doppel/validation/statics/start_pose.h"
 
 namespace doppel {
 namespace {
 
-constexpr double kBeyond = 0.5, kSlideBeyond = 0.1;            // rad, m: beyond a limit
-constexpr double kPositionRoom = 2e-3, kSlideRoom = 2e-4;      // rad, m: that are no violation
-constexpr double kSpeedRoom = 1.02, kEffortRoom = 1.001;       // of the limits
-constexpr double kOverTravel = 9e-3, kSlideOverTravel = 9e-4;  // rad, m: of a fall onto the stops
-constexpr double kNearLimit = 0.1, kSlideNearLimit = 0.01;     // rad, m: the start of a trial
-// s; kWindow: over which a speed is a mean, because a servo that follows a command at the speed limit is
-// faster for a moment.
-constexpr double kTrial = 1.0, kFall = 3.0, kApproach = 0.5, kWindow = 0.2, kJumpRoom = 0.1;
+constexpr double kOverTravel = 9e-3, kSlideOverTravel = 9e-4;   // rad, m: of a fall onto the stops
+constexpr double kTrial = 1.0, kQuickTrial = 0.6, kFall = 3.0;  // s
 
-enum class Trial { above, below, fast, effort, not_a_number, infinite, jump };
-constexpr std::array<const char*, 7> kTrialNames = {"beyond the upper limit",
-                                                    "beyond the lower limit",
-                                                    "at twice the speed limit",
-                                                    "twice the effort limit",
-                                                    "NaN",
-                                                    "infinity",
-                                                    "a jump across the range"};
-
-// The largest that a trial did to its joint.
-struct Reaction {
-  double beyond = 0;                                  // rad or m beyond a position limit
-  double command_beyond = 0;                          // the same of the drive's target
-  double speed = 0, momentary_speed = 0, effort = 0;  // of the limits
-  bool finite = true, diverged = false, answered = false;
-  double command = 0;  // the drive's target that is farthest beyond the limits
-};
-
-class TrialRun {
- public:
-  TrialRun(MachineRun& machine, int joint) : machine_(machine), joint_(joint), about_(machine.joint(joint)) {}
-
-  Reaction run(const JointWay& way, Trial trial) {
-    send(way, trial);
-    Reaction out;
-    out.diverged = !machine_.run(kTrial, [&] { observe(out); });
-    for (const LogLine& line : machine_.take_lines())
-      out.answered = out.answered ||
-                     (line.severity != Severity::note && line.text.find(about_.name) != std::string::npos) ||
-                     line.text.find("limit") != std::string::npos ||
-                     line.text.find("NaN") != std::string::npos ||
-                     line.text.find("finite") != std::string::npos;
-    return out;
-  }
-
-  // The same motion to the limit and no farther.
-  Reaction legal(const JointWay& way, Trial trial) {
-    machine_.send(way, end(trial), kApproach);
-    Reaction out;
-    out.diverged = !machine_.run(kTrial, [&] { observe(out); });
-    return out;
-  }
-
-  // Whether the trial means something for this joint and way.
-  [[nodiscard]] bool applies(const JointWay& way, Trial trial) const {
-    const bool is_position = way.interface == "position";
-    switch (trial) {
-      case Trial::above:
-        return is_position && std::isfinite(about_.upper);
-      case Trial::below:
-        return is_position && std::isfinite(about_.lower);
-      case Trial::fast:
-        return std::isfinite(about_.velocity) && (is_position || way.interface == "velocity");
-      case Trial::effort:
-        return std::isfinite(about_.effort) && way.interface == "effort";
-      case Trial::jump:
-        return is_position && std::isfinite(about_.lower) && std::isfinite(about_.upper);
-      case Trial::not_a_number:
-      case Trial::infinite:
-        break;
-    }
-    return true;
-  }
-
-  // The position from which the trial begins.
-  [[nodiscard]] double start(Trial trial) const {
-    const double near = machine_.slides(joint_) ? kSlideNearLimit : kNearLimit;
-    const double room =
-        std::isfinite(about_.upper - about_.lower) ? 0.25 * (about_.upper - about_.lower) : near;
-    if (trial == Trial::above) return about_.upper - std::min(near, room);
-    if (trial == Trial::below || trial == Trial::jump) return about_.lower + std::min(near, room);
-    const double middle = 0.5 * (about_.lower + about_.upper);
-    return std::isfinite(middle) ? middle : 0.0;
-  }
-
-  // The farthest position of the joint in the trial, if limits are enforced.
-  [[nodiscard]] double end(Trial trial) const {
-    if (trial == Trial::above) return about_.upper;
-    if (trial == Trial::below) return about_.lower;
-    if (trial == Trial::jump) return about_.upper - kJumpRoom * (about_.upper - about_.lower);
-    if (trial == Trial::fast && std::isfinite(about_.upper)) return 0.5 * (start(trial) + about_.upper);
-    return start(trial);
-  }
-
- private:
-  void send(const JointWay& way, Trial trial) {
-    const bool slides = machine_.slides(joint_);
-    const double beyond = slides ? kSlideBeyond : kBeyond;
-    const double present = machine_.position(joint_);
-    switch (trial) {
-      case Trial::above:
-        return machine_.send(way, about_.upper + beyond, kApproach);
-      case Trial::below:
-        return machine_.send(way, about_.lower - beyond, kApproach);
-      case Trial::fast: {
-        if (way.interface == "velocity") return machine_.send(way, 2 * about_.velocity);
-        const double room = std::isfinite(about_.upper) ? 0.5 * (about_.upper - present) : 1.0;
-        return machine_.send(way, present + room, room / (2 * about_.velocity));
-      }
-      case Trial::effort:
-        return machine_.send(way, 2 * about_.effort);
-      case Trial::not_a_number:
-        return machine_.send(way, std::numeric_limits<double>::quiet_NaN(), 0.1);
-      case Trial::infinite:
-        return machine_.send(way, std::numeric_limits<double>::infinity(), 0.1);
-      case Trial::jump:
-        return machine_.send(way, about_.upper - kJumpRoom * (about_.upper - about_.lower));
-    }
-  }
-
-  void observe(Reaction& out) {
-    const double q = machine_.position(joint_), v = machine_.speed(joint_), tau = machine_.effort(joint_);
-    const DriveState drive = machine_.twin().robot().instance().drive_state(joint_);
-    out.finite = out.finite && std::isfinite(q) && std::isfinite(drive.target);
-    out.beyond = std::max({out.beyond, q - about_.upper, about_.lower - q});
-    if (drive.mode == DriveMode::position) {
-      const double target = std::max(drive.target - about_.upper, about_.lower - drive.target);
-      if (target > out.command_beyond) out.command = drive.target;
-      out.command_beyond = std::max(out.command_beyond, target);
-    }
-    if (std::isfinite(about_.velocity) && about_.velocity > 0) {
-      out.momentary_speed = std::max(out.momentary_speed, std::abs(v) / about_.velocity);
-      const auto steps = static_cast<std::size_t>(kWindow / to_seconds(machine_.twin().step_size()));
-      past_.push_back(q);
-      if (past_.size() > steps)
-        out.speed =
-            std::max(out.speed, std::abs(q - past_[past_.size() - 1 - steps]) / kWindow / about_.velocity);
-    }
-    if (std::isfinite(about_.effort) && about_.effort > 0)
-      out.effort = std::max(out.effort, std::abs(tau) / about_.effort);
-  }
-
-  MachineRun& machine_;
-  int joint_;
-  const ModelJoint& about_;
-  std::vector<double> past_;  // positions
-};
+using Trial = LimitTrial;
 
 struct Placement {
   bool is_free = false;
   std::vector<std::pair<std::string, double>> positions;
 };
 
-class LimitJudge {
- public:
-  LimitJudge(const CheckContext& context, CheckResult& out)
-      : context_(context), space_(context.subject), out_(out) {}
+// A command that was tried.
+struct TriedCommand {
+  JointWay way;
+  Trial trial = Trial::above;
+  Reaction reaction;
+  std::optional<bool> let_through;  // by a stack that does not enforce limits; none: it has no such way
+  bool is_placed = true;            // false: the joint may touch something on its way to the limit
+  std::vector<std::pair<std::string, double>> posed;  // where the trial of a violation ended
+};
 
-  void run() {
-    run_commands();
-    run_fall();
-    finish();
+struct TriedJoint {
+  std::vector<TriedCommand> commands;
+  bool is_crowded = false;  // it touches something near a limit
+};
+
+// Tries the commands of joints in twins of its own. Each trial begins at the same saved state, so that its
+// result depends on no other.
+class JointTrials {
+ public:
+  explicit JointTrials(const CheckContext& context)
+      : context_(context),
+        space_(context.subject),
+        machine_(context, {.enforce_limits = context.subject.scenario.enforce_limits}),
+        trusting_(context, {.enforce_limits = false}),
+        start_(machine_.save()),
+        trusting_start_(trusting_.save()),
+        seconds_(context.effort == Effort::quick ? kQuickTrial : kTrial) {}
+
+  [[nodiscard]] MachineRun& machine() { return machine_; }
+  // A trial again, from the same state.
+  void repeat(int joint, const JointWay& way, Trial trial) {
+    placements_.clear();
+    place(machine_, *start_, joint, way, trial);
+    LimitTrialRun(machine_, joint, seconds_).run(way, trial);
+  }
+
+  TriedJoint run(int joint) {
+    TriedJoint out;
+    placements_.clear();
+    std::vector<JointWay> ways = machine_.ways(joint);
+    if (ways.empty()) return out;
+    for (JointWay& service : machine_.service_ways(joint)) ways.push_back(std::move(service));
+    for (const JointWay& way : ways) {
+      for (std::size_t i = 0; i < kLimitTrialNames.size(); ++i) {
+        const auto trial = static_cast<Trial>(i);
+        if (LimitTrialRun(machine_, joint, seconds_).applies(way, trial) && is_chosen(way, trial))
+          out.commands.push_back(try_command(joint, way, trial));
+      }
+    }
+    for (const auto& [begin, placement] : placements_) out.is_crowded = out.is_crowded || !placement.is_free;
+    return out;
   }
 
  private:
-  void run_commands() {
-    MachineRun machine(context_, {.enforce_limits = context_.subject.scenario.enforce_limits});
-    MachineRun trusting(context_, {.enforce_limits = false});  // as ros2_control by its defaults
-    const std::shared_ptr<const SavedState> start = machine.save(), trusting_start = trusting.save();
-    const std::vector<int>& joints = machine.joints();
-    for (std::size_t i = 0; i < joints.size(); ++i) {
-      const std::vector<JointWay> ways = machine.ways(joints[i]);
-      if (ways.empty()) out_.notes.push_back(machine.joint(joints[i]).name + " cannot be commanded");
-      for (const JointWay& way : ways) {
-        for (std::size_t trial = 0; trial < kTrialNames.size(); ++trial)
-          judge_trial(machine, *start, trusting, *trusting_start, joints[i], way, static_cast<Trial>(trial));
-      }
-      context_.report(0.9 * static_cast<double>(i + 1) / static_cast<double>(joints.size()));
-    }
+  // An action and a topic have the same trajectory behind them.
+  [[nodiscard]] bool is_chosen(const JointWay& way, Trial trial) const {
+    return context_.effort != Effort::quick || way.kind != JointWay::Kind::trajectory_action ||
+           trial == Trial::above || trial == Trial::not_a_number;
+  }
+
+  // Services belong to the simulator, and an action lets through what its topic does.
+  [[nodiscard]] bool is_compared(const JointWay& way, Trial trial) const {
+    const bool is_command = way.kind == JointWay::Kind::trajectory || way.kind == JointWay::Kind::forward;
+    const bool is_long = trial == Trial::fast || trial == Trial::jump;
+    return is_command && !(is_long && context_.effort == Effort::quick);
   }
 
   // Where the joint is before the trial, with the others so that it moves freely to the limit and back; the
   // start pose where there is no such configuration.
-  const Placement& placement_of(const MachineRun& machine, int joint, double begin, double end) {
-    const auto key = std::pair(joint, begin);
-    if (const auto found = placements_.find(key); found != placements_.end()) return found->second;
-    Placement& out = placements_[key];
+  const Placement& placement_of(int joint, double begin, double end) {
+    if (const auto found = placements_.find(begin); found != placements_.end()) return found->second;
+    Placement& out = placements_[begin];
     const Model& model = *context_.subject.model;
-    const std::string& name = machine.joint(joint).name;
-    const int index = model.find_joint(name);
+    const int index = model.find_joint(machine_.joint(joint).name);
     std::vector<Eigen::VectorXd> candidates{start_configuration(context_.subject)};
     constexpr int kSamples = 128;
     for (Eigen::VectorXd& q : sample_configurations(model, kSamples)) candidates.push_back(std::move(q));
@@ -216,76 +113,126 @@ class LimitJudge {
       if (!space_.is_free(q) || !space_.is_way_free(q, index, end)) continue;
       out.is_free = true;
       out.positions = posed_joints(model, q);
-      return out;
+      break;
     }
-    // It stays where it starts, and contacts may stop it on its way.
-    crowded_.insert(name);
     return out;
   }
 
-  void place(MachineRun& machine, const SavedState& start, const TrialRun& run, int joint, Trial trial) {
+  // Returns whether it moves freely there.
+  bool place(MachineRun& machine, const SavedState& start, int joint, const JointWay& way, Trial trial) {
     machine.restore(start);
-    const Placement& placement = placement_of(machine, joint, run.start(trial), run.end(trial));
+    // A service that refuses moves nothing, wherever the joint is.
+    if (way.kind == JointWay::Kind::position_service) return true;
+    const LimitTrialRun run(machine, joint, seconds_);
+    const Placement& placement = placement_of(joint, run.start(trial), run.end(trial));
     if (placement.is_free) static_cast<void>(machine.place(placement.positions));
     static_cast<void>(machine.take_lines());
-  }
-
-  Reaction react(MachineRun& machine, const SavedState& start, int joint, const JointWay& way, Trial trial) {
-    TrialRun run(machine, joint);
-    place(machine, start, run, joint, trial);
-    return run.run(way, trial);
+    return placement.is_free;
   }
 
   // How far the joint gives way under its load where it is commanded to the limit itself.
-  double give_of(MachineRun& machine, const SavedState& start, int joint, const JointWay& way, Trial trial) {
-    if (trial != Trial::above && trial != Trial::below) return 0;
-    TrialRun run(machine, joint);
-    place(machine, start, run, joint, trial);
-    return run.legal(way, trial).beyond;
+  double give_of(int joint, const JointWay& way, Trial trial) {
+    const bool is_at_limit = trial == Trial::above || trial == Trial::below;
+    if (!is_at_limit || way.kind == JointWay::Kind::position_service) return 0;
+    place(machine_, *start_, joint, way, trial);
+    return LimitTrialRun(machine_, joint, kTrial).legal(way, trial).beyond;
   }
 
-  void judge_trial(MachineRun& machine, const SavedState& start, MachineRun& trusting,
-                   const SavedState& trusting_start, int joint, const JointWay& way, Trial trial) {
-    if (!TrialRun(machine, joint).applies(way, trial)) return;
+  TriedCommand try_command(int joint, const JointWay& way, Trial trial) {
+    TriedCommand out;
+    out.way = way;
+    out.trial = trial;
+    const bool slides = machine_.slides(joint);
+    // A joint that touches something on its way may never get to its limit.
+    const bool needs_way = trial != Trial::not_a_number && trial != Trial::infinite;
+    out.is_placed = place(machine_, *start_, joint, way, trial) || !needs_way;
+    out.reaction = LimitTrialRun(machine_, joint, seconds_).run(way, trial);
+    if (out.reaction.violates(slides)) out.posed = machine_.posed();
+    if (out.reaction.violates(slides) && out.reaction.beyond > 0)
+      out.reaction.beyond -= std::max(0.0, give_of(joint, way, trial));
+    if (is_compared(way, trial)) {
+      place(trusting_, *trusting_start_, joint, way, trial);
+      out.let_through =
+          LimitTrialRun(trusting_, joint, seconds_).run_to_violation(way, trial).violates(slides);
+    }
+    return out;
+  }
+
+  const CheckContext& context_;
+  FreeSpace space_;
+  MachineRun machine_, trusting_;  // trusting_: as ros2_control by its defaults
+  std::shared_ptr<const SavedState> start_, trusting_start_;
+  double seconds_;
+  std::map<double, Placement> placements_;  // of the joint, by its position
+};
+
+class LimitJudge {
+ public:
+  LimitJudge(const CheckContext& context, CheckResult& out) : context_(context), out_(out) {}
+
+  void run() {
+    run_commands();
+    run_fall();
+    finish();
+  }
+
+ private:
+  void run_commands() {
+    const auto first = std::make_shared<JointTrials>(context_);
+    const std::vector<int>& joints = first->machine().joints();
+    std::vector<TriedJoint> tried(joints.size());
+    std::atomic<bool> is_taken{false};
+    std::atomic<std::size_t> ready{0};
+    parallel_work(joints.size(), context_.threads, [&] {
+      auto trials = is_taken.exchange(true) ? std::make_shared<JointTrials>(context_) : first;
+      return [&, trials = std::move(trials)](std::size_t i) {
+        tried[i] = trials->run(joints[i]);
+        context_.report(0.9 * static_cast<double>(++ready) / static_cast<double>(joints.size()));
+      };
+    });
+    for (std::size_t i = 0; i < joints.size(); ++i) judge(*first, joints[i], tried[i]);
+  }
+
+  void judge(JointTrials& trials, int joint, const TriedJoint& tried) {
+    const MachineRun& machine = trials.machine();
+    if (tried.commands.empty()) out_.notes.push_back(machine.joint(joint).name + " cannot be commanded");
+    if (tried.is_crowded) crowded_.insert(machine.joint(joint).name);
+    for (const TriedCommand& command : tried.commands) judge(trials, joint, command);
+  }
+
+  void judge(JointTrials& trials, int joint, const TriedCommand& command) {
+    const MachineRun& machine = trials.machine();
     ++trials_;
-    Reaction reaction = react(machine, start, joint, way, trial);
-    if (violates(machine, joint, reaction) && reaction.beyond > 0)
-      reaction.beyond -= std::max(0.0, give_of(machine, start, joint, way, trial));
-    // An action and a topic have the same trajectory behind them.
-    if (way.kind != JointWay::Kind::trajectory_action) {
-      const Reaction otherwise = react(trusting, trusting_start, joint, way, trial);
-      if (violates(machine, joint, otherwise)) ++let_through_;
+    const Reaction& reaction = command.reaction;
+    if (command.let_through) {
+      auto& [through, all] = let_through_[command.trial];
+      ++all;
+      through += *command.let_through ? 1 : 0;
     }
     worst_.beyond = std::max(worst_.beyond, reaction.beyond);
     worst_.speed = std::max(worst_.speed, reaction.speed);
     worst_.momentary_speed = std::max(worst_.momentary_speed, reaction.momentary_speed);
     worst_.effort = std::max(worst_.effort, reaction.effort);
-    const std::string subject = fmt::format("{}, {}, {}", machine.joint(joint).name,
-                                            kTrialNames[static_cast<std::size_t>(trial)], way.name());
-    if (violates(machine, joint, reaction)) {
+    if (reaction.violates(machine.slides(joint))) {
       const Joint* const source = context_.subject.description().find_joint(machine.joint(joint).name);
-      CheckItem& item = out_.add({subject, Verdict::failed, violation_text(machine, joint, way, reaction),
-                                  violation_fix(machine, joint, reaction),
-                                  source != nullptr ? source->source : SourceLocation{}});
-      item.poses.push_back({"where the trial ended", machine.posed()});
-    } else if (!reaction.answered && must_answer(trial) && is_placed(machine, joint, trial)) {
+      CheckItem& item = out_.add(
+          {fmt::format("{}, {}, {}", machine.joint(joint).name,
+                       kLimitTrialNames[static_cast<std::size_t>(command.trial)], command.way.name()),
+           Verdict::failed, violation_text(machine, joint, command.way, reaction),
+           violation_fix(machine, joint, reaction), source != nullptr ? source->source : SourceLocation{}});
+      item.poses.push_back({"where the trial ended", command.posed});
+      recorder_.record(item, machine.joint(joint).name, trials.machine(),
+                       [&] { trials.repeat(joint, command.way, command.trial); });
+    } else if (!reaction.answered && must_answer(command) && command.is_placed) {
       ++unanswered_;
     }
   }
 
-  // A joint that touches something on its way may never get to its limit.
-  bool is_placed(const MachineRun& machine, int joint, Trial trial) const {
-    return !crowded_.contains(machine.joint(joint).name) || trial == Trial::not_a_number ||
-           trial == Trial::infinite;
-  }
-
-  // A command within all limits is carried out without a word.
-  static bool must_answer(Trial trial) { return trial != Trial::jump && trial != Trial::fast; }
-
-  static bool violates(const MachineRun& machine, int joint, const Reaction& reaction) {
-    const double room = machine.slides(joint) ? kSlideRoom : kPositionRoom;
-    return reaction.diverged || !reaction.finite || reaction.beyond > room ||
-           reaction.command_beyond > room || reaction.speed > kSpeedRoom || reaction.effort > kEffortRoom;
+  // A command within all limits is carried out without a word, and so is an effort from outside.
+  static bool must_answer(const TriedCommand& command) {
+    const bool is_push = command.way.kind == JointWay::Kind::effort_service;
+    return command.trial != Trial::jump && command.trial != Trial::fast &&
+           !(is_push && command.trial == Trial::effort);
   }
 
   static std::string violation_text(const MachineRun& machine, int joint, const JointWay& way,
@@ -337,7 +284,11 @@ class LimitJudge {
         most = std::max({most, q - about.upper, about.lower - q});
       }
     });
-    if (!whole) out_.fail("fall onto the stops", "the physics diverges without drives");
+    if (!whole) {
+      out_.fail("fall onto the stops", "the physics diverges without drives");
+      MachineRun again(context_, {.start_controllers = false});
+      recorder_.record(out_.items.back(), "fall onto the stops", again, [&] { again.run(kFall); });
+    }
     for (const int joint : machine.joints()) {
       const bool slides = machine.slides(joint);
       const double limit = slides ? kSlideOverTravel : kOverTravel,
@@ -367,27 +318,48 @@ class LimitJudge {
     }
     out_.notes.push_back(
         fmt::format("speeds are means over {:.2g} s; the largest for a moment is {:.0f} % of its limit",
-                    kWindow, 100 * worst_.momentary_speed));
+                    kSpeedWindow, 100 * worst_.momentary_speed));
     if (unanswered_ > 0) {
       out_.add({"", Verdict::warned,
                 fmt::format("{} commands were limited without a line of the log that names the joint",
                             unanswered_)});
     }
-    out_.notes.push_back(
-        fmt::format("ros2_control by its defaults, which does not enforce limits, would have let {} of these "
-                    "commands through",
-                    let_through_));
+    out_.notes.push_back(let_through_text());
+    if (context_.effort == Effort::quick) {
+      out_.notes.push_back(
+          "quick: trials end after 0.6 s instead of 1 s; of actions, which have the controllers of the "
+          "topics "
+          "behind them, only a command beyond the upper limit and NaN are tried; fast commands are not tried "
+          "without limits");
+    }
     const auto failed = std::ranges::count(out_.items, Verdict::failed, &CheckItem::verdict);
     out_.summary = fmt::format("{} commands beyond limits, {} got through", trials_, failed);
   }
 
+  // "ros2_control by its defaults, ..., would have let 9 of 12 commands through: beyond the upper limit 2 of
+  // 2, NaN 2 of 2".
+  [[nodiscard]] std::string let_through_text() const {
+    std::size_t through = 0, all = 0;
+    std::string parts;
+    for (const auto& [trial, counts] : let_through_) {
+      through += counts.first;
+      all += counts.second;
+      parts += fmt::format("{}{} {} of {}", parts.empty() ? ": " : ", ",
+                           kLimitTrialNames[static_cast<std::size_t>(trial)], counts.first, counts.second);
+    }
+    return fmt::format(
+        "ros2_control by its defaults, which does not enforce limits, would have let {} of {} commands "
+        "through{}",
+        through, all, parts);
+  }
+
   const CheckContext& context_;
-  FreeSpace space_;
-  std::set<std::string> crowded_;                           // joints that touch something near a limit
-  std::map<std::pair<int, double>, Placement> placements_;  // by joint and its position
   CheckResult& out_;
+  FailureRecorder recorder_{context_, out_};
+  std::set<std::string> crowded_;  // joints that touch something near a limit
+  std::map<Trial, std::pair<std::size_t, std::size_t>> let_through_;  // of all
   Reaction worst_;
-  std::size_t trials_ = 0, let_through_ = 0, unanswered_ = 0;
+  std::size_t trials_ = 0, unanswered_ = 0;
 };
 
 }  // namespace

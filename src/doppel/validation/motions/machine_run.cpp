@@ -19,6 +19,8 @@ namespace doppel {
 namespace {
 
 constexpr const char* kClient = "/doppel_validate";
+constexpr const char *kSetPositions = "/gazebo/set_model_configuration",
+                     *kApplyEffort = "/gazebo/apply_joint_effort";
 constexpr std::string_view kTrajectory = "JointTrajectoryController";
 
 bool forwards(std::string_view type) {
@@ -161,6 +163,18 @@ std::optional<JointWay> MachineRun::reference_way(int index) const {
   return std::nullopt;
 }
 
+std::vector<JointWay> MachineRun::service_ways(int index) const {
+  JointWay position;
+  position.joints = {joint(index).name};
+  position.controller = position.address = kSetPositions;
+  position.kind = JointWay::Kind::position_service;
+  JointWay effort = position;
+  effort.controller = effort.address = kApplyEffort;
+  effort.interface = "effort";
+  effort.kind = JointWay::Kind::effort_service;
+  return {position, effort};
+}
+
 double MachineRun::position(int index) const {
   return twin_->robot().instance().q()[static_cast<std::size_t>(joint(index).q)];
 }
@@ -180,9 +194,11 @@ std::vector<std::pair<std::string, double>> MachineRun::posed() const {
   return out;
 }
 
-bool MachineRun::run(double seconds, const std::function<void()>& after_step) {
+bool MachineRun::run(double seconds, const std::function<void()>& after_step,
+                     const std::function<bool()>& is_over) {
   HeadlessOptions options;
   options.duration = from_seconds(seconds);
+  if (is_over) options.until = [&](Twin&) { return is_over(); };
   if (after_step) options.observers.emplace_back([&](Twin&) { after_step(); });
   if (recording_ != nullptr) options.observers.emplace_back([&](Twin&) { recording_->take(); });
   const RunResult result = run_headless(*twin_, options);
@@ -190,7 +206,39 @@ bool MachineRun::run(double seconds, const std::function<void()>& after_step) {
   return result.end != RunEnd::diverged;
 }
 
+// Its response comes with the next step.
+template <class Service>
+void call_service(Edge& edge, const std::string& address, const typename Service::Request& request,
+                  Status& out) {
+  out = Status::refused("the twin has not answered");
+  edge.call(address, to_cdr(request), [&out](const Status& status, const Bytes& cdr) {
+    typename Service::Response response;
+    out = status;
+    if (status && from_cdr(cdr, response) && !response.success)
+      out = Status::refused(response.status_message);
+  });
+}
+
+void MachineRun::call(const JointWay& way, double value, double seconds) {
+  if (way.kind == JointWay::Kind::position_service) {
+    gazebo_msgs::srv::SetModelConfiguration::Request request;
+    request.model_name = twin_->robot().name();
+    request.joint_names = way.joints;
+    request.joint_positions = {value};
+    call_service<gazebo_msgs::srv::SetModelConfiguration>(*edge_, way.address, request, answer_);
+    return;
+  }
+  gazebo_msgs::srv::ApplyJointEffort::Request request;
+  request.joint_name = way.joints.front();
+  request.effort = value;
+  request.duration = to_duration_msg(from_seconds(seconds));
+  call_service<gazebo_msgs::srv::ApplyJointEffort>(*edge_, way.address, request, answer_);
+}
+
 void MachineRun::send(const JointWay& way, double value, double seconds) {
+  answer_ = {};
+  if (way.kind == JointWay::Kind::position_service || way.kind == JointWay::Kind::effort_service)
+    return call(way, value, seconds);
   std::vector<double> values;
   for (const std::string& name : way.joints) {
     const int other = model().find_joint(name);
@@ -254,14 +302,8 @@ Status MachineRun::place(const std::vector<std::pair<std::string, double>>& posi
     request.joint_names.push_back(name);
     request.joint_positions.push_back(value);
   }
-  Status out = Status::refused("the twin has not answered");
-  edge_->call("/gazebo/set_model_configuration", to_cdr(request),
-              [&out](const Status& status, const Bytes& cdr) {
-                gazebo_msgs::srv::SetModelConfiguration::Response response;
-                out = status;
-                if (status && from_cdr(cdr, response) && !response.success)
-                  out = Status::refused(response.status_message);
-              });
+  Status out;
+  call_service<gazebo_msgs::srv::SetModelConfiguration>(*edge_, kSetPositions, request, out);
   twin_->between_steps();
   run(0.05);  // controllers have taken over the pose
   return out;

@@ -20,8 +20,15 @@ namespace doppel {
 
 // A way on which a client commands a joint.
 struct DOPPEL_API JointWay {
-  enum class Kind { trajectory, trajectory_action, forward, reference } kind = Kind::trajectory;
-  std::string controller, address;     // address: the topic, or the action
+  enum class Kind {
+    trajectory,
+    trajectory_action,
+    forward,
+    reference,
+    position_service,  // sets the joint's position at once
+    effort_service,    // an effort that acts on the joint from outside
+  } kind = Kind::trajectory;
+  std::string controller, address;     // address: the topic, the action or the service
   std::string interface = "position";  // of the joint that the controller claims
   std::vector<std::string> joints;     // all that one command has, in its order
   std::size_t index = 0;               // of the joint among them
@@ -57,6 +64,8 @@ class DOPPEL_API MachineRun {
   [[nodiscard]] std::vector<JointWay> ways(int joint) const;
   // The reference topic of an active pid_controller of the joint's position, which no other one commands.
   [[nodiscard]] std::optional<JointWay> reference_way(int joint) const;
+  // The simulator's services that reach a joint. None commands a drive.
+  [[nodiscard]] std::vector<JointWay> service_ways(int joint) const;
 
   // rad or m, per s, N m or N.
   [[nodiscard]] double position(int joint) const;
@@ -65,10 +74,12 @@ class DOPPEL_API MachineRun {
   [[nodiscard]] DriveMode drive(int joint) const { return twin_->robot().instance().drive(joint); }
   [[nodiscard]] std::vector<std::pair<std::string, double>> posed() const;
 
-  // Runs for simulated seconds. False: the physics has diverged.
-  bool run(double seconds, const std::function<void()>& after_step = {});
+  // Runs for simulated seconds, or until `is_over`, which is asked before each step. False: the physics has
+  // diverged.
+  bool run(double seconds, const std::function<void()>& after_step = {},
+           const std::function<bool()>& is_over = {});
   // Sends a value for one joint; the others of the same command hold their position. `seconds`: in which a
-  // trajectory gets there.
+  // trajectory gets there, or for which an effort acts.
   void send(const JointWay& way, double value, double seconds = 0);
   // Commands every base that follows a Twist to drive forward at `speed` (m/s) for half a second;
   // `observe` gets the way of the base so far, m, after each step.
@@ -78,6 +89,9 @@ class DOPPEL_API MachineRun {
   // Continues from a former state.
   [[nodiscard]] std::shared_ptr<const SavedState> save() { return twin_->save(); }
   void restore(const SavedState& state);
+  // The response to the last command by a service: whether it is a refusal, and its text.
+  [[nodiscard]] bool is_refused() const { return !answer_; }
+  [[nodiscard]] const std::string& answer() const { return answer_.why(); }
 
   // Records from now on (lab/recording/motion_recording.h). restore() begins the recording anew, so that its
   // times ascend.
@@ -89,6 +103,7 @@ class DOPPEL_API MachineRun {
 
  private:
   void attach_payload(const CheckContext& context);
+  void call(const JointWay& way, double value, double seconds);
 
   Log log_;
   std::mutex lines_mutex_;
@@ -98,6 +113,7 @@ class DOPPEL_API MachineRun {
   std::unique_ptr<Edge> edge_;
   std::unique_ptr<MotionRecording> recording_;
   std::vector<int> joints_;
+  Status answer_;
 };
 
 // "0.5 rad" or "20 mm".
