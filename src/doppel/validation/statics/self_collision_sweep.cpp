@@ -16,6 +16,7 @@
 #include "doppel/robot/semantics/self_collision.h"
 #include "doppel/scenario/resolve/srdf_search.h"
 #include "doppel/validation/statics/detail/audit_split.h"
+#include "doppel/validation/statics/detail/visual_overlap.h"
 #include "doppel/validation/statics/start_pose.h"
 
 namespace doppel {
@@ -210,10 +211,9 @@ PosedEvidence witness(const Model& model, const std::pair<int, int>& pair, const
 }
 
 // The configurations that the robot takes by itself: its start, and the named ones of the suite.
-std::vector<std::pair<std::string, Eigen::VectorXd>> named_configurations(const CheckContext& context) {
+std::vector<NamedConfiguration> named_configurations(const CheckContext& context) {
   const Model& model = *context.subject.model;
-  std::vector<std::pair<std::string, Eigen::VectorXd>> out{
-      {"the start pose", start_configuration(context.subject)}};
+  std::vector<NamedConfiguration> out{{"the start pose", start_configuration(context.subject)}};
   for (const auto& [name, joints] : context.suite.poses) {
     Eigen::VectorXd q = model.neutral();
     for (const auto& [joint, position] : joints) {
@@ -221,7 +221,7 @@ std::vector<std::pair<std::string, Eigen::VectorXd>> named_configurations(const 
         q[model.joints[static_cast<std::size_t>(index)].q] = position;
     }
     model.apply_mimics(q);
-    out.emplace_back("pose '" + name + "'", q);
+    out.push_back({"pose '" + name + "'", q});
   }
   return out;
 }
@@ -243,6 +243,44 @@ void judge_named(const CheckContext& context, const std::shared_ptr<const Collis
            "another pose, or collision shapes that fit the parts better"});
       item.poses.push_back(witness(model, links, q, name));
     }
+  }
+}
+
+// The link of an overlap that has no collision shape; empty: both have.
+std::string bare_link(const Model& model, const CollisionScene& scene, const VisualOverlap& overlap) {
+  for (const int link : {overlap.links.first, overlap.links.second})
+    if (!scene.has_shape({0, link})) return model.links[static_cast<std::size_t>(link)].name;
+  return "";
+}
+
+// What is seen to overlap, and is not in the collision shapes: neither a planner nor the simulation knows it.
+// Where a machine gets only by a few of its configurations, it warns.
+void judge_visuals(const CheckContext& context, const CollisionScene& scene,
+                   const Configurations& configurations, CheckResult& out) {
+  const Model& model = *context.subject.model;
+  std::vector<Eigen::VectorXd> samples;
+  const auto count = static_cast<std::size_t>(context.amount(100, 500, 2000));
+  for (std::size_t i = 0; i < std::min(count, configurations.samples()); ++i)
+    samples.push_back(configurations[i]);
+  for (const VisualOverlap& overlap :
+       find_visual_overlaps(context, scene, named_configurations(context), samples, out.notes)) {
+    const std::string bare = bare_link(model, scene, overlap);
+    const double share = static_cast<double>(overlap.samples) / static_cast<double>(samples.size());
+    const std::string place = overlap.name.empty()
+                                  ? fmt::format("in {:.2g} % of the configurations", 100 * share)
+                                  : "at " + overlap.name;
+    CheckItem item{
+        pair_name(model, overlap.links),
+        !overlap.name.empty() || overlap.is_frequent ? Verdict::failed : Verdict::warned,
+        fmt::format("visual shapes overlap by more than {:.0f} mm {}, and {}", 1e3 * kVisualOverlap, place,
+                    bare.empty() ? "collision shapes do not" : "'" + bare + "' has no collision shape"),
+        bare.empty() ? "collision shapes that cover the visual ones"
+                     : "a <collision> of '" + bare + "' that covers its visual shapes"};
+    const std::string& second = model.links[static_cast<std::size_t>(overlap.links.second)].name;
+    if (const Link* const source = context.subject.description().find_link(bare.empty() ? second : bare))
+      item.where = source->source;
+    item.poses.push_back(witness(model, overlap.links, overlap.q, "the visual shapes overlap"));
+    out.add(std::move(item));
   }
 }
 
@@ -271,7 +309,7 @@ void judge_touching_start(const CheckContext& context, const CollisionScene& sce
   const Model& model = *context.subject.model;
   CollisionContext bodies(scene.allowing({}));
   for (const AllowedPair& pair : scene.allowed_pairs()) {
-    if (pair.reason != "they touch at the start") continue;
+    if (pair.reason != kTouchAtStart) continue;
     std::size_t touching = 0;
     for (std::size_t i = 0; i < kSamples; ++i) {
       bodies.set_configuration(0, configurations[i]);
@@ -393,6 +431,7 @@ CheckResult check_self_collision(const CheckContext& context) {
                                       context.seed);
   judge_named(context, scene, out);
   judge_touching_start(context, *scene, configurations, out);
+  judge_visuals(context, *scene, configurations, out);
   const Touches touches = sweep(context, scene, configurations);
   judge_srdf(context, touches, configurations, out);
   add_hidden_of_audit(context, out);
