@@ -13,6 +13,7 @@
 
 #include "doppel/ros/bus/rosout.h"
 #include "doppel/session/live/health_publisher.h"
+#include "doppel/session/live/validation_service.h"
 #include "doppel/twin/assembly/runner.h"
 #include "doppel/twin/assembly/twin.h"
 
@@ -191,6 +192,7 @@ TEST(Ros2Documentation, TablesMatchRunningTwin) {
   const Rosout rosout(twin.bus());
   const Runner runner(twin, {});
   const HealthPublisher health(twin.bus(), "", [] { return std::string(); });
+  const ValidationService validation(twin.bus(), {});
   const std::string tables = tables_of(twin);
   fs::remove_all(folder);
 

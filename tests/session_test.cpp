@@ -8,8 +8,11 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <memory>
+#include <optional>
 #include <thread>
 
+#include "doppel/ros/messages/doppel_msgs.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "twin_fixture.h"
 
@@ -56,6 +59,17 @@ class SessionTest : public TwinFixture {
     }
     return true;
   }
+  // A service that answers from another thread.
+  template <class S>
+  typename S::Response ask(const std::string& service, const typename S::Request& request) {
+    const auto response = std::make_shared<std::optional<typename S::Response>>();
+    edge_->call(service, to_cdr(request), [response](const Status& status, const Bytes& cdr) {
+      EXPECT_TRUE(status) << status.why();
+      EXPECT_TRUE(from_cdr(cdr, response->emplace()));
+    });
+    EXPECT_TRUE(until([&] { return response->has_value(); })) << service;
+    return response->value_or(typename S::Response());
+  }
   [[nodiscard]] double upper_limit() const { return twin_->robot().model().joints.front().upper; }
 
   fs::path folder_;
@@ -101,6 +115,53 @@ TEST_F(SessionTest, EditIsIgnoredWhereReloadIsDisabled) {
   std::this_thread::sleep_for(std::chrono::milliseconds(500));
   run(0.2);
   EXPECT_EQ(upper_limit(), 1.0);
+}
+
+// A suite that keeps what it is asked to judge.
+class KeptRequest : public ValidationWork {
+ public:
+  [[nodiscard]] doppel_msgs::srv::ListChecks::Response checks() const override { return {}; }
+  void check_words(const doppel_msgs::srv::Validate::Request&) const override {}
+  [[nodiscard]] std::string results() const override { return ""; }
+  [[nodiscard]] std::string report(const std::string&, const std::string& page) const override {
+    return page;
+  }
+  std::string run(const ValidationRequest& request, const ValidationWatcher&) override {
+    last = request;
+    return "done";
+  }
+  ValidationRequest last;
+};
+
+TEST_F(SessionTest, ValidationJudgesRobotAloneWithDrives) {
+  const auto work = std::make_shared<KeptRequest>();
+  options_.validation = [work] { return work; };
+  options_.scenario.robots = {{.target = "another"}};
+  options_.scenario.world = "table";
+  options_.scenario.ideal = true;
+  options_.scenario.engine = "bullet";
+  TwinSession session(*twin_, options_, log_);
+  session.begin();
+  doppel_msgs::srv::Validate::Request request;
+  request.robot = "lef";
+  EXPECT_THAT(std::string(ask<doppel_msgs::srv::Validate>("/doppel/validate", request).message),
+              HasSubstr("there is no robot 'lef'"));
+  listen("/doppel/validation");
+  request.robot = "";
+  EXPECT_TRUE(ask<doppel_msgs::srv::Validate>("/doppel/validate", request).success);
+  using State = doppel_msgs::msg::Validation;
+  EXPECT_TRUE(until([&] {
+    const auto states = received<State>("/doppel/validation");
+    return std::ranges::any_of(states, [](const State& one) { return one.state == State::FINISHED; });
+  }));
+  const Scenario& judged = work->last.scenario;
+  ASSERT_EQ(judged.robots.size(), 1U);
+  EXPECT_EQ(judged.robots.front().target, (folder_ / "urdf/arm.urdf").string());
+  EXPECT_FALSE(judged.world.has_value());
+  EXPECT_FALSE(judged.ideal);
+  EXPECT_EQ(judged.engine, "bullet");
+  const std::string report = ask<doppel_msgs::srv::GetValidationReport>("/doppel/validate/report", {}).text;
+  EXPECT_EQ(report, "http://127.0.0.1:" + std::to_string(session.server().server().port()) + "/");
 }
 
 TEST_F(SessionTest, RobotsSpawnedAfterSessionEndDoNotReachIt) {

@@ -26,10 +26,12 @@
 #include "app/terminal_log.h"
 #include "doppel/base/core/guarded_thread.h"
 #include "doppel/base/core/installation.h"
+#include "doppel/base/core/plugin_module.h"
 #include "doppel/base/core/text.h"
 #include "doppel/ros/bus/rosout.h"
 #include "doppel/scenario/schema/robot_text.h"
 #include "doppel/session/live/session.h"
+#include "doppel/session/validation/live_validation.h"
 #include "doppel/twin/assembly/runner.h"
 #include "doppel/twin/assembly/twin.h"
 #include "doppel/version.h"
@@ -352,6 +354,17 @@ bool report_recording(BusRecorder* recorder) {
   return report.failure.empty() && report.lost.empty();
 }
 
+// The suite is in the part of the program that has the other verbs, which is loaded with the first request.
+std::shared_ptr<ValidationWork> load_validation() {
+  using MakeValidation = void(const LiveValidationOptions&, std::shared_ptr<ValidationWork>&);
+  void* const make = plugin_symbol("doppel_verbs", "doppel_make_validation");
+  std::shared_ptr<ValidationWork> out;
+  // The loop and its clients keep half of the processors.
+  const std::size_t jobs = std::max(1U, std::thread::hardware_concurrency() / 2);
+  reinterpret_cast<MakeValidation*>(make)({bundled_folders(), std::string(version()), jobs}, out);
+  return out;
+}
+
 RunnerOptions runner_options(const UpOptions& options, double speed, BusRecorder* recorder, const Log& log) {
   RunnerOptions out;
   out.speed = speed;
@@ -387,6 +400,8 @@ int run_up(const UpOptions& options, const CLI::App& verb, const RosArguments& g
   session_with.rewind = !options.no_rewind;
   if (!options.record.empty()) session_with.record = recording_of(options);
   if (options.black_box > 0) session_with.black_box = black_box_of(options);
+  session_with.validation = load_validation;
+  session_with.scenario = scenario;
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
 
   const std::atomic<bool>& stop_requested = stop_on_signals();

@@ -19,6 +19,7 @@
 #include "app/verbs/terminal_shape.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/output_file.h"
+#include "doppel/base/math/quantity.h"
 #include "doppel/validation/checks/suite.h"
 #include "doppel/validation/checks/suite_template.h"
 #include "doppel/validation/reports/html_report.h"

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <functional>
+#include <memory>
 #include <vector>
 
 #include "app/command_tree.h"
@@ -9,6 +10,7 @@
 #include "app/man_page.h"
 #include "app/usage.h"
 #include "doppel/export.h"
+#include "doppel/session/validation/live_validation.h"
 
 namespace doppel::app {
 namespace {
@@ -37,6 +39,12 @@ std::vector<Heading> headings(const RosArguments& ros) {
 
 }  // namespace
 }  // namespace doppel::app
+
+// For a twin that is asked to validate its robot, called by up.
+extern "C" DOPPEL_API void doppel_make_validation(const doppel::LiveValidationOptions& options,
+                                                  std::shared_ptr<doppel::ValidationWork>& out) {
+  out = doppel::make_live_validation(options);
+}
 
 // The entry of the module, called by main() behind add_up() and add_view().
 extern "C" DOPPEL_API void doppel_add_verbs(CLI::App& app, const doppel::RosArguments& ros, int& exit_code) {

@@ -16,9 +16,14 @@ export function readLinkedPose(search: string): Map<string, number> {
   return pose;
 }
 
-function ask(app: App, values: [TreeJoint, number][]): void {
-  const dialog = h('dialog', { class: 'linked-pose', 'aria-label': 'The configuration of the address' },
-    h('h2', {}, 'Move to the configuration of the address?'),
+// Those that the robot has.
+export function jointsOf(app: App, pose: Map<string, number>): [TreeJoint, number][] {
+  return (app.twin.tree?.moving ?? []).filter((joint) => pose.has(joint.name)).map((joint): [TreeJoint, number] => [joint, pose.get(joint.name)!]);
+}
+
+function ask(app: App, values: [TreeJoint, number][], what: string): void {
+  const dialog = h('dialog', { class: 'linked-pose', 'aria-label': what },
+    h('h2', {}, `Move to ${what}?`),
     h('p', {}, `${values.length} joints of ${app.twin.tree?.robot.name ?? 'the robot'} move, at the speed of the page.`),
     h('div', { class: 'row' }, h('span', { class: 'spacer' }), button('Cancel', 'Stay here', () => dialog.close()),
       button('Move', 'Move the joints', () => {
@@ -26,6 +31,12 @@ function ask(app: App, values: [TreeJoint, number][]): void {
         app.commander.setMany(values);
       }, { class: 'on' })));
   openDialog(dialog);
+}
+
+// A view shows the configuration at once, a running twin is moved after a question. `what`: "the configuration of ...".
+export function moveToPose(app: App, values: [TreeJoint, number][], what: string): void {
+  if (app.commander.viewing) app.commander.setMany(values);
+  else ask(app, values, what);
 }
 
 export function startLinkedPose(app: App): void {
@@ -36,14 +47,12 @@ export function startLinkedPose(app: App): void {
   const take = (): void => {
     const { tree } = twin;
     if (done || !tree) return;
-    const values = tree.moving.filter((joint) => pose.has(joint.name)).map((joint): [TreeJoint, number] => [joint, pose.get(joint.name)!]);
+    const values = jointsOf(app, pose);
     if (values.length > 0 && !values.some(([joint]) => commander.canMove(joint))) return; // not known yet, or no controller
     done = true;
     const missing = [...pose.keys()].filter((name) => !tree.jointByName.has(name));
     if (missing.length > 0) toast(`${tree.robot.name} has no joint ${missing.join(', ')}.`, 'warning');
-    if (values.length === 0) return;
-    if (commander.viewing) commander.setMany(values);
-    else ask(app, values);
+    if (values.length > 0) moveToPose(app, values, 'the configuration of the address');
   };
   twin.robotChanged.on(take);
   twin.graphChanged.on(take);

@@ -15,6 +15,7 @@ import { Sensors } from './sensors';
 import type { Signal } from './signal';
 import { Tolerances } from './tolerances';
 import { ToolDriver } from './tool';
+import { Validation } from './validation';
 import { controlPanel } from '../panels/control';
 import { drivePanel } from '../panels/drive';
 import { healthPanel } from '../panels/health';
@@ -29,8 +30,10 @@ import { tfPanel } from '../panels/tf';
 import { toolPanel } from '../panels/tool';
 import { topicsPanel } from '../panels/topics';
 import { treePanel } from '../panels/tree';
+import { validatePanel } from '../panels/validate';
 import { BaseTrace } from '../scene/base_trace';
 import { ContactLayer } from '../scene/contacts';
+import { EvidenceGhost } from '../scene/evidence_ghost';
 import { GoalGhost } from '../scene/goal_ghost';
 import { ToolHandle } from '../scene/handle';
 import { ObjectLayer } from '../scene/objects';
@@ -55,6 +58,8 @@ export function startWorkbench(app: App, layout: Layout): void {
   app.world.stage.host.append(legend.element);
   const baseTrace = new BaseTrace(app, legend);
   const ghost = new GoalGhost(app, driver);
+  const evidence = new EvidenceGhost(app, driver, legend);
+  const validation = new Validation(app.twin);
   const reach = new Reach(app, driver.kinematics);
   const reachPoints = new ReachPoints(app, reach, legend);
   const objects = new ObjectLayer(app, picker);
@@ -70,7 +75,7 @@ export function startWorkbench(app: App, layout: Layout): void {
 
   const comparison = h('div', { class: 'padded' });
   const comparePanel: Panel = { id: 'compare', title: 'Compare', element: comparison, excluded: () => !comparison.hasChildNodes() }; // filled by src/bag
-  const right: Panel[] = [jointsPanel(app), comparePanel, healthPanel(app), controlPanel(app), toolPanel(app, { driver, handle, ghost, reach, jog, pusher }), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
+  const right: Panel[] = [jointsPanel(app), comparePanel, healthPanel(app), validatePanel(app, validation, evidence), controlPanel(app), toolPanel(app, { driver, handle, ghost, reach, jog, pusher }), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
   const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   for (const panel of [...right, ...bottom]) if (COMMANDS.includes(panel.id)) panel.excluded = () => app.twin.isReadOnly;
   layout.mount(right, bottom);
@@ -111,5 +116,5 @@ export function startWorkbench(app: App, layout: Layout): void {
     app.select(hit && !(other && other.distance < here) ? { link: hit.link } : null);
     if (other && other.distance < here) app.twin.selectRobot(other.space);
   });
-  Object.assign(app, { driver, handle, ghost, reach, reachPoints, jog, drive, baseTrace, sensors, sensorPictures, pusher, objects, parameters, recorder, comparison, legend, ready: true });
+  Object.assign(app, { driver, handle, ghost, evidence, validation, reach, reachPoints, jog, drive, baseTrace, sensors, sensorPictures, pusher, objects, parameters, recorder, comparison, legend, ready: true });
 }

@@ -3,6 +3,7 @@
 import uPlot from 'uplot';
 import 'uplot/dist/uPlot.min.css';
 import type { App, Panel } from '../app/app';
+import { curveColours } from '../app/curve_colours';
 import { button, download, fill, h, say, toast } from '../app/dom';
 import type { Parameters } from '../app/parameters';
 import { curveWanted, QUANTITIES, TOLERANCE, type Quantity, type Recorder } from '../app/recorder';
@@ -10,9 +11,6 @@ import { settings, settingsChanged } from '../app/settings';
 import { Signal } from '../app/signal';
 import { fixed } from '../app/units';
 
-// Okabe and Ito's colours, which are distinguishable with colour blindness; after eight the dashes change.
-const LIGHT = ['#0072b2', '#d55e00', '#009e73', '#cc79a7', '#b8860b', '#56b4e9', '#5d4a9c', '#444444'];
-const DARK = ['#56b4e9', '#f0814a', '#35c296', '#e39cc8', '#f0d25a', '#8fd0ff', '#b3a3ee', '#d0d0d0'];
 const DEG = 180 / Math.PI;
 
 export const plotWanted = new Signal<{ topic: string; path: (string | number)[] }>();
@@ -33,7 +31,7 @@ function rangeFor(unit: string): (u: uPlot, low: number | null, high: number | n
   };
 }
 
-function tickTexts(_: uPlot, ticks: number[]): string[] {
+export function tickTexts(_: uPlot, ticks: number[]): string[] {
   const between = ticks.length > 1 ? Math.abs(ticks[1]! - ticks[0]!) : 1;
   return ticks.map((tick) => (Math.abs(tick) >= 1e6 ? tick.toPrecision(3) : fixed(tick, Math.min(6, Math.max(0, Math.ceil(-Math.log10(between) - 1e-9))))));
 }
@@ -115,10 +113,6 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     return (settings.degrees ? own.replace(/^rad/, '°') : own).replace(/^m/, 'mm');
   }
 
-  function colours(): string[] {
-    return document.documentElement.dataset['theme'] === 'dark' ? DARK : LIGHT;
-  }
-
   function makePlot(palette: string[]): uPlot {
     const style = getComputedStyle(document.documentElement);
     const ink = style.getPropertyValue('--muted'), grid = style.getPropertyValue('--line');
@@ -146,7 +140,7 @@ export function plotsPanel(app: App, recorder: Recorder, parameters: Parameters)
     plot?.destroy();
     plot = null;
     fill(host);
-    const palette = colours();
+    const palette = curveColours();
     fill(chips, shown.map((key, i) => h('button', { type: 'button', class: 'chip', title: `Remove ${recorder.series.get(key)?.label ?? key}`, onclick: () => remove(key) },
       h('i', { style: `background:${palette[i % palette.length]}` }), h('span', { class: 'chip-name' }, recorder.series.get(key)?.label ?? key), h('span', { class: 'muted', 'aria-hidden': 'true' }, ' ×'))));
     if (shown.length === 0) {

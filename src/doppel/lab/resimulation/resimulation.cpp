@@ -28,9 +28,10 @@ constexpr std::chrono::seconds kOutcomeTime{60};  // in which work on another th
   throw InputError("bag.no_run", {}, "the recording cannot be run again: " + why, fix);
 }
 
-// Recorders do not act on the run, and that of the repeated run is not controlled by the recorded one.
-bool is_of_recorder(const std::string& service) {
-  return service.starts_with(std::string(kRecorderNode) + "/") || service == "/doppel/snapshot";
+// Recorders and validations do not act on the run, and the repeated run does not offer them.
+bool acts_on_run(const std::string& service) {
+  return !service.starts_with(std::string(kRecorderNode) + "/") && service != "/doppel/snapshot" &&
+         !service.starts_with("/doppel/validate");
 }
 
 constexpr const char* kHowToRecord = "record the run from its start with: doppel up TARGET --record FOLDER";
@@ -140,7 +141,7 @@ class Replay {
   }
 
   void repeat_call(const Input& input) {
-    if (is_of_recorder(input.target)) return;
+    if (!acts_on_run(input.target)) return;
     edge_->call(input.target, bytes_of(input), [this, &input](const Status& status, const Bytes&) {
       // Refusals were refused in the recorded run, too; a service that does not exist was there.
       if (!status && status.why().starts_with("there is no service")) fail(input, status.why());

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
+#include "doppel/base/core/names.h"
 #include "doppel/session/live/served_files.h"
 
 namespace doppel {
@@ -13,8 +16,23 @@ Session::Session(Bus& bus, const std::string& name, const SessionOptions& option
       ros_(bus, options.network, log),
       bundled_(options.bundled) {}
 
+namespace {
+
+// Without the token, which a report must not have.
+std::string without_query(const std::string& url) {
+  const std::string plain = url.substr(0, url.find('?'));
+  return plain.ends_with('/') ? plain : plain + "/";
+}
+
+}  // namespace
+
 TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& log)
-    : Session(twin.bus(), twin.name(), options, log), twin_(twin), log_(log) {
+    : Session(twin.bus(), twin.name(), options, log), twin_(twin), log_(log), scenario_(options.scenario) {
+  if (options.validation)
+    validation_.emplace(
+        twin.bus(),
+        ValidationServiceOptions{[this](const std::string& name_space) { return validated(name_space); },
+                                 options.validation, without_query(server_.server().page_url())});
   if (options.record) start_recording(*options.record, options.rewind);
   if (options.black_box) start_black_box(*options.black_box, options.rewind);
   assets_->offer(files());
@@ -45,6 +63,7 @@ void TwinSession::begin() {
 
 void TwinSession::end() {
   reloader_.reset();
+  validation_.reset();
   if (recorder_) recorder_->stop();
   black_box_.reset();
 }
@@ -65,6 +84,37 @@ void TwinSession::start_black_box(BlackBoxOptions options, bool rewind) {
   }
 }
 
+ValidatedRobot TwinSession::validated(const std::string& name_space) const {
+  const TwinRobot* robot = twin_.find_robot(name_space);
+  if (robot == nullptr && name_space.empty() && !twin_.robots().empty()) robot = twin_.robots().front().get();
+  if (robot == nullptr) {
+    std::vector<std::string> names;
+    for (const auto& one : twin_.robots())
+      if (!one->name_space().empty()) names.push_back(one->name_space());
+    throw InputError("validate.robot", {},
+                     fmt::format("there is no robot '{}'{}", name_space,
+                                 names.empty() ? "" : did_you_mean(name_space, names)),
+                     "name the namespace of a robot of this twin");
+  }
+  const WorldRobot& source = robot->machine().asked();
+  if (source.target.empty())
+    throw InputError("validate.robot", {}, "this robot has no file: it is of the world, or came by a service",
+                     "write its description to a file, and run doppel validate FILE");
+  ValidatedRobot out{scenario_, source.name_space, {}};
+  for (const ControllerView& controller : robot->controller_manager().controllers())
+    out.controllers.push_back(controller.name);
+  out.scenario.robots = {source};
+  out.scenario.robots.front().name_space.clear();
+  if (!scenario_.complete) out.scenario.robots.front().X_WR.reset();
+  out.scenario.world.reset();
+  out.scenario.choices.clear();
+  if (const RobotChoices* const choices = scenario_.choices_of(source)) out.scenario.choices[""] = *choices;
+  // A copy has drives with their limits, and the names of the description.
+  out.scenario.ideal = out.scenario.wall_stamps = false;
+  out.scenario.ros.names = {};
+  return out;
+}
+
 RobotFiles TwinSession::files() const {
   return served_files(twin_.engine().world().instances());
 }
@@ -73,10 +123,10 @@ RobotFiles TwinSession::files() const {
 void TwinSession::update_audits() {
   remove_stale_publishers();
   for (const auto& robot : twin_.robots()) {
-    const WorldRobot& asked = robot->machine().asked();
-    if (asked.target.empty()) continue;
-    auto& publisher = health_[asked.name_space];
-    if (publisher == nullptr) publisher = make_publisher(asked);
+    const WorldRobot& source = robot->machine().asked();
+    if (source.target.empty()) continue;
+    auto& publisher = health_[source.name_space];
+    if (publisher == nullptr) publisher = make_publisher(source);
     publisher->look_at(robot->description());
   }
 }

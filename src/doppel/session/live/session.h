@@ -22,6 +22,7 @@
 #include "doppel/session/live/resource_service.h"
 #include "doppel/session/live/ros_edge.h"
 #include "doppel/session/live/server_edge.h"
+#include "doppel/session/live/validation_service.h"
 #include "doppel/twin/assembly/twin.h"
 #include "doppel/twin/viewer/viewer.h"
 
@@ -35,6 +36,8 @@ struct SessionOptions {
   bool rewind = true;                              // of a twin: keep automatic states (twin/saved_states)
   std::optional<RunRecordingOptions> record = {};  // of a twin, from the first step on
   std::optional<BlackBoxOptions> black_box = {};   // of a twin
+  LoadValidation validation = {};                  // of a twin; empty: its services are not offered
+  Scenario scenario = {};                          // of a twin that is validated
 };
 
 // All functions: the loop's thread; the loop keeps running between the calls. Constructors throw InputError
@@ -77,6 +80,7 @@ class DOPPEL_API TwinSession : public Session {
   [[nodiscard]] RobotFiles files() const;
   void start_recording(RunRecordingOptions options, bool rewind);
   void start_black_box(BlackBoxOptions options, bool rewind);
+  [[nodiscard]] ValidatedRobot validated(const std::string& name_space) const;
   void update_audits();  // robots may have been added, removed or changed
   void remove_stale_publishers();
   std::unique_ptr<HealthPublisher> make_publisher(const WorldRobot& robot);
@@ -88,6 +92,8 @@ class DOPPEL_API TwinSession : public Session {
   std::optional<Reloader> reloader_;
   std::optional<BusRecorder> recorder_;
   std::optional<BlackBox> black_box_;
+  Scenario scenario_;
+  std::optional<ValidationService> validation_;
 };
 
 class DOPPEL_API ViewSession : public Session {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <utility>
@@ -46,6 +47,12 @@ std::string badge(Verdict verdict) {
                      to_string(verdict));
 }
 
+// "elbow=0.5"; what is only rounding is zero.
+std::string place_text(const std::string& joint, double position) {
+  constexpr double kMinPosition = 1e-9;
+  return fmt::format("{}={:.6g}", joint, std::abs(position) < kMinPosition ? 0 : position);
+}
+
 std::string percent_encoded(const std::string& text) {
   std::string out;
   for (const char c : text) {
@@ -61,9 +68,8 @@ std::string percent_encoded(const std::string& text) {
 std::string page_address(const std::string& page, const PosedEvidence& pose) {
   std::string out = markup(page);
   for (std::size_t i = 0; i < pose.joints.size(); ++i)
-    out +=
-        fmt::format("{}q={}", i == 0 ? "?" : "&amp;",
-                    percent_encoded(fmt::format("{}={:.6g}", pose.joints[i].first, pose.joints[i].second)));
+    out += fmt::format("{}q={}", i == 0 ? "?" : "&amp;",
+                       percent_encoded(place_text(pose.joints[i].first, pose.joints[i].second)));
   return out;
 }
 
@@ -362,8 +368,7 @@ class HtmlPage {
 
 std::string move_command(const PosedEvidence& evidence) {
   std::string out = "doppel move";
-  for (const auto& [name, position] : evidence.joints)
-    out += " " + shell_word(fmt::format("{}={:.6g}", name, position));
+  for (const auto& [name, position] : evidence.joints) out += " " + shell_word(place_text(name, position));
   return out;
 }
 

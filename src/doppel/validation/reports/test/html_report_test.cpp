@@ -90,8 +90,8 @@ TEST_F(HtmlReportTest, HardNamesStayText) {
 }
 
 TEST(MoveCommand, NamesAreQuotedForShell) {
-  EXPECT_EQ(move_command({"", {{"elbow", 0.5}, {"Revolute 2", -1}, {"a'b", 1e-7}}}),
-            "doppel move elbow=0.5 'Revolute 2=-1' 'a'\\''b=1e-07'");
+  EXPECT_EQ(move_command({"", {{"elbow", 0.5}, {"Revolute 2", -1}, {"a'b", 1e-7}, {"c", 1.7e-21}}}),
+            "doppel move elbow=0.5 'Revolute 2=-1' 'a'\\''b=1e-07' c=0");
 }
 
 TEST(Markup, OnlyCharactersOfXmlRemain) {
