@@ -34,6 +34,7 @@ struct Views {
   std::vector<Eigen::Vector3d> places;
   double radius = 0;                                      // m, of a place
   std::vector<std::vector<std::vector<SeenPlace>>> seen;  // [poses][fields][places, then the tool's]
+  std::vector<std::string> names;                         // of the bodies that may hide places
 
   [[nodiscard]] const SeenPlace& tool(std::size_t pose, std::size_t field) const {
     return seen[pose][field].back();
@@ -51,6 +52,7 @@ bool is_carried(const Model& model, int link) {
 
 // A tip is often inside of its own part: a part that moves with it, or that it carries, shows where it is.
 bool shows_tool(const Model& model, int link, int tip) {
+  if (link >= static_cast<int>(model.links.size())) return false;  // an object
   const auto joint_of = [&model](int child) { return model.links[static_cast<std::size_t>(child)].joint; };
   const auto parent_of = [&model](int joint) {
     return model.joints[static_cast<std::size_t>(joint)].parent_link;
@@ -99,8 +101,9 @@ Views places_of(const CheckContext& context, CheckResult& out) {
   return views;
 }
 
-void look(const CheckContext& context, const std::shared_ptr<const RenderScene>& scene,
-          const std::vector<SensorField>& fields, Views& views) {
+void look(const CheckContext& context, const SensorScene& scene, const std::vector<SensorField>& fields,
+          Views& views) {
+  views.names = scene.names;
   views.seen.resize(views.poses.size());
   parallel_work(views.poses.size(), context.threads, [&] {
     return
@@ -198,14 +201,18 @@ const std::string& link_name(const CheckContext& context, int link) {
   return context.subject.model->links[static_cast<std::size_t>(link)].name;
 }
 
-// The link that hides the most places; -1: none.
+bool is_link(const CheckContext& context, std::int32_t body) {
+  return body >= 0 && body < static_cast<std::int32_t>(context.subject.model->links.size());
+}
+
+// The body that hides the most places; -1: none.
 std::int32_t main_hider(const Coverage& coverage) {
   const auto most =
       std::ranges::max_element(coverage.hiders, {}, [](const auto& entry) { return entry.second.count; });
   return most == coverage.hiders.end() ? -1 : most->first;
 }
 
-std::string parts_text(const CheckContext& context, const Coverage& coverage) {
+std::string parts_text(const Views& views, const Coverage& coverage) {
   std::string out;
   const auto part = [&](PlaceSight sight, const std::string& text) {
     constexpr double kShown = 0.005;  // less would be printed as 0 %
@@ -215,7 +222,7 @@ std::string parts_text(const CheckContext& context, const Coverage& coverage) {
   part(PlaceSight::outside, "is outside of its field");
   if (const std::int32_t hider = main_hider(coverage); hider >= 0)
     part(PlaceSight::hidden,
-         fmt::format("is hidden by the robot, mostly by link '{}' from {:.0f} mm", link_name(context, hider),
+         fmt::format("is hidden, mostly by {} from {:.0f} mm", views.names[static_cast<std::size_t>(hider)],
                      kMillimetres * coverage.hiders.at(hider).nearest));
   part(PlaceSight::too_near, "is too near");
   part(PlaceSight::too_far, "is too far");
@@ -261,8 +268,11 @@ void explain(const CheckContext& context, const Views& views, const SensorField&
   const std::int32_t hider = main_hider(coverage);
   switch (main_loss(coverage)) {
     case PlaceSight::hidden:
-      item.message += fmt::format("; link '{}' is in front of the lens", link_name(context, hider));
-      item.fix = "move the sensor or that link; is the sensor's frame inside of a part?";
+      item.message +=
+          fmt::format("; {} is in front of the lens", views.names[static_cast<std::size_t>(hider)]);
+      item.fix = is_link(context, hider)
+                     ? "move the sensor or that link; is the sensor's frame inside of a part?"
+                     : "move the sensor, or the box of the suite's workspace";
       return;
     case PlaceSight::too_near:
     case PlaceSight::too_far:
@@ -289,8 +299,16 @@ void add_metrics(const CheckContext& context, const SensorField& field, const Co
       {"workspace seen", field.name, kWhole * coverage.share(PlaceSight::seen), "%",
        context.suite.min_seen ? std::optional(kWhole * *context.suite.min_seen) : std::nullopt,
        Metric::Better::higher});
+  std::size_t hidden = 0, by_robot = 0;
+  for (const auto& [body, hider] : coverage.hiders) {
+    hidden += hider.count;
+    by_robot += is_link(context, body) ? hider.count : 0;
+  }
+  const double share =
+      hidden == 0 ? 0 : kWhole * coverage.share(PlaceSight::hidden) / static_cast<double>(hidden);
+  out.metrics.push_back({"hidden by the robot", field.name, share * static_cast<double>(by_robot), "%"});
   out.metrics.push_back(
-      {"hidden by the robot", field.name, kWhole * coverage.share(PlaceSight::hidden), "%"});
+      {"hidden by its world", field.name, share * static_cast<double>(hidden - by_robot), "%"});
   if (tools > 0)
     out.metrics.push_back({"tool seen", field.name,
                            kWhole * static_cast<double>(coverage.tools_seen) / static_cast<double>(tools),
@@ -326,12 +344,12 @@ void judge_field(const CheckContext& context, const Views& views, const SensorFi
   if (const double density = median(coverage.densities); density > 0)
     item.message += fmt::format(", {:.3g} {} on a centimetre", density,
                                 std::holds_alternative<CameraIntrinsics>(field.what) ? "pixels" : "rays");
-  if (const std::string parts = parts_text(context, coverage); !parts.empty()) item.message += "; " + parts;
+  if (const std::string parts = parts_text(views, coverage); !parts.empty()) item.message += "; " + parts;
   if (item.verdict == Verdict::failed) explain(context, views, field, coverage, item);
-  PosedEvidence evidence{coverage.worst == 0 ? "the start pose" : "the robot hides most of the workspace",
+  PosedEvidence evidence{coverage.worst == 0 ? "the start pose" : "most of the workspace is hidden",
                          posed_joints(*context.subject.model, views.poses[coverage.worst].q),
                          {link_name(context, field.link)}};
-  if (const std::int32_t hider = main_hider(coverage); hider >= 0)
+  if (const std::int32_t hider = main_hider(coverage); is_link(context, hider))
     evidence.links.push_back(link_name(context, hider));
   item.poses.push_back(std::move(evidence));
   out.add(std::move(item));
@@ -349,8 +367,7 @@ CheckResult check_sensor_coverage(const CheckContext& context) {
   CheckResult out = begin_result("T5");
   Diagnostics warnings;
   Views views = places_of(context, out);
-  const std::shared_ptr<const RenderScene> scene =
-      robot_scene(subject.description(), *subject.model, warnings);
+  const SensorScene scene = sensor_scene(subject, warnings);
   for (const Diagnostic& warning : warnings.all()) out.notes.push_back(warning.message);
   try {
     look(context, scene, fields, views);

@@ -9,6 +9,9 @@
 namespace doppel {
 namespace {
 
+// m; kGroundDepth: so that a place that lies flat on the ground is seen.
+constexpr double kGroundSize = 400, kGroundDepth = 5e-4;
+
 int housing_of(const Model& model, const RenderScene& scene, int link) {
   while (link >= 0 && std::ranges::find(scene.items, link, &SceneItem::body) == scene.items.end()) {
     const int joint = model.links[static_cast<std::size_t>(link)].joint;
@@ -26,29 +29,57 @@ std::unique_ptr<RayCaster> caster_of(const RenderScene& scene, const std::functi
 
 }  // namespace
 
-std::shared_ptr<const RenderScene> robot_scene(const RobotDescription& robot, const Model& model,
-                                               Diagnostics& warnings) {
+SensorScene sensor_scene(const Subject& subject, Diagnostics& warnings) {
+  SensorScene out;
   SceneBuilder builder;
-  builder.begin_model(model.name);
-  for (const ModelLink& link : model.links) {
-    const Link* const described = robot.find_link(link.name);
+  builder.begin_model(subject.model->name);
+  const auto add = [&](const Link* described, const std::string& name) {
     if (described != nullptr)
-      builder.add(*described, link.name, warnings);
+      builder.add(*described, name, warnings);
     else
-      builder.add_body(link.name);
+      builder.add_body(name);
+  };
+  for (const ModelLink& link : subject.model->links) {
+    add(subject.description().find_link(link.name), link.name);
+    out.names.push_back("link '" + link.name + "'");
   }
-  return builder.finish();
+  const Engine& engine = *subject.compiled->engine;
+  const CompiledWorld& world = engine.world();
+  const Pose X_RW = subject.robot().instance().X_WR.inverse();
+  if (world.settings().ground) {
+    const int ground = builder.add_body("ground");
+    builder.add_shape(ground, Plane{Eigen::Vector3d::UnitZ(), {kGroundSize, kGroundSize}}, Pose::Identity(),
+                      {});
+    out.names.emplace_back("the ground");
+    Pose X_WB = Pose::Identity();
+    X_WB.translation().z() = -kGroundDepth;
+    out.X_RB.push_back(X_RW * X_WB);
+  }
+  for (std::size_t i = 0; i < world.instances().size(); ++i) {
+    const ModelInstance& instance = world.instances()[i];
+    if (instance.name == subject.robot().name()) continue;
+    builder.begin_model(instance.name);
+    for (std::size_t link = 0; link < instance.model->links.size(); ++link) {
+      const std::string& name = instance.model->links[link].name;
+      add(instance.description->find_link(name), instance.name + "::" + name);
+      out.names.push_back("object '" + instance.name + "'");
+      out.X_RB.push_back(X_RW * engine.instance(static_cast<int>(i)).link_pose(static_cast<int>(link)));
+    }
+  }
+  out.scene = builder.finish();
+  return out;
 }
 
-SensorViews::SensorViews(const Model& model, std::shared_ptr<const RenderScene> scene,
-                         std::span<const SensorField> fields)
-    : model_(model), fields_(fields), data_(model) {
+SensorViews::SensorViews(const Model& model, const SensorScene& scene, std::span<const SensorField> fields)
+    : model_(model), X_RB_(model.links.size(), Pose::Identity()), fields_(fields), data_(model) {
+  X_RB_.insert(X_RB_.end(), scene.X_RB.begin(), scene.X_RB.end());
   for (const SensorField& field : fields) {
-    const int housing = housings_.emplace_back(housing_of(model, *scene, field.link));
+    const int housing = housings_.emplace_back(housing_of(model, *scene.scene, field.link));
     if (parts_.contains(housing)) continue;
     Parts& parts = parts_[housing];
-    parts.others = caster_of(*scene, [housing](int body) { return body != housing; });
-    if (housing >= 0) parts.housing = caster_of(*scene, [housing](int body) { return body == housing; });
+    parts.others = caster_of(*scene.scene, [housing](int body) { return body != housing; });
+    if (housing >= 0)
+      parts.housing = caster_of(*scene.scene, [housing](int body) { return body == housing; });
   }
 }
 
@@ -56,9 +87,10 @@ std::vector<std::vector<SeenPlace>> SensorViews::look(const Eigen::VectorXd& q,
                                                       std::span<const Eigen::Vector3d> places,
                                                       double radius) {
   forward_kinematics(model_, data_, q);
+  std::ranges::copy(data_.X_WL, X_RB_.begin());
   for (auto& [housing, parts] : parts_) {
-    parts.others->set_poses(data_.X_WL);
-    if (parts.housing) parts.housing->set_poses(data_.X_WL);
+    parts.others->set_poses(X_RB_);
+    if (parts.housing) parts.housing->set_poses(X_RB_);
   }
   std::vector<std::vector<SeenPlace>> out(fields_.size());
   for (std::size_t i = 0; i < fields_.size(); ++i) {

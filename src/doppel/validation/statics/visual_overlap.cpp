@@ -12,8 +12,8 @@
 namespace doppel {
 namespace {
 
-constexpr double kByDesign = 0.95;   // of the samples
-constexpr std::size_t kFewest = 20;  // samples after which a share says something
+constexpr double kByDesign = 0.95;       // of the samples
+constexpr std::size_t kMinSamples = 20;  // samples after which a share says something
 
 bool is_same(const Origin& a, const Origin& b) {
   return a.xyz == b.xyz && a.rpy == b.rpy;
@@ -87,7 +87,7 @@ class ShapePairs {
   [[nodiscard]] bool visuals_touch(const LinkPair& pair) {
     return visuals_.closer({0, pair.first}, {0, pair.second}, -kTouching);
   }
-  // By hulls: a small part that is completely inside of a mesh crosses none of its triangles.
+  // Hulls decide, because a small part that is completely inside of a mesh crosses none of its triangles.
   [[nodiscard]] bool collisions_touch(const LinkPair& pair) {
     return collisions_.distance({0, pair.first}, {0, pair.second}, kTouching).distance < -kTouching;
   }
@@ -122,8 +122,8 @@ class ShapePairs {
   Data data_;
 };
 
-// The pairs that may overlap: those that can move against each other, with a visual shape that is no collision
-// shape.
+// The pairs that may overlap: those that can move against each other, with a visual shape that is no
+// collision shape.
 std::vector<LinkPair> compared_pairs(const Subject& subject, const CollisionScene& visuals,
                                      const CollisionScene& collisions) {
   const std::set<LinkPair> allowed = allowed_links_of(collisions);
@@ -178,7 +178,7 @@ std::vector<VisualOverlap> find_visual_overlaps(const CheckContext& context, con
       if (shapes.collisions_touch(pairs[i]) || !shapes.overlap_deeply(pairs[i])) continue;
       if (overlap.q.size() == 0) overlap = {pairs[i], name, q};
       overlap.samples += name.empty() ? 1 : 0;
-      overlap.is_frequent = looked_at >= kFewest && overlap.samples > most;
+      overlap.is_frequent = looked_at >= kMinSamples && overlap.samples > most;
     }
   };
   for (const NamedConfiguration& one : named) look(one.name, one.q);

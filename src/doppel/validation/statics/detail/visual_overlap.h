@@ -1,6 +1,6 @@
 #pragma once
-// Pairs of links whose visual shapes overlap where their collision shapes do not: the collision shapes are too
-// small, or there are none.
+// Pairs of links whose visual shapes overlap where their collision shapes do not: the collision shapes are
+// too small, or there are none.
 
 #include <Eigen/Core>
 #include <string>
@@ -30,10 +30,10 @@ struct VisualOverlap {
   bool is_frequent = false;   // in more than kMaxUnseen of them
 };
 
-// Looks at the named configurations and at samples, in their order. `collisions`: the robot's scene; pairs that
-// it allows to touch are left out, and so are those whose visual shapes overlap in nearly all samples, by
-// design. Nothing is looked at where all collision shapes are the visual ones. Adds a note where visual meshes
-// cannot be compared by their triangles.
+// Looks at the named configurations and at samples, in their order. `collisions`: the robot's scene; pairs
+// that it allows to touch are left out, and so are those whose visual shapes overlap in nearly all samples,
+// by design. Nothing is looked at where all collision shapes are the visual ones. Adds a note where visual
+// meshes cannot be compared by their triangles.
 [[nodiscard]] std::vector<VisualOverlap> find_visual_overlaps(const CheckContext& context,
                                                               const CollisionScene& collisions,
                                                               const std::vector<NamedConfiguration>& named,

@@ -73,6 +73,10 @@ class SensorCoverage : public testing::Test {
     std::ofstream(file) << robot;
     Scenario scenario;
     scenario.robots = {{.target = file.string()}};
+    if (!world_.empty()) {
+      scenario.world = folder_ / "world.yaml";
+      std::ofstream(*scenario.world) << world_;
+    }
     const Subject subject = read_subject(scenario, {});
     EXPECT_TRUE(subject.refusal.empty());
     CheckContext context{subject, suite_};
@@ -97,6 +101,7 @@ class SensorCoverage : public testing::Test {
   const std::filesystem::path folder_ =
       std::filesystem::temp_directory_path() / ("doppel_sensor_coverage_" + std::to_string(getpid()));
   Suite suite_;
+  std::string world_;  // its file; empty: none
 };
 
 TEST_F(SensorCoverage, CameraTowardsWorkspaceSeesMostOfIt) {
@@ -144,6 +149,26 @@ TEST_F(SensorCoverage, LinkInFrontOfLensIsNamed) {
   // A part that is nearer than a picture begins hides, too; the housing around the lens does not.
   EXPECT_EQ(check(robot_text(0, kCamera, shield(0.03))).verdict, Verdict::failed);
   EXPECT_GT(metric(check(robot_text(0, kCamera, shield(-0.1))), "workspace seen"), 70);
+}
+
+TEST_F(SensorCoverage, ObjectOfWorldInFrontOfLensIsNamed) {
+  const double alone = metric(check(robot_text(0)), "workspace seen");
+  world_ = "objects:\n  - {name: crate, box: [0.02, 1, 1], xyz: [0.9, 0, 0.5]}\n";
+  const CheckResult hidden = check(robot_text(0));
+  EXPECT_EQ(hidden.verdict, Verdict::failed);
+  EXPECT_THAT(hidden.items.at(0).message, HasSubstr("object 'crate' is in front of the lens"));
+  EXPECT_THAT(hidden.items.at(0).poses.at(0).links, testing::Not(testing::Contains("crate")));
+  EXPECT_GT(metric(hidden, "hidden by its world"), 70);
+  EXPECT_EQ(metric(hidden, "hidden by the robot"), 0);
+  world_ = "objects:\n  - {name: crate, box: [0.02, 1, 1], xyz: [-0.9, 0, 0.5]}\n";
+  EXPECT_EQ(metric(check(robot_text(0)), "workspace seen"), alone);
+}
+
+TEST_F(SensorCoverage, PlacesBelowGroundAreHiddenByIt) {
+  suite_.workspace->low.z() = -0.4;
+  const CheckResult result = check(robot_text(0));
+  EXPECT_GT(metric(result, "hidden by its world"), 10);
+  EXPECT_THAT(result.items.at(0).message, HasSubstr("is hidden, mostly by the ground"));
 }
 
 TEST_F(SensorCoverage, WorkspaceBeyondRangeIsTooFar) {
