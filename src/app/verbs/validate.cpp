@@ -35,7 +35,7 @@ namespace fs = std::filesystem;
 
 struct ValidateOptions {
   DescribedBy described;
-  std::string controllers, suite, joint, payload, engine = kDefaultEngine, colour = "auto";
+  std::string controllers, world, suite, joint, payload, engine = kDefaultEngine, colour = "auto";
   std::string report, json, junit, sarif, markdown, baseline, tolerance = "5 %";
   std::vector<std::string> only;
   bool quick = false, full = false, strict = false, quiet = false, github = false, no_limits = false,
@@ -71,6 +71,7 @@ void read_payload(const std::string& text, ToolLoad& tool) {
 
 Scenario scenario_of(const ValidateOptions& options) {
   Scenario out = described_scenario(options.described);
+  if (!options.world.empty()) out.world = options.world;
   if (!options.controllers.empty()) out.robots.front().controllers = options.controllers;
   out.engine = options.engine;
   out.enforce_limits = !options.no_limits;
@@ -185,7 +186,10 @@ int run_validate(const ValidateOptions& options) {
   }
   report.target = options.described.words.front();
   report.version = version();
-  if (baseline) report.regressions = regressions(report, *baseline, *tolerance);
+  if (baseline) {
+    report.regressions = regressions(report, *baseline, *tolerance);
+    report.improvements = improvements(report, *baseline, *tolerance);
+  }
   shorten_places(report, fs::current_path());
   if (ended) {
     print_stderr("\ninterrupted; no file was written\n");
@@ -230,6 +234,8 @@ void add_validate(CLI::App& app, int& exit_code) {
   add_described_by(*verb, o.described, false);
   verb->add_option("--controllers", o.controllers,
                    "Controllers' parameter file (YAML) to use instead of the description's own")
+      ->type_name("FILE");
+  verb->add_option("--world", o.world, "World file around the machine; without it there is the ground alone")
       ->type_name("FILE");
   verb->add_option("--suite", o.suite,
                    "Suite file with limits, workspace, tool and waivers (default: validation/suite.yaml of "

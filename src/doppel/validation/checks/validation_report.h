@@ -29,7 +29,8 @@ struct DOPPEL_API ValidationReport {
   std::vector<ReadFile> files;      // that were read, with their hashes
   std::vector<CheckResult> checks;  // in the order of check_table()
   std::vector<std::string> notes;   // about the suite: waivers that expire, limits without a joint
-  std::vector<Regression> regressions;
+  // Numbers that are worse, and those that are better, than in an earlier run by more than the tolerance.
+  std::vector<Regression> regressions, improvements;
   bool strict = false;   // warnings and what is not judged count as failures
   bool complete = true;  // false: it was ended before all checks had run
   double seconds = 0;    // of wall-clock time

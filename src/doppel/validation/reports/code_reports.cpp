@@ -136,6 +136,8 @@ std::string to_markdown(const ValidationReport& report) {
                   in_markdown(report.robot), in_markdown(headline(report)));
   for (const Regression& regression : report.regressions)
     out += "- \u274c worse than before: " + in_markdown(regression_text(regression)) + "\n";
+  for (const Regression& improvement : report.improvements)
+    out += "- \u2705 better than before: " + in_markdown(improvement_text(improvement)) + "\n";
   out += "\n| | check | | result |\n|---|---|---|---|\n";
   for (const CheckResult& check : report.checks)
     out += fmt::format("| {} | {} | {} | {}: {} |\n", mark_of(check.verdict, report.strict),

@@ -134,6 +134,14 @@ class HtmlPage {
         markup(report_.robot), report_.passed() ? "passed" : "failed", markup(headline(report_)), counts);
   }
 
+  [[nodiscard]] std::string improvements() const {
+    std::string out;
+    for (const Regression& improvement : report_.improvements)
+      out += fmt::format("<li>{}</li>\n", markup(improvement_text(improvement)));
+    return out.empty() ? ""
+                       : "<h2 id=\"better\">Better than before</h2>\n<ul class=\"card\">\n" + out + "</ul>\n";
+  }
+
   std::string failures() {
     std::string out;
     for (const Regression& regression : report_.regressions)
@@ -145,7 +153,8 @@ class HtmlPage {
     for (const CheckResult& check : report_.checks) {
       if (is_failing(check)) out += article(check, "failure");
     }
-    return out.empty() ? "" : "<h2 id=\"failures\">What failed</h2>\n" + pose_help() + out;
+    if (!out.empty()) out = "<h2 id=\"failures\">What failed</h2>\n" + pose_help() + out;
+    return out + improvements();
   }
 
   std::string attention() {

@@ -81,6 +81,14 @@ std::string regression_text(const Regression& regression) {
   return out;
 }
 
+std::string improvement_text(const Regression& improvement) {
+  const Metric& now = improvement.metric;
+  const std::string subject = now.subject.empty() ? "" : " of " + now.subject;
+  return fmt::format("{}: {}{} {} -> {}{}", improvement.check, now.name, subject,
+                     number_text(improvement.before), number_text(now.value),
+                     now.unit.empty() ? "" : " " + now.unit);
+}
+
 std::string_view effort_text(Effort effort) {
   return effort == Effort::quick ? "quick" : effort == Effort::full ? "full" : "standard";
 }

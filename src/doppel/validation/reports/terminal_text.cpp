@@ -60,15 +60,28 @@ class ChecksPage {
     for (const Regression& regression : report_.regressions)
       page_.row({{TextTone::bad, "worse"}, {TextTone::plain, "  "}}, regression_text(regression));
     if (!style_.failures_only) {
+      write_improvements();
       for (const std::string& note : report_.notes) page_.labelled(0, "note", note);
     }
-    if (!report_.regressions.empty() || (!style_.failures_only && !report_.notes.empty())) page_.blank();
+    const bool has_more = !report_.notes.empty() || !report_.improvements.empty();
+    if (!report_.regressions.empty() || (!style_.failures_only && has_more)) page_.blank();
     if (!style_.failures_only) page_.quiet(0, run_text());
     page_.paragraph(0, headline(report_), report_.passed() ? TextTone::strong : TextTone::bad);
     return page_.take();
   }
 
  private:
+  void write_improvements() {
+    constexpr std::size_t kMaxShown = 10;
+    const std::size_t count = std::min(kMaxShown, report_.improvements.size());
+    for (std::size_t i = 0; i < count; ++i)
+      page_.row({{TextTone::calm, "better"}, {TextTone::plain, " "}},
+                improvement_text(report_.improvements[i]));
+    if (count < report_.improvements.size())
+      page_.quiet(0, fmt::format("and {} more that are better, in the other forms of the report",
+                                 report_.improvements.size() - count));
+  }
+
   [[nodiscard]] bool is_shown(const CheckResult& check) const {
     return !style_.failures_only || is_failure(check.verdict, report_.strict);
   }
@@ -164,7 +177,7 @@ std::string counted_passes(const ValidationReport& report) {
     if (count > 0)
       out += fmt::format("{}{} {}{}", out.empty() ? "" : ", ", count, word, count == 1 ? "" : "s");
   }
-  return out.empty() ? "no checks" : out;
+  return out;
 }
 
 // "T4, G05"
@@ -185,6 +198,8 @@ std::string headline(const ValidationReport& report) {
   };
   if (report.passed()) {
     part("passed", counted_passes(report));
+    if (out.empty() && report.count(Verdict::not_judged) == 0)
+      out = report.checks.empty() ? "no check was chosen" : "nothing of the machine could be judged";
   } else {
     part("failed", ids_with(report, Verdict::failed));
     std::string worse;

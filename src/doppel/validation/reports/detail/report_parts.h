@@ -22,6 +22,8 @@ namespace doppel {
 [[nodiscard]] std::string metric_text(const Metric& metric);
 [[nodiscard]] std::string number_text(double value);  // four digits
 [[nodiscard]] std::string regression_text(const Regression& regression);
+// "T4: settling of Revolute 2 0.31 -> 0.22 s"
+[[nodiscard]] std::string improvement_text(const Regression& improvement);
 [[nodiscard]] std::string_view effort_text(Effort effort);
 
 // A word of a POSIX shell: "out", "'my report'".

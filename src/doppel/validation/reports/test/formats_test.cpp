@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "doppel/review/audit/text_layout.h"
+#include "doppel/validation/reports/html_report.h"
 #include "doppel/validation/reports/report_formats.h"
 #include "doppel/validation/reports/test/example_report.h"
 
@@ -102,6 +103,24 @@ TEST(ReportFormats, SarifHasFailuresWithPlaceAndWaiverAsSuppression) {
     waived += result.contains("suppressions") ? 1U : 0U;
   }
   EXPECT_EQ(waived, 1U);
+}
+
+TEST(ReportFormats, BetterNumbersAreInTextHtmlAndMarkdown) {
+  ValidationReport report = passing_report();
+  EXPECT_THAT(to_text(report, {}), Not(HasSubstr("better")));
+  EXPECT_THAT(html_report(report, nullptr), Not(HasSubstr("Better than before")));
+  report.improvements = {{"T4", {"settling", "Revolute 2", 0.22, "s", 0.5}, 0.31}};
+  const std::string line = "T4: settling of Revolute 2 0.31 -> 0.22 s";
+  EXPECT_THAT(to_text(report, {}), HasSubstr("better " + line));
+  EXPECT_THAT(to_markdown(report), HasSubstr("better than before: "));
+  EXPECT_THAT(html_report(report, nullptr), HasSubstr("T4: settling of Revolute 2 0.31 -&gt; 0.22 s"));
+}
+
+TEST(ReportFormats, HeadlineOfRunWithoutJudgementSaysSo) {
+  ValidationReport report;
+  EXPECT_EQ(headline(report), "no check was chosen");
+  report.checks.push_back(not_applicable("T1", "there is no arm"));
+  EXPECT_EQ(headline(report), "nothing of the machine could be judged; not applicable: T1");
 }
 
 TEST(ReportFormats, GithubAnnotationsAreSingleLines) {
