@@ -131,6 +131,7 @@ export class Validation {
     const { client } = twin;
     client.subscribe('/doppel/validation', (m) => {
       this.run = readRun(m);
+      if (this.run.state === 'none') this.results = new Map(); // another twin at the same address
       this.changed.emit();
     });
     client.subscribe('/doppel/validation/results', (m) => {
@@ -145,6 +146,11 @@ export class Validation {
 
   get running(): boolean {
     return this.run.state === 'running';
+  }
+
+  // The robot that was judged is the selected one.
+  get isOfSelected(): boolean {
+    return this.run.robot === this.twin.space;
   }
 
   // A request is on its way.

@@ -91,12 +91,18 @@ export function validatePanel(app: App, validation: Validation, ghost: EvidenceG
 
   // -- evidence
 
+  // Joints of another robot may have the same names.
+  function withRobot(action: () => void): void {
+    if (validation.isOfSelected) action();
+    else toast(`This is a configuration of ${validation.run.robot || 'another robot'}: select that robot first.`, 'warning');
+  }
+
   function poseRow(evidence: PosedEvidence): HTMLElement {
-    const show = button('Show', `Show this configuration in the picture: ${evidence.caption}`, () => ghost.show(ghost.shown === evidence ? null : evidence), { class: 'small show-pose', 'aria-pressed': String(ghost.shown === evidence) });
+    const show = button('Show', `Show this configuration in the picture: ${evidence.caption}`, () => withRobot(() => ghost.show(ghost.shown === evidence ? null : evidence)), { class: 'small show-pose', 'aria-pressed': String(ghost.shown === evidence) });
     poses.set(show, evidence);
     return h('div', { class: 'validate-pose' }, h('span', { class: 'validate-caption' }, evidence.caption, evidence.links.length > 0 ? h('span', { class: 'muted' }, `: ${evidence.links.join(', ')}`) : null),
       show,
-      button('Move …', 'Move the running robot there, after a question', () => moveToPose(app, jointsOf(app, positionsOf(evidence)), 'the configuration of the validation'), { class: 'small' }),
+      button('Move …', 'Move the running robot there, after a question', () => withRobot(() => moveToPose(app, jointsOf(app, positionsOf(evidence)), 'the configuration of the validation')), { class: 'small' }),
       h('code', {}, evidence.command), button('Copy', 'Copy this command', () => void copyText(evidence.command, 'The command'), { class: 'small' }));
   }
   const poses = new Map<HTMLElement, PosedEvidence>();

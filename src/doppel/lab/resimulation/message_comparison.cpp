@@ -10,9 +10,10 @@ namespace {
 constexpr std::size_t kRing = std::size_t{64} << 20;
 
 // Topics that depend on the wall clock, or on other threads.
-const std::vector<std::string> kNotCompared = {"/rosout",        "/diagnostics",     "/doppel/status",
-                                               "/doppel/health", "/doppel/sources",  "/doppel/sensors",
-                                               kInputsTopic,     "/parameter_events"};
+const std::vector<std::string> kNotCompared = {
+    "/rosout",         "/diagnostics",     "/doppel/status",     "/doppel/health",
+    "/doppel/sources", "/doppel/sensors",  "/doppel/validation", "/doppel/validation/results",
+    kInputsTopic,      "/parameter_events"};
 
 // Their samples depend on the time that they take, unless the loop waits for them.
 const std::vector<std::string> kOfLight = {"sensor_msgs/msg/Image",      "sensor_msgs/msg/CompressedImage",

@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <map>
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/validation/reports/results.h"
@@ -114,6 +115,23 @@ TEST(ValidateTest, WaiverAcceptsFailureUntilItsDate) {
   const ValidationReport expired = validate(subject, suite, options);
   EXPECT_FALSE(expired.passed());
   EXPECT_THAT(expired.notes, ElementsAre(HasSubstr("ended on 2026-12-31")));
+}
+
+TEST(ValidateTest, GateOfWaivedTestHasItsVerdict) {
+  const Subject subject = subject_of("omarm_zero");
+  ValidationOptions options = quick();
+  options.only = {"G14"};
+  Suite suite;
+  suite.max_share = 0;
+  EXPECT_EQ(result(validate(subject, suite, options), "G14").verdict, Verdict::failed);
+  suite.waivers.push_back({"T3", "", "an arm that folds", "", {}});
+  std::map<std::string, Verdict> reported;
+  options.on_result = [&](const CheckResult& one) { reported[one.id] = one.verdict; };
+  const ValidationReport waived = validate(subject, suite, options);
+  EXPECT_TRUE(waived.passed()) << failures(waived);
+  EXPECT_EQ(result(waived, "G14").verdict, result(waived, "T3").verdict);
+  EXPECT_EQ(reported["T3"], result(waived, "T3").verdict) << "expected a result with its waiver";
+  EXPECT_EQ(reported["G14"], result(waived, "G14").verdict);
 }
 
 TEST(ValidateTest, WaiverThatIsNotNeededIsReported) {
