@@ -22,8 +22,8 @@ using Names = std::vector<std::string>;
 
 struct Unit {
   const char* name;
-  double factor;   // value * factor is SI
-  bool per_sixty;  // seconds for 60 degrees: the value divides
+  double factor;  // value * factor is SI
+  bool divides;   // factor / value is SI: seconds for 60 degrees, steps in a turn
 };
 constexpr double kKilogramForce = 9.80665;  // N, by definition
 constexpr double kOunceForce = 0.27801385;  // N
@@ -40,6 +40,12 @@ const std::vector<Unit> kSpeed = {{"rad/s", 1, false},
                                   {"s/60deg", 60 * kDegree, true}};
 const std::vector<Unit> kLinearSpeed = {{"m/s", 1, false}, {"mm/s", 1e-3, false}};
 const std::vector<Unit> kAngle = {{"rad", 1, false}, {"deg", kDegree, false}};
+const std::vector<Unit> kFineAngle = {
+    {"rad", 1, false}, {"deg", kDegree, false}, {"arcmin", kDegree / 60, false}};
+const std::vector<Unit> kStep = {{"rad", 1, false},
+                                 {"deg", kDegree, false},
+                                 {"arcmin", kDegree / 60, false},
+                                 {"steps/turn", 2 * std::numbers::pi, true}};
 const std::vector<Unit> kLength = {{"m", 1, false}, {"mm", 1e-3, false}};
 const std::vector<Unit> kMass = {{"kg", 1, false}, {"g", 1e-3, false}};
 
@@ -132,7 +138,7 @@ class Reader {
       known.emplace_back(candidate.name);
       if (unit != candidate.name) continue;
       if (written != nullptr) *written = fmt::format("{:g} {}", value, unit);
-      return candidate.per_sixty ? candidate.factor / value : candidate.factor * value;
+      return candidate.divides ? candidate.factor / value : candidate.factor * value;
     }
     refuse(unit_node, fmt::format("unknown unit '{}' for this quantity{}", unit, did_you_mean(unit, known)),
            fmt::format("write one of: {}", fmt::join(known, ", ")));
@@ -155,8 +161,8 @@ class Reader {
   }
 
   [[nodiscard]] ActuatorSheet actuator(const YAML::Node& root) const {
-    only(root,
-         {"actuator", "type", "stall_torque", "no_load_speed", "travel", "gear_reduction", "mass", "source"});
+    only(root, {"actuator", "type", "stall_torque", "no_load_speed", "travel", "gear_reduction", "mass",
+                "resolution", "backlash", "noise", "source"});
     ActuatorSheet out;
     out.file = file_;
     out.name = text(root["actuator"]);
@@ -172,6 +178,9 @@ class Reader {
     out.no_load_speed = rows(root["no_load_speed"], out.linear ? kLinearSpeed : kSpeed);
     if (root["travel"]) out.travel = quantity(root["travel"], out.linear ? kLength : kAngle);
     if (root["gear_reduction"]) out.gear_reduction = number(root["gear_reduction"]);
+    if (root["resolution"]) out.resolution = quantity(root["resolution"], out.linear ? kLength : kStep);
+    if (root["backlash"]) out.backlash = quantity(root["backlash"], out.linear ? kLength : kFineAngle);
+    if (root["noise"]) out.noise = quantity(root["noise"], out.linear ? kLength : kFineAngle);
     if (root["mass"]) out.mass = quantity(root["mass"], kMass);
     const YAML::Node source = required(root, "source");
     out.source = fmt::format("{}, {}, read {}", text(required(source, "title")),

@@ -2,10 +2,12 @@
 // default, the sheet adds its value and the repair to that finding; a fault is reported once.
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "doppel/base/core/names.h"
 #include "doppel/review/audit/detail/datasheet.h"
 #include "doppel/review/audit/detail/ros_rules.h"
+#include "doppel/review/audit/drive_precision.h"
 
 namespace doppel::audit_rules {
 namespace {
@@ -163,25 +165,54 @@ fs::path sheet_of_package(const fs::path& package) {
   return {};
 }
 
+// The sheet of the options, or the package's own, whose errors are left to `refused`.
+std::optional<Datasheet> chosen_sheet(
+    const AuditOptions& options, const std::function<void(const fs::path&, const InputError&)>& refused) {
+  if (options.datasheet) return load_datasheet(*options.datasheet, options.datasheet_folder);
+  const fs::path own = sheet_of_package(options.package_folder);
+  if (own.empty()) return std::nullopt;
+  try {
+    return load_datasheet(own, options.datasheet_folder);
+  } catch (const InputError& error) {
+    refused(own, error);
+  }
+  return std::nullopt;
+}
+
+std::vector<JointDrive> drives_of(const Datasheet& sheet, const RobotDescription& robot) {
+  return sheet.actuator ? all_driven(robot, *sheet.actuator) : sheet.drives;
+}
+
 }  // namespace
 
 void check_datasheet(const AuditInput& in, Findings& out) {
-  std::optional<Datasheet> sheet;
-  if (in.options.datasheet) {
-    sheet = load_datasheet(*in.options.datasheet, in.options.datasheet_folder);
-  } else if (const fs::path own = sheet_of_package(in.options.package_folder); !own.empty()) {
-    try {
-      sheet = load_datasheet(own, in.options.datasheet_folder);
-    } catch (const InputError& error) {
-      for (const Diagnostic& d : error.diagnostics()) {
-        out.add("datasheet.invalid", own.filename().string(), d.where, d.message, d.fix);
-      }
-    }
-  }
+  const auto sheet = chosen_sheet(in.options, [&](const fs::path& file, const InputError& error) {
+    for (const Diagnostic& d : error.diagnostics())
+      out.add("datasheet.invalid", file.filename().string(), d.where, d.message, d.fix);
+  });
   if (!sheet) return;
-  const auto drives = sheet->actuator ? all_driven(in.robot, *sheet->actuator) : sheet->drives;
   DatasheetCheck check(in, out);
-  for (const JointDrive& drive : drives) check.check(drive, sheet->file);
+  for (const JointDrive& drive : drives_of(*sheet, in.robot)) check.check(drive, sheet->file);
 }
 
 }  // namespace doppel::audit_rules
+
+namespace doppel {
+
+std::map<std::string, DrivePrecision> drive_precision(const RobotDescription& robot,
+                                                      const AuditOptions& options) {
+  std::map<std::string, DrivePrecision> out;
+  const auto sheet = audit_rules::chosen_sheet(options, [](const auto&, const InputError&) {});
+  if (!sheet) return out;
+  for (const JointDrive& drive : audit_rules::drives_of(*sheet, robot)) {
+    const Joint* const joint = robot.find_joint(drive.joint);
+    const ActuatorSheet& actuator = drive.actuator;
+    if (joint == nullptr || (joint->type == JointType::prismatic) != actuator.linear) continue;
+    out[drive.joint] = {actuator.name, actuator.resolution.value_or(0) / drive.reduction,
+                        actuator.backlash.value_or(0) / drive.reduction,
+                        actuator.noise.value_or(0) / drive.reduction};
+  }
+  return out;
+}
+
+}  // namespace doppel

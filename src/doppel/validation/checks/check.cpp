@@ -85,7 +85,12 @@ std::vector<CheckInfo> extras() {
       {"X3", "Pose accuracy", CheckKind::extra,
        "30 cycles through the test poses of ISO 9283, against the commanded ones", "none"},
       {"X4", "Approach of poses", CheckKind::extra,
-       "time, stabilisation, overshoot and distances in the same cycles", "none"},
+       "time, stabilisation, overshoot, distances and drift in the same cycles, and approaches from three "
+       "directions",
+       "none"},
+      {"X5", "Paths", CheckKind::extra,
+       "10 passages of the line, the circle and the corner of ISO 9283 at 10, 50 and 100 % of the speed",
+       "none"},
       {"X6", "Payload", CheckKind::extra,
        "the mass that the drives hold in the worst pose, over the reach of each arm", "none"},
       {"X7", "Sag", CheckKind::extra, "the displacement of the tool by gravity against the drives", "none"},

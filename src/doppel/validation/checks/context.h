@@ -9,6 +9,7 @@
 
 #include "doppel/export.h"
 #include "doppel/validation/checks/check.h"
+#include "doppel/validation/checks/shared_results.h"
 #include "doppel/validation/checks/subject.h"
 #include "doppel/validation/checks/suite.h"
 
@@ -29,8 +30,9 @@ struct DOPPEL_API CheckContext {
   // Called with the completed fraction of the check, from any thread; false: it ends early, and its result
   // is not used. May be empty.
   std::function<bool(double)> progress = {};
-  bool record = false;        // motions that fail are repeated and recorded
-  bool write_answers = true;  // committed answers that are missing are written (validation/tree.txt)
+  SharedResults* shared = nullptr;  // of the whole validation; nullptr: there is none
+  bool record = false;              // motions that fail are repeated and recorded
+  bool write_answers = true;        // committed answers that are missing are written (validation/tree.txt)
 
   // Throws CheckCancelled.
   void report(double done) const {

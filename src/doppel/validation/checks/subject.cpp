@@ -9,7 +9,12 @@
 namespace doppel {
 namespace {
 
-AuditReport audit_of(const Scenario& scenario, const SubjectOptions& options, Subject& out) {
+struct Audited {
+  AuditReport report;
+  AuditOptions options;
+};
+
+Audited audit_of(const Scenario& scenario, const SubjectOptions& options, Subject& out) {
   const WorldRobot& robot = scenario.robots.front();
   OpenedTarget opened = open_target(robot.target, robot.arguments, scenario.bundled_robots);
   out.target = opened.target;
@@ -25,7 +30,7 @@ AuditReport audit_of(const Scenario& scenario, const SubjectOptions& options, Su
   ExpandedDescription expanded =
       expand_description(opened.target.description, opened.arguments, opened.resolver, reported_by_audit);
   out.overlays = apply_overlays(expanded, opened.resolver, reported_by_audit);
-  return report;
+  return {std::move(report), std::move(auditing)};
 }
 
 void find_arms_of(Subject& out) {
@@ -48,13 +53,15 @@ std::filesystem::path Subject::validation_folder() const {
 Subject read_subject(const Scenario& scenario, const SubjectOptions& options) {
   Subject out;
   out.scenario = scenario;
-  out.audit = audit_of(scenario, options, out);
+  Audited audited = audit_of(scenario, options, out);
+  out.audit = std::move(audited.report);
   out.name = out.audit.robot;
   try {
     out.compiled = std::make_shared<const CompiledScenario>(scenario, out.notes);
     Diagnostics none;
     out.model = std::make_shared<const Model>(compile_model(out.description(), BaseKind::fixed, none));
     out.files = files_with_hashes(out.compiled->files());
+    out.precision = drive_precision(out.description(), audited.options);
     find_arms_of(out);
   } catch (const InputError& error) {
     // An engine that is not there is no fault of the machine.

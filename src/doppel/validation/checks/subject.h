@@ -3,6 +3,7 @@
 // robot as a twin has it, and its arms. Immutable afterwards; any number of threads share it.
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -12,6 +13,7 @@
 #include "doppel/description/urdf/load.h"
 #include "doppel/export.h"
 #include "doppel/review/audit/audit.h"
+#include "doppel/review/audit/drive_precision.h"
 #include "doppel/robot/reach/arm_group.h"
 #include "doppel/scenario/compile/compiled_scenario.h"
 #include "doppel/scenario/schema/scenario.h"
@@ -26,6 +28,7 @@ struct DOPPEL_API Subject {
   std::vector<ReadFile> files;  // all that were read, with their hashes
   AuditReport audit;
   std::vector<AppliedOverlay> overlays;
+  std::map<std::string, DrivePrecision> precision;  // of the datasheet, by joint
   // Why there is no machine: what the description, its world or its controllers' file lack. Empty: there is.
   std::vector<Diagnostic> refusal;
   std::shared_ptr<const CompiledScenario> compiled;  // nullptr with a refusal

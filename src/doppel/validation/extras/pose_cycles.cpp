@@ -1,29 +1,27 @@
 #include "doppel/validation/extras/detail/pose_cycles.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "doppel/base/math/pose.h"
 #include "doppel/robot/ik/task_space.h"
-#include "doppel/validation/extras/detail/joint_motion.h"
-#include "doppel/validation/statics/start_pose.h"
+#include "doppel/validation/extras/detail/arm_motion.h"
+#include "doppel/validation/extras/detail/twin_touch.h"
 
 namespace doppel {
 namespace {
 
-constexpr double kSpeedPart = 0.5;               // of the speed limits
-constexpr double kPeakOfQuintic = 1.875;         // of the mean speed
-constexpr double kMinMotion = 0.4;               // s
-constexpr double kDwell = 0.8, kMeasured = 0.1;  // s of rest, and its end that is measured
-constexpr double kCommandStep = 0.01;            // s between points
-constexpr double kMaxJointWay = 1.5;             // rad or m between poses: more is another branch
-constexpr double kMaxSimulated = 300;            // s of all cycles
+constexpr double kSpeedPart = 0.5;                      // of the speed limits
+constexpr double kDwell = 0.8, kMeasured = 0.1;         // s of rest, and its end that is measured
+constexpr double kMaxJointWay = 1.5;                    // rad or m between poses: more is another branch
+constexpr double kMaxSimulated = 300;                   // s of all cycles
+constexpr int kEqualCycles = 3;                         // of an arm in which nothing varies
+constexpr double kApproach = 0.2, kMaxApproach = 0.05;  // of the edge, m: the way from one direction
 constexpr std::size_t kCentres = 24;
 constexpr double kInside = 0.8;  // of half a diagonal: a tenth of the diagonal from the corners
-
-double quintic(double share) {
-  return share * share * share * (10 + share * (6 * share - 15));
-}
 
 std::optional<TestPlane> plane_at(ArmReach& reach, const ExtraArm& arm, IkTask task, const ArmPlace& place,
                                   double edge) {
@@ -52,90 +50,77 @@ std::optional<TestPlane> plane_at(ArmReach& reach, const ExtraArm& arm, IkTask t
   return out;
 }
 
-// Configurations in which the twin's robot touches nothing that it does not touch at its start.
-class TwinTouch {
- public:
-  explicit TwinTouch(const CheckContext& context) : machine_(context, no_controllers()) { start_ = pairs(); }
-
-  bool is_free(const Model& model, const Eigen::VectorXd& q) {
-    Instance robot = machine_.twin().robot().instance();
-    std::vector<double> position(robot.q().begin(), robot.q().end());
-    const std::vector<double> rest(robot.v().size(), 0.0);
-    for (const ModelJoint& joint : model.joints) {
-      const int twin = robot.model().find_joint(joint.name);
-      if (joint.scalar() && twin >= 0)
-        position[static_cast<std::size_t>(robot.model().joints[static_cast<std::size_t>(twin)].q)] =
-            q[joint.q];
-    }
-    robot.set_state(position, rest);
-    return std::ranges::all_of(
-        pairs(), [&](const Pair& pair) { return std::ranges::find(start_, pair) != start_.end(); });
+// The test poses, and three places on each straight way of the joints between them.
+bool is_free(TwinTouch& touch, const Model& model, const TestPlane& plane) {
+  for (std::size_t i = 0; i < kTestPoses; ++i) {
+    const Eigen::VectorXd &q = plane.q[i], &before = plane.q[(i + kTestPoses - 1) % kTestPoses];
+    for (const double share : {1.0, 0.75, 0.5, 0.25})
+      if (!touch.is_free(model, before + share * (q - before))) return false;
   }
+  return true;
+}
 
-  // The test poses, and three places on each straight way of the joints between them.
-  bool is_free(const Model& model, const TestPlane& plane) {
-    for (std::size_t i = 0; i < kTestPoses; ++i) {
-      const Eigen::VectorXd &q = plane.q[i], &before = plane.q[(i + kTestPoses - 1) % kTestPoses];
-      for (const double share : {1.0, 0.75, 0.5, 0.25})
-        if (!is_free(model, before + share * (q - before))) return false;
-    }
-    return true;
-  }
+Pose commanded_pose(const ExtraArm& arm, const Eigen::VectorXd& q) {
+  Data data(arm.model());
+  forward_kinematics(arm.model(), data, q);
+  return data.X_WL.front().inverse() * data.X_WL[static_cast<std::size_t>(arm.chain().tip_link)];
+}
 
- private:
-  using Pair = std::pair<BodyId, BodyId>;
-  static MachineOptions no_controllers() {
-    MachineOptions out;
-    out.start_controllers = false;
-    return out;
-  }
-  std::vector<Pair> pairs() {
-    std::vector<Contact> contacts;
-    machine_.twin().engine().contacts(contacts);
-    std::vector<Pair> out;
-    for (const Contact& contact : contacts) out.emplace_back(contact.a, contact.b);
-    return out;
-  }
-
-  MachineRun machine_;
-  std::vector<Pair> start_;
-};
+// A motion to a pose, and the tool at the end of the rest after it.
+std::optional<PoseApproach> approach(ArmMotion& motion, const Eigen::VectorXd& start,
+                                     const Eigen::VectorXd& end, double seconds, const Pose& X_RC,
+                                     const std::function<void()>& every_step = {}) {
+  PoseApproach out;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero(), angles = Eigen::Vector3d::Zero();
+  double count = 0;
+  motion.begin_run();
+  const auto sample = [&](double time) {
+    const Pose X_RT = motion.real_tool();
+    out.time.push_back(time);
+    out.positions.emplace_back(X_RT.translation());
+    if (time < seconds + kDwell - kMeasured) return;
+    position += X_RT.translation();
+    angles += rpy_from_rotation(X_RC.linear().transpose() * X_RT.linear());
+    ++count;
+  };
+  if (!motion.run(ArmMotion::straight(start, end, seconds), seconds, kDwell, sample, every_step) ||
+      count == 0)
+    return std::nullopt;
+  out.attained = {position / count, angles / count};
+  return out;
+}
 
 class CycleRun {
  public:
   CycleRun(const CheckContext& context, const ExtraArm& arm, const TestPlane& plane, PoseCycles& out)
-      : arm_(arm), plane_(plane), machine_(context, options_of(arm)), out_(out) {
-    for (int k = 0; k < arm.chain().size(); ++k) names_.push_back(arm.joint(k).name);
+      : plane_(plane), motion_(context, arm), out_(out) {
     for (std::size_t i = 0; i < kTestPoses; ++i) {
       variables_[i] = arm.chain().variables_of(arm.model(), plane.q[i]);
-      Data data(arm.model());
-      forward_kinematics(arm.model(), data, plane.q[i]);
-      commanded_[i] = data.X_WL.front().inverse() * data.X_WL[static_cast<std::size_t>(arm.chain().tip_link)];
+      commanded_[i] = commanded_pose(arm, plane.q[i]);
       out.commanded[i].position = commanded_[i].translation();
     }
-    base_ = std::max(0, machine_.model().find_link(arm.model().links.front().name));
-    tip_ = machine_.model().find_link(arm.model().links[static_cast<std::size_t>(arm.chain().tip_link)].name);
-    for (const std::string& name : names_) twin_joints_.push_back(machine_.model().find_joint(name));
+    out.servos = motion_.errors().text();
+    out.varies = motion_.errors().any() ||
+                 std::ranges::any_of(arm.model().joints, [](const auto& one) { return one.friction > 0; });
   }
 
   std::string run(const CheckContext& context, int cycles) {
-    JointMotion motion(machine_, names_);
-    if (!motion.missing().empty()) return motion.missing() + " has no position command on a topic";
-    if (const Status placed = machine_.place(posed_joints(arm_.model(), plane_.q.back())); !placed)
-      return "the test poses cannot be taken: " + placed.why();
-    machine_.run(0.5);
-    out_.motion_time = motion_time();
+    if (std::string why = motion_.begin(plane_.q.back()); !why.empty()) return why;
+    for (std::size_t i = 0; i < kTestPoses; ++i)
+      out_.motion_time =
+          std::max(out_.motion_time, motion_.motion_time(variables_[before(i)], variables_[i], kSpeedPart));
     out_.cycle_time = kTestPoses * (out_.motion_time + kDwell);
-    cycles = std::clamp(static_cast<int>(kMaxSimulated / out_.cycle_time), 2, cycles);
-    for (const ModelJoint& joint : arm_.model().joints) out_.varies = out_.varies || joint.friction > 0;
+    cycles =
+        out_.varies ? std::clamp(static_cast<int>(kMaxSimulated / out_.cycle_time), 2, cycles) : kEqualCycles;
     for (int cycle = 0; cycle <= cycles; ++cycle) {
       out_.power_time.clear();
       out_.power.clear();
-      cycle_begin_ = to_seconds(machine_.twin().now());
+      cycle_begin_ = to_seconds(motion_.machine().twin().now());
       for (std::size_t i = 0; i < kTestPoses; ++i) {
-        auto approach = approach_to(motion, i, cycle > 0);
-        if (!approach) return "the physics diverges on the way to a test pose";
-        if (cycle > 0) out_.approaches[i].push_back(std::move(*approach));
+        auto one = approach(motion_, variables_[before(i)], variables_[i], out_.motion_time, commanded_[i],
+                            [&] { add_power(cycle > 0); });
+        if (!one) return "the physics diverges on the way to a test pose";
+        if (cycle > 0) out_.approaches[i].push_back(std::move(*one));
       }
       context.report(static_cast<double>(cycle + 1) / (cycles + 1));
     }
@@ -145,76 +130,62 @@ class CycleRun {
   }
 
  private:
-  static MachineOptions options_of(const ExtraArm& arm) {
-    MachineOptions out;
-    out.payload = arm.payload() > 0;
-    return out;
-  }
+  [[nodiscard]] static std::size_t before(std::size_t pose) { return (pose + kTestPoses - 1) % kTestPoses; }
 
-  [[nodiscard]] std::size_t before(std::size_t pose) const { return (pose + kTestPoses - 1) % kTestPoses; }
-
-  [[nodiscard]] double motion_time() const {
-    double out = kMinMotion;
-    for (std::size_t i = 0; i < kTestPoses; ++i) {
-      const Eigen::VectorXd way = (variables_[i] - variables_[before(i)]).cwiseAbs();
-      for (int k = 0; k < arm_.chain().size(); ++k) {
-        if (std::isfinite(arm_.joint(k).velocity))
-          out = std::max(out, kPeakOfQuintic * way[k] / (kSpeedPart * arm_.joint(k).velocity));
-      }
-    }
-    return out;
-  }
-
-  std::optional<PoseApproach> approach_to(JointMotion& motion, std::size_t pose, bool counts) {
-    const Eigen::VectorXd &start = variables_[before(pose)], &end = variables_[pose];
-    const auto course = [&](double time) -> Eigen::VectorXd {
-      return start + quintic(std::clamp(time / out_.motion_time, 0.0, 1.0)) * (end - start);
-    };
-    const double step = to_seconds(machine_.twin().step_size());
-    PoseApproach out;
-    Eigen::Vector3d position = Eigen::Vector3d::Zero(), angles = Eigen::Vector3d::Zero();
-    double count = 0;
-    const bool ran = motion.run(course, out_.motion_time, kCommandStep, kDwell, [&](double time) {
-      if (counts) add_power(step);
-      if (time < 0) return;
-      const Pose X_BT = tool();
-      out.time.push_back(time);
-      out.positions.emplace_back(X_BT.translation());
-      if (time < out_.motion_time + kDwell - kMeasured) return;
-      position += X_BT.translation();
-      angles += rpy_from_rotation(commanded_[pose].linear().transpose() * X_BT.linear());
-      ++count;
-    });
-    if (!ran || count == 0) return std::nullopt;
-    out.attained = {position / count, angles / count};
-    return out;
-  }
-
-  [[nodiscard]] Pose tool() {
-    const Instance& robot = machine_.twin().robot().instance();
-    return robot.link_pose(base_).inverse() * robot.link_pose(tip_);
-  }
-
-  void add_power(double step) {
+  void add_power(bool counts) {
+    if (!counts) return;
+    MachineRun& machine = motion_.machine();
     double power = 0;
-    for (const int joint : twin_joints_)
-      power += std::max(0.0, machine_.effort(joint) * machine_.speed(joint));
-    out_.energy += power * step;
+    for (const int joint : motion_.joints())
+      power += std::max(0.0, machine.effort(joint) * machine.speed(joint));
+    out_.energy += power * to_seconds(machine.twin().step_size());
     out_.peak_power = std::max(out_.peak_power, power);
-    out_.power_time.push_back(to_seconds(machine_.twin().now()) - cycle_begin_);
+    out_.power_time.push_back(to_seconds(machine.twin().now()) - cycle_begin_);
     out_.power.push_back(power);
   }
 
-  const ExtraArm& arm_;
   const TestPlane& plane_;
-  MachineRun machine_;
+  ArmMotion motion_;
   PoseCycles& out_;
-  std::vector<std::string> names_;
-  std::vector<int> twin_joints_;
   std::array<Eigen::VectorXd, kTestPoses> variables_;
   std::array<Pose, kTestPoses> commanded_;
-  int base_ = 0, tip_ = 0;
   double cycle_begin_ = 0;
+};
+
+// The places from which a pose is approached: on the root's axes, on the side of the cube's centre.
+class ApproachFinder {
+ public:
+  ApproachFinder(const CheckContext& context, const ExtraArm& arm, const TestPlane& plane)
+      : arm_(arm),
+        plane_(plane),
+        touch_(context),
+        reach_(arm.reach()),
+        task_(plane.orientation ? find_task_space(arm.chain()).task : IkTask::position) {}
+
+  std::optional<Eigen::VectorXd> begin(std::size_t pose, Eigen::Index axis) {
+    Data data(arm_.model());
+    forward_kinematics(arm_.model(), data, plane_.q[pose]);
+    ReachQuery query;
+    query.X_WT = data.X_WL[static_cast<std::size_t>(arm_.chain().tip_link)];
+    const double to_centre = plane_.centre[axis] - query.X_WT.translation()[axis];
+    const double way = std::min(kApproach * plane_.edge, kMaxApproach);
+    query.X_WT.translation()[axis] += to_centre < -1e-9 ? -way : way;
+    query.task = task_;
+    query.q = plane_.q[pose];
+    const ReachAnswer answer = reach_.answer(query);
+    if (!answer.solved) return std::nullopt;
+    const Eigen::VectorXd& q = answer.branches.front().q;
+    if ((q - plane_.q[pose]).cwiseAbs().maxCoeff() > kMaxJointWay || !touch_.is_free(arm_.model(), q))
+      return std::nullopt;
+    return q;
+  }
+
+ private:
+  const ExtraArm& arm_;
+  const TestPlane& plane_;
+  TwinTouch touch_;
+  ArmReach reach_;
+  IkTask task_;
 };
 
 }  // namespace
@@ -233,13 +204,60 @@ std::optional<TestPlane> find_test_plane(const CheckContext& context, const Extr
     for (const double share : {0.8, 0.65, 0.5, 0.4, 0.3, 0.2, 0.1}) {
       for (const ArmPlace& place : places) {
         auto plane = plane_at(reach, arm, task, place, share * farthest);
-        if (!plane || !touch.is_free(arm.model(), *plane)) continue;
+        if (!plane || !is_free(touch, arm.model(), *plane)) continue;
         plane->orientation = task != IkTask::position;
         return plane;
       }
     }
   }
   return std::nullopt;
+}
+
+std::string TestPlane::text() const {
+  return fmt::format("cube of {:.3f} m around ({:.3f}, {:.3f}, {:.3f})", edge, centre.x(), centre.y(),
+                     centre.z());
+}
+
+std::shared_ptr<const std::optional<TestPlane>> shared_test_plane(const CheckContext& context,
+                                                                  const ExtraArm& arm) {
+  return shared_result<std::optional<TestPlane>>(context, "test plane of " + arm.name(),
+                                                 [&] { return find_test_plane(context, arm); });
+}
+
+std::string run_pose_directions(const CheckContext& context, const ExtraArm& arm, const TestPlane& plane,
+                                int cycles, PoseDirections& out) {
+  ApproachFinder finder(context, arm, plane);
+  ArmMotion motion(context, arm);
+  const bool varies = motion.errors().any() || std::ranges::any_of(arm.model().joints, [](const auto& one) {
+                        return one.friction > 0;
+                      });
+  for (std::size_t i = 0; i < kDirectionPoses.size(); ++i) {
+    const std::size_t pose = kDirectionPoses[i];
+    const Pose X_RC = commanded_pose(arm, plane.q[pose]);
+    const Eigen::VectorXd end = arm.chain().variables_of(arm.model(), plane.q[pose]);
+    out.commanded[i].position = X_RC.translation();
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const auto q = finder.begin(pose, axis);
+      if (!q) continue;
+      if (std::string why = motion.begin(*q); !why.empty()) return why;
+      const Eigen::VectorXd start = arm.chain().variables_of(arm.model(), *q);
+      const double seconds = motion.motion_time(start, end, kSpeedPart);
+      constexpr double kParts = 9;  // poses by directions
+      const int count =
+          varies ? std::clamp(static_cast<int>(kMaxSimulated / kParts / (2 * seconds + kDwell)), 2, cycles)
+                 : kEqualCycles;
+      std::vector<MeasuredPose> attained;
+      for (int cycle = 0; cycle <= count; ++cycle) {
+        const auto one = approach(motion, start, end, seconds, X_RC);
+        if (!one || !motion.run(ArmMotion::straight(end, start, seconds), seconds, 0, {}))
+          return "the physics diverges at a test pose";
+        if (cycle > 0) attained.push_back(one->attained);  // the first one begins elsewhere
+      }
+      out.attained[i].push_back(std::move(attained));
+      context.report(static_cast<double>(3 * static_cast<int>(i) + static_cast<int>(axis) + 1) / kParts);
+    }
+  }
+  return "";
 }
 
 std::string run_pose_cycles(const CheckContext& context, const ExtraArm& arm, const TestPlane& plane,

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <memory>
+#include <span>
 
 #include "doppel/base/math/units.h"
 #include "doppel/validation/extras/detail/pose_cycles.h"
@@ -15,7 +17,24 @@ namespace {
 
 constexpr double kMinBand = 1e-4;  // m: the band of an approach where the repeatability is smaller
 
-// Runs the cycles of each arm; judge() adds their numbers.
+// What X3, X4 and X8 have in common.
+struct PoseStudy {
+  std::shared_ptr<const std::optional<TestPlane>> plane;
+  std::string why;  // there are no cycles
+  PoseCycles cycles;
+};
+
+std::shared_ptr<const PoseStudy> pose_study(const CheckContext& context, const ExtraArm& arm) {
+  return shared_result<PoseStudy>(context, "pose cycles of " + arm.name(), [&] {
+    PoseStudy out;
+    out.plane = shared_test_plane(context, arm);
+    if (*out.plane)
+      out.why = run_pose_cycles(context, arm, **out.plane, context.amount(3, 10, 30), out.cycles);
+    return out;
+  });
+}
+
+// The cycles of each arm; judge() adds their numbers.
 CheckResult run_cycles(
     const CheckContext& context, const char* id,
     const std::function<void(const ExtraArm&, const TestPlane&, const PoseCycles&, CheckResult&)>& judge) {
@@ -23,27 +42,21 @@ CheckResult run_cycles(
   if (arms.empty()) return not_applicable(id, no_arm_reason(context));
   CheckResult out = begin_result(id);
   for (const ExtraArm& arm : arms) {
-    const auto plane = find_test_plane(context, arm);
-    if (!plane) {
-      out.notes.push_back(arm.name() + ": no cube is found whose test poses it reaches");
+    const auto study = pose_study(context, arm);
+    if (!*study->plane) {
+      out.notes.push_back(arm.name() + kNoPlane);
       continue;
     }
-    PoseCycles cycles;
-    const bool varies =
-        std::ranges::any_of(arm.model().joints, [](const auto& one) { return one.friction > 0; });
-    const int count = varies ? context.amount(3, 10, 30) : 3;
-    if (const std::string why = run_pose_cycles(context, arm, *plane, count, cycles); !why.empty()) {
-      out.notes.push_back(fmt::format("{}: {}", arm.name(), why));
+    if (!study->why.empty()) {
+      out.notes.push_back(fmt::format("{}: {}", arm.name(), study->why));
       continue;
     }
-    out.notes.push_back(
-        fmt::format("{}: cube of {:.3f} m around ({:.3f}, {:.3f}, {:.3f}), {} cycles at half "
-                    "of the speed limits",
-                    arm.name(), plane->edge, plane->centre.x(), plane->centre.y(), plane->centre.z(),
-                    cycles.approaches.front().size()));
-    if (!plane->orientation)
+    const TestPlane& plane = **study->plane;
+    out.notes.push_back(fmt::format("{}: {}, {} cycles at half of the speed limits", arm.name(), plane.text(),
+                                    study->cycles.approaches.front().size()));
+    if (!plane.orientation)
       out.notes.push_back(arm.name() + ": the tool's orientation differs from pose to pose");
-    judge(arm, *plane, cycles, out);
+    judge(arm, plane, study->cycles, out);
   }
   if (out.items.empty()) return not_applicable(id, out.notes.front());
   return out;
@@ -56,9 +69,13 @@ std::vector<MeasuredPose> attained_of(const std::vector<PoseApproach>& approache
 }
 
 void note_variation(const PoseCycles& cycles, CheckResult& out) {
-  if (cycles.varies) {
+  if (!cycles.servos.empty()) {
+    out.notes.push_back("cycles differ by the errors of the servos, as their datasheet has them: " +
+                        cycles.servos);
+  } else if (cycles.varies) {
     out.notes.emplace_back(
-        "the twin is deterministic: cycles differ only by where friction holds the joints");
+        "the twin is deterministic: cycles differ only by where friction holds the joints; a datasheet with "
+        "resolution, backlash or noise of the servos makes them vary");
   } else {
     out.notes.emplace_back(
         "no joint has friction, resolution, backlash or noise: the repeatability is 0 by construction");
@@ -161,6 +178,57 @@ void judge_approach(const ExtraArm& arm, const TestPlane&, const PoseCycles& cyc
   note_variation(cycles, out);
 }
 
+// ISO 9283, 7.6, over the cycles instead of eight hours: P1 at their begin and in each later part.
+void judge_drift(const ExtraArm& arm, const PoseCycles& cycles, CheckResult& out) {
+  constexpr std::size_t kParts = 3, kMinPart = 3;  // parts of the cycles, cycles of a part
+  const std::vector<MeasuredPose> all = attained_of(cycles.approaches.front());
+  const std::size_t size = all.size() / kParts;
+  if (!cycles.varies || size < kMinPart) return;
+  std::vector<PoseFigures> over_time;
+  for (std::size_t i = 0; i < kParts; ++i) {
+    const auto part = std::span(all).subspan(i * size, size);
+    if (const auto figures = pose_figures(part, cycles.commanded.front())) over_time.push_back(*figures);
+  }
+  const auto drift = drift_figures(over_time);
+  if (!drift) return;
+  out.metrics.push_back({"drift of accuracy", arm.name(), kMillimetres * drift->accuracy, "mm"});
+  out.items.back().message +=
+      fmt::format(", drift of P1 {:.4f} mm in {:.0f} s", kMillimetres * drift->accuracy,
+                  cycles.cycle_time * static_cast<double>(all.size()));
+}
+
+// The largest distance of a pose's means from direction to direction.
+void judge_directions(const CheckContext& context, const ExtraArm& arm, const TestPlane& plane,
+                      CheckResult& out) {
+  PoseDirections directions;
+  const std::string why = run_pose_directions(context, arm, plane, context.amount(3, 10, 30), directions);
+  if (!why.empty()) {
+    out.notes.push_back(fmt::format("{}: no variation by direction: {}", arm.name(), why));
+    return;
+  }
+  double worst = 0;
+  std::string text;
+  for (std::size_t i = 0; i < directions.attained.size(); ++i) {
+    std::vector<PoseFigures> means;
+    for (const std::vector<MeasuredPose>& attained : directions.attained[i])
+      if (const auto figures = pose_figures(attained, directions.commanded[i])) means.push_back(*figures);
+    const auto variation = direction_figures(means);
+    const std::string name = fmt::format("P{}", kDirectionPoses[i] + 1);
+    if (!variation) continue;
+    const double value = kMillimetres * variation->position;
+    out.metrics.push_back({"variation by direction", fmt::format("{}, {}", arm.name(), name), value, "mm"});
+    text +=
+        fmt::format("{}{} {:.4f} mm ({} directions)", text.empty() ? "" : ", ", name, value, means.size());
+    worst = std::max(worst, value);
+  }
+  if (text.empty()) {
+    out.notes.push_back(arm.name() + ": no test pose can be approached from two directions");
+    return;
+  }
+  out.notes.push_back(fmt::format("{}: variation by the direction of the approach: {}", arm.name(), text));
+  out.items.back().message += fmt::format(", variation by direction {:.4f} mm", worst);
+}
+
 void judge_power(const CheckContext& context, const ExtraArm& arm, const PoseCycles& cycles,
                  CheckResult& out) {
   CheckItem item;
@@ -199,9 +267,15 @@ CheckResult check_pose_accuracy(const CheckContext& context) {
 }
 
 CheckResult check_pose_approach(const CheckContext& context) {
-  CheckResult out = run_cycles(context, "X4", judge_approach);
+  CheckResult out = run_cycles(
+      context, "X4",
+      [&](const ExtraArm& arm, const TestPlane& plane, const PoseCycles& cycles, CheckResult& result) {
+        judge_approach(arm, plane, cycles, result);
+        judge_drift(arm, cycles, result);
+        judge_directions(context, arm, plane, result);
+      });
   if (out.verdict != Verdict::not_applicable)
-    out.notes.emplace_back("a twin does not become warm: there is no drift");
+    out.notes.emplace_back("a twin does not become warm: what drifts here are friction and chance");
   return out;
 }
 

@@ -11,6 +11,7 @@
 #include "doppel/base/math/units.h"
 #include "doppel/validation/extras/detail/extra_arm.h"
 #include "doppel/validation/extras/detail/joint_stop.h"
+#include "doppel/validation/extras/detail/twin_touch.h"
 #include "doppel/validation/statics/start_pose.h"
 
 namespace doppel {
@@ -45,6 +46,9 @@ class StoppingJudge {
     if (places_.empty()) return out_.notes.push_back(arm_.name() + ": no configuration is free");
     farthest_ = arm_.farthest(places_);
     places_.push_back(farthest_);
+    // The twin has the ground, too, and a link that lies on it creeps for seconds.
+    TwinTouch touch(context_);
+    std::erase_if(places_, [&](const ArmPlace& place) { return !touch.is_free(arm_.model(), place.q); });
     for (const bool payload : {false, true}) {
       if (payload && !(arm_.payload() > 0)) continue;
       MachineOptions options;

@@ -1,4 +1,4 @@
-#include "doppel/validation/metrics/detail/path_accuracy.h"
+#include "doppel/validation/metrics/path_accuracy.h"
 
 #include <algorithm>
 #include <cmath>

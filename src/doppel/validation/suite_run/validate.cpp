@@ -15,6 +15,7 @@
 #include "doppel/base/core/thrown.h"
 #include "doppel/validation/extras/contact_extra.h"
 #include "doppel/validation/extras/kinematics_extra.h"
+#include "doppel/validation/extras/path_extra.h"
 #include "doppel/validation/extras/payload_extra.h"
 #include "doppel/validation/extras/pose_extras.h"
 #include "doppel/validation/extras/response_extra.h"
@@ -71,14 +72,16 @@ const std::vector<Runner>& runners() {
       {"G10", check_start, Needs::controllers},
       {"X2", check_frequency_response, Needs::controllers, 10},
       {"X3", check_pose_accuracy, Needs::controllers, 10},
-      {"X4", check_pose_approach, Needs::controllers, 10},
-      {"X8", check_power, Needs::controllers, 10},
+      {"X5", check_paths, Needs::controllers, 10},
       {"X9", check_stopping, Needs::controllers, 10},
       {"X7", check_sag, Needs::machine, 4},
       {"X6", check_payload, Needs::machine, 4},
       {"X10", check_contact, Needs::machine, 2},
       {"X11", check_singularities, Needs::machine, 4},
       {"X1", check_kinematics, Needs::machine, 2},
+      // They have the cycles of X3, and would wait for them.
+      {"X4", check_pose_approach, Needs::controllers, 10},
+      {"X8", check_power, Needs::controllers, 1},
       {"G12", nullptr, Needs::machine, 0, false, "T1"},
       {"G13", nullptr, Needs::machine, 0, false, "T2"},
       {"G14", nullptr, Needs::machine, 0, false, "T3"},
@@ -178,6 +181,7 @@ class Validation {
     context.seed = options_.seed;
     context.threads = runner.splits ? options_.jobs : 1;
     context.joint = options_.joint;
+    context.shared = &shared_;
     context.record = options_.record;
     context.write_answers = options_.write_answers;
     context.progress = [this, &runner](double done) { return advance(runner, done); };
@@ -281,6 +285,7 @@ class Validation {
   const Subject& subject_;
   const Suite& suite_;
   const ValidationOptions& options_;
+  SharedResults shared_;
   std::vector<const Runner*> chosen_;
   double all_ = 0;
   bool controllers_start_ = true;

@@ -25,6 +25,9 @@ struct ActuatorSheet {
   std::optional<double> travel;                         // rad or m, from stop to stop
   std::optional<double> gear_reduction;                 // motor turns for one of the output
   std::optional<double> mass;                           // kg
+  std::optional<double> resolution;                     // rad or m, at the output, as the next ones
+  std::optional<double> backlash;                       // the whole play
+  std::optional<double> noise;                          // standard deviation of the position at rest
   std::string source;                                   // title, URL and date, for people
   std::filesystem::path file;
 };

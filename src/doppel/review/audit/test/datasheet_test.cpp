@@ -3,6 +3,7 @@
 
 #include <numbers>
 
+#include "doppel/review/audit/drive_precision.h"
 #include "doppel/review/audit/test/audit_rig.h"
 
 namespace doppel {
@@ -46,6 +47,36 @@ TEST_F(DatasheetTest, UnitsAreConvertedToSi) {
   EXPECT_NEAR(speed("value: 0.20, unit: s/60deg"), 5.2359877559829888, 1e-12);
   EXPECT_NEAR(speed("value: 60, unit: rpm"), 2 * std::numbers::pi, 1e-12);
   EXPECT_NEAR(speed("value: 180, unit: deg/s"), std::numbers::pi, 1e-12);
+}
+
+TEST_F(DatasheetTest, PrecisionIsConvertedToJoint) {
+  write("servo.yaml", sheet("resolution: {value: 4096, unit: steps/turn}\n"
+                            "backlash: {value: 15, unit: arcmin}\nnoise: {value: 0.1, unit: deg}\n"));
+  write("arm.yaml", "joints:\n  shoulder: {actuator: servo.yaml, reduction: 2}\n  nowhere: servo.yaml\n");
+  RobotDescription robot;
+  robot.joints.emplace_back();
+  robot.joints.back().name = "shoulder";
+  robot.joints.back().type = JointType::revolute;
+  AuditOptions options;
+  options.datasheet = folder_ / "arm.yaml";
+  options.datasheet_folder = kLibrary;
+  const auto precision = drive_precision(robot, options);
+  ASSERT_THAT(precision, SizeIs(1));
+  const DrivePrecision& shoulder = precision.at("shoulder");
+  EXPECT_EQ(shoulder.actuator, "X");
+  EXPECT_NEAR(shoulder.resolution, std::numbers::pi / 4096, 1e-15);
+  EXPECT_NEAR(shoulder.backlash, std::numbers::pi / 180 / 8, 1e-15);
+  EXPECT_NEAR(shoulder.noise, std::numbers::pi / 180 / 20, 1e-15);
+  robot.joints.back().type = JointType::prismatic;
+  EXPECT_THAT(drive_precision(robot, options), IsEmpty());
+}
+
+TEST_F(DatasheetTest, PrecisionInWrongUnitIsRefused) {
+  EXPECT_THAT(error_of(sheet("resolution: {value: 4096, unit: steps}\n")), HasSubstr("steps/turn"));
+  EXPECT_THAT(error_of(sheet("backlash: {value: 4, unit: steps/turn}\n")), HasSubstr("unknown unit"));
+  EXPECT_THAT(error_of("type: linear\n" + sheet("noise: {value: 1, unit: deg}\n")),
+              HasSubstr("unknown unit"));
+  EXPECT_THAT(error_of(sheet("backlsh: {value: 4, unit: deg}\n")), HasSubstr("did you mean 'backlash'"));
 }
 
 TEST_F(DatasheetTest, RatingsAreInterpolatedBetweenVoltagesOnly) {

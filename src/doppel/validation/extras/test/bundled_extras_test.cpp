@@ -6,6 +6,7 @@
 
 #include "doppel/validation/extras/contact_extra.h"
 #include "doppel/validation/extras/kinematics_extra.h"
+#include "doppel/validation/extras/path_extra.h"
 #include "doppel/validation/extras/payload_extra.h"
 #include "doppel/validation/extras/pose_extras.h"
 #include "doppel/validation/extras/response_extra.h"
@@ -21,9 +22,10 @@ const std::map<std::string, ExtraFunction>& extra_functions() {
   static const std::map<std::string, ExtraFunction> all = {
       {"X1", check_kinematics},    {"X2", check_frequency_response},
       {"X3", check_pose_accuracy}, {"X4", check_pose_approach},
-      {"X6", check_payload},       {"X7", check_sag},
-      {"X8", check_power},         {"X9", check_stopping},
-      {"X10", check_contact},      {"X11", check_singularities}};
+      {"X5", check_paths},         {"X6", check_payload},
+      {"X7", check_sag},           {"X8", check_power},
+      {"X9", check_stopping},      {"X10", check_contact},
+      {"X11", check_singularities}};
   return all;
 }
 
@@ -47,8 +49,11 @@ TEST_P(BundledExtras, GiveNumbersOrReason) {
   const Subject subject = bundled(GetParam());
   ASSERT_TRUE(subject.refusal.empty());
   const Suite suite;
+  SharedResults shared;
   for (const auto& [id, function] : extra_functions()) {
-    const CheckResult result = function(quick_context(subject, suite));
+    CheckContext context = quick_context(subject, suite);
+    context.shared = &shared;
+    const CheckResult result = function(context);
     EXPECT_EQ(result.id, id);
     EXPECT_FALSE(result.summary.empty()) << id;
     EXPECT_TRUE(result.verdict == Verdict::passed || result.verdict == Verdict::not_applicable)

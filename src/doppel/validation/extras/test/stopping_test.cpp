@@ -1,6 +1,7 @@
 // X9 beside the closed form of a joint that friction alone stops.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "doppel/validation/extras/detail/joint_stop.h"
@@ -54,6 +55,27 @@ TEST(Stopping, BrakingDriveIsLimitedByItsEffort) {
   EXPECT_TRUE(stop->figures.stopped);
   EXPECT_GE(stop->figures.largest_way, 0.95 * kDiscInertia * 16 / (2 * (5 + kFriction)));
   EXPECT_LT(stop->figures.largest_way, kDiscInertia * 16 / (2 * kFriction));
+}
+
+// A tool that lies on the ground slides there for seconds.
+TEST(Stopping, BrakedArmDoesNotLieOnGround) {
+  Scenario scenario;
+  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+  scenario.robots = {{.target = "omarm_zero"}};
+  const Subject subject = read_subject(scenario, {});
+  const Suite suite;
+  CheckContext context{subject, suite};
+  context.effort = Effort::full;
+  context.joint = "Revolute 5";
+  const CheckResult result = check_stopping(context);
+  ASSERT_EQ(result.verdict, Verdict::passed);
+  double longest = 0;
+  for (const Metric& metric : result.metrics) {
+    if (metric.name == "stopping time" && metric.subject.ends_with("category 2"))
+      longest = std::max(longest, metric.value);
+  }
+  EXPECT_GT(longest, 0);
+  EXPECT_LT(longest, 0.2);
 }
 
 TEST(Stopping, ArmIsStoppedInEveryCategory) {
