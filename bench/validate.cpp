@@ -1,9 +1,9 @@
 // doppel validate as its users run it, in a process of its own each time: medians of the standard suite (goal
 // 60 s), of --quick (10 s) and with `full` of --full (600 s); whether results are the same for 1 and 8 jobs.
 // build/bin/bench_validate [repetitions] [full] [TARGET...]
-// With `rates` instead of times: of T1 the share of 10,000 poses that inverse kinematics reaches (goal 99.9 %, of
-// arms with fewer than six joints 99.5 %) and its mean time (1 ms), of T3 the configurations in a second by
-// hulls (20,000) and triangles (2,000), on one thread; without targets the bundled robots, and
+// With `rates` instead of times: of T1 the share of 10,000 poses that inverse kinematics reaches (goal
+// 99.9 %, of arms with fewer than six joints 99.5 %) and its mean time (1 ms), of T3 the configurations in a
+// second by hulls (20,000) and triangles (2,000), on one thread; without targets the bundled robots, and
 // four public arms where they are there.
 #include <fmt/format.h>
 #include <sys/wait.h>
@@ -23,7 +23,7 @@
 namespace {
 
 const std::vector<std::string> kBundled = {"omarm_one", "omarm_zero", "lab_arm", "kate"};
-// Of the collection of public robots beside the checkout.
+// They are in the collection of public robots beside the checkout.
 constexpr const char* kPublic[] = {"staubli/staubli_rx160_support/urdf/rx160.xacro",
                                    "fanuc/fanuc_lrmate200id_support/urdf/lrmate200id.xacro",
                                    "tmr_ros2/tm_description/xacro/tm5-900.urdf.xacro",

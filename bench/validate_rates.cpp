@@ -59,7 +59,7 @@ void print_reach(const Subject& subject) {
   }
 }
 
-// What the sweep of T3 does for a configuration: all pairs, and the depth of those that touch.
+// The sweep of T3 does the same for a configuration: all pairs, and the depth of those that touch.
 void print_sweep(const Subject& subject, CollisionDetail detail, double goal) {
   SceneOptions options;
   options.detail = detail;

@@ -8,6 +8,7 @@
 
 #include "doppel/physics/contract/engine_modules.h"
 #include "doppel/physics/contract/exclusions.h"
+#include "doppel/robot/collision/lowest_point.h"
 #include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
@@ -19,12 +20,7 @@ const std::string kGroundName = "ground";
 double lowest_point(const ModelInstance& instance, const Pose& X_WR, const Eigen::VectorXd& q) {
   Data data(*instance.model);
   forward_kinematics(*instance.model, data, q);
-  double lowest = kInfinity;
-  for (std::size_t link = 0; link < instance.shapes.size(); ++link) {
-    for (const CollisionShape& shape : instance.shapes[link])
-      lowest = std::min(lowest, lowest_point(shape, X_WR * data.X_WL[link] * shape.X_LS));
-  }
-  return lowest;
+  return lowest_point(instance.shapes, [&](std::size_t link) -> Pose { return X_WR * data.X_WL[link]; });
 }
 
 // Moves a floating base along the world's z until its lowest point is on the ground. False: there is no

@@ -10,6 +10,7 @@
 #include "doppel/base/core/overloaded.h"
 #include "doppel/base/core/text.h"
 #include "doppel/robot/collision/link_pairs.h"
+#include "doppel/robot/collision/lowest_point.h"
 #include "doppel/robot/kinematics/kinematics.h"
 
 namespace doppel {
@@ -133,10 +134,7 @@ class Fitter {
   Fitter(const Model& model, const Eigen::VectorXd& q0, LinkShapes& shapes)
       : model_(model), shapes_(shapes), data_(model), groups_(rigid_groups(model)) {
     forward_kinematics(model, data_, q0);
-    for (std::size_t link = 0; link < shapes.size(); ++link) {
-      for (const CollisionShape& shape : shapes[link])
-        lowest_ = std::min(lowest_, lowest_point(shape, data_.X_WL[link] * shape.X_LS));
-    }
+    lowest_ = lowest_point(shapes, [this](std::size_t link) { return data_.X_WL[link]; });
   }
 
   std::vector<RollingPart> fit() {

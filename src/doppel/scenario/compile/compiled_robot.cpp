@@ -8,6 +8,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/description/urdf/urdf_writer.h"
+#include "doppel/robot/collision/lowest_point.h"
 #include "doppel/ros/messages/distro.h"
 #include "doppel/scenario/compile/detail/base_axes.h"
 #include "doppel/scenario/compile/rolling_report.h"
@@ -100,11 +101,8 @@ void report_height(const CompiledRobot& robot, const Instance& instance, Diagnos
   if (made.floating() || !world.settings().ground || !(made.X_WR.translation().z() > kMinAirHeight)) return;
   if (std::ranges::any_of(world.instances(), [](const ModelInstance& one) { return one.is_object(); }))
     return;
-  double lowest = kInfinity;
-  for (std::size_t link = 0; link < made.shapes.size(); ++link) {
-    for (const CollisionShape& shape : made.shapes[link])
-      lowest = std::min(lowest, lowest_point(shape, instance.link_pose(static_cast<int>(link)) * shape.X_LS));
-  }
+  const double lowest =
+      lowest_point(made.shapes, [&](std::size_t link) { return instance.link_pose(static_cast<int>(link)); });
   if (!(lowest > kMinAirHeight) || !std::isfinite(lowest)) return;
   diagnostics.note(
       "up.stands_in_air", robot.asked().source.known() ? robot.asked().source : robot.description().source,

@@ -32,7 +32,7 @@ struct LoopMargins {
   std::optional<double> delay_margin;    // s: shortest additional delay that makes a stable loop unstable
   double max_sensitivity = 0;            // max 1 / |1 + L|
   double max_sensitivity_frequency = 0;  // rad/s
-  // By Nyquist's criterion within the searched frequencies, for a loop whose L has no pole right of the
+  // Nyquist's criterion decides within the searched frequencies, for a loop whose L has no pole right of the
   // imaginary axis (integrators are permitted; `low` must be so small that they determine the phase there).
   bool stable = false;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "doppel/robot/collision/lowest_point.h"
 #include "doppel/validation/statics/start_pose.h"
 
 namespace doppel {
@@ -35,12 +36,7 @@ double FreeSpace::lowest(const Eigen::VectorXd& q) {
   forward_kinematics(*subject_.model, data_, q);
   const SceneInstance& robot = context_.scene().instances().front();
   const Pose& X_WR = subject_.robot().instance().X_WR;
-  double out = kInfinity;
-  for (std::size_t link = 0; link < robot.shapes.size(); ++link) {
-    for (const CollisionShape& shape : robot.shapes[link])
-      out = std::min(out, lowest_point(shape, X_WR * data_.X_WL[link] * shape.X_LS));
-  }
-  return out;
+  return lowest_point(robot.shapes, [&](std::size_t link) -> Pose { return X_WR * data_.X_WL[link]; });
 }
 
 bool FreeSpace::is_free(const Eigen::VectorXd& q) {

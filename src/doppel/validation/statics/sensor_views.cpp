@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "doppel/physics/contract/engine.h"
 #include "doppel/sensors/models/coverage.h"
 #include "doppel/sensors/render/scene_builder.h"
 
