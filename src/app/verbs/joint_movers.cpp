@@ -9,6 +9,7 @@
 #include "doppel/ros/bus/name_rules.h"
 #include "doppel/ros/messages/control_msgs.h"
 #include "doppel/ros/messages/std_msgs.h"
+#include "doppel/scenario/schema/command_kind.h"
 
 namespace doppel::app {
 namespace {
@@ -195,14 +196,14 @@ std::unique_ptr<JointMover> gripper(Client& twin, const RobotWatch& robot, const
 std::unique_ptr<JointMover> make_mover(Client& twin, const RobotWatch& robot, const std::string& manager,
                                        const ControllerState& controller, Positions targets) {
   const std::string node = expand_name(controller.name, manager);
-  switch (mover_kind(controller)) {
-    case MoverKind::trajectory:
+  switch (command_kind(controller.type)) {
+    case CommandKind::trajectory:
       return std::make_unique<TrajectoryMover>(controller.name, std::move(targets),
                                                node + "/follow_joint_trajectory", joints_of(controller));
-    case MoverKind::gripper:
+    case CommandKind::gripper:
       return gripper(twin, robot, node, controller, std::move(targets));
-    case MoverKind::forward:
-    case MoverKind::none:
+    case CommandKind::forward:
+    case CommandKind::none:
       break;
   }
   return std::make_unique<ForwardMover>(controller.name, std::move(targets), node + "/commands",

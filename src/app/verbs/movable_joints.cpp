@@ -4,6 +4,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/control/hardware/hardware.h"
+#include "doppel/scenario/schema/command_kind.h"
 
 namespace doppel::app {
 namespace {
@@ -52,20 +53,10 @@ std::vector<std::string> command_interfaces(Client& twin, const std::string& man
 
 }  // namespace
 
-MoverKind mover_kind(const ControllerState& controller) {
-  const std::string& type = controller.type;
-  if (type.find("JointTrajectoryController") != std::string::npos) return MoverKind::trajectory;
-  if (type.find("GripperActionController") != std::string::npos) return MoverKind::gripper;
-  if (type == "forward_command_controller/ForwardCommandController" ||
-      type == "position_controllers/JointGroupPositionController")
-    return MoverKind::forward;
-  return MoverKind::none;
-}
-
 bool moves(const ControllerState& controller, const std::string& joint) {
-  const MoverKind kind = mover_kind(controller);
-  if (kind == MoverKind::none || !claims(controller, joint)) return false;
-  if (kind != MoverKind::forward) return true;
+  const CommandKind kind = command_kind(controller.type);
+  if (kind == CommandKind::none || !claims(controller, joint)) return false;
+  if (kind != CommandKind::forward) return true;
   const std::vector<std::string>& interfaces = command_interfaces_of(controller);
   return std::ranges::find(interfaces, fmt::format("{}/{}", joint, kPosition)) != interfaces.end();
 }
@@ -73,7 +64,7 @@ bool moves(const ControllerState& controller, const std::string& joint) {
 void check_controller(const std::vector<ControllerState>& controllers, const std::string& only) {
   std::vector<std::string> names;
   for (const ControllerState& controller : controllers) {
-    if (mover_kind(controller) != MoverKind::none) names.push_back(controller.name);
+    if (command_kind(controller.type) != CommandKind::none) names.push_back(controller.name);
   }
   if (only.empty() || std::ranges::find(names, only) != names.end()) return;
   throw ClientError(

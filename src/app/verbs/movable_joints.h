@@ -9,9 +9,6 @@
 
 namespace doppel::app {
 
-enum class MoverKind { none, trajectory, gripper, forward };
-
-MoverKind mover_kind(const controller_manager_msgs::msg::ControllerState& controller);
 // True if the controller, once it is active, brings the joint to positions.
 bool moves(const controller_manager_msgs::msg::ControllerState& controller, const std::string& joint);
 

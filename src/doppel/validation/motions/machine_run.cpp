@@ -13,6 +13,7 @@
 #include "doppel/ros/messages/geometry_msgs.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/messages/trajectory_msgs.h"
+#include "doppel/scenario/schema/command_kind.h"
 #include "doppel/scenario/schema/robot_names.h"
 
 namespace doppel {
@@ -21,12 +22,6 @@ namespace {
 constexpr const char* kClient = "/doppel_validate";
 constexpr const char *kSetPositions = "/gazebo/set_model_configuration",
                      *kApplyEffort = "/gazebo/apply_joint_effort";
-constexpr std::string_view kTrajectory = "JointTrajectoryController";
-
-bool forwards(std::string_view type) {
-  return type.ends_with("ForwardCommandController") || type.ends_with("JointGroupPositionController") ||
-         type.ends_with("JointGroupVelocityController") || type.ends_with("JointGroupEffortController");
-}
 
 Scenario scenario_of(const CheckContext& context, const MachineOptions& options) {
   Scenario out = context.subject.scenario;
@@ -110,8 +105,9 @@ std::vector<JointWay> MachineRun::ways(int index) const {
   std::vector<JointWay> out;
   const TwinRobot& robot = twin_->robot();
   for (const ControllerView& view : robot.controller_manager().controllers()) {
-    const bool is_trajectory = view.type.ends_with(kTrajectory);
-    if (view.state != ControllerState::active || (!is_trajectory && !forwards(view.type))) continue;
+    const CommandKind kind = command_kind(view.type);
+    const bool is_trajectory = kind == CommandKind::trajectory;
+    if (view.state != ControllerState::active || (!is_trajectory && kind != CommandKind::forward)) continue;
     JointWay way;
     way.controller = view.name;
     bool has_joint = false;
