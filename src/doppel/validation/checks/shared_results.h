@@ -7,9 +7,11 @@
 #include <mutex>
 #include <string>
 
+#include "doppel/export.h"
+
 namespace doppel {
 
-class SharedResults {
+class DOPPEL_API SharedResults {
  public:
   // The result of this name, made by `make` unless it is there. What `make` throws leaves it unmade. Any
   // thread; a name has one type.
