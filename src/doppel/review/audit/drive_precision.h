@@ -11,7 +11,7 @@
 namespace doppel {
 
 // At the joint, rad or m; 0: the sheet does not say.
-struct DrivePrecision {
+struct DOPPEL_API DrivePrecision {
   std::string actuator;   // "STS3215"
   double resolution = 0;  // the step of the measured position
   double backlash = 0;    // the whole play of the gears
