@@ -1,0 +1,2 @@
+#pragma once
+// The Wire library is part of the Arduino.h beside it.
