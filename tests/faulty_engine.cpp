@@ -69,6 +69,9 @@ class FaultyEngine final : public Engine {
   void start_drive(int i, int joint, DriveMode mode) override { struck_at(i).set_drive(joint, mode); }
   [[nodiscard]] DriveState drive_of(int i, int joint) const override { return at(i).drive_state(joint); }
   void write_target(int i, int joint, double target) override { struck_at(i).set_target(joint, target); }
+  void write_servo(int i, int joint, const ServoParameters& servo) override {
+    struck_at(i).set_servo(joint, servo);
+  }
   void write_reference(int i, int joint, double reference) override {
     struck_at(i).set_drive_reference(joint, reference);
   }

@@ -34,7 +34,7 @@ def wrapped(words, most):
 
 
 # The plan in rows from the top, each floor with its column (0 left, 1 middle, 2 right), so that no line passes behind a box.
-ROWS = [{"session": 1}, {"validation": 1}, {"lab": 0, "review": 2}, {"twin": 0}, {"scenario": 1}, {"sensors": 0, "control": 2},
+ROWS = [{"session": 1}, {"validation": 1}, {"lab": 0, "review": 2}, {"twin": 0}, {"scenario": 0, "devices": 2}, {"sensors": 0, "control": 2},
         {"physics": 0, "ros": 2}, {"robot": 0}, {"description": 0}, {"base": 1}]
 
 

@@ -29,6 +29,7 @@
 #include "doppel/base/core/plugin_module.h"
 #include "doppel/base/core/text.h"
 #include "doppel/ros/bus/rosout.h"
+#include "doppel/scenario/resolve/open_target.h"
 #include "doppel/scenario/schema/robot_text.h"
 #include "doppel/session/live/session.h"
 #include "doppel/session/validation/live_validation.h"
@@ -55,8 +56,24 @@ struct UpOptions {
   bool strict = false;
   bool verbose = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
+  bool emulate = false;  // the drivers of devices on emulated buses
+  bool ports = false;    // of the verb `emulate`
   EdgeOptions edges;
 };
+
+// The description with its hardware, as use_sim:=false selects it.
+void take_hardware(WorldRobot& robot) {
+  OpenedTarget opened = doppel::open_target(robot.target, robot.arguments, data_folder() / "robots");
+  robot.arguments = hardware_arguments(opened.target.description, robot.arguments, opened.resolver);
+}
+
+HardwareUse hardware_use(const UpOptions& options, const std::vector<WorldRobot>& robots) {
+  if (options.ports) return HardwareUse::ports;
+  if (options.emulate) return HardwareUse::emulated;
+  const bool real =
+      std::ranges::any_of(robots, [](const WorldRobot& one) { return selects_hardware(one.arguments); });
+  return real ? HardwareUse::real : HardwareUse::simulated;
+}
 
 Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
   Scenario scenario = described_scenario(options.robot);
@@ -68,10 +85,12 @@ Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
   for (WorldRobot& robot : scenario.robots) {
     if (!options.controllers.empty()) robot.controllers = options.controllers;
     robot.activate = options.activate;
+    if (options.emulate || options.ports) take_hardware(robot);
     if (options.base != "auto")
       robot.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
   }
   scenario.start_controllers = !options.no_controllers;
+  scenario.hardware = hardware_use(options, scenario.robots);
   scenario.plugins = options.plugins;
   scenario.ideal = options.ideal;
   scenario.enforce_limits = !options.no_limits;
@@ -463,6 +482,13 @@ constexpr const char* kUpExamples =
     "  doppel up omarm_zero --headless --duration 10 --speed max --json\n"
     "  doppel up omarm_one --record my_run     # then: doppel bag info my_run, doppel bag resimulate my_run";
 
+constexpr const char* kEmulateExamples =
+    "Examples:\n"
+    "  doppel emulate my_arm                  # prints the port, for instance /dev/pts/7\n"
+    "  doppel hardware scan --port /dev/pts/7\n"
+    "  doppel up my_arm use_sim:=false        # with this port in hardware.yaml\n"
+    "For any program that speaks to the servos' bus: the makers' SDKs, LeRobot, another driver.";
+
 void add_session_flags(CLI::App& up, UpOptions& options) {
   constexpr double kMaxBlackBox = 30;
   up.add_option(
@@ -477,11 +503,29 @@ void add_session_flags(CLI::App& up, UpOptions& options) {
   up.add_flag("--json", options.json, "Print a JSON summary to stdout at the end");
 }
 
-}  // namespace
+void add_time_options(CLI::App& up, UpOptions& options) {
+  up.add_option("--duration", options.duration, "Stop after this many simulated seconds");
+  up.add_option("--speed", options.speed, "1: real time, N: N times real time, max: as fast as possible");
+  up.add_option("--stamp", options.stamp,
+                "Time in message headers: sim (simulated time, published on /clock) or wall (for clients "
+                "that do not set use_sim_time)")
+      ->check(CLI::IsMember({"sim", "wall"}));
+  up.add_option("--seed", options.seed,
+                "Seed of the noise of sensors (default 0); the same seed gives the same data");
+  up.add_option("--sensors", options.sensors,
+                "beside: cameras and lidars never delay the loop, samples that take too long are dropped; "
+                "lockstep: the "
+                "loop waits for each sample, as for recordings with --speed max")
+      ->check(CLI::IsMember({"beside", "lockstep"}));
+  up.add_option("--sensor-threads", options.sensor_threads,
+                "Threads among which cameras and lidars are divided (default 1); the data are the same")
+      ->check(CLI::Range(1, 64));
+}
 
-void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
-  auto options = std::make_shared<UpOptions>();
-  CLI::App* up = app.add_subcommand("up", "Start a robot: physics, controllers, topics");
+// Adds `up` or `emulate`.
+void add_run(CLI::App& app, const char* name, const char* help, const std::shared_ptr<UpOptions>& options,
+             const char* examples, const RosArguments& ros, int& exit_code) {
+  CLI::App* up = app.add_subcommand(name, help);
   add_described_by(*up, options->robot, false);
   up->add_option("--robot", options->robots,
                  "A robot as TARGET[:NAMESPACE][@x,y,z[,roll,pitch,yaw]], m and rad; repeatable, each in its "
@@ -505,27 +549,17 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
                  "Base of a robot without a link 'world': fixed, floating (placed on the ground), or auto: "
                  "floating if the description suggests wheels or legs")
       ->check(CLI::IsMember({"auto", "fixed", "floating"}));
+  if (!options->ports)
+    up->add_flag(
+        "--emulate", options->emulate,
+        "Run the drivers of the description's servos on emulated buses, whose motors are the simulated "
+        "joints");
   up->add_flag("--ideal", options->ideal, "Ideal servos: joints follow commands exactly, whatever the load");
   up->add_flag("--no-limits", options->no_limits, "Do not enforce joint limits on commands");
   up->add_flag(
       "--strict", options->strict,
       "Refuse what ROS 2 would drop: a Twist on a topic where TwistStamped is read, and the reverse");
-  up->add_option("--duration", options->duration, "Stop after this many simulated seconds");
-  up->add_option("--speed", options->speed, "1: real time, N: N times real time, max: as fast as possible");
-  up->add_option("--stamp", options->stamp,
-                 "Time in message headers: sim (simulated time, published on /clock) or wall (for clients "
-                 "that do not set use_sim_time)")
-      ->check(CLI::IsMember({"sim", "wall"}));
-  up->add_option("--seed", options->seed,
-                 "Seed of the noise of sensors (default 0); the same seed gives the same data");
-  up->add_option("--sensors", options->sensors,
-                 "beside: cameras and lidars never delay the loop, samples that take too long are dropped; "
-                 "lockstep: the "
-                 "loop waits for each sample, as for recordings with --speed max")
-      ->check(CLI::IsMember({"beside", "lockstep"}));
-  up->add_option("--sensor-threads", options->sensor_threads,
-                 "Threads among which cameras and lidars are divided (default 1); the data are the same")
-      ->check(CLI::Range(1, 64));
+  add_time_options(*up, *options);
   add_write_scenario(*up, options->write_scenario);
   up->add_option(
         "--record", options->record,
@@ -534,8 +568,19 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
       ->type_name("FOLDER");
   add_session_flags(*up, *options);
   add_edge_options(*up, options->edges);
-  up->footer(kUpExamples);
+  up->footer(examples);
   up->callback([options, up, &ros, &exit_code] { exit_code = run_up(*options, *up, ros); });
+}
+
+}  // namespace
+
+void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
+  const auto options = std::make_shared<UpOptions>();
+  add_run(app, "up", "Start a robot: physics, controllers, topics", options, kUpExamples, ros, exit_code);
+  const auto emulated = std::make_shared<UpOptions>();
+  emulated->ports = true;
+  add_run(app, "emulate", "An arm that is not there: its servos behind a pseudo-terminal, for any driver",
+          emulated, kEmulateExamples, ros, exit_code);
 }
 
 }  // namespace doppel::app

@@ -28,6 +28,8 @@ void add_stop(CLI::App& app, int& exit_code);
 void add_spawn(CLI::App& app, int& exit_code);         // and delete
 void add_saved_states(CLI::App& app, int& exit_code);  // save, restore and rewind
 
+void add_hardware(CLI::App& app, int& exit_code);  // servos on this machine's ports
+
 // Without a twin, over descriptions in files.
 void add_xacro(CLI::App& app, int& exit_code);
 void add_check(CLI::App& app, int& exit_code);

@@ -51,6 +51,25 @@ DOPPEL_API std::string_view to_string(HardwareState state);
 // fallback controllers started.
 enum class HardwareReturn { ok, error, deactivate };
 
+// How a device is, for people: its state in a word, and each of its joints. NaN: not measured.
+struct DeviceReport {
+  struct Joint {
+    std::string name;
+    int id = 0;                                        // on its bus
+    double position = 0, goal = 0;                     // rad or m
+    double velocity = 0;                               // per s
+    double load = 0;                                   // share of the stall torque
+    double current = 0, voltage = 0, temperature = 0;  // A, V, degrees Celsius
+    double age = 0;                                    // s since its last answer
+    bool believed = false;  // the position is what the device was told, and no measurement
+    std::string faults;     // "overload, temperature"; empty: none
+  };
+  std::string state;  // "holding"
+  std::string port;
+  std::vector<Joint> joints;
+  std::uint64_t cycles = 0, lost = 0, damaged = 0;  // answers
+};
+
 // The behaviour of a joint without commands.
 enum class PassiveJoint {
   free,   // it moves freely under external loads
@@ -123,6 +142,11 @@ class DOPPEL_API HardwareComponent {
   // Between ticks: becomes as it was then. Its life cycle is in the same state, and the same commands are
   // claimed.
   virtual void restore(const SavedPart& /*saved*/) {}
+
+  // Between ticks, some times a second: logs what has happened in the loop, where nothing may be logged.
+  virtual void attend() {}
+  // Between ticks. False: it is no device with something to report.
+  [[nodiscard]] virtual bool report(DeviceReport& /*out*/) { return false; }
 
   // The reason why the last read() or write() did not return ok, as the end of a sentence. Between ticks.
   [[nodiscard]] virtual std::string fault() const { return "no reason given"; }

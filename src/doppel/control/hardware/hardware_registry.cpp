@@ -25,6 +25,11 @@ void HardwareRegistry::add(std::string name, HardwareKind kind, Factory make, st
   types_.push_back({std::move(name), std::move(library), kind, std::move(make)});
 }
 
+void HardwareRegistry::replace(std::string name, HardwareKind kind, Factory make) {
+  std::erase_if(types_, [&](const Type& type) { return type.name == name; });
+  types_.push_back({std::move(name), "", kind, std::move(make)});
+}
+
 const HardwareRegistry::Type* HardwareRegistry::find(std::string_view name) const {
   const auto found =
       std::find_if(types_.begin(), types_.end(), [&](const Type& t) { return t.name == name; });

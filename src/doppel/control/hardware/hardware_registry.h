@@ -13,10 +13,15 @@
 
 namespace doppel {
 
+// The thing behind a component, and the clock that it has.
 enum class HardwareKind {
-  real,       // a device, or a stand-in for one: in wall-clock time
-  simulated,  // part of the simulation, in simulated time
+  real,       // a device, or a stand-in for one: the system's clock
+  emulated,   // the driver of a device whose bus and motors are part of the simulation: simulated time
+  simulated,  // a part of the simulation: simulated time
 };
+constexpr bool has_wall_clock(HardwareKind kind) {
+  return kind == HardwareKind::real;
+}
 
 class DOPPEL_API HardwareRegistry {
  public:
@@ -32,6 +37,8 @@ class DOPPEL_API HardwareRegistry {
 
   // Throws InputError if the name is already registered.
   void add(std::string name, HardwareKind kind, Factory make, std::string library = "");
+  // Adds it, in place of the one with this name.
+  void replace(std::string name, HardwareKind kind, Factory make);
   [[nodiscard]] const Type* find(std::string_view name) const;  // nullptr: unknown
   [[nodiscard]] std::vector<std::string> names() const;
 

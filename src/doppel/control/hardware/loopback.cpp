@@ -3,13 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <stdexcept>
 #include <thread>
 
-#include "doppel/base/core/names.h"
+#include "doppel/control/hardware/hardware_params.h"
 #include "doppel/control/hardware/nan.h"
 
 namespace doppel {
@@ -23,77 +22,25 @@ std::size_t quantity(const std::string& interface) {
   return static_cast<std::size_t>(found - kQuantities.begin());  // the size: none of them
 }
 
-// Reads <param>s and collects all errors, so that they are reported together.
-class Params {
- public:
-  Params(const HardwareDescription& description, std::vector<std::string> known)
-      : description_(description), known_(std::move(known)) {
-    for (const auto& [name, value] : description.params) {
-      if (std::find(known_.begin(), known_.end(), name) == known_.end())
-        report_problem(fmt::format("unknown <param> '{}'{}", name, did_you_mean(name, known_)));
-    }
-  }
-  [[nodiscard]] double number(const std::string& name, double otherwise, double least) {
-    const std::string* text = find(name);
-    if (text == nullptr) return otherwise;
-    double value = kNaN;
-    const auto [end, error] = std::from_chars(text->data(), text->data() + text->size(), value);
-    if (error != std::errc() || end != text->data() + text->size() || !std::isfinite(value) ||
-        value < least) {
-      report_problem(
-          fmt::format("<param> '{}' is '{}', but must be a number of at least {:g}", name, *text, least));
-      return otherwise;
-    }
-    return value;
-  }
-  [[nodiscard]] std::size_t choice(const std::string& name, const std::vector<std::string>& options,
-                                   std::size_t otherwise) {
-    const std::string* text = find(name);
-    if (text == nullptr) return otherwise;
-    const auto found = std::find(options.begin(), options.end(), *text);
-    if (found != options.end()) return static_cast<std::size_t>(found - options.begin());
-    report_problem(fmt::format("<param> '{}' is '{}'{}; it can be {}", name, *text,
-                               did_you_mean(*text, options), fmt::join(options, ", ")));
-    return otherwise;
-  }
-  void throw_if_wrong() const {
-    if (!wrong_.empty()) throw InputError(wrong_);
-  }
-
- private:
-  [[nodiscard]] const std::string* find(const std::string& name) const {
-    for (const auto& [key, value] : description_.params) {
-      if (key == name) return &value;
-    }
-    return nullptr;
-  }
-  void report_problem(const std::string& why) {
-    wrong_.push_back({Severity::error, "hardware.parameter",
-                      fmt::format("hardware '{}': {}", description_.name, why), description_.plugin_source,
-                      "correct it in the <hardware> element"});
-  }
-
-  const HardwareDescription& description_;
-  std::vector<std::string> known_;
-  std::vector<Diagnostic> wrong_;
-};
-
 }  // namespace
 
 void Loopback::read_parameters(const HardwareInfo& info) {
-  Params params(info.description, {"delay", "unclaimed", "fault", "fault_at", "fault_for", "fault_in",
-                                   "fault_size", "recovers"});
-  delay_ = params.number("delay", 0.0, 0.0);
+  Diagnostics errors;
+  HardwareParams params(
+      fmt::format("hardware '{}'", name_),
+      placed_params(info.description.params, info.description.plugin_source),
+      {"delay", "unclaimed", "fault", "fault_at", "fault_for", "fault_in", "fault_size", "recovers"}, errors);
+  delay_ = params.number("delay", 0.0, 0.0, kInfinity);
   unclaimed_ = std::array{PassiveJoint::hold, PassiveJoint::free,
                           PassiveJoint::brake}[params.choice("unclaimed", {"hold", "free", "brake"}, 0)];
   fault_ = static_cast<Fault>(
       params.choice("fault", {"none", "late", "wrong", "nan", "silent", "error", "deactivate", "throw"}, 0));
-  fault_at_ = std::llround(params.number("fault_at", 1, 1));
-  fault_for_ = std::llround(params.number("fault_for", 0, 0));
+  fault_at_ = std::llround(params.number("fault_at", 1, 1, kInfinity));
+  fault_for_ = std::llround(params.number("fault_for", 0, 0, kInfinity));
   fault_in_write_ = params.choice("fault_in", {"read", "write"}, 0) == 1;
-  fault_size_ = params.number("fault_size", fault_ == Fault::late ? 0.02 : 1.0, 0.0);
-  recovers_ = params.choice("recovers", {"true", "false"}, 0) == 0;
-  params.throw_if_wrong();
+  fault_size_ = params.number("fault_size", fault_ == Fault::late ? 0.02 : 1.0, 0.0, kInfinity);
+  recovers_ = params.flag("recovers", true);
+  errors.throw_if_errors();
 }
 
 void Loopback::add(const HardwareJointDescription& source) {

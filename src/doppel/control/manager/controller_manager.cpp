@@ -350,6 +350,7 @@ void ControllerManager::Impl::housekeeping(Time the_time) {
     c->next_housekeeping = std::max(c->next_housekeeping + c->housekeeping_period, now);
   }
   limiter.report(now, log);
+  resources.attend();
   publish_diagnostics();
 }
 

@@ -283,6 +283,11 @@ void ResourceTable::read_all(Time now) {
   for (const auto& c : components_) read(*c, now);
 }
 
+void ResourceTable::attend() {
+  for (const auto& c : components_)
+    call(*c, "attend", [](HardwareComponent& hardware) { hardware.attend(); });
+}
+
 void ResourceTable::call(Component& c, const char* during,
                          const std::function<void(HardwareComponent&)>& call) {
   guarded(c, during, [&] {

@@ -21,16 +21,19 @@ constexpr double kSameSpeed = 1e-6;  // relative: rounding of targets and of the
 }  // namespace
 
 Drive::Drive(int joint, const ServoParameters& servo, double carried, Duration step)
-    : joint_(joint),
-      servo_(servo),
-      step_(to_seconds(step)),
-      fastest_(servo.velocity * step_),
-      stream_gap_(kStreamGap / step) {
-  if (servo_.ideal) {
-    servo_.stiffness = kIdealStiffness * std::max(carried, kMinInertia) / (step_ * step_);
-    servo_.damping = servo_.stiffness * step_;
-    servo_.effort = kInfinity;
+    : joint_(joint), step_(to_seconds(step)), stream_gap_(kStreamGap / step) {
+  ServoParameters used = servo;
+  if (used.ideal) {
+    used.stiffness = kIdealStiffness * std::max(carried, kMinInertia) / (step_ * step_);
+    used.damping = used.stiffness * step_;
+    used.effort = kInfinity;
   }
+  set_servo(used);
+}
+
+void Drive::set_servo(const ServoParameters& servo) {
+  servo_ = servo;
+  fastest_ = servo.velocity * step_;
   // The spring of euler is explicit: one step removes the fraction h K / D of the error of a joint without
   // inertia, and a fraction above 1 would overshoot.
   servo_.damping = std::max(servo_.damping, servo_.stiffness * step_);

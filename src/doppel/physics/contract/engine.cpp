@@ -164,6 +164,9 @@ DriveState Instance::drive_state(int joint) const {
 void Instance::set_target(int joint, double target) {
   engine_->write_target(index_, checked_drive(joint), target);
 }
+void Instance::set_servo(int joint, const ServoParameters& servo) {
+  engine_->write_servo(index_, checked_drive(joint), servo);
+}
 void Instance::set_drive_reference(int joint, double reference) {
   engine_->write_reference(index_, checked_drive(joint), reference);
 }
@@ -288,8 +291,8 @@ void Engine::write_base(int index, const Pose& X_WB) {
               {rest.data(), static_cast<std::size_t>(rest.size())});
 }
 
-// Places what is attached to an instance whose state was written, and what is attached to that: each instance once,
-// because attachments can form a ring.
+// Places what is attached to an instance whose state was written, and what is attached to that: each
+// instance once, because attachments can form a ring.
 void Engine::carry_attached(int index) {
   constexpr double kInPlace = 1e-9;
   if (attachments_.empty()) return;

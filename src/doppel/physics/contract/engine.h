@@ -163,8 +163,9 @@ class DOPPEL_API Instance {
   // Effort of each joint's drive in the last step [joints]; 0 where passive or not scalar. N m or N.
   [[nodiscard]] std::span<const double> drive_effort() const;
   // Writes the whole state, q [nq] and v [nv]; drives' references follow q, so that no joint moves back.
-  // Mimics are set from their leaders. What is attached to its links, directly or by other instances, and moves
-  // freely is placed along with them, at rest: each instance once. Allocates if the engine has attachments.
+  // Mimics are set from their leaders. What is attached to its links, directly or by other instances, and
+  // moves freely is placed along with them, at rest: each instance once. Allocates if the engine has
+  // attachments.
   void set_state(std::span<const double> q, std::span<const double> v);
   // Pose of links[0] in the world; part of the state, because a fixed object or base may be moved.
   [[nodiscard]] const Pose& root_pose() const;  // X_WR
@@ -186,6 +187,10 @@ class DOPPEL_API Instance {
   [[nodiscard]] double drive_target(int joint) const { return drive_state(joint).target; }
   [[nodiscard]] double drive_reference(int joint) const { return drive_state(joint).reference; }
   void set_drive_reference(int joint, double reference);
+
+  // Other parameters of a joint's servo, from the next step on, until reset(): of a device whose limits
+  // change while it runs. Precondition: as for set_drive(); not `ideal`.
+  void set_servo(int joint, const ServoParameters& servo);
 
   // External effort (N m, N) on a scalar joint and external wrench on a link: a force (N, world axes) at the
   // point p_LoP_L (m, link frame) and a torque (N m, world axes). Both act until clear_applied(); a second
@@ -226,11 +231,12 @@ class DOPPEL_API Engine {
   [[nodiscard]] virtual std::unique_ptr<Engine> clone() const = 0;
   // Bytes that a clone takes, about; 0: few.
   [[nodiscard]] virtual std::size_t state_bytes() const { return 0; }
-  // Becomes bit-identical to `from`. Throws std::invalid_argument if `from` has another compilation. Allocates if
-  // `from` has more attachments.
+  // Becomes bit-identical to `from`. Throws std::invalid_argument if `from` has another compilation.
+  // Allocates if `from` has more attachments.
   virtual void copy_state(const Engine& from) = 0;
 
-  // Back to q0, at rest, time 0, all drives passive, no applied loads, no attachments, every root at its X_WR.
+  // Back to q0, at rest, time 0, all drives passive, no applied loads, no attachments, every root at its
+  // X_WR.
   virtual void reset() = 0;
   // One step of WorldSettings::step.
   virtual void step() = 0;
@@ -264,9 +270,9 @@ class DOPPEL_API Engine {
   [[nodiscard]] virtual RayHit cast_ray(const Eigen::Vector3d& from_W,
                                         const Eigen::Vector3d& direction_W) const = 0;
 
-  // Compiles (and allocates), then continues with other instances: an instance that keeps its name and model
-  // keeps its state, drives, loads and attachments. These throw InputError, as for a name that is already used; the engine
-  // is then unchanged.
+  // Compiles (and allocates), then continues with other instances: an instance that keeps its name and
+  // model keeps its state, drives, loads and attachments. These throw InputError, as for a name that is
+  // already used; the engine is then unchanged.
   void set_instances(std::vector<ModelInstance> instances);
   // The same with a compilation that world().with() made beforehand, on any thread.
   void continue_with(std::shared_ptr<const CompiledWorld> world);
@@ -303,6 +309,7 @@ class DOPPEL_API Engine {
   virtual void start_drive(int instance, int joint, DriveMode mode) = 0;
   [[nodiscard]] virtual DriveState drive_of(int instance, int joint) const = 0;
   virtual void write_target(int instance, int joint, double target) = 0;
+  virtual void write_servo(int instance, int joint, const ServoParameters& servo) = 0;
   virtual void write_reference(int instance, int joint, double reference) = 0;
   virtual void write_joint_effort(int instance, int joint, double effort) = 0;
   virtual void write_wrench(int instance, int link, const Eigen::Vector3d& p_LoP_L,

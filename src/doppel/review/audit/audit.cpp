@@ -8,6 +8,7 @@
 #include "doppel/description/gazebo/sensor_reader.h"
 #include "doppel/description/overlay/overlay.h"
 #include "doppel/description/urdf/urdf_parser.h"
+#include "doppel/devices/drivers/servo_hardware.h"
 #include "doppel/review/audit/detail/description_facts.h"
 #include "doppel/review/audit/detail/rules.h"
 #include "doppel/sensors/models/sensor_binding.h"
@@ -106,7 +107,8 @@ std::optional<Model> compile(const RobotDescription& robot, const XmlNode& root,
 // Uses the functions of a running twin, so that both report the same.
 void check_sensors(const RobotDescription& robot, const Model& model, Diagnostics& out) {
   const RobotSensors sensors = find_sensors(robot, model, out);
-  const HardwareRegistry hardware_types = HardwareRegistry::with_builtin();
+  HardwareRegistry hardware_types = HardwareRegistry::with_builtin();
+  register_servo_hardware(hardware_types);
   for (const HardwareDescription& hardware : robot.hardware) {
     const HardwareRegistry::Type* const type = hardware_types.find(hardware.plugin);
     if (type != nullptr && type->kind == HardwareKind::real) continue;  // it reads its own sensors

@@ -333,10 +333,14 @@ HardwareDescription generated_hardware(const Model& model) {
   return hardware;
 }
 
-void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& diagnostics) {
-  if (real) {
-    diagnostics.note("ros2_control.plugin_real", hardware.plugin_source,
-                     fmt::format("'{}' drives real hardware here; it is not simulated", hardware.plugin));
+void report_plugin(const HardwareDescription& hardware, std::optional<HardwareKind> kind,
+                   Diagnostics& diagnostics) {
+  if (kind == HardwareKind::real || kind == HardwareKind::emulated) {
+    const bool real = kind == HardwareKind::real;
+    diagnostics.note(
+        real ? "ros2_control.plugin_real" : "ros2_control.plugin_emulated", hardware.plugin_source,
+        real ? fmt::format("'{}' drives real hardware here; it is not simulated", hardware.plugin)
+             : fmt::format("the devices of '{}' are emulated; no port is opened", hardware.plugin));
     return;
   }
   if (find_simulator_plugin(hardware.plugin) != nullptr) {
@@ -360,7 +364,8 @@ void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& 
                                     hardware.plugin, *near));
   } else {
     diagnostics.note("ros2_control.plugin_simulated", hardware.plugin_source,
-                     fmt::format("'{}' drives real hardware; it is simulated here", hardware.plugin));
+                     fmt::format("'{}' drives real hardware; it is simulated here", hardware.plugin),
+                     "use_sim:=false drives the devices, --emulate their drivers on emulated buses");
   }
 }
 

@@ -5,6 +5,7 @@
 // joint: free (the default), hold or brake.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
@@ -23,8 +24,8 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
  public:
   explicit SimulatedHardware(Instance robot) : robot_(robot) {}
 
-  // Between ticks: what the <sensor>s of the description read, in place of what they read before; sensors that stay keep
-  // their start. A state interface without a sensor keeps its initial value, or NaN.
+  // Between ticks: what the <sensor>s of the description read, in place of what they read before; sensors
+  // that stay keep their start. A state interface without a sensor keeps its initial value, or NaN.
   void use_sensors(const SensorBindings& bindings, std::unique_ptr<SensorReadings> readings);
   // Between ticks: the sensors that `before` has, too, keep its start and noise.
   void resume_sensors(const SimulatedHardware& before) {
@@ -107,9 +108,10 @@ DOPPEL_API void register_simulated_hardware(HardwareRegistry& registry, Instance
 // velocity and effort states for every driven joint, and states of the mimics.
 DOPPEL_API HardwareDescription generated_hardware(const Model& model);
 
-// Reports by a note or a warning how a plugin name is treated. `real`: the type that is registered under it
-// drives real hardware.
-DOPPEL_API void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& diagnostics);
+// Reports by a note or a warning how a plugin name is treated. `kind`: that of the type that is registered
+// under it; none: there is no such type.
+DOPPEL_API void report_plugin(const HardwareDescription& hardware, std::optional<HardwareKind> kind,
+                              Diagnostics& diagnostics);
 
 // Writes the initial_value of every position state interface into `q` [nq] (rad, m); values outside the
 // limits are warnings.

@@ -53,7 +53,34 @@ bool switches_simulation(std::string_view argument) {
                      [argument](const SimulationSwitch& one) { return one.name == argument; });
 }
 
-XacroArguments simulation_arguments(const fs::path& description, XacroArguments given,
+bool selects_hardware(const XacroArguments& arguments) {
+  return std::ranges::any_of(arguments, [](const auto& argument) {
+    const auto& [name, value] = argument;
+    if (!switches_simulation(name)) return false;
+    const bool on = value == "true" || value == "True" || value == "1";
+    const bool off = value == "false" || value == "False" || value == "0";
+    return name == "use_real_hardware" ? on : off;
+  });
+}
+
+XacroArguments hardware_arguments(const fs::path& description, XacroArguments arguments,
+                                  const PackageResolver& resolver) {
+  const auto declared = declared_xacro_arguments(description, resolver);
+  for (const auto& [name, value] : kSwitches) {
+    if (value.empty()) continue;
+    const auto has_name = [switch_name = std::string(name)](const auto& list, auto member) {
+      return std::ranges::find(list, switch_name, member) != list.end();
+    };
+    if (!has_name(declared, &XacroArgumentDeclaration::name) ||
+        has_name(arguments, &XacroArguments::value_type::first))
+      continue;
+    arguments.emplace_back(std::string(name), "false");
+    break;
+  }
+  return arguments;
+}
+
+XacroArguments simulation_arguments(const fs::path& description, XacroArguments arguments,
                                     const PackageResolver& resolver, Diagnostics& diagnostics) {
   const auto declared = declared_xacro_arguments(description, resolver);
   for (const auto& [name, value] : kSwitches) {
@@ -61,15 +88,15 @@ XacroArguments simulation_arguments(const fs::path& description, XacroArguments 
     const auto chosen = [&, wanted = std::string(name)](const auto& a) { return a.first == wanted; };
     const auto is = [&, wanted = std::string(name)](const auto& d) { return d.name == wanted; };
     const auto found = std::find_if(declared.begin(), declared.end(), is);
-    if (found == declared.end() || std::any_of(given.begin(), given.end(), chosen)) continue;
-    given.emplace_back(std::string(name), std::string(value));
+    if (found == declared.end() || std::any_of(arguments.begin(), arguments.end(), chosen)) continue;
+    arguments.emplace_back(std::string(name), std::string(value));
     diagnostics.note(
         "up.use_sim", found->source,
         fmt::format("the description has an argument '{}', which is set to '{}' for simulation", name, value),
         fmt::format("pass {}:=... to choose otherwise", name));
     break;
   }
-  return given;
+  return arguments;
 }
 
 ExpandedDescription expand_for_simulation(const fs::path& description, XacroArguments& arguments,

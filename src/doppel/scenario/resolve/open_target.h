@@ -30,10 +30,19 @@ DOPPEL_API OpenedTarget open_target(const std::string& word, XacroArguments argu
 // True if it is a xacro argument by which descriptions select simulator or hardware.
 DOPPEL_API bool switches_simulation(std::string_view argument);
 
+// True if an argument selects hardware: use_sim:=false, use_real_hardware:=true.
+DOPPEL_API bool selects_hardware(const XacroArguments& arguments);
+
+// The arguments for the expansion of a description with its hardware: the given ones and, if it declares
+// one that selects simulation and it is not given, that one with the other value.
+DOPPEL_API XacroArguments hardware_arguments(const std::filesystem::path& description,
+                                             XacroArguments arguments, const PackageResolver& resolver);
+
 // The arguments for the expansion of a description: the given ones and, if it declares one that selects
 // simulation (use_sim) and it is not given, that one with a note.
-DOPPEL_API XacroArguments simulation_arguments(const std::filesystem::path& description, XacroArguments given,
-                                               const PackageResolver& resolver, Diagnostics& diagnostics);
+DOPPEL_API XacroArguments simulation_arguments(const std::filesystem::path& description,
+                                               XacroArguments arguments, const PackageResolver& resolver,
+                                               Diagnostics& diagnostics);
 
 // Expands the description with its overlay and the argument that selects simulation; without that argument,
 // and with a note, if the expansion fails only because of it. `arguments`: the given ones, afterwards those

@@ -33,6 +33,14 @@ struct RobotFactors {
   double friction = 1;  // of every joint's Coulomb friction and damping
 };
 
+// The thing behind the plugins of <ros2_control> that drive devices.
+enum class HardwareUse {
+  simulated,  // the simulated robot, without devices
+  emulated,   // the drivers, on emulated buses whose motors are the simulated robot's joints
+  ports,      // no drivers: the emulated devices, each behind a pseudo-terminal for another program
+  real,       // the drivers, on the devices of this machine
+};
+
 struct DOPPEL_API Scenario {
   std::vector<WorldRobot> robots;              // in addition to those of the world file
   std::optional<std::filesystem::path> world;  // a world file; none: empty, with ground
@@ -45,7 +53,8 @@ struct DOPPEL_API Scenario {
   std::string engine = kDefaultEngine;
   bool start_controllers = true;     // false: no controller is loaded, the joints are passive
   std::vector<std::string> plugins;  // shared libraries with controllers and hardware
-  bool ideal = false;                // joints follow commands exactly, under any load
+  HardwareUse hardware = HardwareUse::simulated;
+  bool ideal = false;  // joints follow commands exactly, under any load
   bool enforce_limits = true;
   RobotFactors factors;          // of all robots that are read from files; a scenario file does not have them
   bool strict = false;           // what ROS 2 would not accept is refused (a Twist for a TwistStamped)

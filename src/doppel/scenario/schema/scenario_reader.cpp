@@ -33,8 +33,8 @@ class ScenarioReader : YamlFields {
     ScenarioFile out;
     if (fields(root, "a scenario",
                {"doppel_scenario", "complete", "robots", "world", "engine", "step", "start_controllers",
-                "plugins", "ideal", "enforce_limits", "strict", "stamp", "distro", "ros_args", "sensors",
-                "content_hash", "files"})) {
+                "plugins", "hardware", "ideal", "enforce_limits", "strict", "stamp", "distro", "ros_args",
+                "sensors", "content_hash", "files"})) {
       read_version(root);
       read_run(root, out.scenario);
       read_ros(root["ros_args"], out.scenario);
@@ -72,6 +72,9 @@ class ScenarioReader : YamlFields {
     if (root["plugins"])
       for (const std::string& plugin : texts(root["plugins"], "plugins"))
         out.plugins.push_back(read_word(plugin, folder_));
+    if (root["hardware"])
+      out.hardware = static_cast<HardwareUse>(
+          choice(root["hardware"], "hardware", {"simulated", "emulated", "ports", "real"}));
     if (root["ideal"]) out.ideal = flag(root["ideal"], "ideal");
     if (root["enforce_limits"]) out.enforce_limits = flag(root["enforce_limits"], "enforce_limits");
     if (root["strict"]) out.strict = flag(root["strict"], "strict");

@@ -106,6 +106,10 @@ Tree tree_of(const Scenario& scenario, const fs::path& folder) {
   if (scenario.step) out["step"] = to_seconds(*scenario.step);
   out["start_controllers"] = scenario.start_controllers;
   for (const std::string& plugin : scenario.plugins) out["plugins"].push_back(written_word(plugin, folder));
+  if (scenario.hardware != HardwareUse::simulated) {
+    constexpr std::array kNames{"simulated", "emulated", "ports", "real"};
+    out["hardware"] = kNames[static_cast<std::size_t>(scenario.hardware)];
+  }
   out["ideal"] = scenario.ideal;
   out["enforce_limits"] = scenario.enforce_limits;
   out["strict"] = scenario.strict;

@@ -11,6 +11,7 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/user_folders.h"
 #include "doppel/lab/recording/run_files.h"
 #include "doppel/ros/messages/doppel_msgs.h"
 #include "doppel/ros/messages/rcl_interfaces.h"
@@ -110,13 +111,7 @@ fs::path recovered(const fs::path& rolling, const fs::path& folder) {
 BlackBoxOptions default_black_box() {
   BlackBoxOptions out;
   out.scratch = announcement_folder();
-  const char* const state = std::getenv("XDG_STATE_HOME");
-  const char* const home = std::getenv("HOME");
-  if (state != nullptr && *state == '/') {
-    out.folder = fs::path(state) / "doppel" / "black_box";
-  } else if (home != nullptr && *home == '/') {
-    out.folder = fs::path(home) / ".local" / "state" / "doppel" / "black_box";
-  }
+  if (const fs::path state = state_folder(); !state.empty()) out.folder = state / "black_box";
   return out;
 }
 

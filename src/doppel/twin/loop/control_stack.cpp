@@ -10,6 +10,8 @@
 #include "doppel/base/yaml/yaml_text.h"
 #include "doppel/control/manager/joint_list.h"
 #include "doppel/control/manager/rates.h"
+#include "doppel/devices/emulated_robot/emulated_hardware.h"
+#include "doppel/devices/emulated_robot/emulated_port.h"
 #include "doppel/twin/loop/detail/state_hash.h"
 
 namespace doppel {
@@ -171,14 +173,16 @@ void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance,
   // A copy for this robot: its simulated hardware is bound to the instance, and another robot has its own.
   HardwareRegistry registry = options.hardware;
   register_simulated_hardware(registry, instance);
+  if (options.use == HardwareUse::emulated) register_emulated_hardware(registry, instance);
+  if (options.use == HardwareUse::ports) register_emulated_ports(registry, instance);
   Unique unique(diagnostics);
   for (const HardwareDescription& as_written : machine.hardware()) {
     const HardwareRegistry::Type* type = registry.find(as_written.plugin);
-    const bool real = type != nullptr && type->kind == HardwareKind::real;
-    report_plugin(as_written, real, diagnostics);
+    const bool device = type != nullptr && type->kind != HardwareKind::simulated;
+    report_plugin(as_written, type == nullptr ? std::nullopt : std::optional(type->kind), diagnostics);
     // A plugin that is not installed here is simulated, with a note; a rehearsal of an edit must not open a
     // device that the running robot uses.
-    if (type == nullptr || (real && options.rehearsal)) type = registry.find(kSimulatedPlugin);
+    if (type == nullptr || (device && options.rehearsal)) type = registry.find(kSimulatedPlugin);
     HardwareDescription description = unique.of(as_written);
     std::unique_ptr<HardwareComponent> component = type->make();
     if (auto* simulated = dynamic_cast<SimulatedHardware*>(component.get())) {
@@ -186,7 +190,14 @@ void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance,
       simulated_.push_back({simulated, description});
       use_sensors(*simulated, description, machine);
     }
-    real_ = real_ || type->kind == HardwareKind::real;
+    if (auto* stepped = dynamic_cast<SteppedDevice*>(component.get())) {
+      description.is_async = false;
+      stepped_.push_back(stepped);
+    }
+    // A bus has a thread of its own: the loop never waits for answers.
+    if (dynamic_cast<ServoHardware*>(component.get()) != nullptr && has_wall_clock(type->kind))
+      description.is_async = true;
+    real_ = real_ || has_wall_clock(type->kind);
     manager_->add_hardware(std::move(component), description, diagnostics);
   }
 }
@@ -435,6 +446,7 @@ void ControlStack::carry_references(const Instance& before, Instance now) const 
 
 void ControlStack::rebind(Instance instance) {
   for (const Simulated& one : simulated_) one.hardware->rebind(instance);
+  for (SteppedDevice* const one : stepped_) one->rebind(instance);
 }
 
 void ControlStack::restart_sensors() {
@@ -447,6 +459,7 @@ void ControlStack::state_written() {
 
 void ControlStack::before_step() {
   for (const Simulated& one : simulated_) one.hardware->before_step();
+  for (SteppedDevice* const one : stepped_) one->before_step();
 }
 
 std::uint64_t ControlStack::with_sensors(std::uint64_t hash) const {

@@ -9,9 +9,11 @@
 #include <vector>
 
 #include "doppel/control/manager/controller_manager.h"
+#include "doppel/devices/emulated_robot/stepped_device.h"
 #include "doppel/export.h"
 #include "doppel/scenario/compile/compiled_robot.h"
 #include "doppel/scenario/compile/simulated_hardware.h"
+#include "doppel/scenario/schema/scenario.h"
 
 namespace doppel {
 
@@ -47,6 +49,7 @@ class DOPPEL_API ControlStack {
     const ControllerRegistry& controllers;
     const HardwareRegistry& hardware;  // the simulated hardware is added to a copy
     bool enforce_limits = true;
+    HardwareUse use = HardwareUse::simulated;
     bool rehearsal = false;  // real hardware is simulated, because the running machine has its ports open
     RigOptions sensors = {};
     std::shared_ptr<const EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
@@ -130,6 +133,7 @@ class DOPPEL_API ControlStack {
     HardwareDescription description;
   };
   std::vector<Simulated> simulated_;
+  std::vector<SteppedDevice*> stepped_;  // of emulated hardware
   std::vector<Unbound> unbound_;
   RigOptions sensor_options_;
   std::shared_ptr<const EarthFrame> earth_;

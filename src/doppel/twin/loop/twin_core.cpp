@@ -8,6 +8,7 @@
 
 #include "doppel/control/controllers/builtin.h"
 #include "doppel/control/manager/plugin_library.h"
+#include "doppel/devices/drivers/servo_hardware.h"
 #include "doppel/scenario/schema/robot_names.h"
 #include "doppel/twin/loop/detail/state_hash.h"
 #include "doppel/twin/loop/divergence.h"
@@ -33,6 +34,7 @@ class Stopwatch {
 std::shared_ptr<TwinSources> sources_of(Scenario scenario) {
   auto out = std::make_shared<TwinSources>(
       TwinSources{std::move(scenario), builtin_controllers(), HardwareRegistry::with_builtin()});
+  if (out->scenario.hardware == HardwareUse::real) register_servo_hardware(out->hardware);
   for (const std::string& plugin : out->scenario.plugins)
     load_plugin_library(plugin, out->controllers, out->hardware);
   return out;
@@ -364,8 +366,11 @@ void rehearse(const CompiledRobot& compiled, Instance instance, const TwinSource
               const std::function<void(ControlStack&, const Log&)>& start, Diagnostics& diagnostics) {
   Bus bus({.names = sources.scenario.ros.names, .sim_time = !sources.scenario.wall_stamps});
   const Log quiet;
-  const ControlStack::Options with{sources.controllers, sources.hardware, sources.scenario.enforce_limits,
-                                   /*rehearsal=*/true};
+  const ControlStack::Options with{.controllers = sources.controllers,
+                                   .hardware = sources.hardware,
+                                   .enforce_limits = sources.scenario.enforce_limits,
+                                   .use = HardwareUse::simulated,
+                                   .rehearsal = true};
   ControlStack control(bus, compiled, instance, with, quiet, diagnostics);
   start(control, quiet);
   // Its publishers may throw, too.

@@ -138,7 +138,8 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
   own_log_.add_sink([&log = around_.log, name_space = name_space()](const LogLine& line) {
     log.line(line.severity, name_space + "/" + line.origin, line.text);
   });
-  ControlStack::Options options{around.controllers, around.hardware, around.scenario.enforce_limits};
+  ControlStack::Options options{around.controllers, around.hardware, around.scenario.enforce_limits,
+                                around.scenario.hardware};
   options.sensors = around.scenario.sensors;
   options.earth = around.earth;
   options.ranges = around.ranges;

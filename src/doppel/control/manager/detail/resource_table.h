@@ -112,6 +112,8 @@ class ResourceTable {
   [[nodiscard]] bool has_fault() const { return has_fault_; }
   // Between ticks: all components, due or not.
   void read_all(Time now);
+  // Between ticks: every component logs what has happened in the loop.
+  void attend();
   // Between ticks: calls a component; an exception becomes its fault.
   void call(Component& component, const char* during, const std::function<void(HardwareComponent&)>& call);
   // Returns and clears the faults of all components.

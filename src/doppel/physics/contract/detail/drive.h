@@ -15,8 +15,9 @@ class Drive {
   [[nodiscard]] int joint() const { return joint_; }
   [[nodiscard]] DriveMode mode() const { return mode_; }
   [[nodiscard]] const ServoParameters& servo() const { return servo_; }
-  void start(DriveMode mode, double q);  // from where the joint is
-  void follow(double q);                 // after the joint was moved by set_state: the reference follows it
+  void set_servo(const ServoParameters& servo);  // not ideal
+  void start(DriveMode mode, double q);          // from where the joint is
+  void follow(double q);  // after the joint was moved by set_state: the reference follows it
   [[nodiscard]] DriveState state() const { return {mode_, target_, reference_}; }
   [[nodiscard]] double reference() const { return reference_; }
   void set_target(double target);  // a target that is not finite is ignored
@@ -36,8 +37,8 @@ class Drive {
   int joint_;
   ServoParameters servo_;
   double step_;              // s
-  double fastest_;           // rad or m: the largest move of the reference in one step
-  double furthest_;          // rad or m: how far the reference may be ahead of the joint at a step's start
+  double fastest_ = 0;       // rad or m: the largest move of the reference in one step
+  double furthest_ = 0;      // rad or m: how far the reference may be ahead of the joint at a step's start
   std::int64_t stream_gap_;  // steps
   DriveMode mode_ = DriveMode::passive;
   double target_ = 0, reference_ = 0;

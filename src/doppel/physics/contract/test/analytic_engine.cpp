@@ -288,6 +288,9 @@ class AnalyticEngine final : public Engine {
   void write_target(int i, int joint, double target) override {
     at(i).drives[static_cast<std::size_t>(drive_index(i, joint))].set_target(target);
   }
+  void write_servo(int i, int joint, const ServoParameters& servo) override {
+    at(i).drives[static_cast<std::size_t>(drive_index(i, joint))].set_servo(servo);
+  }
   void write_reference(int i, int joint, double reference) override {
     at(i).drives[static_cast<std::size_t>(drive_index(i, joint))].follow(reference);
   }

@@ -211,52 +211,75 @@ TEST_P(DrivesContract, DriveAtBoundsFollowsControlLaw) {
 
 TEST_P(DrivesContract, HeldJointSagsByTorqueOverStiffness) {
   const auto engine = make(settings(), {robot(arm(50, 10))});
-  Instance of = engine->instance(0);
-  set(of, {1.2});
-  of.set_drive(0, DriveMode::position);
+  Instance pendulum = engine->instance(0);
+  set(pendulum, {1.2});
+  pendulum.set_drive(0, DriveMode::position);
   run(*engine, 2.0);
-  const double sag = of.q()[0] - of.drive_reference(0);
-  const double torque = kLoad * std::sin(of.q()[0]);
-  const double expected = -torque / of.made_of().servos[0].stiffness;
+  const double sag = pendulum.q()[0] - pendulum.drive_reference(0);
+  const double torque = kLoad * std::sin(pendulum.q()[0]);
+  const double expected = -torque / pendulum.made_of().servos[0].stiffness;
   EXPECT_NEAR(sag, expected, within().sag * std::abs(expected));
-  EXPECT_NEAR(of.v()[0], 0.0, 1e-9);
+  EXPECT_NEAR(pendulum.v()[0], 0.0, 1e-9);
 }
 
 TEST_P(DrivesContract, DriveEffortIsLimited) {
   const auto engine = make(settings(1e-4), {robot(arm(2.0, 100))});
-  Instance of = engine->instance(0);
-  of.set_drive(0, DriveMode::position);
-  of.set_target(0, 2.5);
+  Instance pendulum = engine->instance(0);
+  pendulum.set_drive(0, DriveMode::position);
+  pendulum.set_target(0, 2.5);
   double most = 0;
   for (int i = 0; i < 20000; ++i) {
     engine->step();
-    most = std::max(most, std::abs(of.drive_effort()[0]));
+    most = std::max(most, std::abs(pendulum.drive_effort()[0]));
   }
   EXPECT_LE(most, 2.0);
   EXPECT_GT(most, 1.999);
-  EXPECT_LT(of.q()[0], 0.7);  // 2 N m of 4.9: it stalls where sin(q) = 0.41
+  EXPECT_LT(pendulum.q()[0], 0.7);  // 2 N m of 4.9: it stalls where sin(q) = 0.41
+}
+
+TEST_P(DrivesContract, ServoThatIsSetActsUntilReset) {
+  const auto engine = make(settings(), {robot(arm(50, 10))});
+  Instance pendulum = engine->instance(0);
+  pendulum.set_drive(0, DriveMode::position);
+  pendulum.set_target(0, 1.2);
+  run(*engine, 2.0);
+  EXPECT_NEAR(pendulum.q()[0], 1.2, 0.01);
+  ServoParameters weak = pendulum.made_of().servos[0];
+  weak.effort = 2.0;
+  pendulum.set_servo(0, weak);
+  run(*engine, 0.3);
+  EXPECT_NEAR(pendulum.drive_effort()[0], 2.0, 1e-9);
+  EXPECT_LT(pendulum.q()[0], 1.1) << "2 N m of 4.6 do not hold it";
+  const auto copy = engine->clone();
+  copy->step();
+  EXPECT_NEAR(copy->instance(0).drive_effort()[0], 2.0, 1e-9);
+  engine->reset();
+  pendulum.set_drive(0, DriveMode::position);
+  pendulum.set_target(0, 1.2);
+  run(*engine, 2.0);
+  EXPECT_NEAR(pendulum.q()[0], 1.2, 0.01);
 }
 
 TEST_P(DrivesContract, DriveAtEffortLimitHasNoDamping) {
   WorldSettings in = settings(1e-4);
   in.gravity.setZero();
   const auto engine = make(in, {robot(arm(0.5, 1000))});
-  Instance of = engine->instance(0);
-  of.set_drive(0, DriveMode::position);
-  of.set_target(0, 3.0);
+  Instance pendulum = engine->instance(0);
+  pendulum.set_drive(0, DriveMode::position);
+  pendulum.set_target(0, 3.0);
   run(*engine, 0.1);
-  EXPECT_NEAR(of.v()[0], 0.5 / 0.250001 * 0.1, 1e-6);
+  EXPECT_NEAR(pendulum.v()[0], 0.5 / 0.250001 * 0.1, 1e-6);
 }
 
 TEST_P(DrivesContract, DriveVelocityIsLimited) {
   const auto engine = make(settings(), {robot(arm(100, 0.7))});
-  Instance of = engine->instance(0);
-  of.set_drive(0, DriveMode::position);
-  of.set_target(0, 2.0);
+  Instance pendulum = engine->instance(0);
+  pendulum.set_drive(0, DriveMode::position);
+  pendulum.set_target(0, 2.0);
   double fastest = 0;
   for (int i = 0; i < 2000; ++i) {
     engine->step();
-    fastest = std::max(fastest, std::abs(of.v()[0]));
+    fastest = std::max(fastest, std::abs(pendulum.v()[0]));
   }
   EXPECT_LE(fastest, 0.7 * 1.001);
   EXPECT_GT(fastest, 0.65);
@@ -266,33 +289,33 @@ TEST_P(DrivesContract, VelocityDriveReachesItsVelocity) {
   WorldSettings in = settings();
   in.gravity.setZero();
   const auto engine = make(in, {robot(arm(100, 2))});
-  Instance of = engine->instance(0);
-  of.set_drive(0, DriveMode::velocity);
-  of.set_target(0, 0.5);
+  Instance pendulum = engine->instance(0);
+  pendulum.set_drive(0, DriveMode::velocity);
+  pendulum.set_target(0, 0.5);
   run(*engine, 1.0);
-  EXPECT_NEAR(of.v()[0], 0.5, 1e-6);
+  EXPECT_NEAR(pendulum.v()[0], 0.5, 1e-6);
 }
 
 TEST_P(DrivesContract, EffortDriveBalancesLoad) {
   const auto engine = make(settings(), {robot(arm(100, 10))});
-  Instance of = engine->instance(0);
-  set(of, {0.8});
-  of.set_drive(0, DriveMode::effort);
-  of.set_target(0, kLoad * std::sin(0.8));
+  Instance pendulum = engine->instance(0);
+  set(pendulum, {0.8});
+  pendulum.set_drive(0, DriveMode::effort);
+  pendulum.set_target(0, kLoad * std::sin(0.8));
   run(*engine, 0.5);
-  EXPECT_NEAR(of.q()[0], 0.8, 1e-4);
-  EXPECT_DOUBLE_EQ(of.drive_effort()[0], kLoad * std::sin(0.8));
+  EXPECT_NEAR(pendulum.q()[0], 0.8, 1e-4);
+  EXPECT_DOUBLE_EQ(pendulum.drive_effort()[0], kLoad * std::sin(0.8));
 }
 
 TEST_P(DrivesContract, JointWithoutDriveFalls) {
   const auto engine = make(settings(), {robot(arm(100, 10))});
-  Instance of = engine->instance(0);
-  set(of, {1.0});
-  of.set_drive(0, DriveMode::position);
-  of.set_drive(0, DriveMode::passive);
+  Instance pendulum = engine->instance(0);
+  set(pendulum, {1.0});
+  pendulum.set_drive(0, DriveMode::position);
+  pendulum.set_drive(0, DriveMode::passive);
   run(*engine, 0.2);
-  EXPECT_LT(of.q()[0], 0.9);
-  EXPECT_EQ(of.drive_effort()[0], 0.0);
+  EXPECT_LT(pendulum.q()[0], 0.9);
+  EXPECT_EQ(pendulum.drive_effort()[0], 0.0);
 }
 
 TEST_P(DrivesContract, IdealServoLandsOnItsTarget) {
@@ -305,11 +328,11 @@ TEST_P(DrivesContract, IdealServoLandsOnItsTarget) {
   options.servos =
       choose_servos(compile_model(description, BaseKind::fixed, notes), servo, {0, 0, -kGravity});
   const auto engine = make(settings(), {robot(description, options)});
-  Instance of = engine->instance(0);
-  of.set_drive(0, DriveMode::position);
-  of.set_target(0, 1.0);
+  Instance pendulum = engine->instance(0);
+  pendulum.set_drive(0, DriveMode::position);
+  pendulum.set_target(0, 1.0);
   run(*engine, 0.5);
-  EXPECT_NEAR(of.q()[0], 1.0, 1e-6);
+  EXPECT_NEAR(pendulum.q()[0], 1.0, 1e-6);
 }
 
 TEST_P(DrivesContract, FrictionHoldsJointBelowItsEffort) {
@@ -317,11 +340,11 @@ TEST_P(DrivesContract, FrictionHoldsJointBelowItsEffort) {
   RobotDescription description = make_pendulum(1.0, 0.5);
   description.joints[0].dynamics = JointDynamics{0.0, 1.1 * kLoad, {}};
   const auto engine = make(settings(), {robot(description)});
-  Instance of = engine->instance(0);
-  set(of, {1.5707963});
+  Instance pendulum = engine->instance(0);
+  set(pendulum, {1.5707963});
   run(*engine, 1.0);
-  EXPECT_LT(std::abs(of.v()[0]), within().stiction);
-  EXPECT_NEAR(of.q()[0], 1.5707963, 1e-3);
+  EXPECT_LT(std::abs(pendulum.v()[0]), within().stiction);
+  EXPECT_NEAR(pendulum.q()[0], 1.5707963, 1e-3);
 }
 
 TEST_P(DrivesContract, FrictionReducesEffort) {
@@ -344,31 +367,31 @@ TEST_P(DrivesContract, EffortAcceleratesUpToVelocityLimit) {
   RobotDescription description = arm(5, 0.1);
   description.joints[0].type = JointType::continuous;
   const auto engine = make(in, {robot(description)});
-  Instance of = engine->instance(0);
-  of.set_drive(0, DriveMode::effort);
-  of.set_target(0, 5.0);
+  Instance pendulum = engine->instance(0);
+  pendulum.set_drive(0, DriveMode::effort);
+  pendulum.set_target(0, 5.0);
   run(*engine, 0.5);
-  EXPECT_NEAR(of.v()[0], 0.1, 1e-3);
-  EXPECT_NEAR(of.drive_effort()[0], 0.0, 0.05);
-  of.set_target(0, -5.0);
+  EXPECT_NEAR(pendulum.v()[0], 0.1, 1e-3);
+  EXPECT_NEAR(pendulum.drive_effort()[0], 0.0, 0.05);
+  pendulum.set_target(0, -5.0);
   run(*engine, 1e-3);
-  EXPECT_NEAR(of.drive_effort()[0], -5.0, 1e-9);
+  EXPECT_NEAR(pendulum.drive_effort()[0], -5.0, 1e-9);
 }
 
 TEST_P(DrivesContract, MimicFollowsItsLeaderUnderLoad) {
   if (!can().mimics) GTEST_SKIP() << "the engine has no mimic joints";
   const auto engine = make(settings(), {robot(gripper(-2.0, 0.3))});
-  Instance of = engine->instance(0);
-  hold_all(of);
-  of.set_target(0, 0.2);
-  of.apply_joint_effort(1, 15.0);
+  Instance pendulum = engine->instance(0);
+  hold_all(pendulum);
+  pendulum.set_target(0, 0.2);
+  pendulum.apply_joint_effort(1, 15.0);
   double strayed = 0;
   for (int i = 0; i < 2000; ++i) {
     engine->step();
-    strayed = std::max(strayed, std::abs(of.q()[1] - (-2.0 * of.q()[0] + 0.3)));
+    strayed = std::max(strayed, std::abs(pendulum.q()[1] - (-2.0 * pendulum.q()[0] + 0.3)));
   }
   EXPECT_LT(strayed, within().mimic);
-  EXPECT_NEAR(of.q()[0], 0.2, 0.02);
+  EXPECT_NEAR(pendulum.q()[0], 0.2, 0.02);
 }
 
 // The coupling acts in both directions: a force on the follower moves the leader.
@@ -377,12 +400,12 @@ TEST_P(DrivesContract, LoadOnMimicMovesItsLeader) {
   WorldSettings in = settings(1e-4);
   in.gravity.setZero();
   const auto engine = make(in, {robot(gripper(2.0, 0.0))});
-  Instance of = engine->instance(0);
-  of.apply_joint_effort(1, 1.4);
+  Instance pendulum = engine->instance(0);
+  pendulum.apply_joint_effort(1, 1.4);
   run(*engine, 0.1);
   // (m1 + 4 m2) a = 2 * 1.4
-  EXPECT_NEAR(of.v()[0], 2 * 1.4 / (0.2 + 4 * 0.3) * 0.1, 2e-3);
-  EXPECT_NEAR(of.v()[1], 2 * of.v()[0], 1e-3);
+  EXPECT_NEAR(pendulum.v()[0], 2 * 1.4 / (0.2 + 4 * 0.3) * 0.1, 2e-3);
+  EXPECT_NEAR(pendulum.v()[1], 2 * pendulum.v()[0], 1e-3);
 }
 
 // A leader without mass of its own, as the input of a hand's synergy: both sliders fall as one body with
@@ -392,13 +415,13 @@ TEST_P(DrivesContract, MimicsOfWeightlessLeaderMoveAsOneBody) {
   for (const double ratio : {-0.05, 0.3, 1.0, 4.0}) {
     SCOPED_TRACE(ratio);
     const auto engine = make(settings(1e-4), {robot(gripper(ratio, 0.1, 1e-8))});
-    Instance of = engine->instance(0);
+    Instance pendulum = engine->instance(0);
     const double duration = 0.02;
     run(*engine, duration);
     const double acceleration = -kGravity / ratio;
-    EXPECT_NEAR(of.v()[0], acceleration * duration, 1e-3 * std::abs(acceleration * duration));
-    EXPECT_NEAR(of.v()[1], -kGravity * duration, 1e-3 * kGravity * duration);
-    EXPECT_NEAR(of.q()[1], ratio * of.q()[0] + 0.1, within().mimic);
+    EXPECT_NEAR(pendulum.v()[0], acceleration * duration, 1e-3 * std::abs(acceleration * duration));
+    EXPECT_NEAR(pendulum.v()[1], -kGravity * duration, 1e-3 * kGravity * duration);
+    EXPECT_NEAR(pendulum.q()[1], ratio * pendulum.q()[0] + 0.1, within().mimic);
   }
 }
 
@@ -407,16 +430,16 @@ TEST_P(DrivesContract, MimicsOfWeightlessLeaderHoldTheirLoad) {
   for (const double ratio : {-0.05, 0.3, 1.0, 4.0}) {
     SCOPED_TRACE(ratio);
     const auto engine = make(settings(), {robot(gripper(ratio, 0.1, 1e-8))});
-    Instance of = engine->instance(0);
-    hold_all(of);
-    of.set_target(0, 0.02);
-    of.apply_joint_effort(1, -5.0);
+    Instance pendulum = engine->instance(0);
+    hold_all(pendulum);
+    pendulum.set_target(0, 0.02);
+    pendulum.apply_joint_effort(1, -5.0);
     run(*engine, 2.0);
     const double load = ratio * (0.3 * kGravity + 5.0);
-    const double sag = load / of.made_of().servos[0].stiffness;
-    EXPECT_NEAR(of.q()[0], 0.02 - sag, 1e-5);
-    EXPECT_NEAR(of.q()[1], ratio * of.q()[0] + 0.1, within().mimic);
-    EXPECT_NEAR(of.drive_effort()[0], load, 1e-3 * std::abs(load));
+    const double sag = load / pendulum.made_of().servos[0].stiffness;
+    EXPECT_NEAR(pendulum.q()[0], 0.02 - sag, 1e-5);
+    EXPECT_NEAR(pendulum.q()[1], ratio * pendulum.q()[0] + 0.1, within().mimic);
+    EXPECT_NEAR(pendulum.drive_effort()[0], load, 1e-3 * std::abs(load));
   }
 }
 
@@ -426,22 +449,22 @@ TEST_P(DrivesContract, LimitOfWeightlessLeaderStopsItsMimic) {
   RobotDescription description = gripper(0.5, 0.0, 1e-8);
   description.joints[0].limits->lower = -0.1;
   const auto engine = make(settings(), {robot(description)});
-  Instance of = engine->instance(0);
+  Instance pendulum = engine->instance(0);
   run(*engine, 2.0);
-  EXPECT_NEAR(of.q()[0], -0.1, 2e-3);
-  EXPECT_NEAR(of.q()[1], -0.05, 1e-3);
-  EXPECT_NEAR(of.v()[0], 0.0, 1e-3);
+  EXPECT_NEAR(pendulum.q()[0], -0.1, 2e-3);
+  EXPECT_NEAR(pendulum.q()[1], -0.05, 1e-3);
+  EXPECT_NEAR(pendulum.v()[0], 0.0, 1e-3);
 }
 
 TEST_P(DrivesContract, JointStopsAtItsLimit) {
   RobotDescription description = arm(100, 10);
   description.joints[0].limits->lower = 0.4;
   const auto engine = make(settings(), {robot(description)});
-  Instance of = engine->instance(0);
-  set(of, {1.0});
+  Instance pendulum = engine->instance(0);
+  set(pendulum, {1.0});
   run(*engine, 3.0);
-  EXPECT_NEAR(of.q()[0], 0.4, 2e-3);
-  EXPECT_NEAR(of.v()[0], 0.0, 1e-3);
+  EXPECT_NEAR(pendulum.q()[0], 0.4, 2e-3);
+  EXPECT_NEAR(pendulum.v()[0], 0.0, 1e-3);
 }
 
 TEST_P(DrivesContract, SoftLimitYieldsByLoadOverStiffness) {
@@ -454,10 +477,10 @@ TEST_P(DrivesContract, SoftLimitYieldsByLoadOverStiffness) {
   model.joints[0].stop_stiffness = 500;
   const auto engine =
       make(settings(), {make_instance(shared, std::make_shared<const Model>(model), {}, meshes_, notes)});
-  Instance of = engine->instance(0);
-  set(of, {0.5});
+  Instance pendulum = engine->instance(0);
+  set(pendulum, {0.5});
   run(*engine, 3.0);
-  EXPECT_NEAR(of.q()[0], 0.4 - kLoad * std::sin(of.q()[0]) / 500, 1e-5);
+  EXPECT_NEAR(pendulum.q()[0], 0.4 - kLoad * std::sin(pendulum.q()[0]) / 500, 1e-5);
 }
 
 }  // namespace

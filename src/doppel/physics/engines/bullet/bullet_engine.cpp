@@ -199,6 +199,9 @@ DriveState BulletEngine::drive_of(int instance, int joint) const {
 void BulletEngine::write_target(int instance, int joint, double target) {
   drive_at(instance, joint).set_target(target);
 }
+void BulletEngine::write_servo(int instance, int joint, const ServoParameters& servo) {
+  drive_at(instance, joint).set_servo(servo);
+}
 void BulletEngine::write_reference(int instance, int joint, double reference) {
   drive_at(instance, joint).follow(reference);
 }

@@ -39,6 +39,7 @@ class BulletEngine final : public Engine {
   void start_drive(int instance, int joint, DriveMode mode) override;
   [[nodiscard]] DriveState drive_of(int instance, int joint) const override;
   void write_target(int instance, int joint, double target) override;
+  void write_servo(int instance, int joint, const ServoParameters& servo) override;
   void write_reference(int instance, int joint, double reference) override;
   void write_joint_effort(int instance, int joint, double effort) override;
   void write_wrench(int instance, int link, const Eigen::Vector3d& p_LoP_L, const Eigen::Vector3d& force_W,

@@ -212,6 +212,7 @@ void MujocoEngine::reset() {
     put_root(static_cast<int>(i), instance.X_WR);
   }
   write_qpos(q_, 0, compiled_world().quaternions, d()->qpos);
+  drives_ = compiled_world().drives;  // with the servos as compiled
   for (std::size_t k = 0; k < drives_.size(); ++k)
     drives_[k].start(DriveMode::passive, q_[size(springs_[k].q)]);
   for (JointSpring& spring : springs_) {
@@ -382,6 +383,9 @@ DriveState MujocoEngine::drive_of(int instance, int joint) const {
 }
 void MujocoEngine::write_target(int instance, int joint, double target) {
   drives_[size(drive_index(instance, joint))].set_target(target);
+}
+void MujocoEngine::write_servo(int instance, int joint, const ServoParameters& servo) {
+  drives_[size(drive_index(instance, joint))].set_servo(servo);
 }
 void MujocoEngine::write_reference(int instance, int joint, double reference) {
   drives_[size(drive_index(instance, joint))].follow(reference);

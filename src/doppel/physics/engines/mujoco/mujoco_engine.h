@@ -18,7 +18,8 @@ struct AppliedWrench {
 };
 
 // The compiled model with copies of the arrays that belong to the state: the armature that makes springs
-// implicit, the poses of roots, and the couplings while something is attached. All else is shared, and outlives it.
+// implicit, the poses of roots, and the couplings while something is attached. All else is shared, and
+// outlives it.
 class ModelView {
  public:
   explicit ModelView(const mjModel& shared);
@@ -105,6 +106,7 @@ class MujocoEngine final : public Engine {
   void start_drive(int instance, int joint, DriveMode mode) override;
   [[nodiscard]] DriveState drive_of(int instance, int joint) const override;
   void write_target(int instance, int joint, double target) override;
+  void write_servo(int instance, int joint, const ServoParameters& servo) override;
   void write_reference(int instance, int joint, double reference) override;
   void write_joint_effort(int instance, int joint, double effort) override;
   void write_wrench(int instance, int link, const Eigen::Vector3d& p_LoP_L, const Eigen::Vector3d& force_W,

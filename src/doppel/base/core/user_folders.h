@@ -1,0 +1,14 @@
+#pragma once
+// The folders of a user in which doppel keeps files of its own.
+
+#include <filesystem>
+
+#include "doppel/export.h"
+
+namespace doppel {
+
+// What is kept from run to run and cannot be made anew: $XDG_STATE_HOME/doppel, else ~/.local/state/doppel.
+// Empty: the user has neither. Any thread.
+DOPPEL_API std::filesystem::path state_folder();
+
+}  // namespace doppel

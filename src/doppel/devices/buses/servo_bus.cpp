@@ -1,0 +1,343 @@
+#include "doppel/devices/buses/servo_bus.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "doppel/devices/buses/detail/packet_codec.h"
+
+namespace doppel {
+namespace {
+
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+constexpr int kBroadcast = 0xFE, kLastId = 252;
+constexpr Duration kDefaultPatience{8'000'000};
+
+struct Span {
+  std::size_t begin = 0, size = 0;
+};
+
+// The block of registers with all of these roles that the model has.
+Span block_of(const ServoModel& model, std::initializer_list<ServoRole> roles) {
+  std::size_t begin = std::numeric_limits<std::size_t>::max(), end = 0;
+  for (const ServoRole role : roles) {
+    const ServoRegister* const one = model.find(role);
+    if (one == nullptr) continue;
+    begin = std::min(begin, static_cast<std::size_t>(one->address));
+    end = std::max(end, static_cast<std::size_t>(one->address) + one->size);
+  }
+  return {begin, end - begin};
+}
+
+// The value of a register in a block that begins at `begin`; nullopt: it is not within.
+std::optional<std::int64_t> value_in(std::span<const std::uint8_t> block, std::size_t begin,
+                                     const ServoRegister* which) {
+  if (which == nullptr || which->address < begin || which->address + which->size > begin + block.size())
+    return {};
+  return decode_register(*which, block.subspan(which->address - begin, which->size));
+}
+
+std::int64_t clamped(double value, double low, double high) {
+  return std::llround(std::clamp(value, low, high));
+}
+
+}  // namespace
+
+ServoReading::ServoReading()
+    : position(kNone), velocity(kNone), load(kNone), current(kNone), voltage(kNone), temperature(kNone) {}
+
+ServoBus::ServoBus(ByteLink& link, ServoProtocol protocol, int rate)
+    : link_(link),
+      protocol_(protocol),
+      rate_(rate),
+      patience_(kDefaultPatience),
+      codec_(make_packet_codec(protocol)) {}
+
+ServoBus::~ServoBus() = default;
+
+// -- requests and answers
+
+Time ServoBus::answer_deadline(std::size_t bytes, std::size_t answers) const {
+  const double bits = kBitsPerByte * static_cast<double>(bytes + request_.size());
+  // Each servo waits for its return delay, which is at most half a millisecond.
+  constexpr Duration kMaxDelay{510'000};
+  return link_.now() + patience_ + from_seconds(bits / rate_) +
+         static_cast<std::int64_t>(answers) * kMaxDelay;
+}
+
+bool ServoBus::send() {
+  ++counts_.requests;
+  codec_->clear();
+  link_.discard();
+  if (!link_.write(request_.bytes())) return false;
+  if (echo_) drop_echo(answer_deadline(0, 0));
+  return true;
+}
+
+void ServoBus::drop_echo(Time deadline) {
+  std::array<std::uint8_t, 64> bytes{};
+  for (std::size_t left = request_.size(); left > 0;) {
+    const std::size_t count = link_.read(std::span(bytes).first(std::min(left, bytes.size())), deadline);
+    if (count == 0) return;
+    left -= count;
+  }
+}
+
+std::optional<ServoBus::Answer> ServoBus::receive(Time deadline) {
+  for (;;) {
+    if (const auto status = codec_->next()) return Answer{status->id, status->error, status->data};
+    std::array<std::uint8_t, 256> bytes{};
+    const std::size_t count = link_.read(bytes, deadline);
+    if (count == 0) return {};
+    codec_->push(std::span(bytes).first(count));
+  }
+}
+
+void ServoBus::finish_counts() {
+  counts_.bad_checks = codec_->counts().bad_checks;
+  counts_.noise = codec_->counts().noise;
+}
+
+std::optional<ServoBus::Answer> ServoBus::transact(int id, std::size_t answer_bytes) {
+  std::optional<Answer> out;
+  if (send()) {
+    const Time deadline = answer_deadline(codec_->answer_size(answer_bytes), 1);
+    while (!out) {
+      out = receive(deadline);
+      if (!out) break;
+      if (out->id == id) break;
+      ++counts_.strangers;
+      out.reset();
+    }
+  }
+  finish_counts();
+  if (!out) ++counts_.lost;
+  if (out) last_error_ = out->error;
+  return out;
+}
+
+void ServoBus::notice_echo() {
+  if (protocol_ != ServoProtocol::feetech) return;  // the codec tells requests from answers
+  echo_ = false;
+  request_.clear();
+  codec_->add_ping(kBroadcast, request_);
+  if (!send()) return;
+  // No servo answers with the broadcast id.
+  const Time deadline = answer_deadline(codec_->answer_size(0), 1);
+  while (const auto answer = receive(deadline)) echo_ = echo_ || answer->id == kBroadcast;
+}
+
+std::optional<PingAnswer> ServoBus::ping(int id, int tries) {
+  constexpr std::size_t kPingData = 3;
+  for (int i = 0; i < tries; ++i) {
+    request_.clear();
+    codec_->add_ping(id, request_);
+    const auto answer = transact(id, kPingData);
+    if (!answer) continue;
+    PingAnswer out{id, 0, 0, answer->error, 1};
+    if (answer->data.size() >= kPingData) {
+      out.number = static_cast<std::uint16_t>(answer->data[0] | (answer->data[1] << 8));
+      out.firmware = answer->data[2];
+      return out;
+    }
+    // Feetech's answer to a ping has no data.
+    const ServoModel* const any = find_servo_model("STS3215");
+    const auto number = read(id, *any->find("Model_Number"), tries);
+    out.number = static_cast<std::uint16_t>(number.value_or(0));
+    return out;
+  }
+  return {};
+}
+
+std::vector<PingAnswer> ServoBus::ping_all(int last_id) {
+  std::array<std::size_t, kLastId + 1> answers{};
+  request_.clear();
+  codec_->add_ping(kBroadcast, request_);
+  if (send()) {
+    const Time deadline = answer_deadline(kLastId * codec_->answer_size(0), kLastId);
+    while (const auto answer = receive(deadline)) {
+      if (answer->id >= 0 && answer->id <= kLastId) ++answers[static_cast<std::size_t>(answer->id)];
+    }
+  }
+  finish_counts();
+  std::vector<PingAnswer> out;
+  for (int id = 0; id <= std::min(last_id, kLastId); ++id) {
+    // With Feetech's protocol the answers to a broadcast may meet on the line, so that each id is asked for
+    // itself.
+    if (protocol_ == ServoProtocol::dynamixel && answers[static_cast<std::size_t>(id)] == 0) continue;
+    std::optional<PingAnswer> answer = ping(id, 1);
+    if (!answer) continue;
+    answer->answers = is_shared(*answer) ? 2 : 1;
+    out.push_back(*answer);
+  }
+  return out;
+}
+
+// Servos that share an id give equal answers to a ping, and damage each other's answers about what differs.
+bool ServoBus::is_shared(const PingAnswer& servo) {
+  const ServoModel* const model = find_servo_model(protocol_, servo.number);
+  if (model == nullptr) return false;
+  const Span block = block_of(*model, {ServoRole::present_position, ServoRole::present_velocity,
+                                       ServoRole::present_voltage, ServoRole::present_temperature});
+  constexpr int kTries = 3;
+  int damaged = 0;
+  for (int i = 0; i < kTries; ++i) {
+    const std::uint64_t before = codec_->counts().bad_checks;
+    const bool whole = read_block(servo.id, block.begin, block.size).has_value();
+    damaged += !whole && codec_->counts().bad_checks > before ? 1 : 0;
+  }
+  return damaged == kTries;
+}
+
+std::optional<std::span<const std::uint8_t>> ServoBus::read_block(int id, std::size_t address,
+                                                                  std::size_t size) {
+  request_.clear();
+  codec_->add_read(id, address, size, request_);
+  const auto answer = transact(id, size);
+  if (!answer || answer->data.size() != size) return {};
+  return answer->data;
+}
+
+std::optional<std::int64_t> ServoBus::read(int id, const ServoRegister& which, int tries) {
+  for (int i = 0; i < tries; ++i) {
+    if (const auto data = read_block(id, which.address, which.size)) return decode_register(which, *data);
+  }
+  return {};
+}
+
+bool ServoBus::write(int id, const ServoRegister& which, std::int64_t value, int tries) {
+  std::array<std::uint8_t, 8> bytes{};
+  encode_register(which, value, bytes);
+  for (int i = 0; i < tries; ++i) {
+    request_.clear();
+    codec_->add_write(id, which.address, std::span(bytes).first(which.size), request_);
+    if (id == kBroadcast) return send();
+    if (transact(id, 0)) return true;
+  }
+  return false;
+}
+
+bool ServoBus::reboot(int id) {
+  request_.clear();
+  return codec_->add_reboot(id, request_) && transact(id, 0).has_value();
+}
+
+// -- the cycle
+
+void ServoBus::begin_cycle(std::span<const BusServo> servos, bool fast) {
+  servos_.assign(servos.begin(), servos.end());
+  fast_ = fast && protocol_ == ServoProtocol::dynamixel;
+  ids_.clear();
+  for (const BusServo& one : servos_) ids_.push_back(static_cast<std::uint8_t>(one.id));
+  if (servos_.empty()) return;
+  const ServoModel& model = *servos_.front().model;
+  using enum ServoRole;
+  // Feetech's current is far from the others; it is part of the health.
+  const bool feetech = protocol_ == ServoProtocol::feetech;
+  const Span read =
+      feetech ? block_of(model, {present_position, present_velocity, present_load})
+              : block_of(model, {present_position, present_velocity, present_load, present_current});
+  const Span write = feetech ? block_of(model, {goal_acceleration, goal_position, goal_velocity})
+                             : block_of(model, {goal_position});
+  read_begin_ = read.begin;
+  read_size_ = read.size;
+  write_begin_ = write.begin;
+  write_size_ = write.size;
+  goals_.assign(servos_.size() * (write_size_ + 1), 0);
+  health_ = 0;
+}
+
+void ServoBus::decode_motion(const Answer& answer, std::size_t index, ServoReading& reading) const {
+  const ServoModel& model = *servos_[index].model;
+  const auto value = [&](ServoRole role) { return value_in(answer.data, read_begin_, model.find(role)); };
+  if (const auto ticks = value(ServoRole::present_position)) reading.position = model.angle(*ticks);
+  if (const auto speed = value(ServoRole::present_velocity))
+    reading.velocity = static_cast<double>(*speed) * model.velocity_unit;
+  if (const auto load = value(ServoRole::present_load))
+    reading.load = static_cast<double>(*load) * model.load_unit;
+  if (const auto current = value(ServoRole::present_current)) {
+    reading.current = static_cast<double>(*current) * model.current_unit;
+    if (model.load_unit == 0 && model.stall_current > 0) reading.load = reading.current / model.stall_current;
+  }
+  // Dynamixel's error byte only says that the register of errors has something to say.
+  if (protocol_ == ServoProtocol::feetech) reading.faults = model.faults(answer.error);
+}
+
+std::size_t ServoBus::read_all(std::span<ServoReading> readings) {
+  for (ServoReading& one : readings) one.fresh = false;
+  request_.clear();
+  codec_->add_sync_read(ids_, read_begin_, read_size_, fast_, request_);
+  if (ids_.empty() || !send()) return 0;
+  std::size_t fresh = 0;
+  const Time deadline = answer_deadline(ids_.size() * codec_->answer_size(read_size_), ids_.size());
+  while (fresh < servos_.size()) {
+    const auto answer = receive(deadline);
+    if (!answer) break;
+    const auto servo = std::ranges::find(servos_, answer->id, &BusServo::id);
+    const auto index = static_cast<std::size_t>(servo - servos_.begin());
+    if (servo == servos_.end() || answer->data.size() != read_size_ || readings[index].fresh) {
+      ++counts_.strangers;
+      continue;
+    }
+    decode_motion(*answer, index, readings[index]);
+    readings[index].when = link_.now();
+    readings[index].fresh = true;
+    ++fresh;
+  }
+  counts_.lost += servos_.size() - fresh;
+  finish_counts();
+  return fresh;
+}
+
+bool ServoBus::read_health(std::span<ServoReading> readings) {
+  if (servos_.empty()) return false;
+  const std::size_t index = health_;
+  health_ = (health_ + 1) % servos_.size();
+  const ServoModel& model = *servos_[index].model;
+  ServoReading& reading = readings[index];
+  using enum ServoRole;
+  const bool feetech = protocol_ == ServoProtocol::feetech;
+  const Span block = feetech
+                         ? block_of(model, {present_voltage, present_temperature, errors, present_current})
+                         : block_of(model, {present_voltage, present_temperature});
+  const auto data = read_block(servos_[index].id, block.begin, block.size);
+  if (!data) return false;
+  const auto value = [&](ServoRole role) { return value_in(*data, block.begin, model.find(role)); };
+  if (const auto voltage = value(present_voltage))
+    reading.voltage = static_cast<double>(*voltage) * model.voltage_unit;
+  if (const auto degrees = value(present_temperature)) reading.temperature = static_cast<double>(*degrees);
+  if (const auto current = value(present_current))
+    reading.current = static_cast<double>(*current) * model.current_unit;
+  if (const auto status = value(errors)) reading.faults = model.faults(*status);
+  if (feetech) return true;
+  const auto status = read(servos_[index].id, *model.find(errors), 1);
+  if (status) reading.faults = model.faults(*status);
+  return status.has_value();
+}
+
+bool ServoBus::write_goals(std::span<const ServoGoal> goals) {
+  if (servos_.empty()) return !link_.is_lost();
+  for (std::size_t i = 0; i < servos_.size(); ++i) {
+    const ServoModel& model = *servos_[i].model;
+    const std::span<std::uint8_t> block = std::span(goals_).subspan(i * (write_size_ + 1), write_size_ + 1);
+    block[0] = ids_[i];
+    const auto put = [&](ServoRole role, std::int64_t value) {
+      const ServoRegister* const one = model.find(role);
+      if (one == nullptr || one->address < write_begin_ ||
+          one->address + one->size > write_begin_ + write_size_)
+        return;
+      encode_register(*one, value, block.subspan(1 + one->address - write_begin_, one->size));
+    };
+    // One turn: the drivers' joints have no more.
+    put(ServoRole::goal_position,
+        clamped(model.ticks(goals[i].position), 0, static_cast<double>(model.ticks_per_turn - 1)));
+    constexpr double kMaxSpeed = 32767;
+    put(ServoRole::goal_velocity, clamped(goals[i].velocity / model.velocity_unit, 0, kMaxSpeed));
+  }
+  request_.clear();
+  codec_->add_sync_write(goals_, write_begin_, write_size_, request_);
+  return send();
+}
+
+}  // namespace doppel

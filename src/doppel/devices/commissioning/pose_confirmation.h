@@ -1,0 +1,20 @@
+#pragma once
+// The confirmation of a pose by a person, for an arm whose servos report nothing.
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "doppel/devices/drivers/servo_setup.h"
+#include "doppel/devices/serial/byte_link.h"
+#include "doppel/export.h"
+
+namespace doppel {
+
+// Records that the arm stands at these positions (rad) since the present start of its board. Throws
+// InputError: the setup has no such board, the board does not answer, a joint is missing, unknown or beyond
+// its limits, the record cannot be written.
+DOPPEL_API void confirm_pose(ByteLink& link, const ServoSetup& setup,
+                             const std::vector<std::pair<std::string, double>>& positions);
+
+}  // namespace doppel

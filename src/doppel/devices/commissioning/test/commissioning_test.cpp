@@ -1,0 +1,173 @@
+// Scan, check and nudge against emulated servos with what goes wrong on a bench: shared ids, other rates,
+// other supplies, swapped plugs, wrong directions.
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <numbers>
+
+#include "doppel/devices/commissioning/bus_check.h"
+#include "doppel/devices/commissioning/bus_scan.h"
+#include "doppel/devices/commissioning/nudge.h"
+#include "doppel/devices/drivers/test/driver_bench.h"
+
+namespace doppel {
+namespace {
+
+using test::DriverBench;
+using testing::HasSubstr;
+
+constexpr double kThreeDegrees = 3 * std::numbers::pi / 180;
+
+// A bench whose motors move while its link waits.
+struct Commissioned : DriverBench {
+  explicit Commissioned(const std::string& plugin = "doppel/FeetechSts",
+                        const std::string& joint_params = "<param name=\"offset_deg\">0</param>")
+      : DriverBench(plugin, DriverBench::gentle_off(), joint_params),
+        wire(devices, "emulated", 1000000),
+        bus(wire, servo.protocol, 1000000) {
+    static_cast<void>(initialise());
+    wire.set_world([this](Time when) {
+      while (machine.now < when) machine.step();
+    });
+    wire.follow(machine.now);
+  }
+  [[nodiscard]] const ServoSetup& setup() const { return driver->setup(); }
+  EmulatedLink wire;
+  ServoBus bus;
+};
+
+TEST(BusScan, ServosAreFoundAtTheirProtocolAndRate) {
+  for (const char* const plugin : {"doppel/FeetechSts", "doppel/DynamixelX"}) {
+    Commissioned bench(plugin);
+    for (RegisterServo& one : bench.devices.servos()) one.set(ServoRole::baud_rate, 2);
+    const int rate = bench.devices.servos().front().rate();
+    const auto found = scan_link(bench.wire, {});
+    ASSERT_EQ(found.size(), 3U) << plugin;
+    EXPECT_EQ(found[0].protocol, bench.servo.protocol);
+    EXPECT_EQ(found[0].rate, rate);
+    EXPECT_EQ(found[2].answer.id, 3);
+    EXPECT_EQ(found[2].model, &bench.servo);
+    EXPECT_NEAR(found[2].reading.voltage, bench.servo.rated_voltage, 0.3);
+  }
+}
+
+TEST(BusScan, SharedIdIsFound) {
+  Commissioned bench;
+  bench.devices.servos()[2].set(ServoRole::id, 2);
+  bench.machine.states[2].position = 0.45;
+  const auto found = scan_link(bench.wire, {.protocols = {ServoProtocol::feetech}});
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].answer.answers, 1U);
+  EXPECT_EQ(found[1].answer.answers, 2U);
+}
+
+TEST(BusScan, SilentLinkFindsNothingAndReportsProgress) {
+  Commissioned bench;
+  bench.devices.add_fault({.kind = FaultKind::drop});
+  std::vector<std::string> tried;
+  const auto found = scan_link(
+      bench.wire, {.rates = {1000000}, .last_id = 5, .progress = [&](double, const std::string& what) {
+                     tried.push_back(what);
+                     return true;
+                   }});
+  EXPECT_TRUE(found.empty());
+  EXPECT_THAT(tried, testing::ElementsAre("feetech at 1000000 bit/s", "dynamixel at 1000000 bit/s",
+                                          "servo_line at 1000000 bit/s"));
+}
+
+TEST(BusCheck, FactoryServosNeedChangesAndPassAfterThem) {
+  for (const char* const plugin : {"doppel/FeetechSts", "doppel/DynamixelX"}) {
+    Commissioned bench(plugin);
+    for (RegisterServo& one : bench.devices.servos()) one.set(ServoRole::return_delay, 250);
+    const BusCheck before = check_bus(bench.bus, bench.setup());
+    EXPECT_FALSE(before.passed());
+    ASSERT_EQ(before.changes.size(), 9U) << "return delay and two limits of three servos";
+    const auto backup =
+        std::filesystem::temp_directory_path() / ("registers_" + std::to_string(::getpid()) + ".yaml");
+    apply_changes(bench.bus, bench.setup(), before.changes, backup);
+    EXPECT_TRUE(check_bus(bench.bus, bench.setup()).passed());
+    EXPECT_EQ(bench.devices.servos()[0].value(ServoRole::min_position), 744);
+    const auto back = changes_back(bench.bus, bench.setup(), backup);
+    EXPECT_EQ(back.size(), 9U);
+    apply_changes(bench.bus, bench.setup(), back, backup);
+    EXPECT_EQ(bench.devices.servos()[0].value(ServoRole::return_delay), 250);
+    EXPECT_EQ(bench.devices.servos()[0].value(ServoRole::min_position), 0);
+    std::filesystem::remove(backup);
+  }
+}
+
+TEST(BusCheck, NothingIsWrittenWhileTorqueIsOn) {
+  Commissioned bench;
+  bench.devices.servos()[1].set(ServoRole::return_delay, 250);
+  const BusCheck check = check_bus(bench.bus, bench.setup());
+  bench.devices.servos()[1].set(ServoRole::torque_enable, 1);
+  try {
+    apply_changes(bench.bus, bench.setup(), check.changes, "/tmp/never.yaml");
+    FAIL();
+  } catch (const InputError& problem) {
+    EXPECT_THAT(problem.what(), HasSubstr("while its torque is on"));
+  }
+  EXPECT_EQ(bench.devices.servos()[1].value(ServoRole::return_delay), 250);
+  EXPECT_FALSE(std::filesystem::exists("/tmp/never.yaml"));
+}
+
+TEST(BusCheck, SupplyFaultAndMissingServoAreNamed) {
+  Commissioned bench;
+  for (RegisterServo& one : bench.devices.servos()) one.set_supply(12);
+  bench.devices.servos()[2].set(ServoRole::id, 8);
+  bench.machine.step();
+  const BusCheck check = check_bus(bench.bus, bench.setup());
+  std::string text;
+  for (const Diagnostic& one : check.findings) text += one.message + "\n";
+  EXPECT_THAT(text, HasSubstr("'j1' (id 1): has a supply of 12.0 V, and is made for 4.0 to 8.4 V"));
+  EXPECT_THAT(text, HasSubstr("'j3' (id 3): does not answer"));
+}
+
+TEST(BusCheck, LimitsBeyondTurnAreError) {
+  Commissioned bench("doppel/FeetechSts", "<param name=\"offset_deg\">90</param>");
+  const BusCheck check = check_bus(bench.bus, bench.setup());
+  ASSERT_FALSE(check.findings.empty());
+  EXPECT_THAT(check.findings.front().message, HasSubstr("and the servo has 0 to 4095"));
+}
+
+TEST(Nudge, RightJointFollowsAndComesBack) {
+  for (const char* const plugin : {"doppel/FeetechSts", "doppel/DynamixelX"}) {
+    Commissioned bench(plugin);
+    const NudgeResult result = nudge(bench.bus, bench.setup(), "j2", {});
+    EXPECT_TRUE(result.followed(kThreeDegrees)) << result.moved;
+    EXPECT_NEAR(result.returned, 0, 0.003);
+    EXPECT_TRUE(result.others.empty());
+    EXPECT_EQ(bench.devices.servos()[1].value(ServoRole::torque_enable), 0) << "as it was before";
+    EXPECT_EQ(bench.devices.servos()[1].value(ServoRole::torque_limit), bench.servo.whole_torque);
+  }
+}
+
+TEST(Nudge, BlockedJointDoesNotFollow) {
+  Commissioned bench;
+  bench.devices.add_fault({.kind = FaultKind::stuck, .servo = 2});
+  EXPECT_FALSE(nudge(bench.bus, bench.setup(), "j2", {}).followed(kThreeDegrees));
+}
+
+TEST(Nudge, UnknownJointAndSilentServoAreErrors) {
+  Commissioned bench;
+  EXPECT_THROW(static_cast<void>(nudge(bench.bus, bench.setup(), "j7", {})), InputError);
+  bench.devices.servos()[1].set(ServoRole::id, 9);
+  try {
+    static_cast<void>(nudge(bench.bus, bench.setup(), "j2", {}));
+    FAIL();
+  } catch (const InputError& problem) {
+    EXPECT_THAT(problem.what(), HasSubstr("'j2' (id 2) does not answer"));
+  }
+}
+
+TEST(Nudge, PersonEndsMotion) {
+  Commissioned bench;
+  int calls = 0;
+  const NudgeResult result = nudge(bench.bus, bench.setup(), "j2", {.ends = [&] { return ++calls == 10; }});
+  EXPECT_TRUE(result.ended);
+  EXPECT_LT(result.moved, kThreeDegrees);
+}
+
+}  // namespace
+}  // namespace doppel

@@ -1,0 +1,40 @@
+#pragma once
+// The driver of real servos on an emulated bus, whose motors are the joints of a simulated robot: every
+// byte that the driver sends and gets is that of the real bus, in simulated time, so that a run is
+// repeatable.
+
+#include <memory>
+
+#include "doppel/control/hardware/hardware_registry.h"
+#include "doppel/devices/drivers/servo_hardware.h"
+#include "doppel/devices/emulated_robot/engine_motors.h"
+#include "doppel/devices/emulated_robot/stepped_device.h"
+#include "doppel/devices/emulation/emulated_link.h"
+#include "doppel/export.h"
+#include "doppel/physics/contract/engine.h"
+
+namespace doppel {
+
+class DOPPEL_API EmulatedHardware : public ServoHardware, public SteppedDevice {
+ public:
+  explicit EmulatedHardware(Instance robot);
+
+  Status on_init(const HardwareInfo& info) override;
+  HardwareReturn read(Time now, Duration period, std::span<double> states) override;
+
+  void before_step() override;
+  void rebind(Instance robot) override { robot_ = robot; }
+  // nullptr before on_init().
+  [[nodiscard]] DeviceEmulator* devices() { return devices_.get(); }
+
+ private:
+  Instance robot_;
+  std::unique_ptr<DeviceEmulator> devices_;
+  std::unique_ptr<EngineMotors> motors_;
+  EmulatedLink* link_ = nullptr;  // the driver's
+};
+
+// In place of the drivers of real servos: the same ones on emulated buses.
+DOPPEL_API void register_emulated_hardware(HardwareRegistry& registry, Instance robot);
+
+}  // namespace doppel

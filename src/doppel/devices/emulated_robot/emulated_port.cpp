@@ -1,0 +1,122 @@
+#include "doppel/devices/emulated_robot/emulated_port.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+#include "doppel/base/core/guarded_thread.h"
+
+namespace doppel {
+namespace {
+
+constexpr Duration kPoll{2'000'000};  // until the thread looks whether it is to end
+
+}  // namespace
+
+EmulatedPort::~EmulatedPort() {
+  stop_serving();
+}
+
+Status EmulatedPort::on_init(const HardwareInfo& info) {
+  setup_ = read_servo_setup(info.description, info.model, info.diagnostics);
+  log_ = &info.log;
+  devices_ = emulated_devices(setup_);
+  motors_ = std::make_unique<EngineMotors>(setup_, robot_);
+  for (const HardwareJointDescription& joint : info.description.joints) {
+    for (const HardwareInterfaceDescription& state : joint.state_interfaces) {
+      Source source;
+      source.joint = info.model.find_joint(joint.name);
+      if (state.name == kPosition) source.quantity = Quantity::position;
+      if (state.name == kVelocity) source.quantity = Quantity::velocity;
+      if (state.name == kEffort) source.quantity = Quantity::effort;
+      if (source.joint < 0) source.quantity = Quantity::other;
+      sources_.push_back(source);
+      states_.push_back({joint.name, state.name, state.initial_value.value_or(0.0)});
+    }
+  }
+  return {};
+}
+
+Status EmulatedPort::on_configure() {
+  ends_ = false;
+  terminal_ = std::make_unique<PseudoTerminal>();
+  {
+    const std::lock_guard held(mutex_);
+    motors_->step(*devices_, robot_, terminal_->now(), robot_.engine().world().settings().step);
+  }
+  server_ = guarded_thread(
+      [this] { serve(); },
+      [this](const std::string& why) { log_->error(setup_.component, "the emulated bus: " + why); });
+  log_->note(setup_.component, fmt::format("{} at {} bit/s, {} servos, behind {}", to_string(setup_.protocol),
+                                           setup_.rate, setup_.joints.size(), terminal_->name()));
+  return {};
+}
+
+Status EmulatedPort::on_cleanup() {
+  stop_serving();
+  terminal_.reset();
+  return {};
+}
+
+void EmulatedPort::stop_serving() {
+  ends_ = true;
+  if (server_.joinable()) server_.join();
+}
+
+// Bytes of the host go to the devices as they come, and those of the devices to the host when they have
+// arrived.
+void EmulatedPort::serve() {
+  std::array<std::uint8_t, 512> bytes{};
+  while (!ends_) {
+    std::optional<Time> next;
+    {
+      const std::lock_guard held(mutex_);
+      next = devices_->next_arrival();
+    }
+    const Time now = terminal_->now();
+    const std::size_t count = terminal_->read(bytes, std::min(now + kPoll, next.value_or(now + kPoll)));
+    std::size_t sent = 0;
+    std::array<std::uint8_t, 512> answer{};
+    {
+      const std::lock_guard held(mutex_);
+      const int rate = terminal_->rate() > 0 ? terminal_->rate() : setup_.rate;
+      if (count > 0) devices_->receive(std::span(bytes).first(count), now, rate);
+      sent = devices_->take(answer, terminal_->now());
+    }
+    if (sent > 0) static_cast<void>(terminal_->write(std::span(answer).first(sent)));
+  }
+}
+
+HardwareReturn EmulatedPort::read(Time /*now*/, Duration /*period*/, std::span<double> states) {
+  const Model& model = robot_.model();
+  for (std::size_t i = 0; i < states.size(); ++i) {
+    if (sources_[i].quantity == Quantity::other) continue;
+    const auto joint = static_cast<std::size_t>(sources_[i].joint);
+    switch (sources_[i].quantity) {
+      case Quantity::position:
+        states[i] = robot_.q()[static_cast<std::size_t>(model.joints[joint].q)];
+        break;
+      case Quantity::velocity:
+        states[i] = robot_.v()[static_cast<std::size_t>(model.joints[joint].v)];
+        break;
+      default:
+        states[i] = robot_.drive_effort()[joint];
+    }
+  }
+  return HardwareReturn::ok;
+}
+
+void EmulatedPort::before_step() {
+  if (terminal_ == nullptr) return;
+  const std::lock_guard held(mutex_);
+  motors_->step(*devices_, robot_, terminal_->now(), robot_.engine().world().settings().step);
+}
+
+void register_emulated_ports(HardwareRegistry& registry, Instance robot) {
+  for (const ServoPlugin& plugin : servo_plugins())
+    registry.replace(std::string(plugin.name), HardwareKind::emulated,
+                     [robot] { return std::make_unique<EmulatedPort>(robot); });
+}
+
+}  // namespace doppel

@@ -1,0 +1,86 @@
+#include "doppel/devices/emulated_robot/engine_motors.h"
+
+#include <algorithm>
+#include <memory>
+
+#include "doppel/devices/emulation/board_emulator.h"
+#include "doppel/devices/emulation/bus_emulator.h"
+
+namespace doppel {
+namespace {
+
+// A hobby servo is somewhat faster than its joint may be, and its torque is that of the joint.
+std::unique_ptr<DeviceEmulator> emulated_board(const ServoSetup& setup) {
+  constexpr double kFaster = 1.3;
+  std::vector<HobbyServo> servos;
+  for (const JointServo& one : setup.joints)
+    servos.push_back({one.id, one.pulse_min, one.pulse_max, one.travel, kFaster * one.velocity * one.scale,
+                      one.effort / one.scale});
+  return std::make_unique<BoardEmulator>(std::move(servos));
+}
+
+}  // namespace
+
+EngineMotors::EngineMotors(const ServoSetup& setup, Instance robot) {
+  for (const JointServo& servo : setup.joints) {
+    Motor motor;
+    motor.servo = servo;
+    motor.joint = robot.model().find_joint(servo.joint);
+    motor.as_compiled = robot.made_of().servos[static_cast<std::size_t>(motor.joint)];
+    motors_.push_back(std::move(motor));
+  }
+  states_.resize(motors_.size());
+  drives_.resize(motors_.size());
+}
+
+void EngineMotors::apply(Motor& motor, const MotorDrive& drive, Instance robot) {
+  if (drive.on != motor.on) {
+    robot.set_drive(motor.joint, drive.on ? DriveMode::position : DriveMode::passive);
+    motor.on = drive.on;
+  }
+  if (!drive.on) return;
+  ServoParameters servo = motor.as_compiled;
+  servo.stiffness *= drive.gain;
+  servo.effort = std::min(servo.effort, drive.effort * motor.servo.scale);
+  servo.velocity = std::min(servo.velocity, drive.velocity / motor.servo.scale);
+  robot.set_servo(motor.joint, servo);
+  robot.set_target(motor.joint, motor.servo.joint_position(drive.goal));
+}
+
+void EngineMotors::step(DeviceEmulator& devices, Instance robot, Time now, Duration period) {
+  const Model& model = robot.model();
+  for (std::size_t i = 0; i < motors_.size(); ++i) {
+    const JointServo& servo = motors_[i].servo;
+    const ModelJoint& joint = model.joints[static_cast<std::size_t>(motors_[i].joint)];
+    const double rate = servo.direction * servo.scale;
+    states_[i].position = servo.shaft(robot.q()[static_cast<std::size_t>(joint.q)]);
+    states_[i].velocity = rate * robot.v()[static_cast<std::size_t>(joint.v)];
+    states_[i].effort = robot.drive_effort()[static_cast<std::size_t>(motors_[i].joint)] / rate;
+  }
+  devices.step(now, period, states_, drives_);
+  for (std::size_t i = 0; i < motors_.size(); ++i) apply(motors_[i], drives_[i], robot);
+}
+
+void EngineMotors::release(Instance robot) {
+  for (Motor& motor : motors_) {
+    robot.set_drive(motor.joint, DriveMode::passive);
+    robot.set_servo(motor.joint, motor.as_compiled);
+    motor.on = false;
+  }
+}
+
+std::unique_ptr<DeviceEmulator> emulated_devices(const ServoSetup& setup) {
+  if (setup.protocol == ServoProtocol::servo_line) return emulated_board(setup);
+  std::vector<RegisterServo> servos;
+  for (const JointServo& one : setup.joints) {
+    RegisterServo servo(*one.model, one.id);
+    for (const auto& [index, rate] : one.model->baud_rates) {
+      if (rate == setup.rate) servo.set(ServoRole::baud_rate, index);
+    }
+    servo.set(ServoRole::return_delay, 0);
+    servos.push_back(std::move(servo));
+  }
+  return std::make_unique<BusEmulator>(setup.protocol, std::move(servos));
+}
+
+}  // namespace doppel

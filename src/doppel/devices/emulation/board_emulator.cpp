@@ -1,0 +1,133 @@
+#include "doppel/devices/emulation/board_emulator.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "doppel/devices/frames/frame_bytes.h"
+#include "doppel_servo.h"
+
+namespace doppel {
+namespace {
+
+constexpr int kSupply = 5000;  // mV
+constexpr int kAll = -1;
+
+}  // namespace
+
+class BoardEmulator::Pins final : public doppel_servo::Board {
+ public:
+  Pins(BoardEmulator& owner, const doppel_servo::Config& config) : firmware(*this, config), owner_(owner) {}
+
+  uint32_t milliseconds() override {
+    return static_cast<uint32_t>(owner_.now_.time_since_epoch().count() / 1'000'000);
+  }
+  void pulse(uint8_t channel, uint32_t nanoseconds) override { pulses[channel] = 1e-3 * nanoseconds; }
+  int32_t millivolts() override { return supply; }
+  uint16_t analog(uint8_t /*input*/) override { return 0; }
+  bool stop_pin() override { return stop; }
+  uint32_t random_id() override { return static_cast<uint32_t>(owner_.random_()); }
+  void send(const char* bytes, size_t size) override { owner_.send({bytes, size}); }
+
+  std::array<double, doppel_servo::kMaxChannels> pulses{};
+  int32_t supply = kSupply;
+  bool stop = false;
+  doppel_servo::Firmware firmware;
+
+ private:
+  BoardEmulator& owner_;
+};
+
+BoardEmulator::BoardEmulator(std::vector<HobbyServo> servos, std::vector<EmulatedFault> faults,
+                             std::uint64_t seed)
+    : servos_(std::move(servos)), faults_(std::move(faults)), random_(seed) {
+  doppel_servo::Config config;
+  config.channels = 0;
+  for (const HobbyServo& one : servos_)
+    config.channels = static_cast<uint8_t>(std::max<int>(config.channels, one.channel + 1));
+  config.step_ns = 305;  // 16 bits of 20 ms
+  pins_ = std::make_unique<Pins>(*this, config);
+}
+
+BoardEmulator::~BoardEmulator() = default;
+
+double BoardEmulator::pulse(int channel) const {
+  return pins_->pulses[static_cast<std::size_t>(channel)];
+}
+
+void BoardEmulator::press_stop(bool pressed) {
+  pins_->stop = pressed;
+}
+
+const EmulatedFault* BoardEmulator::find_fault(FaultKind kind, int servo, Time now) const {
+  const auto found = std::ranges::find_if(faults_, [&](const EmulatedFault& one) {
+    return one.kind == kind && now >= one.begin && now < one.end && (!one.servo || *one.servo == servo);
+  });
+  return found == faults_.end() ? nullptr : &*found;
+}
+
+void BoardEmulator::send(std::span<const char> bytes) {
+  const auto drawn = [&](FaultKind kind) {
+    const EmulatedFault* const fault = find_fault(kind, kAll, now_);
+    return fault != nullptr && std::uniform_real_distribution<double>()(random_) < fault->share;
+  };
+  if (drawn(FaultKind::drop)) return;
+  const std::size_t bad = drawn(FaultKind::corrupt) ? random_() % bytes.size() : bytes.size();
+  Time when = std::max(now_, line_free_);
+  for (std::size_t i = 0; i < bytes.size(); ++i) {
+    when += from_seconds(kBitsPerByte / rate_);
+    const auto byte = static_cast<std::uint8_t>(bytes[i]);
+    sent_.push_back({when, i == bad ? static_cast<std::uint8_t>(byte ^ 1U) : byte});
+  }
+  line_free_ = when;
+}
+
+void BoardEmulator::receive(std::span<const std::uint8_t> bytes, Time when, int rate) {
+  now_ = std::max(now_, when);
+  if (!plugged_) return;
+  rate_ = rate;
+  for (const std::uint8_t byte : bytes) {
+    now_ += from_seconds(kBitsPerByte / rate);
+    pins_->firmware.receive(byte);
+  }
+}
+
+std::size_t BoardEmulator::take(std::span<std::uint8_t> out, Time until) {
+  std::size_t count = 0;
+  while (count < out.size() && !sent_.empty() && sent_.front().arrival <= until) {
+    out[count++] = sent_.front().byte;
+    sent_.pop_front();
+  }
+  return count;
+}
+
+std::optional<Time> BoardEmulator::next_arrival() const {
+  if (sent_.empty()) return {};
+  return sent_.front().arrival;
+}
+
+void BoardEmulator::step(Time now, Duration /*period*/, std::span<const MotorState> states,
+                         std::span<MotorDrive> drives) {
+  now_ = std::max(now_, now);
+  plugged_ = find_fault(FaultKind::unplug, kAll, now_) == nullptr;
+  if (!plugged_) sent_.clear();
+  pins_->supply = find_fault(FaultKind::brown_out, kAll, now_) != nullptr ? 0 : kSupply;
+  pins_->firmware.tick();
+  for (std::size_t i = 0; i < servos_.size(); ++i) {
+    const HobbyServo& servo = servos_[i];
+    const double width = pulse(servo.channel), middle = (servo.pulse_min + servo.pulse_max) / 2;
+    const double angle = (width - middle) / (servo.pulse_max - servo.pulse_min) * servo.travel;
+    const EmulatedFault* const slip = find_fault(FaultKind::slip, servo.channel, now_);
+    const bool stuck = find_fault(FaultKind::stuck, servo.channel, now_) != nullptr;
+    const bool flipped = find_fault(FaultKind::wrong_direction, servo.channel, now_) != nullptr;
+    MotorDrive& drive = drives[i];
+    drive.on = width > 0 && pins_->supply > 0;
+    drive.goal =
+        stuck ? states[i].position : (flipped ? -angle : angle) - (slip != nullptr ? slip->amount : 0);
+    drive.velocity = servo.velocity;
+    drive.effort = servo.effort;
+    drive.gain = 1;
+  }
+}
+
+}  // namespace doppel

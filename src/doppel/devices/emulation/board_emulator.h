@@ -1,0 +1,61 @@
+#pragma once
+// A board with hobby servos behind the contract of emulated devices: the firmware of
+// examples/firmware/doppel_servo, compiled as it is, with pins and a wire of the emulation. A servo follows
+// its pulse at its own speed, and reports nothing.
+
+#include <deque>
+#include <memory>
+#include <random>
+#include <vector>
+
+#include "doppel/devices/emulation/device_emulator.h"
+#include "doppel/devices/emulation/emulated_faults.h"
+#include "doppel/export.h"
+
+namespace doppel {
+
+struct HobbyServo {
+  int channel = 0;
+  double pulse_min = 500, pulse_max = 2500;  // us, at the ends of its travel
+  double travel = 3.14159265358979;          // rad
+  double velocity = 5;                       // rad/s, without a load
+  double effort = 1;                         // N m
+};
+
+class DOPPEL_API BoardEmulator : public DeviceEmulator {
+ public:
+  BoardEmulator(std::vector<HobbyServo> servos, std::vector<EmulatedFault> faults = {},
+                std::uint64_t seed = 1);
+  ~BoardEmulator() override;
+
+  void receive(std::span<const std::uint8_t> bytes, Time when, int rate) override;
+  std::size_t take(std::span<std::uint8_t> out, Time until) override;
+  [[nodiscard]] std::optional<Time> next_arrival() const override;
+  void step(Time now, Duration period, std::span<const MotorState> states,
+            std::span<MotorDrive> drives) override;
+  [[nodiscard]] bool is_plugged() const override { return plugged_; }
+  void add_fault(const EmulatedFault& fault) { faults_.push_back(fault); }
+  // us; 0: no pulse.
+  [[nodiscard]] double pulse(int channel) const;
+  void press_stop(bool pressed);
+
+ private:
+  class Pins;
+  struct Sent {
+    Time arrival;
+    std::uint8_t byte = 0;
+  };
+  [[nodiscard]] const EmulatedFault* find_fault(FaultKind kind, int servo, Time now) const;
+  void send(std::span<const char> bytes);
+
+  std::vector<HobbyServo> servos_;
+  std::vector<EmulatedFault> faults_;
+  std::mt19937_64 random_;
+  std::deque<Sent> sent_;
+  Time now_{}, line_free_{};
+  int rate_ = 115200;
+  bool plugged_ = true;
+  std::unique_ptr<Pins> pins_;
+};
+
+}  // namespace doppel

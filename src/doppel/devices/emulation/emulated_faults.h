@@ -1,0 +1,42 @@
+#pragma once
+// Faults of an emulated bus, when they begin, and how often: for tests of hosts.
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "doppel/base/core/time.h"
+#include "doppel/export.h"
+
+namespace doppel {
+
+enum class FaultKind {
+  drop,             // an answer is lost
+  corrupt,          // a byte of an answer has a wrong bit
+  late,             // an answer comes `amount` seconds later
+  stranger,         // an answer has another servo's id
+  echo,             // the host's own bytes come back
+  unplug,           // nothing comes through
+  brown_out,        // all servos restart, and are silent for 0.2 s
+  stuck,            // the joint does not move
+  slip,             // the horn has turned by `amount` rad against the shaft
+  wrong_direction,  // the servo counts the other way
+  hot,              // the temperature is `amount` degrees Celsius
+  overload,         // the servo has latched its protection
+};
+[[nodiscard]] DOPPEL_API std::string_view to_string(FaultKind kind);
+[[nodiscard]] DOPPEL_API std::vector<std::string> fault_kinds();
+[[nodiscard]] DOPPEL_API std::optional<FaultKind> fault_kind(std::string_view name);
+
+struct EmulatedFault {
+  FaultKind kind = FaultKind::drop;
+  std::optional<int> servo = {};  // id; nullopt: all
+  Time begin{};                   // of the emulator's clock
+  Time end = Time::max();
+  double share = 1;   // of the answers
+  double amount = 0;  // by the kind
+};
+
+}  // namespace doppel

@@ -1,0 +1,257 @@
+// The host's bus against emulated servos: two programs' halves of the makers' protocols, over bytes alone.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <numbers>
+
+#include "doppel/devices/buses/servo_bus.h"
+#include "doppel/devices/emulation/bus_emulator.h"
+#include "doppel/devices/emulation/emulated_link.h"
+#include "doppel/devices/emulation/test/test_machine.h"
+
+namespace doppel {
+namespace {
+
+using test::TestMachine;
+using testing::ElementsAre;
+
+constexpr int kRate = 1000000;
+
+struct Bench {
+  Bench(const char* model_name, std::size_t count, std::vector<EmulatedFault> faults = {})
+      : model(*find_servo_model(model_name)),
+        devices(model.protocol, servos_of(model, count), std::move(faults)),
+        link(devices, "emulated", kRate),
+        bus(link, model.protocol, kRate),
+        machine(devices, count) {
+    for (std::size_t i = 0; i < count; ++i) servos.push_back({static_cast<int>(i + 1), &model});
+    machine.run(link, 0.01);
+  }
+  static std::vector<RegisterServo> servos_of(const ServoModel& model, std::size_t count) {
+    std::vector<RegisterServo> out;
+    for (std::size_t i = 0; i < count; ++i) {
+      out.emplace_back(model, static_cast<int>(i + 1));
+      // Both makers' third entries differ; the rate is 1 Mbit/s.
+      out.back().set(ServoRole::baud_rate, model.protocol == ServoProtocol::feetech ? 0 : 3);
+      out.back().set(ServoRole::return_delay, 0);
+    }
+    return out;
+  }
+  bool set_torque(int id, bool on) {
+    return bus.write(id, *model.find(ServoRole::torque_enable), on ? 1 : 0);
+  }
+
+  const ServoModel& model;
+  BusEmulator devices;
+  EmulatedLink link;
+  ServoBus bus;
+  TestMachine machine;
+  std::vector<BusServo> servos;
+};
+
+class EveryBus : public testing::TestWithParam<const char*> {};
+
+TEST_P(EveryBus, ServosAnswerPing) {
+  Bench bench(GetParam(), 3);
+  for (int id = 1; id <= 3; ++id) {
+    const auto answer = bench.bus.ping(id);
+    ASSERT_TRUE(answer);
+    EXPECT_EQ(answer->number, bench.model.number);
+  }
+  EXPECT_FALSE(bench.bus.ping(4));
+  EXPECT_EQ(bench.bus.ping_all().size(), 3U);
+}
+
+TEST_P(EveryBus, RegistersAreReadAndWritten) {
+  Bench bench(GetParam(), 1);
+  const ServoRegister& offset = *bench.model.find(ServoRole::homing_offset);
+  if (bench.model.find(ServoRole::lock) != nullptr) {
+    EXPECT_TRUE(bench.bus.write(1, offset, -5));
+    EXPECT_EQ(bench.bus.read(1, offset), 0) << "the EEPROM is locked";
+    EXPECT_TRUE(bench.bus.write(1, *bench.model.find(ServoRole::lock), 0));
+  }
+  EXPECT_TRUE(bench.bus.write(1, offset, -5));
+  EXPECT_EQ(bench.bus.read(1, offset), -5);
+  EXPECT_TRUE(bench.bus.write(1, *bench.model.find(ServoRole::present_position), 7));
+  EXPECT_NE(bench.bus.read(1, *bench.model.find(ServoRole::present_position)), 7);
+}
+
+TEST_P(EveryBus, CycleMovesServosToTheirGoals) {
+  Bench bench(GetParam(), 3);
+  bench.bus.begin_cycle(bench.servos, true);
+  std::vector<ServoReading> readings(3);
+  ASSERT_EQ(bench.bus.read_all(readings), 3U);
+  for (const ServoReading& one : readings) EXPECT_NEAR(one.position, 0, 0.002);
+  const std::vector<ServoGoal> goals{{0.5, 0}, {-0.5, 0}, {1.0, 0.5}};
+  for (int id = 1; id <= 3; ++id) ASSERT_TRUE(bench.set_torque(id, true));
+  ASSERT_TRUE(bench.bus.write_goals(goals));
+  bench.machine.run(bench.link, 1.0);
+  ASSERT_EQ(bench.bus.read_all(readings), 3U);
+  EXPECT_NEAR(readings[0].position, 0.5, 0.002);
+  EXPECT_NEAR(readings[1].position, -0.5, 0.002);
+  if (bench.model.protocol == ServoProtocol::feetech) {
+    EXPECT_NEAR(readings[2].position, 0.5, 0.01);
+  }
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(bench.bus.read_health(readings));
+  for (const ServoReading& one : readings) {
+    EXPECT_NEAR(one.voltage, bench.model.rated_voltage, 0.3);
+    EXPECT_NEAR(one.temperature, 25, 1);
+    EXPECT_EQ(one.faults, 0U);
+  }
+}
+
+TEST_P(EveryBus, DamagedAnswerKeepsOldReading) {
+  Bench bench(GetParam(), 2);
+  bench.bus.begin_cycle(bench.servos, false);
+  std::vector<ServoReading> readings(2);
+  ASSERT_EQ(bench.bus.read_all(readings), 2U);
+  bench.machine.states[1].position = 0.3;
+  bench.devices.add_fault({.kind = FaultKind::corrupt, .servo = 2, .begin = bench.machine.now});
+  bench.machine.run(bench.link, 0.01);
+  EXPECT_LT(bench.bus.read_all(readings), 2U);
+  EXPECT_FALSE(readings[1].fresh);
+  EXPECT_NEAR(readings[1].position, 0, 0.002);
+  EXPECT_GE(bench.bus.counts().lost, 1U);
+}
+
+TEST_P(EveryBus, AnswerOfAnotherServoIsRefused) {
+  Bench bench(GetParam(), 2);
+  bench.devices.add_fault({.kind = FaultKind::stranger, .servo = 2});
+  bench.bus.begin_cycle(bench.servos, false);
+  std::vector<ServoReading> readings(2);
+  EXPECT_EQ(bench.bus.read_all(readings), 1U);
+  EXPECT_EQ(bench.bus.counts().strangers, 1U);
+  EXPECT_FALSE(bench.bus.read(2, *bench.model.find(ServoRole::torque_enable)));
+}
+
+TEST_P(EveryBus, ServosThatShareIdAreFound) {
+  Bench bench(GetParam(), 3);
+  bench.devices.servos()[2].set(ServoRole::id, 2);
+  bench.machine.states[2].position = 0.45;
+  bench.machine.run(bench.link, 0.01);
+  const auto found = bench.bus.ping_all();
+  ASSERT_EQ(found.size(), 2U);
+  EXPECT_EQ(found[0].answers, 1U);
+  EXPECT_EQ(found[1].id, 2);
+  EXPECT_EQ(found[1].answers, 2U);
+}
+
+TEST_P(EveryBus, ServoAtAnotherRateIsSilent) {
+  Bench bench(GetParam(), 1);
+  bench.devices.servos()[0].set(ServoRole::baud_rate, 2);
+  EXPECT_FALSE(bench.bus.ping(1));
+  bench.link.set_rate(bench.devices.servos()[0].rate());
+  bench.bus.set_rate(bench.devices.servos()[0].rate());
+  EXPECT_TRUE(bench.bus.ping(1));
+}
+
+TEST_P(EveryBus, UnpluggedLinkIsLostUntilItIsOpenedAgain) {
+  Bench bench(GetParam(), 1);
+  const Time begin = bench.machine.now, end = begin + from_seconds(0.5);
+  bench.devices.add_fault({.kind = FaultKind::unplug, .begin = begin, .end = end});
+  bench.machine.run(bench.link, 0.1);
+  EXPECT_FALSE(bench.bus.ping(1));
+  EXPECT_TRUE(bench.link.is_lost());
+  std::string why;
+  EXPECT_FALSE(bench.link.reopen(why));
+  bench.machine.run(bench.link, 0.5);
+  EXPECT_TRUE(bench.link.reopen(why));
+  EXPECT_TRUE(bench.bus.ping(1));
+}
+
+INSTANTIATE_TEST_SUITE_P(Protocols, EveryBus, testing::Values("STS3215", "XL430-W250", "XM430-W350"),
+                         [](const auto& one) {
+                           std::string name = one.param;
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+TEST(FeetechBus, EchoOfAdapterIsSkipped) {
+  Bench bench("STS3215", 2, {{.kind = FaultKind::echo}});
+  bench.bus.notice_echo();
+  ASSERT_TRUE(bench.bus.has_echo());
+  EXPECT_TRUE(bench.bus.ping(1));
+  bench.bus.begin_cycle(bench.servos, false);
+  std::vector<ServoReading> readings(2);
+  EXPECT_EQ(bench.bus.read_all(readings), 2U);
+}
+
+// The number of bytes of a cycle, at ten bits each: the rates of docs/hardware_buses.md.
+TEST(FeetechBus, CycleOfSixServosTakesItsBytesTime) {
+  Bench bench("STS3215", 6);
+  bench.bus.begin_cycle(bench.servos, false);
+  std::vector<ServoReading> readings(6);
+  const std::vector<ServoGoal> goals(6);
+  const Time begin = bench.link.now();
+  ASSERT_EQ(bench.bus.read_all(readings), 6U);
+  ASSERT_TRUE(bench.bus.write_goals(goals));
+  ASSERT_TRUE(bench.bus.ping(1));
+  const double seconds = to_seconds(bench.link.now() - begin);
+  // 14 + 6 * 12 bytes read, 8 + 6 * 8 written; and the ping of 6, its answer of 6, and the model's number,
+  // 8 and 8.
+  EXPECT_NEAR(seconds, (86 + 56 + 28) * 10e-6, 30e-6);
+}
+
+TEST(FeetechBus, TorqueOf128MakesPresentPositionMiddle) {
+  Bench bench("STS3215", 1);
+  bench.machine.states[0].position = 0.8;
+  bench.machine.run(bench.link, 0.01);
+  EXPECT_TRUE(bench.bus.write(1, *bench.model.find(ServoRole::torque_enable), 128));
+  bench.machine.run(bench.link, 0.01);
+  EXPECT_EQ(bench.bus.read(1, *bench.model.find(ServoRole::present_position)), 2048);
+  EXPECT_EQ(bench.bus.read(1, *bench.model.find(ServoRole::homing_offset)), 522);
+}
+
+TEST(DynamixelBus, FiredWatchdogRefusesGoalsUntilItIsCleared) {
+  Bench bench("XL430-W250", 1);
+  bench.bus.begin_cycle(bench.servos, false);
+  ASSERT_TRUE(bench.set_torque(1, true));
+  ASSERT_TRUE(bench.bus.write(1, *bench.model.find(ServoRole::watchdog), 10));
+  ASSERT_TRUE(bench.bus.write_goals(std::vector<ServoGoal>{{1.5, 0}}));
+  bench.machine.run(bench.link, 0.15);
+  const double moving = bench.machine.states[0].position;
+  bench.machine.run(bench.link, 1.0);
+  EXPECT_GT(moving, 0.1);
+  EXPECT_LT(bench.machine.states[0].position, 1.4) << "it stops after 0.2 s of silence";
+  EXPECT_EQ(bench.bus.read(1, *bench.model.find(ServoRole::watchdog)), -1);
+  EXPECT_TRUE(bench.bus.write(1, *bench.model.find(ServoRole::goal_position), 2048));
+  EXPECT_EQ(bench.bus.last_error() & 0x7F, static_cast<unsigned>(AccessError::range));
+  ASSERT_TRUE(bench.bus.write(1, *bench.model.find(ServoRole::watchdog), 0));
+  EXPECT_TRUE(bench.bus.write(1, *bench.model.find(ServoRole::goal_position), 2048));
+  EXPECT_EQ(bench.bus.last_error(), 0U);
+}
+
+TEST(DynamixelBus, OverloadLatchesUntilReboot) {
+  Bench bench("XL430-W250", 1);
+  ASSERT_TRUE(bench.set_torque(1, true));
+  bench.machine.loads[0] = 10;
+  bench.machine.run(bench.link, 3.5);
+  EXPECT_EQ(bench.bus.read(1, *bench.model.find(ServoRole::torque_enable)), 0);
+  EXPECT_EQ(bench.model.faults(*bench.bus.read(1, *bench.model.find(ServoRole::errors))), kOverloadFault);
+  bench.machine.loads[0] = 0;
+  EXPECT_TRUE(bench.set_torque(1, true));
+  EXPECT_NE(bench.bus.last_error() & 0x7F, 0U);
+  ASSERT_TRUE(bench.bus.reboot(1));
+  bench.machine.run(bench.link, 0.1);
+  EXPECT_TRUE(bench.set_torque(1, true));
+  EXPECT_EQ(bench.bus.last_error(), 0U);
+}
+
+TEST(BusEmulator, SameSeedGivesSameBytes) {
+  const auto bytes_of = [](std::uint64_t seed) {
+    const ServoModel& model = *find_servo_model("STS3215");
+    BusEmulator devices(model.protocol, Bench::servos_of(model, 2),
+                        {{.kind = FaultKind::corrupt, .share = 0.5}, {.kind = FaultKind::drop, .share = 0.3}},
+                        seed);
+    EmulatedLink link(devices, "emulated", kRate);
+    ServoBus bus(link, model.protocol, kRate);
+    std::string out;
+    for (int i = 0; i < 50; ++i) out += bus.ping(1 + i % 2, 1) ? '1' : '0';
+    return out;
+  };
+  EXPECT_EQ(bytes_of(1), bytes_of(1));
+  EXPECT_NE(bytes_of(1), bytes_of(2));
+}
+
+}  // namespace
+}  // namespace doppel

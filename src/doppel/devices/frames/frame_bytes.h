@@ -1,0 +1,58 @@
+#pragma once
+// The bytes of one frame, or of those that have been received and not read, without the heap: buses are
+// used in the control loop.
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <cstring>
+#include <span>
+
+#include "doppel/export.h"
+
+namespace doppel {
+
+inline constexpr double kBitsPerByte = 10;  // on the line, with start and stop bit
+
+class DOPPEL_API FrameBytes {
+ public:
+  // A frame of 32 servos with 16 bytes each fits twice.
+  static constexpr std::size_t kCapacity = 2048;
+
+  [[nodiscard]] std::span<const std::uint8_t> bytes() const { return {bytes_.data(), size_}; }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] std::size_t room() const { return kCapacity - size_; }
+  void clear() { size_ = 0; }
+
+  // Preconditions of all: there is room.
+  void add(std::uint8_t byte) { bytes_[size_++] = byte; }
+  void add_word(std::uint16_t word) {  // little endian, as in all of these protocols
+    add(static_cast<std::uint8_t>(word & 0xFF));
+    add(static_cast<std::uint8_t>(word >> 8));
+  }
+  void add(std::span<const std::uint8_t> bytes) {
+    if (bytes.empty()) return;
+    std::memcpy(bytes_.data() + size_, bytes.data(), bytes.size());
+    size_ += bytes.size();
+  }
+  // Precondition: index < size().
+  void set(std::size_t index, std::uint8_t byte) { bytes_[index] = byte; }
+  // Removes the first bytes. Precondition: count <= size().
+  void drop(std::size_t count) {
+    size_ -= count;
+    if (size_ > 0) std::memmove(bytes_.data(), bytes_.data() + count, size_);
+  }
+
+ private:
+  std::array<std::uint8_t, kCapacity> bytes_{};
+  std::size_t size_ = 0;
+};
+
+// What a reader of frames has met besides frames.
+struct StreamCounts {
+  std::uint64_t frames = 0;
+  std::uint64_t noise = 0;       // bytes outside of frames
+  std::uint64_t bad_checks = 0;  // frames whose check was wrong
+};
+
+}  // namespace doppel
