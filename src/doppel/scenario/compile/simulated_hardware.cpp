@@ -333,14 +333,15 @@ HardwareDescription generated_hardware(const Model& model) {
   return hardware;
 }
 
-void report_plugin(const HardwareDescription& hardware, std::optional<HardwareKind> kind,
-                   Diagnostics& diagnostics) {
-  if (kind == HardwareKind::real || kind == HardwareKind::emulated) {
-    const bool real = kind == HardwareKind::real;
-    diagnostics.note(
-        real ? "ros2_control.plugin_real" : "ros2_control.plugin_emulated", hardware.plugin_source,
-        real ? fmt::format("'{}' drives real hardware here; it is not simulated", hardware.plugin)
-             : fmt::format("the devices of '{}' are emulated; no port is opened", hardware.plugin));
+void report_emulated(const HardwareDescription& hardware, Diagnostics& diagnostics) {
+  diagnostics.note("ros2_control.plugin_emulated", hardware.plugin_source,
+                   fmt::format("the devices of '{}' are emulated; no port is opened", hardware.plugin));
+}
+
+void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& diagnostics) {
+  if (real) {
+    diagnostics.note("ros2_control.plugin_real", hardware.plugin_source,
+                     fmt::format("'{}' drives real hardware here; it is not simulated", hardware.plugin));
     return;
   }
   if (find_simulator_plugin(hardware.plugin) != nullptr) {

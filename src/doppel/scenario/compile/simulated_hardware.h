@@ -5,7 +5,6 @@
 // joint: free (the default), hold or brake.
 
 #include <memory>
-#include <optional>
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
@@ -108,10 +107,11 @@ DOPPEL_API void register_simulated_hardware(HardwareRegistry& registry, Instance
 // velocity and effort states for every driven joint, and states of the mimics.
 DOPPEL_API HardwareDescription generated_hardware(const Model& model);
 
-// Reports by a note or a warning how a plugin name is treated. `kind`: that of the type that is registered
-// under it; none: there is no such type.
-DOPPEL_API void report_plugin(const HardwareDescription& hardware, std::optional<HardwareKind> kind,
-                              Diagnostics& diagnostics);
+// Reports by a note or a warning how a plugin name is treated. `real`: the type that is registered under it
+// drives real hardware.
+DOPPEL_API void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& diagnostics);
+// Reports by a note that the devices of a plugin are emulated.
+DOPPEL_API void report_emulated(const HardwareDescription& hardware, Diagnostics& diagnostics);
 
 // Writes the initial_value of every position state interface into `q` [nq] (rad, m); values outside the
 // limits are warnings.

@@ -179,7 +179,11 @@ void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance,
   for (const HardwareDescription& as_written : machine.hardware()) {
     const HardwareRegistry::Type* type = registry.find(as_written.plugin);
     const bool device = type != nullptr && type->kind != HardwareKind::simulated;
-    report_plugin(as_written, type == nullptr ? std::nullopt : std::optional(type->kind), diagnostics);
+    if (type != nullptr && type->kind == HardwareKind::emulated) {
+      report_emulated(as_written, diagnostics);
+    } else {
+      report_plugin(as_written, device, diagnostics);
+    }
     // A plugin that is not installed here is simulated, with a note; a rehearsal of an edit must not open a
     // device that the running robot uses.
     if (type == nullptr || (device && options.rehearsal)) type = registry.find(kSimulatedPlugin);

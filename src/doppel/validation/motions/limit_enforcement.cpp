@@ -213,7 +213,12 @@ class LimitJudge {
     worst_.speed = std::max(worst_.speed, reaction.speed);
     worst_.momentary_speed = std::max(worst_.momentary_speed, reaction.momentary_speed);
     worst_.effort = std::max(worst_.effort, reaction.effort);
-    if (reaction.violates(machine.slides(joint))) {
+    // A load from outside is no command: masses that it throws about are the subject of G04 and T6.
+    if (reaction.diverged && command.way.kind == JointWay::Kind::effort_service) {
+      out_.add({machine.joint(joint).name, Verdict::warned,
+                fmt::format("the physics diverges under a load on {}", command.way.name()),
+                "inertias (G04), and <dynamics damping=... friction=...> of the joint"});
+    } else if (reaction.violates(machine.slides(joint))) {
       const Joint* const source = context_.subject.description().find_joint(machine.joint(joint).name);
       CheckItem& item = out_.add(
           {fmt::format("{}, {}, {}", machine.joint(joint).name,

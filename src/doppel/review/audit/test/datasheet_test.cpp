@@ -57,10 +57,10 @@ TEST_F(DatasheetTest, PrecisionIsConvertedToJoint) {
   robot.joints.emplace_back();
   robot.joints.back().name = "shoulder";
   robot.joints.back().type = JointType::revolute;
-  AuditOptions options;
-  options.datasheet = folder_ / "arm.yaml";
-  options.datasheet_folder = kLibrary;
-  const auto precision = drive_precision(robot, options);
+  AuditOptions with_sheets;
+  with_sheets.datasheet = folder_ / "arm.yaml";
+  with_sheets.datasheet_folder = kLibrary;
+  const auto precision = drive_precision(robot, with_sheets);
   ASSERT_THAT(precision, SizeIs(1));
   const DrivePrecision& shoulder = precision.at("shoulder");
   EXPECT_EQ(shoulder.actuator, "X");
@@ -68,7 +68,7 @@ TEST_F(DatasheetTest, PrecisionIsConvertedToJoint) {
   EXPECT_NEAR(shoulder.backlash, std::numbers::pi / 180 / 8, 1e-15);
   EXPECT_NEAR(shoulder.noise, std::numbers::pi / 180 / 20, 1e-15);
   robot.joints.back().type = JointType::prismatic;
-  EXPECT_THAT(drive_precision(robot, options), IsEmpty());
+  EXPECT_THAT(drive_precision(robot, with_sheets), IsEmpty());
 }
 
 TEST_F(DatasheetTest, PrecisionInWrongUnitIsRefused) {
