@@ -93,7 +93,9 @@ check('a failed check opens with message and fix, and its configuration is a gho
   }));
   await show.click();
   assert.equal(await page.evaluate(() => doppel.evidence.plain.root.visible), false);
-  assert.deepEqual(await page.evaluate(() => [...doppel.twin.target]), before, 'expected the running robot at rest');
+  // The robot holds its pose by servos, which give way by some tenths of a millirad.
+  const held = await page.evaluate(() => [...doppel.twin.target]);
+  assert.ok(held.every((q, i) => Math.abs(q - before[i]) < 2e-3), `expected the running robot at rest: ${held} and ${before}`);
   assert.match(await item.locator('code').first().textContent(), /^doppel move '?\w/);
 });
 

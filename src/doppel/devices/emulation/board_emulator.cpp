@@ -18,6 +18,7 @@ constexpr int kAll = -1;
 class BoardEmulator::Pins final : public doppel_servo::Board {
  public:
   Pins(BoardEmulator& owner, const doppel_servo::Config& config) : firmware(*this, config), owner_(owner) {}
+  virtual ~Pins() = default;
 
   uint32_t milliseconds() override {
     return static_cast<uint32_t>(owner_.now_.time_since_epoch().count() / 1'000'000);

@@ -40,7 +40,7 @@ class DOPPEL_API BoardEmulator : public DeviceEmulator {
   void press_stop(bool pressed);
 
  private:
-  class Pins;
+  class Pins;  // the firmware with its pins and its wire
   struct Sent {
     Time arrival;
     std::uint8_t byte = 0;

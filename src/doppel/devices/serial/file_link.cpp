@@ -1,7 +1,6 @@
 #include "doppel/devices/serial/file_link.h"
 
 #include <poll.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <ctime>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/devices/serial/detail/terminal_rate.h"
 
 namespace doppel {
 namespace {
@@ -92,7 +92,7 @@ std::size_t FileLink::read(std::span<std::uint8_t> out, Time deadline) {
 }
 
 void FileLink::discard() {
-  if (file_ >= 0) static_cast<void>(::tcflush(file_, TCIFLUSH));
+  if (file_ >= 0) flush_terminal(file_, false);
 }
 
 void FileLink::wait_until(Time when) {

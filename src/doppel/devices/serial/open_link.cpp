@@ -9,7 +9,6 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
-#include <termios.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -79,7 +78,7 @@ class SerialPort final : public FileLink {
   bool set_rate(int bits_per_second) override {
     if (is_lost() || set_raw_terminal(file_, bits_per_second) != 0) return false;
     rate_ = bits_per_second;
-    static_cast<void>(::tcflush(file_, TCIOFLUSH));
+    flush_terminal(file_, true);
     return true;
   }
 
@@ -104,7 +103,7 @@ class SerialPort final : public FileLink {
     // refuse it.
     constexpr int kLines = TIOCM_DTR | TIOCM_RTS;
     static_cast<void>(::ioctl(file, TIOCMBIC, &kLines));
-    static_cast<void>(::tcflush(file, TCIOFLUSH));
+    flush_terminal(file, true);
     return file;
   }
 

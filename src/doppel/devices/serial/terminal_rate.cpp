@@ -29,6 +29,10 @@ int set_raw_terminal(int file, int bits_per_second) {
   return difference * kTolerance > wanted_rate ? EINVAL : 0;
 }
 
+void flush_terminal(int file, bool sent) {
+  static_cast<void>(::ioctl(file, TCFLSH, sent ? TCIOFLUSH : TCIFLUSH));
+}
+
 int terminal_rate(int file) {
   termios2 settings{};
   if (::ioctl(file, TCGETS2, &settings) != 0) return 0;

@@ -53,6 +53,11 @@ class PathFinder {
   }
 
   [[nodiscard]] const Eigen::Vector3d place(std::size_t pose) const { return poses_[pose].translation(); }
+  [[nodiscard]] bool has_extent() const {
+    constexpr double kMinSide = 1e-3;  // m
+    return plane_.edge > kMinSide && (place(1) - place(2)).norm() > kMinSide &&
+           (place(2) - place(3)).norm() > kMinSide;
+  }
   [[nodiscard]] double spacing() const { return kSpacing * plane_.edge; }
 
   // nullopt: the arm cannot follow, and why() says what it is.
@@ -133,6 +138,11 @@ std::vector<TestPath> test_paths(const CheckContext& context, const ExtraArm& ar
   constexpr double kTurn = 2 * std::numbers::pi, kRun = 0.25 * kTurn;  // rad
   PathFinder finder(context, arm, plane);
   std::vector<TestPath> out;
+  // An arm that only turns its tool has its test poses in one place.
+  if (!finder.has_extent()) {
+    why.emplace_back("its tool moves too little for a path");
+    return out;
+  }
   const auto add = [&](const char* name, const Points& points, std::size_t pose) {
     auto path = finder.follow(name, points, pose);
     if (path)
