@@ -267,7 +267,11 @@ void MachineRun::send(const JointWay& way, double value, double seconds) {
   }
   using Follow = control_msgs::action::FollowJointTrajectory;
   SendGoal<Follow>::Request request;
-  request.goal_id = {GoalId{static_cast<std::uint8_t>(twin_->steps_taken() % 251 + 1)}};
+  // A second goal with the id of an earlier one is refused.
+  ++goals_;
+  GoalId id{};
+  for (std::size_t i = 0; i < sizeof goals_; ++i) id[i] = static_cast<std::uint8_t>(goals_ >> (8 * i));
+  request.goal_id = {id};
   request.goal.trajectory = trajectory;
   edge_->call(way.address + "/_action/send_goal", to_cdr(request), [](const Status&, const Bytes&) {});
 }

@@ -1,6 +1,7 @@
 #pragma once
 // A twin of the machine that checks command and measure, without a page, a network or a pace.
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -110,6 +111,7 @@ class DOPPEL_API MachineRun {
   std::vector<LogLine> lines_;
   Diagnostics diagnostics_;
   std::unique_ptr<Twin> twin_;
+  std::uint64_t goals_ = 0;  // that were sent
   std::unique_ptr<Edge> edge_;
   std::unique_ptr<MotionRecording> recording_;
   std::vector<int> joints_;
