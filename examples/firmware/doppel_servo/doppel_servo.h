@@ -398,7 +398,7 @@ class Firmware {
     if (++supply_readings_ < kSupplyReadings) return;
     supply_readings_ = 0;
     const bool worse = (low && !supply_low_) || (lost && !supply_lost_);
-    const bool moved_by_hand = lost && !supply_lost_;  // from now on nobody knows the pose
+    const bool moved_by_hand = lost && !supply_lost_;  // from now on the pose is unknown
     supply_low_ = low;
     supply_lost_ = lost;
     if (worse) send_supply_event(supply);

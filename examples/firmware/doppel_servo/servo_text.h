@@ -24,7 +24,7 @@ inline char hex_digit(uint32_t value) {
   return "0123456789ABCDEF"[value & 0xF];
 }
 
-// A line that is being written. What does not fit is left out: the check always has room.
+// A line that is being written. Text that does not fit is dropped: the check always has room.
 class Line {
  public:
   Line& text(const char* word) {

@@ -77,8 +77,8 @@ export function validatePanel(app: App, validation: Validation, ghost: EvidenceG
 
   function showChecks(): void {
     fill(boxes, KINDS.map(([kind, heading]) => {
-      const here = validation.checks.filter((one) => one.kind === kind);
-      return here.length === 0 ? null : h('fieldset', {}, h('legend', {}, heading), here.map(({ id, title, decidedBy }) => {
+      const checks = validation.checks.filter((one) => one.kind === kind);
+      return checks.length === 0 ? null : h('fieldset', {}, h('legend', {}, heading), checks.map(({ id, title, decidedBy }) => {
         const box = h('input', { type: 'checkbox', checked: chosen.has(id), value: id, onchange: () => {
           if (box.checked) chosen.add(id);
           else chosen.delete(id);
@@ -146,8 +146,8 @@ export function validatePanel(app: App, validation: Validation, ghost: EvidenceG
   // -- the table
 
   function rowOf({ id, title }: Outcome): Row {
-    const known = rows.get(id);
-    if (known) return known;
+    const present = rows.get(id);
+    if (present) return present;
     const verdict = h('span', { class: 'validate-verdict' }), name = h('span', { class: 'validate-name' }, h('b', {}, id), ` ${title}`), result = h('span', { class: 'validate-result muted' });
     const body = h('div', { class: 'validate-body' });
     const row: Row = { verdict, name, result, body, drawn: '', ends: [], element: h('details', { class: 'validate-row', id: `validate-row-${id}`, ontoggle: () => (row.element.open ? drawBody(id, row) : closeBody(row)) }, h('summary', {}, verdict, name, result), body) };

@@ -74,7 +74,7 @@ export class EvidenceGhost {
       view.place(poses);
       view.root.visible = true;
     }
-    const known = evidence.links.filter((name) => twin.tree!.linkIndex.has(name));
-    this.legend.show(ENTRY, { key: 'line', colour: cssColour(known.length > 0 ? NAMED : PLAIN), label: evidence.caption, value: known.join(', ') });
+    const shown = evidence.links.filter((name) => twin.tree!.linkIndex.has(name));
+    this.legend.show(ENTRY, { key: 'line', colour: cssColour(shown.length > 0 ? NAMED : PLAIN), label: evidence.caption, value: shown.join(', ') });
   }
 }

@@ -89,8 +89,10 @@ class DOPPEL_API ServoBus {
   // The error byte of the last answer.
   [[nodiscard]] unsigned last_error() const { return last_error_; }
 
-  // -- the cycle The servos of the cycle; all have the registers of the first one's model. `fast`:
-  // Dynamixel's fast sync read.
+  // -- the cycle
+
+  // Sets the servos of the cycle; all have the registers of the first one's model. `fast`: Dynamixel's fast
+  // sync read.
   void begin_cycle(std::span<const BusServo> servos, bool fast);
   // Position, velocity and load or current of all servos. A servo that does not answer keeps its values,
   // with `fresh` false. Returns how many are fresh.

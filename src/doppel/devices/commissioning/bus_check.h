@@ -1,5 +1,5 @@
 #pragma once
-// What a bus has that differs from what a description's driver needs: registers, ids, models, supplies.
+// Differences between a bus and the needs of a description's driver: registers, ids, models, supplies.
 // Registers are written only on request, and their former values are kept in a file.
 
 #include <filesystem>

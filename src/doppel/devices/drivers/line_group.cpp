@@ -1,5 +1,5 @@
-// A board with hobby servos, by the servo line. It reports the pulses that it makes, and where a servo is
-// nobody knows.
+// A board with hobby servos, by the servo line. It reports the pulses that it makes; the positions of
+// its servos are unknown.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -44,7 +44,8 @@ class LineGroup final : public ServoGroup {
   Status start(double /*torque*/) override {
     if (!pose_known_)
       return Status::refused(
-          "the board was without power, and nobody knows where the servos are; see that the arm stands as "
+          "the board was without power, and the positions of the servos are unknown; see that the arm stands "
+          "as "
           "the page shows it, "
           "then: doppel hardware confirm");
     // From the base to the tip, because each holds up the next ones.

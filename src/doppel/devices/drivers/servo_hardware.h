@@ -70,7 +70,7 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
     std::size_t joint = 0;
     Quantity quantity = Quantity::other;
   };
-  // What a person is to be told, set in the loop and logged by attend().
+  // Events of the whole arm, set in the loop and logged by attend().
   enum Event : unsigned { kDegraded = 1, kRecovered = 2, kParked = 4 };
 
   Status connect();

@@ -14,7 +14,7 @@
 
 namespace doppel {
 
-// What a joint's servo is and how it is mounted: shaft = direction * scale * joint + offset.
+// The servo of a joint, and how it is mounted: shaft = direction * scale * joint + offset.
 struct DOPPEL_API JointServo {
   std::string joint;
   int id = 0;                         // of the servo on its bus; of a line's board the channel
@@ -77,7 +77,7 @@ struct ServoPlugin {
 
 // Throws InputError with all errors at their places: unknown keys with the nearest one, units, ranges, an
 // id used twice, a joint without an id, a speed limit that is missing. Assumptions are warnings: a
-// direction or an offset that nobody gave.
+// direction or an offset that is not written.
 [[nodiscard]] DOPPEL_API ServoSetup read_servo_setup(const HardwareDescription& description,
                                                      const Model& model, Diagnostics& diagnostics);
 

@@ -117,7 +117,7 @@ void BusEmulator::receive(std::span<const std::uint8_t> bytes, Time when, int ra
     Time arrival = std::max(now_, line_free_);
     for (const std::uint8_t byte : bytes) sent_.push_back({arrival += byte_time(rate), byte});
   }
-  // Where host and servo drive the line at once, both are damaged: neither frame has a right check.
+  // If host and servo drive the line at once, both are damaged: neither frame has a right check.
   if (collides) {
     for (Sent& one : sent_) one.byte = static_cast<std::uint8_t>(one.byte ^ 0xFF);
   }

@@ -65,21 +65,17 @@ void add_fast_answer(std::span<const std::uint8_t> parameters, FrameBytes& out) 
 }
 
 std::size_t DynamixelReader::push(std::span<const std::uint8_t> bytes) {
-  bytes_.drop(begin_);
-  begin_ = frame_ = frame_size_ = 0;
-  const std::size_t count = std::min(bytes.size(), bytes_.room());
-  bytes_.add(bytes.first(count));
-  return count;
+  frame_ = {};
+  return received_.push(bytes);
 }
-
 void DynamixelReader::clear() {
-  bytes_.clear();
-  begin_ = frame_ = frame_size_ = 0;
+  frame_ = {};
+  received_.clear();
 }
 
 void DynamixelReader::skip(std::size_t count) {
   counts_.noise += count;
-  begin_ += count;
+  received_.advance(count);
 }
 
 // Copies instruction and parameters without their stuffing and returns how many bytes they are; nullopt:
@@ -96,9 +92,9 @@ std::optional<std::size_t> DynamixelReader::unstuff(std::span<const std::uint8_t
 }
 
 std::optional<DynamixelFrame> DynamixelReader::next() {
-  frame_size_ = 0;
+  frame_ = {};
   for (;;) {
-    const std::span<const std::uint8_t> rest = bytes_.bytes().subspan(begin_);
+    const std::span<const std::uint8_t> rest = received_.rest();
     const std::size_t common = std::min(rest.size(), kHeader.size());
     if (!std::equal(rest.begin(), rest.begin() + static_cast<std::ptrdiff_t>(common), kHeader.begin())) {
       // To the next byte that can begin a header.
@@ -130,21 +126,19 @@ std::optional<DynamixelFrame> DynamixelReader::next() {
       }
       out.parameters = std::span(parameters_).subspan(1, *plain - 1);
     }
-    frame_ = begin_;
-    frame_size_ = size;
-    begin_ += size;
+    frame_ = rest.first(size);
+    received_.advance(size);
     ++counts_.frames;
     return out;
   }
 }
 
 std::optional<FastPart> DynamixelReader::fast_part(std::size_t index, std::size_t size) const {
-  const std::span<const std::uint8_t> frame = bytes_.bytes().subspan(frame_, frame_size_);
   const std::size_t part = size + 2 + kCrcSize, begin = kFirstParameter + index * part;
-  if (frame.size() < begin + part) return std::nullopt;
+  if (frame_.size() < begin + part) return std::nullopt;
   const std::size_t crc = begin + part - kCrcSize;
-  if (dynamixel_crc(frame.first(crc)) != word(frame, crc)) return std::nullopt;
-  return FastPart{frame[begin], frame[begin + 1], frame.subspan(begin + 2, size)};
+  if (dynamixel_crc(frame_.first(crc)) != word(frame_, crc)) return std::nullopt;
+  return FastPart{frame_[begin], frame_[begin + 1], frame_.subspan(begin + 2, size)};
 }
 
 }  // namespace doppel

@@ -76,9 +76,8 @@ class DOPPEL_API DynamixelReader {
   void skip(std::size_t count);
   [[nodiscard]] std::optional<std::size_t> unstuff(std::span<const std::uint8_t> stuffed_bytes);
 
-  FrameBytes bytes_;
-  std::size_t begin_ = 0;                   // of the bytes that are not read yet
-  std::size_t frame_ = 0, frame_size_ = 0;  // the last frame, in bytes_
+  ReceivedBytes received_;
+  std::span<const std::uint8_t> frame_;  // the last one, with its header
   std::array<std::uint8_t, FrameBytes::kCapacity> parameters_{};
   StreamCounts counts_;
 };

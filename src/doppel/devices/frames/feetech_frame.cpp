@@ -25,27 +25,14 @@ void add_feetech_frame(const FeetechFrame& frame, FrameBytes& out) {
   out.add(feetech_sum(out.bytes().subspan(begin)));
 }
 
-std::size_t FeetechReader::push(std::span<const std::uint8_t> bytes) {
-  bytes_.drop(begin_);
-  begin_ = 0;
-  const std::size_t count = std::min(bytes.size(), bytes_.room());
-  bytes_.add(bytes.first(count));
-  return count;
-}
-
-void FeetechReader::clear() {
-  bytes_.clear();
-  begin_ = 0;
-}
-
 void FeetechReader::skip(std::size_t count) {
   counts_.noise += count;
-  begin_ += count;
+  received_.advance(count);
 }
 
 std::optional<FeetechFrame> FeetechReader::next() {
   for (;;) {
-    const std::span<const std::uint8_t> rest = bytes_.bytes().subspan(begin_);
+    const std::span<const std::uint8_t> rest = received_.rest();
     // A third 0xFF belongs to the header: no servo has that id.
     const auto id = std::ranges::find_if(rest, [](std::uint8_t byte) { return byte != kStartByte; });
     const auto headers = static_cast<std::size_t>(id - rest.begin());
@@ -68,7 +55,7 @@ std::optional<FeetechFrame> FeetechReader::next() {
       skip(1);
       continue;
     }
-    begin_ += size;
+    received_.advance(size);
     ++counts_.frames;
     return FeetechFrame{rest[2], rest[4], rest.subspan(kFrameAround - 1, length - kMinFrameLength)};
   }

@@ -42,18 +42,17 @@ DOPPEL_API void add_feetech_frame(const FeetechFrame& frame, FrameBytes& out);
 class DOPPEL_API FeetechReader {
  public:
   // Takes as many bytes as there is room for, and returns how many. next() makes room.
-  std::size_t push(std::span<const std::uint8_t> bytes);
+  std::size_t push(std::span<const std::uint8_t> bytes) { return received_.push(bytes); }
   // The next frame whose sum is right, valid until the next call; nullopt: more bytes are needed.
   [[nodiscard]] std::optional<FeetechFrame> next();
   // Forgets what was received.
-  void clear();
+  void clear() { received_.clear(); }
   [[nodiscard]] const StreamCounts& counts() const { return counts_; }
 
  private:
   void skip(std::size_t count);
 
-  FrameBytes bytes_;
-  std::size_t begin_ = 0;  // of the bytes that are not read yet
+  ReceivedBytes received_;
   StreamCounts counts_;
 };
 

@@ -48,7 +48,32 @@ class DOPPEL_API FrameBytes {
   std::size_t size_ = 0;
 };
 
-// What a reader of frames has met besides frames.
+// Bytes of a stream that have been received and not read: the common part of all readers of frames.
+class DOPPEL_API ReceivedBytes {
+ public:
+  // Takes as many bytes as there is room for, and returns how many.
+  std::size_t push(std::span<const std::uint8_t> bytes) {
+    bytes_.drop(begin_);
+    begin_ = 0;
+    const std::size_t count = bytes.size() < bytes_.room() ? bytes.size() : bytes_.room();
+    bytes_.add(bytes.first(count));
+    return count;
+  }
+  void clear() {
+    bytes_.clear();
+    begin_ = 0;
+  }
+  // Valid until the next push().
+  [[nodiscard]] std::span<const std::uint8_t> rest() const { return bytes_.bytes().subspan(begin_); }
+  // Precondition: count <= rest().size().
+  void advance(std::size_t count) { begin_ += count; }
+
+ private:
+  FrameBytes bytes_;
+  std::size_t begin_ = 0;
+};
+
+// Counts of a reader: its frames, and everything else that it has met.
 struct StreamCounts {
   std::uint64_t frames = 0;
   std::uint64_t noise = 0;       // bytes outside of frames

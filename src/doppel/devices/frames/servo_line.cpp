@@ -129,34 +129,25 @@ void add_servo_targets(std::uint32_t sequence, std::span<const std::uint16_t> ta
   add_servo_line({body.data(), static_cast<std::size_t>(end - body.data())}, out);
 }
 
-std::size_t ServoLineReader::push(std::span<const std::uint8_t> bytes) {
-  bytes_.drop(begin_);
-  begin_ = 0;
-  const std::size_t count = std::min(bytes.size(), bytes_.room());
-  bytes_.add(bytes.first(count));
-  return count;
-}
-
 void ServoLineReader::clear() {
-  bytes_.clear();
-  begin_ = 0;
+  received_.clear();
   skipping_ = false;
 }
 
 std::optional<std::string_view> ServoLineReader::next() {
   for (;;) {
-    const std::span<const std::uint8_t> rest = bytes_.bytes().subspan(begin_);
+    const std::span<const std::uint8_t> rest = received_.rest();
     const auto newline = std::ranges::find(rest, std::uint8_t{'\n'});
     const auto size = static_cast<std::size_t>(newline - rest.begin());
     if (newline == rest.end()) {
       // A line without an end is noise: a port at the wrong rate, for instance.
       if (size < kServoLineMax) return std::nullopt;
       counts_.noise += size;
-      begin_ += size;
+      received_.advance(size);
       skipping_ = true;
       return std::nullopt;
     }
-    begin_ += size + 1;
+    received_.advance(size + 1);
     std::string_view line(reinterpret_cast<const char*>(rest.data()), size);
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (skipping_ || size >= kServoLineMax || line.empty()) {

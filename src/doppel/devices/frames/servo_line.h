@@ -24,7 +24,7 @@ DOPPEL_API void add_servo_line(std::string_view body, FrameBytes& out);
 class DOPPEL_API ServoLineReader {
  public:
   // Takes as many bytes as there is room for, and returns how many. next() makes room.
-  std::size_t push(std::span<const std::uint8_t> bytes);
+  std::size_t push(std::span<const std::uint8_t> bytes) { return received_.push(bytes); }
   // The body of the next whole line, valid until the next call; nullopt: more bytes are needed.
   [[nodiscard]] std::optional<std::string_view> next();
   // Forgets what was received.
@@ -32,8 +32,7 @@ class DOPPEL_API ServoLineReader {
   [[nodiscard]] const StreamCounts& counts() const { return counts_; }
 
  private:
-  FrameBytes bytes_;
-  std::size_t begin_ = 0;  // of the bytes that are not read yet
+  ReceivedBytes received_;
   bool skipping_ = false;  // the rest of a line that is too long
   StreamCounts counts_;
 };

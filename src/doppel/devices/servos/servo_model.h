@@ -64,7 +64,7 @@ enum class ServoRole : std::uint8_t {
   moving,
 };
 
-// What a servo says is wrong, in any protocol.
+// Faults that a servo reports, in any protocol.
 enum ServoFault : unsigned {
   kVoltageFault = 1,
   kSensorFault = 2,

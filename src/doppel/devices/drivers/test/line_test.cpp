@@ -56,7 +56,7 @@ struct LineBench {
     commands.assign(3, std::nan(""));
   }
   void confirm(std::vector<double> pose) {
-    // What `doppel hardware confirm` does: the board's boot id with the pose that the person has seen.
+    // The same as `doppel hardware confirm`: the board's boot id with the pose that the person has seen.
     FrameBytes hello;
     add_servo_line("H 1 1", hello);
     EmulatedLink other(devices, "confirm", 115200);

@@ -31,7 +31,7 @@ struct VisualOverlap {
 };
 
 // Looks at the named configurations and at samples, in their order. `collisions`: the robot's scene; pairs
-// that it allows to touch are left out, and so are those whose visual shapes overlap in nearly all samples,
+// that it allows to touch are excluded, and so are those whose visual shapes overlap in nearly all samples,
 // by design. Nothing is looked at where all collision shapes are the visual ones. Adds a note where visual
 // meshes cannot be compared by their triangles.
 [[nodiscard]] std::vector<VisualOverlap> find_visual_overlaps(const CheckContext& context,
