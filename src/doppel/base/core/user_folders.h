@@ -7,7 +7,8 @@
 
 namespace doppel {
 
-// The folder of data that is kept from run to run and cannot be recomputed: $XDG_STATE_HOME/doppel, else ~/.local/state/doppel.
+// The folder of data that is kept from run to run and cannot be recomputed: $XDG_STATE_HOME/doppel, else
+// ~/.local/state/doppel.
 // Empty: the user has neither. Any thread.
 DOPPEL_API std::filesystem::path state_folder();
 

@@ -1,46 +1,62 @@
 #include "doppel/devices/buses/detail/packet_codec.h"
 
-#include <array>
-
 #include "doppel/devices/frames/dynamixel_frame.h"
 #include "doppel/devices/frames/feetech_frame.h"
 
 namespace doppel {
 namespace {
 
-std::uint8_t byte_of(std::size_t value) {
-  return static_cast<std::uint8_t>(value & 0xFF);
-}
+// Both protocols have these instructions.
+constexpr std::uint8_t kPing = 0x01, kRead = 0x02, kWrite = 0x03;
+constexpr std::uint8_t kSyncRead = 0x82, kSyncWrite = 0x83;
 
-class FeetechCodec final : public PacketCodec {
+// Requests are the same in both protocols, but for the width of addresses and sizes and the frame around them.
+class RegisterCodec : public PacketCodec {
  public:
-  void add_ping(int id, FrameBytes& out) const override { add(id, FeetechInstruction::ping, {}, out); }
+  void add_ping(int id, FrameBytes& out) const override { add_frame(id, kPing, {}, out); }
   void add_read(int id, std::size_t address, std::size_t size, FrameBytes& out) const override {
-    add(id, FeetechInstruction::read, std::array{byte_of(address), byte_of(size)}, out);
+    FrameBytes parameters = block(address, size);
+    add_frame(id, kRead, parameters.bytes(), out);
   }
   void add_write(int id, std::size_t address, std::span<const std::uint8_t> data,
                  FrameBytes& out) const override {
     FrameBytes parameters;
-    parameters.add(byte_of(address));
+    add_number(address, parameters);
     parameters.add(data);
-    add(id, FeetechInstruction::write, parameters.bytes(), out);
+    add_frame(id, kWrite, parameters.bytes(), out);
   }
-  void add_sync_read(std::span<const std::uint8_t> ids, std::size_t address, std::size_t size, bool /*fast*/,
+  void add_sync_read(std::span<const std::uint8_t> ids, std::size_t address, std::size_t size, bool fast,
                      FrameBytes& out) override {
-    FrameBytes parameters;
-    parameters.add(byte_of(address));
-    parameters.add(byte_of(size));
+    FrameBytes parameters = block(address, size);
     parameters.add(ids);
-    add(kFeetechBroadcast, FeetechInstruction::sync_read, parameters.bytes(), out);
+    add_frame(kBroadcast, sync_read_instruction(fast, size), parameters.bytes(), out);
   }
   void add_sync_write(std::span<const std::uint8_t> blocks, std::size_t address, std::size_t size,
                       FrameBytes& out) const override {
-    FrameBytes parameters;
-    parameters.add(byte_of(address));
-    parameters.add(byte_of(size));
+    FrameBytes parameters = block(address, size);
     parameters.add(blocks);
-    add(kFeetechBroadcast, FeetechInstruction::sync_write, parameters.bytes(), out);
+    add_frame(kBroadcast, kSyncWrite, parameters.bytes(), out);
   }
+
+ protected:
+  static constexpr int kBroadcast = 0xFE;
+  virtual void add_frame(int id, std::uint8_t instruction, std::span<const std::uint8_t> parameters,
+                         FrameBytes& out) const = 0;
+  // Adds an address or a size.
+  virtual void add_number(std::size_t number, FrameBytes& out) const = 0;
+  virtual std::uint8_t sync_read_instruction(bool /*fast*/, std::size_t /*size*/) { return kSyncRead; }
+
+ private:
+  [[nodiscard]] FrameBytes block(std::size_t address, std::size_t size) const {
+    FrameBytes out;
+    add_number(address, out);
+    add_number(size, out);
+    return out;
+  }
+};
+
+class FeetechCodec final : public RegisterCodec {
+ public:
   bool add_reboot(int /*id*/, FrameBytes& /*out*/) const override { return false; }
 
   std::size_t push(std::span<const std::uint8_t> bytes) override { return reader_.push(bytes); }
@@ -54,50 +70,20 @@ class FeetechCodec final : public PacketCodec {
   [[nodiscard]] std::size_t answer_size(std::size_t size) const override { return size + 6; }
 
  private:
-  static void add(int id, FeetechInstruction instruction, std::span<const std::uint8_t> parameters,
-                  FrameBytes& out) {
-    add_feetech_frame({static_cast<std::uint8_t>(id), static_cast<std::uint8_t>(instruction), parameters},
-                      out);
+  void add_frame(int id, std::uint8_t instruction, std::span<const std::uint8_t> parameters,
+                 FrameBytes& out) const override {
+    add_feetech_frame({static_cast<std::uint8_t>(id), instruction, parameters}, out);
+  }
+  void add_number(std::size_t number, FrameBytes& out) const override {
+    out.add(static_cast<std::uint8_t>(number & 0xFF));
   }
   FeetechReader reader_;
 };
 
-class DynamixelCodec final : public PacketCodec {
+class DynamixelCodec final : public RegisterCodec {
  public:
-  void add_ping(int id, FrameBytes& out) const override { add(id, DynamixelInstruction::ping, {}, out); }
-  void add_read(int id, std::size_t address, std::size_t size, FrameBytes& out) const override {
-    FrameBytes parameters;
-    parameters.add_word(static_cast<std::uint16_t>(address));
-    parameters.add_word(static_cast<std::uint16_t>(size));
-    add(id, DynamixelInstruction::read, parameters.bytes(), out);
-  }
-  void add_write(int id, std::size_t address, std::span<const std::uint8_t> data,
-                 FrameBytes& out) const override {
-    FrameBytes parameters;
-    parameters.add_word(static_cast<std::uint16_t>(address));
-    parameters.add(data);
-    add(id, DynamixelInstruction::write, parameters.bytes(), out);
-  }
-  void add_sync_read(std::span<const std::uint8_t> ids, std::size_t address, std::size_t size, bool fast,
-                     FrameBytes& out) override {
-    FrameBytes parameters;
-    parameters.add_word(static_cast<std::uint16_t>(address));
-    parameters.add_word(static_cast<std::uint16_t>(size));
-    parameters.add(ids);
-    fast_size_ = fast ? size : 0;
-    add(kDynamixelBroadcast, fast ? DynamixelInstruction::fast_sync_read : DynamixelInstruction::sync_read,
-        parameters.bytes(), out);
-  }
-  void add_sync_write(std::span<const std::uint8_t> blocks, std::size_t address, std::size_t size,
-                      FrameBytes& out) const override {
-    FrameBytes parameters;
-    parameters.add_word(static_cast<std::uint16_t>(address));
-    parameters.add_word(static_cast<std::uint16_t>(size));
-    parameters.add(blocks);
-    add(kDynamixelBroadcast, DynamixelInstruction::sync_write, parameters.bytes(), out);
-  }
   bool add_reboot(int id, FrameBytes& out) const override {
-    add(id, DynamixelInstruction::reboot, {}, out);
+    add_frame(id, static_cast<std::uint8_t>(DynamixelInstruction::reboot), {}, out);
     return true;
   }
 
@@ -125,10 +111,16 @@ class DynamixelCodec final : public PacketCodec {
   [[nodiscard]] std::size_t answer_size(std::size_t size) const override { return size + 11; }
 
  private:
-  static void add(int id, DynamixelInstruction instruction, std::span<const std::uint8_t> parameters,
-                  FrameBytes& out) {
-    add_dynamixel_frame({static_cast<std::uint8_t>(id), static_cast<std::uint8_t>(instruction), parameters},
-                        out);
+  void add_frame(int id, std::uint8_t instruction, std::span<const std::uint8_t> parameters,
+                 FrameBytes& out) const override {
+    add_dynamixel_frame({static_cast<std::uint8_t>(id), instruction, parameters}, out);
+  }
+  void add_number(std::size_t number, FrameBytes& out) const override {
+    out.add_word(static_cast<std::uint16_t>(number));
+  }
+  std::uint8_t sync_read_instruction(bool fast, std::size_t size) override {
+    fast_size_ = fast ? size : 0;
+    return fast ? static_cast<std::uint8_t>(DynamixelInstruction::fast_sync_read) : kSyncRead;
   }
   // The next servo of a fast answer.
   std::optional<Status> next_part() {

@@ -151,21 +151,23 @@ std::optional<PingAnswer> ServoBus::ping(int id, int tries) {
 }
 
 std::vector<PingAnswer> ServoBus::ping_all(int last_id) {
-  std::array<std::size_t, kLastId + 1> answers{};
-  request_.clear();
-  codec_->add_ping(kBroadcast, request_);
-  if (send()) {
+  std::vector<int> ids;
+  if (protocol_ == ServoProtocol::dynamixel) {
+    request_.clear();
+    codec_->add_ping(kBroadcast, request_);
+    if (!send()) return {};
     const Time deadline = answer_deadline(kLastId * codec_->answer_size(0), kLastId);
-    while (const auto answer = receive(deadline)) {
-      if (answer->id >= 0 && answer->id <= kLastId) ++answers[static_cast<std::size_t>(answer->id)];
-    }
+    while (const auto answer = receive(deadline)) ids.push_back(answer->id);
+    finish_counts();
+    std::ranges::sort(ids);
+    ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  } else {
+    // The answers to a broadcast may meet on the line, so that each id is asked for itself.
+    for (int id = 0; id <= kLastId; ++id) ids.push_back(id);
   }
-  finish_counts();
   std::vector<PingAnswer> out;
-  for (int id = 0; id <= std::min(last_id, kLastId); ++id) {
-    // With Feetech's protocol the answers to a broadcast may meet on the line, so that each id is asked for
-    // itself.
-    if (protocol_ == ServoProtocol::dynamixel && answers[static_cast<std::size_t>(id)] == 0) continue;
+  for (const int id : ids) {
+    if (id > last_id) break;
     std::optional<PingAnswer> answer = ping(id, 1);
     if (!answer) continue;
     answer->answers = is_shared(*answer) ? 2 : 1;

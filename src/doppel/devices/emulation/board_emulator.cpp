@@ -27,7 +27,7 @@ class BoardEmulator::Pins final : public doppel_servo::Board {
   int32_t millivolts() override { return supply; }
   uint16_t analog(uint8_t /*input*/) override { return 0; }
   bool stop_pin() override { return stop; }
-  uint32_t random_id() override { return static_cast<uint32_t>(owner_.random_()); }
+  uint32_t random_id() override { return static_cast<uint32_t>(owner_.faults_.random()); }
   void send(const char* bytes, size_t size) override { owner_.send({bytes, size}); }
 
   std::array<double, doppel_servo::kMaxChannels> pulses{};
@@ -41,7 +41,7 @@ class BoardEmulator::Pins final : public doppel_servo::Board {
 
 BoardEmulator::BoardEmulator(std::vector<HobbyServo> servos, std::vector<EmulatedFault> faults,
                              std::uint64_t seed)
-    : servos_(std::move(servos)), faults_(std::move(faults)), random_(seed) {
+    : servos_(std::move(servos)), faults_(std::move(faults), seed) {
   doppel_servo::Config config;
   config.channels = 0;
   for (const HobbyServo& one : servos_)
@@ -60,25 +60,15 @@ void BoardEmulator::press_stop(bool pressed) {
   pins_->stop = pressed;
 }
 
-const EmulatedFault* BoardEmulator::find_fault(FaultKind kind, int servo, Time now) const {
-  const auto found = std::ranges::find_if(faults_, [&](const EmulatedFault& one) {
-    return one.kind == kind && now >= one.begin && now < one.end && (!one.servo || *one.servo == servo);
-  });
-  return found == faults_.end() ? nullptr : &*found;
-}
-
 void BoardEmulator::send(std::span<const char> bytes) {
-  const auto drawn = [&](FaultKind kind) {
-    const EmulatedFault* const fault = find_fault(kind, kAll, now_);
-    return fault != nullptr && std::uniform_real_distribution<double>()(random_) < fault->share;
-  };
-  if (drawn(FaultKind::drop)) return;
-  const std::size_t bad = drawn(FaultKind::corrupt) ? random_() % bytes.size() : bytes.size();
+  if (faults_.draw(FaultKind::drop, kAll, now_)) return;
+  const std::size_t bad =
+      faults_.draw(FaultKind::corrupt, kAll, now_) ? faults_.random() % bytes.size() : bytes.size();
   Time when = std::max(now_, line_free_);
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     when += from_seconds(kBitsPerByte / rate_);
     const auto byte = static_cast<std::uint8_t>(bytes[i]);
-    sent_.push_back({when, i == bad ? static_cast<std::uint8_t>(byte ^ 1U) : byte});
+    sent_.add(when, i == bad ? static_cast<std::uint8_t>(byte ^ 1U) : byte);
   }
   line_free_ = when;
 }
@@ -93,34 +83,20 @@ void BoardEmulator::receive(std::span<const std::uint8_t> bytes, Time when, int 
   }
 }
 
-std::size_t BoardEmulator::take(std::span<std::uint8_t> out, Time until) {
-  std::size_t count = 0;
-  while (count < out.size() && !sent_.empty() && sent_.front().arrival <= until) {
-    out[count++] = sent_.front().byte;
-    sent_.pop_front();
-  }
-  return count;
-}
-
-std::optional<Time> BoardEmulator::next_arrival() const {
-  if (sent_.empty()) return {};
-  return sent_.front().arrival;
-}
-
 void BoardEmulator::step(Time now, Duration /*period*/, std::span<const MotorState> states,
                          std::span<MotorDrive> drives) {
   now_ = std::max(now_, now);
-  plugged_ = find_fault(FaultKind::unplug, kAll, now_) == nullptr;
-  if (!plugged_) sent_.clear();
-  pins_->supply = find_fault(FaultKind::brown_out, kAll, now_) != nullptr ? 0 : kSupply;
+  plugged_ = faults_.find(FaultKind::unplug, kAll, now_) == nullptr;
+  if (!plugged_) sent_.bytes().clear();
+  pins_->supply = faults_.find(FaultKind::brown_out, kAll, now_) != nullptr ? 0 : kSupply;
   pins_->firmware.tick();
   for (std::size_t i = 0; i < servos_.size(); ++i) {
     const HobbyServo& servo = servos_[i];
     const double width = pulse(servo.channel), middle = (servo.pulse_min + servo.pulse_max) / 2;
     const double angle = (width - middle) / (servo.pulse_max - servo.pulse_min) * servo.travel;
-    const EmulatedFault* const slip = find_fault(FaultKind::slip, servo.channel, now_);
-    const bool stuck = find_fault(FaultKind::stuck, servo.channel, now_) != nullptr;
-    const bool flipped = find_fault(FaultKind::wrong_direction, servo.channel, now_) != nullptr;
+    const EmulatedFault* const slip = faults_.find(FaultKind::slip, servo.channel, now_);
+    const bool stuck = faults_.find(FaultKind::stuck, servo.channel, now_) != nullptr;
+    const bool flipped = faults_.find(FaultKind::wrong_direction, servo.channel, now_) != nullptr;
     MotorDrive& drive = drives[i];
     drive.on = width > 0 && pins_->supply > 0;
     drive.goal =

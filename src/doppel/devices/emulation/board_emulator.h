@@ -3,11 +3,10 @@
 // examples/firmware/doppel_servo, compiled as it is, with pins and a wire of the emulation. A servo follows
 // its pulse at its own speed, and reports nothing.
 
-#include <deque>
 #include <memory>
-#include <random>
 #include <vector>
 
+#include "doppel/devices/emulation/arriving_bytes.h"
 #include "doppel/devices/emulation/device_emulator.h"
 #include "doppel/devices/emulation/emulated_faults.h"
 #include "doppel/export.h"
@@ -29,29 +28,23 @@ class DOPPEL_API BoardEmulator : public DeviceEmulator {
   ~BoardEmulator() override;
 
   void receive(std::span<const std::uint8_t> bytes, Time when, int rate) override;
-  std::size_t take(std::span<std::uint8_t> out, Time until) override;
-  [[nodiscard]] std::optional<Time> next_arrival() const override;
+  std::size_t take(std::span<std::uint8_t> out, Time until) override { return sent_.take(out, until); }
+  [[nodiscard]] std::optional<Time> next_arrival() const override { return sent_.next_arrival(); }
   void step(Time now, Duration period, std::span<const MotorState> states,
             std::span<MotorDrive> drives) override;
   [[nodiscard]] bool is_plugged() const override { return plugged_; }
-  void add_fault(const EmulatedFault& fault) { faults_.push_back(fault); }
+  void add_fault(const EmulatedFault& fault) { faults_.add(fault); }
   // us; 0: no pulse.
   [[nodiscard]] double pulse(int channel) const;
   void press_stop(bool pressed);
 
  private:
   class Pins;  // the firmware with its pins and its wire
-  struct Sent {
-    Time arrival;
-    std::uint8_t byte = 0;
-  };
-  [[nodiscard]] const EmulatedFault* find_fault(FaultKind kind, int servo, Time now) const;
   void send(std::span<const char> bytes);
 
   std::vector<HobbyServo> servos_;
-  std::vector<EmulatedFault> faults_;
-  std::mt19937_64 random_;
-  std::deque<Sent> sent_;
+  FaultPlan faults_;
+  ArrivingBytes sent_;
   Time now_{}, line_free_{};
   int rate_ = 115200;
   bool plugged_ = true;

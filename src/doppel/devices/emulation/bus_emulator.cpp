@@ -26,38 +26,21 @@ std::size_t word(std::span<const std::uint8_t> bytes, std::size_t index) {
 
 BusEmulator::BusEmulator(ServoProtocol protocol, std::vector<RegisterServo> servos,
                          std::vector<EmulatedFault> faults, std::uint64_t seed)
-    : protocol_(protocol), servos_(std::move(servos)), faults_(std::move(faults)), random_(seed) {}
-
-// -- faults
-
-const EmulatedFault* BusEmulator::find_fault(FaultKind kind, int servo, Time now) const {
-  const auto found = std::ranges::find_if(faults_, [&](const EmulatedFault& one) {
-    return one.kind == kind && now >= one.begin && now < one.end && (!one.servo || *one.servo == servo);
-  });
-  return found == faults_.end() ? nullptr : &*found;
-}
-
-bool BusEmulator::has_fault(FaultKind kind, int servo, Time now) const {
-  return find_fault(kind, servo, now) != nullptr;
-}
-
-bool BusEmulator::draw(FaultKind kind, int servo, Time now) {
-  const EmulatedFault* const fault = find_fault(kind, servo, now);
-  return fault != nullptr && std::uniform_real_distribution<double>()(random_) < fault->share;
-}
+    : protocol_(protocol), servos_(std::move(servos)), faults_(std::move(faults), seed) {}
 
 // -- the line
 
 void BusEmulator::put_on_line(std::span<const std::uint8_t> bytes, int servo, Duration delay) {
-  if (draw(FaultKind::drop, servo, now_)) return;
+  if (faults_.draw(FaultKind::drop, servo, now_)) return;
   Time when = std::max(now_, line_free_) + delay;
-  if (draw(FaultKind::late, servo, now_))
-    when += from_seconds(find_fault(FaultKind::late, servo, now_)->amount);
-  const std::size_t bad = draw(FaultKind::corrupt, servo, now_) ? random_() % bytes.size() : bytes.size();
+  if (faults_.draw(FaultKind::late, servo, now_))
+    when += from_seconds(faults_.find(FaultKind::late, servo, now_)->amount);
+  const std::size_t bad =
+      faults_.draw(FaultKind::corrupt, servo, now_) ? faults_.random() % bytes.size() : bytes.size();
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     when += byte_time(rate_);
-    const auto flipped = static_cast<std::uint8_t>(1U << (random_() % 8));
-    sent_.push_back({when, i == bad ? static_cast<std::uint8_t>(bytes[i] ^ flipped) : bytes[i]});
+    const auto flipped = static_cast<std::uint8_t>(1U << (faults_.random() % 8));
+    sent_.add(when, i == bad ? static_cast<std::uint8_t>(bytes[i] ^ flipped) : bytes[i]);
   }
   line_free_ = std::max(line_free_, when);
 }
@@ -65,7 +48,7 @@ void BusEmulator::put_on_line(std::span<const std::uint8_t> bytes, int servo, Du
 void BusEmulator::answer(RegisterServo& servo, AccessError error, std::span<const std::uint8_t> data) {
   if (servo.id() == kBroadcast) return;
   FrameBytes frame;
-  const int id = draw(FaultKind::stranger, servo.id(), now_) ? servo.id() + 1 : servo.id();
+  const int id = faults_.draw(FaultKind::stranger, servo.id(), now_) ? servo.id() + 1 : servo.id();
   const auto address = static_cast<std::uint8_t>(id);
   if (protocol_ == ServoProtocol::feetech) {
     add_feetech_frame({address, servo.error_byte(error), data}, frame);
@@ -92,7 +75,7 @@ void BusEmulator::answer_fast(std::span<const std::uint8_t> ids, std::size_t add
   for (const std::uint8_t id : ids) {
     const auto servo =
         std::ranges::find_if(servos_, [&](const RegisterServo& one) { return one.id() == id; });
-    if (servo == servos_.end() || !hears(*servo) || draw(FaultKind::drop, id, now_)) break;
+    if (servo == servos_.end() || !hears(*servo) || faults_.draw(FaultKind::drop, id, now_)) break;
     const auto data = servo->bytes(address, size);
     if (data.empty()) break;
     frame.add(servo->error_byte(AccessError::none));
@@ -112,14 +95,14 @@ void BusEmulator::receive(std::span<const std::uint8_t> bytes, Time when, int ra
   now_ = std::max(now_, when);
   rate_ = rate;
   if (!plugged_) return;
-  const bool collides = !sent_.empty();
-  if (find_fault(FaultKind::echo, kBroadcast, now_) != nullptr) {
+  const bool collides = !sent_.bytes().empty();
+  if (faults_.find(FaultKind::echo, kBroadcast, now_) != nullptr) {
     Time arrival = std::max(now_, line_free_);
-    for (const std::uint8_t byte : bytes) sent_.push_back({arrival += byte_time(rate), byte});
+    for (const std::uint8_t byte : bytes) sent_.add(arrival += byte_time(rate), byte);
   }
   // If host and servo drive the line at once, both are damaged: neither frame has a right check.
   if (collides) {
-    for (Sent& one : sent_) one.byte = static_cast<std::uint8_t>(one.byte ^ 0xFF);
+    for (ArrivingByte& one : sent_.bytes()) one.byte = static_cast<std::uint8_t>(one.byte ^ 0xFF);
   }
   now_ = std::max(now_, line_free_) + byte_time(rate) * static_cast<std::int64_t>(bytes.size());
   line_free_ = now_;
@@ -135,20 +118,6 @@ void BusEmulator::receive(std::span<const std::uint8_t> bytes, Time when, int ra
       }
     }
   }
-}
-
-std::size_t BusEmulator::take(std::span<std::uint8_t> out, Time until) {
-  std::size_t count = 0;
-  while (count < out.size() && !sent_.empty() && sent_.front().arrival <= until) {
-    out[count++] = sent_.front().byte;
-    sent_.pop_front();
-  }
-  return count;
-}
-
-std::optional<Time> BusEmulator::next_arrival() const {
-  if (sent_.empty()) return {};
-  return sent_.front().arrival;
 }
 
 // -- requests
@@ -177,24 +146,25 @@ void BusEmulator::serve(const Request& request) {
 
 // Servos that share an id answer at once: the line is low where one of them drives it low.
 void BusEmulator::serve_id(const Request& request) {
-  std::deque<Sent> before, all;
-  before.swap(sent_);
+  std::deque<ArrivingByte> before, all;
+  std::deque<ArrivingByte>& sent = sent_.bytes();
+  before.swap(sent);
   const Time free = line_free_;
   for (RegisterServo& servo : servos_) {
     if (servo.id() != request.id || !hears(servo)) continue;
     line_free_ = free;
     serve_one(servo, request);
-    for (std::size_t i = 0; i < sent_.size(); ++i) {
+    for (std::size_t i = 0; i < sent.size(); ++i) {
       if (i < all.size()) {
-        all[i].byte = static_cast<std::uint8_t>(all[i].byte & sent_[i].byte);
+        all[i].byte = static_cast<std::uint8_t>(all[i].byte & sent[i].byte);
       } else {
-        all.push_back(sent_[i]);
+        all.push_back(sent[i]);
       }
     }
-    sent_.clear();
+    sent.clear();
   }
-  sent_.swap(before);
-  sent_.insert(sent_.end(), all.begin(), all.end());
+  sent.swap(before);
+  sent.insert(sent.end(), all.begin(), all.end());
 }
 
 void BusEmulator::serve_one(RegisterServo& servo, const Request& request) {
@@ -267,26 +237,26 @@ void BusEmulator::serve_sync_write(const Request& request) {
 void BusEmulator::restart_all(Time now) {
   for (RegisterServo& servo : servos_) servo.restart();
   silent_until_ = now + kRestartTime;
-  sent_.clear();
+  sent_.bytes().clear();
 }
 
 void BusEmulator::step(Time now, Duration period, std::span<const MotorState> states,
                        std::span<MotorDrive> drives) {
   now_ = std::max(now_, now);
-  plugged_ = !has_fault(FaultKind::unplug, kBroadcast, now);
-  if (!plugged_) sent_.clear();
-  const bool brown_out = has_fault(FaultKind::brown_out, kBroadcast, now);
+  plugged_ = faults_.find(FaultKind::unplug, kBroadcast, now) == nullptr;
+  if (!plugged_) sent_.bytes().clear();
+  const bool brown_out = faults_.find(FaultKind::brown_out, kBroadcast, now) != nullptr;
   if (brown_out && !browned_out_) restart_all(now);
   browned_out_ = brown_out;
   for (std::size_t i = 0; i < servos_.size(); ++i) {
     const int id = servos_[i].id();
     RegisterServo::Disturbance disturbance;
-    disturbance.stuck = has_fault(FaultKind::stuck, id, now);
-    disturbance.flipped = has_fault(FaultKind::wrong_direction, id, now);
-    disturbance.overload = has_fault(FaultKind::overload, id, now);
-    if (const EmulatedFault* const slip = find_fault(FaultKind::slip, id, now))
+    disturbance.stuck = faults_.find(FaultKind::stuck, id, now) != nullptr;
+    disturbance.flipped = faults_.find(FaultKind::wrong_direction, id, now) != nullptr;
+    disturbance.overload = faults_.find(FaultKind::overload, id, now) != nullptr;
+    if (const EmulatedFault* const slip = faults_.find(FaultKind::slip, id, now))
       disturbance.slip = slip->amount;
-    if (const EmulatedFault* const hot = find_fault(FaultKind::hot, id, now))
+    if (const EmulatedFault* const hot = faults_.find(FaultKind::hot, id, now))
       disturbance.temperature = hot->amount;
     servos_[i].step(now, period, states[i], disturbance, drives[i]);
   }

@@ -7,10 +7,9 @@
 // Bytes of the host while an answer is on its way damage both. Faults: emulated_faults.h; those with a
 // share are drawn from `seed`, in the order of answers.
 
-#include <deque>
-#include <random>
 #include <vector>
 
+#include "doppel/devices/emulation/arriving_bytes.h"
 #include "doppel/devices/emulation/device_emulator.h"
 #include "doppel/devices/emulation/emulated_faults.h"
 #include "doppel/devices/emulation/register_servo.h"
@@ -27,28 +26,21 @@ class DOPPEL_API BusEmulator : public DeviceEmulator {
               std::vector<EmulatedFault> faults = {}, std::uint64_t seed = 1);
 
   void receive(std::span<const std::uint8_t> bytes, Time when, int rate) override;
-  std::size_t take(std::span<std::uint8_t> out, Time until) override;
-  [[nodiscard]] std::optional<Time> next_arrival() const override;
+  std::size_t take(std::span<std::uint8_t> out, Time until) override { return sent_.take(out, until); }
+  [[nodiscard]] std::optional<Time> next_arrival() const override { return sent_.next_arrival(); }
   void step(Time now, Duration period, std::span<const MotorState> states,
             std::span<MotorDrive> drives) override;
   [[nodiscard]] bool is_plugged() const override { return plugged_; }
 
   [[nodiscard]] std::vector<RegisterServo>& servos() { return servos_; }
-  void add_fault(const EmulatedFault& fault) { faults_.push_back(fault); }
+  void add_fault(const EmulatedFault& fault) { faults_.add(fault); }
 
  private:
-  struct Sent {
-    Time arrival;
-    std::uint8_t byte = 0;
-  };
   struct Request {
     int id = 0;
     std::uint8_t instruction = 0;
     std::span<const std::uint8_t> parameters;
   };
-  [[nodiscard]] bool has_fault(FaultKind kind, int servo, Time now) const;
-  [[nodiscard]] const EmulatedFault* find_fault(FaultKind kind, int servo, Time now) const;
-  [[nodiscard]] bool draw(FaultKind kind, int servo, Time now);
   void serve(const Request& request);
   void serve_id(const Request& request);
   void serve_one(RegisterServo& servo, const Request& request);
@@ -63,11 +55,10 @@ class DOPPEL_API BusEmulator : public DeviceEmulator {
 
   const ServoProtocol protocol_;
   std::vector<RegisterServo> servos_;
-  std::vector<EmulatedFault> faults_;
-  std::mt19937_64 random_;
+  FaultPlan faults_;
   FeetechReader feetech_;
   DynamixelReader dynamixel_;
-  std::deque<Sent> sent_;
+  ArrivingBytes sent_;
   Time now_{};        // of the last call
   Time line_free_{};  // when the last byte of host or servo ends
   int rate_ = 0;      // of the host's last bytes

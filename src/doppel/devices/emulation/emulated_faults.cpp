@@ -39,4 +39,16 @@ std::optional<FaultKind> fault_kind(std::string_view name) {
   return found->first;
 }
 
+const EmulatedFault* FaultPlan::find(FaultKind kind, int servo, Time now) const {
+  const auto found = std::ranges::find_if(faults_, [&](const EmulatedFault& one) {
+    return one.kind == kind && now >= one.begin && now < one.end && (!one.servo || *one.servo == servo);
+  });
+  return found == faults_.end() ? nullptr : &*found;
+}
+
+bool FaultPlan::draw(FaultKind kind, int servo, Time now) {
+  const EmulatedFault* const fault = find(kind, servo, now);
+  return fault != nullptr && std::uniform_real_distribution<double>()(random_) < fault->share;
+}
+
 }  // namespace doppel

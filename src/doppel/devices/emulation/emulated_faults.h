@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <optional>
+#include <random>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "doppel/base/core/time.h"
@@ -37,6 +39,24 @@ struct EmulatedFault {
   Time end = Time::max();
   double share = 1;   // of the answers
   double amount = 0;  // by the kind
+};
+
+// The faults of one run. Those with a share are drawn from the seed, in the order of the questions.
+class DOPPEL_API FaultPlan {
+ public:
+  FaultPlan(std::vector<EmulatedFault> faults, std::uint64_t seed)
+      : faults_(std::move(faults)), random_(seed) {}
+
+  void add(const EmulatedFault& fault) { faults_.push_back(fault); }
+  // The first fault of that kind now, of this servo or of all; nullptr: none.
+  [[nodiscard]] const EmulatedFault* find(FaultKind kind, int servo, Time now) const;
+  // True: there is one, and its share has hit.
+  [[nodiscard]] bool draw(FaultKind kind, int servo, Time now);
+  [[nodiscard]] std::uint64_t random() { return random_(); }
+
+ private:
+  std::vector<EmulatedFault> faults_;
+  std::mt19937_64 random_;
 };
 
 }  // namespace doppel
