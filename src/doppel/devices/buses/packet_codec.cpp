@@ -10,7 +10,8 @@ namespace {
 constexpr std::uint8_t kPing = 0x01, kRead = 0x02, kWrite = 0x03;
 constexpr std::uint8_t kSyncRead = 0x82, kSyncWrite = 0x83;
 
-// Requests are the same in both protocols, but for the width of addresses and sizes and the frame around them.
+// Requests are the same in both protocols, but for the width of addresses and sizes and the frame around
+// them.
 class RegisterCodec : public PacketCodec {
  public:
   void add_ping(int id, FrameBytes& out) const override { add_frame(id, kPing, {}, out); }
