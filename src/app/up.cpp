@@ -17,6 +17,7 @@
 #include "app/described_scenario.h"
 #include "app/description_target.h"
 #include "app/edge_options.h"
+#include "app/hardware_options.h"
 #include "app/live_table.h"
 #include "app/output.h"
 #include "app/print_stderr.h"
@@ -56,24 +57,9 @@ struct UpOptions {
   bool strict = false;
   bool verbose = false;
   bool headless = false, json = false, no_controllers = false, ideal = false, no_limits = false;
-  bool emulate = false;  // the drivers of devices on emulated buses
-  bool ports = false;    // of the verb `emulate`
+  HardwareRunOptions hardware;
   EdgeOptions edges;
 };
-
-// The description with its hardware, as use_sim:=false selects it.
-void take_hardware(WorldRobot& robot) {
-  OpenedTarget opened = doppel::open_target(robot.target, robot.arguments, data_folder() / "robots");
-  robot.arguments = hardware_arguments(opened.target.description, robot.arguments, opened.resolver);
-}
-
-HardwareUse hardware_use(const UpOptions& options, const std::vector<WorldRobot>& robots) {
-  if (options.ports) return HardwareUse::ports;
-  if (options.emulate) return HardwareUse::emulated;
-  const bool real =
-      std::ranges::any_of(robots, [](const WorldRobot& one) { return selects_hardware(one.arguments); });
-  return real ? HardwareUse::real : HardwareUse::simulated;
-}
 
 Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
   Scenario scenario = described_scenario(options.robot);
@@ -85,12 +71,11 @@ Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
   for (WorldRobot& robot : scenario.robots) {
     if (!options.controllers.empty()) robot.controllers = options.controllers;
     robot.activate = options.activate;
-    if (options.emulate || options.ports) take_hardware(robot);
     if (options.base != "auto")
       robot.base = options.base == "floating" ? BaseKind::floating : BaseKind::fixed;
   }
   scenario.start_controllers = !options.no_controllers;
-  scenario.hardware = hardware_use(options, scenario.robots);
+  apply(options.hardware, options.seed, scenario);
   scenario.plugins = options.plugins;
   scenario.ideal = options.ideal;
   scenario.enforce_limits = !options.no_limits;
@@ -549,11 +534,7 @@ void add_run(CLI::App& app, const char* name, const char* help, const std::share
                  "Base of a robot without a link 'world': fixed, floating (placed on the ground), or auto: "
                  "floating if the description suggests wheels or legs")
       ->check(CLI::IsMember({"auto", "fixed", "floating"}));
-  if (!options->ports)
-    up->add_flag(
-        "--emulate", options->emulate,
-        "Run the drivers of the description's servos on emulated buses, whose motors are the simulated "
-        "joints");
+  add_hardware_options(*up, options->hardware);
   up->add_flag("--ideal", options->ideal, "Ideal servos: joints follow commands exactly, whatever the load");
   up->add_flag("--no-limits", options->no_limits, "Do not enforce joint limits on commands");
   up->add_flag(
@@ -578,7 +559,7 @@ void add_up(CLI::App& app, const RosArguments& ros, int& exit_code) {
   const auto options = std::make_shared<UpOptions>();
   add_run(app, "up", "Start a robot: physics, controllers, topics", options, kUpExamples, ros, exit_code);
   const auto emulated = std::make_shared<UpOptions>();
-  emulated->ports = true;
+  emulated->hardware.ports = true;
   add_run(app, "emulate", "An arm that is not there: its servos behind a pseudo-terminal, for any driver",
           emulated, kEmulateExamples, ros, exit_code);
 }

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <iostream>
+#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "app/description_target.h"
+#include "app/verbs/live_positions.h"
 #include "app/verbs/shell.h"
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
@@ -21,6 +23,9 @@ struct CalibrateOptions {
   std::vector<std::string> words, measure;
   std::string lerobot, limits = "keep";
   bool as_offsets = false, dry_run = false, json = false;
+  bool live = false, yes = false;  // positions of the machine are read, and not typed
+  std::vector<std::string> joints;
+  std::string component, port;
 };
 
 // One joint's way from measurements to operations.
@@ -51,7 +56,8 @@ class Calibration {
       measured(named.joint, named.measurements);
     }
     if (!options_.lerobot.empty()) take_lerobot();
-    if (measured_.empty()) ask();
+    if (options_.live) measure_live();
+    if (measured_.empty() && !options_.live) ask();
     if (measured_.empty()) return 1;
     for (auto& [joint, measurements] : measured_) results_.push_back(fit(*joint, std::move(measurements)));
     refuse_repetition();
@@ -175,7 +181,7 @@ class Calibration {
     for (const Result& result : results_)
       all.insert(all.end(), result.operations.begin(), result.operations.end());
     if (all.empty() || options_.dry_run) return {};
-    if (asked_ && !agreed("write this to the overlay?")) return {};
+    if (asked_ && !options_.yes && !agreed("write this to the overlay?")) return {};
     return add_to_overlay(target_.target.description, all);
   }
 
@@ -331,15 +337,79 @@ class Calibration {
     }
   }
 
+  // Poses are made with the arm; the machine reports its own positions.
+  void measure_live() {
+    HardwareOptions hardware;
+    hardware.words = options_.words;
+    hardware.component = options_.component;
+    hardware.port = options_.port;
+    live_ = open_live_positions(hardware, options_.yes);
+    if (live_ == nullptr) return;
+    asked_ = true;
+    print_line("The machine's positions come from {}.\n", live_->source());
+    for (const std::string& name : live_joints()) {
+      const Joint& joint = *robot_.find_joint(name);
+      print_line("'{}': move it to two poses at least 60 degrees apart that can be measured{}.\n", name,
+                 live_suggestion(joint));
+      ask_poses(name);
+    }
+  }
+
+  // Those that were named, or all that the machine reports and the model can turn.
+  [[nodiscard]] std::vector<std::string> live_joints() const {
+    const std::vector<std::string> reported = live_->joints();
+    std::vector<std::string> out;
+    for (const std::string& name : options_.joints) {
+      if (std::ranges::find(reported, name) == reported.end())
+        throw InputError(
+            "calibrate.joint", {},
+            fmt::format("the machine reports no joint '{}'{}", name, did_you_mean(name, reported)));
+      out.push_back(name);
+    }
+    if (!out.empty()) return out;
+    for (const Joint& joint : robot_.joints) {
+      const bool moves = joint.type != JointType::fixed && !joint.mimic;
+      if (moves && std::ranges::find(reported, joint.name) != reported.end()) out.push_back(joint.name);
+    }
+    return out;
+  }
+
+  // The zero, and a right angle within the limits, which a set square shows.
+  static std::string live_suggestion(const Joint& joint) {
+    constexpr double kRightAngle = 90;
+    if (!joint.limits || !joint.limits->has_position || joint.type == JointType::prismatic) return "";
+    const double upper = joint.limits->upper / kDegree, lower = joint.limits->lower / kDegree;
+    if (lower > 0 || upper < 0) return fmt::format(", for instance {:.0f} and {:.0f} degrees", lower, upper);
+    const double side = upper >= -lower ? std::min(upper, kRightAngle) : std::max(lower, -kRightAngle);
+    return fmt::format(", for instance 0 and {:.0f} degrees of the model as doppel view shows it", side);
+  }
+
+  // The machine's position in the present pose, as a typed answer has it.
+  std::string machine_position(const std::string& name, int pose) {
+    if (live_ == nullptr) return number_answer(fmt::format("  pose {}: machine position: ", pose), false);
+    while (true) {
+      try {
+        const double position = in_unit(*robot_.find_joint(name), live_->position(name));
+        print_line("  pose {}: the machine is at {:.3f}\n", pose, position);
+        return fmt::format("{:.6f}", position);
+      } catch (const InputError& problem) {
+        print_line("  {}\n", problem.what());
+        if (!agreed("  measure it again?")) throw;
+      }
+    }
+  }
+
   void ask_poses(const std::string& name) {
-    print_line(
-        "Move the model and the machine to the same pose, at two or more poses at least 60 degrees apart.\n");
+    if (live_ == nullptr)
+      print_line(
+          "Move the model and the machine to the same pose, at two or more poses at least 60 degrees "
+          "apart.\n");
     std::string text = name + ":";
     for (int pose = 1;; ++pose) {
       const std::string model =
           number_answer(fmt::format("  pose {}: model position (degrees, mm; empty: fit): ", pose), true);
       if (!model.empty()) {
-        text += " " + model + "=" + number_answer(fmt::format("  pose {}: machine position: ", pose), false);
+        text += " " + model + "=" + machine_position(name, pose);
       } else if (pose == 1 || fitted(name, text)) {
         return;
       } else if (!agreed("  measure more poses of it? The previous ones are kept.")) {
@@ -379,7 +449,24 @@ class Calibration {
   std::vector<std::pair<const Joint*, std::vector<Measurement>>> measured_;
   std::vector<Result> results_;
   bool asked_ = false;
+  std::unique_ptr<LivePositions> live_;  // nullptr: the machine's positions are typed
 };
+
+void declare_live(CLI::App& verb, CalibrateOptions& options) {
+  verb.add_flag(
+      "--live", options.live,
+      "The machine's positions are read: from the running robot, or from its servos without torque");
+  verb.add_option("--joint", options.joints, "With --live: only this joint; may be repeated")
+      ->needs("--live");
+  verb.add_option("--component", options.component, "With --live: of several <ros2_control> blocks")
+      ->type_name("NAME")
+      ->needs("--live");
+  verb.add_option("--port", options.port,
+                  "With --live: the servos' port, or the number of a running robot's server")
+      ->type_name("PORT")
+      ->needs("--live");
+  verb.add_flag("--yes", options.yes, "Questions are answered with yes");
+}
 
 }  // namespace
 
@@ -394,6 +481,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       ->take_all();
   verb->add_option("--lerobot", options->lerobot,
                    "LeRobot calibration file (JSON): its swept ranges are the measurements");
+  declare_live(*verb, *options);
   verb->add_option("--limits", options->limits,
                    "keep: limits keep their values; move: limits keep their physical positions")
       ->check(CLI::IsMember({"keep", "move"}));
@@ -406,6 +494,7 @@ void add_calibrate(CLI::App& app, int& exit_code) {
       "  doppel calibrate my_arm.xacro                     (asks for joints and poses)\n"
       "  doppel calibrate my_arm.xacro --measure \"Revolute 2: 0=45 90=135\" --measure \"Revolute 3: 0=55 "
       "90=145\"\n"
+      "  doppel calibrate my_arm.xacro --live               (positions are read; the arm is moved by hand)\n"
       "  doppel calibrate so101.urdf --lerobot "
       "~/.cache/huggingface/lerobot/calibration/robots/so101_follower/arm.json\n"
       "Corrections go into the overlay beside the description (doppel overlay show).");

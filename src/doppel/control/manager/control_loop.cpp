@@ -145,6 +145,7 @@ void ControlLoop::run() {
     // Ticks that are already due are skipped, so that hardware is not read and written twice in a row
     // to catch up.
     const auto late = std::max(Duration{}, Duration(ended - due));
+    statistics_.lateness.add(late);
     const auto missed = late.count() / period_.count();
     if (missed > 0) ++statistics_.overruns;
     due += (missed + 1) * period_;

@@ -453,6 +453,13 @@ std::vector<HardwareView> ControllerManager::hardware() const {
   return out;
 }
 
+bool ControllerManager::report(std::size_t component, DeviceReport& out) const {
+  ResourceTable::Component& of = *impl_->resources.components().at(component);
+  bool reported = false;
+  impl_->resources.call(of, "report", [&](HardwareComponent& device) { reported = device.report(out); });
+  return reported;
+}
+
 std::vector<InterfaceView> ControllerManager::command_interfaces() const {
   std::vector<InterfaceView> out;
   for (const std::size_t i : impl_->resources.commands()) {
@@ -479,6 +486,11 @@ double ControllerManager::command(std::string_view full_name) const {
 double ControllerManager::state(std::string_view full_name) const {
   const auto state = impl_->resources.find_state(full_name);
   return state ? impl_->resources.state(*state) : kNaN;
+}
+
+bool ControllerManager::is_read(std::string_view state_interface) const {
+  const auto state = impl_->resources.find_state(state_interface);
+  return state && impl_->resources.state_available(*state);
 }
 
 const BaseTransform* ControllerManager::base_transform() const {
@@ -520,6 +532,10 @@ LoopSettings ControllerManager::loop_settings() const {
 
 void ControllerManager::report_loop(const LoopStatistics& statistics) {
   impl_->loop = statistics;
+}
+
+const LoopStatistics* ControllerManager::loop_statistics() const {
+  return impl_->loop ? &*impl_->loop : nullptr;
 }
 
 }  // namespace doppel

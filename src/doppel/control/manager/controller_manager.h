@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/base/core/lateness_histogram.h"
 #include "doppel/control/hardware/hardware.h"
 #include "doppel/control/manager/controller.h"
 #include "doppel/control/manager/soft_limits.h"
@@ -46,6 +47,7 @@ struct LoopStatistics {
   double rate = 0;                        // Hz, mean of the last second
   double rate_deviation = 0;              // Hz, standard deviation of the rate in that second
   double execution = 0, longest = 0;      // s, of a tick: mean of the last second; longest since the start
+  LatenessHistogram lateness;             // from a tick's due time until its commands are written
 };
 
 struct ControllerView {
@@ -134,12 +136,16 @@ class DOPPEL_API ControllerManager {
 
   [[nodiscard]] std::vector<ControllerView> controllers() const;
   [[nodiscard]] std::vector<HardwareView> hardware() const;
+  // The report of one of hardware(). False: it is no device with something to report.
+  [[nodiscard]] bool report(std::size_t component, DeviceReport& out) const;
   [[nodiscard]] std::vector<InterfaceView> command_interfaces() const;
   [[nodiscard]] std::vector<InterfaceView> state_interfaces() const;
   // The last command or the present state of an interface such as "joint/position", in its unit
   // (hardware.h); NaN: none.
   [[nodiscard]] double command(std::string_view full_name) const;
   [[nodiscard]] double state(std::string_view full_name) const;
+  // True: there is this state interface, and its hardware reads it, because it is at least inactive.
+  [[nodiscard]] bool is_read(std::string_view state_interface) const;
   // The transform of the robot's root link that an active controller publishes; nullptr: none does.
   [[nodiscard]] const BaseTransform* base_transform() const;
   // The value that an active controller follows for "joint/position"; NaN: there is none. Does not allocate.
@@ -165,6 +171,8 @@ class DOPPEL_API ControllerManager {
   void stall_hardware() noexcept;
   // Between ticks: the statistics of a loop with a separate thread, for /diagnostics.
   void report_loop(const LoopStatistics& statistics);
+  // The last report; nullptr: a simulation ticks the manager.
+  [[nodiscard]] const LoopStatistics* loop_statistics() const;
 
  private:
   struct Impl;

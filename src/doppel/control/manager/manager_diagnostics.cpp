@@ -88,6 +88,9 @@ void ControllerManager::Impl::describe_manager(DiagnosticStatus& status) const {
     values.add("periodicity.standard_deviation", fmt::format("{:.3f}", loop->rate_deviation));
     values.add("execution_time.average", fmt::format("{:.1f}", loop->execution * 1e6));
     values.add("execution_time.max", fmt::format("{:.1f}", loop->longest * 1e6));
+    values.add("lateness.p50", fmt::format("{:.1f}", loop->lateness.percentile(0.5)));
+    values.add("lateness.p99", fmt::format("{:.1f}", loop->lateness.percentile(0.99)));
+    values.add("lateness.max", fmt::format("{:.1f}", loop->lateness.worst()));
     values.add("overruns", fmt::format("{}", loop->overruns));
     poor = loop->rate < kPoorRate * rate_of(period);
   }

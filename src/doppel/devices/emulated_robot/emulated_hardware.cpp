@@ -2,19 +2,27 @@
 
 namespace doppel {
 
-EmulatedHardware::EmulatedHardware(Instance robot)
+EmulatedHardware::EmulatedHardware(Instance robot, const EmulationOptions& options)
     : ServoHardware([this](const ServoSetup& setup) {
         auto out = std::make_unique<EmulatedLink>(*devices_, "emulated bus", setup.rate);
         link_ = out.get();
         link_->follow(robot_.engine().time());
         return out;
       }),
-      robot_(robot) {}
+      robot_(robot),
+      options_(options) {
+  if (!options.faults.empty()) faults_.emplace(options.faults);
+}
 
 Status EmulatedHardware::on_init(const HardwareInfo& info) {
   Status out = ServoHardware::on_init(info);
   if (!out) return out;
-  devices_ = emulated_devices(setup());
+  log_ = &info.log;
+  devices_ = emulated_devices(setup(), options_.seed);
+  if (faults_) {
+    if (auto first = faults_->read_if_changed(robot_.engine().time()))
+      devices_->set_faults(std::move(*first));
+  }
   motors_ = std::make_unique<EngineMotors>(setup(), robot_);
   // The servos measure where the joints are before the first step.
   motors_->step(*devices_, robot_, robot_.engine().time(), robot_.engine().world().settings().step);
@@ -26,14 +34,21 @@ HardwareReturn EmulatedHardware::read(Time now, Duration period, std::span<doubl
   return ServoHardware::read(now, period, states);
 }
 
+void EmulatedHardware::attend() {
+  ServoHardware::attend();
+  if (!faults_ || devices_ == nullptr) return;
+  if (auto fresh = read_again(*faults_, robot_.engine().time(), *log_, setup().component))
+    devices_->set_faults(std::move(*fresh));
+}
+
 void EmulatedHardware::before_step() {
   motors_->step(*devices_, robot_, robot_.engine().time(), robot_.engine().world().settings().step);
 }
 
-void register_emulated_hardware(HardwareRegistry& registry, Instance robot) {
+void register_emulated_hardware(HardwareRegistry& registry, Instance robot, const EmulationOptions& options) {
   for (const ServoPlugin& plugin : servo_plugins())
     registry.replace(std::string(plugin.name), HardwareKind::emulated,
-                     [robot] { return std::make_unique<EmulatedHardware>(robot); });
+                     [robot, options] { return std::make_unique<EmulatedHardware>(robot, options); });
 }
 
 }  // namespace doppel

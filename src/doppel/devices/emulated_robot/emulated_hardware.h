@@ -4,12 +4,15 @@
 // repeatable.
 
 #include <memory>
+#include <optional>
 
 #include "doppel/control/hardware/hardware_registry.h"
 #include "doppel/devices/drivers/servo_hardware.h"
 #include "doppel/devices/emulated_robot/engine_motors.h"
 #include "doppel/devices/emulated_robot/stepped_device.h"
 #include "doppel/devices/emulation/emulated_link.h"
+#include "doppel/devices/emulation/emulation_options.h"
+#include "doppel/devices/emulation/fault_file.h"
 #include "doppel/export.h"
 #include "doppel/physics/contract/engine.h"
 
@@ -17,10 +20,11 @@ namespace doppel {
 
 class DOPPEL_API EmulatedHardware : public ServoHardware, public SteppedDevice {
  public:
-  explicit EmulatedHardware(Instance robot);
+  EmulatedHardware(Instance robot, const EmulationOptions& options);
 
   Status on_init(const HardwareInfo& info) override;
   HardwareReturn read(Time now, Duration period, std::span<double> states) override;
+  void attend() override;
 
   void before_step() override;
   void rebind(Instance robot) override { robot_ = robot; }
@@ -32,9 +36,13 @@ class DOPPEL_API EmulatedHardware : public ServoHardware, public SteppedDevice {
   std::unique_ptr<DeviceEmulator> devices_;
   std::unique_ptr<EngineMotors> motors_;
   EmulatedLink* link_ = nullptr;  // the driver's
+  EmulationOptions options_;
+  std::optional<FaultFile> faults_;
+  const Log* log_ = nullptr;
 };
 
 // In place of the drivers of real servos: the same ones on emulated buses.
-DOPPEL_API void register_emulated_hardware(HardwareRegistry& registry, Instance robot);
+DOPPEL_API void register_emulated_hardware(HardwareRegistry& registry, Instance robot,
+                                           const EmulationOptions& options);
 
 }  // namespace doppel

@@ -1,11 +1,13 @@
 #include "doppel/devices/emulated_robot/emulated_port.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 
 #include "doppel/base/core/guarded_thread.h"
+#include "doppel/devices/emulated_robot/detail/hand_sweep.h"
 
 namespace doppel {
 namespace {
@@ -14,6 +16,11 @@ constexpr Duration kPoll{2'000'000};  // until the thread looks whether it is to
 
 }  // namespace
 
+EmulatedPort::EmulatedPort(Instance robot, const EmulationOptions& options)
+    : robot_(robot), options_(options) {
+  if (!options.faults.empty()) faults_.emplace(options.faults);
+}
+
 EmulatedPort::~EmulatedPort() {
   stop_serving();
 }
@@ -21,9 +28,23 @@ EmulatedPort::~EmulatedPort() {
 Status EmulatedPort::on_init(const HardwareInfo& info) {
   setup_ = read_servo_setup(info.description, info.model, info.diagnostics);
   log_ = &info.log;
-  devices_ = emulated_devices(setup_);
+  devices_ = emulated_devices(setup_, options_.seed);
   motors_ = std::make_unique<EngineMotors>(setup_, robot_);
+  if (faults_) static_cast<void>(read_fault_file(options_.faults, Time{}));  // its errors are bad input
+  hand_.assign(setup_.joints.size(), kNaN);
+  if (options_.hand == HandMotion::sweep) sweep_ = std::make_unique<HandSweep>(setup_.joints);
+  if (!options_.trace.empty()) {
+    trace_.open(options_.trace);
+    if (!trace_)
+      throw InputError("emulate.trace", {}, fmt::format("{} cannot be written", options_.trace.string()),
+                       "choose another file for --trace");
+  }
   for (const HardwareJointDescription& joint : info.description.joints) {
+    const auto servo = std::ranges::find(setup_.joints, joint.name, &JointServo::joint);
+    if (options_.hand == HandMotion::guide && servo != setup_.joints.end()) {
+      commands_.push_back({joint.name, kPosition, kNaN});
+      guided_.push_back(static_cast<std::size_t>(servo - setup_.joints.begin()));
+    }
     for (const HardwareInterfaceDescription& state : joint.state_interfaces) {
       Source source;
       source.joint = info.model.find_joint(joint.name);
@@ -41,8 +62,14 @@ Status EmulatedPort::on_init(const HardwareInfo& info) {
 Status EmulatedPort::on_configure() {
   ends_ = false;
   terminal_ = std::make_unique<PseudoTerminal>();
+  start_ = terminal_->now();
+  if (faults_) {
+    faults_.emplace(options_.faults);
+    if (auto first = faults_->read_if_changed(start_)) devices_->set_faults(std::move(*first));
+  }
   {
     const std::lock_guard held(mutex_);
+    if (options_.hand != HandMotion::none) motors_->guide(hand_);
     motors_->step(*devices_, robot_, terminal_->now(), robot_.engine().world().settings().step);
   }
   server_ = guarded_thread(
@@ -84,8 +111,30 @@ void EmulatedPort::serve() {
       if (count > 0) devices_->receive(std::span(bytes).first(count), now, rate);
       sent = devices_->take(answer, terminal_->now());
     }
+    trace('>', std::span(bytes).first(count), now);
+    trace('<', std::span(answer).first(sent), now);
     if (sent > 0) static_cast<void>(terminal_->write(std::span(answer).first(sent)));
   }
+}
+
+// A line for each piece: seconds, the direction (> from the host, < to it), the bytes.
+void EmulatedPort::trace(char direction, std::span<const std::uint8_t> bytes, Time when) {
+  if (!trace_.is_open() || bytes.empty()) return;
+  trace_ << fmt::format("{:.6f} {} {:02X}\n", to_seconds(when - start_), direction, fmt::join(bytes, " "));
+  trace_.flush();
+}
+
+HardwareReturn EmulatedPort::write(Time /*now*/, Duration /*period*/, std::span<const double> commands) {
+  for (std::size_t i = 0; i < guided_.size(); ++i) hand_[guided_[i]] = commands[i];
+  return HardwareReturn::ok;
+}
+
+void EmulatedPort::attend() {
+  if (!faults_ || terminal_ == nullptr) return;
+  auto fresh = read_again(*faults_, terminal_->now(), *log_, setup_.component);
+  if (!fresh) return;
+  const std::lock_guard held(mutex_);
+  devices_->set_faults(std::move(*fresh));
 }
 
 HardwareReturn EmulatedPort::read(Time /*now*/, Duration /*period*/, std::span<double> states) {
@@ -109,14 +158,17 @@ HardwareReturn EmulatedPort::read(Time /*now*/, Duration /*period*/, std::span<d
 
 void EmulatedPort::before_step() {
   if (terminal_ == nullptr) return;
+  const Time now = terminal_->now();
+  if (sweep_ != nullptr) sweep_->positions(to_seconds(now - start_), hand_);
   const std::lock_guard held(mutex_);
-  motors_->step(*devices_, robot_, terminal_->now(), robot_.engine().world().settings().step);
+  if (options_.hand != HandMotion::none) motors_->guide(hand_);
+  motors_->step(*devices_, robot_, now, robot_.engine().world().settings().step);
 }
 
-void register_emulated_ports(HardwareRegistry& registry, Instance robot) {
+void register_emulated_ports(HardwareRegistry& registry, Instance robot, const EmulationOptions& options) {
   for (const ServoPlugin& plugin : servo_plugins())
     registry.replace(std::string(plugin.name), HardwareKind::emulated,
-                     [robot] { return std::make_unique<EmulatedPort>(robot); });
+                     [robot, options] { return std::make_unique<EmulatedPort>(robot, options); });
 }
 
 }  // namespace doppel

@@ -1,8 +1,10 @@
 #include "doppel/devices/emulated_robot/engine_motors.h"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
+#include "doppel/control/hardware/nan.h"
 #include "doppel/devices/emulation/board_emulator.h"
 #include "doppel/devices/emulation/bus_emulator.h"
 
@@ -10,13 +12,13 @@ namespace doppel {
 namespace {
 
 // A hobby servo is somewhat faster than its joint may be, and its torque is that of the joint.
-std::unique_ptr<DeviceEmulator> emulated_board(const ServoSetup& setup) {
+std::unique_ptr<DeviceEmulator> emulated_board(const ServoSetup& setup, std::uint64_t seed) {
   constexpr double kFaster = 1.3;
   std::vector<HobbyServo> servos;
   for (const JointServo& one : setup.joints)
     servos.push_back({one.id, one.pulse_min, one.pulse_max, one.travel, kFaster * one.velocity * one.scale,
                       one.effort / one.scale});
-  return std::make_unique<BoardEmulator>(std::move(servos));
+  return std::make_unique<BoardEmulator>(std::move(servos), std::vector<EmulatedFault>{}, seed);
 }
 
 }  // namespace
@@ -37,14 +39,37 @@ void EngineMotors::apply(Motor& motor, const MotorDrive& drive, Instance robot) 
   if (drive.on != motor.on) {
     robot.set_drive(motor.joint, drive.on ? DriveMode::position : DriveMode::passive);
     motor.on = drive.on;
+    motor.held = false;
   }
-  if (!drive.on) return;
+  if (!drive.on) {
+    if (guided_) hold(motor, robot);
+    return;
+  }
   ServoParameters servo = motor.as_compiled;
   servo.stiffness *= drive.gain;
   servo.effort = std::min(servo.effort, drive.effort * motor.servo.scale);
   servo.velocity = std::min(servo.velocity, drive.velocity / motor.servo.scale);
   robot.set_servo(motor.joint, servo);
   robot.set_target(motor.joint, motor.servo.joint_position(drive.goal));
+}
+
+void EngineMotors::guide(std::span<const double> positions) {
+  guided_ = true;
+  for (std::size_t i = 0; i < motors_.size(); ++i) motors_[i].command = positions[i];
+}
+
+void EngineMotors::hold(Motor& motor, Instance robot) const {
+  if (!motor.held) {
+    const ModelJoint& joint = robot.model().joints[static_cast<std::size_t>(motor.joint)];
+    robot.set_servo(motor.joint, motor.as_compiled);
+    robot.set_drive(motor.joint, DriveMode::position);
+    robot.set_target(motor.joint, robot.q()[static_cast<std::size_t>(joint.q)]);
+    motor.held = true;
+    motor.ignored = motor.command;
+  }
+  if (!std::isfinite(motor.command) || motor.command == motor.ignored) return;
+  motor.ignored = kNaN;
+  robot.set_target(motor.joint, motor.command);
 }
 
 void EngineMotors::step(DeviceEmulator& devices, Instance robot, Time now, Duration period) {
@@ -65,12 +90,12 @@ void EngineMotors::release(Instance robot) {
   for (Motor& motor : motors_) {
     robot.set_drive(motor.joint, DriveMode::passive);
     robot.set_servo(motor.joint, motor.as_compiled);
-    motor.on = false;
+    motor.on = motor.held = false;
   }
 }
 
-std::unique_ptr<DeviceEmulator> emulated_devices(const ServoSetup& setup) {
-  if (setup.protocol == ServoProtocol::servo_line) return emulated_board(setup);
+std::unique_ptr<DeviceEmulator> emulated_devices(const ServoSetup& setup, std::uint64_t seed) {
+  if (setup.protocol == ServoProtocol::servo_line) return emulated_board(setup, seed);
   std::vector<RegisterServo> servos;
   for (const JointServo& one : setup.joints) {
     RegisterServo servo(*one.model, one.id);
@@ -80,7 +105,7 @@ std::unique_ptr<DeviceEmulator> emulated_devices(const ServoSetup& setup) {
     servo.set(ServoRole::return_delay, 0);
     servos.push_back(std::move(servo));
   }
-  return std::make_unique<BusEmulator>(setup.protocol, std::move(servos));
+  return std::make_unique<BusEmulator>(setup.protocol, std::move(servos), std::vector<EmulatedFault>{}, seed);
 }
 
 }  // namespace doppel

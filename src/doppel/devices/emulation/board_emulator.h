@@ -33,6 +33,7 @@ class DOPPEL_API BoardEmulator : public DeviceEmulator {
   void step(Time now, Duration period, std::span<const MotorState> states,
             std::span<MotorDrive> drives) override;
   [[nodiscard]] bool is_plugged() const override { return plugged_; }
+  void set_faults(std::vector<EmulatedFault> faults) override { faults_.replace(std::move(faults)); }
   void add_fault(const EmulatedFault& fault) { faults_.add(fault); }
   // us; 0: no pulse.
   [[nodiscard]] double pulse(int channel) const;

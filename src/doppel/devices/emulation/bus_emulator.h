@@ -33,6 +33,7 @@ class DOPPEL_API BusEmulator : public DeviceEmulator {
   [[nodiscard]] bool is_plugged() const override { return plugged_; }
 
   [[nodiscard]] std::vector<RegisterServo>& servos() { return servos_; }
+  void set_faults(std::vector<EmulatedFault> faults) override { faults_.replace(std::move(faults)); }
   void add_fault(const EmulatedFault& fault) { faults_.add(fault); }
 
  private:

@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "doppel/base/core/time.h"
+#include "doppel/devices/emulation/emulated_faults.h"
 #include "doppel/export.h"
 
 namespace doppel {
@@ -41,6 +43,8 @@ class DOPPEL_API DeviceEmulator {
   // The motors have reached `states` at `now`, `period` after the step before.
   virtual void step(Time now, Duration period, std::span<const MotorState> states,
                     std::span<MotorDrive> drives) = 0;
+  // In place of those before; times are those of the caller's clock.
+  virtual void set_faults(std::vector<EmulatedFault> faults) = 0;
   // False: the cable is unplugged.
   [[nodiscard]] virtual bool is_plugged() const = 0;
 };

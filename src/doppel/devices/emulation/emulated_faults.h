@@ -47,6 +47,7 @@ class DOPPEL_API FaultPlan {
   FaultPlan(std::vector<EmulatedFault> faults, std::uint64_t seed)
       : faults_(std::move(faults)), random_(seed) {}
 
+  void replace(std::vector<EmulatedFault> faults) { faults_ = std::move(faults); }
   void add(const EmulatedFault& fault) { faults_.push_back(fault); }
   // The first fault of that kind now, of this servo or of all; nullptr: none.
   [[nodiscard]] const EmulatedFault* find(FaultKind kind, int servo, Time now) const;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "doppel/base/core/time.h"
+#include "doppel/devices/emulation/emulation_options.h"
 #include "doppel/export.h"
 #include "doppel/physics/contract/engine_modules.h"
 #include "doppel/physics/contract/world_robot.h"
@@ -41,6 +42,13 @@ enum class HardwareUse {
   real,       // the drivers, on the devices of this machine
 };
 
+// What the twin of a robot with real hardware does. /tf shows the measured joints in any case.
+enum class MirrorMode {
+  shadow,  // its drives get the commands that the hardware gets
+  follow,  // its joints are where the measured ones are
+  off,     // its joints are without commands
+};
+
 struct DOPPEL_API Scenario {
   std::vector<WorldRobot> robots;              // in addition to those of the world file
   std::optional<std::filesystem::path> world;  // a world file; none: empty, with ground
@@ -54,7 +62,9 @@ struct DOPPEL_API Scenario {
   bool start_controllers = true;     // false: no controller is loaded, the joints are passive
   std::vector<std::string> plugins;  // shared libraries with controllers and hardware
   HardwareUse hardware = HardwareUse::simulated;
-  bool ideal = false;  // joints follow commands exactly, under any load
+  EmulationOptions emulation;  // of emulated hardware and of ports
+  MirrorMode mirror = MirrorMode::shadow;
+  bool ideal = false;          // joints follow commands exactly, under any load
   bool enforce_limits = true;
   RobotFactors factors;          // of all robots that are read from files; a scenario file does not have them
   bool strict = false;           // what ROS 2 would not accept is refused (a Twist for a TwistStamped)

@@ -33,8 +33,8 @@ class ScenarioReader : YamlFields {
     ScenarioFile out;
     if (fields(root, "a scenario",
                {"doppel_scenario", "complete", "robots", "world", "engine", "step", "start_controllers",
-                "plugins", "hardware", "ideal", "enforce_limits", "strict", "stamp", "distro", "ros_args",
-                "sensors", "content_hash", "files"})) {
+                "plugins", "hardware", "emulation", "mirror", "ideal", "enforce_limits", "strict", "stamp",
+                "distro", "ros_args", "sensors", "content_hash", "files"})) {
       read_version(root);
       read_run(root, out.scenario);
       read_ros(root["ros_args"], out.scenario);
@@ -75,6 +75,9 @@ class ScenarioReader : YamlFields {
     if (root["hardware"])
       out.hardware = static_cast<HardwareUse>(
           choice(root["hardware"], "hardware", {"simulated", "emulated", "ports", "real"}));
+    if (root["mirror"])
+      out.mirror = static_cast<MirrorMode>(choice(root["mirror"], "mirror", {"shadow", "follow", "off"}));
+    if (root["emulation"]) read_emulation(root["emulation"], out.emulation);
     if (root["ideal"]) out.ideal = flag(root["ideal"], "ideal");
     if (root["enforce_limits"]) out.enforce_limits = flag(root["enforce_limits"], "enforce_limits");
     if (root["strict"]) out.strict = flag(root["strict"], "strict");
@@ -98,6 +101,15 @@ class ScenarioReader : YamlFields {
       for (const Diagnostic& diagnostic : refused.diagnostics())
         error(value, diagnostic.message, diagnostic.fix);
     }
+  }
+
+  void read_emulation(const PlacedYaml& value, EmulationOptions& out) {
+    if (!fields(value, "emulation", {"faults", "seed", "hand", "trace"})) return;
+    if (value["faults"]) out.faults = read_path(text(value["faults"], "faults"), folder_);
+    if (value["seed"]) out.seed = whole<std::uint64_t>(value["seed"], "seed");
+    if (value["hand"])
+      out.hand = static_cast<HandMotion>(choice(value["hand"], "hand", {"none", "guide", "sweep"}));
+    if (value["trace"]) out.trace = read_path(text(value["trace"], "trace"), folder_);
   }
 
   void read_sensors(const PlacedYaml& value, RigOptions& out) {

@@ -94,6 +94,14 @@ std::vector<std::string> words_of(const RosArguments& ros, const fs::path& folde
   return out;
 }
 
+Tree tree_of(const EmulationOptions& emulation, const fs::path& folder) {
+  constexpr std::array kHands{"none", "guide", "sweep"};
+  Tree out{{"seed", emulation.seed}, {"hand", kHands[static_cast<std::size_t>(emulation.hand)]}};
+  if (!emulation.faults.empty()) out["faults"] = written_path(emulation.faults, folder);
+  if (!emulation.trace.empty()) out["trace"] = written_path(emulation.trace, folder);
+  return out;
+}
+
 Tree tree_of(const Scenario& scenario, const fs::path& folder) {
   Tree out{{"doppel_scenario", 1}, {"complete", scenario.complete}, {"robots", Tree::array()}};
   for (const WorldRobot& robot : scenario.robots) {
@@ -109,6 +117,10 @@ Tree tree_of(const Scenario& scenario, const fs::path& folder) {
   if (scenario.hardware != HardwareUse::simulated) {
     constexpr std::array kNames{"simulated", "emulated", "ports", "real"};
     out["hardware"] = kNames[static_cast<std::size_t>(scenario.hardware)];
+    constexpr std::array kMirrors{"shadow", "follow", "off"};
+    if (scenario.hardware == HardwareUse::real)
+      out["mirror"] = kMirrors[static_cast<std::size_t>(scenario.mirror)];
+    if (scenario.hardware != HardwareUse::real) out["emulation"] = tree_of(scenario.emulation, folder);
   }
   out["ideal"] = scenario.ideal;
   out["enforce_limits"] = scenario.enforce_limits;

@@ -9,6 +9,7 @@
 #include <functional>
 #include <optional>
 
+#include "doppel/base/core/lateness_histogram.h"
 #include "doppel/export.h"
 #include "doppel/physics/contract/step_loop.h"
 #include "doppel/twin/assembly/status_publisher.h"
@@ -17,23 +18,6 @@
 #include "doppel/twin/loop/time_control.h"
 
 namespace doppel {
-
-// The lateness of steps, in bins a fifth of an octave wide from 1 microsecond to 4 seconds. add()
-// does not allocate.
-class DOPPEL_API LatenessHistogram {
- public:
-  void add(std::chrono::nanoseconds late);
-  // The lateness that a fraction p of the steps does not exceed (upper edge of its bin), microseconds.
-  [[nodiscard]] double percentile(double p) const;
-  [[nodiscard]] double worst() const { return static_cast<double>(worst_.count()) * 1e-3; }
-  [[nodiscard]] std::uint64_t count() const { return count_; }
-
- private:
-  static constexpr int kBins = 112;
-  std::array<std::uint64_t, kBins> bins_{};
-  std::uint64_t count_ = 0;
-  std::chrono::nanoseconds worst_{0};
-};
 
 struct RunnerOptions {
   double speed = 1.0;                // simulated seconds per wall second; 0: as fast as possible

@@ -7,6 +7,7 @@
 #include "doppel/twin/attachments/attachments.h"
 #include "doppel/twin/journal/input_journal.h"
 #include "doppel/twin/loop/twin_core.h"
+#include "doppel/twin/mirror/mirror.h"
 #include "doppel/twin/publishers/publishers.h"
 #include "doppel/twin/reload/twin_reload.h"
 #include "doppel/twin/saved_states/saved_states.h"
@@ -33,6 +34,7 @@ struct Twin::Impl {
     add_attachments(core);
     add_arms(core);
     sensors = add<SensorTicks>();
+    add_mirror(core);
     reload = add<TwinReload>();
     add<InputJournal>();
     states = add<SavedStates>();  // last: it saves what the others have done between two steps

@@ -173,8 +173,8 @@ void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance,
   // A copy for this robot: its simulated hardware is bound to the instance, and another robot has its own.
   HardwareRegistry registry = options.hardware;
   register_simulated_hardware(registry, instance);
-  if (options.use == HardwareUse::emulated) register_emulated_hardware(registry, instance);
-  if (options.use == HardwareUse::ports) register_emulated_ports(registry, instance);
+  if (options.use == HardwareUse::emulated) register_emulated_hardware(registry, instance, options.emulation);
+  if (options.use == HardwareUse::ports) register_emulated_ports(registry, instance, options.emulation);
   Unique unique(diagnostics);
   for (const HardwareDescription& as_written : machine.hardware()) {
     const HardwareRegistry::Type* type = registry.find(as_written.plugin);

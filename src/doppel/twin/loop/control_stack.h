@@ -50,6 +50,7 @@ class DOPPEL_API ControlStack {
     const HardwareRegistry& hardware;  // the simulated hardware is added to a copy
     bool enforce_limits = true;
     HardwareUse use = HardwareUse::simulated;
+    EmulationOptions emulation = {};  // of emulated hardware and of ports
     bool rehearsal = false;  // real hardware is simulated, because the running machine has its ports open
     RigOptions sensors = {};
     std::shared_ptr<const EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world

@@ -11,6 +11,7 @@
 #include "doppel/twin/loop/detail/ground_truth.h"
 #include "doppel/twin/loop/detail/load_publisher.h"
 #include "doppel/twin/loop/detail/oscillation_watch.h"
+#include "doppel/twin/loop/detail/shadow.h"
 #include "doppel/twin/loop/detail/state_hash.h"
 
 namespace doppel {
@@ -33,7 +34,7 @@ class Transforms : public Tickable {
   }
   [[nodiscard]] Time next_after(Time now) const override { return now + period(); }
   void show(Time now) override {
-    const auto q = robot_.instance().q();
+    const auto q = robot_.present_q();
     publisher_->publish_transforms(now, Eigen::Map<const Eigen::VectorXd>(q.data(), robot_.model().nq));
   }
   void reset(Time now) override {
@@ -140,6 +141,7 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
   });
   ControlStack::Options options{around.controllers, around.hardware, around.scenario.enforce_limits,
                                 around.scenario.hardware};
+  options.emulation = around.scenario.emulation;
   options.sensors = around.scenario.sensors;
   options.earth = around.earth;
   options.ranges = around.ranges;
@@ -147,7 +149,13 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
   control_ = std::make_unique<ControlStack>(around.bus, *machine_, instance_, options, log(), diagnostics);
   // The manager's period is a whole number of steps (see period_in_steps()), so that the division is exact.
   steps_per_tick_ = static_cast<std::uint64_t>(control_->manager().period() / step());
+  if (control_->has_real_hardware())
+    shadow_ = std::make_unique<Shadow>(control_->manager(), machine_->model(), around_.scenario.mirror);
   report_unbound();
+}
+
+TwinRobot::~TwinRobot() {
+  loop_.reset();  // ends the loop's thread before the members that it uses are destroyed
 }
 
 TickList TwinRobot::make_publishers() {
@@ -248,6 +256,23 @@ void TwinRobot::show(Time now) {
   control_->manager().publish_state(control_time(now));
 }
 
+void TwinRobot::before_step(std::uint64_t step) {
+  if (loop_ || control_due(step + 1)) control_->before_step();
+  if (shadow_) shadow_->before_step(instance_);
+}
+
+std::span<const double> TwinRobot::present_q() const {
+  return shadow_ ? shadow_->measured_q(instance_) : instance_.q();
+}
+
+bool TwinRobot::is_measured(int joint) const {
+  return shadow_ && shadow_->is_measured(joint);
+}
+
+bool TwinRobot::is_shadow() const {
+  return shadow_ && shadow_->is_commanded();
+}
+
 void TwinRobot::after_step(Time now) {
   ticks_.after_step(now);
   // The efforts are part of the hash, because a drive that pushes against a stop changes no position.
@@ -282,13 +307,14 @@ std::vector<JointSnapshot> TwinRobot::joints() const {
     const double command = manager.command(position);
     return std::isfinite(command) ? command : manager.reference(position);
   };
+  const auto q = present_q();
   std::vector<JointSnapshot> out;
   for (std::size_t j = 0; j < model().joints.size(); ++j) {
     const ModelJoint& joint = model().joints[j];
     if (!joint.scalar()) continue;
     JointSnapshot snapshot;
     snapshot.name = joint.name;
-    snapshot.q = instance_.q()[static_cast<std::size_t>(joint.q)];
+    snapshot.q = q[static_cast<std::size_t>(joint.q)];
     snapshot.v = instance_.v()[static_cast<std::size_t>(joint.v)];
     snapshot.tau = instance_.drive_effort()[j];
     snapshot.target = joint.mimics()

@@ -1,0 +1,61 @@
+#include "app/hardware_options.h"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+
+#include "doppel/base/core/installation.h"
+#include "doppel/scenario/resolve/open_target.h"
+
+namespace doppel::app {
+namespace {
+
+// The description with its hardware, as use_sim:=false selects it.
+void take_hardware(WorldRobot& robot) {
+  OpenedTarget opened = doppel::open_target(robot.target, robot.arguments, data_folder() / "robots");
+  robot.arguments = hardware_arguments(opened.target.description, robot.arguments, opened.resolver);
+}
+
+HardwareUse hardware_use(const HardwareRunOptions& options, const std::vector<WorldRobot>& robots) {
+  if (options.ports) return HardwareUse::ports;
+  if (options.emulate) return HardwareUse::emulated;
+  const bool real =
+      std::ranges::any_of(robots, [](const WorldRobot& one) { return selects_hardware(one.arguments); });
+  return real ? HardwareUse::real : HardwareUse::simulated;
+}
+
+}  // namespace
+
+void add_hardware_options(CLI::App& verb, HardwareRunOptions& options) {
+  if (!options.ports)
+    verb.add_flag(
+        "--emulate", options.emulate,
+        "Run the drivers of the description's servos on emulated buses, whose motors are the simulated "
+        "joints");
+  verb.add_option(
+          "--faults", options.faults,
+          "YAML file with faults of the emulated devices (doppel man hardware); it can be edited while "
+          "they run")
+      ->type_name("FILE")
+      ->check(CLI::ExistingFile);
+  if (!options.ports) return;
+  verb.add_option(
+          "--hand", options.hand,
+          "At joints whose torque is off: none: they fall, guide: a hand holds them and moves them as "
+          "'doppel move' and the page command, sweep: it moves each one through its whole range")
+      ->check(CLI::IsMember({"none", "guide", "sweep"}))
+      ->capture_default_str();
+  verb.add_option("--trace", options.trace, "Write all bytes of the bus to this file, with their times")
+      ->type_name("FILE");
+}
+
+void apply(const HardwareRunOptions& options, std::uint64_t seed, Scenario& scenario) {
+  if (options.emulate || options.ports) std::ranges::for_each(scenario.robots, take_hardware);
+  scenario.hardware = hardware_use(options, scenario.robots);
+  scenario.emulation.faults = options.faults;
+  scenario.emulation.trace = options.trace;
+  scenario.emulation.seed = seed;
+  if (options.hand != "none")
+    scenario.emulation.hand = options.hand == "guide" ? HandMotion::guide : HandMotion::sweep;
+}
+
+}  // namespace doppel::app
