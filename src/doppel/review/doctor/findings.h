@@ -30,6 +30,7 @@ DOPPEL_API std::vector<Finding> judge_processor(const ProcessorFacts& facts);
 DOPPEL_API std::vector<Finding> judge_display(const DisplayFacts& facts);
 DOPPEL_API std::vector<Finding> judge_network(const NetworkFacts& facts);
 DOPPEL_API std::vector<Finding> judge_storage(const StorageFacts& facts);
+DOPPEL_API std::vector<Finding> judge_serial(const SerialFacts& facts);
 
 DOPPEL_API bool has_problem(const std::vector<Finding>& findings);
 

@@ -25,8 +25,8 @@ bool is_installed(const std::string& program) {
 }
 
 Machine gather_facts(const ProgramPlace& program) {
-  return {probe_program(program), probe_processor(), probe_display(), probe_network(),
-          probe_storage(program)};
+  return {probe_program(program), probe_processor(),      probe_display(),
+          probe_network(),        probe_storage(program), probe_serial()};
 }
 
 }  // namespace doppel::doctor

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "doppel/devices/serial/serial_ports.h"
 #include "doppel/export.h"
 
 namespace doppel::doctor {
@@ -77,12 +78,23 @@ struct StorageFacts {
   std::int64_t open_files = -1;
 };
 
+struct SerialFacts {
+  struct Port {
+    PortInfo info;
+    std::string group;     // that may open it; empty: unknown
+    bool permits = false;  // this user may open it
+  };
+  std::vector<Port> ports;         // on USB
+  bool has_modem_manager = false;  // it runs, and tries new ports
+};
+
 struct Machine {
   ProgramFacts program;
   ProcessorFacts processor;
   DisplayFacts display;
   NetworkFacts network;
   StorageFacts storage;
+  SerialFacts serial;
 };
 
 inline constexpr int kFirstPagePort = 8700, kLastPagePort = 8720;

@@ -39,6 +39,7 @@ std::vector<Finding> judge(const Machine& machine) {
   add(judge_network(machine.network));
   add(judge_processor(machine.processor));
   add(judge_storage(machine.storage));
+  add(judge_serial(machine.serial));
   return out;
 }
 

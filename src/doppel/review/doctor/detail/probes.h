@@ -10,6 +10,7 @@ ProcessorFacts probe_processor();
 DisplayFacts probe_display();
 NetworkFacts probe_network();
 StorageFacts probe_storage(const ProgramPlace& program);
+SerialFacts probe_serial();
 
 // Sends a datagram to ROS 2's discovery group on the interface of `address`, and waits for it to come back.
 // It does not leave the machine. Empty: it came back; else why not.

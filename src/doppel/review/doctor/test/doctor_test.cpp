@@ -43,6 +43,37 @@ Machine good_machine() {
   return machine;
 }
 
+SerialFacts::Port usb_port(bool permits, std::optional<int> latency_timer = {}) {
+  PortInfo info;
+  info.path = "/dev/ttyUSB0";
+  info.usb_id = "0403:6014";
+  info.latency_timer = latency_timer;
+  return {info, "dialout", permits};
+}
+
+TEST(Doctor, PortWithoutPermissionNamesItsGroup) {
+  SerialFacts facts;
+  facts.ports.push_back(usb_port(false));
+  const Finding finding = judge_serial(facts).front();
+  EXPECT_EQ(finding.level, Level::note);
+  EXPECT_THAT(finding.remedy, HasSubstr("usermod -aG dialout"));
+}
+
+TEST(Doctor, SlowLatencyTimerIsFoundWithItsRate) {
+  SerialFacts facts;
+  facts.ports.push_back(usb_port(true, 16));
+  EXPECT_THAT(judge_serial(facts).front().why, HasSubstr("about 62 cycles a second"));
+  facts.ports.front() = usb_port(true, 1);
+  EXPECT_EQ(judge_serial(facts).front().level, Level::ok);
+}
+
+TEST(Doctor, ModemManagerIsNamed) {
+  SerialFacts facts;
+  EXPECT_EQ(judge_serial(facts).size(), 1U);
+  facts.has_modem_manager = true;
+  EXPECT_THAT(judge_serial(facts).back().what, HasSubstr("ModemManager"));
+}
+
 TEST(Doctor, MachineWithEverythingHasOnlyOkFindings) {
   for (const Finding& finding : judge(good_machine())) {
     EXPECT_EQ(finding.level, Level::ok) << finding.name << ": " << finding.what;
