@@ -278,8 +278,15 @@ std::size_t ServoBus::read_all(std::span<ServoReading> readings) {
     if (!answer) break;
     const auto servo = std::ranges::find(servos_, answer->id, &BusServo::id);
     const auto index = static_cast<std::size_t>(servo - servos_.begin());
-    if (servo == servos_.end() || answer->data.size() != read_size_ || readings[index].fresh) {
+    if (servo == servos_.end() || answer->data.size() != read_size_) {
       ++counts_.strangers;
+      continue;
+    }
+    // Of two answers with one id, one is of another servo, and nothing says which.
+    if (readings[index].fresh) {
+      counts_.strangers += 2;
+      readings[index].fresh = false;
+      --fresh;
       continue;
     }
     decode_motion(*answer, index, readings[index]);

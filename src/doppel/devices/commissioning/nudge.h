@@ -21,7 +21,8 @@ struct NudgeOptions {
 };
 
 struct DOPPEL_API NudgeResult {
-  double moved = 0;      // rad, of the joint, at the far end
+  double way = 0;        // rad, commanded: towards the middle of its range
+  double moved = 0;      // rad, of the joint, at the far end; positive: along the way
   double returned = 0;   // rad, from where it began, at the end
   double peak_load = 0;  // share of the stall torque
   struct Other {

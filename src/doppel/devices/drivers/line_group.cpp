@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <optional>
+#include <system_error>
 
 #include "doppel/control/hardware/nan.h"
 #include "doppel/devices/drivers/detail/servo_group.h"
@@ -55,6 +57,7 @@ class LineGroup final : public ServoGroup {
       mask |= 1U << one.id;
       const bool awake = state_.pulses[static_cast<std::size_t>(one.id)] != 0;
       if (Status enabled = ask(fmt::format("E {}", mask | enabled_mask())); !enabled) return enabled;
+      forget_parked_pose();
       if (awake) continue;
       send_targets();
       if (Status answered = await_state(); !answered) return answered;
@@ -245,6 +248,14 @@ class LineGroup final : public ServoGroup {
       if (position) pose_[i] = pulse_of(one, one.shaft(*position));
       if (!position && setup_.confirm_pose) pose_known_ = false;
     }
+  }
+
+  // A parked pose counts after any loss of power, and the arm leaves it now.
+  void forget_parked_pose() const {
+    const std::filesystem::path file = pose_record_file(setup_.component, setup_.port);
+    const auto record = read_pose_record(file);
+    std::error_code ignored;
+    if (record && record->parked) std::filesystem::remove(file, ignored);
   }
 
   static std::optional<double> position_in(const PoseRecord& record, const std::string& joint) {

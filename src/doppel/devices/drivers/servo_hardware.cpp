@@ -9,7 +9,9 @@
 
 #include "doppel/control/hardware/hardware_registry.h"
 #include "doppel/control/hardware/nan.h"
+#include "doppel/devices/drivers/check_record.h"
 #include "doppel/devices/drivers/detail/servo_group.h"
+#include "doppel/devices/drivers/pose_record.h"
 #include "doppel/devices/serial/file_link.h"
 #include "doppel/devices/serial/serial_ports.h"
 
@@ -20,10 +22,12 @@ constexpr int kStartSamples = 5;
 constexpr double kStartSpread = 0.01;              // rad, of the samples before the torque goes on
 constexpr double kBeyondLimit = 3 * 0.0174532925;  // rad, within which a joint may start
 constexpr double kFirstTorque = 0.3, kTorqueStep = 0.07;
-constexpr double kTorqueTime = 1.0;    // s, from the first torque to the whole
-constexpr double kTooHot = 70;         // degrees Celsius
-constexpr double kParkReached = 0.02;  // rad
-constexpr std::size_t kReported = 9;   // numbers of a joint in a report
+constexpr double kTorqueTime = 1.0;                       // s, from the first torque to the whole
+constexpr double kTooHot = 70;                            // degrees Celsius
+constexpr double kParkReached = 0.02;                     // rad
+constexpr Duration kParkTime = std::chrono::seconds(20);  // on exit, at most
+constexpr Duration kParkPeriod{20'000'000};
+constexpr std::size_t kReported = 9;  // numbers of a joint in a report
 
 }  // namespace
 
@@ -128,11 +132,33 @@ Status ServoHardware::check_start(std::size_t joint) const {
   const JointServo& servo = setup_.joints[joint];
   const double q = servo.joint_position(readings_[joint].position);
   if (!servo.enabled || (q >= servo.lower - kBeyondLimit && q <= servo.upper + kBeyondLimit)) return {};
-  return Status::refused(
-      fmt::format("'{}' is at {:.3f} rad, outside of its limits {:.3f} to {:.3f}; move it inside by hand, "
-                  "with its torque "
-                  "off, or check its zero",
-                  servo.joint, q, servo.lower, servo.upper));
+  return Status::refused(fmt::format(
+      "'{}' is at {:.3f} rad, outside of its limits {:.3f} to {:.3f}; doppel hardware recover "
+      "--joint \"{}\" drives it back slowly; or move it inside by hand, with its torque off, or check "
+      "its zero",
+      servo.joint, q, servo.lower, servo.upper, servo.joint));
+}
+
+// A quarter of the speed until a person has seen every joint turn the right way.
+void ServoHardware::choose_gentleness() {
+  gentle_ = setup_.gentle == GentleMode::always;
+  if (setup_.gentle != GentleMode::until_checked) return;
+  if (setup_.protocol == ServoProtocol::servo_line) {
+    gentle_ = true;
+    return log_->warning(
+        setup_.component,
+        "gentle: a quarter of the speed; once the arm moves as the page shows it, write gentle: "
+        "never into hardware.yaml");
+  }
+  const CheckRecord record = read_check_record(check_record_file(setup_.component, link_->name()));
+  const std::vector<std::string> missing = unconfirmed_joints(record, setup_);
+  std::string next;
+  if (!is_checked(record, setup_)) next = "doppel hardware check has not passed";
+  if (!missing.empty())
+    next += fmt::format("{}no person has confirmed '{}' with doppel hardware nudge --joint \"{}\"",
+                        next.empty() ? "" : ", and ", fmt::join(missing, "', '"), missing.front());
+  gentle_ = !next.empty();
+  if (gentle_) log_->warning(setup_.component, "gentle: a quarter of the speed, because " + next);
 }
 
 // Several whole samples that agree: a damaged one must not become a goal.
@@ -165,14 +191,15 @@ Status ServoHardware::on_activate() {
     if (Status inside = check_start(i); !inside) return inside;
   }
   if (Status started = group_->start(kFirstTorque); !started) return started;
+  choose_gentleness();
   whole_ = link_->now();
   for (std::size_t i = 0; i < guards_.size(); ++i) {
     guards_[i].begin(setup_.joints[i].joint_position(readings_[i].position), whole_);
-    guards_[i].set_gentle(setup_.gentle != GentleMode::never);
+    guards_[i].set_gentle(gentle_);
   }
   torque_ = torque_set_ = kFirstTorque;
   lost_ = 0;
-  stopped_ = parking_ = false;
+  stopped_ = parking_ = parked_ = false;
   state_ = DriverState::holding;
   hold_all();
   return {};
@@ -198,9 +225,49 @@ Status ServoHardware::on_cleanup() {
 }
 
 Status ServoHardware::on_shutdown() {
-  if (link_ != nullptr && !link_->is_lost()) static_cast<void>(on_deactivate());
+  if (link_ != nullptr && !link_->is_lost()) {
+    const bool holds = state_ == DriverState::holding || state_ == DriverState::active;
+    if (setup_.park_on_exit && holds && !stopped_) park_and_wait();
+    if (!parked_) static_cast<void>(on_deactivate());
+  }
   close();
   return {};
+}
+
+// In the thread that shuts down, without a loop around it. A person who does not want to wait interrupts again.
+void ServoHardware::park_and_wait() {
+  claimed_.assign(claimed_.size(), false);
+  hold_all();
+  parking_ = true;
+  state_ = DriverState::holding;
+  log_->note(setup_.component, "the arm parks");
+  const Time end = link_->now() + kParkTime;
+  while (parking_ && link_->now() < end && !link_->is_lost()) {
+    static_cast<void>(group_->read(readings_));
+    take_readings();
+    follow_park(kParkPeriod);
+    link_->wait_until(link_->now() + kParkPeriod);
+  }
+  parked_ = !parking_;
+  if (!parked_)
+    return log_->warning(
+        setup_.component,
+        fmt::format("the park pose was not reached within {:g} s; the joints hold where they are",
+                    to_seconds(kParkTime)));
+  if (setup_.protocol == ServoProtocol::servo_line) record_parked_pose();
+}
+
+// The next start needs no person: the arm rests in this pose without power, too.
+void ServoHardware::record_parked_pose() const {
+  PoseRecord record;
+  record.parked = true;
+  for (std::size_t i = 0; i < guards_.size(); ++i)
+    record.positions.emplace_back(setup_.joints[i].joint, guards_[i].sent_goal());
+  try {
+    write_pose_record(pose_record_file(setup_.component, setup_.port), record);
+  } catch (const InputError& problem) {
+    log_->warning(setup_.component, fmt::format("the parked pose cannot be recorded: {}", problem.what()));
+  }
 }
 
 // The torque stays on: an arm that falls is worse than one that stands.
@@ -328,7 +395,7 @@ void ServoHardware::follow_park(Duration period) {
   bool there_yet = true;
   for (const auto& [name, position] : setup_.park) {
     const auto servo = std::ranges::find(setup_.joints, name, &JointServo::joint);
-    if (servo == setup_.joints.end()) continue;
+    if (servo == setup_.joints.end() || !servo->enabled) continue;
     JointGuard& guard = guards_[static_cast<std::size_t>(servo - setup_.joints.begin())];
     guard.set_gentle(true);
     static_cast<void>(guard.goal(position, period));

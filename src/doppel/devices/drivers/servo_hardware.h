@@ -76,6 +76,7 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   Status connect();
   Status sample_at_rest();
   [[nodiscard]] Status check_start(std::size_t joint) const;
+  void choose_gentleness();
   void take_readings();
   void note_loss();
   void hold_all();
@@ -83,6 +84,8 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   void advance_torque(Duration period);
   bool watch_heat();
   void follow_park(Duration period);
+  void park_and_wait();
+  void record_parked_pose() const;
   void fill_states(std::span<double> states) const;
   void publish_report();
   void close();
@@ -105,7 +108,7 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   int lost_ = 0;  // cycles in a row with an answer missing
   Time whole_{};  // of the link's clock: the last cycle with all answers
   double torque_ = 0, torque_set_ = 0;
-  bool stopped_ = false, parking_ = false;
+  bool stopped_ = false, parking_ = false, parked_ = false, gentle_ = false;
   std::array<char, 160> why_{};  // of the last failure
   std::atomic<std::uint64_t> cycles_{0}, lost_answers_{0}, damaged_{0};
   std::vector<std::atomic<unsigned>> joint_events_;

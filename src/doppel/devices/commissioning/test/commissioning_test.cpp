@@ -9,6 +9,7 @@
 #include "doppel/devices/commissioning/bus_check.h"
 #include "doppel/devices/commissioning/bus_scan.h"
 #include "doppel/devices/commissioning/nudge.h"
+#include "doppel/devices/commissioning/recovery.h"
 #include "doppel/devices/drivers/test/driver_bench.h"
 
 namespace doppel {
@@ -167,6 +168,43 @@ TEST(Nudge, PersonEndsMotion) {
   const NudgeResult result = nudge(bench.bus, bench.setup(), "j2", {.ends = [&] { return ++calls == 10; }});
   EXPECT_TRUE(result.ended);
   EXPECT_LT(result.moved, kThreeDegrees);
+}
+
+TEST(Recovery, JointOutsideLimitsIsDrivenInsideSlowly) {
+  for (const char* plugin : {"doppel/FeetechSts", "doppel/DynamixelX"}) {
+    Commissioned bench(plugin);
+    bench.machine.states[1].position = 2.3;
+    for (int i = 0; i < 10; ++i) bench.machine.step();
+    bench.wire.follow(bench.machine.now);
+    const Recovery plan = plan_recovery(bench.bus, bench.setup(), "j2");
+    EXPECT_FALSE(plan.is_inside);
+    EXPECT_NEAR(plan.start, 2.3, 0.003);
+    EXPECT_EQ(bench.devices.servos()[1].value(ServoRole::torque_enable), 0) << "a plan moves nothing";
+    double fastest = 0;
+    double before = bench.q(1);
+    Time then = bench.machine.now;
+    const Recovery out = recover(bench.bus, bench.setup(), "j2", {.ends = [&] {
+                                   const double dt = to_seconds(bench.machine.now - then);
+                                   if (dt > 0)
+                                     fastest = std::max(fastest, std::abs(bench.q(1) - before) / dt);
+                                   before = bench.q(1);
+                                   then = bench.machine.now;
+                                   return false;
+                                 }});
+    EXPECT_TRUE(out.is_inside) << out.end;
+    EXPECT_LE(bench.q(1), 2.0) << plugin;
+    EXPECT_LE(fastest, 6 * std::numbers::pi / 180 + 0.02) << "5 deg/s, and a tick";
+    EXPECT_EQ(bench.devices.servos()[1].value(ServoRole::torque_limit),
+              std::llround(0.3 * static_cast<double>(bench.servo.whole_torque)));
+  }
+}
+
+TEST(Recovery, JointInsideLimitsStaysAsItIs) {
+  Commissioned bench;
+  const Recovery out = recover(bench.bus, bench.setup(), "j2", {});
+  EXPECT_TRUE(out.is_inside);
+  EXPECT_EQ(out.start, out.end);
+  EXPECT_EQ(bench.devices.servos()[1].value(ServoRole::torque_enable), 0);
 }
 
 }  // namespace

@@ -154,6 +154,16 @@ TEST(ServoLineDriver, SecondOpeningOfPortMovesNoServo) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(bench.q(i), 0.8, 0.005);
 }
 
+TEST(ServoLineDriver, ParkedPoseIsUsedForOneStart) {
+  LineBench bench;
+  const auto file = pose_record_file("Arm", "emulated");
+  write_pose_record(file, {.parked = true, .positions = {{"j1", 0}, {"j2", 0}, {"j3", 0}}});
+  bench.start();
+  ASSERT_EQ(bench.run(0.2), HardwareReturn::ok);
+  for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(bench.q(i), 0, 0.005);
+  EXPECT_FALSE(read_pose_record(file)) << "the arm may move, and the record would say that it has not";
+}
+
 TEST(ServoLineDriver, LostSupplyFaultsAndNeedsConfirmationAgain) {
   LineBench bench;
   bench.confirm({0, 0, 0});
