@@ -37,7 +37,17 @@ void add_hardware_options(CLI::App& verb, HardwareRunOptions& options) {
           "they run")
       ->type_name("FILE")
       ->check(CLI::ExistingFile);
-  if (!options.ports) return;
+  if (!options.ports) {
+    CLI::Option* const mirror =
+        verb.add_option("--mirror", options.mirror,
+                        "The twin beside real hardware: shadow: it gets the same commands, so that "
+                        "'doppel mirror' shows where the two differ, follow: it is where the measured joints "
+                        "are, off: it gets no commands")
+            ->check(CLI::IsMember({"shadow", "follow", "off"}))
+            ->capture_default_str();
+    verb.add_flag("--no-shadow", options.no_shadow, "The same as --mirror follow")->excludes(mirror);
+    return;
+  }
   verb.add_option(
           "--hand", options.hand,
           "At joints whose torque is off: none: they fall, guide: a hand holds them and moves them as "
@@ -54,6 +64,9 @@ void apply(const HardwareRunOptions& options, std::uint64_t seed, Scenario& scen
   scenario.emulation.faults = options.faults;
   scenario.emulation.trace = options.trace;
   scenario.emulation.seed = seed;
+  scenario.mirror = options.no_shadow || options.mirror == "follow" ? MirrorMode::follow
+                    : options.mirror == "off"                       ? MirrorMode::off
+                                                                    : MirrorMode::shadow;
   if (options.hand != "none")
     scenario.emulation.hand = options.hand == "guide" ? HandMotion::guide : HandMotion::sweep;
 }

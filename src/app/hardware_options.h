@@ -16,6 +16,8 @@ struct HardwareRunOptions {
   bool emulate = false;  // the drivers of devices, on emulated buses
   bool ports = false;    // of the verb `emulate`
   std::string faults, hand = "none", trace;
+  std::string mirror = "shadow";
+  bool no_shadow = false;
 };
 
 // Call it with `ports` set for the verb `emulate`.

@@ -29,6 +29,7 @@ void add_spawn(CLI::App& app, int& exit_code);         // and delete
 void add_saved_states(CLI::App& app, int& exit_code);  // save, restore and rewind
 
 void add_hardware(CLI::App& app, int& exit_code);  // servos on this machine's ports
+void add_mirror(CLI::App& app, int& exit_code);    // a running arm beside its twin
 
 // Without a twin, over descriptions in files.
 void add_xacro(CLI::App& app, int& exit_code);

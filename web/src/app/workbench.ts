@@ -2,6 +2,7 @@
 import type { App, Panel } from './app';
 import type { Layout } from './layout';
 import { h } from './dom';
+import { Devices } from './devices';
 import { Drive } from './drive';
 import { makeHints } from './hints';
 import { Jog } from './jog';
@@ -18,6 +19,7 @@ import { ToolDriver } from './tool';
 import { Validation } from './validation';
 import { controlPanel } from '../panels/control';
 import { drivePanel } from '../panels/drive';
+import { hardwarePanel } from '../panels/hardware';
 import { healthPanel } from '../panels/health';
 import { jointsPanel } from '../panels/joints';
 import { logPanel } from '../panels/log';
@@ -42,6 +44,7 @@ import { Picker } from '../scene/picking';
 import { Pusher } from '../scene/push';
 import { ReachPoints } from '../scene/reach_points';
 import { SensorLayers } from '../scene/sensor_layers';
+import { TwinGhost } from '../scene/twin_ghost';
 
 const COMMANDS = ['control', 'tool', 'drive', 'poses', 'parameters']; // panels without use in a recording
 
@@ -59,6 +62,8 @@ export function startWorkbench(app: App, layout: Layout): void {
   const baseTrace = new BaseTrace(app, legend);
   const ghost = new GoalGhost(app, driver);
   const evidence = new EvidenceGhost(app, driver, legend);
+  const devices = new Devices(app.twin);
+  const twinGhost = new TwinGhost(app, driver, devices, legend);
   const validation = new Validation(app.twin);
   const reach = new Reach(app, driver.kinematics);
   const reachPoints = new ReachPoints(app, reach, legend);
@@ -75,7 +80,7 @@ export function startWorkbench(app: App, layout: Layout): void {
 
   const comparison = h('div', { class: 'padded' });
   const comparePanel: Panel = { id: 'compare', title: 'Compare', element: comparison, excluded: () => !comparison.hasChildNodes() }; // filled by src/bag
-  const right: Panel[] = [jointsPanel(app), comparePanel, healthPanel(app), validatePanel(app, validation, evidence), controlPanel(app), toolPanel(app, { driver, handle, ghost, reach, jog, pusher }), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
+  const right: Panel[] = [jointsPanel(app), comparePanel, healthPanel(app), hardwarePanel(app, devices), validatePanel(app, validation, evidence), controlPanel(app), toolPanel(app, { driver, handle, ghost, reach, jog, pusher }), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
   const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   for (const panel of [...right, ...bottom]) if (COMMANDS.includes(panel.id)) panel.excluded = () => app.twin.isReadOnly;
   layout.mount(right, bottom);
@@ -116,5 +121,5 @@ export function startWorkbench(app: App, layout: Layout): void {
     app.select(hit && !(other && other.distance < here) ? { link: hit.link } : null);
     if (other && other.distance < here) app.twin.selectRobot(other.space);
   });
-  Object.assign(app, { driver, handle, ghost, evidence, validation, reach, reachPoints, jog, drive, baseTrace, sensors, sensorPictures, pusher, objects, parameters, recorder, comparison, legend, ready: true });
+  Object.assign(app, { driver, handle, ghost, twinGhost, devices, evidence, validation, reach, reachPoints, jog, drive, baseTrace, sensors, sensorPictures, pusher, objects, parameters, recorder, comparison, legend, ready: true });
 }

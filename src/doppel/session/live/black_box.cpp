@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 using Clock = std::chrono::steady_clock;
 
 constexpr const char* kBlackBox = "black_box";
+constexpr const char* kMirror = "mirror";  // the log's origin of alarms of the mirror
 constexpr const char* kAbout = "doppel_black_box";
 constexpr std::string_view kRolling = "black_box-";           // and the process's number
 constexpr std::chrono::seconds kRollingFile{10}, kQuiet{30};  // kQuiet: between two bags of one kind of cause
@@ -224,6 +225,8 @@ void BlackBox::look(const BagTopicCount& topic, const Edge::Incoming& message) {
       notice(fmt::format("error: {}: {}", line->name, line->msg));
     if (line->level == rcl_interfaces::msg::Log::WARN && is_limit_episode(line->msg))
       notice("limit: " + line->msg);
+    if (line->level == rcl_interfaces::msg::Log::WARN && line->name == kMirror)
+      notice("mirror: " + line->msg);
   } else if (topic.name.ends_with("/emergency_stop_active")) {
     const auto stop = decoded<std_msgs::msg::Bool>(message.cdr);
     bool& stopped = stopped_[topic.name];

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,8 @@
 #include "doppel/twin/loop/tickable.h"
 
 namespace doppel {
+
+class Shadow;  // detail/shadow.h
 
 struct JointSnapshot {
   std::string name;
@@ -69,11 +72,11 @@ class DOPPEL_API TwinRobot {
     Time next_housekeeping{};
     SavedTicks ticks;
   };
-  // former: in whose place it is made, with its history and the start of its sensors; nullptr: none. Neither loads
-  // controllers nor publishes anything yet. Throws InputError.
+  // former: in whose place it is made, with its history and the start of its sensors; nullptr: none.
+  // Neither loads controllers nor publishes anything yet. Throws InputError.
   TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledRobot> machine, Instance instance,
             const TwinRobot* former, Diagnostics& diagnostics);
-  ~TwinRobot() { loop_.reset(); }  // ends the loop's thread before the members that it uses are destroyed
+  ~TwinRobot();
   TwinRobot(const TwinRobot&) = delete;
   TwinRobot& operator=(const TwinRobot&) = delete;
 
@@ -128,10 +131,14 @@ class DOPPEL_API TwinRobot {
   // The controllers' time: with a ControlLoop it continues while the simulation is paused.
   [[nodiscard]] Time control_time(Time now) const { return loop_ ? loop_->now() : now; }
   void control_at_once(std::uint64_t step) { next_tick_ = step; }
-  void before_step(std::uint64_t step) {
-    if (loop_ || control_due(step + 1)) control_->before_step();
-  }
+  void before_step(std::uint64_t step);
   void after_step(Time now);
+  // q as clients see it: of joints with real hardware the measured positions, of others the instance's.
+  [[nodiscard]] std::span<const double> present_q() const;
+  // True: the joint's position is read from real hardware. False for a mimic joint of such a one.
+  [[nodiscard]] bool is_measured(int joint) const;
+  // True: the instance stands beside real hardware and got its commands in the last step (MirrorMode).
+  [[nodiscard]] bool is_shadow() const;
   [[nodiscard]] bool publication_due(Time now) const { return ticks_.is_due(now); }
   void publish_due(Time now) { ticks_.publish_due(now); }
 
@@ -164,7 +171,8 @@ class DOPPEL_API TwinRobot {
   void conclude_rest();
   // Why there is no complete report; empty: there is one.
   [[nodiscard]] std::string rest_reason() const;
-  // A hash over the bits of every q, v and drive effort of every step so far, and of the sensors that controllers read.
+  // A hash over the bits of every q, v and drive effort of every step so far, and of the sensors that
+  // controllers read.
   [[nodiscard]] std::uint64_t state_hash() const { return history_.hash; }
 
  private:
@@ -179,6 +187,7 @@ class DOPPEL_API TwinRobot {
   Instance instance_;
   std::unique_ptr<ControlStack> control_;
   std::unique_ptr<ControlLoop> loop_;  // nullptr: no real hardware, the twin ticks the manager
+  std::unique_ptr<Shadow> shadow_;     // nullptr: no real hardware, the instance is the robot
   History history_;
   TickList ticks_;
   std::uint64_t steps_per_tick_ = 1, next_tick_ = 0;

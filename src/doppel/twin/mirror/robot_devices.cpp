@@ -1,0 +1,77 @@
+#include "doppel/twin/mirror/detail/robot_devices.h"
+
+#include "doppel/scenario/schema/robot_names.h"
+
+namespace doppel {
+namespace {
+
+void write(const DeviceReport::Joint& from, doppel_msgs::msg::DeviceJoint& to) {
+  to.name = from.name;
+  to.id = from.id;
+  to.position = from.position;
+  to.goal = from.goal;
+  to.velocity = from.velocity;
+  to.load = from.load;
+  to.current = from.current;
+  to.voltage = from.voltage;
+  to.temperature = from.temperature;
+  to.age = from.age;
+  to.believed = from.believed;
+  to.faults = from.faults;
+}
+
+}  // namespace
+
+RobotDevices::RobotDevices(Bus& bus, const std::string& name_space)
+    : node_(bus, in_namespace(name_space, "doppel")),
+      topic_(node_.advertise<doppel_msgs::msg::Devices>("~/hardware")) {}
+
+bool has_devices(const TwinRobot& robot) {
+  const ControllerManager& manager = robot.controller_manager();
+  DeviceReport report;
+  const std::size_t count = manager.hardware().size();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (manager.report(i, report)) return true;
+  }
+  return false;
+}
+
+void RobotDevices::collect(const TwinRobot& robot) {
+  const ControllerManager& manager = robot.controller_manager();
+  std::size_t count = 0;
+  const std::vector<HardwareView> components = manager.hardware();
+  for (std::size_t i = 0; i < components.size(); ++i) {
+    if (!manager.report(i, report_)) continue;
+    if (message_.devices.size() == count) message_.devices.emplace_back();
+    doppel_msgs::msg::Device& device = message_.devices[count++];
+    device.name = components[i].name;
+    device.plugin = components[i].plugin;
+    device.component_state = to_string(components[i].state);
+    device.state = report_.state;
+    device.port = report_.port;
+    device.fault = components[i].fault;
+    device.cycles = report_.cycles;
+    device.lost = report_.lost;
+    device.damaged = report_.damaged;
+    device.joints.resize(report_.joints.size());
+    for (std::size_t j = 0; j < device.joints.size(); ++j) write(report_.joints[j], device.joints[j]);
+  }
+  message_.devices.resize(count);
+}
+
+void RobotDevices::publish(Time now) {
+  if (!topic_.has_listeners()) return;
+  message_.header.stamp = to_time_msg(node_.bus().stamp(now));
+  topic_.publish(message_, now);
+}
+
+const doppel_msgs::msg::DeviceJoint* RobotDevices::find(std::string_view joint) const {
+  for (const doppel_msgs::msg::Device& device : message_.devices) {
+    for (const doppel_msgs::msg::DeviceJoint& one : device.joints) {
+      if (one.name == joint) return &one;
+    }
+  }
+  return nullptr;
+}
+
+}  // namespace doppel
