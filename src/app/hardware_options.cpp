@@ -45,6 +45,9 @@ void add_hardware_options(CLI::App& verb, HardwareRunOptions& options) {
                         "are, off: it gets no commands")
             ->check(CLI::IsMember({"shadow", "follow", "off"}))
             ->capture_default_str();
+    verb.add_flag("--no-guard", options.no_guard,
+                  "Do not refuse motions of devices that end in a contact of the robot's own links, or in a "
+                  "keep-out box of the world");
     verb.add_flag("--no-shadow", options.no_shadow, "The same as --mirror follow")->excludes(mirror);
     return;
   }
@@ -61,6 +64,7 @@ void add_hardware_options(CLI::App& verb, HardwareRunOptions& options) {
 void apply(const HardwareRunOptions& options, std::uint64_t seed, Scenario& scenario) {
   if (options.emulate || options.ports) std::ranges::for_each(scenario.robots, take_hardware);
   scenario.hardware = hardware_use(options, scenario.robots);
+  scenario.guard = !options.no_guard;
   scenario.emulation.faults = options.faults;
   scenario.emulation.trace = options.trace;
   scenario.emulation.seed = seed;

@@ -15,6 +15,7 @@ namespace doppel::app {
 struct HardwareRunOptions {
   bool emulate = false;  // the drivers of devices, on emulated buses
   bool ports = false;    // of the verb `emulate`
+  bool no_guard = false;
   std::string faults, hand = "none", trace;
   std::string mirror = "shadow";
   bool no_shadow = false;

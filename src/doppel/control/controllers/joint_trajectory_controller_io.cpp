@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "doppel/control/controllers/detail/joint_trajectory_controller.h"
+#include "doppel/control/manager/command_guard.h"
 #include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
@@ -133,7 +134,9 @@ void JointTrajectoryController::receive(const TrajectoryMessage& received) {
     return;
   }
   const TrajectoryMessage message = in_own_time(received);
-  if (const Status fine = check(message); !fine) {
+  Status fine = check(message);
+  if (fine) fine = check_path(message);
+  if (!fine) {
     context_->log->error(context_->name, fine.why() + "; the trajectory is ignored");
     return;
   }
@@ -147,6 +150,37 @@ void JointTrajectoryController::receive(const TrajectoryMessage& received) {
   adopt(message);
 }
 
+// The whole path by the guard, as it will be followed from the present state.
+Status JointTrajectoryController::check_path(const TrajectoryMessage& message) const {
+  if (context_->guard == nullptr || !settings_.commands(Kind::position)) return {};
+  jtc::ReceivedTrajectory preview = trajectory_of(message);
+  jtc::Trajectory& trajectory = *preview.get();
+  if (settings_.interpolate_from_desired) {
+    trajectory.begin(now(), run_.last_commanded_time.value_or(now()), run_.last_commanded, wraps_);
+  } else {
+    trajectory.begin(now(), now(), run_.state, wraps_);
+  }
+  const Time start = now();
+  jtc::JointStates there(settings_.joints.size());
+  return context_->guard->check({settings_.joints, std::max(trajectory.end_time() - start, Duration{}),
+                                 [&](Duration since, std::span<double> positions) {
+                                   if (!trajectory.sample(start + since, settings_.interpolation, there))
+                                     return false;
+                                   std::ranges::copy(there.positions, positions.begin());
+                                   return true;
+                                 }});
+}
+
+// Joints that the message leaves out stay where they are commanded to be.
+jtc::ReceivedTrajectory JointTrajectoryController::trajectory_of(const TrajectoryMessage& message) const {
+  std::vector<double> hold = run_.state.positions;
+  for (std::size_t j = 0; j < hold.size(); ++j) {
+    const double commanded = interfaces_.command(Kind::position, j);
+    if (std::isfinite(commanded)) hold[j] = commanded;
+  }
+  return jtc::make_trajectory(message, rules_of(settings_, tuning_), hold);
+}
+
 // The trajectory is followed from the next update.
 void JointTrajectoryController::adopt(const TrajectoryMessage& message) {
   for (const std::string& joint : jtc::repeated_joints(message)) {
@@ -154,12 +188,7 @@ void JointTrajectoryController::adopt(const TrajectoryMessage& message) {
          fmt::format("the trajectory lists joint '{}' more than once; its last values are used", joint),
          "list it once");
   }
-  std::vector<double> hold = run_.state.positions;
-  for (std::size_t j = 0; j < hold.size(); ++j) {
-    const double commanded = interfaces_.command(Kind::position, j);
-    if (std::isfinite(commanded)) hold[j] = commanded;
-  }
-  run_.received = jtc::make_trajectory(message, rules_of(settings_, tuning_), hold);
+  run_.received = trajectory_of(message);
   warn_of_stamp(message);
   run_.next = Source::received;
   run_.holding = false;
@@ -225,6 +254,7 @@ Status JointTrajectoryController::accept_goal(const GoalId& id, const FollowJoin
   if (!active_) return refuse(fmt::format("'{}' is not active; activate it first", context_->name));
   const TrajectoryMessage trajectory = in_own_time(goal.trajectory);
   if (Status fine = check(trajectory); !fine) return refuse(fine.why());
+  if (Status free = check_path(trajectory); !free) return refuse(free.why());
   report_endings();
   if (run_.goal) {
     finish(*run_.goal, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL,

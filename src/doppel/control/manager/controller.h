@@ -25,6 +25,8 @@
 
 namespace doppel {
 
+class CommandGuard;  // command_guard.h
+
 struct InterfaceConfiguration {
   enum class Kind { none, all, individual } kind = Kind::none;
   std::vector<std::string> names;  // "Revolute 1/position", in the order of the handles
@@ -84,6 +86,7 @@ struct ControllerContext {
   ParameterOverrides* overrides = nullptr;  // this controller's part of the YAML files
   double update_rate = 0;                   // Hz, the rate of update() after rounding to the manager's period
   std::string type;                         // "joint_trajectory_controller/JointTrajectoryController"
+  CommandGuard* guard = nullptr;            // that permits its motions; nullptr: none
 };
 
 class DOPPEL_API Controller {

@@ -56,7 +56,8 @@ ControllerManager::Impl::Impl(Bus& the_bus, const Model& the_model, const Contro
       log(the_log),
       node(bus, options.name_space + "/" + options.name),
       own(file == nullptr ? ParameterOverrides{} : file->overrides_for(node.name(), node.given_name())),
-      limiter(the_model) {
+      limiter(the_model),
+      guarded(options.guard) {
   make_standard(node);
   serve_logger_levels(node);
   node.parameters().allow_undeclared();  // spawners set the type of a controller that no file declares
@@ -222,7 +223,7 @@ std::unique_ptr<LoadedController> ControllerManager::Impl::make(const std::strin
   c->node->parameters().allow_undeclared();
   c->transitions = c->node->advertise<lifecycle_msgs::msg::TransitionEvent>("~/transition_event");
   c->fallback = texts_of(name + kFallback);
-  c->context = {name, c->node.get(), model, &log, &c->overrides, 0.0, type_name};
+  c->context = {name, c->node.get(), model, &log, &c->overrides, 0.0, type_name, options.guard};
   choose_rate(*c);
   declare_written_type(*c);
   c->controller = type->make();
@@ -339,6 +340,7 @@ void ControllerManager::Impl::tick(Time the_time) {
   // Limits apply to claimed commands once for each tick, after all controllers, because one command may be
   // a reference that another controller has changed.
   limiter.apply(now, period);
+  guarded.apply();
   resources.write(now);
 }
 
@@ -350,6 +352,7 @@ void ControllerManager::Impl::housekeeping(Time the_time) {
     c->next_housekeeping = std::max(c->next_housekeeping + c->housekeeping_period, now);
   }
   limiter.report(now, log);
+  guarded.attend(period);
   resources.attend();
   publish_diagnostics();
 }

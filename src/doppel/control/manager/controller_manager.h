@@ -33,6 +33,7 @@ struct ControllerManagerOptions {
   std::function<Duration(double rate, const SourceLocation& where, Diagnostics& diagnostics)> choose_period =
       {};
   bool enforce_limits = true;
+  CommandGuard* guard = nullptr;  // of position commands; outlives the manager. nullptr: none
 };
 
 // The YAML's settings of a loop with a separate thread, by ros2_control's names.

@@ -74,6 +74,7 @@ void ControllerManager::Impl::add_hardware(std::unique_ptr<HardwareComponent> ha
   make_hardware_node(component.name);
   for (std::size_t i = 0; i < component.command_names.size(); ++i) {
     limiter.add(resources, component.first_command + i);
+    guarded.add(resources, *model, component.first_command + i);
   }
   const auto starts = [&](const char* state) {
     const auto* parameter =
@@ -126,6 +127,7 @@ Status ControllerManager::Impl::pass_towards(ResourceTable::Component& c, Hardwa
   forget_commands(c);
   const Status status = pass(c, target, "activated", [&] { return hardware.on_activate(); });
   if (!status) return status;
+  guarded.note_activation();
   note_fault(c, "");
   c.not_finite_reported = false;
   if (stopped) stop_component(c);

@@ -51,8 +51,8 @@ Recovery recover(ServoBus& bus, const ServoSetup& setup, const std::string& join
   slow.read();
   Recovery out = way_back(servo, slow.position());
   if (out.is_inside) return out;
-  // A servo whose own limits exclude the place where it is goes to the nearest goal that it accepts, so that the
-  // speed is bounded before the torque is on.
+  // A servo whose own limits exclude the place where it is goes to the nearest goal that it accepts, so
+  // that the speed is bounded before the torque is on.
   slow.set_speed(options.speed);
   if (!slow.torque_on(out.start) && !slow.torque_on(out.goal))
     throw InputError("hardware.no_recovery", servo.source,

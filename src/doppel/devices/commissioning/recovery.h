@@ -22,8 +22,8 @@ struct Recovery {
   bool is_inside = false;               // the joint is inside of its limits
 };
 
-// Where the joint has to go, rad, and where it is; equal: it is inside. Nothing moves. Throws InputError: no such
-// joint, no answer.
+// The way of a joint: where it has to go, rad, and where it is; equal: it is inside. Nothing moves. Throws
+// InputError: no such joint, no answer.
 [[nodiscard]] DOPPEL_API Recovery plan_recovery(ServoBus& bus, const ServoSetup& setup,
                                                 const std::string& joint);
 // The joint holds where it ends, with this torque: without it, its load could take it outside again.

@@ -1,6 +1,7 @@
 #pragma once
-// What has been confirmed about one machine before it moves at full speed: that `doppel hardware check` passed,
-// and that a person saw each joint turn the right way when it was nudged. Kept in the user's state folder.
+// Records what has been confirmed about one machine before it moves at full speed: that `doppel hardware check`
+// passed, and that a person saw each joint turn the right way when it was nudged. Kept in the user's
+// state folder.
 
 #include <filesystem>
 #include <optional>
@@ -18,13 +19,13 @@ struct CheckRecord {
   std::vector<std::pair<std::string, std::string>> nudged;  // joints, and their fingerprints then
 };
 
-// The servo of a joint as it is mounted and limited, or all of them, as a short text: another id, direction or
-// offset is another machine, whose record counts no longer.
+// The servo of a joint as it is mounted and limited, or all of them, as a short text: another id,
+// direction or offset is another machine, whose record counts no longer.
 [[nodiscard]] DOPPEL_API std::string fingerprint(const JointServo& servo);
 [[nodiscard]] DOPPEL_API std::string fingerprint(const ServoSetup& setup);
 
-// The file of a component, by its port, which is named by its adapter (/dev/serial/by-id) where it has a name.
-// Empty: the user has no state folder.
+// The file of a component, by its port, which is named by its adapter (/dev/serial/by-id) where it has
+// a name. Empty: the user has no state folder.
 [[nodiscard]] DOPPEL_API std::filesystem::path check_record_file(const std::string& component,
                                                                  const std::string& port);
 // An empty record: there is none, or a file that cannot be read.

@@ -234,7 +234,8 @@ Status ServoHardware::on_shutdown() {
   return {};
 }
 
-// In the thread that shuts down, without a loop around it. A person who does not want to wait interrupts again.
+// In the thread that shuts down, without a loop around it. A person who does not want to wait
+// interrupts again.
 void ServoHardware::park_and_wait() {
   claimed_.assign(claimed_.size(), false);
   hold_all();

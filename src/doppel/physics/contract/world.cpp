@@ -9,6 +9,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/base/yaml/yaml_fields.h"
+#include "doppel/physics/contract/keep_out.h"
 #include "doppel/robot/collision/size_limits.h"
 
 namespace doppel {
@@ -29,12 +30,13 @@ class WorldReader : YamlFields {
     if (root.is_null()) return world;
     if (fields(root, "a world",
                {"name", "gravity", "step", "integrator", "ground", "friction_rule", "robot", "robots",
-                "objects"})) {
+                "objects", "keep_out"})) {
       read_world(root, world);
     }
     errors().throw_if_errors();
     return world;
   }
+  [[nodiscard]] std::vector<KeepOutBox> keep_out() const { return keep_out_; }
 
  private:
   double not_negative(const PlacedYaml& node, const std::string& what) {
@@ -81,6 +83,7 @@ class WorldReader : YamlFields {
       world.X_WR = pose(root["robot"]);
     if (root["robots"]) read_robots(root["robots"], world);
     if (root["objects"]) read_objects(root["objects"], world);
+    if (root["keep_out"]) read_keep_out(root["keep_out"]);
   }
 
   Duration step(const PlacedYaml& node) {
@@ -172,6 +175,26 @@ class WorldReader : YamlFields {
     std::error_code none;
     const std::filesystem::path beside = folder_ / written;
     return std::filesystem::exists(beside, none) ? beside.string() : written;
+  }
+
+  void read_keep_out(const PlacedYaml& node) {
+    if (!node.is_list()) return error(node, "keep_out must be a list of boxes");
+    for (const PlacedYaml& item : node.items) {
+      if (!fields(item, "a keep-out box", {"name", "box", "xyz", "rpy"})) continue;
+      if (!item["name"] || !item["box"]) {
+        error(item, "a keep-out box needs a name and a box",
+              "write {name: wall, box: [0.1, 2, 1], xyz: [...]}");
+        continue;
+      }
+      KeepOutBox out;
+      out.source = item.where;
+      out.name = text(item["name"], "name");
+      out.size = vector<3>(item["box"], "box");
+      if (item["box"].is_list() && out.size.minCoeff() <= 0)
+        error(item["box"], "the sides of a box must be positive");
+      out.X_WB = pose(item);
+      keep_out_.push_back(std::move(out));
+    }
   }
 
   void read_objects(const PlacedYaml& node, World& world) {
@@ -293,6 +316,7 @@ class WorldReader : YamlFields {
 
   std::filesystem::path file_, folder_;
   PackageResolver& resolver_;
+  std::vector<KeepOutBox> keep_out_;
 };
 
 }  // namespace
@@ -313,6 +337,12 @@ World load_world(const std::filesystem::path& file, PackageResolver& resolver) {
         "pass it as the target (doppel up FILE), or spawn it in the running twin (doppel spawn FILE)");
   }
   return WorldReader(file, resolver).read();
+}
+
+std::vector<KeepOutBox> load_keep_out(const std::filesystem::path& file, PackageResolver& resolver) {
+  WorldReader reader(file, resolver);
+  static_cast<void>(reader.read());
+  return reader.keep_out();
 }
 
 }  // namespace doppel

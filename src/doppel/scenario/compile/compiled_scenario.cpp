@@ -226,6 +226,7 @@ std::vector<SdfModel> CompiledScenario::read_world(const Scenario& scenario, Dia
   const std::filesystem::path file = find_world(scenario.world->string(), resolver);
   if (!is_sdf(file)) {
     world = load_world(file, resolver);
+    keep_out = load_keep_out(file, resolver);
     included = {file};
     return {};
   }

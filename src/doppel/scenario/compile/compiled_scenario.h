@@ -9,6 +9,7 @@
 
 #include "doppel/export.h"
 #include "doppel/physics/contract/engine.h"
+#include "doppel/physics/contract/keep_out.h"
 #include "doppel/scenario/compile/compiled_robot.h"
 #include "doppel/scenario/sdf/sdf_world.h"
 
@@ -45,6 +46,7 @@ struct DOPPEL_API CompiledScenario {
   World world;
   EarthFrame earth;
   std::vector<std::string> in_file;                          // the names of the objects of the world file
+  std::vector<KeepOutBox> keep_out;                          // of a world file in YAML
   std::vector<std::filesystem::path> included;               // the files that an SDF world is made of
   std::vector<std::shared_ptr<const CompiledRobot>> robots;  // none: a world of objects
   std::shared_ptr<const std::vector<ModelSensors>> model_sensors;
@@ -64,7 +66,8 @@ struct DOPPEL_API CompiledScenario {
 // the later ones get a generated one, with a note.
 DOPPEL_API void name_robots(std::vector<WorldRobot>& robots, Diagnostics& diagnostics);
 
-// The namespace of a model that is a robot: the wanted one, or, if another robot has it, one with the model's name.
+// The namespace of a model that is a robot: the wanted one, or, if another robot has it, one with the
+// model's name.
 [[nodiscard]] DOPPEL_API std::string free_model_namespace(const std::string& wanted, const std::string& model,
                                                           const std::vector<std::string>& taken);
 

@@ -64,14 +64,15 @@ struct DOPPEL_API Scenario {
   HardwareUse hardware = HardwareUse::simulated;
   EmulationOptions emulation;  // of emulated hardware and of ports
   MirrorMode mirror = MirrorMode::shadow;
-  bool ideal = false;          // joints follow commands exactly, under any load
+  bool ideal = false;  // joints follow commands exactly, under any load
   bool enforce_limits = true;
-  RobotFactors factors;          // of all robots that are read from files; a scenario file does not have them
-  bool strict = false;           // what ROS 2 would not accept is refused (a Twist for a TwistStamped)
-  RosArguments ros;              // names and parameters of --ros-args
-  std::optional<Distro> distro;  // of ROS 2: messages and defaults; none: the process's
-  RigOptions sensors;            // the seed of noise, and whether the loop waits for samples
-  bool wall_stamps = false;      // messages are stamped with wall-clock time, and there is no /clock
+  bool guard = true;     // commands of real and emulated hardware that end in a self-collision are refused
+  RobotFactors factors;  // of all robots that are read from files; a scenario file does not have them
+  bool strict = false;   // what ROS 2 would not accept is refused (a Twist for a TwistStamped)
+  RosArguments ros;      // names and parameters of --ros-args
+  std::optional<Distro> distro;          // of ROS 2: messages and defaults; none: the process's
+  RigOptions sensors;                    // the seed of noise, and whether the loop waits for samples
+  bool wall_stamps = false;              // messages are stamped with wall-clock time, and there is no /clock
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
 
   // nullptr: none. A robot that was sent to a service, and a model of the world, have none.

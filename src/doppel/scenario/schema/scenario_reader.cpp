@@ -32,9 +32,10 @@ class ScenarioReader : YamlFields {
     const PlacedYaml root = load_yaml(file_, kRules, "scenario file");
     ScenarioFile out;
     if (fields(root, "a scenario",
-               {"doppel_scenario", "complete", "robots", "world", "engine", "step", "start_controllers",
-                "plugins", "hardware", "emulation", "mirror", "ideal", "enforce_limits", "strict", "stamp",
-                "distro", "ros_args", "sensors", "content_hash", "files"})) {
+               {"doppel_scenario",   "complete",     "robots",   "world",     "engine", "step",
+                "start_controllers", "plugins",      "hardware", "emulation", "mirror", "ideal",
+                "enforce_limits",    "guard",        "strict",   "stamp",     "distro", "ros_args",
+                "sensors",           "content_hash", "files"})) {
       read_version(root);
       read_run(root, out.scenario);
       read_ros(root["ros_args"], out.scenario);
@@ -80,6 +81,7 @@ class ScenarioReader : YamlFields {
     if (root["emulation"]) read_emulation(root["emulation"], out.emulation);
     if (root["ideal"]) out.ideal = flag(root["ideal"], "ideal");
     if (root["enforce_limits"]) out.enforce_limits = flag(root["enforce_limits"], "enforce_limits");
+    if (root["guard"]) out.guard = flag(root["guard"], "guard");
     if (root["strict"]) out.strict = flag(root["strict"], "strict");
     if (root["distro"]) {
       out.distro = static_cast<Distro>(choice(root["distro"], "distro", distro_names()));

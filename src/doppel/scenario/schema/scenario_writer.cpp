@@ -115,12 +115,15 @@ Tree tree_of(const Scenario& scenario, const fs::path& folder) {
   out["start_controllers"] = scenario.start_controllers;
   for (const std::string& plugin : scenario.plugins) out["plugins"].push_back(written_word(plugin, folder));
   if (scenario.hardware != HardwareUse::simulated) {
+    out["guard"] = scenario.guard;
     constexpr std::array kNames{"simulated", "emulated", "ports", "real"};
     out["hardware"] = kNames[static_cast<std::size_t>(scenario.hardware)];
     constexpr std::array kMirrors{"shadow", "follow", "off"};
-    if (scenario.hardware == HardwareUse::real)
+    if (scenario.hardware == HardwareUse::real) {
       out["mirror"] = kMirrors[static_cast<std::size_t>(scenario.mirror)];
-    if (scenario.hardware != HardwareUse::real) out["emulation"] = tree_of(scenario.emulation, folder);
+    } else {
+      out["emulation"] = tree_of(scenario.emulation, folder);
+    }
   }
   out["ideal"] = scenario.ideal;
   out["enforce_limits"] = scenario.enforce_limits;

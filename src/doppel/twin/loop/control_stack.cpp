@@ -121,6 +121,18 @@ std::string quoted_names(const std::vector<std::string>& names) {
   return out;
 }
 
+// True: a component of the machine will not be simulated.
+bool has_device(const CompiledRobot& machine, const ControlStack::Options& options) {
+  if (options.rehearsal || options.use == HardwareUse::ports) return false;
+  const bool servos = options.use == HardwareUse::emulated;
+  return std::ranges::any_of(machine.hardware(), [&](const HardwareDescription& one) {
+    const HardwareRegistry::Type* type = options.hardware.find(one.plugin);
+    const bool emulated =
+        servos && std::ranges::find(servo_plugins(), one.plugin, &ServoPlugin::name) != servo_plugins().end();
+    return emulated || (type != nullptr && has_wall_clock(type->kind));
+  });
+}
+
 }  // namespace
 
 Duration period_in_steps(double rate, Duration step, const SourceLocation& where, Diagnostics& diagnostics) {
@@ -160,6 +172,9 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
     return period_in_steps(rate, step, where, findings);
   };
   of_manager.enforce_limits = options.enforce_limits;
+  if (options.guard && has_device(machine, options))
+    guard_ = std::make_unique<CollisionGuard>(instance, options.keep_out, log);
+  of_manager.guard = guard_.get();
   manager_ = std::make_unique<ControllerManager>(bus, *model_, options.controllers, &controllers_, of_manager,
                                                  log, diagnostics);
   manager_->set_soft_limits(soft_limits_of(machine.description(), *model_, diagnostics));
@@ -433,6 +448,7 @@ void ControlStack::take_over(const CompiledRobot& machine, Instance now) {
   manager_->set_soft_limits(soft_limits_of(machine.description(), machine.model(), reported_before));
   model_ = machine.shared_model();  // the former one is freed with its last user
   rebind(now);
+  if (guard_) guard_->take_over(now);
   unbound_.clear();
   for (const Simulated& one : simulated_) use_sensors(*one.hardware, one.description, machine);
 }

@@ -14,6 +14,7 @@
 #include "doppel/scenario/compile/compiled_robot.h"
 #include "doppel/scenario/compile/simulated_hardware.h"
 #include "doppel/scenario/schema/scenario.h"
+#include "doppel/twin/loop/collision_guard.h"
 
 namespace doppel {
 
@@ -51,6 +52,8 @@ class DOPPEL_API ControlStack {
     bool enforce_limits = true;
     HardwareUse use = HardwareUse::simulated;
     EmulationOptions emulation = {};  // of emulated hardware and of ports
+    bool guard = false;               // commands of devices are checked by the geometry (collision_guard.h)
+    std::vector<KeepOutBox> keep_out = {};
     bool rehearsal = false;  // real hardware is simulated, because the running machine has its ports open
     RigOptions sensors = {};
     std::shared_ptr<const EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
@@ -127,7 +130,8 @@ class DOPPEL_API ControlStack {
   std::optional<GeneratedBase> spare_base_;
   bool only_compatible_ = false;  // of the selection of start()
   std::vector<GeneratedController> generated_;
-  std::vector<std::string> left_out_;  // declared in the file; after an edit they are tried again
+  std::vector<std::string> left_out_;      // declared in the file; after an edit they are tried again
+  std::unique_ptr<CollisionGuard> guard_;  // nullptr: none
   std::unique_ptr<ControllerManager> manager_;
   struct Simulated {
     SimulatedHardware* hardware;

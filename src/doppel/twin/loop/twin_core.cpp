@@ -87,10 +87,10 @@ std::unique_ptr<TwinRobot> TwinCore::make_robot(std::shared_ptr<const CompiledRo
                      "remove __ns, and give each robot its namespace: --robot TARGET:NAMESPACE");
   }
   const Instance instance = instance_of(engine(), *robot);
-  auto fresh =
-      std::make_unique<TwinRobot>(TwinRobot::Surroundings{bus_, sources_->controllers, sources_->hardware,
-                                                          scenario(), log_, gate_, statics_, earth_, ranges_},
-                                  std::move(robot), instance, former, diagnostics);
+  auto fresh = std::make_unique<TwinRobot>(
+      TwinRobot::Surroundings{bus_, sources_->controllers, sources_->hardware, scenario(), log_, gate_,
+                              statics_, earth_, ranges_, machine_->keep_out},
+      std::move(robot), instance, former, diagnostics);
   // A robot that joins between two ticks of its rate is controlled in the next step, so that it does not
   // fall meanwhile.
   fresh->control_at_once(steps_);

@@ -142,6 +142,8 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
   ControlStack::Options options{around.controllers, around.hardware, around.scenario.enforce_limits,
                                 around.scenario.hardware};
   options.emulation = around.scenario.emulation;
+  options.guard = around.scenario.guard;
+  options.keep_out = around.keep_out;
   options.sensors = around.scenario.sensors;
   options.earth = around.earth;
   options.ranges = around.ranges;

@@ -55,6 +55,7 @@ class DOPPEL_API TwinRobot {
     std::shared_ptr<StaticTransforms> statics;
     std::shared_ptr<const EarthFrame> earth;  // of the present world
     std::shared_ptr<RangeValues> ranges;      // of the twin's range sensors
+    std::vector<KeepOutBox> keep_out = {};    // of the world file
   };
   // State that is kept when the robot is rebuilt: the reports so far, and the hash.
   struct History {

@@ -121,6 +121,8 @@ class JointTrajectoryController : public Controller {
   Status accept_goal(const GoalId& id, const FollowJointTrajectory::Goal& goal);
   Status cancel_goal(const GoalId& id);
   Status check(const TrajectoryMessage& message) const;
+  [[nodiscard]] Status check_path(const TrajectoryMessage& message) const;
+  [[nodiscard]] jtc::ReceivedTrajectory trajectory_of(const TrajectoryMessage& message) const;
   void adopt(const TrajectoryMessage& message);
   void warn_of_stamp(const TrajectoryMessage& message);
   void send_feedback(Time now);

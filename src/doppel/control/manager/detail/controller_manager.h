@@ -9,6 +9,7 @@
 
 #include "doppel/base/core/thrown.h"
 #include "doppel/control/manager/controller_manager.h"
+#include "doppel/control/manager/detail/guarded_commands.h"
 #include "doppel/control/manager/detail/joint_limiter.h"
 #include "doppel/control/manager/detail/resource_table.h"
 #include "doppel/control/manager/rates.h"
@@ -240,6 +241,7 @@ struct ControllerManager::Impl {
   ResourceTable resources;
   std::map<std::string, std::unique_ptr<Node>> hardware_nodes;  // by component
   JointLimiter limiter;
+  GuardedCommands guarded;
   std::vector<std::unique_ptr<LoadedController>>
       loaded;  // in order of loading, which is the order of updates
   std::vector<LoadedController*> active;

@@ -1,5 +1,5 @@
-// Properties of every run of the driver, over random poses, loads, motions, faults and stops. A failure prints
-// its seed.
+// Properties of every run of the driver, over random poses, loads, motions, faults and stops. A failure
+// prints its seed.
 #include <gmock/gmock.h>
 
 #include <array>

@@ -1,0 +1,62 @@
+#pragma once
+// Refuses motions of a robot that end in a contact of its own links, or inside a keep-out box: the twin's
+// geometry in front of real hardware. The pairs are those that collide in the simulation (exclusions.h), less
+// those whose relative pose depends on one joint alone, which its limits bound.
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "doppel/base/core/log.h"
+#include "doppel/control/manager/command_guard.h"
+#include "doppel/export.h"
+#include "doppel/physics/contract/engine.h"
+#include "doppel/physics/contract/keep_out.h"
+#include "doppel/robot/collision/collision_scene.h"
+
+namespace doppel {
+
+class DOPPEL_API CollisionGuard : public CommandGuard {
+ public:
+  // `log` outlives the guard.
+  CollisionGuard(const Instance& robot, std::vector<KeepOutBox> boxes, const Log& log);
+  // Between ticks: another model with the same joints.
+  void take_over(const Instance& robot);
+
+  [[nodiscard]] Status check(const GuardedPath& path) override;
+  // permits() may take a fifth of the period; where it takes more, it permits everything, and a warning
+  // says so.
+  void begin(std::span<const double> positions, Duration period) override;
+  void attend() override;
+  [[nodiscard]] bool permits(std::span<const double> positions) noexcept override;
+
+  // s, of permits(), as begin() measured it.
+  [[nodiscard]] double cost() const { return cost_; }
+  [[nodiscard]] std::size_t pair_count() const { return pairs_.size(); }
+
+ private:
+  void leave_out_single_joints();
+  void leave_out_touching();
+  void take(std::span<const double> positions);
+  // An index of the scene's tested pairs.
+  [[nodiscard]] std::optional<std::size_t> touching(double clearance);
+  [[nodiscard]] std::string sentence(std::size_t pair, const char* verb) const;
+  [[nodiscard]] double measured_cost();
+
+  const std::vector<KeepOutBox> boxes_;
+  const Log& log_;
+  std::shared_ptr<const Model> model_;
+  std::shared_ptr<const CollisionScene> scene_;
+  std::unique_ptr<CollisionContext> context_;
+  std::vector<std::size_t> all_pairs_, pairs_;  // pairs_: without those that touched at the beginning
+  Eigen::VectorXd q_;                           // [nq]
+  double cost_ = 0;
+  bool too_slow_ = false;
+  std::optional<std::size_t> refused_;  // pair of the present episode
+  bool reported_ = false;
+  std::uint64_t episodes_ = 0;
+};
+
+}  // namespace doppel
