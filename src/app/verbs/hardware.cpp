@@ -1,5 +1,6 @@
 // doppel hardware: the way from a box of servos to a first motion.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
 #include <memory>
@@ -14,10 +15,13 @@
 #include "app/verbs/verbs.h"
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/text.h"
+#include "doppel/base/yaml/yaml_text.h"
 #include "doppel/devices/commissioning/bus_check.h"
 #include "doppel/devices/commissioning/bus_scan.h"
 #include "doppel/devices/commissioning/nudge.h"
 #include "doppel/devices/commissioning/pose_confirmation.h"
+#include "doppel/devices/commissioning/recovery.h"
+#include "doppel/devices/drivers/check_record.h"
 #include "doppel/devices/drivers/servo_hardware.h"
 #include "doppel/devices/serial/file_link.h"
 #include "doppel/devices/serial/serial_ports.h"
@@ -149,6 +153,18 @@ void print_changes(const std::vector<RegisterChange>& changes) {
                one.why);
 }
 
+// The driver moves at full speed once the check has passed, and each joint was nudged.
+void record_check(const OpenBus& open) {
+  const auto file = check_record_file(open.setup.component, open.link->name());
+  CheckRecord record = read_check_record(file);
+  record.checked = fingerprint(open.setup);
+  write_check_record(file, record);
+  const std::vector<std::string> missing = unconfirmed_joints(record, open.setup);
+  if (!missing.empty())
+    print_line("to be confirmed by a nudge, before the arm moves at full speed: {}\n",
+               fmt::join(missing, ", "));
+}
+
 int run_bus_check(const CheckVerbOptions& options) {
   OpenBus open = open_bus(options.hardware);
   const BusCheck check = check_bus(*open.bus, open.setup);
@@ -156,6 +172,7 @@ int run_bus_check(const CheckVerbOptions& options) {
   if (check.changes.empty()) {
     print_line("{} servos on {}: {}\n", open.setup.joints.size(), open.link->name(),
                check.passed() ? "as the description needs them" : "see above");
+    if (check.passed()) record_check(open);
     return check.passed() ? 0 : 1;
   }
   print_line("registers that should have other values:\n");
@@ -169,7 +186,9 @@ int run_bus_check(const CheckVerbOptions& options) {
       options.backup.empty() ? fmt::format("{}_registers.yaml", open.setup.component) : options.backup;
   apply_changes(*open.bus, open.setup, check.changes, backup);
   print_line("written; the former values are in {}\n", backup);
-  return check_bus(*open.bus, open.setup).passed() ? 0 : 1;
+  if (!check_bus(*open.bus, open.setup).passed()) return 1;
+  record_check(open);
+  return 0;
 }
 
 struct RestoreVerbOptions {
@@ -200,6 +219,33 @@ struct NudgeVerbOptions {
   bool yes = false;
 };
 
+// What the servo cannot measure: whether it was this joint, and which way it turned.
+int ask_for_direction(const OpenBus& open, const std::string& joint, bool positive) {
+  const auto servo = std::ranges::find(open.setup.joints, joint, &JointServo::joint);
+  const std::optional<bool> right = answer_of_person(
+      fmt::format("was it '{}', and did it first turn the {} way, as its axis in `doppel view`?", joint,
+                  positive ? "positive" : "negative"));
+  if (!right) {
+    print_note("only a person sees which joint moved, and which way; without an answer the arm stays gentle");
+    return 0;
+  }
+  if (*right) {
+    const auto file = check_record_file(open.setup.component, open.link->name());
+    CheckRecord record = read_check_record(file);
+    add_nudged(record, *servo);
+    write_check_record(file, record);
+    print_line("recorded\n");
+    return 0;
+  }
+  print_line(
+      "if another joint moved, its plug or its id is wrong; if this one turned the other way, write into "
+      "{}:\n"
+      "{}:\n  joints:\n    {}: {{direction: {}}}   # now {}\n",
+      open.setup.file.empty() ? "config/hardware.yaml" : open.setup.file.string(), open.setup.component,
+      yaml_text(joint), -servo->direction, servo->direction);
+  return 1;
+}
+
 int run_nudge(const NudgeVerbOptions& options) {
   OpenBus open = open_bus(options.hardware);
   if (!confirmed(fmt::format("'{}' is about to move by {:g} degrees; is the arm supported and free?",
@@ -224,12 +270,40 @@ int run_nudge(const NudgeVerbOptions& options) {
         "it did not follow: is it blocked, without supply, or held by its load? --torque 60 gives it more\n");
     return 1;
   }
+  if (!result.others.empty()) return 1;
+  return ask_for_direction(open, options.joint, result.way > 0);
+}
+
+// -- recover
+
+struct RecoverVerbOptions {
+  HardwareOptions hardware;
+  std::string joint;
+  bool yes = false;
+};
+
+int run_recover(const RecoverVerbOptions& options) {
+  OpenBus open = open_bus(options.hardware);
+  const Recovery plan = plan_recovery(*open.bus, open.setup, options.joint);
+  if (plan.is_inside) {
+    print_line("'{}' is at {:.1f} degrees, inside of its limits\n", options.joint, plan.start / kDegree);
+    return 0;
+  }
+  if (!confirmed(
+          fmt::format("'{}' is about to move from {:.1f} to {:.1f} degrees, at 5 degrees per second; is "
+                      "its way free?",
+                      options.joint, plan.start / kDegree, plan.goal / kDegree),
+          options.yes))
+    return 1;
+  Shell::catch_interrupts();
+  RecoveryOptions recovery;
+  recovery.ends = [] { return Shell::interrupted(); };
+  const Recovery result = recover(*open.bus, open.setup, options.joint, recovery);
   print_line(
-      "Was it this joint, and did it turn as the joint's axis in `doppel view` does? If it turned the other "
-      "way, "
-      "write direction: -1 for '{}' into hardware.yaml.\n",
-      options.joint);
-  return result.others.empty() ? 0 : 1;
+      "'{}' is at {:.1f} degrees and holds{}\n", options.joint, result.end / kDegree,
+      result.is_inside ? "" : "; it is still outside of its limits: is it blocked, or is its zero wrong?");
+  if (result.ended) return 130;
+  return result.is_inside ? 0 : 1;
 }
 
 // -- single servos
@@ -452,6 +526,16 @@ void add_hardware(CLI::App& app, int& exit_code) {
         add_yes(verb, options.yes);
       },
       run_nudge);
+  add<RecoverVerbOptions>(
+      group, "recover",
+      "Drive a joint that stands outside of its limits back inside, at 5 degrees per second",
+      "doppel hardware recover my_arm --joint \"Revolute 2\"", exit_code,
+      [](CLI::App& verb, RecoverVerbOptions& options) {
+        add_hardware_target(verb, options.hardware);
+        verb.add_option("--joint", options.joint, "The joint that is outside")->required();
+        add_yes(verb, options.yes);
+      },
+      run_recover);
   add_servo_verbs(group, exit_code);
 }
 

@@ -104,4 +104,14 @@ bool confirmed(const std::string& question, bool yes) {
   return answer == "y" || answer == "Y" || answer == "yes";
 }
 
+std::optional<bool> answer_of_person(const std::string& question) {
+  if (isatty(STDIN_FILENO) == 0) return {};
+  std::string answer;
+  do {
+    print_out(question + " [y/n] ");
+    if (!std::getline(std::cin, answer)) return {};
+  } while (answer != "y" && answer != "n");
+  return answer == "y";
+}
+
 }  // namespace doppel::app

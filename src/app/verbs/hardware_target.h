@@ -2,6 +2,7 @@
 // The devices of a description's <ros2_control>, as the verbs of hardware reach them.
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -36,5 +37,7 @@ OpenBus open_bus(const HardwareOptions& options);
 
 // A question that a person answers with y or n; `yes`: it is answered. Without a terminal the answer is no.
 bool confirmed(const std::string& question, bool yes);
+// A person's answer, which no option replaces; nullopt: there is no terminal, or no answer.
+std::optional<bool> answer_of_person(const std::string& question);
 
 }  // namespace doppel::app
