@@ -1,0 +1,37 @@
+#pragma once
+// The servo of one joint along a recorded command.
+
+#include <vector>
+
+#include "doppel/review/identification/servo_fit.h"
+
+namespace doppel::identification_detail {
+
+class ServoSimulation {
+ public:
+  // The record outlives the simulation.
+  explicit ServoSimulation(const JointRecord& record);
+
+  // Predicted positions at the record's times. Does not allocate.
+  void run(const ServoValues& values, std::vector<double>& out);
+  // Shares of the time of the last run.
+  [[nodiscard]] double velocity_share() const { return velocity_share_; }
+  [[nodiscard]] double effort_share() const { return effort_share_; }
+
+ private:
+  struct State;
+  void divide_time();
+  [[nodiscard]] double goal_at(double time) const;
+  void advance_part(const ServoValues& values, State& state, double goal, double time) const;
+  void advance_reference(const ServoValues& values, State& state, double begin, double end);
+  void step(const ServoValues& values, State& state, std::size_t index) const;
+
+  const JointRecord& record_;
+  double step_ = 0;                     // s, the present one
+  std::vector<double> ends_;            // of the steps
+  std::vector<double> load_, inertia_;  // at the middle of each step
+  std::size_t command_ = 0;             // the sample before the delayed time
+  double velocity_share_ = 0, effort_share_ = 0;
+};
+
+}  // namespace doppel::identification_detail

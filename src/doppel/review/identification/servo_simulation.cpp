@@ -1,0 +1,198 @@
+#include "doppel/review/identification/detail/servo_simulation.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace doppel::identification_detail {
+namespace {
+
+constexpr double kMaxStep = 1e-3;         // s
+constexpr double kFineStep = 1.25e-4;     // s, after a jump of the command, where the limits act
+constexpr double kTransient = 0.5;        // s, after a jump
+constexpr double kJump = 1.3;             // of the fastest measured speed
+constexpr double kShareOfStep = 0.5;      // physics/contract/drive.cpp
+constexpr double kShareLoss = 0.05;       // of K / D
+constexpr double kStreamGap = 0.05;       // s
+constexpr double kPlayTransition = 0.02;  // of the effort limit, over which the play changes its side
+constexpr double kSameSpeed = 1e-6;       // relative
+
+double value_of(const ServoValues& values, ServoQuantity quantity) {
+  return values[static_cast<std::size_t>(quantity)];
+}
+
+}  // namespace
+
+struct ServoSimulation::State {
+  double q = 0, v = 0;
+  double reference = 0, middle = 0, velocity = 0, share = kShareOfStep;  // middle: of the step
+  double goal = 0, standing = 0;                                         // s, of the goal
+  double tau = 0, shift = 0;                                             // effort, and the output's shift
+  double at_velocity = 0, at_effort = 0;                                 // s
+};
+
+// The ends of the steps. Steps are short for a while after each jump of the command; that depends on the
+// record alone, so that the prediction is a smooth function of the parameters.
+void ServoSimulation::divide_time() {
+  const std::vector<double>& t = record_.time;
+  const std::vector<double>& u = record_.command_time;
+  double fastest = 0;
+  constexpr std::size_t kSpan = 8;  // samples
+  for (std::size_t i = 0; i + kSpan < t.size(); ++i) {
+    const double way = std::abs(record_.position[i + kSpan] - record_.position[i]);
+    fastest = std::max(fastest, way / (t[i + kSpan] - t[i]));
+  }
+  double fine_until = t.front();
+  std::size_t k = 0;
+  for (double now = t.front(); now < t.back();) {
+    for (; k + 1 < u.size() && u[k] < now + kMaxStep; ++k) {
+      const double speed = std::abs(record_.command[k + 1] - record_.command[k]) / (u[k + 1] - u[k]);
+      if (speed > kJump * fastest) fine_until = u[k] + kTransient;
+    }
+    now = std::min(now + (now < fine_until ? kFineStep : kMaxStep), t.back());
+    ends_.push_back(now);
+  }
+}
+
+ServoSimulation::ServoSimulation(const JointRecord& record) : record_(record) {
+  divide_time();
+  const std::vector<double>& t = record.time;
+  load_.resize(ends_.size());
+  inertia_.resize(ends_.size());
+  std::size_t k = 0;
+  double begin = t.front();
+  for (std::size_t i = 0; i < ends_.size(); ++i) {
+    const double time = 0.5 * (begin + ends_[i]);
+    begin = ends_[i];
+    while (k + 2 < t.size() && t[k + 1] < time) ++k;
+    const double w = (time - t[k]) / (t[k + 1] - t[k]);
+    load_[i] = record.load[k] + w * (record.load[k + 1] - record.load[k]);
+    inertia_[i] = record.inertia[k] + w * (record.inertia[k + 1] - record.inertia[k]);
+  }
+}
+
+double ServoSimulation::goal_at(double time) const {
+  const std::vector<double>& t = record_.command_time;
+  const std::vector<double>& command = record_.command;
+  if (time <= t.front()) return command.front();
+  if (time >= t[command_ + 1]) return command[command_ + 1];
+  const double w = (time - t[command_]) / (t[command_ + 1] - t[command_]);
+  return command[command_] + w * (command[command_ + 1] - command[command_]);
+}
+
+// The law of Drive::advance_position over a time in which the goal is linear.
+void ServoSimulation::advance_part(const ServoValues& values, State& s, double goal, double time) const {
+  const double fastest = value_of(values, ServoQuantity::velocity);
+  const double way = goal - s.reference, needed = std::abs(way) / time;
+  const double speed = std::min(needed, fastest);
+  if (goal == s.goal) {
+    s.standing += time;
+  } else {
+    if (s.standing > kStreamGap) s.share = kShareOfStep;
+    s.standing = 0;
+    const double rate =
+        value_of(values, ServoQuantity::stiffness) * time / value_of(values, ServoQuantity::damping);
+    const double growth = rate * (fastest - speed);
+    if (needed > fastest * (1.0 + kSameSpeed)) {
+      s.share = std::max(s.share - kShareLoss * rate, kShareOfStep);
+    } else {
+      s.share = speed * (1.0 - s.share) > growth ? s.share + growth / speed : 1.0;
+    }
+    s.goal = goal;
+  }
+  if (needed > fastest) s.at_velocity += time;
+  const double moved = std::copysign(speed, way) * time;
+  s.middle += (s.reference + 0.5 * moved) * time;
+  s.velocity += s.share * moved;
+  s.reference += moved;
+}
+
+// The mean of the reference and of its velocity over the step. A step of the command begins inside of a step
+// of the simulation, which is divided there.
+void ServoSimulation::advance_reference(const ServoValues& values, State& s, double begin, double end) {
+  const std::vector<double>& t = record_.command_time;
+  const double furthest =
+      value_of(values, ServoQuantity::effort) / value_of(values, ServoQuantity::stiffness);
+  s.reference = std::clamp(s.reference, s.q - furthest, s.q + furthest);
+  s.middle = s.velocity = 0;
+  double now = begin;
+  while (now < end) {
+    while (command_ + 2 < t.size() && t[command_ + 1] <= now) ++command_;
+    const double corner = now < t.front() ? t.front() : t[command_ + 1];
+    const double next = corner > now ? std::min(corner, end) : end;
+    if (next - now > 1e-9) advance_part(values, s, goal_at(next), next - now);
+    now = next;
+  }
+  s.middle /= end - begin;
+  s.velocity /= end - begin;
+  // The limit moves with the joint.
+  const double half = s.q + 0.5 * step_ * s.v, whole = s.q + step_ * s.v;
+  s.middle = std::clamp(s.middle, half - furthest, half + furthest);
+  s.reference = std::clamp(s.reference, whole - furthest, whole + furthest);
+}
+
+// Implicit midpoint rule; Coulomb friction acts on the velocity of the step's middle.
+void ServoSimulation::step(const ServoValues& values, State& s, std::size_t i) const {
+  const double stiffness = value_of(values, ServoQuantity::stiffness);
+  const double damping = value_of(values, ServoQuantity::damping);
+  const double effort = value_of(values, ServoQuantity::effort);
+  const double inertia = value_of(values, ServoQuantity::armature) + inertia_[i];
+  const double passive = 2.0 * inertia / step_ + value_of(values, ServoQuantity::viscous);
+  const double momentum = 2.0 * inertia / step_ * s.v - load_[i];
+  double friction = value_of(values, ServoQuantity::friction) +
+                    value_of(values, ServoQuantity::load_factor) * std::abs(s.tau);
+  if (const double extra = value_of(values, ServoQuantity::breakaway); extra > 0) {
+    const double x = s.v / value_of(values, ServoQuantity::stribeck);
+    friction += x * x < 40 ? extra * std::exp(-x * x) : 0.0;
+  }
+  const double spring = stiffness * (s.middle - s.q) + damping * s.velocity;
+  const auto slowed = [friction](double force) {
+    return std::copysign(std::max(std::abs(force) - friction, 0.0), force);
+  };
+  const double drag = damping + 0.5 * stiffness * step_;
+  double middle = slowed(momentum + spring) / (passive + drag);
+  s.tau = spring - drag * middle;
+  if (std::abs(s.tau) > effort) {
+    s.tau = std::copysign(effort, s.tau);
+    middle = slowed(momentum + s.tau) / passive;
+    s.at_effort += step_;
+  }
+  s.q += step_ * middle;
+  const double after = middle == 0.0 ? 0.0 : 2.0 * middle - s.v;
+  const double acceleration = (after - s.v) / step_;
+  s.v = after;
+  if (const double play = value_of(values, ServoQuantity::backlash); play > 0) {
+    const double carried = load_[i] + inertia_[i] * acceleration;
+    s.shift = -0.5 * play * std::clamp(carried / (kPlayTransition * effort), -1.0, 1.0);
+  }
+}
+
+void ServoSimulation::run(const ServoValues& values, std::vector<double>& out) {
+  const std::vector<double>& t = record_.time;
+  const double delay = value_of(values, ServoQuantity::delay);
+  const double stiffness = value_of(values, ServoQuantity::stiffness);
+  command_ = 0;
+  State s;
+  s.goal = record_.command.front();
+  s.reference = s.goal;
+  s.q = record_.position.front();
+  s.tau = std::clamp(stiffness * (s.reference - s.q), -value_of(values, ServoQuantity::effort),
+                     value_of(values, ServoQuantity::effort));
+  out[0] = s.q;
+  std::size_t k = 1;
+  double before = s.q, begin = t.front();
+  for (std::size_t i = 0; i < ends_.size(); ++i) {
+    const double end = ends_[i];
+    step_ = end - begin;
+    advance_reference(values, s, begin - delay, end - delay);
+    begin = end;
+    step(values, s, i);
+    const double now = s.q + s.shift;
+    for (; k < t.size() && t[k] <= end; ++k) out[k] = now + (t[k] - end) / step_ * (now - before);
+    before = now;
+  }
+  for (; k < t.size(); ++k) out[k] = before;
+  velocity_share_ = s.at_velocity / (t.back() - t.front());
+  effort_share_ = s.at_effort / (t.back() - t.front());
+}
+
+}  // namespace doppel::identification_detail

@@ -1,0 +1,189 @@
+#include "doppel/review/identification/test/drawn_servo.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace doppel {
+namespace {
+
+using Quantity = ServoQuantity;
+
+constexpr double kStep = 2e-5;    // s
+constexpr double kPeriod = 0.01;  // s, of commands and samples
+constexpr std::size_t kCount = 5400;
+constexpr int kHarmonics = 5;
+
+class Random {
+ public:
+  explicit Random(std::uint64_t seed) : bits_(seed) {}
+  double even(double low, double high) {
+    return low + (high - low) * static_cast<double>(bits_() >> 11U) * 0x1p-53;
+  }
+  double log_even(double low, double high) { return low * std::exp(even(0, std::log(high / low))); }
+
+ private:
+  std::mt19937_64 bits_;
+};
+
+std::vector<double> commands(Random& random) {
+  constexpr double kOmega = 2 * std::numbers::pi * 0.2, kAmplitude = 0.9;
+  std::array<double, kHarmonics> a{}, b{};
+  for (int k = 0; k < kHarmonics; ++k) {
+    a[static_cast<std::size_t>(k)] = random.even(-1, 1) / (k + 1);
+    b[static_cast<std::size_t>(k)] = random.even(-1, 1) / (k + 1);
+  }
+  const auto series = [&](double t) {
+    double sum = 0;
+    for (int k = 0; k < kHarmonics; ++k) {
+      const double angle = (k + 1) * kOmega * t;
+      sum += a[static_cast<std::size_t>(k)] * std::sin(angle) +
+             b[static_cast<std::size_t>(k)] * (std::cos(angle) - 1);
+    }
+    return sum;
+  };
+  double largest = 0;
+  for (double t = 0; t < 5; t += kPeriod) largest = std::max(largest, std::abs(series(t)));
+  constexpr std::array kLevels{0.5, -0.3, 0.9, 0.0, 0.2, -0.7, 0.6, 0.0};
+  std::vector<double> out;
+  for (std::size_t i = 0; i <= kCount; ++i) {
+    const double t = static_cast<double>(i) * kPeriod;
+    if (t < 30) {
+      out.push_back(kAmplitude / largest * std::min({1.0, t / 2, (30 - t) / 2}) * series(t));
+    } else if (t < 42) {
+      out.push_back(kLevels[std::min(static_cast<std::size_t>((t - 30) / 1.5), kLevels.size() - 1)]);
+    } else {
+      const double u = std::fmod(t - 42, 6) / 6;
+      out.push_back(0.6 * (u < 0.25 ? 4 * u : (u < 0.75 ? 2 - 4 * u : 4 * u - 4)));
+    }
+  }
+  return out;
+}
+
+// The law of physics/contract/servo.h, written as it is described there.
+class Servo {
+ public:
+  Servo(const DrawnServo& servo, double command) : servo_(servo), goal_(command), reference_(command) {
+    load_ = servo.gravity * std::sin(command + servo.phase);
+    q = command - load_ / of(Quantity::stiffness);
+  }
+
+  void step(double goal) {
+    const double stiffness = of(Quantity::stiffness), damping = of(Quantity::damping);
+    const double effort = of(Quantity::effort), ahead = effort / stiffness;
+    reference_ = std::clamp(reference_, q - ahead, q + ahead);
+    const double way = goal - reference_, needed = std::abs(way) / kStep;
+    const double speed = std::min(needed, of(Quantity::velocity));
+    set_share(goal, needed, speed);
+    const double rate = std::copysign(speed, way);
+    reference_ += rate * kStep;
+    const double tau =
+        std::clamp(stiffness * (reference_ - q) + damping * (share_ * rate - v), -effort, effort);
+    const double load = servo_.gravity * std::sin(q + servo_.phase);
+    double friction = of(Quantity::friction) + of(Quantity::load_factor) * std::abs(tau);
+    if (of(Quantity::breakaway) > 0)
+      friction += of(Quantity::breakaway) * std::exp(-std::pow(v / of(Quantity::stribeck), 2));
+    const double inertia = servo_.inertia + of(Quantity::armature);
+    const double next = v + kStep * (tau - load - of(Quantity::viscous) * v) / inertia;
+    const double lost = kStep * friction / inertia;
+    v = std::abs(next) > lost ? next - std::copysign(lost, next) : 0.0;
+    q += kStep * v;
+  }
+
+  double q = 0, v = 0;
+
+ private:
+  [[nodiscard]] double of(Quantity quantity) const {
+    return servo_.values[static_cast<std::size_t>(quantity)];
+  }
+
+  void set_share(double goal, double needed, double speed) {
+    if (std::abs(goal - goal_) < 1e-15) {
+      standing_ += kStep;
+      return;
+    }
+    goal_ = goal;
+    if (standing_ > 0.05) share_ = 0.5;
+    standing_ = 0;
+    const double rate = of(Quantity::stiffness) * kStep / of(Quantity::damping);
+    const double growth = rate * (of(Quantity::velocity) - speed);
+    if (needed > of(Quantity::velocity) * (1 + 1e-6)) {
+      share_ = std::max(share_ - 0.05 * rate, 0.5);
+    } else {
+      share_ = speed * (1 - share_) > growth ? share_ + growth / speed : 1.0;
+    }
+  }
+
+  const DrawnServo& servo_;
+  double goal_, reference_, share_ = 0.5, standing_ = 0, load_ = 0;
+};
+
+}  // namespace
+
+DrawnServo draw_servo(std::uint64_t seed, FrictionRung rung) {
+  Random random(seed);
+  DrawnServo out;
+  out.seed = seed;
+  out.gravity = random.log_even(0.3, 2.0);
+  out.inertia = out.gravity / 9.81 * random.log_even(0.1, 0.3);
+  out.phase = random.even(-1, 1);
+  const auto set = [&](Quantity quantity) -> double& {
+    return out.values[static_cast<std::size_t>(quantity)];
+  };
+  set(Quantity::delay) = random.log_even(0.005, 0.03);
+  const double velocity = set(Quantity::velocity) = random.log_even(2, 6);
+  const double effort = set(Quantity::effort) = out.gravity * random.even(2.5, 5);
+  const double armature = set(Quantity::armature) = out.inertia * random.log_even(0.3, 1.5);
+  const double frequency = random.log_even(25, 70), ratio = random.even(0.6, 1.2);
+  const double inertia = armature + out.inertia;
+  set(Quantity::stiffness) = inertia * frequency * frequency;
+  set(Quantity::damping) = 2 * ratio * frequency * inertia;
+  const double friction = effort * random.log_even(0.02, 0.08);
+  const double viscous = effort / velocity * random.log_even(0.03, 0.1);
+  const double breakaway = friction * random.even(0.4, 1), stribeck = random.log_even(0.05, 0.3);
+  const double load_factor = random.even(0.1, 0.3);
+  if (rung >= FrictionRung::coulomb) set(Quantity::friction) = friction, set(Quantity::viscous) = viscous;
+  if (rung >= FrictionRung::stribeck)
+    set(Quantity::breakaway) = breakaway, set(Quantity::stribeck) = stribeck;
+  if (rung >= FrictionRung::load) set(Quantity::load_factor) = load_factor;
+  for (std::size_t i = 0; i < kServoQuantities; ++i) out.start[i] = out.values[i] * random.log_even(0.5, 2);
+  const auto guess = [&](Quantity quantity, double value) {
+    double& start = out.start[static_cast<std::size_t>(quantity)];
+    if (!(start > 0)) start = value;
+  };
+  guess(Quantity::friction, friction);
+  guess(Quantity::viscous, viscous);
+  guess(Quantity::breakaway, 0.3 * friction);
+  guess(Quantity::stribeck, 0.1);
+  guess(Quantity::load_factor, 0.05);
+  guess(Quantity::backlash, 1e-3);
+  return out;
+}
+
+JointRecord recording_of(const DrawnServo& servo) {
+  Random random(servo.seed + 1'000'000);
+  JointRecord out;
+  out.command = commands(random);
+  for (std::size_t i = 0; i <= kCount; ++i) out.command_time.push_back(static_cast<double>(i) * kPeriod);
+  for (std::size_t i = 0; i < kCount; ++i)
+    out.time.push_back(static_cast<double>(i) * kPeriod + (i > 0 ? random.even(-1e-3, 1e-3) : 0.0));
+  Servo motion(servo, out.command.front());
+  const double delay = servo.values[static_cast<std::size_t>(Quantity::delay)];
+  for (std::size_t step = 0; out.position.size() < kCount; ++step) {
+    const double t = static_cast<double>(step) * kStep;
+    for (std::size_t next = out.position.size(); next < kCount && out.time[next] <= t; ++next) {
+      const double q = motion.q + motion.v * random.even(-1e-4, 1e-4);
+      out.position.push_back(std::round(q / kTick4096) * kTick4096);
+      out.load.push_back(servo.gravity * std::sin(out.position.back() + servo.phase));
+      out.inertia.push_back(servo.inertia);
+    }
+    const double x = std::max(t - delay, 0.0) / kPeriod;
+    const std::size_t k = std::min(static_cast<std::size_t>(x), kCount - 1);
+    motion.step(out.command[k] + (x - static_cast<double>(k)) * (out.command[k + 1] - out.command[k]));
+  }
+  return out;
+}
+
+}  // namespace doppel

@@ -1,0 +1,139 @@
+#include "doppel/review/identification/servo_fit.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "doppel/base/core/diagnostic.h"
+#include "doppel/review/identification/test/drawn_servo.h"
+
+namespace doppel {
+namespace {
+
+using Quantity = ServoQuantity;
+using ::testing::HasSubstr;
+
+double true_value(const DrawnServo& servo, Quantity quantity) {
+  return servo.values[static_cast<std::size_t>(quantity)];
+}
+
+ServoFit fit_of(const DrawnServo& servo, const JointRecord& record,
+                FrictionRung last = FrictionRung::coulomb) {
+  FitOptions options;
+  options.start = servo.start;
+  options.last = last;
+  return fit_servo(record, options);
+}
+
+double error_of(const ServoFit& fit, const DrawnServo& servo, Quantity quantity) {
+  return std::abs(fit[quantity].value / true_value(servo, quantity) - 1);
+}
+
+TEST(ServoFit, FindsDrawnServos) {
+  for (const std::uint64_t seed : {2U, 5U}) {
+    const DrawnServo servo = draw_servo(seed, FrictionRung::coulomb);
+    const ServoFit fit = fit_of(servo, recording_of(servo));
+    EXPECT_LT(error_of(fit, servo, Quantity::stiffness), 0.05) << seed;
+    EXPECT_LT(error_of(fit, servo, Quantity::velocity), 0.05) << seed;
+    EXPECT_LT(error_of(fit, servo, Quantity::damping), 0.1) << seed;
+    EXPECT_LT(error_of(fit, servo, Quantity::armature), 0.1) << seed;
+    EXPECT_LT(error_of(fit, servo, Quantity::friction), 0.1) << seed;
+    EXPECT_NEAR(fit[Quantity::delay].value, true_value(servo, Quantity::delay), 0.003) << seed;
+    EXPECT_TRUE(fit.is_white) << seed;
+    EXPECT_TRUE(fit.scale_known) << seed;
+    EXPECT_TRUE(fit.is_trusted(Quantity::stiffness)) << seed;
+    EXPECT_NEAR(fit.tick, kTick4096, 1e-9) << seed;
+    EXPECT_LT(fit.held_out_rms, 0.4 * kTick4096) << seed;
+  }
+}
+
+TEST(ServoFit, IsDeterministic) {
+  const DrawnServo servo = draw_servo(2, FrictionRung::none);
+  const JointRecord record = recording_of(servo);
+  const ServoFit first = fit_of(servo, record, FrictionRung::none),
+                 second = fit_of(servo, record, FrictionRung::none);
+  for (std::size_t i = 0; i < kServoQuantities; ++i) {
+    EXPECT_EQ(first.values[i].value, second.values[i].value);
+    EXPECT_EQ(first.values[i].high, second.values[i].high);
+  }
+}
+
+TEST(ServoFit, VerticalAxisHasNoScale) {
+  DrawnServo servo = draw_servo(1, FrictionRung::coulomb);
+  servo.gravity = 0;
+  const ServoFit fit = fit_of(servo, recording_of(servo));
+  EXPECT_FALSE(fit.scale_known);
+  EXPECT_THAT(fit[Quantity::stiffness].problem,
+              HasSubstr("scale not identifiable, because the axis is vertical: lay the arm down"));
+  EXPECT_FALSE(fit.is_trusted(Quantity::stiffness));
+  EXPECT_FALSE(fit.is_trusted(Quantity::friction));
+  EXPECT_TRUE(fit[Quantity::velocity].problem.empty()) << "a speed has no scale of torque";
+}
+
+TEST(ServoFit, LimitThatIsNotReachedIsNotIdentifiable) {
+  const DrawnServo servo = draw_servo(1, FrictionRung::coulomb);
+  const ServoFit fit = fit_of(servo, recording_of(servo));
+  EXPECT_THAT(fit[Quantity::effort].problem, HasSubstr("the effort limit was never reached"));
+  EXPECT_FALSE(fit.is_trusted(Quantity::effort));
+}
+
+TEST(ServoFit, NoiseAsDataIsNotTrusted) {
+  const DrawnServo servo = draw_servo(2, FrictionRung::coulomb);
+  JointRecord record = recording_of(servo);
+  std::mt19937_64 bits(7);
+  for (double& q : record.position)
+    q = std::round((static_cast<double>(bits() % 1000) / 1000 - 0.5) / kTick4096) * kTick4096;
+  const ServoFit fit = fit_of(servo, record);
+  for (std::size_t i = 0; i < kServoQuantities; ++i)
+    EXPECT_FALSE(fit.is_trusted(static_cast<Quantity>(i))) << i;
+  EXPECT_FALSE(fit.warnings.empty());
+}
+
+TEST(ServoFit, SmallerModelThanServoWarns) {
+  const DrawnServo servo = draw_servo(1, FrictionRung::load);
+  const ServoFit fit = fit_of(servo, recording_of(servo));
+  EXPECT_FALSE(fit.is_white);
+  ASSERT_FALSE(fit.warnings.empty());
+  EXPECT_THAT(fit.warnings.front(), HasSubstr("the model M1 does not have"));
+}
+
+TEST(ServoFit, LadderStopsAtServosClass) {
+  const DrawnServo servo = draw_servo(2, FrictionRung::coulomb);
+  const ServoFit fit = fit_of(servo, recording_of(servo), FrictionRung::stribeck);
+  EXPECT_EQ(fit.rung, FrictionRung::coulomb);
+  EXPECT_EQ(fit.ladder.size(), 3U);
+}
+
+TEST(ServoFit, ShortOrMotionlessRecordingIsRefused) {
+  const DrawnServo servo = draw_servo(2, FrictionRung::coulomb);
+  const JointRecord whole = recording_of(servo);
+  const auto rule = [&](const JointRecord& record) {
+    try {
+      fit_of(servo, record);
+    } catch (const InputError& problem) {
+      return problem.diagnostics().front().rule;
+    }
+    return std::string("accepted");
+  };
+  JointRecord record = whole;
+  record.time.resize(100);
+  EXPECT_EQ(rule(record), "identify.too_short");
+  record = whole;
+  record.time[10] = record.time[9];
+  EXPECT_EQ(rule(record), "identify.times");
+  record = whole;
+  record.command.assign(record.command.size(), 1.0);
+  EXPECT_EQ(rule(record), "identify.no_motion");
+}
+
+TEST(EstimatedTick, IsThatOfRounding) {
+  EXPECT_NEAR(estimate_tick(recording_of(draw_servo(1, FrictionRung::coulomb)).position), kTick4096, 1e-9);
+  std::vector<double> smooth;
+  for (int i = 0; i < 500; ++i) smooth.push_back(std::sin(0.01 * i));
+  EXPECT_EQ(estimate_tick(smooth), 0);
+}
+
+}  // namespace
+}  // namespace doppel
