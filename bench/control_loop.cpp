@@ -1,6 +1,6 @@
-// The loop of real hardware by the protocol of a 1 kHz arm: seven joints, position targets at 137 Hz from another
-// thread, physics and publishing beside it. Prints the time from a tick's due time until its commands are written,
-// and the ticks that were missed. Load comes from outside: stress-ng --cpu 0 in another shell.
+// The loop of real hardware by the protocol of a 1 kHz arm: seven joints, position targets at 137 Hz from
+// another thread, physics and publishing beside it. Prints the time from a tick's due time until its commands
+// are written, and the ticks that were missed. Load comes from outside: stress-ng --cpu 0 in another shell.
 //   build/bin/bench_control_loop [seconds = 600] [priority = 50; 0: without SCHED_FIFO]
 #include "doppel/control/manager/control_loop.h"
 
@@ -35,8 +35,8 @@ std::string description() {
  velocity="3"/></joint>)",
         i, i == 1 ? "world" : fmt::format("l{}", i - 1), i % 2 == 1 ? "0 0 1" : "0 1 0");
     joints += fmt::format(
-        R"(<joint name="j{}"><command_interface name="position"/><state_interface name="position"/><state_interface
- name="velocity"/></joint>)",
+        R"(<joint name="j{}"><command_interface name="position"/><state_interface name="position"/>
+<state_interface name="velocity"/></joint>)",
         i);
   }
   return out +

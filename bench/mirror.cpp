@@ -1,7 +1,7 @@
-// Alarms of the mirror: an arm with emulated servos and a simulated twin get the same commands in simulated time, and
-// their residuals go through the algorithm that /doppel/mirror uses. Prints the time until a stall, a payload of 200 g
-// and a horn that slips by 5 degrees are found, and false alarms of quiet motion. The numbers are those of emulated
-// servos: a real arm has other noise.
+// Alarms of the mirror: an arm with emulated servos and a simulated twin get the same commands in simulated
+// time, and their residuals go through the algorithm that /doppel/mirror uses. Prints the time until a stall,
+// a payload of 200 g and a horn that slips by 5 degrees are found, and false alarms of quiet motion. The
+// numbers are those of emulated servos: a real arm has other noise.
 //
 //   bench_mirror [--seeds 50] [--quiet 600] [--no-sigma]     quiet: simulated seconds
 #include <fmt/format.h>

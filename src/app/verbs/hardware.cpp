@@ -474,12 +474,7 @@ void add_servo_verbs(CLI::App& group, int& exit_code) {
       run_set_id);
 }
 
-}  // namespace
-
-void add_hardware(CLI::App& app, int& exit_code) {
-  CLI::App& group = add_group(
-      app, "hardware", "Servos on a bus: find them, check them, move them for the first time",
-      "doppel hardware scan\n  doppel hardware check my_arm\n  doppel hardware nudge my_arm \"joint 2\"");
+void add_scan(CLI::App& group, int& exit_code) {
   add<ScanVerbOptions>(
       group, "scan", "List the ports, and what answers on each of them: protocol, rate, ids, models, supply",
       "doppel hardware scan\n  doppel hardware scan --port /dev/ttyUSB0 --protocol feetech", exit_code,
@@ -492,6 +487,15 @@ void add_hardware(CLI::App& app, int& exit_code) {
         verb.add_flag("--json", options.json, "Print JSON to stdout");
       },
       run_scan);
+}
+
+}  // namespace
+
+void add_hardware(CLI::App& app, int& exit_code) {
+  CLI::App& group = add_group(
+      app, "hardware", "Servos on a bus: find them, check them, move them for the first time",
+      "doppel hardware scan\n  doppel hardware check my_arm\n  doppel hardware nudge my_arm \"joint 2\"");
+  add_scan(group, exit_code);
   add<CheckVerbOptions>(
       group, "check", "Compare the servos with the description: ids, models, limits, delays, supply",
       "doppel hardware check my_arm\n  doppel hardware check my_arm --fix", exit_code,

@@ -457,9 +457,10 @@ std::vector<HardwareView> ControllerManager::hardware() const {
 }
 
 bool ControllerManager::report(std::size_t component, DeviceReport& out) const {
-  ResourceTable::Component& of = *impl_->resources.components().at(component);
+  ResourceTable::Component& hardware = *impl_->resources.components().at(component);
   bool reported = false;
-  impl_->resources.call(of, "report", [&](HardwareComponent& device) { reported = device.report(out); });
+  impl_->resources.call(hardware, "report",
+                        [&](HardwareComponent& device) { reported = device.report(out); });
   return reported;
 }
 

@@ -17,8 +17,8 @@ constexpr std::size_t kCauseSamples = 100;  // 1 s
 constexpr double kMinJump = 0.04;           // rad or m in 20 ms, beyond the motion before and after it
 constexpr std::size_t kJumpSamples = 9;
 constexpr int kCauseIsFixed = 100;  // samples after which the cause of an episode stays
-// Of the delay: the twin's motion (standard deviation), the share of it that may remain as error, and the
-// contrast between the best and the worst delay.
+// The delay is known from a motion of the twin (standard deviation), with the share of it that may remain as
+// error, and the contrast between the best and the worst delay.
 constexpr double kMinMotion = 0.02, kMaxRemainder = 0.25, kMinContrast = 1.5, kMinVariance = 1e-6;
 
 double square(double x) {
@@ -255,6 +255,8 @@ ResidualCause JointResidual::likeliest_cause() const {
   const Motion seen = motion();
   const double load = std::abs(seen.load), model_load = load_ratio_ * std::abs(seen.model_load);
   const bool has_loads = std::isfinite(load) && std::isfinite(model_load);
+  // When the twin has arrived, a joint that still stands where it was blocked looks like one with a payload.
+  if (cause_ == ResidualCause::stall && seen.measured < kStill) return ResidualCause::stall;
   if (seen.recent > kMoves && seen.recent_twin > kMoves && seen.correlation < -0.5)
     return ResidualCause::wrong_direction;
   if (has_loads && load < kNoLoad && model_load > kNoLoad + kExtraLoad) return ResidualCause::lost_power;

@@ -7,9 +7,9 @@
 // both, corrected for their own variances, is largest. Until the joint has moved enough for that, e is the
 // distance to the nearest position that the twin has had within the longest delay.
 //
-// Alarm: with a known standard deviation sigma of e, a one-sided CUSUM of |e| / sigma (Page 1954):
-// S = max(0, S + min(|e| / sigma, kMaxScore) - kAllowance), alarm at S > kDecision. Otherwise |e| above the
-// threshold for 0.3 s. An alarm lasts until e has been small for a second; its cause is the likeliest one by the
+// Alarm: with a known standard deviation sigma of e, a one-sided CUSUM of |e| / sigma (Page 1954): S = max(0,
+// S + min(|e| / sigma, kMaxScore) - kAllowance), alarm at S > kDecision. Otherwise |e| above the threshold
+// for 0.3 s. An alarm lasts until e has been small for a second; its cause is the likeliest one by the
 // motions and loads of the last second.
 
 #include <array>

@@ -282,7 +282,7 @@ std::size_t ServoBus::read_all(std::span<ServoReading> readings) {
       ++counts_.strangers;
       continue;
     }
-    // Of two answers with one id, one is of another servo, and nothing says which.
+    // One of two answers with the same id is another servo's, and nothing says which.
     if (readings[index].fresh) {
       counts_.strangers += 2;
       readings[index].fresh = false;

@@ -1,6 +1,6 @@
 #pragma once
-// Records what has been confirmed about one machine before it moves at full speed: that `doppel hardware check`
-// passed, and that a person saw each joint turn the right way when it was nudged. Kept in the user's
+// Records what has been confirmed about one machine before it moves at full speed: that `doppel hardware
+// check` passed, and that a person saw each joint turn the right way when it was nudged. Kept in the user's
 // state folder.
 
 #include <filesystem>

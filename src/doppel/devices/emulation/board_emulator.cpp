@@ -41,7 +41,7 @@ class BoardEmulator::Pins final : public doppel_servo::Board {
 
 BoardEmulator::BoardEmulator(std::vector<HobbyServo> servos, std::vector<EmulatedFault> faults,
                              std::uint64_t seed)
-    : servos_(std::move(servos)), faults_(std::move(faults), seed) {
+    : servos_(std::move(servos)), blocked_(servos_.size()), faults_(std::move(faults), seed) {
   doppel_servo::Config config;
   config.channels = 0;
   for (const HobbyServo& one : servos_)
@@ -96,11 +96,12 @@ void BoardEmulator::step(Time now, Duration /*period*/, std::span<const MotorSta
     const double angle = (width - middle) / (servo.pulse_max - servo.pulse_min) * servo.travel;
     const EmulatedFault* const slip = faults_.find(FaultKind::slip, servo.channel, now_);
     const bool stuck = faults_.find(FaultKind::stuck, servo.channel, now_) != nullptr;
+    if (!stuck) blocked_[i].reset();
+    if (stuck && !blocked_[i]) blocked_[i] = states[i].position;
     const bool flipped = faults_.find(FaultKind::wrong_direction, servo.channel, now_) != nullptr;
     MotorDrive& drive = drives[i];
-    drive.on = width > 0 && pins_->supply > 0;
-    drive.goal =
-        stuck ? states[i].position : (flipped ? -angle : angle) - (slip != nullptr ? slip->amount : 0);
+    drive.on = stuck || (width > 0 && pins_->supply > 0);
+    drive.goal = stuck ? *blocked_[i] : (flipped ? -angle : angle) - (slip != nullptr ? slip->amount : 0);
     drive.velocity = servo.velocity;
     drive.effort = servo.effort;
     drive.gain = 1;

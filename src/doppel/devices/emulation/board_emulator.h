@@ -4,6 +4,7 @@
 // its pulse at its own speed, and reports nothing.
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "doppel/devices/emulation/arriving_bytes.h"
@@ -44,6 +45,7 @@ class DOPPEL_API BoardEmulator : public DeviceEmulator {
   void send(std::span<const char> bytes);
 
   std::vector<HobbyServo> servos_;
+  std::vector<std::optional<double>> blocked_;  // rad, by the servos: since a fault blocks them
   FaultPlan faults_;
   ArrivingBytes sent_;
   Time now_{}, line_free_{};

@@ -16,6 +16,7 @@ constexpr std::int64_t kWatchdogFired = -1;
 constexpr Duration kWatchdogUnit{20'000'000};
 constexpr double kPercent = 0.01, kProtectionUnit = 0.01;  // s
 constexpr double kDynamixelOverload = 0.9;                 // share of the stall torque
+constexpr double kPushBand = 0.1;  // rad of error, with which a blocked motor pushes with all its torque
 constexpr Duration kDynamixelOverloadTime{3'000'000'000};
 constexpr int kVoltageBit = 0, kHotBit = 2, kOverloadBit = 5;  // of the errors, in both protocols
 
@@ -209,7 +210,16 @@ void RegisterServo::step(Time now, Duration period, const MotorState& state, con
   const double sign = disturbance.flipped ? -1 : 1;
   const MotorState measured{sign * (state.position + disturbance.slip), sign * state.velocity,
                             sign * state.effort};
-  const double load = std::clamp(measured.effort / model_->stall_torque, -1.0, 1.0);
+  if (!disturbance.stuck) blocked_.reset();
+  if (disturbance.stuck && !blocked_) blocked_ = state.position;
+  const double share = std::clamp(
+      static_cast<double>(value(ServoRole::torque_limit)) / static_cast<double>(model_->whole_torque), 0.0,
+      1.0);
+  // The block carries what the motor pushes, which the physics does not see.
+  const double pushed = std::clamp((goal_shaft_ - measured.position) / kPushBand, -share, share);
+  const bool on = value(ServoRole::torque_enable) != 0;
+  const double load =
+      blocked_ ? (on ? pushed : 0.0) : std::clamp(measured.effort / model_->stall_torque, -1.0, 1.0);
   actual_ = std::llround(model_->ticks(measured.position));
   report(measured, load, period, disturbance.temperature);
   guard_load(load, period, disturbance.overload);
@@ -218,16 +228,14 @@ void RegisterServo::step(Time now, Duration period, const MotorState& state, con
   const std::int64_t goal = silenced_ ? held_ : value(ServoRole::goal_position);
   const std::int64_t kept =
       std::clamp(goal, position_limit(ServoRole::min_position), position_limit(ServoRole::max_position));
-  const double shaft = model_->angle(kept + value(ServoRole::homing_offset));
+  goal_shaft_ = model_->angle(kept + value(ServoRole::homing_offset));
   const double speed = static_cast<double>(value(ServoRole::goal_velocity)) * model_->velocity_unit;
-  drive.on = value(ServoRole::torque_enable) != 0;
-  drive.goal = disturbance.stuck ? state.position : sign * shaft - disturbance.slip;
+  drive.on = blocked_ || value(ServoRole::torque_enable) != 0;
+  drive.goal = blocked_ ? *blocked_ : sign * goal_shaft_ - disturbance.slip;
   drive.velocity = speed > 0 ? std::min(speed, model_->no_load_speed) : model_->no_load_speed;
-  const double share =
-      static_cast<double>(value(ServoRole::torque_limit)) / static_cast<double>(model_->whole_torque);
-  drive.effort = model_->stall_torque * std::clamp(share, 0.0, 1.0);
+  drive.effort = model_->stall_torque * (blocked_ ? 1.0 : share);
   const ServoRegister& gain = *model_->find(ServoRole::position_gain);
-  drive.gain = static_cast<double>(raw(gain)) / static_cast<double>(gain.initial);
+  drive.gain = blocked_ ? 1.0 : static_cast<double>(raw(gain)) / static_cast<double>(gain.initial);
 }
 
 }  // namespace doppel

@@ -85,10 +85,12 @@ class DOPPEL_API RegisterServo {
 
   const ServoModel* model_;
   std::vector<std::uint8_t> table_;
-  std::int64_t actual_ = 0;  // ticks, without the homing offset
-  double temperature_;       // degrees Celsius
-  double supply_;            // V, without a load
-  Duration overloaded_{};    // how long the load has been above the threshold
+  std::optional<double> blocked_;  // rad, of the motor, since a fault blocks it
+  double goal_shaft_ = 0;          // rad, as the servo counts
+  std::int64_t actual_ = 0;        // ticks, without the homing offset
+  double temperature_;             // degrees Celsius
+  double supply_;                  // V, without a load
+  Duration overloaded_{};          // how long the load has been above the threshold
   bool latched_ = false;
   bool silenced_ = false;  // by the bus watchdog
   std::int64_t held_ = 0;  // ticks, the goal since the watchdog has stopped it

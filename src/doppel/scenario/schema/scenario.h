@@ -42,7 +42,7 @@ enum class HardwareUse {
   real,       // the drivers, on the devices of this machine
 };
 
-// What the twin of a robot with real hardware does. /tf shows the measured joints in any case.
+// The twin of a robot with real hardware. /tf shows the measured joints in any case.
 enum class MirrorMode {
   shadow,  // its drives get the commands that the hardware gets
   follow,  // its joints are where the measured ones are

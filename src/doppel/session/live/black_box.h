@@ -3,8 +3,9 @@
 // announcements (in memory, with most systems), and which writes them out as a bag when something happens:
 // the emergency stop, an error, a divergence, an episode at a limit, an alarm of the mirror, a request. Files
 // of a process that was killed are written out by the next one. Topics of sensors are not in it, because
-// sensors of light would be computed for it. With the journal of the run since its start (kJournalAttachment) a bag can
-// be run again, as long as the journal is not too large; the parameters of all nodes are an attachment, too.
+// sensors of light would be computed for it. With the journal of the run since its start (kJournalAttachment)
+// a bag can be run again, as long as the journal is not too large; the parameters of all nodes are an
+// attachment, too.
 
 #include <atomic>
 #include <chrono>

@@ -1,8 +1,8 @@
 #pragma once
 // Publishes, for every robot in its namespace, at 20 Hz:
 //
-//   /doppel/hardware (doppel_msgs/msg/Devices)  the components that are devices, real or emulated
-//   /doppel/mirror (doppel_msgs/msg/Mirror)     real hardware beside the twin: the error of each joint and its
+//   /doppel/hardware (doppel_msgs/msg/Devices) the components that are devices, real or emulated
+//   /doppel/mirror (doppel_msgs/msg/Mirror)     real hardware beside the twin: each joint's error and its
 //                                               alarm, which is also a warning of the log
 
 #include "doppel/export.h"

@@ -5,19 +5,19 @@
 namespace doppel {
 namespace {
 
-void write(const DeviceReport::Joint& from, doppel_msgs::msg::DeviceJoint& to) {
-  to.name = from.name;
-  to.id = from.id;
-  to.position = from.position;
-  to.goal = from.goal;
-  to.velocity = from.velocity;
-  to.load = from.load;
-  to.current = from.current;
-  to.voltage = from.voltage;
-  to.temperature = from.temperature;
-  to.age = from.age;
-  to.believed = from.believed;
-  to.faults = from.faults;
+void write(const DeviceReport::Joint& joint, doppel_msgs::msg::DeviceJoint& message) {
+  message.name = joint.name;
+  message.id = joint.id;
+  message.position = joint.position;
+  message.goal = joint.goal;
+  message.velocity = joint.velocity;
+  message.load = joint.load;
+  message.current = joint.current;
+  message.voltage = joint.voltage;
+  message.temperature = joint.temperature;
+  message.age = joint.age;
+  message.believed = joint.believed;
+  message.faults = joint.faults;
 }
 
 }  // namespace

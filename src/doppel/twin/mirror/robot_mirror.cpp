@@ -143,19 +143,19 @@ void RobotMirror::publish(const TwinRobot& robot, Time now) {
   message_.header.stamp = to_time_msg(node_.bus().stamp(now));
   message_.joints.resize(joints_.size());
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const Joint& from = joints_[i];
-    doppel_msgs::msg::MirrorJoint& to = message_.joints[i];
-    to.name = from.name;
-    to.measured = from.measured_q;
-    to.twin = robot.instance().q()[from.q];
-    to.believed = from.believed;
-    to.error = from.residual.error();
-    to.rms = from.residual.rms();
-    to.delay = from.shadowed ? from.residual.delay() : kNaN;
-    to.load = from.load;
-    to.model_load = from.model_load;
-    to.note = note(from);
-    to.alarm = alarm_text(from);
+    const Joint& joint = joints_[i];
+    doppel_msgs::msg::MirrorJoint& row = message_.joints[i];
+    row.name = joint.name;
+    row.measured = joint.measured_q;
+    row.twin = robot.instance().q()[joint.q];
+    row.believed = joint.believed;
+    row.error = joint.residual.error();
+    row.rms = joint.residual.rms();
+    row.delay = joint.shadowed ? joint.residual.delay() : kNaN;
+    row.load = joint.load;
+    row.model_load = joint.model_load;
+    row.note = note(joint);
+    row.alarm = alarm_text(joint);
   }
   topic_.publish(message_, now);
 }

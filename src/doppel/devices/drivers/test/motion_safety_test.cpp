@@ -14,10 +14,10 @@ namespace {
 using test::DriverBench;
 
 constexpr int kSeeds = 200;
-constexpr double kSpeed = 4, kLimit = 2;                    // of the bench's joints: rad/s, rad
-constexpr double kServoTick = 2 * M_PI / 4096;              // rad
-constexpr double kAheadMost = 0.05 * kSpeed;                // rad: 50 ms of motion
-constexpr double kMostAtActivation = 0.01, kAtStop = 0.05;  // rad
+constexpr double kSpeed = 4, kLimit = 2;                              // of the bench's joints: rad/s, rad
+constexpr double kServoTick = 2 * M_PI / 4096;                        // rad
+constexpr double kMaxAhead = 0.05 * kSpeed;                           // rad: 50 ms of motion
+constexpr double kMaxActivationMotion = 0.01, kMaxStopMotion = 0.05;  // rad
 constexpr double kBrake = 100;  // rad/s^2, what the servo's motor brakes with at least
 
 constexpr std::array kRandomFaults{FaultKind::drop,      FaultKind::corrupt, FaultKind::late,
@@ -122,7 +122,7 @@ class RandomRun {
     for (int i = 0; i < 20; ++i) {
       if (bench_.cycle() != HardwareReturn::ok) return false;
       for (std::size_t joint = 0; joint < 3; ++joint)
-        EXPECT_NEAR(bench_.q(joint), before[joint], kMostAtActivation + slip_) << to_string(kind_);
+        EXPECT_NEAR(bench_.q(joint), before[joint], kMaxActivationMotion + slip_) << to_string(kind_);
     }
     return true;
   }
@@ -148,7 +148,7 @@ class RandomRun {
     for (std::size_t i = 0; i < 3; ++i) {
       if (bench_.devices.servos()[i].value(ServoRole::torque_enable) == 0) continue;  // it has lost its power
       ASSERT_LE(std::abs(goal(i)), kLimit + kServoTick) << "joint " << i << ", " << to_string(kind_);
-      ASSERT_LE(std::abs(report.joints[i].goal - report.joints[i].position), 2 * kAheadMost)
+      ASSERT_LE(std::abs(report.joints[i].goal - report.joints[i].position), 2 * kMaxAhead)
           << "joint " << i << ", " << to_string(kind_);
     }
   }
@@ -168,7 +168,7 @@ class RandomRun {
         if (bench_.devices.servos()[joint].value(ServoRole::torque_enable) == 0) continue;
         EXPECT_EQ(goal(joint), goals[joint]) << to_string(kind_);
         // A bus that is gone takes no stop: the motion goes on to the last goal, at most 50 ms ahead.
-        const double most = kAtStop + speed[joint] * speed[joint] / (2 * kBrake) + kAheadMost + slip_;
+        const double most = kMaxStopMotion + speed[joint] * speed[joint] / (2 * kBrake) + kMaxAhead + slip_;
         EXPECT_NEAR(bench_.q(joint), before[joint], most) << to_string(kind_);
       }
     }
@@ -187,7 +187,7 @@ class RandomRun {
     for (int i = 0; i < 50; ++i) {
       if (bench_.cycle() != HardwareReturn::ok) break;
       for (std::size_t joint = 0; joint < 3; ++joint)
-        EXPECT_NEAR(bench_.q(joint), before[joint], kMostAtActivation + slip_) << to_string(kind_);
+        EXPECT_NEAR(bench_.q(joint), before[joint], kMaxActivationMotion + slip_) << to_string(kind_);
     }
     check_permanent();
   }

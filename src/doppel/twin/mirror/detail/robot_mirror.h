@@ -35,7 +35,7 @@ class RobotMirror {
     JointResidual residual;
     bool measured = false, shadowed = false;
     double measured_q = 0, twin_q = 0, model_load = 0;
-    // As its device reported it last.
+    // The last report of its device.
     double goal = 0, load = 0;
     bool believed = false, held_back = false;
     std::uint64_t logged = 0;  // alarms
