@@ -19,7 +19,7 @@ using doppel_msgs::msg::Mirror;
 using doppel_msgs::msg::MirrorJoint;
 
 constexpr const char* kTopic = "/doppel/mirror";
-constexpr auto kAnswerTime = std::chrono::seconds(5);
+constexpr auto kMirrorPatience = std::chrono::seconds(5);
 constexpr auto kDrawing = std::chrono::milliseconds(250);
 
 struct MirrorOptions {
@@ -79,7 +79,7 @@ class Picture {
 
 // The next message; nullopt: there was none for some seconds.
 std::optional<Client::Received> next_of(Client& twin, const std::string& topic) {
-  const auto until = Clock::now() + kAnswerTime;
+  const auto until = Clock::now() + kMirrorPatience;
   Client::Received message;
   while (twin.next(message, until)) {
     if (message.topic == topic) return message;

@@ -29,7 +29,7 @@ std::vector<Heading> headings(const RosArguments& ros) {
             add_sensor, add_snapshot}},
           {"ROS 2's verbs",
            {add_topic, add_control, add_tf, add_node, add_service, add_param, add_action, add_interface}},
-          {"Real arms", {add_hardware, add_mirror}},
+          {"Real arms", {add_hardware, add_mirror, add_identify}},
           {"Descriptions",
            {add_new, add_check, add_validate, add_tune, add_xacro, add_tree, add_info, add_mass, add_ik,
             add_reach, add_convert, add_overlay, add_diff, add_calibrate, add_world}},

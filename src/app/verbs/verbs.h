@@ -30,6 +30,7 @@ void add_saved_states(CLI::App& app, int& exit_code);  // save, restore and rewi
 
 void add_hardware(CLI::App& app, int& exit_code);  // servos on this machine's ports
 void add_mirror(CLI::App& app, int& exit_code);    // a running arm beside its twin
+void add_identify(CLI::App& app, int& exit_code);  // its servos, from recordings
 
 // Without a twin, over descriptions in files.
 void add_xacro(CLI::App& app, int& exit_code);

@@ -143,6 +143,7 @@ Fitter::Fitter(const JointRecord& record, const FitOptions& options)
 double Fitter::cost_of(const ServoValues& values, const Mask& mask) {
   simulation_.run(values, predicted_);
   ++simulations_;
+  if (options_.progress && !options_.progress(simulations_)) throw FitCancelled{};
   double sum = 0;
   for (std::size_t i = 0; i < predicted_.size(); ++i) {
     const double e = record_.position[i] - predicted_[i];

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -54,7 +55,10 @@ struct JointRecord {
 struct FitOptions {
   ServoValues start{};  // of the description; positive
   FrictionRung last = FrictionRung::backlash;
+  // Called with the number of simulations so far; false ends the fit with FitCancelled.
+  std::function<bool(int)> progress = {};
 };
+struct FitCancelled {};
 
 struct FittedValue {
   double value = 0, low = 0, high = 0;  // 95 % interval
@@ -95,7 +99,7 @@ struct DOPPEL_API ServoFit {
   [[nodiscard]] bool is_trusted(ServoQuantity quantity) const;
 };
 
-// Throws InputError: too few samples, or a joint that does not move.
+// Throws InputError: too few samples, or a joint that does not move. FitCancelled as `progress` says.
 DOPPEL_API ServoFit fit_servo(const JointRecord& record, const FitOptions& options);
 
 // The smallest step between two positions that differ, if all are multiples of it; 0: not quantised.

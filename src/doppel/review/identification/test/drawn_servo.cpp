@@ -45,7 +45,9 @@ std::vector<double> commands(Random& random) {
     return sum;
   };
   double largest = 0;
-  for (double t = 0; t < 5; t += kPeriod) largest = std::max(largest, std::abs(series(t)));
+  constexpr double kLength = 5;  // s, the period of the slowest harmonic
+  for (int i = 0; i < static_cast<int>(kLength / kPeriod); ++i)
+    largest = std::max(largest, std::abs(series(i * kPeriod)));
   constexpr std::array kLevels{0.5, -0.3, 0.9, 0.0, 0.2, -0.7, 0.6, 0.0};
   std::vector<double> out;
   for (std::size_t i = 0; i <= kCount; ++i) {

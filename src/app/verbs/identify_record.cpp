@@ -1,0 +1,337 @@
+// doppel identify record: moves the joints of the running robot one after the other, and records them.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <deque>
+#include <filesystem>
+#include <optional>
+
+#include "app/verbs/arrival.h"
+#include "app/verbs/bag_verbs.h"
+#include "app/verbs/client_recorder.h"
+#include "app/verbs/controllers.h"
+#include "app/verbs/goals.h"
+#include "app/verbs/hardware_target.h"
+#include "app/verbs/identify.h"
+#include "app/verbs/interruptible_work.h"
+#include "app/verbs/robot_watch.h"
+#include "app/verbs/shell.h"
+#include "doppel/base/core/names.h"
+#include "doppel/lab/recording/run_recording.h"
+#include "doppel/review/identification/excitation.h"
+#include "doppel/ros/bus/name_rules.h"
+#include "doppel/ros/messages/control_msgs.h"
+#include "doppel/scenario/schema/command_kind.h"
+
+namespace doppel::app {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+using Follow = control_msgs::action::FollowJointTrajectory;
+
+constexpr auto kHeldTime = std::chrono::seconds(2);
+
+struct RecordVerb {
+  std::vector<std::string> joints;
+  BagOutput output;
+  std::string manager;
+  double seconds = kUsualExcitation;
+  bool yes = false;
+};
+
+// A trajectory controller of positions, and where it holds its joints.
+struct Arm {
+  std::string node;  // "/omarm_arm_controller"
+  std::vector<std::string> joints;
+  Positions held;
+};
+
+std::vector<Arm> find_arms(Client& twin, const std::string& manager) {
+  std::vector<Arm> out;
+  for (const auto& controller : list_controllers(twin, manager)) {
+    if (controller.state != "active" || command_kind(controller.type) != CommandKind::trajectory) continue;
+    const std::vector<std::string>& claimed = command_interfaces_of(controller);
+    const std::vector<std::string> joints = joints_of(controller);
+    const bool by_position = std::ranges::all_of(joints, [&](const std::string& joint) {
+      return std::ranges::find(claimed, joint + "/position") != claimed.end();
+    });
+    if (by_position) out.push_back({expand_name(controller.name, manager), joints, {}});
+  }
+  if (out.empty())
+    throw ClientError(
+        "no active joint_trajectory_controller commands positions, which an identification needs\n  fix: "
+        "doppel "
+        "control list_controllers shows what is there; doppel control switch_controllers activates one");
+  return out;
+}
+
+// The controller's commands: measured positions are off by the servos' sag, which would add up.
+void find_held(Client& twin, const RobotWatch& robot, Arm& arm) {
+  for (const std::string& joint : arm.joints) {
+    if (const std::optional<double> present = robot.position(joint)) arm.held[joint] = *present;
+  }
+  const std::string topic = arm.node + "/controller_state";
+  twin.subscribe(topic);
+  const auto until = Clock::now() + kHeldTime;
+  Client::Received message;
+  while (twin.next(message, until)) {
+    if (message.topic != topic) continue;
+    const auto state = decode<control_msgs::msg::JointTrajectoryControllerState>(message.cdr);
+    for (std::size_t i = 0; i < std::min(state.joint_names.size(), state.reference.positions.size()); ++i)
+      arm.held[state.joint_names[i]] = state.reference.positions[i];
+    break;
+  }
+  for (const std::string& joint : arm.joints) {
+    if (!arm.held.contains(joint))
+      throw ClientError(
+          fmt::format("joint_states does not contain '{}', which {} moves too", joint, arm.node));
+  }
+}
+
+// -- the motions
+
+struct Part {
+  const Arm* arm = nullptr;
+  std::string joint;
+  std::vector<Waypoint> path;
+  bool rehearsal = false;
+};
+
+ExcitationRange range_of(const RobotWatch& robot, const Arm& arm, const std::string& joint) {
+  const ModelJoint* described = robot.find(joint);
+  if (described == nullptr)
+    throw ClientError(
+        fmt::format("the robot publishes no description of '{}', so that its limits are not known", joint));
+  return {arm.held.at(joint), described->lower, described->upper, described->velocity,
+          described->type == JointType::prismatic};
+}
+
+void add_parts(std::deque<Part>& parts, const RobotWatch& robot, const Arm& arm, const std::string& joint,
+               double seconds) {
+  const ExcitationRange range = range_of(robot, arm, joint);
+  if (excitation_amplitude(range) <= 0) {
+    const double middle = 0.5 * (range.lower + range.upper);
+    throw_usage_error(
+        fmt::format("'{}' is at {:.3g}, too near to its limits of {:.3g} and {:.3g} {} for a motion", joint,
+                    range.position, range.lower, range.upper, range.slides ? "m" : "rad"),
+        fmt::format("doppel move \"{}={:.3g}\"", joint, middle));
+  }
+  parts.push_back({&arm, joint, plan_rehearsal(range), true});
+  parts.push_back({&arm, joint, plan_excitation(range, seconds), false});
+}
+
+std::deque<Part> plan_parts(const RobotWatch& robot, const std::vector<Arm>& arms,
+                            const RecordVerb& options) {
+  std::vector<std::string> names;
+  for (const Arm& arm : arms) names.insert(names.end(), arm.joints.begin(), arm.joints.end());
+  for (const std::string& joint : options.joints) {
+    if (std::ranges::find(names, joint) == names.end())
+      throw_usage_error(fmt::format("no active trajectory controller commands the position of '{}'{}", joint,
+                                    did_you_mean(joint, names)),
+                        fmt::format("one of: {}", fmt::join(names, ", ")));
+  }
+  std::deque<Part> out;
+  for (const Arm& arm : arms) {
+    for (const std::string& joint : arm.joints) {
+      const bool chosen =
+          options.joints.empty() || std::ranges::find(options.joints, joint) != options.joints.end();
+      if (chosen) add_parts(out, robot, arm, joint, options.seconds);
+    }
+  }
+  return out;
+}
+
+std::string question_of(const std::deque<Part>& parts, const RobotWatch& robot) {
+  std::string out;
+  double seconds = 0;
+  for (const Part& part : parts) {
+    seconds += part.path.back().time;
+    if (part.rehearsal) continue;
+    const auto [least, most] = std::ranges::minmax(part.path, {}, &Waypoint::position);
+    out += fmt::format("  {}: {:.3g} to {:.3g} {}\n", part.joint, least.position, most.position,
+                       joint_unit(*robot.find(part.joint)));
+  }
+  return fmt::format(
+      "These joints move, one after the other, first slowly, at most at {:.0f} % of their speed "
+      "limits, for {:.0f} s:\n{}Stay clear of the arm. Move it?",
+      100 * kExcitationSpeed, seconds, out);
+}
+
+Bytes goal_of(const Part& part) {
+  Follow::Goal goal;
+  goal.trajectory.joint_names = part.arm->joints;
+  for (const Waypoint& waypoint : part.path) {
+    trajectory_msgs::msg::JointTrajectoryPoint point;
+    for (const std::string& joint : part.arm->joints)
+      point.positions.push_back(joint == part.joint ? waypoint.position : part.arm->held.at(joint));
+    point.time_from_start = to_duration_msg(from_seconds(waypoint.time));
+    goal.trajectory.points.push_back(std::move(point));
+  }
+  return to_cdr(goal);
+}
+
+// Sends one goal after the other while the recorder runs; rehearsals are not recorded.
+class Motions {
+ public:
+  Motions(Client& twin, std::deque<Part> parts) : twin_(twin), parts_(std::move(parts)) {}
+
+  void look(ClientRecorder& recorder) {
+    GoalOutcome outcome;
+    if (goal_ && !goal_->take_outcome(outcome)) return;
+    if (goal_) {
+      goal_.reset();
+      if (outcome.status != kSucceeded) {
+        problem_ = fmt::format("the motion of '{}' ended with {}{}{}", joint_, status_name(outcome.status),
+                               outcome.reason.empty() ? "" : ": ", outcome.reason);
+        parts_.clear();
+      }
+    }
+    if (parts_.empty()) return recorder.act(RecorderAction::stop);
+    start(recorder);
+  }
+
+  // Stops the arm where it is.
+  void cancel() {
+    if (!goal_) return;
+    goal_->cancel();
+    GoalOutcome outcome;
+    static_cast<void>(
+        twin_.wait_until([&] { return goal_->take_outcome(outcome); }, Clock::now() + kHeldTime));
+    goal_.reset();
+  }
+
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+
+ private:
+  void start(ClientRecorder& recorder) {
+    const Part part = std::move(parts_.front());
+    parts_.pop_front();
+    joint_ = part.joint;
+    recorder.act(part.rehearsal ? RecorderAction::pause : RecorderAction::resume);
+    if (isatty(STDERR_FILENO) != 0) print_note("");
+    print_note(fmt::format("{}: {} for {:.0f} s", part.joint,
+                           part.rehearsal ? "slowly over its range" : "triangle, steps and harmonics",
+                           part.path.back().time));
+    goal_.emplace(twin_, part.arm->node + "/follow_joint_trajectory", action_support<Follow>(),
+                  goal_of(part));
+  }
+
+  Client& twin_;
+  std::deque<Part> parts_;
+  std::optional<ActionGoal> goal_;
+  std::string joint_, problem_;
+};
+
+// -- the recording
+
+TopicSelection topics_of(const std::vector<Arm>& arms, const std::string& manager) {
+  TopicSelection out;
+  for (const char* name : {"joint_states", "robot_description", "doppel/hardware", "doppel/joint_loads"})
+    out.topics.push_back(expand_name(name, manager));
+  for (const Arm& arm : arms) out.topics.push_back(arm.node + "/controller_state");
+  return out;
+}
+
+// The reason of an early end; empty: there is none.
+std::string run_motions(ClientRecorder& recorder, Motions& motions, bool& interrupted) {
+  std::string failure;
+  try {
+    recorder.run();
+  } catch (const Interrupted&) {
+    interrupted = true;
+  } catch (const ClientError& error) {
+    failure = error.what();
+  }
+  Shell::clear_interrupt();
+  try {
+    motions.cancel();
+  } catch (const ClientError& error) {
+    failure += (failure.empty() ? "" : "; ") + std::string(error.what());
+  }
+  return failure.empty() ? motions.problem() : failure;
+}
+
+int report_recording(const BagWriter& writer, const std::string& failure, bool interrupted) {
+  if (interrupted) print_note("interrupted; the arm was stopped where it was");
+  if (!failure.empty()) print_note("error: " + failure);
+  if (writer.metadata().messages == 0) {
+    std::filesystem::remove_all(writer.folder());
+    print_note("nothing was recorded");
+  } else {
+    print_line("{}: {} messages, {}\n", writer.folder().string(), writer.metadata().messages,
+               size_text(writer.size()));
+    if (failure.empty() && !interrupted)
+      print_note(fmt::format("doppel identify fit TARGET --recording {}", writer.folder().string()));
+  }
+  if (interrupted) return kInterrupted;
+  return failure.empty() ? 0 : 1;
+}
+
+ClientRecorderOptions motion_recording(const RecordVerb& verb, const std::vector<Arm>& arms,
+                                       const std::string& manager) {
+  ClientRecorderOptions out;
+  out.topics = topics_of(arms, manager);
+  out.bag = writer_options(verb.output);
+  if (out.bag.folder.empty()) out.bag.folder = dated_bag_folder(".").lexically_normal();
+  out.paused = true;
+  if (std::filesystem::exists(out.bag.folder))
+    throw_usage_error(fmt::format("'{}' exists already", out.bag.folder.string()), "name another folder");
+  return out;
+}
+
+int record_motions(Shell& shell, const RecordVerb& verb) {
+  Client& twin = shell.twin();
+  const std::string manager = find_manager(twin, verb.manager);
+  const RobotWatch robot(twin, manager);
+  if (robot.is_stopped())
+    throw ClientError("the emergency stop is on, so nothing moves\n  fix: doppel stop --reset");
+  std::vector<Arm> arms = find_arms(twin, manager);
+  for (Arm& arm : arms) find_held(twin, robot, arm);
+  std::deque<Part> parts = plan_parts(robot, arms, verb);
+  ClientRecorderOptions options = motion_recording(verb, arms, manager);
+  if (!confirmed(question_of(parts, robot), verb.yes)) return 1;
+  Motions motions(twin, std::move(parts));
+  for (const std::string& topic : options.topics.topics) twin.unsubscribe(topic);  // the recorder's now
+  ClientRecorder* running = nullptr;
+  options.look = [&] { motions.look(*running); };
+  ClientRecorder recorder(twin, std::move(options));
+  running = &recorder;
+  Shell::catch_interrupts();
+  bool interrupted = false;
+  const std::string failure = run_motions(recorder, motions, interrupted);
+  recorder.close();
+  if (isatty(STDERR_FILENO) != 0) print_note("");
+  return report_recording(recorder.writer(), failure, interrupted);
+}
+
+}  // namespace
+
+void add_identify_record(CLI::App& group, int& exit_code) {
+  add_verb<RecordVerb>(
+      group, "record", "Move the joints of the running robot one after the other, and record them as a bag",
+      "doppel identify record -o motions\n  doppel identify record --joint \"Revolute 2\" --seconds 30 "
+      "--yes\n"
+      "Each joint moves about its present position, first slowly over the whole range; Ctrl-C stops the arm, "
+      "and "
+      "keeps the file.",
+      exit_code,
+      [](CLI::App& verb, RecordVerb& options) {
+        verb.add_option("--joint", options.joints,
+                        "Only this joint; repeatable (default: all of the trajectory controllers)")
+            ->take_all()
+            ->allow_extra_args(false)
+            ->type_name("JOINT");
+        add_output_options(verb, options.output, false);
+        verb.add_option("--seconds", options.seconds, "Duration of the recorded motion of each joint")
+            ->check(CLI::Range(kMinExcitation, 600.0))
+            ->capture_default_str();
+        declare_manager(verb, options.manager);
+        verb.add_flag("-y,--yes", options.yes, "Answer the question with yes");
+      },
+      record_motions);
+}
+
+}  // namespace doppel::app
