@@ -32,7 +32,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr double kDegree = std::numbers::pi / 180;
-constexpr int kSlowLatency = 2;  // ms, of an FTDI adapter
 
 // -- scan
 
@@ -126,7 +125,7 @@ int run_scan(const ScanVerbOptions& options) {
       one["error"] = why.message;
       if (!options.json) print_line("    {}\n    fix: {}\n", why.message, why.fix);
     }
-    if (!options.json && port.latency_timer.value_or(0) > kSlowLatency)
+    if (!options.json && port.latency_timer.value_or(0) > kMaxLatencyTimer)
       print_line(
           "    its latency timer is {} ms, which limits a bus to about {} Hz\n    fix: echo 1 | sudo tee "
           "/sys/class/tty/{}/device/latency_timer\n",
@@ -219,7 +218,7 @@ struct NudgeVerbOptions {
   bool yes = false;
 };
 
-// What the servo cannot measure: whether it was this joint, and which way it turned.
+// A servo cannot measure whether it was this joint, and which way it turned.
 int ask_for_direction(const OpenBus& open, const std::string& joint, bool positive) {
   const auto servo = std::ranges::find(open.setup.joints, joint, &JointServo::joint);
   const std::optional<bool> right = answer_of_person(

@@ -88,7 +88,7 @@ void check_has_commands(const RecordedMotion& motion, const Model& model, const 
 
 // -- the texts
 
-std::string judgement(const ServoFit& fit, ServoQuantity quantity) {
+std::string assessment(const ServoFit& fit, ServoQuantity quantity) {
   const FittedValue& value = fit[quantity];
   if (!value.fitted) return fmt::format("not of {}", name_of(fit.rung));
   if (!value.problem.empty()) return value.problem;
@@ -119,12 +119,12 @@ std::string fit_table(const JointFit& one) {
   std::string out = fmt::format("{}: {} samples of {:.1f} s, model {}\n", one.joint, one.samples, one.seconds,
                                 name_of(fit.rung));
   out += fmt::format("  {:<12}{:>10}  {:<22}{:<12}{:>10}  {}\n", "", "value", "95 % interval", "unit",
-                     "start", "judgement");
+                     "start", "assessment");
   for (const ServoQuantity quantity : fitted_quantities(fit)) {
     const FittedValue& value = fit[quantity];
     out += fmt::format("  {:<12}{:>10.4g}  {:<22}{:<12}{:>10.4g}  {}\n", name_of(quantity), value.value,
                        fmt::format("{:.4g} to {:.4g}", value.low, value.high), unit_of(quantity, one.slides),
-                       one.start[static_cast<std::size_t>(quantity)], judgement(fit, quantity));
+                       one.start[static_cast<std::size_t>(quantity)], assessment(fit, quantity));
   }
   const double unit = one.slides ? kSlidingUnit : kTurningUnit;
   const char* name = one.slides ? "mm" : "mrad";
@@ -158,7 +158,7 @@ Json fit_json(const JointFit& one) {
                                                      {"start", one.start[static_cast<std::size_t>(quantity)]},
                                                      {"identified", is_identified(fit, quantity)},
                                                      {"trusted", fit.is_trusted(quantity)},
-                                                     {"judgement", judgement(fit, quantity)}};
+                                                     {"assessment", assessment(fit, quantity)}};
   }
   out["correlated"] = Json::array();
   for (const CorrelatedPair& pair : fit.correlated)

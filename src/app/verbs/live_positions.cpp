@@ -18,13 +18,13 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr int kSamples = 5;
-constexpr double kMaxSpread = 0.005;                 // rad or m: three ticks of a servo
-constexpr auto kPatience = std::chrono::seconds(3);  // for samples that agree
+constexpr double kMaxSpread = 0.005;                // rad or m: three ticks of a servo
+constexpr auto kMaxWait = std::chrono::seconds(3);  // for samples that agree
 constexpr auto kBetween = std::chrono::milliseconds(40);
 
 // The mean of kSamples in a row that agree. `next`: the next sample; NaN: there is none.
 double position_at_rest(const std::string& joint, const std::function<double()>& next) {
-  const auto until = Clock::now() + kPatience;
+  const auto until = Clock::now() + kMaxWait;
   std::vector<double> samples;
   bool reported = false;
   while (Clock::now() < until) {
@@ -61,7 +61,7 @@ class RobotPositions final : public LivePositions {
     drop_old_messages();
     return position_at_rest(joint, [&] {
       Client::Received message;
-      if (!shell_.twin().next(message, Clock::now() + kPatience) || !watch_.take(message))
+      if (!shell_.twin().next(message, Clock::now() + kMaxWait) || !watch_.take(message))
         return std::numeric_limits<double>::quiet_NaN();
       return watch_.position(joint).value_or(std::numeric_limits<double>::quiet_NaN());
     });

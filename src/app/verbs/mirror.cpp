@@ -58,7 +58,7 @@ std::vector<std::string> table(const Mirror& mirror) {
     if (one.alarm.empty() && !one.note.empty()) out.push_back("    " + one.note);
   }
   if (std::ranges::any_of(mirror.joints, &MirrorJoint::believed))
-    out.emplace_back("?: believed: what the servo was told, and no measurement");
+    out.emplace_back("?: believed: the command of the servo, and no measurement");
   return out;
 }
 

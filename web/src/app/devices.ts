@@ -1,4 +1,4 @@
-// What /doppel/hardware and /doppel/mirror of the selected robot say: its devices, and how far the joints are from the twin.
+// The devices of the selected robot (/doppel/hardware), and how far its joints are from the twin (/doppel/mirror).
 import type { Message } from '../protocol/cdr';
 import { Signal } from './signal';
 import type { Twin } from './twin';

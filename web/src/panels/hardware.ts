@@ -61,7 +61,7 @@ export function hardwarePanel(app: App, devices: Devices): Panel {
     const [id, at, goal, load, warmth, volts, age, faults] = cells as [HTMLElement, HTMLElement, HTMLElement, HTMLElement, HTMLElement, HTMLElement, HTMLElement, HTMLElement];
     say(id, String(joint.id));
     say(at, joint.believed ? `${position(joint.name, joint.position)} believed` : position(joint.name, joint.position));
-    at.title = joint.believed ? 'the servo reports no position: this is what it was told' : '';
+    at.title = joint.believed ? 'the servo reports no position: this is its command' : '';
     at.classList.toggle('believed', joint.believed);
     say(goal, position(joint.name, joint.goal));
     if (!Number.isFinite(joint.load)) {

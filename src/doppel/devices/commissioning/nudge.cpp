@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "doppel/base/core/diagnostic.h"
-#include "doppel/base/core/names.h"
 #include "doppel/devices/commissioning/detail/slow_joint.h"
 
 namespace doppel {
@@ -31,27 +30,21 @@ bool NudgeResult::followed(double angle) const {
 
 NudgeResult nudge(ServoBus& bus, const ServoSetup& setup, const std::string& joint,
                   const NudgeOptions& options) {
-  const auto servo = std::ranges::find(setup.joints, joint, &JointServo::joint);
-  if (servo == setup.joints.end()) {
-    std::vector<std::string> names;
-    for (const JointServo& one : setup.joints) names.push_back(one.joint);
-    throw InputError("hardware.unknown_joint", {},
-                     fmt::format("no servo drives '{}'{}", joint, did_you_mean(joint, names)));
-  }
-  SlowJoint slow(bus, setup, *servo, options.torque, options.ends);
+  const JointServo& servo = servo_named(setup, joint);
+  SlowJoint slow(bus, setup, servo, options.torque, options.ends);
   slow.read();
   std::vector<double> begin;
   for (std::size_t i = 0; i < setup.joints.size(); ++i) begin.push_back(slow.position(i));
   const double q = slow.position();
-  if (q < servo->lower - kMoved || q > servo->upper + kMoved) refuse_outside(*servo, q);
+  if (q < servo.lower - kMoved || q > servo.upper + kMoved) refuse_outside(servo, q);
   NudgeResult out;
-  out.way = q < (servo->lower + servo->upper) / 2 ? options.angle : -options.angle;
-  if (!slow.torque_on(q)) refuse_outside(*servo, q);
+  out.way = q < (servo.lower + servo.upper) / 2 ? options.angle : -options.angle;
+  if (!slow.torque_on(q)) refuse_outside(servo, q);
   slow.move(q, q + out.way, options.seconds);
   out.moved = std::copysign(1.0, out.way) * (slow.position() - q);
   for (std::size_t i = 0; i < begin.size(); ++i) {
     const double moved = slow.position(i) - begin[i];
-    if (&setup.joints[i] != &*servo && std::abs(moved) > kMoved)
+    if (&setup.joints[i] != &servo && std::abs(moved) > kMoved)
       out.others.push_back({setup.joints[i].joint, moved});
   }
   if (!slow.ended()) slow.move(q + out.way, q, options.seconds);

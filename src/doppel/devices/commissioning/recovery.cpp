@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "doppel/base/core/diagnostic.h"
-#include "doppel/base/core/names.h"
 #include "doppel/devices/commissioning/detail/slow_joint.h"
 
 namespace doppel {
@@ -15,15 +14,6 @@ namespace {
 constexpr double kInside = 2 * 0.0174532925;  // rad, behind the limit
 constexpr double kWithin = 0.005;             // rad: a few ticks
 constexpr double kSlowestStep = 1.5;          // of the mean speed of a move that is at rest at both ends
-
-const JointServo& servo_named(const ServoSetup& setup, const std::string& joint) {
-  const auto servo = std::ranges::find(setup.joints, joint, &JointServo::joint);
-  if (servo != setup.joints.end()) return *servo;
-  std::vector<std::string> names;
-  for (const JointServo& one : setup.joints) names.push_back(one.joint);
-  throw InputError("hardware.unknown_joint", {},
-                   fmt::format("no servo drives '{}'{}", joint, did_you_mean(joint, names)));
-}
 
 Recovery way_back(const JointServo& servo, double q) {
   const double margin = std::min(kInside, (servo.upper - servo.lower) / 4);

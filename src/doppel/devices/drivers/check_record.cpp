@@ -3,10 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstdint>
 #include <system_error>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/fnv_hash.h"
 #include "doppel/base/core/output_file.h"
 #include "doppel/base/yaml/placed_yaml.h"
 #include "doppel/base/yaml/yaml_text.h"
@@ -19,11 +19,8 @@ namespace {
 const YamlRules kCheckRules{"hardware.check", "hardware.check", "hardware.check", "hardware.check",
                             "hardware.check"};
 
-// FNV-1a.
 std::string short_hash(const std::string& text) {
-  std::uint64_t hash = 0xcbf29ce484222325;
-  for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  return fmt::format("{:016x}", hash);
+  return fmt::format("{:016x}", fnv_hash(text));
 }
 
 }  // namespace

@@ -36,7 +36,7 @@ DOPPEL_API void write_check_record(const std::filesystem::path& file, const Chec
 // A joint turned the right way; replaces what was recorded of it.
 DOPPEL_API void add_nudged(CheckRecord& record, const JointServo& servo);
 [[nodiscard]] DOPPEL_API bool is_checked(const CheckRecord& record, const ServoSetup& setup);
-// The enabled joints that nobody has confirmed as they are now.
+// The enabled joints that are not confirmed as they are now.
 [[nodiscard]] DOPPEL_API std::vector<std::string> unconfirmed_joints(const CheckRecord& record,
                                                                      const ServoSetup& setup);
 

@@ -1,6 +1,5 @@
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <grp.h>
 #include <netdb.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
@@ -8,7 +7,6 @@
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
@@ -31,13 +29,6 @@ constexpr int kConnectPatience = 2000;  // ms
 
 [[noreturn]] void refuse(const std::string& rule, const std::string& message, const std::string& fix) {
   throw InputError("hardware." + rule, {}, message, fix);
-}
-
-std::string group_of(const std::string& path) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) return {};
-  const group* const found = ::getgrgid(status.st_gid);
-  return found != nullptr ? found->gr_name : std::to_string(status.st_gid);
 }
 
 [[noreturn]] void refuse_missing(const std::string& path) {

@@ -1,5 +1,8 @@
 #include "doppel/devices/serial/serial_ports.h"
 
+#include <grp.h>
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <charconv>
 #include <fstream>
@@ -99,6 +102,13 @@ std::string process_with_open(const fs::path& file) {
     }
   }
   return {};
+}
+
+std::string group_of(const std::filesystem::path& file) {
+  struct stat status {};
+  if (::stat(file.c_str(), &status) != 0) return {};
+  const group* const found = ::getgrgid(status.st_gid);
+  return found != nullptr ? found->gr_name : std::to_string(status.st_gid);
 }
 
 }  // namespace doppel

@@ -22,6 +22,12 @@ struct PortInfo {
 // USB serial ports and those of the board, by path. `root`: the root of /dev and /sys, for tests.
 DOPPEL_API std::vector<PortInfo> serial_ports(const std::filesystem::path& root = "/");
 
+// The longest latency timer of an adapter, ms, with which a bus makes some hundred cycles a second.
+inline constexpr int kMaxLatencyTimer = 2;
+
+// The group that may open a file, by name or number; empty: there is no such file.
+DOPPEL_API std::string group_of(const std::filesystem::path& file);
+
 // The process that has a file open, "doppel (pid 4711)"; empty: none that this user may see.
 DOPPEL_API std::string process_with_open(const std::filesystem::path& file);
 

@@ -5,8 +5,6 @@
 namespace doppel::doctor {
 namespace {
 
-constexpr int kSlowLatency = 2;  // ms
-
 Finding judge_port(const SerialFacts::Port& port) {
   const PortInfo& info = port.info;
   const std::string name = info.product.empty() ? info.path : fmt::format("{} ({})", info.path, info.product);
@@ -17,7 +15,7 @@ Finding judge_port(const SerialFacts::Port& port) {
     finding.why = "an arm on this port cannot be driven";
     finding.remedy = fmt::format("sudo usermod -aG {} $USER, then log in again",
                                  port.group.empty() ? "dialout" : port.group);
-  } else if (info.latency_timer.value_or(0) > kSlowLatency) {
+  } else if (info.latency_timer.value_or(0) > kMaxLatencyTimer) {
     finding.level = Level::note;
     finding.what = fmt::format("{}: its adapter keeps bytes for {} ms", name, *info.latency_timer);
     finding.why = fmt::format("a bus on it makes about {} cycles a second", 1000 / *info.latency_timer);

@@ -1,5 +1,3 @@
-#include <grp.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -11,13 +9,6 @@ namespace doppel::doctor {
 namespace {
 
 namespace fs = std::filesystem;
-
-std::string group_of(const std::string& path) {
-  struct stat status {};
-  if (::stat(path.c_str(), &status) != 0) return {};
-  const group* const found = ::getgrgid(status.st_gid);
-  return found != nullptr ? found->gr_name : std::to_string(status.st_gid);
-}
 
 bool runs(std::string_view program) {
   std::error_code unreadable;

@@ -1,5 +1,5 @@
 #pragma once
-// What a recording of a running robot has of its joints, as the record of one joint that fit_servo() needs:
+// A recording of a running robot as the record of one joint that fit_servo() needs:
 // command and position by their stamps, load and inertia of the model along the measured motion.
 
 #include <Eigen/Core>

@@ -2,12 +2,16 @@
 // One joint that moves slowly with little torque, while all other servos keep the torque that they have.
 
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "doppel/devices/buses/servo_bus.h"
 #include "doppel/devices/drivers/servo_setup.h"
 
 namespace doppel {
+
+// The servo that drives a joint. Throws InputError with the nearest name.
+const JointServo& servo_named(const ServoSetup& setup, const std::string& joint);
 
 class SlowJoint {
  public:

@@ -44,6 +44,5 @@ class ServoGroup {
 // `setup` and `link` outlive the group.
 std::unique_ptr<ServoGroup> make_register_group(const ServoSetup& setup, ByteLink& link);
 std::unique_ptr<ServoGroup> make_line_group(const ServoSetup& setup, ByteLink& link);
-std::unique_ptr<ServoGroup> make_line_group(const ServoSetup& setup, ByteLink& link);
 
 }  // namespace doppel
