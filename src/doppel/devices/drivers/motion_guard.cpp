@@ -1,8 +1,12 @@
 #include "doppel/devices/drivers/motion_guard.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <string>
 #include <utility>
+
+#include "doppel/base/core/text.h"
 
 namespace doppel {
 namespace {
@@ -10,7 +14,6 @@ namespace {
 constexpr double kStepMargin = 1.2, kSampleMargin = 1.5;  // of the speed limit
 constexpr double kSampleSlack = 0.02;                     // rad or m: noise and rounding of two samples
 constexpr double kGentle = 0.25, kHotShare = 0.5;         // of the speed
-constexpr double kAhead = 0.05;                           // s of motion
 constexpr double kMinAhead = 0.05;                        // rad or m: what a servo needs to hold a load
 constexpr double kStallLoad = 0.8, kStallSpeed = 0.01, kStallError = 0.1;
 constexpr double kYield = 0.02;  // rad or m
@@ -18,6 +21,12 @@ constexpr Duration kStallTime{500'000'000};
 constexpr double kHot = 60, kCool = 55;  // degrees Celsius
 
 }  // namespace
+
+bool looks_like_gripper(std::string_view joint) {
+  const std::string lower = lowered(joint);
+  return std::ranges::any_of(std::array{"grip", "finger", "jaw"},
+                             [&](const char* part) { return lower.find(part) != std::string::npos; });
+}
 
 void JointGuard::begin(double q, Time when) {
   position_ = goal_ = wish_ = q;
@@ -113,7 +122,7 @@ double JointGuard::goal(double command, Duration period) {
     goal_ = position_ + std::copysign(std::min(kYield, std::abs(wish_ - position_)), wish_ - position_);
     return goal_;
   }
-  const double ahead = std::max(kAhead * limits_.velocity, kMinAhead);
+  const double ahead = std::max(limits_.ahead * limits_.velocity, kMinAhead);
   goal_ = std::clamp(goal_, position_ - ahead, position_ + ahead);
   return goal_;
 }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string_view>
 
 #include "doppel/base/core/time.h"
 #include "doppel/export.h"
@@ -17,7 +18,11 @@ struct GuardLimits {
   double upper = std::numeric_limits<double>::infinity();
   double velocity = 1;            // rad/s or m/s, of the joint
   bool stalls_by_intent = false;  // a gripper: the stall guard is off
+  double ahead = 0.05;            // s of motion that a goal may be ahead of the newest sample
 };
+
+// A joint that is meant to stall, by its name.
+[[nodiscard]] DOPPEL_API bool looks_like_gripper(std::string_view joint);
 
 // Acts of the guard; each is an event when it begins.
 enum GuardEvent : unsigned {
@@ -46,8 +51,8 @@ class DOPPEL_API JointGuard {
 
   // The goal to be sent in this cycle. `command`: NaN is none, and the goal stays. The goal moves at 1.2 of
   // the speed limit at most (gentle: at a quarter of it; hot: at half of it), stays within the limits, and
-  // is at most 50 ms of motion ahead of the joint, because a servo without a watchdog goes on to its last
-  // goal when the host is gone.
+  // is at most GuardLimits::ahead of the joint, because a servo without a watchdog goes on to its last goal
+  // when the host is gone.
   double goal(double command, Duration period);
   // The joint stays where it is: the goal is its present position.
   void hold();
