@@ -61,6 +61,7 @@ class Guard : public TwinFixture {
     scenario.robots = {{.target = (folder / "arm.urdf").string()}};
     scenario.hardware = HardwareUse::emulated;
     scenario.guard = guard;
+    scenario.mirror = mirror_;
     if (!world.empty()) {
       std::ofstream(folder / "desk.yaml") << world;
       scenario.world = folder / "desk.yaml";
@@ -80,6 +81,7 @@ class Guard : public TwinFixture {
     run(2.5);
   }
   std::string logged_;
+  MirrorMode mirror_ = MirrorMode::shadow;
 };
 
 TEST_F(Guard, PathIntoOwnBaseIsRefusedWithPairAndTime) {
@@ -104,6 +106,31 @@ TEST_F(Guard, PathIntoKeepOutBoxIsRefusedByItsName) {
   send(0, 1.4);
   EXPECT_THAT(logged_, HasSubstr("'forearm' would enter the keep-out box 'monitor' at "));
   EXPECT_NEAR(joint("elbow").q, 0, 0.05);
+}
+
+// In simulated time a rehearsal takes none, so that a run is repeatable.
+TEST_F(Guard, EmulatedArmRehearsesAndRepeatsItself) {
+  mirror_ = MirrorMode::rehearse;
+  std::vector<std::uint64_t> hashes;
+  for (int i = 0; i < 2; ++i) {
+    logged_.clear();
+    bring_up_arm(true, "objects:\n  - {name: shelf, box: [0.1, 1, 1], xyz: [0.3, 0, 0.5]}\n");
+    send(0, 1.4);
+    EXPECT_THAT(logged_, HasSubstr("in the rehearsal 'forearm' would touch 'shelf' at "));
+    EXPECT_NEAR(joint("elbow").target, 0, 0.01) << "nothing is sent";
+    send(0.2, -0.6);
+    EXPECT_NEAR(joint("elbow").q, -0.6, 0.05) << logged_;
+    hashes.push_back(twin_->state_hash());
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+TEST_F(Guard, RehearsalWithoutGuardRefusesAsWell) {
+  mirror_ = MirrorMode::rehearse;
+  bring_up_arm(false);
+  send(0, 2.95);
+  EXPECT_THAT(logged_, HasSubstr("in the rehearsal 'forearm' would touch 'base' at 1."));
+  EXPECT_LT(joint("elbow").q, 0.1);
 }
 
 TEST_F(Guard, StreamedCommandIsHeldAtLastPermittedOne) {

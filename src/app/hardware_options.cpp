@@ -9,6 +9,8 @@
 namespace doppel::app {
 namespace {
 
+const std::vector<std::string> kMirrors{"shadow", "follow", "off", "rehearse"};  // as MirrorMode
+
 // The description with its hardware, as use_sim:=false selects it.
 void take_hardware(WorldRobot& robot) {
   OpenedTarget opened = doppel::open_target(robot.target, robot.arguments, data_folder() / "robots");
@@ -42,8 +44,9 @@ void add_hardware_options(CLI::App& verb, HardwareRunOptions& options) {
         verb.add_option("--mirror", options.mirror,
                         "The twin beside real hardware: shadow: it gets the same commands, so that "
                         "'doppel mirror' shows where the two differ, follow: it is where the measured joints "
-                        "are, off: it gets no commands")
-            ->check(CLI::IsMember({"shadow", "follow", "off"}))
+                        "are, off: it gets no commands, rehearse: as shadow, and a trajectory first runs on "
+                        "a copy of the twin: it is sent if nothing touches, and no joint is too slow or weak")
+            ->check(CLI::IsMember(kMirrors))
             ->capture_default_str();
     verb.add_flag("--no-guard", options.no_guard,
                   "Do not refuse motions of devices that end in a contact of the robot's own links, or in a "
@@ -68,9 +71,8 @@ void apply(const HardwareRunOptions& options, std::uint64_t seed, Scenario& scen
   scenario.emulation.faults = options.faults;
   scenario.emulation.trace = options.trace;
   scenario.emulation.seed = seed;
-  scenario.mirror = options.no_shadow || options.mirror == "follow" ? MirrorMode::follow
-                    : options.mirror == "off"                       ? MirrorMode::off
-                                                                    : MirrorMode::shadow;
+  const auto mirror = std::ranges::find(kMirrors, options.no_shadow ? "follow" : options.mirror);
+  scenario.mirror = static_cast<MirrorMode>(mirror - kMirrors.begin());
   if (options.hand != "none")
     scenario.emulation.hand = options.hand == "guide" ? HandMotion::guide : HandMotion::sweep;
 }

@@ -129,6 +129,7 @@ Status JointTrajectoryController::on_activate() {
          "increase cmd_timeout");
   }
   active_ = true;
+  next_report_ = Time{};
   return {};
 }
 
@@ -173,6 +174,7 @@ void JointTrajectoryController::restore(const SavedPart& saved, Time now) {
   const Saved* const before = value_of<Saved>(&saved);
   if (before == nullptr) return;
   report_endings();
+  drop_pending(restored_reason(now));
   if (run_.goal != before->run.goal) abort_goals(restored_reason(now));
   run_ = before->run;
   for (std::size_t i = 0; i < std::min(pids_.size(), before->pids.size()); ++i)
@@ -181,6 +183,7 @@ void JointTrajectoryController::restore(const SavedPart& saved, Time now) {
 
 void JointTrajectoryController::abort_goals(const std::string& why) {
   report_endings();
+  drop_pending(why);
   if (!run_.goal) return;
   finish(*run_.goal, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL, why);
   run_.goal.reset();

@@ -7,7 +7,6 @@
 #include <cmath>
 
 #include "doppel/control/controllers/detail/joint_trajectory_controller.h"
-#include "doppel/control/manager/command_guard.h"
 #include "doppel/control/manager/joint_list.h"
 
 namespace doppel {
@@ -147,38 +146,23 @@ void JointTrajectoryController::receive(const TrajectoryMessage& received) {
                      fmt::join(settings_.joints, ", ")),
          "cancel the goal before sending to the topic");
   }
-  adopt(message);
+  drop_pending("Current goal preempted by a trajectory from the topic.");
+  if (!rehearse({message})) adopt(message);
 }
 
-// The whole path by the guard, as it will be followed from the present state.
-Status JointTrajectoryController::check_path(const TrajectoryMessage& message) const {
-  if (context_->guard == nullptr || !settings_.commands(Kind::position)) return {};
-  jtc::ReceivedTrajectory preview = trajectory_of(message);
-  jtc::Trajectory& trajectory = *preview.get();
-  if (settings_.interpolate_from_desired) {
-    trajectory.begin(now(), run_.last_commanded_time.value_or(now()), run_.last_commanded, wraps_);
-  } else {
-    trajectory.begin(now(), now(), run_.state, wraps_);
-  }
-  const Time start = now();
-  jtc::JointStates there(settings_.joints.size());
-  return context_->guard->check({settings_.joints, std::max(trajectory.end_time() - start, Duration{}),
-                                 [&](Duration since, std::span<double> positions) {
-                                   if (!trajectory.sample(start + since, settings_.interpolation, there))
-                                     return false;
-                                   std::ranges::copy(there.positions, positions.begin());
-                                   return true;
-                                 }});
-}
-
-// Joints that the message leaves out stay where they are commanded to be.
-jtc::ReceivedTrajectory JointTrajectoryController::trajectory_of(const TrajectoryMessage& message) const {
+// The positions that the joints are commanded to, or have.
+std::vector<double> JointTrajectoryController::held_positions() const {
   std::vector<double> hold = run_.state.positions;
   for (std::size_t j = 0; j < hold.size(); ++j) {
     const double commanded = interfaces_.command(Kind::position, j);
     if (std::isfinite(commanded)) hold[j] = commanded;
   }
-  return jtc::make_trajectory(message, rules_of(settings_, tuning_), hold);
+  return hold;
+}
+
+// Joints that the message leaves out stay where they are held.
+jtc::ReceivedTrajectory JointTrajectoryController::trajectory_of(const TrajectoryMessage& message) const {
+  return jtc::make_trajectory(message, rules_of(settings_, tuning_), held_positions());
 }
 
 // The trajectory is followed from the next update.
@@ -255,25 +239,37 @@ Status JointTrajectoryController::accept_goal(const GoalId& id, const FollowJoin
   const TrajectoryMessage trajectory = in_own_time(goal.trajectory);
   if (Status fine = check(trajectory); !fine) return refuse(fine.why());
   if (Status free = check_path(trajectory); !free) return refuse(free.why());
+  std::string problem;
+  const jtc::Tolerances tolerances =
+      jtc::tolerances_of(goal, tuning_.tolerances, settings_.joints, settings_.ignored, problem);
+  if (!problem.empty()) {
+    context_->log->error(context_->name, problem + "; the goal uses the default tolerances");
+  }
+  drop_pending("Current goal preempted by new incoming action.");
+  if (!rehearse({trajectory, id, tolerances})) follow_goal(id, trajectory, tolerances);
+  return {};
+}
+
+void JointTrajectoryController::follow_goal(const GoalId& id, const TrajectoryMessage& message,
+                                            jtc::Tolerances tolerances) {
   report_endings();
   if (run_.goal) {
     finish(*run_.goal, GoalStatus::aborted, FollowJointTrajectory::Result::INVALID_GOAL,
            "Current goal preempted by new incoming action.");
   }
-  adopt(trajectory);
-  std::string problem;
-  run_.tolerances =
-      jtc::tolerances_of(goal, tuning_.tolerances, settings_.joints, settings_.ignored, problem);
-  if (!problem.empty()) {
-    context_->log->error(context_->name, problem + "; the goal uses the default tolerances");
-  }
+  adopt(message);
+  run_.tolerances = std::move(tolerances);
   run_.goal = id;
   run_.followed_goal = false;
   action_->set_executing(id);
-  return {};
 }
 
 Status JointTrajectoryController::cancel_goal(const GoalId& id) {
+  if (pending_ && pending_->goal == id) {
+    pending_.reset();
+    finish(id, GoalStatus::canceled, FollowJointTrajectory::Result::SUCCESSFUL, "");
+    return {};
+  }
   if (run_.goal == id) {
     run_.goal_ended = Ending{Ending::Kind::canceled, id, {}, 0, 0};
     run_.goal.reset();
@@ -296,7 +292,18 @@ void JointTrajectoryController::finish(const GoalId& id, GoalStatus status, std:
 
 // -- output at action_monitor_rate
 
+double JointTrajectoryController::housekeeping_rate() const {
+  constexpr double kRehearsalRate = 100;
+  return is_guarded() ? std::max(settings_.action_monitor_rate, kRehearsalRate)
+                      : settings_.action_monitor_rate;
+}
+
 void JointTrajectoryController::housekeeping(Time now) {
+  if (is_guarded()) {
+    attend_rehearsal();
+    if (now < next_report_) return;
+    next_report_ = now + from_seconds(1.0 / std::max(settings_.action_monitor_rate, 1e-3));
+  }
   report_endings();
   if (run_.scaling_unusable) {
     warn("control.jtc_bad_scaling",

@@ -3,6 +3,8 @@
 // geometry; the twin, which knows it, implements this interface.
 
 #include <functional>
+#include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -20,6 +22,14 @@ struct GuardedPath {
   std::function<bool(Duration since, std::span<double> positions)> sample;
 };
 
+// A path that runs in a simulation before it is sent. Its destructor gives it up.
+class DOPPEL_API Rehearsal {
+ public:
+  virtual ~Rehearsal() = default;
+  // Between ticks. nullopt: it has not ended. Refused: what went wrong, with its time.
+  [[nodiscard]] virtual std::optional<Status> outcome() = 0;
+};
+
 class DOPPEL_API CommandGuard {
  public:
   virtual ~CommandGuard() = default;
@@ -27,6 +37,12 @@ class DOPPEL_API CommandGuard {
   // Between ticks: the whole path, with all other joints where they are now. Refused with the pair and the
   // time of the first contact.
   [[nodiscard]] virtual Status check(const GuardedPath& path) = 0;
+  // Between ticks: begins to run the path, beside the loop, from where the robot is now. `period`: between
+  // two commands. nullptr: paths are sent without it.
+  [[nodiscard]] virtual std::unique_ptr<Rehearsal> rehearse(const GuardedPath& /*path*/,
+                                                            Duration /*period*/) {
+    return nullptr;
+  }
   // Between ticks: the hardware of joints is active since now. `positions`: [joints] of the model, rad or m;
   // NaN: not read. What touches there is no reason to refuse a motion afterwards. `period`: of the loop.
   virtual void begin(std::span<const double> positions, Duration period) = 0;

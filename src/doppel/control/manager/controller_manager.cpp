@@ -464,6 +464,10 @@ bool ControllerManager::report(std::size_t component, DeviceReport& out) const {
   return reported;
 }
 
+Status ControllerManager::set_hardware_state(const std::string& component, HardwareState target) {
+  return impl_->set_hardware_state(component, target);
+}
+
 std::vector<InterfaceView> ControllerManager::command_interfaces() const {
   std::vector<InterfaceView> out;
   for (const std::size_t i : impl_->resources.commands()) {

@@ -139,6 +139,8 @@ class DOPPEL_API ControllerManager {
   [[nodiscard]] std::vector<HardwareView> hardware() const;
   // The report of one of hardware(). False: it is no device with something to report.
   [[nodiscard]] bool report(std::size_t component, DeviceReport& out) const;
+  // As by the service; refused while a controller uses the component.
+  Status set_hardware_state(const std::string& component, HardwareState target);
   [[nodiscard]] std::vector<InterfaceView> command_interfaces() const;
   [[nodiscard]] std::vector<InterfaceView> state_interfaces() const;
   // The last command or the present state of an interface such as "joint/position", in its unit

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "doppel/base/core/names.h"
+#include "doppel/scenario/compile/detail/mock_parameters.h"
 
 namespace doppel {
 namespace {
@@ -351,6 +352,7 @@ void report_plugin(const HardwareDescription& hardware, bool real, Diagnostics& 
           fmt::format("'{}' is the plugin of another simulator; doppel's simulated hardware replaces it",
                       hardware.plugin));
     }
+    if (hardware.plugin.ends_with("_components/GenericSystem")) report_mock_parameters(hardware, diagnostics);
     return;
   }
   std::vector<std::string> known;

@@ -44,9 +44,10 @@ enum class HardwareUse {
 
 // The twin of a robot with real hardware. /tf shows the measured joints in any case.
 enum class MirrorMode {
-  shadow,  // its drives get the commands that the hardware gets
-  follow,  // its joints are where the measured ones are
-  off,     // its joints are without commands
+  shadow,    // its drives get the commands that the hardware gets
+  follow,    // its joints are where the measured ones are
+  off,       // its joints are without commands
+  rehearse,  // as shadow; a trajectory is sent once it has passed in a copy of the twin
 };
 
 struct DOPPEL_API Scenario {

@@ -77,7 +77,8 @@ class ScenarioReader : YamlFields {
       out.hardware = static_cast<HardwareUse>(
           choice(root["hardware"], "hardware", {"simulated", "emulated", "ports", "real"}));
     if (root["mirror"])
-      out.mirror = static_cast<MirrorMode>(choice(root["mirror"], "mirror", {"shadow", "follow", "off"}));
+      out.mirror = static_cast<MirrorMode>(
+          choice(root["mirror"], "mirror", {"shadow", "follow", "off", "rehearse"}));
     if (root["emulation"]) read_emulation(root["emulation"], out.emulation);
     if (root["ideal"]) out.ideal = flag(root["ideal"], "ideal");
     if (root["enforce_limits"]) out.enforce_limits = flag(root["enforce_limits"], "enforce_limits");

@@ -118,12 +118,11 @@ Tree tree_of(const Scenario& scenario, const fs::path& folder) {
     out["guard"] = scenario.guard;
     constexpr std::array kNames{"simulated", "emulated", "ports", "real"};
     out["hardware"] = kNames[static_cast<std::size_t>(scenario.hardware)];
-    constexpr std::array kMirrors{"shadow", "follow", "off"};
-    if (scenario.hardware == HardwareUse::real) {
+    constexpr std::array kMirrors{"shadow", "follow", "off", "rehearse"};
+    const bool real = scenario.hardware == HardwareUse::real;
+    if (real || scenario.mirror == MirrorMode::rehearse)
       out["mirror"] = kMirrors[static_cast<std::size_t>(scenario.mirror)];
-    } else {
-      out["emulation"] = tree_of(scenario.emulation, folder);
-    }
+    if (!real) out["emulation"] = tree_of(scenario.emulation, folder);
   }
   out["ideal"] = scenario.ideal;
   out["enforce_limits"] = scenario.enforce_limits;

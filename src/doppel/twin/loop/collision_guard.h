@@ -1,10 +1,11 @@
 #pragma once
 // Refuses motions of a robot that end in a contact of its own links, or inside a keep-out box: the twin's
-// geometry in front of real hardware. The pairs are those that collide in the simulation (exclusions.h), less
-// those whose relative pose depends on one joint alone, which its limits bound.
+// geometry in front of real hardware (guard_scene.h). On request paths also run in the physics first.
 
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,14 +19,31 @@
 
 namespace doppel {
 
+class GuardScene;  // detail/guard_scene.h
+class Rehearser;   // detail/rehearser.h
+
 class DOPPEL_API CollisionGuard : public CommandGuard {
  public:
   // `log` outlives the guard.
   CollisionGuard(const Instance& robot, std::vector<KeepOutBox> boxes, const Log& log);
+  ~CollisionGuard() override;
+  CollisionGuard(const CollisionGuard&) = delete;
+  CollisionGuard& operator=(const CollisionGuard&) = delete;
+
+  // -- at the start
+  // Paths are rehearsed in copies of the robot's engine (rehearser.h). `present_q`: [nq] of the robot.
+  // beside_loop: by a thread; else at once, so that a run in simulated time is repeatable.
+  void use_rehearsals(std::function<std::span<const double>()> present_q, bool beside_loop);
+  // Only rehearsals refuse.
+  void permit_all() { refuses_ = false; }
+
   // Between ticks: another model with the same joints.
   void take_over(const Instance& robot);
+  // Between ticks: the same instance under another handle.
+  void rebind(Instance robot) { robot_ = robot; }
 
   [[nodiscard]] Status check(const GuardedPath& path) override;
+  [[nodiscard]] std::unique_ptr<Rehearsal> rehearse(const GuardedPath& path, Duration period) override;
   // permits() may take a fifth of the period; where it takes more, it permits everything, and a warning
   // says so.
   void begin(std::span<const double> positions, Duration period) override;
@@ -37,21 +55,22 @@ class DOPPEL_API CollisionGuard : public CommandGuard {
   [[nodiscard]] std::size_t pair_count() const { return pairs_.size(); }
 
  private:
-  void leave_out_single_joints();
   void leave_out_touching();
   void take(std::span<const double> positions);
   // An index of the scene's tested pairs.
   [[nodiscard]] std::optional<std::size_t> touching(double clearance);
-  [[nodiscard]] std::string sentence(std::size_t pair, const char* verb) const;
   [[nodiscard]] double measured_cost();
 
   const std::vector<KeepOutBox> boxes_;
   const Log& log_;
+  Instance robot_;
   std::shared_ptr<const Model> model_;
-  std::shared_ptr<const CollisionScene> scene_;
+  std::shared_ptr<const GuardScene> scene_;
   std::unique_ptr<CollisionContext> context_;
-  std::vector<std::size_t> all_pairs_, pairs_;  // pairs_: without those that touched at the beginning
-  Eigen::VectorXd q_;                           // [nq]
+  std::unique_ptr<Rehearser> rehearser_;  // nullptr: paths are not rehearsed
+  bool refuses_ = true;
+  std::vector<std::size_t> pairs_;  // without those that touched at the beginning
+  Eigen::VectorXd q_;               // [nq]
   double cost_ = 0;
   bool too_slow_ = false;
   std::optional<std::size_t> refused_;  // pair of the present episode

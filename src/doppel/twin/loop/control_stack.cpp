@@ -124,12 +124,13 @@ std::string quoted_names(const std::vector<std::string>& names) {
 // True: a component of the machine will not be simulated.
 bool has_device(const CompiledRobot& machine, const ControlStack::Options& options) {
   if (options.rehearsal || options.use == HardwareUse::ports) return false;
-  const bool servos = options.use == HardwareUse::emulated;
+  const bool servos = options.use == HardwareUse::emulated, topics = options.use == HardwareUse::real;
   return std::ranges::any_of(machine.hardware(), [&](const HardwareDescription& one) {
     const HardwareRegistry::Type* type = options.hardware.find(one.plugin);
     const bool emulated =
         servos && std::ranges::find(servo_plugins(), one.plugin, &ServoPlugin::name) != servo_plugins().end();
-    return emulated || (type != nullptr && has_wall_clock(type->kind));
+    return emulated || (topics && is_topic_plugin(one.plugin)) ||
+           (type != nullptr && has_wall_clock(type->kind));
   });
 }
 
@@ -172,23 +173,28 @@ ControlStack::ControlStack(Bus& bus, const CompiledRobot& machine, Instance inst
     return period_in_steps(rate, step, where, findings);
   };
   of_manager.enforce_limits = options.enforce_limits;
-  if (options.guard && has_device(machine, options))
+  if ((options.guard || options.rehearses) && has_device(machine, options)) {
     guard_ = std::make_unique<CollisionGuard>(instance, options.keep_out, log);
+    if (!options.guard) guard_->permit_all();
+    if (options.rehearses) guard_->use_rehearsals(options.present_q, options.use == HardwareUse::real);
+  }
   of_manager.guard = guard_.get();
   manager_ = std::make_unique<ControllerManager>(bus, *model_, options.controllers, &controllers_, of_manager,
                                                  log, diagnostics);
   manager_->set_soft_limits(soft_limits_of(machine.description(), *model_, diagnostics));
-  add_hardware(machine, instance, options, diagnostics);
+  add_hardware(bus, machine, instance, options, diagnostics);
   diagnostics.throw_if_errors();
   if (options.former != nullptr) resume_sensors(*options.former);
 }
 
-void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
-                                Diagnostics& diagnostics) {
+void ControlStack::add_hardware(Bus& bus, const CompiledRobot& machine, Instance instance,
+                                const Options& options, Diagnostics& diagnostics) {
   // A copy for this robot: its simulated hardware is bound to the instance, and another robot has its own.
   HardwareRegistry registry = options.hardware;
   register_simulated_hardware(registry, instance);
   if (options.use == HardwareUse::emulated) register_emulated_hardware(registry, instance, options.emulation);
+  if (options.use == HardwareUse::real && !options.rehearsal)
+    register_topic_hardware(registry, bus, machine.name_space().empty() ? "" : "/" + machine.name_space());
   if (options.use == HardwareUse::ports) register_emulated_ports(registry, instance, options.emulation);
   Unique unique(diagnostics);
   for (const HardwareDescription& as_written : machine.hardware()) {
@@ -216,8 +222,12 @@ void ControlStack::add_hardware(const CompiledRobot& machine, Instance instance,
     // A bus has a thread of its own: the loop never waits for answers.
     if (dynamic_cast<ServoHardware*>(component.get()) != nullptr && has_wall_clock(type->kind))
       description.is_async = true;
+    // The bus delivers between ticks, and a thread of its own would have no turn with it.
+    auto* const topics = dynamic_cast<TopicHardware*>(component.get());
+    if (topics != nullptr) description.is_async = false;
     real_ = real_ || has_wall_clock(type->kind);
     manager_->add_hardware(std::move(component), description, diagnostics);
+    if (topics != nullptr && topics->was_refused()) awaited_.push_back({topics, description.name});
   }
 }
 
@@ -241,6 +251,13 @@ void ControlStack::resume_sensors(const ControlStack& former) {
 }
 
 void ControlStack::start(const ControllerSelection& selection, const Log& log) {
+  if (!awaited_.empty()) {
+    waiting_ = selection;
+    for (const Awaited& one : awaited_)
+      log.note(kManager, fmt::format("hardware '{}' and the controllers start with the first states on '{}'",
+                                     one.name, one.hardware->setup().states));
+    return;
+  }
   only_compatible_ = selection.only_compatible;
   if (selection.only_compatible) {
     manager_->start_compatible(selection.active);
@@ -263,6 +280,23 @@ void ControlStack::start(const ControllerSelection& selection, const Log& log) {
   }
   if (selection.only_compatible) hold_unclaimed_joints(selection, log);
   if (selection.stopped) manager_->stop("the model before the edit");
+}
+
+// Only at the start: after a fault a person activates it.
+void ControlStack::attend(const Log& log) {
+  if (!waiting_ || manager_->is_stopped()) return;
+  std::erase_if(awaited_, [this](const Awaited& one) {
+    if (one.hardware->state() != DriverState::connected) return true;  // a client has changed it
+    return one.hardware->readiness().ok() &&
+           manager_->set_hardware_state(one.name, HardwareState::active).ok();
+  });
+  if (!awaited_.empty()) return;
+  const ControllerSelection selection = *std::exchange(waiting_, std::nullopt);
+  try {
+    start(selection, log);
+  } catch (const InputError& problem) {
+    log.error(kManager, problem.what());
+  }
 }
 
 bool ControlStack::make(const GeneratedController& controller, bool active, const Log& log) {
@@ -412,6 +446,7 @@ ControllerSelection ControlStack::selection_of(const CompiledRobot& machine) con
 }
 
 ControllerSelection ControlStack::present_selection() const {
+  if (waiting_) return *waiting_;
   ControllerSelection selection;
   selection.only_compatible = only_compatible_;
   selection.stopped = manager_->is_stopped();
@@ -467,6 +502,7 @@ void ControlStack::carry_references(const Instance& before, Instance now) const 
 void ControlStack::rebind(Instance instance) {
   for (const Simulated& one : simulated_) one.hardware->rebind(instance);
   for (SteppedDevice* const one : stepped_) one->rebind(instance);
+  if (guard_) guard_->rebind(instance);
 }
 
 void ControlStack::restart_sensors() {

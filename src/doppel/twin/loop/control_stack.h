@@ -2,14 +2,17 @@
 // The controller manager with its hardware, for one robot. It shares the model and has a copy of the YAML, so
 // that another machine with the same structure can replace the first one under running controllers.
 
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "doppel/control/manager/controller_manager.h"
 #include "doppel/devices/emulated_robot/stepped_device.h"
+#include "doppel/devices/topic_driver/topic_hardware.h"
 #include "doppel/export.h"
 #include "doppel/scenario/compile/compiled_robot.h"
 #include "doppel/scenario/compile/simulated_hardware.h"
@@ -54,6 +57,8 @@ class DOPPEL_API ControlStack {
     EmulationOptions emulation = {};  // of emulated hardware and of ports
     bool guard = false;               // commands of devices are checked by the geometry (collision_guard.h)
     std::vector<KeepOutBox> keep_out = {};
+    bool rehearses = false;  // trajectories of devices first run in a copy of the twin (rehearser.h)
+    std::function<std::span<const double>()> present_q = {};  // of the robot, measured where it is
     bool rehearsal = false;  // real hardware is simulated, because the running machine has its ports open
     RigOptions sensors = {};
     std::shared_ptr<const EarthFrame> earth = std::make_shared<EarthFrame>();  // of the present world
@@ -69,7 +74,10 @@ class DOPPEL_API ControlStack {
   // Throws InputError; nothing is active then. With `selection.only_compatible` nothing is refused: a
   // joint_state_broadcaster is added if there is none, and a joint_trajectory_controller for the joints with
   // position commands and without a controller, except `selection.released`, with a note.
+  // With hardware behind topics that has no states yet, the controllers start in attend().
   void start(const ControllerSelection& selection, const Log& log);
+  // Between steps: starts what has waited for the first states of hardware behind topics.
+  void attend(const Log& log);
   // All controllers of the YAML active, or, if some are named, those active and the others inactive; of a
   // robot with choices exactly these.
   [[nodiscard]] ControllerSelection selection_of(const CompiledRobot& machine) const;
@@ -109,7 +117,7 @@ class DOPPEL_API ControlStack {
   [[nodiscard]] const std::vector<Unbound>& unbound() const { return unbound_; }
 
  private:
-  void add_hardware(const CompiledRobot& machine, Instance instance, const Options& options,
+  void add_hardware(Bus& bus, const CompiledRobot& machine, Instance instance, const Options& options,
                     Diagnostics& diagnostics);
   void resume_sensors(const ControlStack& former);
   void use_sensors(SimulatedHardware& hardware, const HardwareDescription& description,
@@ -139,6 +147,12 @@ class DOPPEL_API ControlStack {
   };
   std::vector<Simulated> simulated_;
   std::vector<SteppedDevice*> stepped_;  // of emulated hardware
+  struct Awaited {
+    TopicHardware* hardware;
+    std::string name;
+  };
+  std::vector<Awaited> awaited_;                // without states since the start
+  std::optional<ControllerSelection> waiting_;  // for them
   std::vector<Unbound> unbound_;
   RigOptions sensor_options_;
   std::shared_ptr<const EarthFrame> earth_;

@@ -45,7 +45,8 @@ std::span<const double> Shadow::measured_q(const Instance& robot) {
 }
 
 void Shadow::before_step(Instance robot) {
-  commanded_ = mode_ == MirrorMode::shadow && std::ranges::any_of(joints_, [&](const Joint& one) {
+  const bool shadows = mode_ == MirrorMode::shadow || mode_ == MirrorMode::rehearse;
+  commanded_ = shadows && std::ranges::any_of(joints_, [&](const Joint& one) {
                  return std::isfinite(manager_.command(one.position)) && std::isfinite(position(one));
                });
   if (commanded_) {

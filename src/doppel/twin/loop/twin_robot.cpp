@@ -144,6 +144,8 @@ TwinRobot::TwinRobot(const Surroundings& around, std::shared_ptr<const CompiledR
   options.emulation = around.scenario.emulation;
   options.guard = around.scenario.guard;
   options.keep_out = around.keep_out;
+  options.rehearses = around.scenario.mirror == MirrorMode::rehearse;
+  options.present_q = [this] { return present_q(); };
   options.sensors = around.scenario.sensors;
   options.earth = around.earth;
   options.ranges = around.ranges;
@@ -221,6 +223,7 @@ void TwinRobot::between_steps(Time now) {
   if (now >= next_housekeeping_) {
     control_->manager().housekeeping(control_time(now));
     next_housekeeping_ = now + kHousekeepingPeriod;
+    control_->attend(log());
     ticks_.advance_due_times(now);  // a higher rate takes effect at once
   }
   ticks_.between_steps(now);

@@ -13,7 +13,7 @@ namespace doppel {
 namespace {
 
 constexpr const char* kOrigin = "mirror";
-constexpr std::array kModes{"shadow", "follow", "off"};
+constexpr std::array kModes{"shadow", "follow", "off", "rehearse"};
 // The first signs of one cause can be those of another.
 constexpr Duration kCauseTime{250'000'000};
 

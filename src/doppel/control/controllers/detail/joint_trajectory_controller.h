@@ -3,9 +3,12 @@
 // against tolerances and publishes ~/controller_state. Behaves as ros2_controllers'
 // joint_trajectory_controller (Jazzy); behaviour that harms users without notice there is kept, but logged.
 //
-// Messages are checked and reordered between steps; update() only swaps pointers, samples and writes.
+// Messages are checked and reordered between steps; update() only swaps pointers, samples and writes. Where
+// the guard of the hardware rehearses paths (command_guard.h), a trajectory waits until it has passed: its
+// goal is accepted, and executing from then on.
 
 #include <array>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,6 +20,7 @@
 #include "doppel/control/controllers/detail/tolerances.h"
 #include "doppel/control/controllers/detail/trajectory.h"
 #include "doppel/control/controllers/detail/trajectory_message.h"
+#include "doppel/control/manager/command_guard.h"
 #include "doppel/control/manager/controller.h"
 #include "doppel/ros/bus/action_server.h"
 #include "doppel/ros/messages/control_msgs.h"
@@ -38,7 +42,7 @@ class JointTrajectoryController : public Controller {
   void update(Time now, Duration period) override;
   void housekeeping(Time now) override;
   [[nodiscard]] double followed_value(std::string_view interface) const override;
-  [[nodiscard]] double housekeeping_rate() const override { return settings_.action_monitor_rate; }
+  [[nodiscard]] double housekeeping_rate() const override;
   [[nodiscard]] bool save(SavedSlot& slot) const override;
   void restore(const SavedPart& saved, Time now) override;
   void abort_goals(const std::string& why) override;
@@ -87,6 +91,15 @@ class JointTrajectoryController : public Controller {
     Run run;
     std::vector<PidMemory> pids;
   };
+  // A trajectory that is rehearsed.
+  struct Pending {
+    TrajectoryMessage message;
+    std::optional<GoalId> goal = {};  // none: it is from the topic
+    jtc::Tolerances tolerances = {};  // of the goal
+    std::unique_ptr<Rehearsal> rehearsal = nullptr;
+    Time begun{};
+    std::vector<double> positions = {};  // [joints] at the beginning
+  };
 
   // -- life cycle (joint_trajectory_controller.cpp)
   void configure_deceleration();
@@ -121,7 +134,8 @@ class JointTrajectoryController : public Controller {
   Status accept_goal(const GoalId& id, const FollowJointTrajectory::Goal& goal);
   Status cancel_goal(const GoalId& id);
   Status check(const TrajectoryMessage& message) const;
-  [[nodiscard]] Status check_path(const TrajectoryMessage& message) const;
+  [[nodiscard]] std::vector<double> held_positions() const;
+  void follow_goal(const GoalId& id, const TrajectoryMessage& message, jtc::Tolerances tolerances);
   [[nodiscard]] jtc::ReceivedTrajectory trajectory_of(const TrajectoryMessage& message) const;
   void adopt(const TrajectoryMessage& message);
   void warn_of_stamp(const TrajectoryMessage& message);
@@ -132,6 +146,16 @@ class JointTrajectoryController : public Controller {
   void answer_query(const QueryState::Request& request, QueryState::Response& response);
   [[nodiscard]] Time now() const { return context_->node->bus().now(); }
   void warn(const char* rule, std::string message, std::string fix) const;
+
+  // -- the guard, between steps (joint_trajectory_controller_guard.cpp)
+  [[nodiscard]] bool is_guarded() const;
+  void preview(const TrajectoryMessage& message, const std::function<void(const GuardedPath&)>& use) const;
+  [[nodiscard]] Status check_path(const TrajectoryMessage& message) const;
+  // False: trajectories are followed without it.
+  bool rehearse(Pending pending);
+  void attend_rehearsal();
+  [[nodiscard]] bool has_moved_since(const Pending& pending) const;
+  void drop_pending(const std::string& why);
 
   ControllerContext* context_ = nullptr;
   jtc::Settings settings_;
@@ -144,6 +168,8 @@ class JointTrajectoryController : public Controller {
 
   jtc::Interfaces interfaces_;
   Run run_;
+  std::optional<Pending> pending_;
+  Time next_report_{};  // where rehearsals need a higher rate than reports
 
   std::unique_ptr<ActionServer<FollowJointTrajectory>> action_;
 

@@ -19,8 +19,9 @@ class ActionRig : public ManagerRig {
  public:
   // action: "/arm/follow_joint_trajectory".
   ActionRig(const std::string& yaml, std::string action, const std::vector<FakeJoint>& joints,
-            const FakeHardwareOptions& hardware_options, bool enforce_limits = false)
-      : ManagerRig(yaml, joints, hardware_options, manager_options(enforce_limits)),
+            const FakeHardwareOptions& hardware_options, bool enforce_limits = false,
+            CommandGuard* guard = nullptr)
+      : ManagerRig(yaml, joints, hardware_options, manager_options(enforce_limits, guard)),
         action_(std::move(action)),
         client_(bus.attach("client")) {}
   ~ActionRig() { client_.reset(); }
@@ -84,9 +85,10 @@ class ActionRig : public ManagerRig {
   std::vector<Answer> answers;
 
  private:
-  static ControllerManagerOptions manager_options(bool enforce_limits) {
+  static ControllerManagerOptions manager_options(bool enforce_limits, CommandGuard* guard) {
     ControllerManagerOptions out;
     out.enforce_limits = enforce_limits;
+    out.guard = guard;
     return out;
   }
   template <class S, class Reply>

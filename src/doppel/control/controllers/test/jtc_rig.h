@@ -22,6 +22,7 @@ struct JtcOptions {
   bool enforce_limits = false;
   bool start = true;  // load, configure and activate
   std::vector<InterfaceDescription> more_commands, more_states;
+  CommandGuard* guard = nullptr;
 };
 
 inline const std::vector<std::string> kJoints = {"a", "b", "c"};  // of JtcOptions, unless given
@@ -97,7 +98,7 @@ class JtcRig : public ActionRig<FollowJointTrajectory> {
  public:
   explicit JtcRig(const JtcOptions& options = {})
       : ActionRig(jtc_yaml(options), "/arm/follow_joint_trajectory", options.joints, jtc_hardware(options),
-                  options.enforce_limits) {
+                  options.enforce_limits, options.guard) {
     if (options.start) start();
   }
 

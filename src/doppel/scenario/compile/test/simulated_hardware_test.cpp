@@ -204,5 +204,18 @@ TEST_F(SimulatedHardwareTest, PluginsAreMappedAndTyposReported) {
                                                "ros2_control.plugin_simulated"}));
 }
 
+TEST_F(SimulatedHardwareTest, ParametersOfMockWithoutEffectAreNamed) {
+  hardware_.plugin = "mock_components/GenericSystem";
+  hardware_.params = {{"mock_sensor_commands", "false"},
+                      {"state_following_offset", "0.0"},
+                      {"calculate_dynamics", "true"},
+                      {"mock_sensor_comands", "true"}};
+  report_plugin(hardware_, false, diagnostics_);
+  EXPECT_EQ(rules(), (std::vector<std::string>{"ros2_control.plugin_mapped", "ros2_control.param_unused",
+                                               "ros2_control.unknown_param"}));
+  EXPECT_NE(diagnostics_.all()[1].message.find("'calculate_dynamics'"), std::string::npos);
+  EXPECT_NE(diagnostics_.all()[2].message.find("did you mean 'mock_sensor_commands'"), std::string::npos);
+}
+
 }  // namespace
 }  // namespace doppel

@@ -212,5 +212,20 @@ TEST_F(ScenarioFileTest, EachValueChangesHash) {
   EXPECT_EQ(content_hash({}, {}, folder_), hash);
 }
 
+TEST_F(ScenarioFileTest, MirrorIsReadAsWritten) {
+  Scenario before = full();
+  before.hardware = HardwareUse::real;
+  for (const MirrorMode mode :
+       {MirrorMode::shadow, MirrorMode::follow, MirrorMode::off, MirrorMode::rehearse}) {
+    before.mirror = mode;
+    for (const ScenarioFormat format : {ScenarioFormat::yaml, ScenarioFormat::json})
+      EXPECT_EQ(loaded(scenario_text(before, {}, folder_, format)).mirror, mode);
+  }
+  before.hardware = HardwareUse::emulated;
+  EXPECT_EQ(loaded(scenario_text(before, {}, folder_, ScenarioFormat::yaml)).mirror, MirrorMode::rehearse);
+  EXPECT_THAT(error_of("doppel_scenario: 1\nhardware: real\nmirror: rehears\n"),
+              HasSubstr("did you mean 'rehearse'"));
+}
+
 }  // namespace
 }  // namespace doppel
