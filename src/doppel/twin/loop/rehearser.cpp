@@ -21,12 +21,12 @@ constexpr Duration kSettling{300'000'000};  // after the path
 constexpr double kPastLimit = 1e-3;         // rad or m
 constexpr double kSpeedMargin = 1.05;       // of the speed limit: of splines between slower points
 constexpr double kWholeEffort = 0.99;       // of the effort limit
-constexpr double kBehind = 0.1,
-                 kSlideBehind = 0.01;  // rad, m that a joint with the whole effort may be behind
+// rad, m that a joint with the whole effort may be behind.
+constexpr double kBehind = 0.1, kSlideBehind = 0.01;
 constexpr Duration kBehindTime{50'000'000};
 
 // The commands of a path, and the copy of the engine that gets them.
-struct Motion {
+struct RehearsedMotion {
   std::unique_ptr<Engine> engine;
   int instance = 0;
   std::shared_ptr<const GuardScene> scene;
@@ -40,7 +40,7 @@ struct Motion {
 
 class MotionRun {
  public:
-  explicit MotionRun(Motion& motion)
+  explicit MotionRun(RehearsedMotion& motion)
       : motion_(motion),
         robot_(motion.engine->instance(motion.instance)),
         model_(robot_.model()),
@@ -170,7 +170,7 @@ class MotionRun {
     }
   };
 
-  Motion& motion_;
+  RehearsedMotion& motion_;
   Instance robot_;
   const Model& model_;
   CollisionContext context_;
@@ -185,7 +185,7 @@ class MotionRun {
 
 class EngineRehearsal : public Rehearsal {
  public:
-  EngineRehearsal(Motion motion, bool beside_loop) : motion_(std::move(motion)) {
+  EngineRehearsal(RehearsedMotion motion, bool beside_loop) : motion_(std::move(motion)) {
     const auto work = [this] {
       result_ = MotionRun(motion_).run(given_up_);
       ended_.store(true, std::memory_order_release);
@@ -212,15 +212,15 @@ class EngineRehearsal : public Rehearsal {
   }
 
  private:
-  Motion motion_;
+  RehearsedMotion motion_;
   Status result_;  // once it has ended
   std::atomic<bool> given_up_{false}, ended_{false};
   std::thread thread_;
 };
 
 // The joints as drives of the copy, which begin where the robot is.
-bool place(Motion& motion, const GuardedPath& path, std::span<const double> present_q,
-           std::span<const double> v) {
+bool place_robot(RehearsedMotion& motion, const GuardedPath& path, std::span<const double> present_q,
+                 std::span<const double> v) {
   Instance robot = motion.engine->instance(motion.instance);
   for (const std::string& name : path.joints) {
     const int joint = robot.model().find_joint(name);
@@ -241,11 +241,11 @@ bool place(Motion& motion, const GuardedPath& path, std::span<const double> pres
 
 std::unique_ptr<Rehearsal> Rehearser::begin(const Instance& robot, std::shared_ptr<const GuardScene> scene,
                                             const GuardedPath& path, Duration period) const {
-  Motion motion;
+  RehearsedMotion motion;
   motion.engine = robot.engine().clone();
   motion.instance = robot.index();
   motion.scene = std::move(scene);
-  if (!place(motion, path, present_q_(), robot.v())) return nullptr;
+  if (!place_robot(motion, path, present_q_(), robot.v())) return nullptr;
   motion.period = period * (1 + path.length / period / kMaxRows);
   const std::int64_t rows = path.length / motion.period + 1;
   std::vector<double> row(path.joints.size());
