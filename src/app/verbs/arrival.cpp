@@ -55,7 +55,15 @@ void Arrival::wait(const RobotWatch& robot, const Positions& targets, const Rece
   const auto earliest = Clock::now() + kDeliveryTime;
   Time approached = begin;
   Time away = robot.stamp();  // when a joint was not at its target for the last time
+  Time newest = begin;
+  auto heard = Clock::now();  // when a newer state came
   while (receive(Clock::now() + kSilenceTimeout)) {
+    if (robot.stamp() != newest) {
+      newest = robot.stamp();
+      heard = Clock::now();
+    }
+    // Hardware that has failed reports no states, while other messages go on.
+    if (Clock::now() - heard >= kSilenceTimeout) return;
     const double left = remaining(robot, targets);
     if (left == 0) {
       if (robot.stamp() - away >= kArrivedTime) return;

@@ -300,6 +300,37 @@ int switch_controllers(Shell& shell, const ControlOptions& options) {
   return 0;
 }
 
+// Refused: the component's own reason, which its node reports and the log has.
+int set_component_state(Shell& shell, const ControlOptions& options) {
+  using lifecycle_msgs::msg::State;
+  constexpr std::pair<const char*, std::uint8_t> kStates[] = {
+      {"unconfigured", State::PRIMARY_STATE_UNCONFIGURED},
+      {"inactive", State::PRIMARY_STATE_INACTIVE},
+      {"active", State::PRIMARY_STATE_ACTIVE}};
+  Client& twin = shell.twin();
+  std::vector<std::string> names;
+  for (const auto& one :
+       call<srv::ListHardwareComponents>(twin, service(options, "list_hardware_components")).component)
+    names.push_back(one.name);
+  if (std::ranges::find(names, options.name) == names.end())
+    throw ClientError(
+        fmt::format("no hardware component '{}'{}", options.name, did_you_mean(options.name, names)));
+  srv::SetHardwareComponentState::Request request;
+  request.name = options.name;
+  request.target_state.label = options.state;
+  for (const auto& [label, id] : kStates) {
+    if (options.state == label) request.target_state.id = id;
+  }
+  LogLines lines(twin);
+  const auto response =
+      call<srv::SetHardwareComponentState>(twin, service(options, "set_hardware_component_state"), request);
+  if (!response.ok)
+    throw ClientError(
+        reason_or(lines, options, fmt::format("{} stays {}", options.name, response.state.label)));
+  print_line("Successfully set {} to {}\n", options.name, response.state.label);
+  return 0;
+}
+
 int unload(Shell& shell, const ControlOptions& options) {
   Client& twin = shell.twin();
   if (state_of(twin, options, options.name).empty()) not_loaded(twin, options, options.name);
@@ -369,6 +400,17 @@ void add_changes(CLI::App& group, int& exit_code) {
                       "Activate as soon as the hardware is ready");
       },
       with_manager(switch_controllers));
+  add_verb<ControlOptions>(
+      group, "set_hardware_component_state", "Configure, activate or deactivate a hardware component",
+      "doppel control set_hardware_component_state Arm active    # after a fault", exit_code,
+      [](CLI::App& verb, ControlOptions& options) {
+        declare_manager(verb, options.manager);
+        verb.add_option("component", options.name, "Name of the <ros2_control> block")->required();
+        verb.add_option("state", options.state, "Target state: unconfigured, inactive or active")
+            ->required()
+            ->check(CLI::IsMember({"unconfigured", "inactive", "active"}));
+      },
+      with_manager(set_component_state));
   add_verb<ControlOptions>(group, "unload_controller", "Unload an inactive controller",
                            "doppel control unload_controller pid", exit_code, declare_controller,
                            with_manager(unload));
