@@ -56,7 +56,10 @@ class Guard : public TwinFixture {
   }
   void bring_up_arm(bool guard = true, const std::string& world = "", const std::string& controllers = "") {
     const std::filesystem::path folder = make_folder("guard");
-    std::ofstream(folder / "arm.urdf") << kFoldingArm;
+    std::string text = kFoldingArm;
+    for (std::size_t i = 0; (i = text.find("elbow", i)) != std::string::npos; i += elbow_.size())
+      text.replace(i, 5, elbow_);
+    std::ofstream(folder / "arm.urdf") << text;
     Scenario scenario;
     scenario.robots = {{.target = (folder / "arm.urdf").string()}};
     scenario.hardware = HardwareUse::emulated;
@@ -75,12 +78,12 @@ class Guard : public TwinFixture {
   }
   void send(double shoulder, double elbow) {
     publish("/joint_trajectory_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
-            fmt::format("{{joint_names: [shoulder, elbow], points: [{{positions: [{}, {}], time_from_start: "
+            fmt::format("{{joint_names: [shoulder, {}], points: [{{positions: [{}, {}], time_from_start: "
                         "{{sec: 2}}}}]}}",
-                        shoulder, elbow));
+                        elbow_, shoulder, elbow));
     run(2.5);
   }
-  std::string logged_;
+  std::string logged_, elbow_ = "elbow";
   MirrorMode mirror_ = MirrorMode::shadow;
 };
 
@@ -123,6 +126,23 @@ TEST_F(Guard, EmulatedArmRehearsesAndRepeatsItself) {
     hashes.push_back(twin_->state_hash());
   }
   EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+TEST_F(Guard, OnlyFingersMayTouchWhatMovesInRehearsal) {
+  const std::string ball =
+      "gravity: [0, 0, 0]\nobjects:\n  - {name: ball, sphere: {radius: 0.03}, xyz: [0.3, 0, 0.5], mass: "
+      "0.01}\n";
+  mirror_ = MirrorMode::rehearse;
+  bring_up_arm(true, ball);
+  send(0, 1.4);
+  EXPECT_THAT(logged_, HasSubstr("in the rehearsal 'forearm' would touch 'ball' at "));
+  EXPECT_LT(joint("elbow").q, 0.1);
+  logged_.clear();
+  elbow_ = "jaw";
+  bring_up_arm(true, ball);
+  send(0, 1.4);
+  EXPECT_THAT(logged_, Not(HasSubstr("in the rehearsal")));
+  EXPECT_NEAR(joint("jaw").q, 1.4, 0.05);
 }
 
 TEST_F(Guard, RehearsalWithoutGuardRefusesAsWell) {
