@@ -194,11 +194,13 @@ void JointResidual::finish_sweep() {
 }
 
 // The largest motion in 20 ms that is neither one of the 20 ms before nor of those after it: a joint with a
-// mass does not stop or start like that.
+// mass does not stop or start like that. Where samples were late the reading stands still, and then catches up
+// with the twin: a jump that makes the error smaller is none.
 double JointResidual::largest_jump(std::size_t samples) const {
   constexpr std::size_t kLength = 2;
   double out = 0;
   for (std::size_t i = kLength; i + 2 * kLength < samples; ++i) {
+    if (std::abs(back(i).error) <= std::abs(back(i + kLength).error)) continue;
     const double step = back(i).measured - back(i + kLength).measured, sign = step < 0 ? -1 : 1;
     const double after = sign * (back(i - kLength).measured - back(i).measured);
     const double before = sign * (back(i + kLength).measured - back(i + 2 * kLength).measured);
