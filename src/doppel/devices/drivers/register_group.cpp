@@ -112,6 +112,7 @@ class RegisterGroup final : public ServoGroup {
       problems.push_back(
           silent(one, fmt::format("is in operating mode {} instead of {}; doppel hardware check --fix", *mode,
                                   one.model->position_mode)));
+    check_homing(one, problems);
     const auto voltage = bus_.read(one.id, *one.model->find(ServoRole::present_voltage));
     const double volts =
         voltage ? static_cast<double>(*voltage) * one.model->voltage_unit : one.model->rated_voltage;
@@ -126,6 +127,17 @@ class RegisterGroup final : public ServoGroup {
           silent(one, setup_.protocol == ServoProtocol::dynamixel
                           ? "has latched an overload; doppel hardware reboot, when nothing blocks it"
                           : "has latched an overload; switch its power off and on, when nothing blocks it"));
+  }
+
+  // With another homing offset every position means another pose than the calibration recorded.
+  void check_homing(const JointServo& one, std::vector<std::string>& problems) {
+    if (!one.recorded) return;
+    const auto homing = bus_.read(one.id, *one.model->find(ServoRole::homing_offset));
+    if (homing && *homing != one.recorded->homing_offset)
+      problems.push_back(
+          silent(one, fmt::format("has the homing offset {} instead of its calibration's {}; doppel hardware "
+                                  "check --fix",
+                                  *homing, one.recorded->homing_offset)));
   }
 
   // The goal becomes the present position, and is read back, because a servo with another goal would jump

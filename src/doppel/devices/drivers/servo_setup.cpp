@@ -13,6 +13,7 @@
 #include "doppel/base/packages/package_folder.h"
 #include "doppel/base/yaml/placed_yaml.h"
 #include "doppel/control/hardware/hardware_params.h"
+#include "doppel/devices/drivers/detail/lerobot_calibration.h"
 #include "doppel/devices/frames/servo_line.h"
 
 namespace doppel {
@@ -40,7 +41,8 @@ const std::vector<std::string> kComponentKeys{
     "port",          "rate",           "max_lost_replies", "fault_after",
     "torque",        "gripper_torque", "watchdog",         "fast_reads",
     "on_deactivate", "gentle",         "confirm_pose",     "park_on_exit",
-    "pulse_min_us",  "pulse_max_us",   "travel_deg",       "gripper_travel_deg"};
+    "pulse_min_us",  "pulse_max_us",   "travel_deg",       "gripper_travel_deg",
+    "calibration"};
 const std::vector<std::string> kJointKeys{"id",           "model",        "direction", "offset_deg",
                                           "scale",        "enabled",      "gripper",   "zero_ticks",
                                           "pulse_min_us", "pulse_max_us", "travel_deg"};
@@ -132,6 +134,7 @@ class SetupReader {
     read_component();
     for (std::size_t i = 0; i < description_.joints.size(); ++i) read_joint(description_.joints[i], i);
     check_ids();
+    check_recorded();
     read_park();
     errors_.throw_if_errors();
     return std::move(out_);
@@ -193,6 +196,13 @@ class SetupReader {
     gripper_travel_ = params.number("gripper_travel_deg", travel_ / kDegree, 10, 720) * kDegree;
     if (pulse_min_ >= pulse_max_)
       params.report_problem("pulse_min_us", "pulse_min_us must be below pulse_max_us");
+    const std::string calibration = params.text("calibration");
+    if (calibration.empty()) return;
+    if (out_.protocol != ServoProtocol::feetech)
+      return params.report_problem("calibration", "a calibration of LeRobot is for Feetech's servos");
+    const std::size_t before = errors_.all().size();
+    recorded_ = read_recorded_motors(calibration, params.where("calibration"), errors_);
+    recorded_is_whole_ = errors_.all().size() == before;
   }
 
   void read_joint(const HardwareJointDescription& joint, std::size_t index) {
@@ -208,6 +218,14 @@ class SetupReader {
     const ModelJoint& limits = model_.joints[static_cast<std::size_t>(of_model)];
     std::vector<PlacedParam> first;
     if (joints_.is_map() && joints_[joint.name].is_map()) first = params_of(joints_[joint.name], {}, errors_);
+    const auto recorded = std::ranges::find(recorded_, joint.name, &RecordedMotor::motor);
+    const bool is_recorded = recorded != recorded_.end();
+    const bool has_zero = std::ranges::any_of(
+        first, [](const PlacedParam& one) { return one.name == "offset_deg" || one.name == "zero_ticks"; });
+    if (is_recorded) {
+      first.push_back({"id", std::to_string(recorded->id), recorded->where});
+      first.push_back({"direction", recorded->drive_mode == 0 ? "1" : "-1", recorded->where});
+    }
     HardwareParams params = joined_params(fmt::format("joint '{}'", joint.name), std::move(first),
                                           joint.params, joint.source, kJointKeys);
     JointServo servo;
@@ -219,6 +237,7 @@ class SetupReader {
     servo.upper = limits.upper;
     servo.velocity = limits.velocity;
     servo.effort = limits.effort;
+    if (is_recorded) take_recorded(*recorded, has_zero, servo);
     if (!std::isfinite(servo.velocity) || !(servo.velocity > 0))
       errors_.error(
           "hardware.no_velocity_limit", joint.source,
@@ -277,6 +296,57 @@ class SetupReader {
            lower.find("jaw") != std::string::npos;
   }
 
+  // LeRobot's zero of an angle is the middle of the recorded range. Its gripper goes from 0 to 100 %, so that
+  // the middles of the range and of the joint's limits are the same pose. What hardware.yaml has of the joint
+  // wins.
+  void take_recorded(const RecordedMotor& recorded, bool has_zero, JointServo& servo) {
+    servo.recorded = {recorded.homing_offset, recorded.range_min, recorded.range_max};
+    const double low = servo.model->angle(recorded.range_min), high = servo.model->angle(recorded.range_max);
+    const bool bounded = std::isfinite(servo.lower) && std::isfinite(servo.upper);
+    if (!has_zero) {
+      servo.offset = (low + high) / 2;
+      if (servo.gripper && bounded)
+        servo.offset -= servo.direction * servo.scale * (servo.lower + servo.upper) / 2;
+    }
+    servo.calibrated = true;
+    const double whole = servo.upper - servo.lower;
+    const auto [lower, upper] = std::minmax({servo.joint_position(low), servo.joint_position(high)});
+    servo.lower = std::max(servo.lower, lower);
+    servo.upper = std::min(servo.upper, upper);
+    if (servo.lower >= servo.upper)
+      return errors_.error(
+          "calibration.outside", recorded.where,
+          fmt::format("the recorded range of '{}' is outside of the joint's limits", servo.joint),
+          "its offset in hardware.yaml, or calibrate again");
+    constexpr double kSwept = 0.7;
+    if (bounded && servo.upper - servo.lower < kSwept * whole)
+      diagnostics_.warning(
+          "calibration.narrow", recorded.where,
+          fmt::format("the calibration has {:.0f} of the {:.0f} degrees of '{}', which the joint cannot leave",
+                      (servo.upper - servo.lower) / kDegree, whole / kDegree, servo.joint),
+          "calibrate again, and move each joint through its whole range");
+  }
+
+  void check_recorded() {
+    if (recorded_.empty()) return;
+    std::vector<std::string> motors, joints;
+    for (const RecordedMotor& one : recorded_) motors.push_back(one.motor);
+    for (const JointServo& one : out_.joints) joints.push_back(one.joint);
+    for (const RecordedMotor& one : recorded_) {
+      if (std::ranges::find(joints, one.motor) == joints.end())
+        errors_.error("calibration.unknown_joint", one.where,
+                      fmt::format("'{}' has no joint '{}'{}", description_.name, one.motor,
+                                  did_you_mean(one.motor, joints)),
+                      "the calibration of another arm? its motors are named as the joints");
+    }
+    for (const JointServo& one : out_.joints) {
+      if (recorded_is_whole_ && std::ranges::find(motors, one.joint) == motors.end())
+        errors_.error("calibration.missing_joint", recorded_.front().where,
+                      fmt::format("the calibration has no motor '{}'{}", one.joint, did_you_mean(one.joint, motors)),
+                      "calibrate again with all motors of the arm");
+    }
+  }
+
   void check_ids() {
     std::map<int, const JointServo*> seen;
     for (const JointServo& one : out_.joints) {
@@ -323,6 +393,8 @@ class SetupReader {
   bool ours_ = true;
   PlacedYaml yaml_, joints_, park_;
   std::vector<PlacedParam> file_params_;
+  std::vector<RecordedMotor> recorded_;
+  bool recorded_is_whole_ = true;  // without entries that are left out
   double pulse_min_ = 0, pulse_max_ = 0, travel_ = 0, gripper_travel_ = 0;
 };
 

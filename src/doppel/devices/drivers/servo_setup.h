@@ -14,6 +14,12 @@
 
 namespace doppel {
 
+// Registers of a servo that a calibration has written, in ticks.
+struct RecordedCalibration {
+  int homing_offset = 0;
+  int range_min = 0, range_max = 0;  // the position limits, behind the homing offset
+};
+
 // The servo of a joint, and how it is mounted: shaft = direction * scale * joint + offset.
 struct DOPPEL_API JointServo {
   std::string joint;
@@ -30,9 +36,10 @@ struct DOPPEL_API JointServo {
   double pulse_min = 500, pulse_max = 2500;
   double travel = 3.14159265358979;  // rad
 
-  double lower = 0, upper = 0;  // of the joint
+  double lower = 0, upper = 0;  // of the joint, within a recorded calibration
   double velocity = 0;          // rad/s
   double effort = 0;            // N m
+  std::optional<RecordedCalibration> recorded;  // the zero of `shaft` is behind its homing offset
   SourceLocation source;
 
   [[nodiscard]] double shaft(double joint_position) const {

@@ -27,6 +27,8 @@ EngineMotors::EngineMotors(const ServoSetup& setup, Instance robot) {
   for (const JointServo& servo : setup.joints) {
     Motor motor;
     motor.servo = servo;
+    // The motor turns what is in front of the homing offset.
+    if (servo.recorded) motor.servo.offset += servo.recorded->homing_offset * servo.model->tick_angle();
     motor.joint = robot.model().find_joint(servo.joint);
     motor.as_compiled = robot.made_of().servos[static_cast<std::size_t>(motor.joint)];
     motors_.push_back(std::move(motor));
@@ -103,6 +105,11 @@ std::unique_ptr<DeviceEmulator> emulated_devices(const ServoSetup& setup, std::u
       if (rate == setup.rate) servo.set(ServoRole::baud_rate, index);
     }
     servo.set(ServoRole::return_delay, 0);
+    if (one.recorded) {
+      servo.set(ServoRole::homing_offset, one.recorded->homing_offset);
+      servo.set(ServoRole::min_position, one.recorded->range_min);
+      servo.set(ServoRole::max_position, one.recorded->range_max);
+    }
     servos.push_back(std::move(servo));
   }
   return std::make_unique<BusEmulator>(setup.protocol, std::move(servos), std::vector<EmulatedFault>{}, seed);
