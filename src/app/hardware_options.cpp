@@ -55,7 +55,7 @@ void add_hardware_options(CLI::App& verb, HardwareRunOptions& options) {
     return;
   }
   verb.add_option(
-          "--hand", options.hand,
+          "--hand,--backdrive", options.hand,
           "At joints whose torque is off: none: they fall, guide: a hand holds them and moves them as "
           "'doppel move' and the page command, sweep: it moves each one through its whole range")
       ->check(CLI::IsMember({"none", "guide", "sweep"}))

@@ -51,7 +51,7 @@ struct UpOptions {
   std::vector<std::string> robots, activate, plugins;
   double duration = 0, black_box = 30;
   std::uint64_t seed = 0;
-  std::string sensors = "beside";
+  std::string sensors = "beside", cameras;
   int sensor_threads = 1;
   bool no_reload = false, no_rewind = false;
   bool strict = false;
@@ -404,6 +404,7 @@ int run_up(const UpOptions& options, const CLI::App& verb, const RosArguments& g
   session_with.rewind = !options.no_rewind;
   if (!options.record.empty()) session_with.record = recording_of(options);
   if (options.black_box > 0) session_with.black_box = black_box_of(options);
+  if (!options.cameras.empty()) session_with.cameras = camera_feed_options(options.cameras);
   session_with.validation = load_validation;
   session_with.scenario = scenario;
   const bool table = !options.headless && !options.json && isatty(STDOUT_FILENO) != 0;
@@ -475,6 +476,10 @@ constexpr const char* kEmulateExamples =
     "For any program that speaks to the servos' bus: the makers' SDKs, LeRobot, another driver.";
 
 void add_session_flags(CLI::App& up, UpOptions& options) {
+  up.add_option("--zmq-cameras", options.cameras,
+                "Publish the pictures of the cameras by ZeroMQ, as JPEG in JSON, on this port, for LeRobot's "
+                "cameras of type zmq; 0.0.0.0:PORT for other machines")
+      ->type_name("PORT");
   constexpr double kMaxBlackBox = 30;
   up.add_option(
         "--black-box", options.black_box,

@@ -35,6 +35,10 @@ TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& l
                                  options.validation, without_query(server_.server().page_url())});
   if (options.record) start_recording(*options.record, options.rewind);
   if (options.black_box) start_black_box(*options.black_box, options.rewind);
+  if (options.cameras) {
+    cameras_.emplace(twin.bus(), *options.cameras, log);
+    log_.note("cameras", fmt::format("the pictures of the cameras are at {}", cameras_->address()));
+  }
   assets_->offer(files());
   twin.keep_states(options.rewind);
   twin.on_robots_changed([this] {
@@ -64,6 +68,7 @@ void TwinSession::begin() {
 void TwinSession::end() {
   reloader_.reset();
   validation_.reset();
+  cameras_.reset();
   if (recorder_) recorder_->stop();
   black_box_.reset();
 }

@@ -13,6 +13,7 @@
 #include "doppel/base/core/log.h"
 #include "doppel/export.h"
 #include "doppel/lab/recording/run_recording.h"
+#include "doppel/ros/camera_feed/camera_feed.h"
 #include "doppel/ros/record/bag_reader.h"
 #include "doppel/ros/record/bus_recorder.h"
 #include "doppel/session/live/audit_result.h"
@@ -36,6 +37,7 @@ struct SessionOptions {
   bool rewind = true;                              // of a twin: keep automatic states (twin/saved_states)
   std::optional<RunRecordingOptions> record = {};  // of a twin, from the first step on
   std::optional<BlackBoxOptions> black_box = {};   // of a twin
+  std::optional<CameraFeedOptions> cameras = {};   // of a twin
   LoadValidation validation = {};                  // of a twin; empty: its services are not offered
   Scenario scenario = {};                          // of a twin that is validated
 };
@@ -92,6 +94,7 @@ class DOPPEL_API TwinSession : public Session {
   std::optional<Reloader> reloader_;
   std::optional<BusRecorder> recorder_;
   std::optional<BlackBox> black_box_;
+  std::optional<CameraFeed> cameras_;
   Scenario scenario_;
   std::optional<ValidationService> validation_;
 };
