@@ -48,6 +48,39 @@ const Slot* slot_of(std::string_view key) {
   return nullptr;
 }
 
+// The facts that are attributes of <doppel:servo> in the <gazebo> of a joint.
+struct ServoSlot {
+  std::string_view key, attribute;
+};
+constexpr std::array kServoSlots{ServoSlot{"stiffness", "stiffness"},
+                                 ServoSlot{"servo_damping", "damping"},
+                                 ServoSlot{"armature", "armature"},
+                                 ServoSlot{"delay", "delay"},
+                                 ServoSlot{"backlash", "backlash"},
+                                 ServoSlot{"resolution", "resolution"},
+                                 ServoSlot{"rms", "rms"}};
+constexpr const char* kServoElement = "doppel:servo";
+constexpr const char* kServoPrefix = "xmlns:doppel";
+
+const ServoSlot* servo_slot_of(std::string_view key) {
+  for (const ServoSlot& slot : kServoSlots) {
+    if (slot.key == key) return &slot;
+  }
+  return nullptr;
+}
+
+// The last one has the word, as where a description is read.
+std::string read_servo(const XmlNode& root, const std::string& joint, const ServoSlot& slot) {
+  std::string out = kNone;
+  for (const XmlNode& child : root.children) {
+    if (!child.is("gazebo") || attribute_of(child, "reference") != joint) continue;
+    for (const XmlNode& servo : child.children) {
+      if (servo.is(kServoElement)) out = attribute_of(servo, slot.attribute, out);
+    }
+  }
+  return out;
+}
+
 std::string read_slot(const XmlNode& target, const Slot& slot) {
   const XmlNode* node = &target;
   if (!slot.outer.empty()) node = node->first(slot.outer);
@@ -134,6 +167,7 @@ std::string above(const XmlNode& root, const std::string& link, bool name_of_joi
 std::string read_special(const OperationAction& action, const XmlNode& root, const XmlNode& target,
                          const std::string& key) {
   const std::string name = target_name(action);
+  if (const ServoSlot* slot = servo_slot_of(key)) return read_servo(root, name, *slot);
   if (key == "collision") return shapes_text(target, "collision");
   if (key == "scale") return mesh_scales(target);
   if (key == "plugin") return plugin_of(target);
@@ -179,6 +213,12 @@ std::vector<std::string> given_keys(const SetDynamics& a) {
   std::vector<std::string> keys;
   add_if(keys, a.damping.has_value(), "damping");
   add_if(keys, a.friction.has_value(), "friction");
+  return keys;
+}
+
+std::vector<std::string> given_keys(const SetServo& a) {
+  std::vector<std::string> keys;
+  for (const ServoField& field : servo_fields()) add_if(keys, (a.*field.value).has_value(), field.fact);
   return keys;
 }
 
@@ -241,6 +281,7 @@ std::vector<std::string> fact_keys(const OperationAction& action, const XmlNode&
                         [](const SetOrigin& a) { return given_keys(a); },
                         [](const SetLimit& a) { return given_keys(a); },
                         [](const SetDynamics& a) { return given_keys(a); },
+                        [](const SetServo& a) { return given_keys(a); },
                         [](const SetInertia& a) { return given_keys(a); },
                         [](const auto& a) { return keys_of_structure(a); },
                     },
@@ -288,6 +329,30 @@ void write_facts(XmlNode& target, const Facts& facts, const SourceLocation& wher
     if (slot->attribute == "rpy")
       std::erase_if(node->attributes, [](const XmlAttribute& a) { return a.name == kQuaternion; });
     set_attribute(*node, std::string(slot->attribute), value, where);
+  }
+}
+
+void write_servo(XmlNode& root, const std::string& joint, const Facts& facts, const SourceLocation& where) {
+  for (const auto& [key, value] : facts) {
+    const ServoSlot* slot = servo_slot_of(key);
+    if (slot == nullptr) continue;
+    XmlNode* servo = nullptr;
+    for (XmlNode& child : root.children) {
+      if (!child.is("gazebo") || attribute_of(child, "reference") != joint) continue;
+      for (XmlNode& one : child.children) {
+        if (one.is(kServoElement)) servo = &one;
+      }
+    }
+    if (servo == nullptr) {
+      // xacro reads no prefix that is not declared.
+      if (root.find(kServoPrefix) == nullptr) set_attribute(root, kServoPrefix, "urn:doppel", where);
+      XmlNode gazebo = make_node("gazebo", where);
+      set_attribute(gazebo, "reference", joint, where);
+      gazebo.children.push_back(make_node(kServoElement, where));
+      root.children.push_back(std::move(gazebo));
+      servo = &root.children.back().children.back();
+    }
+    set_attribute(*servo, std::string(slot->attribute), value, where);
   }
 }
 

@@ -109,10 +109,10 @@ std::vector<std::string> written_keys(const OperationAction& action) {
 
 // A setting of the same values replaces the older one, if no operation between them depends on it.
 std::optional<std::size_t> replaced_by(const std::vector<Operation>& operations, const Operation& added) {
-  const bool plain_setting = std::holds_alternative<SetLimit>(added.action) ||
-                             std::holds_alternative<SetDynamics>(added.action) ||
-                             std::holds_alternative<SetInertia>(added.action) ||
-                             std::holds_alternative<ReplaceCollision>(added.action);
+  const bool plain_setting =
+      std::holds_alternative<SetLimit>(added.action) || std::holds_alternative<SetDynamics>(added.action) ||
+      std::holds_alternative<SetServo>(added.action) || std::holds_alternative<SetInertia>(added.action) ||
+      std::holds_alternative<ReplaceCollision>(added.action);
   if (!plain_setting) return {};
   for (std::size_t i = operations.size(); i-- > 0;) {
     const OperationAction& old = operations[i].action;

@@ -47,6 +47,15 @@ Found problem_of(const SetDynamics& a) {
   return first_of({negative("damping", a.damping), negative("friction", a.friction)});
 }
 
+Found problem_of(const SetServo& a) {
+  if (auto found = not_positive("stiffness", a.stiffness, "leave it out to keep the description's"))
+    return found;
+  for (const ServoField& field : servo_fields()) {
+    if (auto found = negative(field.key, a.*field.value)) return found;
+  }
+  return {};
+}
+
 Found problem_of(const SetJointType& a) {
   static const std::vector<std::string> kTypes{"revolute", "continuous", "prismatic",
                                                "fixed",    "floating",   "planar"};

@@ -40,6 +40,12 @@ std::string settings(const SetDynamics& a) {
   return out;
 }
 
+std::string settings(const SetServo& a) {
+  std::string out;
+  for (const ServoField& field : servo_fields()) say(out, field.key, a.*field.value);
+  return out;
+}
+
 std::string settings(const SetInertia& a) {
   std::string out;
   if (a.mass) out = fmt::format("mass {} kg", number_text(*a.mass));
@@ -75,6 +81,7 @@ std::string sentence(const OperationAction& action, const std::string& of) {
           [&](const SetOrigin& a) { return fmt::format("set the origin of {}: {}", of, settings(a)); },
           [&](const SetLimit& a) { return fmt::format("set the limit of {}: {}", of, settings(a)); },
           [&](const SetDynamics& a) { return fmt::format("set the dynamics of {}: {}", of, settings(a)); },
+          [&](const SetServo& a) { return fmt::format("set the servo of {}: {}", of, settings(a)); },
           [&](const SetJointType& a) { return fmt::format("make {} {}", of, a.type); },
           [&](const SetInertia& a) { return fmt::format("set the inertia of {}: {}", of, settings(a)); },
           [&](const ComputeInertia& a) {
@@ -111,6 +118,22 @@ std::string sentence(const OperationAction& action, const std::string& of) {
 
 }  // namespace
 
+const std::vector<ServoField>& servo_fields() {
+  static const std::vector<ServoField> kFields{
+      {"stiffness", &SetServo::stiffness, "stiffness", "N m/rad", "N/m"},
+      {"damping", &SetServo::damping, "servo_damping", "N m s/rad", "N s/m"},
+      {"armature", &SetServo::armature, "armature", "kg m^2", "kg"},
+      {"friction", &SetServo::friction, "friction", "N m", "N"},
+      {"viscous", &SetServo::viscous, "damping", "N m s/rad", "N s/m"},
+      {"effort", &SetServo::effort, "effort", "N m", "N"},
+      {"velocity", &SetServo::velocity, "velocity", "rad/s", "m/s"},
+      {"delay", &SetServo::delay, "delay", "s", "s"},
+      {"backlash", &SetServo::backlash, "backlash", "rad", "m"},
+      {"resolution", &SetServo::resolution, "resolution", "rad", "m"},
+      {"rms", &SetServo::rms, "rms", "rad", "m"}};
+  return kFields;
+}
+
 const std::vector<std::string>& remove_kinds() {
   static const std::vector<std::string> kKinds{
       "link",     "joint",     "mimic",  "limit",        "dynamics", "safety_controller",
@@ -127,6 +150,7 @@ std::string operation_name(const OperationAction& action) {
                         [](const SetOrigin&) -> std::string { return "set_origin"; },
                         [](const SetLimit&) -> std::string { return "set_limit"; },
                         [](const SetDynamics&) -> std::string { return "set_dynamics"; },
+                        [](const SetServo&) -> std::string { return "set_servo"; },
                         [](const SetJointType&) -> std::string { return "set_joint_type"; },
                         [](const SetInertia&) -> std::string { return "set_inertia"; },
                         [](const ComputeInertia&) -> std::string { return "compute_inertia"; },

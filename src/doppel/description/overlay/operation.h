@@ -48,6 +48,26 @@ struct SetDynamics {
   std::string joint;
   std::optional<double> damping, friction;  // N m s/rad or N s/m; N m or N
 };
+// The servo of a joint as an identification found it; only given values are written. Effort and velocity are
+// those of <limit>, viscous and friction those of <dynamics>, the others are attributes of <doppel:servo> in
+// the <gazebo> of the joint. SI units of a revolute, or of a prismatic joint.
+struct SetServo {
+  std::string joint;
+  std::optional<double> stiffness, damping, armature;  // N m/rad, N m s/rad, kg m^2
+  std::optional<double> friction, viscous;             // N m (Coulomb), N m s/rad
+  std::optional<double> effort, velocity;              // N m, rad/s
+  std::optional<double> delay;                         // s
+  std::optional<double> backlash, resolution;          // rad: the whole play, one step of the measurement
+  std::optional<double> rms;                           // rad, of the identification's residuals
+};
+// The values of SetServo: the key in files, the member, the fact that it writes, the units.
+struct ServoField {
+  const char* key;
+  std::optional<double> SetServo::*value;
+  const char* fact;
+  const char *angular, *linear;
+};
+DOPPEL_API const std::vector<ServoField>& servo_fields();
 struct SetJointType {
   std::string joint, type;
 };
@@ -104,9 +124,9 @@ struct Remove {
 DOPPEL_API const std::vector<std::string>& remove_kinds();
 
 using OperationAction =
-    std::variant<FlipAxis, SetAxis, RotateFrame, BakeZero, SetOrigin, SetLimit, SetDynamics, SetJointType,
-                 SetInertia, ComputeInertia, ScaleMasses, AttachToWorld, AddMimic, ReplaceCollision,
-                 SetMeshScale, Rename, AddRos2Control, Remove>;
+    std::variant<FlipAxis, SetAxis, RotateFrame, BakeZero, SetOrigin, SetLimit, SetDynamics, SetServo,
+                 SetJointType, SetInertia, ComputeInertia, ScaleMasses, AttachToWorld, AddMimic,
+                 ReplaceCollision, SetMeshScale, Rename, AddRos2Control, Remove>;
 
 // A value of more than one turn. `unit`: as written, "rad" (or deg), "m" (or mm), or empty.
 struct LargeAngle {

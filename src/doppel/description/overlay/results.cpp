@@ -55,6 +55,19 @@ void put(Facts& facts, const char* key, const std::optional<double>& value) {
   if (value) facts.emplace_back(key, number_text(*value));
 }
 
+Facts dynamics_facts(const SetDynamics& action) {
+  Facts out;
+  put(out, "damping", action.damping);
+  put(out, "friction", action.friction);
+  return out;
+}
+
+Facts servo_facts(const SetServo& action) {
+  Facts out;
+  for (const ServoField& field : servo_fields()) put(out, field.fact, action.*field.value);
+  return out;
+}
+
 Facts scaled_masses(const ScaleMasses& action, const Facts& was) {
   const double factor = mass_factor(action, was);
   Facts out;
@@ -132,12 +145,8 @@ Facts result_of(const Operation& operation, const Facts& was, const Surroundings
                           put(out, "velocity", a.velocity);
                           return out;
                         },
-                        [](const SetDynamics& a) {
-                          Facts out;
-                          put(out, "damping", a.damping);
-                          put(out, "friction", a.friction);
-                          return out;
-                        },
+                        [](const SetDynamics& a) { return dynamics_facts(a); },
+                        [](const SetServo& a) { return servo_facts(a); },
                         [](const SetJointType& a) -> Facts {
                           return {{"type", a.type}};
                         },
@@ -194,6 +203,10 @@ void carry_out(const Operation& operation, const Facts& was, const Facts& result
               impossible(where, fmt::format("there is no joint '{}' to mimic", a.leader));
             // Complete, because not every reader of URDF has the defaults.
             write_facts(*find_named(root, "joint", a.joint), result_of(operation, was, around), where);
+          },
+          [&](const SetServo& a) {
+            write_facts(*find_named(root, "joint", a.joint), result, where);
+            write_servo(root, a.joint, result, where);
           },
           [&](const ReplaceCollision& a) { replace_collision(a, where, around); },
           [&](const SetMeshScale& a) { scale_meshes(*find_named(root, "link", a.link), a.scale, where); },

@@ -46,11 +46,11 @@ std::vector<std::string> units_of(Dimension dimension) {
 
 const std::vector<std::string>& operation_names() {
   static const std::vector<std::string> kNames = [] {
-    std::vector<std::string> names{"flip_axis",    "set_axis",          "rotate_frame",    "bake_zero",
-                                   "set_origin",   "set_limit",         "set_dynamics",    "set_joint_type",
-                                   "set_inertia",  "compute_inertia",   "scale_masses",    "attach_to_world",
-                                   "add_mimic",    "replace_collision", "set_mesh_scale",  "rename_link",
-                                   "rename_joint", "rename_robot",      "add_ros2_control"};
+    std::vector<std::string> names{
+        "flip_axis",       "set_axis",     "rotate_frame",    "bake_zero",      "set_origin",
+        "set_limit",       "set_dynamics", "set_servo",       "set_joint_type", "set_inertia",
+        "compute_inertia", "scale_masses", "attach_to_world", "add_mimic",      "replace_collision",
+        "set_mesh_scale",  "rename_link",  "rename_joint",    "rename_robot",   "add_ros2_control"};
     for (const std::string& kind : remove_kinds()) names.push_back("remove_" + kind);
     return names;
   }();
@@ -83,6 +83,7 @@ class OperationReader {
   [[noreturn]] void missing(const char* key);
   OperationAction action();
   OperationAction joint_action();
+  OperationAction servo_action(const std::string& joint);
   OperationAction link_action();
 
   YAML::Node get(const char* key) {
@@ -261,6 +262,9 @@ void OperationReader::need_one_of(std::initializer_list<const char*> keys) const
 void OperationReader::check_values(const OperationAction& action) const {
   if (name_ == "set_limit") need_one_of({"lower", "upper", "effort", "velocity"});
   if (name_ == "set_dynamics") need_one_of({"damping", "friction"});
+  if (name_ == "set_servo")
+    need_one_of({"stiffness", "damping", "armature", "friction", "viscous", "effort", "velocity", "delay",
+                 "backlash", "resolution"});
   if (name_ == "set_origin") need_one_of({"xyz", "rpy"});
   if (name_ == "set_inertia") need_one_of({"mass", "com", "ixx", "ixy", "ixz", "iyy", "iyz", "izz"});
   const auto found = invalid_value_in(action);
@@ -284,10 +288,25 @@ OperationAction OperationReader::joint_action() {
                     maybe("effort", Dimension::effort), maybe("velocity", Dimension::speed)};
   if (name_ == "set_dynamics")
     return SetDynamics{joint, maybe("damping", Dimension::plain), maybe("friction", Dimension::plain)};
+  if (name_ == "set_servo") return servo_action(joint);
   AddMimic mimic{joint, text(need("leader"), "a joint's name"), 1, 0};
   mimic.multiplier = maybe("multiplier", Dimension::plain).value_or(1);
   mimic.offset = maybe("offset", Dimension::position).value_or(0);
   return mimic;
+}
+
+OperationAction OperationReader::servo_action(const std::string& joint) {
+  SetServo out;
+  out.joint = joint;
+  for (const ServoField& field : servo_fields()) {
+    const std::string_view unit = field.angular;
+    const Dimension dimension = unit == "rad"     ? Dimension::position
+                                : unit == "rad/s" ? Dimension::speed
+                                : unit == "N m"   ? Dimension::effort
+                                                  : Dimension::plain;
+    out.*field.value = maybe(field.key, dimension);
+  }
+  return out;
 }
 
 OperationAction OperationReader::link_action() {

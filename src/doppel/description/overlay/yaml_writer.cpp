@@ -112,6 +112,9 @@ void write_settings(const OperationAction& action, const Large& large, SettingLi
             out.maybe("damping", a.damping);
             out.maybe("friction", a.friction);
           },
+          [&](const SetServo& a) {
+            for (const ServoField& field : servo_fields()) out.maybe(field.key, a.*field.value);
+          },
           [&](const SetJointType& a) { out.line("type", a.type); },
           [&](const SetInertia& a) {
             out.maybe("mass", a.mass);

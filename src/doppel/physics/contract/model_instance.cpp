@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "doppel/base/math/mass_properties.h"
+#include "doppel/physics/contract/described_servo.h"
 #include "doppel/robot/collision/size_limits.h"
 
 namespace doppel {
@@ -151,9 +152,9 @@ ModelInstance make_instance(std::shared_ptr<const RobotDescription> description,
   out.name = options.name.empty() ? description->name : options.name;
   out.X_WR = options.X_WR;
   out.q0 = options.q0.size() > 0 ? options.q0 : model->neutral();
-  out.servos = options.servos.empty()
-                   ? choose_servos(*model, {}, options.X_WR.linear().transpose() * options.gravity)
-                   : options.servos;
+  out.servos = options.servos.empty() ? choose_servos(*description, *model, {},
+                                                      options.X_WR.linear().transpose() * options.gravity)
+                                      : options.servos;
   if (out.q0.size() != model->nq || out.servos.size() != model->joints.size())
     throw std::invalid_argument("InstanceOptions: q0 or servos has the wrong size");
   out.self_collision = options.self_collision;

@@ -54,6 +54,9 @@ struct ServoParameters {
   // to 5000 rad/s in 1 ms.
   double rotor_inertia = 0;
   bool ideal = false;  // follows the target exactly, whatever it carries; only on request
+  // kg m^2 or kg: reflected inertia of the motor in every mode, beside that of the links; described
+  // (described_servo.h) or 0.
+  double armature = 0;
 };
 
 struct ServoOptions {

@@ -9,7 +9,7 @@
 #include "doppel/base/core/unique_name.h"
 #include "doppel/base/math/decimals.h"
 #include "doppel/base/xml/element.h"
-#include "doppel/physics/contract/servo.h"
+#include "doppel/physics/contract/described_servo.h"
 #include "doppel/physics/mjcf/mjcf.h"
 #include "doppel/review/conversion/detail/quantities.h"
 #include "doppel/robot/collision/collision_scene.h"
@@ -107,6 +107,8 @@ class MjcfWriter final : private MjcfNaming {
   void complete(const ModelJoint& joint, XmlNode& dof) const override {
     if (joint.damping != 0) add_attribute(dof, "damping", decimal(joint.damping));
     if (joint.friction != 0) add_attribute(dof, "frictionloss", decimal(joint.friction));
+    const ServoParameters& servo = servos_[static_cast<std::size_t>(joint.child_link - 1)];
+    if (servo.armature > 0) add_attribute(dof, "armature", decimal(servo.armature));
   }
 
   void add_shapes(int index, XmlNode& body) override {
@@ -226,11 +228,10 @@ class MjcfWriter final : private MjcfNaming {
   // of MuJoCo writes as <general>.
   XmlNode actuators() {
     XmlNode out = element("actuator");
-    const std::vector<ServoParameters> servos = choose_servos(model_, ServoOptions{}, kGravity);
     for (std::size_t i = 0; i < model_.joints.size(); ++i) {
       const ModelJoint& joint = model_.joints[i];
       if (!joint.scalar() || joint.mimics()) continue;
-      const ServoParameters& servo = servos[i];
+      const ServoParameters& servo = servos_[i];
       XmlNode node =
           element("general",
                   {{"name", joint.name},
@@ -269,6 +270,7 @@ class MjcfWriter final : private MjcfNaming {
 
   const RobotDescription& robot_;
   const Model& model_;
+  std::vector<ServoParameters> servos_ = choose_servos(robot_, model_, ServoOptions{}, kGravity);
   MeshFiles& files_;
   Diagnostics& diagnostics_;
   CollisionMeshes solids_;

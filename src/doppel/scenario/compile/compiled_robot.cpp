@@ -5,9 +5,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "doppel/base/core/names.h"
 #include "doppel/description/urdf/urdf_writer.h"
+#include "doppel/physics/contract/described_servo.h"
 #include "doppel/robot/collision/lowest_point.h"
 #include "doppel/ros/messages/distro.h"
 #include "doppel/scenario/compile/detail/base_axes.h"
@@ -162,6 +164,39 @@ void report_rotors(const RobotDescription& robot, const Model& model,
                   names.front(), names.size() > 1 ? fmt::format(" and {} more joints", names.size() - 1) : "",
                   largest),
       "compare the effort limit and the link's inertia with the drive's datasheet");
+}
+
+// Values of <doppel:servo> that no engine simulates, and those of joints without a drive.
+void report_described_servos(const RobotDescription& robot, const Model& model, Diagnostics& diagnostics) {
+  const std::vector<DescribedServo> all = described_servos(robot, diagnostics);
+  const DescribedServo* first = nullptr;
+  std::size_t joints = 0;
+  std::set<std::string> effects;
+  for (const DescribedServo& servo : all) {
+    const int index = model.find_joint(servo.joint);
+    const ModelJoint* joint = index < 0 ? nullptr : &model.joints[static_cast<std::size_t>(index)];
+    if (joint == nullptr || !joint->scalar() || joint->mimics()) {
+      diagnostics.warning("servo.value", servo.source,
+                          fmt::format("<doppel:servo> is of '{}', which is no joint with a drive; it has no "
+                                      "effect",
+                                      servo.joint),
+                          "doppel tree lists links and joints");
+      continue;
+    }
+    if (servo.delay > 0.0) effects.insert("delay");
+    if (servo.backlash > 0.0) effects.insert("backlash");
+    if (servo.resolution > 0.0) effects.insert("resolution");
+    if (!(servo.delay > 0.0) && !(servo.backlash > 0.0) && !(servo.resolution > 0.0)) continue;
+    if (first == nullptr) first = &servo;
+    ++joints;
+  }
+  if (first == nullptr) return;
+  diagnostics.note("up.servo_effects", first->source,
+                   fmt::format("{} of the servo of '{}'{} {} described, but not simulated by any engine",
+                               fmt::join(effects, ", "), first->joint,
+                               joints > 1 ? fmt::format(" and {} more joints", joints - 1) : "",
+                               effects.size() == 1 ? "is" : "are"),
+                   "the other values of <doppel:servo> act: stiffness, damping, armature");
 }
 
 // The sensors of the description stay, whatever drives its joints.
@@ -340,7 +375,7 @@ void CompiledRobot::build(const Scenario& scenario, const World& world, std::opt
   options.q0 = model->neutral();
   apply_initial_values(robot, *model, options.q0, diagnostics);
   gravity_R_ = options.X_WR.linear().transpose() * world.gravity;
-  options.servos = choose_servos(*model, ServoOptions{.ideal = scenario.ideal}, gravity_R_);
+  options.servos = choose_servos(robot, *model, ServoOptions{.ideal = scenario.ideal}, gravity_R_);
   options.set_on_ground = true;
   const std::shared_ptr<const RobotDescription> shared(setup_, &robot);  // the setup lives as long
   made_ = make_instance(shared, model, options, meshes, diagnostics);
@@ -362,6 +397,7 @@ void CompiledRobot::report_choices(const Instance& instance, Diagnostics& diagno
   report_height(*this, instance, diagnostics);
   make_hardware(diagnostics);
   report_rotors(description(), model(), servos(), hardware_, diagnostics);
+  report_described_servos(description(), model(), diagnostics);
 }
 
 void CompiledRobot::make_hardware(Diagnostics& diagnostics) {

@@ -61,6 +61,8 @@ std::optional<Facts> facts_of(const OperationAction& action, const XmlNode& root
 std::optional<std::string> value_without(std::string_view part, std::string_view key);
 // Writes plain facts ("axis", "mass") of a joint or link into its element.
 void write_facts(XmlNode& target, const Facts& facts, const SourceLocation& where);
+// Writes those of <doppel:servo> into the <gazebo> of the joint, a new one if there is none.
+void write_servo(XmlNode& root, const std::string& joint, const Facts& facts, const SourceLocation& where);
 void set_target(OperationAction& action, const std::string& name);
 std::string shapes_text(const XmlNode& link, std::string_view element);  // "mesh a.stl, box 1 1 1" or "none"
 

@@ -47,7 +47,15 @@ INSTANTIATE_TEST_SUITE_P(
         "- bake_zero: J 1\n  offset: 45 deg", "- bake_zero: J 2\n  offset: 5 mm",
         "- bake_zero: J 3\n  offset: 12 deg", "- set_origin: J 3\n  xyz: 0 0 0.1\n  rpy: [0, 0, 1]",
         "- set_limit: J 1\n  upper: 190 deg\n  effort: 36 kg cm\n  velocity: 5.2",
-        "- set_dynamics: J 1\n  damping: 0.05\n  friction: 0.02", "- set_joint_type: J 1\n  type: continuous",
+        "- set_dynamics: J 1\n  damping: 0.05\n  friction: 0.02",
+        "- set_servo: J 1\n  stiffness: 35\n  damping: 1.2\n  armature: 0.01\n  friction: 0.1\n  viscous: "
+        "0.05\n"
+        "  effort: 36 kg cm\n  velocity: 5.2\n  delay: 0.02\n  backlash: 0.5 deg\n  resolution: 0.0015",
+        "- set_servo: J 2\n  stiffness: 900\n  delay: 0.01",
+        "- set_servo: J 1\n  stiffness: 35\n- set_servo: J 1\n  stiffness: 30\n  damping: 1",
+        "- set_dynamics: J 1\n  damping: 0.05\n- set_servo: J 1\n  viscous: 0.1\n  damping: 2",
+        "- set_servo: J 1\n  stiffness: 35\n- rename_joint: J 1\n  to: shoulder",
+        "- set_joint_type: J 1\n  type: continuous",
         "- set_inertia: upper\n  mass: 1.1\n  com: 0 0 0.1\n  iyy: 0.01", "- compute_inertia: base",
         "- compute_inertia: base\n  density: 1.2 g/cm^3", "- scale_masses: 3600 g",
         "- attach_to_world:", "- attach_to_world: base\n  xyz: 0 0 1",
@@ -317,6 +325,18 @@ TEST(Overlay, ComputeInertiaOfBoxIsExact) {
   EXPECT_EQ(inertial->first("origin")->find("xyz")->value, "0 0 0.1");
   EXPECT_NEAR(std::stod(inertial->first("inertia")->find("ixx")->value), 2.0 / 12 * (0.04 + 0.09), 1e-8);
   EXPECT_NEAR(std::stod(inertial->first("inertia")->find("izz")->value), 2.0 / 12 * (0.01 + 0.04), 1e-8);
+}
+
+TEST(Overlay, ServoIsWrittenToPlacesOfItsValues) {
+  Bench bench;
+  bench.apply(
+      bench.stamped("- set_servo: J 1\n  stiffness: 35\n  damping: 1.2\n  viscous: 0.05\n  friction: 0.1\n"
+                    "  effort: 3.5\n  velocity: 5"));
+  EXPECT_EQ(bench.value("joint", "J 1", "dynamics", "damping"), "0.05");
+  EXPECT_EQ(bench.value("joint", "J 1", "dynamics", "friction"), "0.1");
+  EXPECT_EQ(bench.value("joint", "J 1", "limit", "effort"), "3.5");
+  EXPECT_EQ(bench.value("joint", "J 1", "limit", "velocity"), "5");
+  EXPECT_THAT(to_xml(bench.description.root), HasSubstr("<doppel:servo stiffness=\"35\" damping=\"1.2\"/>"));
 }
 
 TEST(Overlay, EditedNodesKeepLocations) {

@@ -145,6 +145,12 @@ TEST_F(BakeTest, AttributesElementsAndBlocksAreAdded) {
   EXPECT_THAT(read(main_), HasSubstr("  <!-- the shoulder -->\n"));
 }
 
+TEST_F(BakeTest, ServoBecomesGazeboElement) {
+  EXPECT_EQ(bake("- set_servo: J3\n  stiffness: 35\n  viscous: 0.5"), "");
+  EXPECT_THAT(read(main_), HasSubstr("<dynamics damping=\"0.5\"/>"));
+  EXPECT_THAT(read(main_), HasSubstr("<gazebo reference=\"J3\">\n    <doppel:servo stiffness=\"35\"/>"));
+}
+
 TEST_F(BakeTest, RemovalRemovesLine) {
   EXPECT_EQ(bake("- remove_link: c"), "");
   std::string expected = replaced(kMain, "  <link name=\"c\"/>\n", "");

@@ -48,6 +48,10 @@ TEST(OverlayFile, InvalidValueIsRefused) {
   EXPECT_THAT(error_of("- set_limit: J\n  lower: 3\n  upper: 1"),
               HasSubstr("did you mean lower 1 and upper 3?"));
   EXPECT_THAT(error_of("- set_dynamics: J\n  friction: -0.5"), HasSubstr("did you mean 0.5?"));
+  EXPECT_THAT(error_of("- set_servo: J\n  damping: -0.5"), HasSubstr("did you mean 0.5?"));
+  EXPECT_THAT(error_of("- set_servo: J\n  stiffness: 0"), HasSubstr("stiffness"));
+  EXPECT_THAT(error_of("- set_servo: J\n  stifness: 3\n  delay: 0"), HasSubstr("did you mean 'stiffness'?"));
+  EXPECT_THAT(error_of("- set_servo: J"), HasSubstr("set_servo sets nothing"));
   EXPECT_THAT(error_of("- set_mesh_scale: L\n  scale: 0"), HasSubstr("makes the mesh vanish"));
   EXPECT_THAT(error_of("- set_mesh_scale: L\n  scale: [1, 0, 1]"), HasSubstr("makes the mesh vanish"));
   EXPECT_THAT(error_of("- add_mimic: J\n  leader: J"), HasSubstr("'J' cannot mimic itself"));

@@ -17,6 +17,10 @@ class Drive {
   [[nodiscard]] const ServoParameters& servo() const { return servo_; }
   void set_servo(const ServoParameters& servo);  // not ideal
   void start(DriveMode mode, double q);          // from where the joint is
+  // kg m^2 or kg: what the motor adds to the joint's inertia in the present mode.
+  [[nodiscard]] double rotor() const {
+    return servo_.armature + (mode_ == DriveMode::effort ? servo_.rotor_inertia : 0.0);
+  }
   void follow(double q);  // after the joint was moved by set_state: the reference follows it
   [[nodiscard]] DriveState state() const { return {mode_, target_, reference_}; }
   [[nodiscard]] double reference() const { return reference_; }

@@ -129,6 +129,7 @@ class AnalyticEngine final : public Engine {
     for (Drive& drive : out.drives) {
       out.springs.push_back(spring_of_joint(model, drive.joint()));
       drive.start(DriveMode::passive, out.q[static_cast<std::size_t>(out.springs.back().q)]);
+      out.rotors[static_cast<std::size_t>(out.springs.back().v)] = drive.rotor();
     }
     out.p_LoP_L.assign(model.links.size(), Eigen::Vector3d::Zero());
     out.force_W = out.torque_W = out.p_LoP_L;
@@ -277,8 +278,7 @@ class AnalyticEngine final : public Engine {
     const auto k = static_cast<std::size_t>(drive_index(i, joint));
     const JointSpring& spring = at(i).springs[k];
     at(i).drives[k].start(mode, at(i).q[static_cast<std::size_t>(spring.q)]);
-    at(i).rotors[static_cast<std::size_t>(spring.v)] =
-        mode == DriveMode::effort ? at(i).drives[k].servo().rotor_inertia : 0.0;
+    at(i).rotors[static_cast<std::size_t>(spring.v)] = at(i).drives[k].rotor();
     if (mode == DriveMode::passive) at(i).effort[static_cast<std::size_t>(joint)] = 0.0;
   }
   [[nodiscard]] DriveState drive_of(int i, int joint) const override {

@@ -5,6 +5,7 @@
 #include <random>
 
 #include "contract_rig.h"
+#include "doppel/base/xml/xml.h"
 #include "doppel/robot/kinematics/dynamics.h"
 
 namespace doppel::test {
@@ -220,6 +221,34 @@ TEST_P(DrivesContract, HeldJointSagsByTorqueOverStiffness) {
   const double expected = -torque / pendulum.made_of().servos[0].stiffness;
   EXPECT_NEAR(sag, expected, within().sag * std::abs(expected));
   EXPECT_NEAR(pendulum.v()[0], 0.0, 1e-9);
+}
+
+// An undamped natural frequency of sqrt(stiffness / (inertia + armature)), without gravity.
+TEST_P(DrivesContract, DescribedServoActs) {
+  RobotDescription description = arm(50, 10);
+  GazeboExtension extension;
+  extension.reference = description.joints[0].name;
+  extension.node = std::make_shared<const XmlNode>(
+      parse_xml("<gazebo><doppel:servo stiffness='200' damping='4' armature='1.75'/></gazebo>", "arm.urdf"));
+  description.gazebo.push_back(extension);
+  WorldSettings in = settings();
+  in.gravity.setZero();
+  const auto engine = make(in, {robot(description)});
+  Instance pendulum = engine->instance(0);
+  EXPECT_EQ(pendulum.made_of().servos[0].stiffness, 200);
+  pendulum.set_drive(0, DriveMode::position);
+  pendulum.set_target(0, 0.1);
+  std::vector<double> crossings;  // s
+  double before = -0.1;
+  for (int i = 1; i < 2000; ++i) {
+    engine->step();
+    const double now = pendulum.q()[0] - 0.1;
+    if (before < 0 && now >= 0) crossings.push_back(1e-3 * (i - now / (now - before)));
+    before = now;
+  }
+  ASSERT_GE(crossings.size(), 2U);
+  const double frequency = 10, ratio = 4 / (2 * std::sqrt(200.0 * 2.0));
+  EXPECT_NEAR(crossings[1] - crossings[0], 2 * M_PI / (frequency * std::sqrt(1 - ratio * ratio)), 0.01);
 }
 
 TEST_P(DrivesContract, DriveEffortIsLimited) {

@@ -20,6 +20,8 @@ void start(InstanceState& state, const BulletInstance& compiled, const ModelInst
   state.wrenches.assign(model.links.size(), {});
   state.drives = compiled.drives;
   state.springs = compiled.springs;
+  for (std::size_t k = 0; k < state.drives.size(); ++k)
+    state.rotors[static_cast<std::size_t>(state.springs[k].v)] = state.drives[k].rotor();
 }
 
 }  // namespace
@@ -186,9 +188,7 @@ void BulletEngine::start_drive(int instance, int joint, DriveMode mode) {
   JointSpring& spring = state.springs[static_cast<std::size_t>(&drive - state.drives.data())];
   drive.start(mode, state.q[static_cast<std::size_t>(spring.q)]);
   spring.bound = 0;
-  const ServoParameters& servo =
-      world().instances()[static_cast<std::size_t>(instance)].servos[static_cast<std::size_t>(joint)];
-  state.rotors[static_cast<std::size_t>(spring.v)] = mode == DriveMode::effort ? servo.rotor_inertia : 0.0;
+  state.rotors[static_cast<std::size_t>(spring.v)] = drive.rotor();
   if (mode == DriveMode::passive) state.effort[static_cast<std::size_t>(joint)] = 0.0;
 }
 

@@ -21,7 +21,7 @@ struct InstanceState {
   std::vector<double> q, v;
   std::vector<double> effort;   // [joints] of the drives
   std::vector<double> applied;  // [nv] from outside
-  std::vector<double> rotors;   // [nv] inertia of motors commanded by effort
+  std::vector<double> rotors;   // [nv] inertia of motors
   std::vector<Drive> drives;
   std::vector<JointSpring> springs;  // of the drives, then of the stops
   std::vector<LinkWrench> wrenches;  // [links]

@@ -213,8 +213,10 @@ void MujocoEngine::reset() {
   }
   write_qpos(q_, 0, compiled_world().quaternions, d()->qpos);
   drives_ = compiled_world().drives;  // with the servos as compiled
-  for (std::size_t k = 0; k < drives_.size(); ++k)
+  for (std::size_t k = 0; k < drives_.size(); ++k) {
     drives_[k].start(DriveMode::passive, q_[size(springs_[k].q)]);
+    rotors_[size(springs_[k].v)] = drives_[k].rotor();
+  }
   for (JointSpring& spring : springs_) {
     spring.on = false;
     spring.bound = 0;
@@ -372,8 +374,7 @@ void MujocoEngine::start_drive(int instance, int joint, DriveMode mode) {
   JointSpring& spring = springs_[index];
   drives_[index].start(mode, q_[size(spring.q)]);
   spring.bound = 0;
-  const ServoParameters& servo = world().instances()[size(instance)].servos[size(joint)];
-  rotors_[size(spring.v)] = mode == DriveMode::effort ? servo.rotor_inertia : 0.0;
+  rotors_[size(spring.v)] = drives_[index].rotor();
   if (mode == DriveMode::passive) effort_[size(spring.joint)] = 0.0;
 }
 

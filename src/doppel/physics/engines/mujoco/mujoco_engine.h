@@ -159,7 +159,7 @@ class MujocoEngine final : public Engine {
   std::vector<double> effort_;          // [joints of all instances]
   std::vector<double> kept_;            // MuJoCo's qpos, qvel and qacc_warmstart before the step
   std::vector<double> applied_effort_;  // [nv] from outside
-  std::vector<double> rotors_;          // [nv] inertia of motors commanded by effort
+  std::vector<double> rotors_;          // [nv] inertia of motors
   const StepScheme* scheme_ = nullptr;  // of the present step
   // Diagonal of J for each degree of freedom [nv]; derivatives of the stages; move of a
   // step (tangent vectors).
