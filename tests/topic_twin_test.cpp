@@ -217,7 +217,7 @@ TEST_F(TopicTwin, RehearsalBeyondEffortOfDriveNamesJointAndTime) {
   const int before = commands_;
   send(1.5, 0.3);
   live(2);
-  EXPECT_THAT(logged_, HasSubstr("'shoulder' would need more than its effort limit of 1.9"));
+  EXPECT_THAT(logged_, HasSubstr("'shoulder' would need more than its effort limit of 1.9 N m"));
   EXPECT_EQ(commands_, before);
 }
 
@@ -228,7 +228,18 @@ TEST_F(TopicTwin, RehearsalFasterThanSpeedLimitNamesJointAndTime) {
   send(0.2, 2.3, 0.2);
   live(1);
   EXPECT_THAT(logged_, HasSubstr("'elbow' would be commanded at "));
-  EXPECT_THAT(logged_, HasSubstr("faster than its limit of 4.000/s"));
+  EXPECT_THAT(logged_, HasSubstr("faster than its limit of 4.000 rad/s"));
+  EXPECT_EQ(commands_, before);
+}
+
+TEST_F(TopicTwin, RehearsalBeyondLimitOfPositionNamesJoint) {
+  bring_up_arm(MirrorMode::rehearse);
+  live(0.5);
+  const int before = commands_;
+  send(2.1, -1.5, 2);
+  live(1);
+  EXPECT_THAT(logged_, HasSubstr("'shoulder' would be commanded to 1.9"));
+  EXPECT_THAT(logged_, HasSubstr("rad, beyond its limit of 1.900"));
   EXPECT_EQ(commands_, before);
 }
 

@@ -37,7 +37,8 @@ TopicHardware::Joint::Joint(const TopicJoint& one)
     : guard({one.lower, one.upper, one.velocity, one.gripper}),
       position(kNaN),
       velocity(kNaN),
-      effort(kNaN) {}
+      effort(kNaN),
+      before(kNaN) {}
 
 TopicHardware::TopicHardware(Bus& bus, std::string name_space)
     : bus_(bus), name_space_(std::move(name_space)) {}
@@ -82,7 +83,7 @@ Status TopicHardware::on_configure() {
 
 void TopicHardware::forget_samples() {
   for (Joint& joint : joints_) {
-    joint.position = joint.velocity = joint.effort = kNaN;
+    joint.position = joint.velocity = joint.effort = joint.before = kNaN;
     joint.stamp = joint.seen = Time{};
     joint.fresh = joint.whole = false;
   }
@@ -294,12 +295,20 @@ double TopicHardware::load(std::size_t joint) const {
   return std::isfinite(effort) && effort > 0 ? joints_[joint].effort / effort : kNaN;
 }
 
+double TopicHardware::speed_since(const Joint& joint, Time now) {
+  const double dt = to_seconds(now - joint.seen);
+  return std::isfinite(joint.before) && dt > 0 ? (joint.position - joint.before) / dt : 0;
+}
+
 HardwareReturn TopicHardware::read(Time now, Duration /*period*/, std::span<double> states) {
   now_ = now;
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     Joint& joint = joints_[i];
     if (!joint.fresh) continue;
     joint.fresh = false;
+    // Many nodes send positions alone.
+    if (!std::isfinite(joint.velocity)) joint.velocity = speed_since(joint, now);
+    joint.before = joint.position;
     joint.seen = now;
     if (setup_.joints[i].commanded) joint.guard.take(joint.position, joint.velocity, load(i), now);
   }

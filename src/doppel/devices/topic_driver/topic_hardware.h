@@ -73,6 +73,7 @@ class DOPPEL_API TopicHardware : public HardwareComponent {
     std::size_t command = 0;  // of command_interfaces(), where it is commanded
     // The newest state; NaN: never reported.
     double position, velocity, effort;
+    double before;               // the position at the last fresh state
     Time stamp{}, seen{};        // of the message; of the loop
     bool fresh = false;          // since the last read
     bool whole = false;          // since the last whole state
@@ -98,6 +99,7 @@ class DOPPEL_API TopicHardware : public HardwareComponent {
   void publish_goals(Time now);
   void fill_states(std::span<double> states) const;
   [[nodiscard]] double load(std::size_t joint) const;
+  [[nodiscard]] static double speed_since(const Joint& joint, Time now);
   [[nodiscard]] std::string missing_joints() const;
 
   Bus& bus_;

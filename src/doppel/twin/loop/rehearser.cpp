@@ -83,6 +83,8 @@ class MotionRun {
   [[nodiscard]] const ModelJoint& joint(std::size_t i) const {
     return model_.joints[static_cast<std::size_t>(motion_.joints[i])];
   }
+  [[nodiscard]] bool is_slide(std::size_t i) const { return joint(i).type == JointType::prismatic; }
+  [[nodiscard]] const char* unit(std::size_t i) const { return is_slide(i) ? "m" : "rad"; }
   [[nodiscard]] double q(std::size_t i) const { return robot_.q()[static_cast<std::size_t>(joint(i).q)]; }
   void set_configuration() {
     const std::span<const double> q = robot_.q();
@@ -97,15 +99,16 @@ class MotionRun {
       const ModelJoint& one = joint(i);
       const double command = motion_.command(row_, i);
       if (command < one.lower - kPastLimit || command > one.upper + kPastLimit)
-        return refuse(fmt::format("'{}' would be commanded to {:.3f}, beyond its limit of {:.3f},", one.name,
-                                  command, command < one.lower ? one.lower : one.upper),
+        return refuse(fmt::format("'{}' would be commanded to {:.3f} {}, beyond its limit of {:.3f},",
+                                  one.name, command, unit(i), command < one.lower ? one.lower : one.upper),
                       since_);
       const double before = motion_.command(row_ == 0 ? 0 : row_ - 1, i);
       const double speed = std::abs(command - before) / to_seconds(motion_.period);
       if (speed > kSpeedMargin * one.velocity)
-        return refuse(fmt::format("'{}' would be commanded at {:.3f}/s, faster than its limit of {:.3f}/s,",
-                                  one.name, speed, one.velocity),
-                      since_);
+        return refuse(
+            fmt::format("'{0}' would be commanded at {1:.3f} {3}/s, faster than its limit of {2:.3f} {3}/s,",
+                        one.name, speed, one.velocity, unit(i)),
+            since_);
     }
     return {};
   }
@@ -129,7 +132,7 @@ class MotionRun {
     const double behind = std::abs(motion_.command(row_, i) - q(i));
     const bool weak = std::isfinite(limit) &&
                       std::abs(robot_.drive_effort()[index]) >= kWholeEffort * limit &&
-                      behind > (joint(i).type == JointType::prismatic ? kSlideBehind : kBehind);
+                      behind > (is_slide(i) ? kSlideBehind : kBehind);
     if (!weak || looks_like_gripper(joint(i).name)) {
       behind_since_[i] = kNotBehind;
       return {};
@@ -137,8 +140,8 @@ class MotionRun {
     behind_since_[i] = std::min(behind_since_[i], since_);
     if (since_ - behind_since_[i] < kBehindTime) return {};
     return refuse(
-        fmt::format("'{}' would need more than its effort limit of {:g}: it would stay {:.2f} behind",
-                    joint(i).name, limit, behind),
+        fmt::format("'{}' would need more than its effort limit of {:g} {}, and stay {:.2f} {} behind,",
+                    joint(i).name, limit, is_slide(i) ? "N" : "N m", behind, unit(i)),
         behind_since_[i]);
   }
 

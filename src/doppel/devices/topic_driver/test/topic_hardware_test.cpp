@@ -382,6 +382,16 @@ TEST(TopicHardware, NothingIsPublishedWhileArmIsWhereItShallBe) {
   EXPECT_EQ(bench.commanded, 1) << "the first goal, which is the present position";
 }
 
+TEST(TopicHardware, VelocityIsThatOfPositionsWhereNodeSendsNone) {
+  TopicBench bench;
+  bench.start();
+  EXPECT_EQ(bench.states[1], 0);
+  bench.commands = {1.5, -0.4};
+  ASSERT_EQ(bench.run(0.2), HardwareReturn::ok);
+  EXPECT_NEAR(bench.states[1], kSpeed, 1e-6);
+  EXPECT_NEAR(bench.states[3], 0, 1e-6);
+}
+
 TEST(TopicHardware, WrappedStatesAreSummed) {
   TopicBench bench("<param name=\"sum_wrapped_joint_states\">true</param>");
   bench.configure();
