@@ -14,6 +14,7 @@
 #include "doppel/base/yaml/placed_yaml.h"
 #include "doppel/control/hardware/hardware_params.h"
 #include "doppel/devices/drivers/detail/lerobot_calibration.h"
+#include "doppel/devices/drivers/motion_guard.h"
 #include "doppel/devices/frames/servo_line.h"
 
 namespace doppel {
@@ -288,12 +289,6 @@ class SetupReader {
     servo.travel = params.number("travel_deg", travel / kDegree, 10, 720) * kDegree;
     // A hobby servo's description counts from the end of its travel, as 0 to 180 degrees.
     if (!servo.calibrated) servo.offset = -servo.direction * servo.travel / 2;
-  }
-
-  static bool looks_like_gripper(const std::string& name) {
-    const std::string lower = lowered(name);
-    return lower.find("grip") != std::string::npos || lower.find("finger") != std::string::npos ||
-           lower.find("jaw") != std::string::npos;
   }
 
   // LeRobot's zero of an angle is the middle of the recorded range. Its gripper goes from 0 to 100 %, so that
