@@ -84,6 +84,29 @@ TEST(Robots, OmArmZeroHasSevenTiltedJointsAndHalfKilogram) {
   EXPECT_EQ(robot.find_link("base_link")->inertial->mass, 0.2095);
 }
 
+TEST(Robots, DeskArmHasSixServosAndTwoCameras) {
+  const RobotDescription simulated = load("desk_arm/urdf/desk_arm.urdf.xacro");
+  ASSERT_EQ(simulated.hardware.size(), 1u);
+  EXPECT_EQ(simulated.hardware[0].plugin, "gz_ros2_control/GazeboSimSystem");
+  const RobotDescription robot = load("desk_arm/urdf/desk_arm.urdf.xacro", {{"use_sim", "false"}});
+  EXPECT_EQ(robot.hardware[0].plugin, "doppel/FeetechSts");
+  const std::vector<std::string> joints{"shoulder_pan", "shoulder_lift", "elbow_flex",
+                                        "wrist_flex",   "wrist_roll",    "gripper"};
+  ASSERT_EQ(robot.hardware[0].joints.size(), joints.size());
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    EXPECT_EQ(robot.hardware[0].joints[i].name, joints[i]);
+    EXPECT_EQ(robot.hardware[0].joints[i].params.front(),
+              (std::pair<std::string, std::string>{"id", std::to_string(i + 1)}));
+    const Joint* const joint = robot.find_joint(joints[i]);
+    ASSERT_TRUE(joint->limits);
+    if (joints[i] == "gripper") continue;
+    EXPECT_EQ(joint->limits->lower, -joint->limits->upper) << joints[i];
+  }
+  EXPECT_NEAR(total_mass(robot), 0.77, 0.02);
+  EXPECT_NE(robot.find_link("wrist_camera_link"), nullptr);
+  EXPECT_NE(robot.find_link("front_camera_link"), nullptr);
+}
+
 TEST(Robots, LabArmHasFourDrivenJointsAndCamera) {
   const RobotDescription robot = load("lab_arm/urdf/arm.urdf.xacro");
   Diagnostics diagnostics;

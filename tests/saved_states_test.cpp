@@ -19,8 +19,9 @@ namespace {
 
 using testing::HasSubstr;
 
-const std::vector<std::string> kBundled = {"omarm_one", "omarm_zero",    "lab_arm",       "kate",
-                                           "turtle",    "ackermann_car", "rover_mecanum", "rover_skid"};
+const std::vector<std::string> kBundled = {"omarm_one",     "omarm_zero", "lab_arm",
+                                           "kate",          "turtle",     "ackermann_car",
+                                           "rover_mecanum", "rover_skid", "desk_arm"};
 
 class SavedStates : public TwinFixture {
  protected:

@@ -32,7 +32,8 @@ struct Loaded {
 
 class BundledRobotsTest : public testing::TestWithParam<const char*>, protected Loaded {};
 class BundledTrajectoriesTest : public testing::Test, protected Loaded {};
-INSTANTIATE_TEST_SUITE_P(Robots, BundledRobotsTest, testing::Values("omarm_one", "omarm_zero", "lab_arm"),
+INSTANTIATE_TEST_SUITE_P(Robots, BundledRobotsTest,
+                         testing::Values("omarm_one", "omarm_zero", "lab_arm", "desk_arm"),
                          [](const auto& of) { return std::string(of.param); });
 
 TEST_P(BundledRobotsTest, EngineDifferencesAreExplained) {

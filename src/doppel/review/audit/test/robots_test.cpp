@@ -60,7 +60,8 @@ TEST(BundledRobots, ZeroMomentsAreFixedByTransverseUpperBound) {
 TEST(BundledRobots, CorrectedRobotsHaveNoError) {
   for (const auto& [file, package] : {std::pair{"omarm_one/urdf/omarm.xacro", "omarm_one"},
                                       std::pair{"omarm_zero/urdf/omarm_zero.xacro", "omarm_zero"},
-                                      std::pair{"lab_arm/urdf/arm.urdf.xacro", "lab_arm"}}) {
+                                      std::pair{"lab_arm/urdf/arm.urdf.xacro", "lab_arm"},
+                                      std::pair{"desk_arm/urdf/desk_arm.urdf.xacro", "desk_arm"}}) {
     for (const Finding& f : audit_robot(file, package).findings) {
       EXPECT_NE(f.severity, Severity::error)
           << file << ": " << f.rule << ' ' << f.subject << ": " << f.message;
