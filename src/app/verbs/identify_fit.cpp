@@ -3,149 +3,33 @@
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "app/description_target.h"
 #include "app/output.h"
 #include "app/print_stderr.h"
+#include "app/verbs/hardware_target.h"
 #include "app/verbs/identify.h"
+#include "app/verbs/identify_fits.h"
 #include "app/verbs/interruptible_work.h"
-#include "doppel/base/core/names.h"
-#include "doppel/review/identification/recorded_motion.h"
-#include "doppel/robot/kinematics/dynamics.h"
+#include "app/verbs/shell.h"
+#include "doppel/description/overlay/overlay.h"
+#include "doppel/review/identification/servo_operation.h"
 
 namespace doppel::app {
 namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr double kUsualSimulations = 1500;                // of a fit, for the progress
-constexpr double kSlidingUnit = 1e3, kTurningUnit = 1e3;  // mm or mrad
-
 struct FitVerb {
-  std::vector<std::string> words;  // TARGET and its arguments
-  std::string recording, last = "M2";
-  std::vector<std::string> joints;
-  bool json = false;
+  FitRequest request;
+  bool json = false, write = false, accept = false, yes = false;
 };
-
-struct JointFit {
-  std::string joint;
-  bool slides = false;
-  double seconds = 0;
-  std::size_t samples = 0;
-  ServoValues start{};
-  ServoFit fit;
-};
-
-FrictionRung rung_named(const std::string& name) {
-  std::vector<std::string> names;
-  for (int i = 0; i < kFrictionRungs; ++i) {
-    const auto rung = static_cast<FrictionRung>(i);
-    if (name == name_of(rung)) return rung;
-    names.emplace_back(name_of(rung));
-  }
-  throw InputError("cli.use", {}, fmt::format("there is no rung '{}'{}", name, did_you_mean(name, names)),
-                   "M0, M1, M2, M3 or M4: doppel man identification.md");
-}
-
-// -- the joints
-
-// Those that the options name, or all that are moved.
-std::vector<std::string> chosen_joints(const FitVerb& options, const Model& model,
-                                       const RecordedMotion& motion) {
-  const std::vector<std::string> driven = model.driven_joint_names();
-  for (const std::string& joint : options.joints) {
-    if (std::ranges::find(driven, joint) != driven.end()) continue;
-    throw InputError("cli.use", {},
-                     fmt::format("the robot has no driven joint '{}'{}", joint, did_you_mean(joint, driven)),
-                     "doppel tree lists links and joints");
-  }
-  if (!options.joints.empty()) return options.joints;
-  std::vector<std::string> out;
-  for (const std::string& joint : driven) {
-    const auto found = motion.commanded.find(joint);
-    const ModelJoint& described = model.joints[static_cast<std::size_t>(model.find_joint(joint))];
-    if (found != motion.commanded.end() && is_moved(described, found->second)) out.push_back(joint);
-  }
-  return out;
-}
-
-void check_has_commands(const RecordedMotion& motion, const Model& model, const std::string& recording) {
-  const std::vector<std::string> driven = model.driven_joint_names();
-  const auto has_command = [&](const std::string& joint) { return motion.commanded.contains(joint); };
-  if (std::ranges::any_of(driven, has_command)) return;
-  const std::string why = motion.commanded.empty()
-                              ? "the recording has no commanded positions"
-                              : fmt::format("the recording commands no joint of the robot, but '{}'",
-                                            motion.commanded.begin()->first);
-  throw InputError("identify.no_commands", make_location(recording), why,
-                   "record the motion with doppel identify record, or the topics controller_state of its "
-                   "controllers and joint_states with doppel bag record");
-}
-
-// -- the texts
-
-std::string assessment(const ServoFit& fit, ServoQuantity quantity) {
-  const FittedValue& value = fit[quantity];
-  if (!value.fitted) return fmt::format("not of {}", name_of(fit.rung));
-  if (!value.problem.empty()) return value.problem;
-  if (std::ranges::find(fit.at_bound, quantity) != fit.at_bound.end()) return "at the bound of the fit";
-  return fit.is_trusted(quantity) ? "identified" : "identified, if the model fits: see the warnings";
-}
-
-bool is_identified(const ServoFit& fit, ServoQuantity quantity) {
-  return fit[quantity].fitted && fit[quantity].problem.empty() &&
-         std::ranges::find(fit.at_bound, quantity) == fit.at_bound.end();
-}
-
-std::vector<ServoQuantity> fitted_quantities(const ServoFit& fit) {
-  std::vector<ServoQuantity> out;
-  for (std::size_t i = 0; i < kServoQuantities; ++i) {
-    if (fit.values[i].fitted) out.push_back(static_cast<ServoQuantity>(i));
-  }
-  return out;
-}
-
-bool has_result(const ServoFit& fit) {
-  return std::ranges::any_of(fitted_quantities(fit),
-                             [&](ServoQuantity one) { return is_identified(fit, one); });
-}
-
-std::string fit_table(const JointFit& one) {
-  const ServoFit& fit = one.fit;
-  std::string out = fmt::format("{}: {} samples of {:.1f} s, model {}\n", one.joint, one.samples, one.seconds,
-                                name_of(fit.rung));
-  out += fmt::format("  {:<12}{:>10}  {:<22}{:<12}{:>10}  {}\n", "", "value", "95 % interval", "unit",
-                     "start", "assessment");
-  for (const ServoQuantity quantity : fitted_quantities(fit)) {
-    const FittedValue& value = fit[quantity];
-    out += fmt::format("  {:<12}{:>10.4g}  {:<22}{:<12}{:>10.4g}  {}\n", name_of(quantity), value.value,
-                       fmt::format("{:.4g} to {:.4g}", value.low, value.high), unit_of(quantity, one.slides),
-                       one.start[static_cast<std::size_t>(quantity)], assessment(fit, quantity));
-  }
-  const double unit = one.slides ? kSlidingUnit : kTurningUnit;
-  const char* name = one.slides ? "mm" : "mrad";
-  out += fmt::format(
-      "  residuals: rms {:.3g} {}, held out {:.3g} {}; {}; {:.2g} % of their variance is of "
-      "effects that the model lacks\n",
-      unit * fit.rms, name, unit * fit.held_out_rms, name,
-      fit.tick > 0 ? fmt::format("one tick is {:.3g} {}", unit * fit.tick, name)
-                   : "positions are not rounded",
-      100 * fit.structure);
-  for (const CorrelatedPair& pair : fit.correlated)
-    out += fmt::format("  {} and {} are correlated by {:.3f}\n", name_of(pair.a), name_of(pair.b),
-                       pair.correlation);
-  for (const std::string& warning : fit.warnings) out += "  warning: " + warning + "\n";
-  return out;
-}
 
 Json fit_json(const JointFit& one) {
   const ServoFit& fit = one.fit;
   Json out{{"joint", one.joint},
-           {"samples", one.samples},
+           {"samples", one.record.time.size()},
            {"seconds", one.seconds},
            {"model", name_of(fit.rung)},
            {"values", Json::object()}};
@@ -156,7 +40,7 @@ Json fit_json(const JointFit& one) {
                                                      {"high", value.high},
                                                      {"unit", unit_of(quantity, one.slides)},
                                                      {"start", one.start[static_cast<std::size_t>(quantity)]},
-                                                     {"identified", is_identified(fit, quantity)},
+                                                     {"identified", fit.is_identified(quantity)},
                                                      {"trusted", fit.is_trusted(quantity)},
                                                      {"assessment", assessment(fit, quantity)}};
   }
@@ -173,74 +57,64 @@ Json fit_json(const JointFit& one) {
   return out;
 }
 
-// -- the work
+// -- the overlay
 
-JointFit fit_joint(const Model& model, const std::string& joint, const RecordedMotion& motion,
-                   const ServoParameters& servo, const FitOptions& how) {
-  const Eigen::Vector3d gravity(0, 0, -9.81);
-  const ModelJoint& described = model.joints[static_cast<std::size_t>(model.find_joint(joint))];
-  const JointRecord record = joint_record(model, joint, motion, gravity);
-  JointFit out;
-  out.joint = joint;
-  out.slides = described.type == JointType::prismatic;
-  out.samples = record.time.size();
-  out.seconds = record.time.empty() ? 0 : record.time.back() - record.time.front();
-  out.start = start_values(described, servo, record);
-  FitOptions options = how;
-  options.start = out.start;
-  out.fit = fit_servo(record, options);
+// One for each joint with values that may be written; what is left out is printed.
+std::vector<Operation> operations_of(const FitVerb& verb, RecordingFits& fits) {
+  const std::string evidence = recording_evidence(verb.request.recording);
+  Diagnostics diagnostics;
+  const ExpandedDescription corrected = expand_corrected(
+      fits.target.target.description, fits.target.arguments, fits.target.resolver, diagnostics);
+  std::vector<Operation> out;
+  for (const JointFit& one : fits.joints) {
+    const ServoWriting writing = servo_operation(one.joint, one.fit, verb.accept);
+    for (const std::string& left : writing.left_out) print_note(fmt::format("{}: {}", one.joint, left));
+    if (!writing.operation) continue;
+    Operation operation;
+    operation.action = *writing.operation;
+    operation.why =
+        fmt::format("identified from {:.0f} s of motion, model {}", one.seconds, name_of(one.fit.rung));
+    operation.evidence = {evidence, writing.evidence};
+    take_fingerprint(operation, corrected);
+    out.push_back(std::move(operation));
+  }
   return out;
 }
 
-std::vector<JointFit> fit_joints(const FitVerb& verb, const Model& model, const RecordedMotion& motion,
-                                 const std::vector<std::string>& joints) {
-  const std::vector<ServoParameters> servos = choose_servos(model, ServoOptions{}, {0, 0, -9.81});
-  const InterruptibleWork work("of the fits");
-  std::vector<JointFit> out;
-  FitOptions how;
-  how.last = rung_named(verb.last);
-  how.progress = [&](int simulations) {
-    const double part = 0.99 * std::min(simulations / kUsualSimulations, 1.0);
-    return work.progress((static_cast<double>(out.size()) + part) / static_cast<double>(joints.size()));
-  };
-  for (const std::string& joint : joints) {
-    const auto index = static_cast<std::size_t>(model.find_joint(joint));
-    out.push_back(fit_joint(model, joint, motion, servos[index], how));
+// True: nothing stopped it.
+bool write_servos(const FitVerb& verb, RecordingFits& fits) {
+  const std::vector<Operation> operations = operations_of(verb, fits);
+  if (operations.empty()) {
+    print_note(verb.accept ? "nothing is written: no value is identified"
+                           : "nothing is written: no value is trusted; --accept writes those that are "
+                             "identified if the model fits");
+    return false;
   }
-  static_cast<void>(work.progress(1));
-  return out;
+  const auto file = overlay_path(fits.target.target.description);
+  std::string question;
+  for (const Operation& operation : operations) question += fmt::format("  {}\n", describe(operation.action));
+  question = fmt::format("{}Write this to {}?", question, file.string());
+  if (!confirmed(question, verb.yes)) return false;
+  print_line("wrote {} servo{} to {}\n", operations.size(), operations.size() == 1 ? "" : "s",
+             add_to_overlay(fits.target.target.description, operations).string());
+  return true;
 }
 
 int run_fit(const FitVerb& verb) {
-  static_cast<void>(rung_named(verb.last));
-  DescriptionTarget target = open_target(verb.words);
-  const RobotDescription robot = load_target(target).robot;
-  Diagnostics diagnostics;
-  const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
-  print_diagnostics(diagnostics);
-  BagReader bag(verb.recording);
-  const RecordedMotion motion = read_recorded_motion(bag);
-  std::vector<std::string> joints = chosen_joints(verb, model, motion);
-  check_has_commands(motion, model, verb.recording);
-  if (joints.empty()) {
-    throw InputError("identify.no_motion", make_location(verb.recording),
-                     "no command of a joint changes in the recording",
-                     "record a motion: doppel identify record");
-  }
-  std::vector<JointFit> fits;
-  try {
-    fits = fit_joints(verb, model, motion, joints);
-  } catch (const FitCancelled&) {
-    return interrupted_without_output();
-  }
-  Json json{{"version", 1}, {"robot", robot.name}, {"recording", verb.recording}, {"joints", Json::array()}};
+  std::optional<RecordingFits> fits = fit_recording(verb.request);
+  if (!fits) return interrupted_without_output();
+  Json json{{"version", 1},
+            {"robot", fits->robot},
+            {"recording", verb.request.recording},
+            {"joints", Json::array()}};
   std::string text;
-  for (const JointFit& one : fits) {
+  for (const JointFit& one : fits->joints) {
     json["joints"].push_back(fit_json(one));
     text += (text.empty() ? "" : "\n") + fit_table(one);
   }
   deliver(verb.json ? json.dump(2) + "\n" : text);
-  return std::ranges::any_of(fits, [](const JointFit& one) { return has_result(one.fit); }) ? 0 : 1;
+  if (verb.write) return write_servos(verb, *fits) ? 0 : 1;
+  return std::ranges::any_of(fits->joints, [](const JointFit& one) { return has_result(one.fit); }) ? 0 : 1;
 }
 
 }  // namespace
@@ -249,24 +123,18 @@ void add_identify_fit(CLI::App& group, int& exit_code) {
   const auto options = std::make_shared<FitVerb>();
   CLI::App* verb = group.add_subcommand(
       "fit", "Stiffness, damping, friction, delay and limits of servos, with intervals, from a recording");
-  add_target(*verb, options->words);
-  verb->add_option("--recording", options->recording,
-                   "The bag, a folder or a file, as identify record makes it")
-      ->required()
-      ->type_name("BAG");
-  verb->add_option("--joint", options->joints, "Only this joint; repeatable (default: all that are moved)")
-      ->take_all()
-      ->allow_extra_args(false)
-      ->type_name("JOINT");
-  verb->add_option("--last", options->last,
-                   "The last rung of the friction models that are tried: M0 none, M1 Coulomb and viscous, M2 "
-                   "Stribeck, M3 load, M4 backlash")
-      ->capture_default_str()
-      ->type_name("RUNG");
+  add_fit_request(*verb, options->request);
   verb->add_flag("--json", options->json, "Print a JSON object to stdout, in s, rad, m, N m");
+  CLI::Option* const write = verb->add_flag(
+      "--write", options->write, "Write the trusted values to the overlay (set_servo), after a question");
+  verb->add_flag("--accept", options->accept,
+                 "Write also values that are identified only if the model fits: see the warnings")
+      ->needs(write);
+  verb->add_flag("-y,--yes", options->yes, "Answer the question with yes")->needs(write);
   verb->footer(
-      "Exit code 1: nothing could be identified.\n"
+      "Exit code 1: nothing could be identified, or with --write nothing was written.\n"
       "Examples:\n  doppel identify fit omarm_one --recording motions\n"
+      "  doppel identify fit omarm_one --recording motions --write\n"
       "  doppel identify fit my_arm.urdf.xacro --recording run.mcap --joint \"Revolute 2\" --json\n"
       "See doppel man identification.md");
   verb->callback([options, &exit_code] { exit_code = run_fit(*options); });

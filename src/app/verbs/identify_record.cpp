@@ -22,6 +22,7 @@
 #include "doppel/base/core/names.h"
 #include "doppel/lab/recording/run_recording.h"
 #include "doppel/review/identification/excitation.h"
+#include "doppel/review/identification/motion_plan.h"
 #include "doppel/ros/bus/name_rules.h"
 #include "doppel/ros/messages/control_msgs.h"
 #include "doppel/scenario/schema/command_kind.h"
@@ -38,6 +39,7 @@ struct RecordVerb {
   std::vector<std::string> joints;
   BagOutput output;
   std::string manager;
+  std::string plan;
   double seconds = kUsualExcitation;
   bool yes = false;
 };
@@ -121,6 +123,43 @@ void add_parts(std::deque<Part>& parts, const RobotWatch& robot, const Arm& arm,
   }
   parts.push_back({&arm, joint, plan_rehearsal(range), true});
   parts.push_back({&arm, joint, plan_excitation(range, seconds), false});
+}
+
+constexpr double kPoseSlack = 0.05;  // rad or m, from the plan's pose
+
+// The motions of a plan's file, for the arm that stands in its pose.
+std::deque<Part> read_parts(const RobotWatch& robot, const std::vector<Arm>& arms,
+                            const RecordVerb& options) {
+  const MotionPlan plan = read_motion_plan(options.plan);
+  if (robot.model() == nullptr)
+    throw ClientError("the robot publishes no description, so that the plan cannot be checked");
+  check_plan(plan, *robot.model(), options.plan);
+  std::deque<Part> out;
+  std::string away;
+  for (const Arm& arm : arms) {
+    for (const std::string& joint : arm.joints) {
+      const auto pose = plan.pose.find(joint);
+      if (pose != plan.pose.end() && std::abs(arm.held.at(joint) - pose->second) > kPoseSlack)
+        away += fmt::format(" \"{}={:.4g}\"", joint, pose->second);
+      const auto planned = std::ranges::find(plan.joints, joint, &PlannedJoint::joint);
+      const bool chosen =
+          options.joints.empty() || std::ranges::find(options.joints, joint) != options.joints.end();
+      if (planned == plan.joints.end() || !chosen) continue;
+      ExcitationRange range = range_of(robot, arm, joint);
+      const auto [least, most] = std::ranges::minmax(planned->path, {}, &Waypoint::position);
+      range.position = pose->second;
+      range.furthest = std::max(most.position - range.position, range.position - least.position);
+      out.push_back({&arm, joint, plan_rehearsal(range), true});
+      out.push_back({&arm, joint, planned->path, false});
+    }
+  }
+  if (!away.empty())
+    throw_usage_error("the arm does not stand in the pose of the plan", fmt::format("doppel move{}", away));
+  if (out.empty())
+    throw_usage_error(
+        fmt::format("the plan {} moves no joint of an active trajectory controller", options.plan),
+        "doppel control list_controllers shows what is active");
+  return out;
 }
 
 std::deque<Part> plan_parts(const RobotWatch& robot, const std::vector<Arm>& arms,
@@ -290,7 +329,7 @@ int record_motions(Shell& shell, const RecordVerb& verb) {
     throw ClientError("the emergency stop is on, so nothing moves\n  fix: doppel stop --reset");
   std::vector<Arm> arms = find_arms(twin, manager);
   for (Arm& arm : arms) find_held(twin, robot, arm);
-  std::deque<Part> parts = plan_parts(robot, arms, verb);
+  std::deque<Part> parts = verb.plan.empty() ? plan_parts(robot, arms, verb) : read_parts(robot, arms, verb);
   ClientRecorderOptions options = motion_recording(verb, arms, manager);
   if (!confirmed(question_of(parts, robot), verb.yes)) return 1;
   Motions motions(twin, std::move(parts));
@@ -312,7 +351,8 @@ int record_motions(Shell& shell, const RecordVerb& verb) {
 void add_identify_record(CLI::App& group, int& exit_code) {
   add_verb<RecordVerb>(
       group, "record", "Move the joints of the running robot one after the other, and record them as a bag",
-      "doppel identify record -o motions\n  doppel identify record --joint \"Revolute 2\" --seconds 30 "
+      "doppel identify record --plan plan.yaml -o motions\n  doppel identify record -o motions\n  doppel "
+      "identify record --joint \"Revolute 2\" --seconds 30 "
       "--yes\n"
       "Each joint moves about its present position, first slowly over the whole range; Ctrl-C stops the arm, "
       "and "
@@ -324,6 +364,7 @@ void add_identify_record(CLI::App& group, int& exit_code) {
             ->take_all()
             ->allow_extra_args(false)
             ->type_name("JOINT");
+        verb.add_option("--plan", options.plan, "Play this plan: doppel identify plan")->type_name("FILE");
         add_output_options(verb, options.output, false);
         verb.add_option("--seconds", options.seconds, "Duration of the recorded motion of each joint")
             ->check(CLI::Range(kMinExcitation, 600.0))

@@ -17,9 +17,7 @@ constexpr double kTriangleShare = 12.0 / 54, kStepShare = 12.0 / 54;  // of the 
 constexpr double kTriangleSpeed = 0.2;                                // of the joint's limit
 constexpr double kMovingShare = 0.5;                                  // of the time of a step
 constexpr double kPeriod = 0.02;                                      // s, of waypoints on curves
-constexpr double kBase = 0.2;                                         // Hz
-constexpr int kHarmonics = 5;
-constexpr double kFade = 2.0;  // s
+constexpr double kFade = 2.0;                                         // s
 constexpr std::array kLevels{0.1, -0.1, 0.2, -0.2, 0.4, -0.4, 0.7, -0.7, 1.0, -1.0, 0.0};
 
 double speed_of(const ExcitationRange& range) {
@@ -66,15 +64,9 @@ void add_steps(Path& path, double amplitude, double speed, double seconds) {
   }
 }
 
-// Phases after Schroeder (1970), which keep the peaks low.
-void add_harmonics(Path& path, double amplitude, double speed, double seconds) {
-  const auto series = [seconds](double t) {
-    double sum = 0;
-    for (int k = 1; k <= kHarmonics; ++k) {
-      const double phase = -std::numbers::pi * k * (k - 1) / kHarmonics;
-      sum += std::sin(2 * std::numbers::pi * kBase * k * t + phase) / k;
-    }
-    return sum * std::clamp(std::min(t, seconds - t) / kFade, 0.0, 1.0);
+void add_harmonics(Path& path, double amplitude, double speed, double seconds, const FourierSeries& shape) {
+  const auto series = [&](double t) {
+    return shape.value(t) * std::clamp(std::min(t, seconds - t) / kFade, 0.0, 1.0);
   };
   const int count = static_cast<int>(seconds / kPeriod);
   double highest = 0, fastest = 0;
@@ -89,15 +81,37 @@ void add_harmonics(Path& path, double amplitude, double speed, double seconds) {
 
 }  // namespace
 
+double FourierSeries::value(double time) const {
+  double sum = 0;
+  for (int k = 1; k <= kHarmonics; ++k) {
+    const double angle = 2 * std::numbers::pi * kBaseFrequency * k * time;
+    const auto i = static_cast<std::size_t>(k - 1);
+    sum += a[i] * std::sin(angle) + b[i] * std::cos(angle);
+  }
+  return sum;
+}
+
+FourierSeries schroeder_series() {
+  FourierSeries out;
+  for (int k = 1; k <= kHarmonics; ++k) {
+    const double phase = -std::numbers::pi * k * (k - 1) / kHarmonics;
+    out.a[static_cast<std::size_t>(k - 1)] = std::cos(phase) / k;
+    out.b[static_cast<std::size_t>(k - 1)] = std::sin(phase) / k;
+  }
+  return out;
+}
+
 double excitation_amplitude(const ExcitationRange& range) {
   const double width = range.upper - range.lower;
   const double margin = std::isfinite(width) ? kMargin * width : 0.0;
   const double room = std::min(range.upper - range.position, range.position - range.lower) - margin;
   const double most = range.slides ? kMaxSlide : kMaxTurn, least = range.slides ? kMinSlide : kMinTurn;
-  return room < least ? 0.0 : std::min(room, most);
+  const double furthest = std::min({room, most, range.furthest});
+  return furthest < least ? 0.0 : furthest;
 }
 
-std::vector<Waypoint> plan_excitation(const ExcitationRange& range, double seconds) {
+std::vector<Waypoint> plan_excitation(const ExcitationRange& range, double seconds,
+                                      const FourierSeries& series) {
   const double amplitude = excitation_amplitude(range), speed = speed_of(range);
   const double moving = std::max(seconds, kMinExcitation) - 2 * kRest;
   const double triangle = kTriangleShare * moving, steps = kStepShare * moving;
@@ -105,7 +119,16 @@ std::vector<Waypoint> plan_excitation(const ExcitationRange& range, double secon
   path.hold(kRest);
   add_triangle(path, amplitude, speed, triangle);
   add_steps(path, amplitude, speed, steps);
-  add_harmonics(path, amplitude, speed, moving - triangle - steps);
+  add_harmonics(path, amplitude, speed, moving - triangle - steps, series);
+  path.hold(kRest);
+  return path.points();
+}
+
+std::vector<Waypoint> plan_harmonics(const ExcitationRange& range, double seconds,
+                                     const FourierSeries& series) {
+  Path path(range.position);
+  path.hold(kRest);
+  add_harmonics(path, excitation_amplitude(range), speed_of(range), seconds, series);
   path.hold(kRest);
   return path.points();
 }

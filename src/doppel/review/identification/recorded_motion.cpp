@@ -20,11 +20,17 @@ namespace {
 using ControllerState = control_msgs::msg::JointTrajectoryControllerState;
 using sensor_msgs::msg::JointState;
 
-constexpr double kQuiet = 1.0;             // s, of rest before and behind the motion
-constexpr double kStandstill = 1e-3;       // of the command's range, in which it counts as unchanged
-constexpr double kSmoothing = 0.03;        // s, half the window of velocities and accelerations
-constexpr std::size_t kMinHalfWindow = 3;  // samples
+constexpr double kQuiet = 1.0;        // s, of rest before and behind the motion
+constexpr double kStandstill = 1e-3;  // of the command's range, in which it counts as unchanged
+// Half the window of velocities and accelerations, at least this many samples. The accelerations of other
+// joints are short: positions that are not rounded are not smoothed.
+struct Window {
+  double time;  // s
+  std::size_t samples;
+};
+constexpr Window kRoundedWindow{0.03, 3}, kExactWindow{0.0, 1};
 constexpr double kMinTurnMotion = 0.02, kMinSlideMotion = 0.002;  // rad, m, of a command that moves a joint
+constexpr std::size_t kYieldingPeriod = 100;                      // samples
 constexpr double kDefaultDelay = 0.01;                            // s
 constexpr double kFaster = 3;       // a limit that is not described, over the fastest command
 constexpr double kFullError = 0.2;  // rad or m, at which an effort that is not described is reached
@@ -67,15 +73,17 @@ SmoothCurve smoothed(const PositionCurve& curve, double begin, double end) {
   SmoothCurve out;
   const std::vector<double>& t = curve.time;
   const std::size_t n = t.size();
+  const Window window = estimate_tick(curve.position) > 0 ? kRoundedWindow : kExactWindow;
+  const double unit = n > 1 ? (t.back() - t.front()) / static_cast<double>(n - 1) : 1.0;
   const auto low = static_cast<std::size_t>(std::ranges::lower_bound(t, begin) - t.begin());
   for (std::size_t i = low; i < n && t[i] <= end; ++i) {
     std::size_t first = i, last = i;
-    while (first > 0 && (t[i] - t[first - 1] <= kSmoothing || i - first < kMinHalfWindow)) --first;
-    while (last + 1 < n && (t[last + 1] - t[i] <= kSmoothing || last - i < kMinHalfWindow)) ++last;
+    while (first > 0 && (t[i] - t[first - 1] <= window.time || i - first < window.samples)) --first;
+    while (last + 1 < n && (t[last + 1] - t[i] <= window.time || last - i < window.samples)) ++last;
     Eigen::Matrix3d H = Eigen::Matrix3d::Zero();
     Eigen::Vector3d g = Eigen::Vector3d::Zero();
     for (std::size_t k = first; k <= last; ++k) {
-      const double s = (t[k] - t[i]) / kSmoothing;
+      const double s = (t[k] - t[i]) / unit;
       const Eigen::Vector3d row(1, s, s * s);
       H += row * row.transpose();
       g += row * (curve.position[k] - curve.position[i]);
@@ -83,8 +91,8 @@ SmoothCurve smoothed(const PositionCurve& curve, double begin, double end) {
     const Eigen::Vector3d c = H.ldlt().solve(g);
     out.time.push_back(t[i]);
     out.position.push_back(curve.position[i]);
-    out.velocity.push_back(c[1] / kSmoothing);
-    out.acceleration.push_back(2 * c[2] / (kSmoothing * kSmoothing));
+    out.velocity.push_back(c[1] / unit);
+    out.acceleration.push_back(2 * c[2] / (unit * unit));
   }
   return out;
 }
@@ -128,6 +136,32 @@ class MeasuredRobot {
     }
     const double inertia = direction.dot(data_.M * direction);
     return {direction.dot(data_.tau) - inertia * a_[leader.v], inertia};
+  }
+
+  // The share by which the joint's inertia is smaller in the first moment of a motion, in which the other
+  // joints yield, than with all others held.
+  double yielding_of(int joint, double time) {
+    move(time);
+    mass_matrix(model_, data_, q_);
+    std::vector<int> drives;
+    for (int i = 0; i < static_cast<int>(model_.joints.size()); ++i) {
+      const ModelJoint& one = model_.joints[static_cast<std::size_t>(i)];
+      if (one.scalar() && !one.mimics()) drives.push_back(i);
+    }
+    Eigen::MatrixXd R = Eigen::MatrixXd::Zero(model_.nv, static_cast<Eigen::Index>(drives.size()));
+    Eigen::Index column = 0, place = 0;
+    for (const int drive : drives) {
+      if (drive == joint) place = column;
+      R(model_.joints[static_cast<std::size_t>(drive)].v, column) = 1;
+      for (const ModelJoint& other : model_.joints) {
+        if (other.mimic_leader == drive) R(other.v, column) = other.mimic_multiplier;
+      }
+      ++column;
+    }
+    const Eigen::MatrixXd M = R.transpose() * data_.M * R;
+    const Eigen::VectorXd unit = Eigen::VectorXd::Unit(M.rows(), place);
+    const double inverse = M.ldlt().solve(unit)[place];
+    return inverse > 0 && M(place, place) > 0 ? std::max(0.0, 1 - 1 / (inverse * M(place, place))) : 0.0;
   }
 
  private:
@@ -235,6 +269,8 @@ JointRecord joint_record(const Model& model, const std::string& joint, const Rec
     out.position.push_back(measured.position[i]);
     out.load.push_back(load.load);
     out.inertia.push_back(load.inertia);
+    if (out.time.size() % kYieldingPeriod == 1)
+      out.yielding = std::max(out.yielding, robot.yielding_of(index, measured.time[i]));
   }
   return out;
 }

@@ -31,6 +31,7 @@ constexpr double kNormal = 1.96;         // of a 95 % interval
 // Half the interval over sigma. The estimate of the long-run covariance is biased low: with kNormal,
 // intervals of drawn servos contained the truth in 85 % of the cases (bench/identify.cpp).
 constexpr double kCoverage = 1.4 * kNormal;
+constexpr double kMaxYielding = 0.1;  // of the whole inertia, up to which an effort limit is identified
 constexpr std::size_t kMinSamples = 500;
 
 std::size_t index_of(Quantity quantity) {
@@ -345,6 +346,14 @@ void Fitter::judge_residuals(ServoFit& out) const {
     out.warnings.push_back(fmt::format("{} is at the bound of its range", name_of(quantity)));
 }
 
+constexpr const char* kYields = "not identifiable, because the other joints yield in fast motions";
+
+// `lost`: what the inertia is smaller by where the other joints yield.
+bool is_hidden(Quantity quantity, double lost, double inertia, double armature) {
+  if (quantity == Quantity::effort) return lost > kMaxYielding * (inertia + armature);
+  return quantity == Quantity::armature && lost > kIdentified * armature;
+}
+
 void Fitter::name_problems(ServoFit& out, const std::vector<Quantity>& free,
                            const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& information,
                            double noise) const {
@@ -378,6 +387,7 @@ void Fitter::name_problems(ServoFit& out, const std::vector<Quantity>& free,
       static_cast<Eigen::Index>(std::ranges::find(free, Quantity::stiffness) - free.begin());
   out.scale_known = width < kIdentified && kCoverage * std::sqrt(covariance(k, k)) < 2 * kIdentified;
   const auto [least, most] = std::ranges::minmax(record_.load);
+  const double lost = record_.yielding * inertia;
   for (Eigen::Index j = 0; j < m; ++j) {
     const Quantity quantity = free[static_cast<std::size_t>(j)];
     FittedValue& value = out.values[index_of(quantity)];
@@ -393,6 +403,8 @@ void Fitter::name_problems(ServoFit& out, const std::vector<Quantity>& free,
                                   most - least < 1e-9 * (1 + std::abs(most))
                                       ? "the axis is vertical"
                                       : "gravity's moment varies too little over the motion");
+    } else if (is_hidden(quantity, lost, inertia, armature)) {
+      value.problem = fmt::format("{}, by {:.0f} % of the inertia", kYields, 100 * record_.yielding);
     } else if (half > kIdentified) {
       value.problem = fmt::format(
           "not identifiable, because the motion does not excite it: the interval is a factor of {:.3g}",
@@ -505,6 +517,8 @@ ServoFit Fitter::run() {
   best = settled(best, quantities_of(out.rung));
   judge(out, best);
   widen(out);
+  cost_of(best, all_);
+  out.predicted = predicted_;
   out.simulations = simulations_;
   return out;
 }

@@ -50,6 +50,9 @@ struct JointRecord {
   std::vector<double> position;       // rad or m, as measured
   std::vector<double> load, inertia;  // N m, kg m^2 or N, kg
   double tick = 0;                    // rad or m, resolution of the position; 0: from the data
+  // Share by which the inertia is smaller in the first moment of a motion, in which the other joints yield;
+  // their motion within a sample is not in `load`.
+  double yielding = 0;
 };
 
 struct FitOptions {
@@ -90,11 +93,14 @@ struct DOPPEL_API ServoFit {
   double velocity_share = 0, effort_share = 0;  // share of time at the limit
   bool is_white = true, scale_known = true;
   std::vector<std::string> warnings;
+  std::vector<double> predicted;  // rad or m, at the record's times
   int simulations = 0;
 
   [[nodiscard]] const FittedValue& operator[](ServoQuantity quantity) const {
     return values[static_cast<std::size_t>(quantity)];
   }
+  // It has an interval, and no reason speaks against it, if the model fits.
+  [[nodiscard]] bool is_identified(ServoQuantity quantity) const;
   // Values may be written without a person's consent.
   [[nodiscard]] bool is_trusted(ServoQuantity quantity) const;
 };

@@ -26,10 +26,13 @@ double estimate_tick(std::span<const double> positions) {
   return count > 10 && off < 0.1 ? sum / count : 0;
 }
 
-bool ServoFit::is_trusted(ServoQuantity quantity) const {
+bool ServoFit::is_identified(ServoQuantity quantity) const {
   const FittedValue& value = (*this)[quantity];
-  return value.fitted && value.problem.empty() && is_white &&
-         std::ranges::find(at_bound, quantity) == at_bound.end();
+  return value.fitted && value.problem.empty() && std::ranges::find(at_bound, quantity) == at_bound.end();
+}
+
+bool ServoFit::is_trusted(ServoQuantity quantity) const {
+  return is_white && is_identified(quantity);
 }
 
 std::string_view name_of(ServoQuantity quantity) {

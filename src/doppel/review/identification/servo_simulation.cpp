@@ -15,6 +15,7 @@ constexpr double kShareLoss = 0.05;       // of K / D
 constexpr double kStreamGap = 0.05;       // s
 constexpr double kPlayTransition = 0.02;  // of the effort limit, over which the play changes its side
 constexpr double kSameSpeed = 1e-6;       // relative
+constexpr double kSameTime = 1e-6;        // s
 
 double value_of(const ServoValues& values, ServoQuantity quantity) {
   return values[static_cast<std::size_t>(quantity)];
@@ -25,9 +26,10 @@ double value_of(const ServoValues& values, ServoQuantity quantity) {
 struct ServoSimulation::State {
   double q = 0, v = 0;
   double reference = 0, middle = 0, velocity = 0, share = kShareOfStep;  // middle: of the step
-  double goal = 0, standing = 0;                                         // s, of the goal
-  double tau = 0, shift = 0;                                             // effort, and the output's shift
-  double at_velocity = 0, at_effort = 0;                                 // s
+  double goal = 0;                                                       // the command's next sample
+  double spread = 0, spread_end = 0;      // rad/s while a stream's target is approached, until this time
+  double tau = 0, shift = 0;              // effort, and the output's shift
+  double at_velocity = 0, at_effort = 0;  // s
 };
 
 // The ends of the steps. Steps are short for a while after each jump of the command; that depends on the
@@ -53,8 +55,24 @@ void ServoSimulation::divide_time() {
   }
 }
 
+// The time over which the way to each sample of the command is spread: that since the last change, as of an
+// interpolating drive. After a rest it is 0: the reference moves at the velocity limit (Drive::set_target).
+void ServoSimulation::find_spreads() {
+  const std::vector<double>& t = record_.command_time;
+  const std::vector<double>& u = record_.command;
+  spreads_.assign(t.size(), 0.0);
+  double last = t.front() - 2 * kStreamGap;
+  for (std::size_t k = 0; k + 1 < t.size(); ++k) {
+    if (u[k + 1] == u[k]) continue;
+    const double since = t[k + 1] - last;
+    spreads_[k] = since > kStreamGap + kSameTime ? 0.0 : since;
+    last = t[k + 1];
+  }
+}
+
 ServoSimulation::ServoSimulation(const JointRecord& record) : record_(record) {
   divide_time();
+  find_spreads();
   const std::vector<double>& t = record.time;
   load_.resize(ends_.size());
   inertia_.resize(ends_.size());
@@ -70,40 +88,42 @@ ServoSimulation::ServoSimulation(const JointRecord& record) : record_(record) {
   }
 }
 
-double ServoSimulation::goal_at(double time) const {
-  const std::vector<double>& t = record_.command_time;
-  const std::vector<double>& command = record_.command;
-  if (time <= t.front()) return command.front();
-  if (time >= t[command_ + 1]) return command[command_ + 1];
-  const double w = (time - t[command_]) / (t[command_ + 1] - t[command_]);
-  return command[command_] + w * (command[command_ + 1] - command[command_]);
+// The command's interval that begins at this time.
+void ServoSimulation::aim(State& s) const {
+  const double target = record_.command[command_ + 1];
+  if (target == s.goal) return;
+  s.goal = target;
+  const double time = spreads_[command_];
+  s.spread_end = record_.command_time[command_] + time;
+  if (time > 0) {
+    s.spread = std::abs(target - s.reference) / time;
+  } else {
+    s.share = kShareOfStep;
+  }
 }
 
-// The law of Drive::advance_position over a time in which the goal is linear.
-void ServoSimulation::advance_part(const ServoValues& values, State& s, double goal, double time) const {
+// The law of Drive::advance_position.
+void ServoSimulation::advance_part(const ServoValues& values, State& s, double now, double time) const {
   const double fastest = value_of(values, ServoQuantity::velocity);
-  const double way = goal - s.reference, needed = std::abs(way) / time;
-  const double speed = std::min(needed, fastest);
-  if (goal == s.goal) {
-    s.standing += time;
-  } else {
-    if (s.standing > kStreamGap) s.share = kShareOfStep;
-    s.standing = 0;
+  const bool spreads = now + kSameTime < s.spread_end;
+  const double speed = spreads ? std::min(s.spread, fastest) : fastest;
+  if (spreads) {
     const double rate =
         value_of(values, ServoQuantity::stiffness) * time / value_of(values, ServoQuantity::damping);
     const double growth = rate * (fastest - speed);
-    if (needed > fastest * (1.0 + kSameSpeed)) {
+    if (s.spread > fastest * (1.0 + kSameSpeed)) {
       s.share = std::max(s.share - kShareLoss * rate, kShareOfStep);
     } else {
       s.share = speed * (1.0 - s.share) > growth ? s.share + growth / speed : 1.0;
     }
-    s.goal = goal;
   }
-  if (needed > fastest) s.at_velocity += time;
-  const double moved = std::copysign(speed, way) * time;
-  s.middle += (s.reference + 0.5 * moved) * time;
-  s.velocity += s.share * moved;
-  s.reference += moved;
+  const double way = std::clamp(s.goal - s.reference, -speed * time, speed * time);
+  if (speed == fastest && way != 0) s.at_velocity += std::abs(way) / fastest;
+  // It moves, and then stands where it arrives within the part.
+  const double moving = speed > 0 ? std::abs(way) / speed : 0.0;
+  s.middle += s.reference * time + way * (time - 0.5 * moving);
+  s.velocity += s.share * way;
+  s.reference += way;
 }
 
 // The mean of the reference and of its velocity over the step. A step of the command begins inside of a step
@@ -116,10 +136,13 @@ void ServoSimulation::advance_reference(const ServoValues& values, State& s, dou
   s.middle = s.velocity = 0;
   double now = begin;
   while (now < end) {
-    while (command_ + 2 < t.size() && t[command_ + 1] <= now) ++command_;
+    if (now >= t.front()) {
+      while (command_ + 2 < t.size() && t[command_ + 1] <= now) ++command_;
+      if (now < t[command_ + 1]) aim(s);
+    }
     const double corner = now < t.front() ? t.front() : t[command_ + 1];
     const double next = corner > now ? std::min(corner, end) : end;
-    if (next - now > 1e-9) advance_part(values, s, goal_at(next), next - now);
+    if (next - now > 1e-9) advance_part(values, s, now, next - now);
     now = next;
   }
   s.middle /= end - begin;

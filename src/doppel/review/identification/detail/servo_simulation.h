@@ -21,8 +21,9 @@ class ServoSimulation {
  private:
   struct State;
   void divide_time();
-  [[nodiscard]] double goal_at(double time) const;
-  void advance_part(const ServoValues& values, State& state, double goal, double time) const;
+  void find_spreads();
+  void aim(State& state) const;
+  void advance_part(const ServoValues& values, State& state, double now, double time) const;
   void advance_reference(const ServoValues& values, State& state, double begin, double end);
   void step(const ServoValues& values, State& state, std::size_t index) const;
 
@@ -30,6 +31,7 @@ class ServoSimulation {
   double step_ = 0;                     // s, the present one
   std::vector<double> ends_;            // of the steps
   std::vector<double> load_, inertia_;  // at the middle of each step
+  std::vector<double> spreads_;         // s, over which the way to the next sample of the command is spread
   std::size_t command_ = 0;             // the sample before the delayed time
   double velocity_share_ = 0, effort_share_ = 0;
 };

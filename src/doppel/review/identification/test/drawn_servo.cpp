@@ -67,20 +67,35 @@ std::vector<double> commands(Random& random) {
 // The law of physics/contract/servo.h, written as it is described there.
 class Servo {
  public:
-  Servo(const DrawnServo& servo, double command) : servo_(servo), goal_(command), reference_(command) {
+  Servo(const DrawnServo& servo, double command) : servo_(servo), target_(command), reference_(command) {
     load_ = servo.gravity * std::sin(command + servo.phase);
     q = command - load_ / of(Quantity::stiffness);
   }
 
-  void step(double goal) {
+  // A target of the command; after a rest the reference moves to it at the velocity limit.
+  void aim(double target) {
+    if (target == target_) return;
+    const bool streams = since_ <= 0.05 + 1e-6;
+    spread_time_ = streams ? since_ : 0.0;
+    if (streams) {
+      spread_ = std::abs(target - reference_) / since_;
+    } else {
+      share_ = 0.5;
+    }
+    target_ = target;
+    since_ = 0;
+  }
+
+  void step() {
     const double stiffness = of(Quantity::stiffness), damping = of(Quantity::damping);
     const double effort = of(Quantity::effort), ahead = effort / stiffness;
     reference_ = std::clamp(reference_, q - ahead, q + ahead);
-    const double way = goal - reference_, needed = std::abs(way) / kStep;
-    const double speed = std::min(needed, of(Quantity::velocity));
-    set_share(goal, needed, speed);
-    const double rate = std::copysign(speed, way);
+    const bool spreads = since_ < spread_time_ - 1e-9;
+    const double fastest = of(Quantity::velocity), speed = spreads ? std::min(spread_, fastest) : fastest;
+    if (spreads) set_share(speed);
+    const double rate = std::clamp((target_ - reference_) / kStep, -speed, speed);
     reference_ += rate * kStep;
+    since_ += kStep;
     const double tau =
         std::clamp(stiffness * (reference_ - q) + damping * (share_ * rate - v), -effort, effort);
     const double load = servo_.gravity * std::sin(q + servo_.phase);
@@ -101,17 +116,10 @@ class Servo {
     return servo_.values[static_cast<std::size_t>(quantity)];
   }
 
-  void set_share(double goal, double needed, double speed) {
-    if (std::abs(goal - goal_) < 1e-15) {
-      standing_ += kStep;
-      return;
-    }
-    goal_ = goal;
-    if (standing_ > 0.05) share_ = 0.5;
-    standing_ = 0;
+  void set_share(double speed) {
     const double rate = of(Quantity::stiffness) * kStep / of(Quantity::damping);
     const double growth = rate * (of(Quantity::velocity) - speed);
-    if (needed > of(Quantity::velocity) * (1 + 1e-6)) {
+    if (spread_ > of(Quantity::velocity) * (1 + 1e-6)) {
       share_ = std::max(share_ - 0.05 * rate, 0.5);
     } else {
       share_ = speed * (1 - share_) > growth ? share_ + growth / speed : 1.0;
@@ -119,7 +127,8 @@ class Servo {
   }
 
   const DrawnServo& servo_;
-  double goal_, reference_, share_ = 0.5, standing_ = 0, load_ = 0;
+  double target_, reference_, share_ = 0.5, since_ = 1, load_ = 0;  // since_: s, the target's age
+  double spread_ = 0, spread_time_ = 0;  // rad/s while a stream's target is approached, and for how long
 };
 
 }  // namespace
@@ -173,6 +182,7 @@ JointRecord recording_of(const DrawnServo& servo) {
     out.time.push_back(static_cast<double>(i) * kPeriod + (i > 0 ? random.even(-1e-3, 1e-3) : 0.0));
   Servo motion(servo, out.command.front());
   const double delay = servo.values[static_cast<std::size_t>(Quantity::delay)];
+  std::size_t target = 0;
   for (std::size_t step = 0; out.position.size() < kCount; ++step) {
     const double t = static_cast<double>(step) * kStep;
     for (std::size_t next = out.position.size(); next < kCount && out.time[next] <= t; ++next) {
@@ -181,9 +191,10 @@ JointRecord recording_of(const DrawnServo& servo) {
       out.load.push_back(servo.gravity * std::sin(out.position.back() + servo.phase));
       out.inertia.push_back(servo.inertia);
     }
-    const double x = std::max(t - delay, 0.0) / kPeriod;
-    const std::size_t k = std::min(static_cast<std::size_t>(x), kCount - 1);
-    motion.step(out.command[k] + (x - static_cast<double>(k)) * (out.command[k + 1] - out.command[k]));
+    // Streams reach each sample at its time, so that they begin a period before.
+    for (; target < kCount && t - delay >= static_cast<double>(target) * kPeriod - 1e-9; ++target)
+      motion.aim(out.command[target + 1]);
+    motion.step();
   }
   return out;
 }

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/review/identification/servo_operation.h"
 #include "doppel/review/identification/test/drawn_servo.h"
 
 namespace doppel {
@@ -77,6 +78,21 @@ TEST(ServoFit, LimitThatIsNotReachedIsNotIdentifiable) {
   const ServoFit fit = fit_of(servo, recording_of(servo));
   EXPECT_THAT(fit[Quantity::effort].problem, HasSubstr("the effort limit was never reached"));
   EXPECT_FALSE(fit.is_trusted(Quantity::effort));
+  const ServoWriting writing = servo_operation("J", fit, true);
+  ASSERT_TRUE(writing.operation.has_value());
+  EXPECT_FALSE(writing.operation->effort.has_value()) << "never written, whatever is accepted";
+  EXPECT_NEAR(*writing.operation->resolution, kTick4096, 1e-6);
+  EXPECT_THAT(writing.left_out.front(), HasSubstr("effort is not written: not identifiable"));
+}
+
+// The inertia that the other joints take along in a fast motion is not resolved by the samples.
+TEST(ServoFit, YieldingOfOtherJointsHidesArmature) {
+  const DrawnServo servo = draw_servo(2, FrictionRung::coulomb);
+  JointRecord record = recording_of(servo);
+  record.yielding = 0.9;
+  const ServoFit fit = fit_of(servo, record);
+  EXPECT_THAT(fit[Quantity::armature].problem, HasSubstr("the other joints yield in fast motions, by 90 %"));
+  EXPECT_TRUE(fit.is_trusted(Quantity::stiffness));
 }
 
 TEST(ServoFit, NoiseAsDataIsNotTrusted) {
@@ -89,6 +105,7 @@ TEST(ServoFit, NoiseAsDataIsNotTrusted) {
   for (std::size_t i = 0; i < kServoQuantities; ++i)
     EXPECT_FALSE(fit.is_trusted(static_cast<Quantity>(i))) << i;
   EXPECT_FALSE(fit.warnings.empty());
+  EXPECT_FALSE(servo_operation("J", fit, false).operation.has_value());
 }
 
 TEST(ServoFit, SmallerModelThanServoWarns) {
@@ -97,6 +114,10 @@ TEST(ServoFit, SmallerModelThanServoWarns) {
   EXPECT_FALSE(fit.is_white);
   ASSERT_FALSE(fit.warnings.empty());
   EXPECT_THAT(fit.warnings.front(), HasSubstr("the model M1 does not have"));
+  EXPECT_FALSE(servo_operation("J", fit, false).operation.has_value());
+  const ServoWriting accepted = servo_operation("J", fit, true);
+  ASSERT_TRUE(accepted.operation.has_value());
+  EXPECT_NEAR(*accepted.operation->stiffness / true_value(servo, Quantity::stiffness), 1, 0.2);
 }
 
 TEST(ServoFit, LadderStopsAtServosClass) {
