@@ -18,7 +18,7 @@ using doppel_msgs::msg::Mirror;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-constexpr const char* kArm = R"(<robot name="desk_arm"><link name="world"/>
+constexpr const char* kMirroredArm = R"(<robot name="desk_arm"><link name="world"/>
 <link name="base"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0"
  iyz="0"/></inertial></link>
 <link name="fore"><inertial><origin xyz="0.1 0 0"/><mass value="0.3"/><inertia ixx="5e-5" iyy="1e-3"
@@ -103,7 +103,7 @@ class MirrorTest : public test::TwinFixture {
  private:
   using WallTime = std::chrono::steady_clock::time_point;
   std::string describe(const char* name, const std::string& port) const {
-    std::string text = kArm;
+    std::string text = kMirroredArm;
     text.replace(text.find("PORT"), 4, port);
     std::ofstream(folder_ / name) << text;
     return (folder_ / name).string();

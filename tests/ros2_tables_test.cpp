@@ -12,6 +12,7 @@
 #include <set>
 
 #include "doppel/ros/bus/rosout.h"
+#include "doppel/session/live/calibration_service.h"
 #include "doppel/session/live/health_publisher.h"
 #include "doppel/session/live/validation_service.h"
 #include "doppel/twin/assembly/runner.h"
@@ -193,6 +194,7 @@ TEST(Ros2Documentation, TablesMatchRunningTwin) {
   const Runner runner(twin, {});
   const HealthPublisher health(twin.bus(), "", [] { return std::string(); });
   const ValidationService validation(twin.bus(), {});
+  const CalibrationService calibration(twin.bus(), {});
   const std::string tables = tables_of(twin);
   fs::remove_all(folder);
 

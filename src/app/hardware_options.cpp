@@ -25,6 +25,22 @@ HardwareUse hardware_use(const HardwareRunOptions& options, const std::vector<Wo
   return real ? HardwareUse::real : HardwareUse::simulated;
 }
 
+// In `emulate` the controllers are the hand's; in `up` they are those of the driver, and the page has another
+// way to move the hand.
+void add_hand(CLI::App& verb, HardwareRunOptions& options) {
+  const std::string usual =
+      "joints whose torque is off: none: they fall, guide: a hand holds them and moves them as ";
+  const CLI::IsMember choices =
+      options.ports ? CLI::IsMember({"none", "guide", "sweep"}) : CLI::IsMember({"none", "guide"});
+  verb.add_option(options.ports ? "--hand,--backdrive" : "--hand", options.hand,
+                  options.ports ? "At " + usual +
+                                      "'doppel move' and the page command, sweep: it moves each one through "
+                                      "its whole range"
+                                : "With --emulate, at " + usual + "the Calibrate panel of the page commands")
+      ->check(choices)
+      ->capture_default_str();
+}
+
 }  // namespace
 
 void add_hardware_options(CLI::App& verb, HardwareRunOptions& options) {
@@ -33,6 +49,7 @@ void add_hardware_options(CLI::App& verb, HardwareRunOptions& options) {
         "--emulate", options.emulate,
         "Run the drivers of the description's servos on emulated buses, whose motors are the simulated "
         "joints");
+  add_hand(verb, options);
   verb.add_option(
           "--faults", options.faults,
           "YAML file with faults of the emulated devices (doppel man hardware); it can be edited while "
@@ -54,12 +71,6 @@ void add_hardware_options(CLI::App& verb, HardwareRunOptions& options) {
     verb.add_flag("--no-shadow", options.no_shadow, "The same as --mirror follow")->excludes(mirror);
     return;
   }
-  verb.add_option(
-          "--hand,--backdrive", options.hand,
-          "At joints whose torque is off: none: they fall, guide: a hand holds them and moves them as "
-          "'doppel move' and the page command, sweep: it moves each one through its whole range")
-      ->check(CLI::IsMember({"none", "guide", "sweep"}))
-      ->capture_default_str();
   verb.add_option("--trace", options.trace, "Write all bytes of the bus to this file, with their times")
       ->type_name("FILE");
 }

@@ -14,6 +14,7 @@
 #include "doppel/base/math/units.h"
 #include "doppel/description/overlay/overlay.h"
 #include "doppel/review/calibration/calibration.h"
+#include "doppel/review/calibration/corrections.h"
 #include "doppel/review/calibration/lerobot.h"
 
 namespace doppel::app {
@@ -60,7 +61,8 @@ class Calibration {
     if (measured_.empty() && !options_.live) ask();
     if (measured_.empty()) return 1;
     for (auto& [joint, measurements] : measured_) results_.push_back(fit(*joint, std::move(measurements)));
-    refuse_repetition();
+    for (const Result& result : results_)
+      refuse_repetition(result.joint->name, result.operations, overlays_, options_.words.front());
     if (options_.as_offsets) {
       for (const std::string& warning : baked_zeros()) print_note("warning: " + warning);
       options_.json ? print_offsets_json() : print_offsets();
@@ -112,32 +114,11 @@ class Calibration {
     Result result;
     result.joint = &joint;
     result.measurements = std::move(measurements);
-    result.fit = fit_joint(joint, result.measurements);
-    result.operations =
-        calibration_operations(joint, result.fit, result.measurements,
-                               options_.limits == "move" ? LimitChoice::move : LimitChoice::keep);
+    JointCorrection correction = correct_joint(
+        joint, result.measurements, options_.limits == "move" ? LimitChoice::move : LimitChoice::keep);
+    result.fit = std::move(correction.fit);
+    result.operations = std::move(correction.operations);
     return result;
-  }
-
-  // A measurement of the uncorrected model must not be applied again to the corrected one.
-  void refuse_repetition() const {
-    for (const Result& result : results_) {
-      for (const AppliedOverlay& one : overlays_) refuse_repetition(result, one);
-    }
-  }
-
-  void refuse_repetition(const Result& result, const AppliedOverlay& applied) const {
-    const auto i = correction_made_of(applied.overlay.operations, result.joint->name, result.operations);
-    if (!i) return;
-    const Operation& old = applied.overlay.operations[*i];
-    throw InputError(
-        "calibrate.twice", old.where,
-        fmt::format("'{}': the overlay already contains this correction ({}: {}); the measurements were "
-                    "taken with the uncorrected model and would be applied twice",
-                    result.joint->name, *i + 1, describe(old.action)),
-        fmt::format("measure again with the corrected model, or remove the correction first (doppel "
-                    "overlay remove {} {})",
-                    applied.included ? applied.description.string() : options_.words.front(), *i + 1));
   }
 
   // A driver's offset is added to a zero correction that the model contains.
@@ -156,17 +137,8 @@ class Calibration {
     return out;
   }
 
-  // Each operation's fingerprint is of the tree after the previous operations.
   void correct() {
-    for (Result& result : results_) {
-      for (Operation& operation : result.operations) {
-        take_fingerprint(operation, expanded_);
-        Overlay one;
-        one.operations = {operation};
-        Diagnostics ignored;
-        apply_overlay(one, expanded_, target_.resolver, ignored);
-      }
-    }
+    for (Result& result : results_) apply_in_order(result.operations, expanded_, target_.resolver);
     Diagnostics ignored;
     const RobotDescription corrected = read_description(expanded_, target_.resolver, ignored);
     for (Result& result : results_) {
@@ -201,19 +173,8 @@ class Calibration {
     print_line("  residuals ");
     for (const double residual : fit.residuals) print_line(" {:+.3f}", in_unit(joint, residual));
     print_line(" {}\n", unit(joint));
-    if (std::abs(fit.scale - 1.0) > kScaleTolerance) {
-      print_line(
-          "  warning    a scale cannot be expressed in the description; set {:.6g} in the driver, or check "
-          "the gear ratio, the pulse range and the servo horn\n",
-          fit.scale);
-    }
-    if (!fit.unwrapped.empty()) {
-      print_line("  warning    does the machine count from 0 to 360 degrees? The scale would be 1 with");
-      for (std::size_t i = 0; i < fit.unwrapped.size(); ++i)
-        print_line(" {:.6g}={:.6g}", in_unit(joint, result.measurements[i].model),
-                   in_unit(joint, fit.unwrapped[i]));
-      print_line("\n");
-    }
+    for (const std::string& doubt : doubts_about(joint, fit, result.measurements))
+      print_line("  warning    {}\n", doubt);
   }
 
   void print_text(const std::filesystem::path& file) const {
@@ -374,14 +335,11 @@ class Calibration {
     return out;
   }
 
-  // The zero, and a right angle within the limits, which a set square shows.
   static std::string live_suggestion(const Joint& joint) {
-    constexpr double kRightAngle = 90;
-    if (!joint.limits || !joint.limits->has_position || joint.type == JointType::prismatic) return "";
-    const double upper = joint.limits->upper / kDegree, lower = joint.limits->lower / kDegree;
-    if (lower > 0 || upper < 0) return fmt::format(", for instance {:.0f} and {:.0f} degrees", lower, upper);
-    const double side = upper >= -lower ? std::min(upper, kRightAngle) : std::max(lower, -kRightAngle);
-    return fmt::format(", for instance 0 and {:.0f} degrees of the model as doppel view shows it", side);
+    const auto poses = suggested_poses(joint);
+    if (!poses) return "";
+    return fmt::format(", for instance {:.4g} and {:.4g} {} of the model as doppel view shows it",
+                       in_unit(joint, poses->front()), in_unit(joint, poses->back()), unit(joint));
   }
 
   // The machine's position in the present pose, as a typed answer has it.

@@ -11,39 +11,24 @@
 #include "app/verbs/shell.h"
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/text.h"
+#include "doppel/review/calibration/resting_position.h"
 
 namespace doppel::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kSamples = 5;
-constexpr double kMaxSpread = 0.005;                // rad or m: three ticks of a servo
-constexpr auto kMaxWait = std::chrono::seconds(3);  // for samples that agree
-constexpr auto kBetween = std::chrono::milliseconds(40);
+constexpr Duration kMaxWait = from_seconds(RestingPosition::kMaxWait);
+constexpr Duration kBetween = from_seconds(RestingPosition::kMinBetween);
 
-// The mean of kSamples in a row that agree. `next`: the next sample; NaN: there is none.
+// `next`: the next sample; NaN: there is none.
 double position_at_rest(const std::string& joint, const std::function<double()>& next) {
   const auto until = Clock::now() + kMaxWait;
-  std::vector<double> samples;
-  bool reported = false;
+  RestingPosition position;
   while (Clock::now() < until) {
-    const double sample = next();
-    if (!std::isfinite(sample)) continue;
-    reported = true;
-    samples.push_back(sample);
-    const auto [least, most] = std::ranges::minmax(samples);
-    if (most - least > kMaxSpread) samples.assign(1, sample);
-    if (samples.size() == kSamples) {
-      double sum = 0;
-      for (const double one : samples) sum += one;
-      return sum / kSamples;
-    }
+    if (const auto found = position.take(next())) return *found;
   }
-  throw InputError("calibrate.no_position", {},
-                   reported ? fmt::format("'{}' moves; a pose is measured at rest", joint)
-                            : fmt::format("'{}' reports no position", joint),
-                   reported ? "hold it still" : "its cable and supply; doppel hardware check");
+  throw position.refusal(joint);
 }
 
 class RobotPositions final : public LivePositions {

@@ -36,6 +36,7 @@ export interface App {
   tabsChanged: Signal; // a badge of a tab has changed, or whether a panel applies
   openPanel: (id: string) => void; // once the panels are loaded
   chooseRecording: () => void; // likewise
+  worldLayers: () => LayerChoice[]; // those for which the world has something
   sensorLayers: () => LayerChoice[]; // those for which the twin has sensors
   legend: Legend;
   details: HTMLElement; // the box about the selection; over the picture, or below the tree

@@ -56,6 +56,7 @@ export class Devices {
   readonly mirrored = new Signal();
   all: Device[] = [];
   mirror: Mirror | null = null;
+  private readonly watchers = new Set<string>();
   private heard = 0;
   private endDevices: (() => void) | null = null;
 
@@ -68,9 +69,11 @@ export class Devices {
     return this.twin.client.channel(this.twin.own('/doppel/hardware')) !== null;
   }
 
-  // While the panel is open.
-  watch(on: boolean): void {
-    if (on) {
+  // While a panel is open that shows them.
+  watch(panel: string, on: boolean): void {
+    if (on) this.watchers.add(panel);
+    else this.watchers.delete(panel);
+    if (this.watchers.size > 0) {
       this.endDevices ??= this.twin.follow('/doppel/hardware', (message) => {
         this.all = message['devices'] as unknown as Device[];
         this.changed.emit();
@@ -78,6 +81,24 @@ export class Devices {
     } else {
       this.endDevices?.();
       this.endDevices = null;
+    }
+  }
+
+  // The answer of both: why it is refused; '': it is done.
+  hold(): Promise<string> {
+    return this.call('hold', {});
+  }
+
+  confirmPose(component: string, joints: string[], positions: number[]): Promise<string> {
+    return this.call('confirm_pose', { component, joints, positions });
+  }
+
+  private async call(name: string, request: Message): Promise<string> {
+    try {
+      const answer = await this.twin.client.call(this.twin.own(`/doppel/hardware/${name}`), request);
+      return answer['success'] === true ? '' : String(answer['message']);
+    } catch (problem) {
+      return (problem as Error).message;
     }
   }
 

@@ -49,7 +49,7 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
     open.setAttribute('aria-expanded', String(on));
     end();
     end = on ? closedByEscape(() => showList(false)) : () => {};
-    if (on) toggles.offer([...LAYERS, ...app.sensorLayers()]);
+    if (on) toggles.offer([...LAYERS, ...app.worldLayers(), ...app.sensorLayers()]);
   };
   const open = button('Layers', 'What is drawn', () => showList(list.hidden), { 'aria-expanded': 'false', id: 'layers' });
   const layers = h('div', { class: 'layers' }, open, list);

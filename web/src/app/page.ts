@@ -20,7 +20,7 @@ const PICTURE_TIMEOUT = 1500; // ms after which panels are loaded without a pict
 export function startPage(twin: Twin, assets: AssetStore): App {
   performance.mark('doppel: page');
   const commander = new Commander(twin);
-  const app = { twin, commander, hardware: new Hardware(twin), sources: new Sources(twin), selection: null, selected: new Signal(), tabsChanged: new Signal(), playback: null, playbackChanged: new Signal(), openPanel: () => {}, chooseRecording: () => {}, sensorLayers: () => [] } as unknown as App;
+  const app = { twin, commander, hardware: new Hardware(twin), sources: new Sources(twin), selection: null, selected: new Signal(), tabsChanged: new Signal(), playback: null, playbackChanged: new Signal(), openPanel: () => {}, chooseRecording: () => {}, worldLayers: () => [], sensorLayers: () => [] } as unknown as App;
   app.select = (selection) => {
     app.selection = selection;
     app.selected.emit(selection);

@@ -23,7 +23,7 @@ export interface Settings {
 const DEFAULTS: Settings = {
   theme: 'system',
   degrees: true,
-  layers: { visual: true, grid: true, shadows: true, ghost: true, cameras: true },
+  layers: { visual: true, grid: true, shadows: true, ghost: true, cameras: true, keep_out: true },
   stopDoes: 'hold',  // a joint without an active controller is passive, and the arm would fall
   stopKeys: ['Escape'],
   speedShare: 0.5,

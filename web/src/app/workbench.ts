@@ -2,6 +2,7 @@
 import type { App, Panel } from './app';
 import type { Layout } from './layout';
 import { h } from './dom';
+import { Calibration } from './calibration';
 import { Devices } from './devices';
 import { Drive } from './drive';
 import { makeHints } from './hints';
@@ -17,6 +18,7 @@ import type { Signal } from './signal';
 import { Tolerances } from './tolerances';
 import { ToolDriver } from './tool';
 import { Validation } from './validation';
+import { calibratePanel } from '../panels/calibrate';
 import { controlPanel } from '../panels/control';
 import { drivePanel } from '../panels/drive';
 import { hardwarePanel } from '../panels/hardware';
@@ -34,10 +36,12 @@ import { topicsPanel } from '../panels/topics';
 import { treePanel } from '../panels/tree';
 import { validatePanel } from '../panels/validate';
 import { BaseTrace } from '../scene/base_trace';
+import { CalibrationGhost } from '../scene/calibration_ghost';
 import { ContactLayer } from '../scene/contacts';
 import { EvidenceGhost } from '../scene/evidence_ghost';
 import { GoalGhost } from '../scene/goal_ghost';
 import { ToolHandle } from '../scene/handle';
+import { KeepOutBoxes } from '../scene/keep_out';
 import { ObjectLayer } from '../scene/objects';
 import { Legend } from '../scene/legend';
 import { Picker } from '../scene/picking';
@@ -64,12 +68,16 @@ export function startWorkbench(app: App, layout: Layout): void {
   const evidence = new EvidenceGhost(app, driver, legend);
   const devices = new Devices(app.twin);
   const twinGhost = new TwinGhost(app, driver, devices, legend);
+  const calibration = new Calibration(app.twin);
+  const calibrationGhost = new CalibrationGhost(app, legend);
+  const keepOut = new KeepOutBoxes(app);
   const validation = new Validation(app.twin);
   const reach = new Reach(app, driver.kinematics);
   const reachPoints = new ReachPoints(app, reach, legend);
   const objects = new ObjectLayer(app, picker);
   const sensors = new Sensors(app.twin);
   const sensorPictures = new SensorLayers(app, sensors, legend);
+  app.worldLayers = () => keepOut.offered();
   app.sensorLayers = () => sensorPictures.offered();
   const parameters = new Parameters(app.twin.client);
   const tolerances = new Tolerances(app.twin, parameters);
@@ -80,7 +88,7 @@ export function startWorkbench(app: App, layout: Layout): void {
 
   const comparison = h('div', { class: 'padded' });
   const comparePanel: Panel = { id: 'compare', title: 'Compare', element: comparison, excluded: () => !comparison.hasChildNodes() }; // filled by src/bag
-  const right: Panel[] = [jointsPanel(app), comparePanel, healthPanel(app), hardwarePanel(app, devices), validatePanel(app, validation, evidence), controlPanel(app), toolPanel(app, { driver, handle, ghost, reach, jog, pusher }), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
+  const right: Panel[] = [jointsPanel(app), comparePanel, healthPanel(app), hardwarePanel(app, devices, evidence), calibratePanel(app, calibration, devices, calibrationGhost), validatePanel(app, validation, evidence), controlPanel(app), toolPanel(app, { driver, handle, ghost, reach, jog, pusher }), drivePanel(app, drive, jog), sensorsPanel(app, sensors), posesPanel(app), objectsPanel(app, objects), treePanel(app)];
   const bottom: Panel[] = [plotsPanel(app, recorder, parameters), topicsPanel(app), parametersPanel(app, parameters), tfPanel(app), logPanel(app)];
   for (const panel of [...right, ...bottom]) if (COMMANDS.includes(panel.id)) panel.excluded = () => app.twin.isReadOnly;
   layout.mount(right, bottom);
@@ -121,5 +129,5 @@ export function startWorkbench(app: App, layout: Layout): void {
     app.select(hit && !(other && other.distance < here) ? { link: hit.link } : null);
     if (other && other.distance < here) app.twin.selectRobot(other.space);
   });
-  Object.assign(app, { driver, handle, ghost, twinGhost, devices, evidence, validation, reach, reachPoints, jog, drive, baseTrace, sensors, sensorPictures, pusher, objects, parameters, recorder, comparison, legend, ready: true });
+  Object.assign(app, { driver, handle, ghost, twinGhost, devices, calibration, calibrationGhost, keepOut, evidence, validation, reach, reachPoints, jog, drive, baseTrace, sensors, sensorPictures, pusher, objects, parameters, recorder, comparison, legend, ready: true });
 }

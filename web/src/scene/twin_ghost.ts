@@ -23,7 +23,7 @@ export class TwinGhost {
     setInterval(() => devices.lookForEnd(), 1000);
   }
 
-  // Only in mode "shadow" is the twin elsewhere than the measured joints.
+  // Only a twin that gets the commands is elsewhere than the measured joints.
   private draw(): void {
     const { twin, world } = this.app;
     const { mirror } = this.devices;
@@ -32,7 +32,7 @@ export class TwinGhost {
       const joint = twin.tree?.jointByName.get(one.name);
       if (joint) joints.push([joint, one.twin]);
     }
-    const poses = mirror?.mode === 'shadow' ? this.driver.posesAt(joints) : null;
+    const poses = mirror?.mode === 'shadow' || mirror?.mode === 'rehearse' ? this.driver.posesAt(joints) : null;
     if (!twin.tree || !poses) {
       this.hide();
       return;

@@ -33,6 +33,7 @@ export class World {
   size = 0.5;
   tool = 0;
   readonly failed: Problem[] = []; // files of the world's objects
+  calibrating = false; // the only ghost is the pose of a calibration
   readonly toolChanged = new Signal<number>();
   firstPicture = 0; // ms since the start of loading
   readonly others: OtherRobots;
@@ -306,7 +307,7 @@ export class World {
     const o = this.tool * STRIDE;
     if (settings.layers['trace']) this.trace.add(twin.poses[o]!, twin.poses[o + 1]!, twin.poses[o + 2]!);
     if (!ghost) return;
-    const show = this.past !== null || (settings.layers['ghost'] ?? true) && !this.commander.viewing && !this.commander.stopped && this.ghostDiffers();
+    const show = this.past !== null || !this.calibrating && (settings.layers['ghost'] ?? true) && !this.commander.viewing && !this.commander.stopped && this.ghostDiffers();
     if (show) {
       ghost.show('visual', true);
       const root = view.tree.root * STRIDE;

@@ -90,6 +90,16 @@ Status AsyncHardware::on_cleanup() {
   return status;
 }
 
+Status AsyncHardware::relax() {
+  const std::lock_guard lock(mutex_);
+  return device_->relax();
+}
+
+Status AsyncHardware::confirm_pose(std::span<const std::pair<std::string, double>> positions) {
+  const std::lock_guard lock(mutex_);
+  return device_->confirm_pose(positions);
+}
+
 Status AsyncHardware::on_shutdown() {
   const std::lock_guard lock(mutex_);
   set_work(Work::none);

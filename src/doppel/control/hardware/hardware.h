@@ -18,6 +18,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
@@ -64,7 +65,7 @@ struct DeviceReport {
     bool believed = false;  // the position is what the device was told, and no measurement
     std::string faults;     // "overload, temperature"; empty: none
   };
-  std::string state;  // "holding"
+  std::string state;  // "holding"; "unconfirmed": see HardwareComponent::confirm_pose()
   std::string port;
   std::vector<Joint> joints;
   std::uint64_t cycles = 0, lost = 0, damaged = 0;  // answers
@@ -142,6 +143,15 @@ class DOPPEL_API HardwareComponent {
   // Between ticks: becomes as it was then. Its life cycle is in the same state, and the same commands are
   // claimed.
   virtual void restore(const SavedPart& /*saved*/) {}
+
+  // Between ticks, while inactive: the drives of all joints are off, so that a hand can move them. Refused:
+  // the device cannot do so.
+  virtual Status relax() { return Status::refused("it cannot release its joints"); }
+  // Between ticks: a person has seen that the joints are at these positions (rad or m), which the device
+  // cannot measure.
+  virtual Status confirm_pose(std::span<const std::pair<std::string, double>> /*positions*/) {
+    return Status::refused("it measures its positions; nothing is to be confirmed");
+  }
 
   // Between ticks, some times a second: logs what has happened in the loop, where nothing may be logged.
   virtual void attend() {}

@@ -468,6 +468,17 @@ Status ControllerManager::set_hardware_state(const std::string& component, Hardw
   return impl_->set_hardware_state(component, target);
 }
 
+Status ControllerManager::relax_hardware(const std::string& component) {
+  return impl_->without_drives(component, "the release of its joints",
+                               [](HardwareComponent& hardware) { return hardware.relax(); });
+}
+
+Status ControllerManager::confirm_pose(const std::string& component,
+                                       std::span<const std::pair<std::string, double>> positions) {
+  return impl_->without_drives(component, "the confirmation of its pose",
+                               [&](HardwareComponent& hardware) { return hardware.confirm_pose(positions); });
+}
+
 std::vector<InterfaceView> ControllerManager::command_interfaces() const {
   std::vector<InterfaceView> out;
   for (const std::size_t i : impl_->resources.commands()) {

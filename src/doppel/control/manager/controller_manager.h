@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "doppel/base/core/lateness_histogram.h"
@@ -141,6 +142,10 @@ class DOPPEL_API ControllerManager {
   [[nodiscard]] bool report(std::size_t component, DeviceReport& out) const;
   // As by the service; refused while a controller uses the component.
   Status set_hardware_state(const std::string& component, HardwareState target);
+  // See HardwareComponent. Refused with the reason, also while the component is active.
+  Status relax_hardware(const std::string& component);
+  Status confirm_pose(const std::string& component,
+                      std::span<const std::pair<std::string, double>> positions);
   [[nodiscard]] std::vector<InterfaceView> command_interfaces() const;
   [[nodiscard]] std::vector<InterfaceView> state_interfaces() const;
   // The last command or the present state of an interface such as "joint/position", in its unit

@@ -109,6 +109,20 @@ Status ControllerManager::Impl::set_hardware_state(const std::string& name, Hard
   return status;
 }
 
+// A call of a component that is not active. Of a name without a component the reason is that of a
+// transition.
+Status ControllerManager::Impl::without_drives(const std::string& name, const char* during,
+                                               const std::function<Status(HardwareComponent&)>& call) {
+  ResourceTable::Component* const component = resources.find_component(name);
+  if (component == nullptr) return set_hardware_state(name, HardwareState::inactive);
+  if (component->state != HardwareState::inactive)
+    return Status::refused(fmt::format("hardware '{}' is {}; it has to be inactive for this", name,
+                                       to_string(component->state)));
+  Status out = Status::refused(fmt::format("hardware '{}' has failed", name));
+  resources.call(*component, during, [&](HardwareComponent& hardware) { out = call(hardware); });
+  return out;
+}
+
 // One transition of the life cycle.
 Status ControllerManager::Impl::pass_towards(ResourceTable::Component& c, HardwareState target) {
   HardwareComponent& hardware = *c.hardware;

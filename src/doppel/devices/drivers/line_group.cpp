@@ -46,10 +46,8 @@ class LineGroup final : public ServoGroup {
   Status start(double /*torque*/) override {
     if (!pose_known_)
       return Status::refused(
-          "the board was without power, and the positions of the servos are unknown; see that the arm stands "
-          "as "
-          "the page shows it, "
-          "then: doppel hardware confirm");
+          "the board was without power, and the positions of the servos are unknown; confirm the pose of the "
+          "arm on the page (Hardware), or with: doppel hardware confirm");
     // From the base to the tip, because each holds up the next ones.
     std::uint32_t mask = 0;
     for (const JointServo& one : setup_.joints) {
@@ -107,6 +105,12 @@ class LineGroup final : public ServoGroup {
   }
 
   [[nodiscard]] bool believes() const override { return true; }
+  [[nodiscard]] bool knows_pose() const override { return pose_known_; }
+  void take_pose(std::span<const std::pair<std::string, double>> positions) override {
+    write_pose_record(pose_record_file(setup_.component, setup_.port),
+                      {.boot = identity_.boot, .positions = {positions.begin(), positions.end()}});
+    learn_pose();
+  }
   [[nodiscard]] const BusCounts& counts() const override { return counts_; }
 
  private:

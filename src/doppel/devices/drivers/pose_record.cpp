@@ -2,10 +2,12 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <system_error>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/names.h"
 #include "doppel/base/core/output_file.h"
 #include "doppel/base/core/text.h"
 #include "doppel/base/core/user_folders.h"
@@ -27,7 +29,34 @@ std::string file_name(std::string text) {
   return text;
 }
 
+constexpr double kSlack = 1e-6;  // rad
+
+void check_position(const ServoSetup& setup, const std::string& joint, double position, Diagnostics& errors) {
+  std::vector<std::string> names;
+  for (const JointServo& one : setup.joints) names.push_back(one.joint);
+  const auto servo = std::ranges::find(setup.joints, joint, &JointServo::joint);
+  if (servo == setup.joints.end())
+    return errors.error("hardware.unknown_joint", {},
+                        fmt::format("no servo drives '{}'{}", joint, did_you_mean(joint, names)));
+  if (!(position >= servo->lower - kSlack && position <= servo->upper + kSlack))
+    errors.error("hardware.outside", servo->source,
+                 fmt::format("{:.4g} rad are outside of the limits {:.4g} to {:.4g} of '{}'", position,
+                             servo->lower, servo->upper, joint));
+}
+
 }  // namespace
+
+void check_pose(const ServoSetup& setup, std::span<const std::pair<std::string, double>> positions) {
+  Diagnostics errors;
+  for (const auto& [joint, position] : positions) check_position(setup, joint, position, errors);
+  for (const JointServo& one : setup.joints) {
+    const auto named = std::ranges::find(positions, one.joint, &std::pair<std::string, double>::first);
+    if (one.enabled && named == positions.end())
+      errors.error("hardware.pose", one.source, fmt::format("the position of '{}' is missing", one.joint),
+                   "name every joint: \"joint 1=90\" \"joint 2=45\"");
+  }
+  errors.throw_if_errors();
+}
 
 std::optional<PoseRecord> read_pose_record(const std::filesystem::path& file) {
   std::error_code failed;

@@ -5,10 +5,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "doppel/devices/drivers/servo_setup.h"
 #include "doppel/export.h"
 
 namespace doppel {
@@ -19,6 +21,9 @@ struct PoseRecord {
   std::vector<std::pair<std::string, double>> positions;  // joints, rad
 };
 
+// Throws InputError with all errors: a joint of the setup is missing, unknown, or beyond its limits.
+DOPPEL_API void check_pose(const ServoSetup& setup,
+                           std::span<const std::pair<std::string, double>> positions);
 // nullopt: none, or a file that cannot be read.
 [[nodiscard]] DOPPEL_API std::optional<PoseRecord> read_pose_record(const std::filesystem::path& file);
 // Throws InputError.

@@ -118,14 +118,20 @@ Status ServoHardware::on_configure() {
     close();
     return Status::refused("not every servo reports its position");
   }
-  whole_ = link_->now();
-  take_readings();
-  for (std::size_t i = 0; i < guards_.size(); ++i)
-    guards_[i].begin(setup_.joints[i].joint_position(readings_[i].position), whole_);
+  begin_guards();
+  unconfirmed_ = !group_->knows_pose();
   state_ = DriverState::connected;
   log_->note(setup_.component, fmt::format("{} on {}, {} servos", to_string(setup_.protocol), link_->name(),
                                            setup_.joints.size()));
   return {};
+}
+
+// From the joints' present positions on.
+void ServoHardware::begin_guards() {
+  whole_ = link_->now();
+  take_readings();
+  for (std::size_t i = 0; i < guards_.size(); ++i)
+    guards_[i].begin(setup_.joints[i].joint_position(readings_[i].position), whole_);
 }
 
 Status ServoHardware::check_start(std::size_t joint) const {
@@ -285,7 +291,7 @@ Status ServoHardware::on_error() {
 void ServoHardware::close() {
   group_.reset();
   link_.reset();
-  parking_ = false;
+  parking_ = unconfirmed_ = false;
   if (state_ != DriverState::fault) state_ = DriverState::disconnected;
 }
 
@@ -491,7 +497,7 @@ void ServoHardware::publish_report() {
 }
 
 bool ServoHardware::report(DeviceReport& out) {
-  out.state = to_string(state());
+  out.state = unconfirmed_ ? "unconfirmed" : to_string(state());
   out.port = setup_.port;
   out.cycles = cycles_.load(std::memory_order_relaxed);
   out.lost = lost_answers_.load(std::memory_order_relaxed);

@@ -57,6 +57,8 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   void on_stop_reset() override;
   HardwareReturn read(Time now, Duration period, std::span<double> states) override;
   HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
+  Status relax() override;
+  Status confirm_pose(std::span<const std::pair<std::string, double>> positions) override;
   void attend() override;
   [[nodiscard]] bool report(DeviceReport& out) override;
   [[nodiscard]] std::string fault() const override;
@@ -76,6 +78,7 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   Status connect();
   Status sample_at_rest();
   [[nodiscard]] Status check_start(std::size_t joint) const;
+  void begin_guards();
   void choose_gentleness();
   void take_readings();
   void note_loss();
@@ -105,8 +108,9 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   std::vector<ServoGoal> goals_;
   std::vector<bool> claimed_;
   std::atomic<DriverState> state_{DriverState::disconnected};
-  int lost_ = 0;  // cycles in a row with an answer missing
-  Time whole_{};  // of the link's clock: the last cycle with all answers
+  std::atomic<bool> unconfirmed_{false};  // a person has to confirm the pose
+  int lost_ = 0;                          // cycles in a row with an answer missing
+  Time whole_{};                          // of the link's clock: the last cycle with all answers
   double torque_ = 0, torque_set_ = 0;
   bool stopped_ = false, parking_ = false, parked_ = false, gentle_ = false;
   std::array<char, 160> why_{};  // of the last failure

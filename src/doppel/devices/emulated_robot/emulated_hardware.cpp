@@ -1,5 +1,9 @@
 #include "doppel/devices/emulated_robot/emulated_hardware.h"
 
+#include <algorithm>
+
+#include "doppel/control/hardware/nan.h"
+
 namespace doppel {
 
 EmulatedHardware::EmulatedHardware(Instance robot, const EmulationOptions& options)
@@ -24,13 +28,40 @@ Status EmulatedHardware::on_init(const HardwareInfo& info) {
       devices_->set_faults(std::move(*first));
   }
   motors_ = std::make_unique<EngineMotors>(setup(), robot_);
+  hand_.assign(setup().joints.size(), kNaN);
+  if (options_.hand == HandMotion::guide) motors_->guide(hand_);
   // The servos measure where the joints are before the first step.
   motors_->step(*devices_, robot_, robot_.engine().time(), robot_.engine().world().settings().step);
   return out;
 }
 
-HardwareReturn EmulatedHardware::read(Time now, Duration period, std::span<double> states) {
+// The port is open. Its clock stands still between two cycles, and an answer would come later than expected.
+void EmulatedHardware::follow_time() {
   if (link_ != nullptr) link_->follow(robot_.engine().time());
+}
+
+Status EmulatedHardware::on_activate() {
+  follow_time();
+  return ServoHardware::on_activate();
+}
+
+Status EmulatedHardware::on_deactivate() {
+  follow_time();
+  return ServoHardware::on_deactivate();
+}
+
+Status EmulatedHardware::relax() {
+  follow_time();
+  return ServoHardware::relax();
+}
+
+Status EmulatedHardware::confirm_pose(std::span<const std::pair<std::string, double>> positions) {
+  follow_time();
+  return ServoHardware::confirm_pose(positions);
+}
+
+HardwareReturn EmulatedHardware::read(Time now, Duration period, std::span<double> states) {
+  follow_time();
   return ServoHardware::read(now, period, states);
 }
 
@@ -43,6 +74,15 @@ void EmulatedHardware::attend() {
 
 void EmulatedHardware::before_step() {
   motors_->step(*devices_, robot_, robot_.engine().time(), robot_.engine().world().settings().step);
+}
+
+bool EmulatedHardware::guide(std::string_view joint, double position) {
+  const auto servo = std::ranges::find(setup().joints, joint, &JointServo::joint);
+  if (options_.hand != HandMotion::guide || servo == setup().joints.end()) return false;
+  hand_[static_cast<std::size_t>(servo - setup().joints.begin())] =
+      std::clamp(position, servo->lower, servo->upper);
+  motors_->guide(hand_);
+  return true;
 }
 
 void register_emulated_hardware(HardwareRegistry& registry, Instance robot, const EmulationOptions& options) {

@@ -5,6 +5,8 @@
 
 #include <memory>
 #include <optional>
+#include <string_view>
+#include <vector>
 
 #include "doppel/control/hardware/hardware_registry.h"
 #include "doppel/devices/drivers/servo_hardware.h"
@@ -23,20 +25,28 @@ class DOPPEL_API EmulatedHardware : public ServoHardware, public SteppedDevice {
   EmulatedHardware(Instance robot, const EmulationOptions& options);
 
   Status on_init(const HardwareInfo& info) override;
+  Status on_activate() override;
+  Status on_deactivate() override;
+  Status relax() override;
+  Status confirm_pose(std::span<const std::pair<std::string, double>> positions) override;
   HardwareReturn read(Time now, Duration period, std::span<double> states) override;
   void attend() override;
 
   void before_step() override;
+  bool guide(std::string_view joint, double position) override;
   void rebind(Instance robot) override { robot_ = robot; }
   // nullptr before on_init().
   [[nodiscard]] DeviceEmulator* devices() { return devices_.get(); }
 
  private:
+  void follow_time();
+
   Instance robot_;
   std::unique_ptr<DeviceEmulator> devices_;
   std::unique_ptr<EngineMotors> motors_;
   EmulatedLink* link_ = nullptr;  // the driver's
   EmulationOptions options_;
+  std::vector<double> hand_;  // positions of the hand, by the joints of the setup; NaN: it has not moved them
   std::optional<FaultFile> faults_;
   const Log* log_ = nullptr;
 };

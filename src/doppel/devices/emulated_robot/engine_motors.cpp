@@ -38,7 +38,9 @@ EngineMotors::EngineMotors(const ServoSetup& setup, Instance robot) {
 }
 
 void EngineMotors::apply(Motor& motor, const MotorDrive& drive, Instance robot) {
-  if (drive.on != motor.on) {
+  // A reload replaces the engine, and with it the drives.
+  const bool driven = robot.drive(motor.joint) == DriveMode::position;
+  if (drive.on != motor.on || (drive.on && !driven)) {
     robot.set_drive(motor.joint, drive.on ? DriveMode::position : DriveMode::passive);
     motor.on = drive.on;
     motor.held = false;
@@ -61,7 +63,7 @@ void EngineMotors::guide(std::span<const double> positions) {
 }
 
 void EngineMotors::hold(Motor& motor, Instance robot) const {
-  if (!motor.held) {
+  if (!motor.held || robot.drive(motor.joint) != DriveMode::position) {
     const ModelJoint& joint = robot.model().joints[static_cast<std::size_t>(motor.joint)];
     robot.set_servo(motor.joint, motor.as_compiled);
     robot.set_drive(motor.joint, DriveMode::position);

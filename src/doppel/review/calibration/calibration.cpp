@@ -51,30 +51,6 @@ double least_spread(const Joint& joint) {
   return joint.limits ? (joint.limits->upper - joint.limits->lower) / 3.0 : 0.0;
 }
 
-void check_spread(const Joint& joint, std::span<const Measurement> measurements) {
-  if (measurements.size() < 2) {
-    refuse(joint, "calibrate.too_few",
-           fmt::format("{} measurement{} cannot separate the zero from the direction: an offset, or a "
-                       "reversed direction with another offset, explain the data equally well",
-                       measurements.size(), measurements.size() == 1 ? "" : "s"),
-           "measure at two poses at least 60 degrees apart");
-  }
-  const auto [low, high] =
-      std::minmax_element(measurements.begin(), measurements.end(),
-                          [](const auto& a, const auto& b) { return a.model < b.model; });
-  // The error of the slope is that of a reading over the spread, which is therefore the measure of what can
-  // be told apart.
-  const double spread = high->model - low->model, least = least_spread(joint);
-  if (spread < least - 1e-9 || spread <= 0) {
-    refuse(
-        joint, "calibrate.too_close",
-        fmt::format(
-            "the measurements are {} apart; with less than {} between them a reading error changes the scale",
-            shown(joint, spread), shown(joint, least)),
-        "measure at poses further apart");
-  }
-}
-
 struct Line {
   double slope = 0, offset = 0, worst = 0;
 };
@@ -142,6 +118,30 @@ double JointFit::worst_residual() const {
   double worst = 0;
   for (const double residual : residuals) worst = std::max(worst, std::abs(residual));
   return worst;
+}
+
+void check_spread(const Joint& joint, std::span<const Measurement> measurements) {
+  if (measurements.size() < 2) {
+    refuse(joint, "calibrate.too_few",
+           fmt::format("{} measurement{} cannot separate the zero from the direction: an offset, or a "
+                       "reversed direction with another offset, explain the data equally well",
+                       measurements.size(), measurements.size() == 1 ? "" : "s"),
+           "measure at two poses at least 60 degrees apart");
+  }
+  const auto [low, high] =
+      std::minmax_element(measurements.begin(), measurements.end(),
+                          [](const auto& a, const auto& b) { return a.model < b.model; });
+  // The error of the slope is that of a reading over the spread, which is therefore the measure of what can
+  // be told apart.
+  const double spread = high->model - low->model, least = least_spread(joint);
+  if (spread < least - 1e-9 || spread <= 0) {
+    refuse(
+        joint, "calibrate.too_close",
+        fmt::format(
+            "the measurements are {} apart; with less than {} between them a reading error changes the scale",
+            shown(joint, spread), shown(joint, least)),
+        "measure at poses further apart");
+  }
 }
 
 JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements) {

@@ -39,9 +39,11 @@ struct DOPPEL_API JointFit {
 inline constexpr double kMinSpread = 60.0 * 0.017453292519943295;  // rad, between the model's values
 inline constexpr double kScaleTolerance = 0.02;  // a larger deviation is not a reading error
 
-// Least-squares fit. Throws InputError: fewer than two measurements, all within 60 degrees (for a prismatic
-// joint: within a third of its range), a machine that did not move, a scale beyond a factor of 2, residuals
-// beyond 5 degrees, a joint that is unknown, fixed or a mimic.
+// Throws InputError: fewer than two measurements, or all of them within 60 degrees (for a prismatic joint:
+// within a third of its range).
+DOPPEL_API void check_spread(const Joint& joint, std::span<const Measurement> measurements);
+// Least-squares fit. Throws InputError as check_spread(), and for a machine that did not move, a scale beyond
+// a factor of 2, residuals beyond 5 degrees, a joint that is unknown, fixed or a mimic.
 DOPPEL_API JointFit fit_joint(const Joint& joint, std::span<const Measurement> measurements);
 
 enum class LimitChoice {

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "doppel/base/core/names.h"
+#include "doppel/control/hardware/hardware.h"
+#include "doppel/control/manager/controller_manager.h"
 #include "doppel/session/live/served_files.h"
 
 namespace doppel {
@@ -33,6 +36,13 @@ TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& l
         twin.bus(),
         ValidationServiceOptions{[this](const std::string& name_space) { return validated(name_space); },
                                  options.validation, without_query(server_.server().page_url())});
+  if (!calibrated().empty())
+    calibration_.emplace(twin.bus(), CalibrationServiceOptions{
+                                         [this] { return calibrated(); },
+                                         [this](const std::string& name_space, const std::string& joint) {
+                                           return measured(name_space, joint);
+                                         },
+                                         options.bundled.robots});
   if (options.record) start_recording(*options.record, options.rewind);
   if (options.black_box) start_black_box(*options.black_box, options.rewind);
   if (options.cameras) {
@@ -44,6 +54,7 @@ TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& l
   twin.on_robots_changed([this] {
     assets_->offer(files());
     remove_stale_publishers();
+    if (calibration_) calibration_->update();
   });
   if (!options.reload) return;
   const auto before = [this](const Twin::Replacement& next) {
@@ -52,6 +63,7 @@ TwinSession::TwinSession(Twin& twin, const SessionOptions& options, const Log& l
   const auto afterwards = [this] {
     assets_->offer(files());
     update_audits();
+    if (calibration_) calibration_->update();
   };
   reloader_.emplace(reloadable(twin, before, afterwards), log);
 }
@@ -68,6 +80,7 @@ void TwinSession::begin() {
 void TwinSession::end() {
   reloader_.reset();
   validation_.reset();
+  calibration_.reset();
   cameras_.reset();
   if (recorder_) recorder_->stop();
   black_box_.reset();
@@ -118,6 +131,35 @@ ValidatedRobot TwinSession::validated(const std::string& name_space) const {
   out.scenario.ideal = out.scenario.wall_stamps = false;
   out.scenario.ros.names = {};
   return out;
+}
+
+// A robot from text has no overlay.
+std::vector<CalibratedRobot> TwinSession::calibrated() const {
+  std::vector<CalibratedRobot> out;
+  for (const auto& robot : twin_.robots()) {
+    CalibratedRobot one{robot->machine().asked(), {}};
+    if (one.source.target.empty()) continue;
+    const ControllerManager& manager = robot->controller_manager();
+    DeviceReport report;
+    const std::size_t count = manager.hardware().size();
+    for (std::size_t i = 0; i < count; ++i) {
+      if (!manager.report(i, report)) continue;
+      for (const DeviceReport::Joint& device : report.joints) {
+        const Joint* const joint = robot->description().find_joint(device.name);
+        if (joint != nullptr) one.joints.push_back(*joint);
+      }
+    }
+    if (!one.joints.empty()) out.push_back(std::move(one));
+  }
+  return out;
+}
+
+double TwinSession::measured(const std::string& name_space, const std::string& joint) const {
+  const TwinRobot* const robot = twin_.find_robot(name_space);
+  if (robot == nullptr) return std::numeric_limits<double>::quiet_NaN();
+  const std::string interface = joint + "/position";
+  const ControllerManager& manager = robot->controller_manager();
+  return manager.is_read(interface) ? manager.state(interface) : std::numeric_limits<double>::quiet_NaN();
 }
 
 RobotFiles TwinSession::files() const {

@@ -18,6 +18,7 @@
 #include "doppel/ros/record/bus_recorder.h"
 #include "doppel/session/live/audit_result.h"
 #include "doppel/session/live/black_box.h"
+#include "doppel/session/live/calibration_service.h"
 #include "doppel/session/live/health_publisher.h"
 #include "doppel/session/live/reload.h"
 #include "doppel/session/live/resource_service.h"
@@ -83,6 +84,8 @@ class DOPPEL_API TwinSession : public Session {
   void start_recording(RunRecordingOptions options, bool rewind);
   void start_black_box(BlackBoxOptions options, bool rewind);
   [[nodiscard]] ValidatedRobot validated(const std::string& name_space) const;
+  [[nodiscard]] std::vector<CalibratedRobot> calibrated() const;
+  [[nodiscard]] double measured(const std::string& name_space, const std::string& joint) const;
   void update_audits();  // robots may have been added, removed or changed
   void remove_stale_publishers();
   std::unique_ptr<HealthPublisher> make_publisher(const WorldRobot& robot);
@@ -97,6 +100,7 @@ class DOPPEL_API TwinSession : public Session {
   std::optional<CameraFeed> cameras_;
   Scenario scenario_;
   std::optional<ValidationService> validation_;
+  std::optional<CalibrationService> calibration_;  // of arms that are devices
 };
 
 class DOPPEL_API ViewSession : public Session {

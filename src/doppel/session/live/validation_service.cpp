@@ -8,13 +8,13 @@
 #include <map>
 #include <mutex>
 
-#include "doppel/base/core/thrown.h"
 #include "doppel/ros/bus/parameter_services.h"
 #include "doppel/ros/messages/rcl_interfaces.h"
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
 #include "doppel/scenario/schema/robot_names.h"
 #include "doppel/session/live/detail/background_queue.h"
+#include "doppel/session/live/detail/service_refusal.h"
 
 namespace doppel {
 namespace {
@@ -28,31 +28,6 @@ using Clock = std::chrono::steady_clock;
 
 constexpr std::chrono::milliseconds kProgressPeriod{100}, kResultsPeriod{2000};
 constexpr const char* kBusy = "too many requests are waiting: ask again";
-
-// The first error with what to do, in one line.
-std::string refusal_text(const InputError& error) {
-  const Diagnostic& first = error.diagnostics().front();
-  const std::string place = first.where.known() ? first.where.str() + ": " : "";
-  return place + first.message + (first.fix.empty() ? "" : "; " + first.fix);
-}
-
-std::string text_of_exception() {
-  try {
-    throw;
-  } catch (const InputError& error) {
-    return refusal_text(error);
-  } catch (...) {
-    return thrown_text();
-  }
-}
-
-template <class Response>
-Response refusal(std::string why) {
-  Response out;
-  out.success = false;
-  out.message = std::move(why);
-  return out;
-}
 
 }  // namespace
 

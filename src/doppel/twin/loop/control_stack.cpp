@@ -513,6 +513,10 @@ void ControlStack::state_written() {
   for (const Simulated& one : simulated_) one.hardware->state_written();
 }
 
+bool ControlStack::guide(std::string_view joint, double position) {
+  return std::ranges::any_of(stepped_, [&](SteppedDevice* one) { return one->guide(joint, position); });
+}
+
 void ControlStack::before_step() {
   for (const Simulated& one : simulated_) one.hardware->before_step();
   for (SteppedDevice* const one : stepped_) one->before_step();

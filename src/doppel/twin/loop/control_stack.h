@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -100,6 +101,9 @@ class DOPPEL_API ControlStack {
   void restart_sensors();
   // Between steps: the state was written; the sensors keep their start and their noise.
   void state_written();
+  // Between steps: the hand at emulated devices brings a joint to this position (rad or m). False: there is
+  // none, or no such joint.
+  bool guide(std::string_view joint, double position);
 
   // -- in the loop
   void before_step();

@@ -7,6 +7,7 @@
 #include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
@@ -112,6 +113,8 @@ class DOPPEL_API TwinRobot {
     control_->state_written();
     control_->manager().restart(control_time(now));
   }
+  // See ControlStack.
+  bool guide(std::string_view joint, double position) { return control_->guide(joint, position); }
   void show(Time now);  // publishes its present state
   void robots_changed(Time now) { ticks_.robots_changed(now); }
   // Saved states: see ControllerManager. Refused with the names of hardware that cannot be saved.

@@ -1,5 +1,6 @@
 #include "doppel/twin/mirror/mirror.h"
 
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -52,9 +53,14 @@ class Mirror : public Tickable {
   void look_up() {
     changed_ = false;
     robots_.clear();
+    const Scenario& scenario = core_.scenario();
+    const bool guided =
+        scenario.hardware == HardwareUse::emulated && scenario.emulation.hand == HandMotion::guide;
     for (const auto& robot : core_.robots()) {
       if (!has_devices(*robot)) continue;
-      One one{robot.get(), std::make_unique<RobotDevices>(core_.bus(), robot->name_space()), nullptr};
+      One one{robot.get(),
+              std::make_unique<RobotDevices>(core_.bus(), *robot, resting_[robot->name_space()], guided),
+              nullptr};
       if (robot->has_loop())
         one.mirror = std::make_unique<RobotMirror>(core_.bus(), *robot, core_.scenario().mirror);
       robots_.push_back(std::move(one));
@@ -71,7 +77,8 @@ class Mirror : public Tickable {
   }
 
   TwinCore& core_;
-  std::vector<One> robots_;  // with devices
+  std::map<std::string, std::vector<std::string>> resting_;  // controllers, by namespace
+  std::vector<One> robots_;                                  // with devices
   bool changed_ = true;
   Time next_look_ = Time::min(), last_look_ = Time::min();
 };

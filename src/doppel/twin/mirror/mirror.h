@@ -4,6 +4,8 @@
 //   /doppel/hardware (doppel_msgs/msg/Devices) the components that are devices, real or emulated
 //   /doppel/mirror (doppel_msgs/msg/Mirror)     real hardware beside the twin: each joint's error and its
 //                                               alarm, which is also a warning of the log
+//
+// and serves what a person does with the devices (detail/device_services.h).
 
 #include "doppel/export.h"
 

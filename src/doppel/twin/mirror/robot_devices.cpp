@@ -22,8 +22,9 @@ void write(const DeviceReport::Joint& joint, doppel_msgs::msg::DeviceJoint& mess
 
 }  // namespace
 
-RobotDevices::RobotDevices(Bus& bus, const std::string& name_space)
-    : node_(bus, in_namespace(name_space, "doppel")),
+RobotDevices::RobotDevices(Bus& bus, TwinRobot& robot, std::vector<std::string>& resting, bool guided)
+    : node_(bus, in_namespace(robot.name_space(), "doppel")),
+      services_(node_, robot, resting, guided),
       topic_(node_.advertise<doppel_msgs::msg::Devices>("~/hardware")) {}
 
 bool has_devices(const TwinRobot& robot) {

@@ -6,6 +6,7 @@
 #include "doppel/twin/publishers/detail/clock_publisher.h"
 #include "doppel/twin/publishers/detail/contact_publisher.h"
 #include "doppel/twin/publishers/detail/contact_room_monitor.h"
+#include "doppel/twin/publishers/detail/keep_out_publisher.h"
 #include "doppel/twin/publishers/object_publisher.h"
 
 namespace doppel {
@@ -14,6 +15,7 @@ void add_publishers(TwinCore& core) {
   core.add(std::make_unique<ClockPublisher>(core.bus(), core.scene()));
   core.add(std::make_unique<ContactPublisher>(core.bus(), core.scene()));
   core.add(std::make_unique<ObjectPublisher>(core.bus(), core.scene()));
+  core.add(std::make_unique<KeepOutPublisher>(core));
   core.add(std::make_unique<ContactRoomMonitor>(core.scene(), core.log()));
 }
 

@@ -199,6 +199,8 @@ struct ControllerManager::Impl {
                                                 const HardwareDescription& description,
                                                 Diagnostics& diagnostics);
   Status set_hardware_state(const std::string& name, HardwareState target);
+  Status without_drives(const std::string& name, const char* during,
+                        const std::function<Status(HardwareComponent&)>& call);
   Status pass_towards(ResourceTable::Component& component, HardwareState target);
   Status pass(ResourceTable::Component& component, HardwareState next, const char* participle,
               const std::function<Status()>& transition);

@@ -8,12 +8,14 @@
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/messages/doppel_msgs.h"
 #include "doppel/twin/loop/twin_robot.h"
+#include "doppel/twin/mirror/detail/device_services.h"
 
 namespace doppel {
 
 class RobotDevices {
  public:
-  RobotDevices(Bus& bus, const std::string& name_space);
+  // All outlive the devices; see DeviceServices.
+  RobotDevices(Bus& bus, TwinRobot& robot, std::vector<std::string>& resting, bool guided);
 
   // Between steps, with the gate.
   void collect(const TwinRobot& robot);
@@ -23,6 +25,7 @@ class RobotDevices {
 
  private:
   Node node_;
+  DeviceServices services_;
   Publisher<doppel_msgs::msg::Devices> topic_;
   doppel_msgs::msg::Devices message_;
   DeviceReport report_;

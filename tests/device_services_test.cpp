@@ -1,0 +1,131 @@
+// A person works at the devices of a running robot: the torque off for a hand, and on again; a pose that
+// servos without encoders cannot know.
+#include <gmock/gmock.h>
+#include <unistd.h>
+
+#include <cstdlib>
+#include <fstream>
+
+#include "doppel/ros/messages/doppel_msgs.h"
+#include "twin_fixture.h"
+
+namespace doppel {
+namespace {
+
+using doppel_msgs::msg::Devices;
+using testing::HasSubstr;
+
+constexpr const char* kServoArm = R"(<robot name="desk_arm"><link name="world"/>
+<link name="base"><inertial><mass value="1"/><inertia ixx="0.01" iyy="0.01" izz="0.01" ixy="0" ixz="0"
+ iyz="0"/></inertial></link>
+<link name="fore"><inertial><origin xyz="0.05 0 0"/><mass value="0.1"/><inertia ixx="5e-5" iyy="1e-4"
+ izz="1e-4" ixy="0" ixz="0" iyz="0"/></inertial></link>
+<joint name="mount" type="fixed"><parent link="world"/><child link="base"/><origin xyz="0 0 0.3"/></joint>
+<joint name="lift" type="revolute"><parent link="base"/><child link="fore"/><axis xyz="0 -1 0"/>
+<limit lower="-1.9" upper="1.9" effort="1.9" velocity="5"/><dynamics damping="0.05"
+ friction="0.02"/></joint>
+<ros2_control name="Arm" type="system"><hardware><plugin>PLUGIN</plugin><param
+ name="gentle">never</param></hardware>
+<joint name="lift"><param name="id">1</param><param name="offset_deg">0</param><command_interface
+ name="position"/><state_interface name="position"/><state_interface name="velocity"/></joint>
+</ros2_control></robot>)";
+
+class DeviceServices : public test::TwinFixture {
+ protected:
+  void bring_up_arm(const char* plugin, HandMotion hand) {
+    folder_ = make_folder("device_services");
+    ::setenv("XDG_STATE_HOME", folder_.c_str(), 1);
+    std::string text = kServoArm;
+    text.replace(text.find("PLUGIN"), 6, plugin);
+    std::ofstream(folder_ / "arm.urdf") << text;
+    Scenario scenario;
+    scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
+    scenario.hardware = HardwareUse::emulated;
+    scenario.emulation.hand = hand;
+    bring_up(scenario);
+    run(1.5);
+    listen("/doppel/hardware");
+  }
+  std::string press(const std::string& service) {
+    return call("/doppel/hardware/" + service, "std_srvs/srv/Trigger", "{}");
+  }
+  std::string guide(double position) {
+    return call("/doppel/hardware/guide", "doppel_msgs/srv/GuideJoint",
+                "{joint: lift, position: " + std::to_string(position) + "}");
+  }
+  std::string confirm(const std::string& position) {
+    return call("/doppel/hardware/confirm_pose", "doppel_msgs/srv/ConfirmPose",
+                "{component: Arm, joints: [lift], positions: [" + position + "]}");
+  }
+  std::string state() {
+    run(0.2);
+    const auto all = received<Devices>("/doppel/hardware");
+    return all.empty() ? "" : std::string(all.back().devices.at(0).state);
+  }
+  [[nodiscard]] bool commands() const {
+    for (const ControllerView& one : twin_->robot().controller_manager().controllers()) {
+      if (!one.claimed.empty()) return true;
+    }
+    return false;
+  }
+
+  std::filesystem::path folder_;
+};
+
+TEST_F(DeviceServices, ReleasedArmFallsAndHoldsAgainWithItsControllers) {
+  bring_up_arm("doppel/FeetechSts", HandMotion::none);
+  EXPECT_EQ(state(), "active");
+  ASSERT_TRUE(commands());
+  EXPECT_THAT(press("release"), HasSubstr("success: true"));
+  EXPECT_EQ(state(), "connected");
+  EXPECT_FALSE(commands());
+  run(1.5);
+  EXPECT_LT(joint("lift").q, -0.5) << "nothing holds it";
+  const double fallen = joint("lift").q;
+  EXPECT_THAT(press("hold"), HasSubstr("success: true"));
+  run(1.5);
+  EXPECT_TRUE(commands());
+  EXPECT_NEAR(joint("lift").q, fallen, 0.1) << "it holds where it is";
+  EXPECT_THAT(press("hold"), HasSubstr("no device is inactive"));
+}
+
+TEST_F(DeviceServices, HandMovesReleasedJointAndServoMeasuresIt) {
+  bring_up_arm("doppel/FeetechSts", HandMotion::guide);
+  ASSERT_THAT(press("release"), HasSubstr("success: true"));
+  run(0.3);
+  EXPECT_NEAR(joint("lift").q, 0, 0.05) << "the hand holds it";
+  EXPECT_THAT(guide(1.2), HasSubstr("success: true"));
+  run(2.0);
+  EXPECT_NEAR(joint("lift").q, 1.2, 0.05);
+  EXPECT_NEAR(twin_->robot().controller_manager().state("lift/position"), joint("lift").q, 0.01);
+}
+
+TEST_F(DeviceServices, StoppedArmIsNotReleased) {
+  bring_up_arm("doppel/FeetechSts", HandMotion::none);
+  twin_->robot().controller_manager().stop("the test");
+  EXPECT_THAT(press("release"), HasSubstr("emergency stop"));
+  EXPECT_EQ(state(), "active");
+}
+
+TEST_F(DeviceServices, PoseIsConfirmedOnceAndThenArmHolds) {
+  bring_up_arm("doppel/ServoLine", HandMotion::none);
+  EXPECT_EQ(state(), "unconfirmed");
+  EXPECT_THAT(press("hold"), HasSubstr("confirm the pose"));
+  EXPECT_THAT(confirm("2.5"), HasSubstr("outside of the limits"));
+  EXPECT_THAT(confirm(".nan"), HasSubstr("success: false"));
+  EXPECT_THAT(confirm("0.3"), HasSubstr("success: true"));
+  EXPECT_EQ(state(), "connected");
+  EXPECT_THAT(press("hold"), HasSubstr("success: true"));
+  EXPECT_EQ(state(), "holding");
+  EXPECT_THAT(press("release"), HasSubstr("report no positions"));
+  EXPECT_EQ(state(), "holding");
+}
+
+TEST_F(DeviceServices, MeasuredPoseNeedsNoConfirmation) {
+  bring_up_arm("doppel/FeetechSts", HandMotion::none);
+  ASSERT_THAT(press("release"), HasSubstr("success: true"));
+  EXPECT_THAT(confirm("0.3"), HasSubstr("it measures its positions"));
+}
+
+}  // namespace
+}  // namespace doppel
