@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "doppel/control/hardware/nan.h"
+#include "doppel/physics/contract/described_servo.h"
 #include "doppel/scenario/schema/robot_names.h"
 
 namespace doppel {
@@ -16,9 +17,20 @@ constexpr const char* kOrigin = "mirror";
 constexpr std::array kModes{"shadow", "follow", "off", "rehearse"};
 // The first signs of one cause can be those of another.
 constexpr Duration kCauseTime{250'000'000};
+// rad, m: resolution and times of a bus, which an identification's residuals are without.
+constexpr double kMinSigma = 0.005, kMinSlideSigma = 0.0005;
 
 std::string percent(double share) {
   return std::isfinite(share) ? fmt::format("{:.0f} %", 100 * std::abs(share)) : std::string("unknown");
+}
+
+// The sigma of a joint whose servo was identified; 0: it was not.
+double sigma_of(const std::vector<DescribedServo>& servos, const ModelJoint& joint) {
+  const double least = joint.type == JointType::prismatic ? kMinSlideSigma : kMinSigma;
+  for (const DescribedServo& servo : servos) {
+    if (servo.joint == joint.name && servo.rms > 0.0) return std::max(*servo.rms, least);
+  }
+  return 0;
 }
 
 }  // namespace
@@ -28,6 +40,8 @@ RobotMirror::RobotMirror(Bus& bus, const TwinRobot& robot, MirrorMode mode)
       node_(bus, in_namespace(robot.name_space(), "doppel")),
       topic_(node_.advertise<doppel_msgs::msg::Mirror>("~/mirror")) {
   const Model& model = robot.model();
+  Diagnostics reported;  // where the robot is compiled
+  const std::vector<DescribedServo> servos = described_servos(robot.machine().description(), reported);
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const ModelJoint& joint = model.joints[i];
     if (!joint.scalar() || joint.mimics()) continue;
@@ -38,6 +52,8 @@ RobotMirror::RobotMirror(Bus& bus, const TwinRobot& robot, MirrorMode mode)
     one.joint = static_cast<int>(i);
     one.q = static_cast<std::size_t>(joint.q);
     one.effort = robot.machine().servos()[i].effort;
+    if (const double sigma = sigma_of(servos, joint); sigma > 0)
+      one.residual = JointResidual(ResidualOptions{.sigma = sigma});
     joints_.push_back(std::move(one));
   }
   message_.mode = kModes[static_cast<std::size_t>(mode)];
