@@ -8,7 +8,7 @@ import { label } from '../robot/label';
 
 const LAYER: LayerChoice = { id: 'keep_out', label: 'Keep-out boxes', title: 'Boxes of the world that no robot may enter' };
 const COLOUR = 0xd55e00;
-const LABEL_SHARE = 0.045; // of the picture's size: the height of a name
+const LABEL_SHARE = 0.08; // of the picture's size: the height of a name
 
 const FACES = new THREE.MeshBasicMaterial({ color: COLOUR, transparent: true, opacity: 0.16, depthWrite: false, side: THREE.DoubleSide });
 const EDGES = new THREE.LineBasicMaterial({ color: COLOUR });
