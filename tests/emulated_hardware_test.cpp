@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 
 #include <fstream>
+#include <optional>
 
 #include "twin_fixture.h"
 
@@ -60,6 +61,28 @@ class EmulatedHardware : public TwinFixture, public testing::WithParamInterface<
   }
 };
 
+// A description for a simulator, whose drives are far stronger than a small servo.
+class EmulatedHardwareOfAnyRobot : public TwinFixture {
+ protected:
+  void bring_up_arm(std::optional<ServoProtocol> servos) {
+    std::string text = kArm;
+    text.replace(text.find("PLUGIN"), 6, "gz_ros2_control/GazeboSimSystem");
+    for (const char* joint : {"pan", "lift"}) {
+      const std::size_t effort = text.find("effort=\"1.9\"", text.find(joint));
+      text.replace(effort, 12, "effort=\"150\"");
+    }
+    const std::size_t mass = text.rfind("<mass value=\"0.1\"/>");
+    text.replace(mass, 19, "<mass value=\"20\"/>");
+    const std::filesystem::path file = make_folder("emulated_any") / "arm.urdf";
+    std::ofstream(file) << text;
+    Scenario scenario;
+    scenario.robots = {{.target = file.string()}};
+    scenario.hardware = HardwareUse::emulated;
+    scenario.emulation.servos = servos;
+    bring_up(scenario);
+  }
+};
+
 TEST_P(EmulatedHardware, TrajectoryEndsWhereSimulatedOneEnds) {
   bring_up_arm(HardwareUse::simulated);
   follow_trajectory();
@@ -84,6 +107,35 @@ TEST_P(EmulatedHardware, WithoutDriversArmIsWithoutTorque) {
   bring_up_arm(HardwareUse::ports);
   run(2.0);
   EXPECT_LT(position("lift"), -0.5) << "it falls until a host turns the torque on";
+}
+
+TEST_F(EmulatedHardwareOfAnyRobot, EveryJointGetsServoAndMotionEndsWhereSimulatedOneDoes) {
+  for (const ServoProtocol protocol :
+       {ServoProtocol::feetech, ServoProtocol::dynamixel, ServoProtocol::servo_line}) {
+    SCOPED_TRACE(to_string(protocol));
+    bring_up_arm(protocol);
+    run(1.5);
+    publish("/joint_trajectory_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
+            "{joint_names: [pan, lift], points: [{positions: [0.9, -0.6], time_from_start: {sec: 1}}]}");
+    run(2.5);
+    const Instance arm = twin_->robot().instance();
+    EXPECT_NEAR(arm.q()[0], 0.9, 0.03);
+    EXPECT_NEAR(arm.q()[1], -0.6, 0.03);
+    DeviceReport report;
+    ASSERT_TRUE(twin_->robot().controller_manager().report(0, report));
+    ASSERT_EQ(report.joints.size(), 2u);
+    EXPECT_EQ(report.joints[1].id, protocol == ServoProtocol::servo_line ? 1 : 2);
+  }
+}
+
+TEST_F(EmulatedHardwareOfAnyRobot, WithoutProtocolRefusesRobotWithoutServos) {
+  try {
+    bring_up_arm(std::nullopt);
+    FAIL() << "it is an ordinary simulation";
+  } catch (const InputError& refused) {
+    EXPECT_THAT(refused.what(), testing::HasSubstr("'Arm' has gz_ros2_control/GazeboSimSystem"));
+    EXPECT_THAT(refused.what(), testing::HasSubstr("--protocol feetech"));
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Plugins, EmulatedHardware, testing::Values("doppel/FeetechSts", "doppel/DynamixelX"),

@@ -51,6 +51,11 @@ void add_hardware_options(CLI::App& verb, HardwareRunOptions& options) {
         "joints");
   add_hand(verb, options);
   verb.add_option(
+          "--protocol", options.protocol,
+          "Where the description names no driver of servos, give every joint one of this protocol, as "
+          "strong as its drive is, with ids from 1 on: a bus for any robot")
+      ->check(CLI::IsMember({"feetech", "dynamixel", "servo_line"}));
+  verb.add_option(
           "--faults", options.faults,
           "YAML file with faults of the emulated devices (doppel man hardware); it can be edited while "
           "they run")
@@ -82,6 +87,10 @@ void apply(const HardwareRunOptions& options, std::uint64_t seed, Scenario& scen
   scenario.emulation.faults = options.faults;
   scenario.emulation.trace = options.trace;
   scenario.emulation.seed = seed;
+  if (!options.protocol.empty())
+    scenario.emulation.servos = options.protocol == "feetech"     ? ServoProtocol::feetech
+                                : options.protocol == "dynamixel" ? ServoProtocol::dynamixel
+                                                                  : ServoProtocol::servo_line;
   const auto mirror = std::ranges::find(kMirrors, options.no_shadow ? "follow" : options.mirror);
   scenario.mirror = static_cast<MirrorMode>(mirror - kMirrors.begin());
   if (options.hand != "none")

@@ -17,6 +17,7 @@ struct HardwareRunOptions {
   bool ports = false;    // of the verb `emulate`
   bool no_guard = false;
   std::string faults, hand = "none", trace;
+  std::string protocol;  // of servos that every joint gets; empty: those of the description
   std::string mirror = "shadow";
   bool no_shadow = false;
 };

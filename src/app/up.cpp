@@ -473,6 +473,7 @@ constexpr const char* kEmulateExamples =
     "  doppel emulate my_arm                  # prints the port, for instance /dev/pts/7\n"
     "  doppel hardware scan --port /dev/pts/7\n"
     "  doppel up my_arm use_sim:=false        # with this port in hardware.yaml\n"
+    "  doppel emulate ur5e --protocol feetech # a bus for a robot whose description has none\n"
     "For any program that speaks to the servos' bus: the makers' SDKs, LeRobot, another driver.";
 
 void add_session_flags(CLI::App& up, UpOptions& options) {

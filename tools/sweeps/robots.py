@@ -15,6 +15,7 @@ to at least two links. Robots that expand to the same text count once. For each 
   at rest    then no joint is faster than 0.1 rad/s (m/s), or further than 0.01 beyond its limits in the description
 
 --engine NAME brings them up in that physics engine; compare engines by --save of one run and --before of the other.
+--emulate PROTOCOL gives every joint a servo on an emulated bus; the drivers hold the robot instead of the simulated hardware.
 --every N takes every Nth file only.
 --before FILE prints the figures of an earlier run (--save) next to those of this one.
 --list KINDS prints the robots that a figure counts: unexpanded, unaccepted, unchecked, refused, diverged, moved, errors.
@@ -47,6 +48,7 @@ def add_arguments(parser):
     parser.add_argument("--before", type=pathlib.Path, metavar="FILE", help="the saved results of an earlier run")
     parser.add_argument("--load", type=pathlib.Path, metavar="FILE", help="print a saved run instead of a new one")
     parser.add_argument("--engine", help="the physics engine (default: doppel's default)")
+    parser.add_argument("--emulate", choices=("feetech", "dynamixel", "servo_line"), help="servos on an emulated bus")
     parser.add_argument("--every", type=int, default=1, metavar="N", help="only every Nth file")
     parser.add_argument("--list", default="", help="comma-separated: " + ", ".join(KINDS))
     parser.add_argument("--jobs", type=int, default=os.cpu_count())
@@ -136,7 +138,8 @@ def try_check(file, options, result):
 
 def try_up(file, urdf, options, result):
     code, out, err = ask(options, "up", file, "--headless", "--json", "--no-ros", "--no-reload", "--speed", "max",
-                         "--duration", "0.501", *(["--engine", options.engine] if options.engine else []))
+                         "--duration", "0.501", *(["--engine", options.engine] if options.engine else []),
+                         *(["--emulate", "--protocol", options.emulate] if options.emulate else []))
     result["up_exit"] = code
     if code not in (0, 1) or not out.strip():
         result["up"] = "refused"

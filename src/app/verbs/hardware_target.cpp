@@ -18,16 +18,12 @@
 namespace doppel::app {
 namespace {
 
-bool is_of_servos(const HardwareDescription& hardware) {
-  return std::ranges::find(servo_plugins(), hardware.plugin, &ServoPlugin::name) != servo_plugins().end();
-}
-
 const HardwareDescription& find_component(const RobotDescription& robot, const std::string& name) {
   std::vector<const HardwareDescription*> found;
   std::vector<std::string> names, plugins;
   for (const HardwareDescription& one : robot.hardware) {
     plugins.push_back(fmt::format("'{}' has {}", one.name, one.plugin));
-    if (!is_of_servos(one)) continue;
+    if (!is_servo_plugin(one.plugin)) continue;
     names.push_back(one.name);
     if (name.empty() || one.name == name) found.push_back(&one);
   }

@@ -140,7 +140,7 @@ class DOPPEL_API ControllerManager {
   [[nodiscard]] std::vector<HardwareView> hardware() const;
   // The report of one of hardware(). False: it is no device with something to report.
   [[nodiscard]] bool report(std::size_t component, DeviceReport& out) const;
-  // As by the service; refused while a controller uses the component.
+  // See the service set_hardware_component_state. Refused while a controller uses the component.
   Status set_hardware_state(const std::string& component, HardwareState target);
   // See HardwareComponent. Refused with the reason, also while the component is active.
   Status relax_hardware(const std::string& component);

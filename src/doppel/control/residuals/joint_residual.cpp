@@ -194,8 +194,8 @@ void JointResidual::finish_sweep() {
 }
 
 // The largest motion in 20 ms that is neither one of the 20 ms before nor of those after it: a joint with a
-// mass does not stop or start like that. Where samples were late the reading stands still, and then catches up
-// with the twin: a jump that makes the error smaller is none.
+// mass does not stop or start like that. Where samples were late the reading stands still, and then catches
+// up with the twin: a jump that makes the error smaller is none.
 double JointResidual::largest_jump(std::size_t samples) const {
   constexpr std::size_t kLength = 2;
   double out = 0;

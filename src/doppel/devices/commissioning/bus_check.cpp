@@ -83,7 +83,8 @@ class Checker {
     if (servo.recorded) {
       want(servo, model.find(ServoRole::homing_offset), servo.recorded->homing_offset, "of its calibration");
       want(servo, model.find(ServoRole::min_position), servo.recorded->range_min, "of its calibration");
-      return want(servo, model.find(ServoRole::max_position), servo.recorded->range_max, "of its calibration");
+      return want(servo, model.find(ServoRole::max_position), servo.recorded->range_max,
+                  "of its calibration");
     }
     const double a = model.ticks(servo.shaft(servo.lower)), b = model.ticks(servo.shaft(servo.upper));
     const double low = std::min(a, b), high = std::max(a, b),

@@ -70,6 +70,7 @@ class LineGroup final : public ServoGroup {
     started_ = false;
     return ask("R");
   }
+  bool has_torque() override { return false; }                 // it has no ramp
   bool set_torque(double /*share*/) override { return true; }  // hobby servos have the whole torque or none
 
   std::size_t read(std::span<ServoReading> readings) override {

@@ -50,6 +50,11 @@ class RegisterGroup final : public ServoGroup {
     return {};
   }
 
+  bool has_torque() override {
+    return std::ranges::any_of(setup_.joints, [&](const JointServo& one) {
+      return one.enabled && bus_.read(one.id, *one.model->find(ServoRole::torque_enable)).value_or(0) != 0;
+    });
+  }
   Status relax() override {
     Status out;
     for (const JointServo& one : setup_.joints) {

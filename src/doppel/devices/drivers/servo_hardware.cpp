@@ -22,6 +22,7 @@ constexpr int kStartSamples = 5;
 constexpr double kStartSpread = 0.01;              // rad, of the samples before the torque goes on
 constexpr double kBeyondLimit = 3 * 0.0174532925;  // rad, within which a joint may start
 constexpr double kFirstTorque = 0.3, kTorqueStep = 0.07;
+constexpr double kGivesWay = 0.01;                        // rad or m behind the goal, in the ramp
 constexpr double kTorqueTime = 1.0;                       // s, from the first torque to the whole
 constexpr double kTooHot = 70;                            // degrees Celsius
 constexpr double kParkReached = 0.02;                     // rad
@@ -196,14 +197,15 @@ Status ServoHardware::on_activate() {
   for (std::size_t i = 0; i < readings_.size(); ++i) {
     if (Status inside = check_start(i); !inside) return inside;
   }
-  if (Status started = group_->start(kFirstTorque); !started) return started;
+  // An arm that is held already would fall with less torque than it has.
+  torque_ = torque_set_ = group_->has_torque() ? 1 : kFirstTorque;
+  if (Status started = group_->start(torque_); !started) return started;
   choose_gentleness();
   whole_ = link_->now();
   for (std::size_t i = 0; i < guards_.size(); ++i) {
     guards_[i].begin(setup_.joints[i].joint_position(readings_[i].position), whole_);
     guards_[i].set_gentle(gentle_);
   }
-  torque_ = torque_set_ = kFirstTorque;
   lost_ = 0;
   stopped_ = parking_ = parked_ = false;
   state_ = DriverState::holding;
@@ -412,10 +414,19 @@ void ServoHardware::follow_park(Duration period) {
   if (there_yet && state_ != DriverState::active) parking_ = false;
 }
 
-// From 30 % to the whole torque, in steps that the servos confirm.
+bool ServoHardware::gives_way(std::size_t joint) const {
+  return setup_.joints[joint].enabled &&
+         std::abs(guards_[joint].position() - guards_[joint].sent_goal()) > kGivesWay;
+}
+
+// From 30 % to the whole torque, in steps that the servos confirm. A joint that gives way under its load ends
+// the ramp: a falling arm is worse than a strong one, whose goal is where it was.
 void ServoHardware::advance_torque(Duration period) {
   if (torque_set_ >= 1 || lost_ > 0) return;
   torque_ = std::min(1.0, torque_ + (1 - kFirstTorque) * to_seconds(period) / kTorqueTime);
+  for (std::size_t i = 0; i < guards_.size(); ++i) {
+    if (gives_way(i)) torque_ = 1;
+  }
   if (torque_ - torque_set_ < kTorqueStep && torque_ < 1) return;
   if (group_->set_torque(torque_)) torque_set_ = torque_;
 }

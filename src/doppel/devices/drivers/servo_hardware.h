@@ -84,6 +84,7 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   void note_loss();
   void hold_all();
   bool send_goals();
+  [[nodiscard]] bool gives_way(std::size_t joint) const;
   void advance_torque(Duration period);
   bool watch_heat();
   void follow_park(Duration period);

@@ -44,9 +44,9 @@ const std::vector<std::string> kComponentKeys{
     "on_deactivate", "gentle",         "confirm_pose",     "park_on_exit",
     "pulse_min_us",  "pulse_max_us",   "travel_deg",       "gripper_travel_deg",
     "calibration"};
-const std::vector<std::string> kJointKeys{"id",           "model",        "direction", "offset_deg",
-                                          "scale",        "enabled",      "gripper",   "zero_ticks",
-                                          "pulse_min_us", "pulse_max_us", "travel_deg"};
+const std::vector<std::string> kJointKeys{"id",           "model",        "direction",  "offset_deg",
+                                          "scale",        "enabled",      "gripper",    "zero_ticks",
+                                          "pulse_min_us", "pulse_max_us", "travel_deg", "velocity"};
 
 // Other drivers' names of these keys; empty: it has no meaning here.
 struct Alias {
@@ -236,14 +236,15 @@ class SetupReader {
     read_mounting(params, servo, index);
     servo.lower = limits.lower;
     servo.upper = limits.upper;
-    servo.velocity = limits.velocity;
+    servo.velocity = params.number("velocity", limits.velocity, 1e-4, 1000);
+    if (limits.velocity > 0) servo.velocity = std::min(servo.velocity, limits.velocity);
     servo.effort = limits.effort;
     if (is_recorded) take_recorded(*recorded, has_zero, servo);
     if (!std::isfinite(servo.velocity) || !(servo.velocity > 0))
       errors_.error(
           "hardware.no_velocity_limit", joint.source,
           fmt::format("the joint '{}' has no speed limit, so that nothing bounds its motion", joint.name),
-          "write velocity=... into its <limit>");
+          "write velocity=... into its <limit>, or velocity: 4 into hardware.yaml, in rad/s or m/s");
     for (const HardwareInterfaceDescription& one : joint.command_interfaces) {
       if (one.name != kPosition)
         errors_.error("hardware.interface", one.source,
@@ -317,8 +318,9 @@ class SetupReader {
     if (bounded && servo.upper - servo.lower < kSwept * whole)
       diagnostics_.warning(
           "calibration.narrow", recorded.where,
-          fmt::format("the calibration has {:.0f} of the {:.0f} degrees of '{}', which the joint cannot leave",
-                      (servo.upper - servo.lower) / kDegree, whole / kDegree, servo.joint),
+          fmt::format(
+              "the calibration has {:.0f} of the {:.0f} degrees of '{}', which the joint cannot leave",
+              (servo.upper - servo.lower) / kDegree, whole / kDegree, servo.joint),
           "calibrate again, and move each joint through its whole range");
   }
 
@@ -336,9 +338,10 @@ class SetupReader {
     }
     for (const JointServo& one : out_.joints) {
       if (recorded_is_whole_ && std::ranges::find(motors, one.joint) == motors.end())
-        errors_.error("calibration.missing_joint", recorded_.front().where,
-                      fmt::format("the calibration has no motor '{}'{}", one.joint, did_you_mean(one.joint, motors)),
-                      "calibrate again with all motors of the arm");
+        errors_.error(
+            "calibration.missing_joint", recorded_.front().where,
+            fmt::format("the calibration has no motor '{}'{}", one.joint, did_you_mean(one.joint, motors)),
+            "calibrate again with all motors of the arm");
     }
   }
 
@@ -397,6 +400,10 @@ class SetupReader {
 
 std::span<const ServoPlugin> servo_plugins() {
   return kPlugins;
+}
+
+bool is_servo_plugin(std::string_view plugin) {
+  return std::ranges::find(kPlugins, plugin, &ServoPlugin::name) != kPlugins.end();
 }
 
 int default_rate(ServoProtocol protocol) {

@@ -36,9 +36,9 @@ struct DOPPEL_API JointServo {
   double pulse_min = 500, pulse_max = 2500;
   double travel = 3.14159265358979;  // rad
 
-  double lower = 0, upper = 0;  // of the joint, within a recorded calibration
-  double velocity = 0;          // rad/s
-  double effort = 0;            // N m
+  double lower = 0, upper = 0;                  // of the joint, within a recorded calibration
+  double velocity = 0;                          // rad/s
+  double effort = 0;                            // N m
   std::optional<RecordedCalibration> recorded;  // the zero of `shaft` is behind its homing offset
   SourceLocation source;
 
@@ -81,6 +81,7 @@ struct ServoPlugin {
   ServoProtocol protocol;
 };
 [[nodiscard]] DOPPEL_API std::span<const ServoPlugin> servo_plugins();
+[[nodiscard]] DOPPEL_API bool is_servo_plugin(std::string_view plugin);
 
 // Throws InputError with all errors at their places: unknown keys with the nearest one, units, ranges, an
 // id used twice, a joint without an id, a speed limit that is missing. Assumptions are warnings: a

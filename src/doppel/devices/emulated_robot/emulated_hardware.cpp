@@ -27,7 +27,7 @@ Status EmulatedHardware::on_init(const HardwareInfo& info) {
     if (auto first = faults_->read_if_changed(robot_.engine().time()))
       devices_->set_faults(std::move(*first));
   }
-  motors_ = std::make_unique<EngineMotors>(setup(), robot_);
+  motors_ = std::make_unique<EngineMotors>(setup(), robot_, options_.servos.has_value());
   hand_.assign(setup().joints.size(), kNaN);
   if (options_.hand == HandMotion::guide) motors_->guide(hand_);
   // The servos measure where the joints are before the first step.

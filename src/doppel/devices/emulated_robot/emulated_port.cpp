@@ -29,7 +29,7 @@ Status EmulatedPort::on_init(const HardwareInfo& info) {
   setup_ = read_servo_setup(info.description, info.model, info.diagnostics);
   log_ = &info.log;
   devices_ = emulated_devices(setup_, options_.seed);
-  motors_ = std::make_unique<EngineMotors>(setup_, robot_);
+  motors_ = std::make_unique<EngineMotors>(setup_, robot_, options_.servos.has_value());
   if (faults_) static_cast<void>(read_fault_file(options_.faults, Time{}));  // its errors are bad input
   hand_.assign(setup_.joints.size(), kNaN);
   if (options_.hand == HandMotion::sweep) sweep_ = std::make_unique<HandSweep>(setup_.joints);

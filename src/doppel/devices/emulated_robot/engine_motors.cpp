@@ -23,7 +23,7 @@ std::unique_ptr<DeviceEmulator> emulated_board(const ServoSetup& setup, std::uin
 
 }  // namespace
 
-EngineMotors::EngineMotors(const ServoSetup& setup, Instance robot) {
+EngineMotors::EngineMotors(const ServoSetup& setup, Instance robot, bool strong_servos) {
   for (const JointServo& servo : setup.joints) {
     Motor motor;
     motor.servo = servo;
@@ -31,6 +31,7 @@ EngineMotors::EngineMotors(const ServoSetup& setup, Instance robot) {
     if (servo.recorded) motor.servo.offset += servo.recorded->homing_offset * servo.model->tick_angle();
     motor.joint = robot.model().find_joint(servo.joint);
     motor.as_compiled = robot.made_of().servos[static_cast<std::size_t>(motor.joint)];
+    motor.strong = strong_servos && servo.model != nullptr;
     motors_.push_back(std::move(motor));
   }
   states_.resize(motors_.size());
@@ -51,7 +52,11 @@ void EngineMotors::apply(Motor& motor, const MotorDrive& drive, Instance robot) 
   }
   ServoParameters servo = motor.as_compiled;
   servo.stiffness *= drive.gain;
-  servo.effort = std::min(servo.effort, drive.effort * motor.servo.scale);
+  if (!motor.strong) {
+    servo.effort = std::min(servo.effort, drive.effort * motor.servo.scale);
+  } else if (const double share = drive.effort / motor.servo.model->stall_torque; share < 1) {
+    servo.effort = share > 0 ? servo.effort * share : 0;
+  }
   servo.velocity = std::min(servo.velocity, drive.velocity / motor.servo.scale);
   robot.set_servo(motor.joint, servo);
   robot.set_target(motor.joint, motor.servo.joint_position(drive.goal));
@@ -84,7 +89,10 @@ void EngineMotors::step(DeviceEmulator& devices, Instance robot, Time now, Durat
     const double rate = servo.direction * servo.scale;
     states_[i].position = servo.shaft(robot.q()[static_cast<std::size_t>(joint.q)]);
     states_[i].velocity = rate * robot.v()[static_cast<std::size_t>(joint.v)];
-    states_[i].effort = robot.drive_effort()[static_cast<std::size_t>(motors_[i].joint)] / rate;
+    const double effort = robot.drive_effort()[static_cast<std::size_t>(motors_[i].joint)];
+    const double most = motors_[i].as_compiled.effort;
+    states_[i].effort =
+        motors_[i].strong ? servo.direction * effort / most * servo.model->stall_torque : effort / rate;
   }
   devices.step(now, period, states_, drives_);
   for (std::size_t i = 0; i < motors_.size(); ++i) apply(motors_[i], drives_[i], robot);

@@ -17,7 +17,8 @@ namespace doppel {
 
 class DOPPEL_API EngineMotors {
  public:
-  EngineMotors(const ServoSetup& setup, Instance robot);
+  // strong_servos: each servo is as strong as the drive of its joint, whatever its model.
+  EngineMotors(const ServoSetup& setup, Instance robot, bool strong_servos);
 
   // Before a step: what the joints have reached goes to the devices, and what these make of it to the
   // joints' drives.
@@ -33,6 +34,7 @@ class DOPPEL_API EngineMotors {
     JointServo servo;
     int joint = -1;
     ServoParameters as_compiled;
+    bool strong = false;  // its whole torque is the effort limit of the joint's drive, which may be none
     bool on = false;
     // The hand's: its command, and the one that it does not follow, because it is from before the torque
     // went off.

@@ -3,6 +3,9 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <optional>
+
+#include "doppel/devices/servos/servo_model.h"
 
 namespace doppel {
 
@@ -17,6 +20,9 @@ struct EmulationOptions {
   std::filesystem::path faults;  // see fault_file.h; empty: none
   std::uint64_t seed = 1;        // of faults with a share
   HandMotion hand = HandMotion::none;
+  // Every joint gets a servo of this protocol, as strong as its drive is, where the description names no
+  // driver of servos.
+  std::optional<ServoProtocol> servos;
   std::filesystem::path trace;  // a text file that gets all bytes of the bus; empty: none
 };
 

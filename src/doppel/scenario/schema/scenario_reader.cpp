@@ -77,8 +77,8 @@ class ScenarioReader : YamlFields {
       out.hardware = static_cast<HardwareUse>(
           choice(root["hardware"], "hardware", {"simulated", "emulated", "ports", "real"}));
     if (root["mirror"])
-      out.mirror = static_cast<MirrorMode>(
-          choice(root["mirror"], "mirror", {"shadow", "follow", "off", "rehearse"}));
+      out.mirror =
+          static_cast<MirrorMode>(choice(root["mirror"], "mirror", {"shadow", "follow", "off", "rehearse"}));
     if (root["emulation"]) read_emulation(root["emulation"], out.emulation);
     if (root["ideal"]) out.ideal = flag(root["ideal"], "ideal");
     if (root["enforce_limits"]) out.enforce_limits = flag(root["enforce_limits"], "enforce_limits");
@@ -107,11 +107,14 @@ class ScenarioReader : YamlFields {
   }
 
   void read_emulation(const PlacedYaml& value, EmulationOptions& out) {
-    if (!fields(value, "emulation", {"faults", "seed", "hand", "trace"})) return;
+    if (!fields(value, "emulation", {"faults", "seed", "hand", "servos", "trace"})) return;
     if (value["faults"]) out.faults = read_path(text(value["faults"], "faults"), folder_);
     if (value["seed"]) out.seed = whole<std::uint64_t>(value["seed"], "seed");
     if (value["hand"])
       out.hand = static_cast<HandMotion>(choice(value["hand"], "hand", {"none", "guide", "sweep"}));
+    if (value["servos"])
+      out.servos = static_cast<ServoProtocol>(
+          choice(value["servos"], "servos", {"servo_line", "feetech", "dynamixel"}));
     if (value["trace"]) out.trace = read_path(text(value["trace"], "trace"), folder_);
   }
 

@@ -10,6 +10,7 @@
 #include "doppel/base/yaml/yaml_text.h"
 #include "doppel/control/manager/joint_list.h"
 #include "doppel/control/manager/rates.h"
+#include "doppel/devices/drivers/servo_assignment.h"
 #include "doppel/devices/emulated_robot/emulated_hardware.h"
 #include "doppel/devices/emulated_robot/emulated_port.h"
 #include "doppel/twin/loop/detail/state_hash.h"
@@ -122,13 +123,20 @@ std::string quoted_names(const std::vector<std::string>& names) {
 }
 
 // True: a component of the machine will not be simulated.
+// The description with servos of the emulation, where it has none and they are requested.
+HardwareDescription with_emulated_servos(HardwareDescription hardware, const Model& model,
+                                         const ControlStack::Options& options) {
+  const bool emulated = options.use == HardwareUse::emulated || options.use == HardwareUse::ports;
+  if (emulated && options.emulation.servos) assign_servos(hardware, model, *options.emulation.servos);
+  return hardware;
+}
+
 bool has_device(const CompiledRobot& machine, const ControlStack::Options& options) {
   if (options.rehearsal || options.use == HardwareUse::ports) return false;
   const bool servos = options.use == HardwareUse::emulated, topics = options.use == HardwareUse::real;
   return std::ranges::any_of(machine.hardware(), [&](const HardwareDescription& one) {
     const HardwareRegistry::Type* type = options.hardware.find(one.plugin);
-    const bool emulated =
-        servos && std::ranges::find(servo_plugins(), one.plugin, &ServoPlugin::name) != servo_plugins().end();
+    const bool emulated = servos && (options.emulation.servos || is_servo_plugin(one.plugin));
     return emulated || (topics && is_topic_plugin(one.plugin)) ||
            (type != nullptr && has_wall_clock(type->kind));
   });
@@ -197,18 +205,19 @@ void ControlStack::add_hardware(Bus& bus, const CompiledRobot& machine, Instance
     register_topic_hardware(registry, bus, machine.name_space().empty() ? "" : "/" + machine.name_space());
   if (options.use == HardwareUse::ports) register_emulated_ports(registry, instance, options.emulation);
   Unique unique(diagnostics);
-  for (const HardwareDescription& as_written : machine.hardware()) {
-    const HardwareRegistry::Type* type = registry.find(as_written.plugin);
+  for (const HardwareDescription& written : machine.hardware()) {
+    HardwareDescription description = with_emulated_servos(written, machine.model(), options);
+    const HardwareRegistry::Type* type = registry.find(description.plugin);
     const bool device = type != nullptr && type->kind != HardwareKind::simulated;
     if (type != nullptr && type->kind == HardwareKind::emulated) {
-      report_emulated(as_written, diagnostics);
+      report_emulated(written, diagnostics);
     } else {
-      report_plugin(as_written, device, diagnostics);
+      report_plugin(written, device, diagnostics);
     }
     // A plugin that is not installed here is simulated, with a note; a rehearsal of an edit must not open a
     // device that the running robot uses.
     if (type == nullptr || (device && options.rehearsal)) type = registry.find(kSimulatedPlugin);
-    HardwareDescription description = unique.of(as_written);
+    description = unique.of(description);
     std::unique_ptr<HardwareComponent> component = type->make();
     if (auto* simulated = dynamic_cast<SimulatedHardware*>(component.get())) {
       description.is_async = false;  // the simulation has one clock

@@ -89,6 +89,7 @@ class DOPPEL_API ControlStack {
 
   // A component is not simulated and needs a ControlLoop in wall-clock time.
   [[nodiscard]] bool has_real_hardware() const { return real_; }
+  [[nodiscard]] bool has_emulated_devices() const { return !stepped_.empty(); }
   [[nodiscard]] bool has_generated() const { return !generated_.empty(); }
 
   // Replaces the machine by one with the same structure; drives and claims continue in its instance.

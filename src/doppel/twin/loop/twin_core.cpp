@@ -1,6 +1,7 @@
 #include "doppel/twin/loop/twin_core.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <chrono>
@@ -60,7 +61,30 @@ TwinCore::TwinCore(Scenario scenario, const Log& log, Diagnostics& diagnostics)
   *earth_ = machine_->earth;
   follow_wall(now());
   for (const auto& robot : machine_->robots) robots_.push_back(make_robot(robot, nullptr, diagnostics));
+  require_emulated_devices();
   renew_handles();
+}
+
+// A run that emulates nothing would look like one of the devices.
+void TwinCore::require_emulated_devices() const {
+  const HardwareUse use = scenario().hardware;
+  if (use != HardwareUse::emulated && use != HardwareUse::ports) return;
+  std::vector<std::string> components;
+  for (const auto& robot : robots_) {
+    if (robot->has_emulated_devices()) return;
+    for (const HardwareDescription& one : robot->machine().hardware())
+      components.push_back(fmt::format("'{}' has {}", one.name, one.plugin.empty() ? "none" : one.plugin));
+  }
+  if (scenario().emulation.servos)
+    throw InputError("hardware.nothing_emulated", {},
+                     "there is no servo to emulate: no joint has a position command",
+                     "servos move revolute and prismatic joints; use doppel up without --emulate");
+  throw InputError("hardware.nothing_emulated", {},
+                   fmt::format("there is no servo to emulate: no component names a driver of servos as its "
+                               "<plugin>; {}",
+                               fmt::join(components, ", ")),
+                   "--protocol feetech (dynamixel, servo_line) gives every joint a servo; doppel man "
+                   "hardware lists the drivers");
 }
 
 void TwinCore::start() {

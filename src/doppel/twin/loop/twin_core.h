@@ -87,6 +87,7 @@ class DOPPEL_API TwinCore {
   void state_written(const std::vector<int>& robots);
   // Instances were added, removed or moved: updates the scene and every handle.
   void renew_handles();
+  void require_emulated_devices() const;
   // Locks out the loops of real hardware, including those that start meanwhile; uncontended in a simulation.
   [[nodiscard]] std::unique_lock<LoopGate> hold() { return std::unique_lock(gate_); }
   [[nodiscard]] TwinRobot* find_robot_with_loop() const;  // the first one; nullptr: a simulation

@@ -189,6 +189,32 @@ TEST_P(EveryDriver, TorqueRampsFromThirtyPercent) {
   EXPECT_NEAR(torque(), 1.0, 0.01);
 }
 
+TEST_P(EveryDriver, JointThatGivesWayInRampGetsWholeTorque) {
+  DriverBench bench(GetParam());
+  bench.start();
+  bench.run(0.1);
+  const std::int64_t whole = bench.servo.whole_torque;
+  ASSERT_LT(bench.devices.servos()[1].value(ServoRole::torque_limit), whole / 2);
+  bench.machine.drives[1].velocity = 0;  // until the next step: the load pulls it off its goal
+  bench.machine.states[1].position += 0.2;
+  bench.cycle();
+  bench.cycle();
+  EXPECT_EQ(bench.devices.servos()[1].value(ServoRole::torque_limit), whole);
+}
+
+TEST_P(EveryDriver, TorqueThatIsOnIsNotLowered) {
+  DriverBench bench(GetParam());
+  const std::int64_t whole = bench.servo.whole_torque;
+  for (RegisterServo& one : bench.devices.servos()) {
+    one.set(ServoRole::torque_enable, 1);
+    one.set(ServoRole::torque_limit, whole);
+  }
+  bench.start();
+  EXPECT_EQ(bench.devices.servos()[0].value(ServoRole::torque_limit), whole);
+  bench.run(0.2);
+  EXPECT_EQ(bench.devices.servos()[0].value(ServoRole::torque_limit), whole);
+}
+
 TEST_P(EveryDriver, DisabledJointStaysWithoutTorqueAndOthersMove) {
   DriverBench bench(GetParam(), DriverBench::gentle_off(),
                     "<param name=\"offset_deg\">0</param><param name=\"enabled\">false</param>");

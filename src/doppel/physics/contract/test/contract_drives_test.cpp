@@ -231,9 +231,9 @@ TEST_P(DrivesContract, DescribedServoActs) {
   extension.node = std::make_shared<const XmlNode>(
       parse_xml("<gazebo><doppel:servo stiffness='200' damping='4' armature='1.75'/></gazebo>", "arm.urdf"));
   description.gazebo.push_back(extension);
-  WorldSettings in = settings();
-  in.gravity.setZero();
-  const auto engine = make(in, {robot(description)});
+  WorldSettings weightless = settings();
+  weightless.gravity.setZero();
+  const auto engine = make(weightless, {robot(description)});
   Instance pendulum = engine->instance(0);
   EXPECT_EQ(pendulum.made_of().servos[0].stiffness, 200);
   pendulum.set_drive(0, DriveMode::position);

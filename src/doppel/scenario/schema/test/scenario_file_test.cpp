@@ -105,6 +105,44 @@ TEST_F(ScenarioFileTest, EveryValueIsReadAsWrittenInBothFormats) {
   }
 }
 
+TEST_F(ScenarioFileTest, MirrorIsReadAsWritten) {
+  Scenario before = full();
+  before.hardware = HardwareUse::real;
+  for (const MirrorMode mode :
+       {MirrorMode::shadow, MirrorMode::follow, MirrorMode::off, MirrorMode::rehearse}) {
+    before.mirror = mode;
+    for (const ScenarioFormat format : {ScenarioFormat::yaml, ScenarioFormat::json})
+      EXPECT_EQ(loaded(scenario_text(before, {}, folder_, format)).mirror, mode);
+  }
+  before.hardware = HardwareUse::emulated;
+  EXPECT_EQ(loaded(scenario_text(before, {}, folder_, ScenarioFormat::yaml)).mirror, MirrorMode::rehearse);
+  EXPECT_THAT(error_of("doppel_scenario: 1\nhardware: real\nmirror: rehears\n"),
+              HasSubstr("did you mean 'rehearse'"));
+}
+
+TEST_F(ScenarioFileTest, EmulationIsReadAsWritten) {
+  Scenario before = full();
+  before.hardware = HardwareUse::ports;
+  before.guard = false;
+  before.emulation = {.faults = write("faults.yaml", "faults: []"),
+                      .seed = 7,
+                      .hand = HandMotion::sweep,
+                      .servos = ServoProtocol::dynamixel,
+                      .trace = folder_ / "bus.txt"};
+  for (const ScenarioFormat format : {ScenarioFormat::yaml, ScenarioFormat::json}) {
+    const Scenario after = loaded(scenario_text(before, {}, folder_, format));
+    EXPECT_EQ(after.hardware, HardwareUse::ports);
+    EXPECT_FALSE(after.guard);
+    EXPECT_EQ(after.emulation.faults, before.emulation.faults);
+    EXPECT_EQ(after.emulation.seed, 7u);
+    EXPECT_EQ(after.emulation.hand, HandMotion::sweep);
+    EXPECT_EQ(after.emulation.servos, ServoProtocol::dynamixel);
+    EXPECT_EQ(after.emulation.trace, before.emulation.trace);
+  }
+  EXPECT_THAT(error_of("doppel_scenario: 1\nhardware: ports\nemulation: {servos: fetech}\n"),
+              HasSubstr("did you mean 'feetech'?"));
+}
+
 TEST_F(ScenarioFileTest, PathsFollowFolder) {
   const Scenario before = full();
   const std::string text = scenario_text(before, {}, folder_, ScenarioFormat::yaml);
@@ -210,21 +248,6 @@ TEST_F(ScenarioFileTest, EachValueChangesHash) {
   other.strict = true;
   EXPECT_NE(content_hash(other, {}, folder_), hash);
   EXPECT_EQ(content_hash({}, {}, folder_), hash);
-}
-
-TEST_F(ScenarioFileTest, MirrorIsReadAsWritten) {
-  Scenario before = full();
-  before.hardware = HardwareUse::real;
-  for (const MirrorMode mode :
-       {MirrorMode::shadow, MirrorMode::follow, MirrorMode::off, MirrorMode::rehearse}) {
-    before.mirror = mode;
-    for (const ScenarioFormat format : {ScenarioFormat::yaml, ScenarioFormat::json})
-      EXPECT_EQ(loaded(scenario_text(before, {}, folder_, format)).mirror, mode);
-  }
-  before.hardware = HardwareUse::emulated;
-  EXPECT_EQ(loaded(scenario_text(before, {}, folder_, ScenarioFormat::yaml)).mirror, MirrorMode::rehearse);
-  EXPECT_THAT(error_of("doppel_scenario: 1\nhardware: real\nmirror: rehears\n"),
-              HasSubstr("did you mean 'rehearse'"));
 }
 
 }  // namespace

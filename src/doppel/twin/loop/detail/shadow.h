@@ -1,8 +1,8 @@
 #pragma once
-// The twin of a robot with real hardware. Modes shadow and rehearse: while a controller commands the hardware,
-// the drives of the instance get the same position commands after the limits, and joints without one hold
-// their measured position; otherwise, and in mode follow, the instance is written to the measured positions.
-// Nothing of it sends anything to the hardware. With the gate of the loop.
+// The twin of a robot with real hardware. Modes shadow and rehearse: while a controller commands the
+// hardware, the drives of the instance get the same position commands after the limits, and joints without
+// one hold their measured position; otherwise, and in mode follow, the instance is written to the measured
+// positions. Nothing of it sends anything to the hardware. With the gate of the loop.
 
 #include <cstddef>
 #include <span>
