@@ -14,7 +14,7 @@ using Quantity = ServoQuantity;
 constexpr double kStep = 2e-5;    // s
 constexpr double kPeriod = 0.01;  // s, of commands and samples
 constexpr std::size_t kCount = 5400;
-constexpr int kHarmonics = 5;
+constexpr int kDrawnHarmonics = 5;
 
 class Random {
  public:
@@ -30,14 +30,14 @@ class Random {
 
 std::vector<double> commands(Random& random) {
   constexpr double kOmega = 2 * std::numbers::pi * 0.2, kAmplitude = 0.9;
-  std::array<double, kHarmonics> a{}, b{};
-  for (int k = 0; k < kHarmonics; ++k) {
+  std::array<double, kDrawnHarmonics> a{}, b{};
+  for (int k = 0; k < kDrawnHarmonics; ++k) {
     a[static_cast<std::size_t>(k)] = random.even(-1, 1) / (k + 1);
     b[static_cast<std::size_t>(k)] = random.even(-1, 1) / (k + 1);
   }
   const auto series = [&](double t) {
     double sum = 0;
-    for (int k = 0; k < kHarmonics; ++k) {
+    for (int k = 0; k < kDrawnHarmonics; ++k) {
       const double angle = (k + 1) * kOmega * t;
       sum += a[static_cast<std::size_t>(k)] * std::sin(angle) +
              b[static_cast<std::size_t>(k)] * (std::cos(angle) - 1);
