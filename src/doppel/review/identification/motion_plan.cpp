@@ -72,7 +72,8 @@ class JointLoads {
 JointRecord record_of(const std::vector<Waypoint>& path, const JointLoads& loads) {
   JointRecord out;
   std::size_t k = 0;
-  for (double t = 0; t < path.back().time; t += 1 / kRate) {
+  for (std::size_t i = 0; static_cast<double>(i) / kRate < path.back().time; ++i) {
+    const double t = static_cast<double>(i) / kRate;
     while (k + 1 < path.size() && path[k].time < t) ++k;
     const double begin = k > 0 ? path[k - 1].time : 0.0;
     const double before = k > 0 ? path[k - 1].position : path.front().position;
@@ -295,9 +296,8 @@ void Planner::plan_joint(const std::string& name, MotionPlan& out) {
   }
   const JointLoads loads(model_, index, q_, range.position - room, range.position + room);
   std::string problem;
-  for (double furthest = room; (range.furthest = furthest, excitation_amplitude(range) > 0);
-       furthest *= kShrink) {
-    problem = surroundings_->hit(joint, q_, range.position - furthest, range.position + furthest);
+  for (range.furthest = room; excitation_amplitude(range) > 0; range.furthest = kShrink * range.furthest) {
+    problem = surroundings_->hit(joint, q_, range.position - range.furthest, range.position + range.furthest);
     if (!problem.empty()) continue;
     PlannedJoint planned;
     planned.joint = name;

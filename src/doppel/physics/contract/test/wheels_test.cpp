@@ -18,7 +18,7 @@ using test::BaseShape;
 using test::DrivenBase;
 
 constexpr double kPi = std::numbers::pi;
-constexpr double kStandardGravity = 9.81;
+constexpr double kEarthG = 9.81;
 
 const RollingPart* part(const DrivenBase& base, const std::string& link) {
   for (const RollingPart& part : base.robot.made_of().rolling) {
@@ -231,7 +231,7 @@ TEST(DrivenBase, TableMovesBelowTractionAndStaysAboveIt) {
     // The wheels push with 0.8 of the load on them, from which the push itself takes off: it acts at the lower
     // edge of the front, 0.1175 m high, and the ball is 0.2 m behind the axle.
     const double traction = 0.8 * 2 * 33.898 / (1 + 0.8 * 0.1175 / 0.2);
-    const double ratio = mu * m * kStandardGravity / traction;
+    const double ratio = mu * m * kEarthG / traction;
     if (ratio > 0.8 && ratio < 1.2) continue;
     DrivenBase base = pusher(m, mu);
     base.run(0.3);
@@ -258,7 +258,7 @@ TEST(DrivenBase, ParkedOnSlopeCreepsLessThanTenthOfMillimetrePerMinute) {
   const double hold = 0.8 * 0.8;
   const double slope = std::atan(hold * (1 - 0.0452 / 0.2) / (1 + hold * 0.143 / 0.2));
   World world;
-  world.gravity = kStandardGravity * Eigen::Vector3d(-std::sin(slope), 0, -std::cos(slope));
+  world.gravity = kEarthG * Eigen::Vector3d(-std::sin(slope), 0, -std::cos(slope));
   DrivenBase base({}, world);
   base.drive(0, 0);
   base.run(2.0);
@@ -275,7 +275,7 @@ TEST(ContactRules, SmallerFrictionOfPairHolds) {
     world.friction_rule = FrictionRule::smaller;
     world.ground_friction = 100;
     const double angle = std::atan(slope);
-    world.gravity = kStandardGravity * Eigen::Vector3d(std::sin(angle), 0, -std::cos(angle));
+    world.gravity = kEarthG * Eigen::Vector3d(std::sin(angle), 0, -std::cos(angle));
     WorldObject cube = test::make_object("cube", Box{{0.1, 0.1, 0.1}}, {0, 0, 0.05}, 1.0);
     cube.friction = 0.3;
     world.objects.push_back(cube);
@@ -285,7 +285,7 @@ TEST(ContactRules, SmallerFrictionOfPairHolds) {
     if (slope < 0.3) {
       EXPECT_LT(way, 1e-3);
     } else {
-      EXPECT_NEAR(way, 0.5 * kStandardGravity * (std::sin(angle) - 0.3 * std::cos(angle)) * 4.0, 0.02);
+      EXPECT_NEAR(way, 0.5 * kEarthG * (std::sin(angle) - 0.3 * std::cos(angle)) * 4.0, 0.02);
     }
   }
 }
@@ -314,7 +314,7 @@ TEST(ContactRules, FrictionHasDirection) {
   World world;
   const double angle = 0.3;
   // Down the slope along x and as steeply along y.
-  world.gravity = kStandardGravity * Eigen::Vector3d(std::sin(angle), std::sin(angle), -std::cos(angle)).normalized();
+  world.gravity = kEarthG * Eigen::Vector3d(std::sin(angle), std::sin(angle), -std::cos(angle)).normalized();
   InstanceOptions options;
   options.set_on_ground = true;
   test::Rig rig(box, world, options, BaseKind::floating);
@@ -335,7 +335,7 @@ TEST(ContactRules, SlipIsSpeedOverTangentialForce) {
     const RobotDescription box = make_box(2.0, surface);
     World world;
     const double angle = 0.3;  // below the friction
-    world.gravity = kStandardGravity * Eigen::Vector3d(std::sin(angle), 0, -std::cos(angle));
+    world.gravity = kEarthG * Eigen::Vector3d(std::sin(angle), 0, -std::cos(angle));
     InstanceOptions options;
     options.set_on_ground = true;
     test::Rig rig(box, world, options, BaseKind::floating);
@@ -343,7 +343,7 @@ TEST(ContactRules, SlipIsSpeedOverTangentialForce) {
     const double before = rig.robot.base_pose().translation().x();
     rig.run(1.0);
     const double speed = rig.robot.base_pose().translation().x() - before;
-    EXPECT_NEAR(speed, slip * 2.0 * kStandardGravity * std::sin(angle) / 4, 0.01 * speed) << slip << " m/s per N";
+    EXPECT_NEAR(speed, slip * 2.0 * kEarthG * std::sin(angle) / 4, 0.01 * speed) << slip << " m/s per N";
   }
 }
 
@@ -386,9 +386,9 @@ TEST(ContactRules, SlidingContactStaysClosed) {
       most = std::max(most, force);
     }
   }
-  EXPECT_NEAR(least, 2 * kStandardGravity, 0.005 * 2 * kStandardGravity);
-  EXPECT_NEAR(most, 2 * kStandardGravity, 0.005 * 2 * kStandardGravity);
-  EXPECT_NEAR(rig.object("box").base_velocity().linear_W.x(), 2.0 - 0.3 * kStandardGravity * 0.5, 0.02);
+  EXPECT_NEAR(least, 2 * kEarthG, 0.005 * 2 * kEarthG);
+  EXPECT_NEAR(most, 2 * kEarthG, 0.005 * 2 * kEarthG);
+  EXPECT_NEAR(rig.object("box").base_velocity().linear_W.x(), 2.0 - 0.3 * kEarthG * 0.5, 0.02);
 }
 
 // The casters could carry all of the base, so that the driven wheels could spin without load.
