@@ -2,6 +2,8 @@
 // changes nothing.
 
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <thread>
 
 #include "doppel/base/core/abandoned_thread.h"
@@ -12,6 +14,20 @@
 
 namespace doppel::test {
 namespace {
+
+// A build that was abandoned may go on while the process ends, which then runs no static destructors, as the
+// program does (abandoned_thread.h).
+class EndWithAbandonedThread : public testing::EmptyTestEventListener {
+  void OnTestProgramEnd(const testing::UnitTest& all) override {
+    if (!has_abandoned_thread()) return;
+    std::fflush(nullptr);
+    std::_Exit(all.Passed() ? 0 : 1);
+  }
+};
+const bool is_listening = [] {
+  testing::UnitTest::GetInstance()->listeners().Append(new EndWithAbandonedThread);
+  return true;
+}();
 
 class SpawnTest : public TwinFixture {
  protected:
