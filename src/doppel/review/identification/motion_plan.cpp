@@ -296,7 +296,10 @@ void Planner::plan_joint(const std::string& name, MotionPlan& out) {
   }
   const JointLoads loads(model_, index, q_, range.position - room, range.position + room);
   std::string problem;
-  for (range.furthest = room; excitation_amplitude(range) > 0; range.furthest = kShrink * range.furthest) {
+  range.furthest = room / kShrink;
+  while (true) {
+    range.furthest *= kShrink;
+    if (excitation_amplitude(range) <= 0) break;
     problem = surroundings_->hit(joint, q_, range.position - range.furthest, range.position + range.furthest);
     if (!problem.empty()) continue;
     PlannedJoint planned;
