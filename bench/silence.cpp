@@ -116,13 +116,13 @@ class Driver {
 
 class EmulatedArm {
  public:
-  EmulatedArm(const fs::path& folder, const std::string& plugin) {
+  EmulatedArm(const fs::path& folder, const std::string& plugin, const std::string& params) {
     log_.add_sink([this](const LogLine& line) {
       const std::size_t begin = line.text.find("/dev/pts/");
       if (begin != std::string::npos) port_ = line.text.substr(begin);
     });
     Scenario scenario;
-    scenario.robots = {{.target = write_arm(folder / "emulated.urdf", plugin, "")}};
+    scenario.robots = {{.target = write_arm(folder / "emulated.urdf", plugin, params)}};
     scenario.hardware = HardwareUse::ports;
     twin_ = std::make_unique<Twin>(scenario, log_, diagnostics_);
     twin_->between_steps();
@@ -203,7 +203,7 @@ Aftermath watch(EmulatedArm& arm, Driver& driver) {
 }
 
 void measure(const fs::path& folder, const char* plugin, const char* watchdog, const char* params, int runs) {
-  EmulatedArm arm(folder, plugin);
+  EmulatedArm arm(folder, plugin, params);
   const std::string driven = write_arm(folder / "driven.urdf", plugin,
                                        fmt::format("<param name=\"port\">{}</param>{}", arm.port(), params));
   std::mt19937 random(7);
