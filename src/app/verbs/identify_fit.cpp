@@ -59,7 +59,7 @@ Json fit_json(const JointFit& one) {
 
 // -- the overlay
 
-// One for each joint with values that may be written; what is left out is printed.
+// One for each joint with values that may be written; the others are printed.
 std::vector<Operation> operations_of(const FitVerb& verb, RecordingFits& fits) {
   const std::string evidence = recording_evidence(verb.request.recording);
   Diagnostics diagnostics;

@@ -99,7 +99,7 @@ export class CalibrationGhost {
     this.draw();
   }
 
-  // Where the links are with the joint there and the others as measured.
+  // The poses of the links with the joint at this position and the others as measured.
   private posesAt(tree: Tree, joint: TreeJoint, position: number): Float64Array {
     const { twin } = this.app;
     const q = Float64Array.from(twin.q);

@@ -11,6 +11,7 @@
 #include "doppel/control/hardware/nan.h"
 #include "doppel/devices/drivers/check_record.h"
 #include "doppel/devices/drivers/detail/servo_group.h"
+#include "doppel/devices/drivers/guard_report.h"
 #include "doppel/devices/drivers/pose_record.h"
 #include "doppel/devices/serial/file_link.h"
 #include "doppel/devices/serial/serial_ports.h"
@@ -541,24 +542,8 @@ bool ServoHardware::report(DeviceReport& out) {
 }
 
 void ServoHardware::attend() {
-  struct Said {
-    GuardEvent event;
-    const char* text;
-  };
-  static constexpr std::array<Said, 6> kTexts{
-      {{kClampedStep, "is commanded faster than its speed limit; its goal moves at 1.2 of it at most"},
-       {kClampedLimit, "is commanded beyond its limits; it stops there"},
-       {kStalled, "is blocked; its goal yields until it is free"},
-       {kReleased, "is free again"},
-       {kHalvedSpeed, "is at 60 degrees Celsius or more; its speed is halved"},
-       {kDroppedSample, "has reported a position that it cannot have reached; the sample was dropped"}}};
-  for (std::size_t i = 0; i < joint_events_.size(); ++i) {
-    const unsigned events = joint_events_[i].exchange(0);
-    for (const Said& one : kTexts) {
-      if ((events & one.event) != 0)
-        log_->warning(setup_.component, fmt::format("'{}' {}", setup_.joints[i].joint, one.text));
-    }
-  }
+  for (std::size_t i = 0; i < joint_events_.size(); ++i)
+    log_guard_events(joint_events_[i].exchange(0), setup_.component, setup_.joints[i].joint, *log_);
   const unsigned events = events_.exchange(0);
   if ((events & kDegraded) != 0)
     log_->warning(setup_.component,

@@ -9,7 +9,7 @@ Status ServoHardware::relax() {
   if (group_ == nullptr) return Status::refused("it is not connected");
   if (group_->believes())
     return Status::refused(
-        "its servos report no positions; without pulses nobody knows where they are, so that they are moved "
+        "its servos report no positions; without pulses their positions are unknown, so that they are moved "
         "by commands");
   if (Status off = group_->relax(); !off) return off;
   state_ = DriverState::connected;

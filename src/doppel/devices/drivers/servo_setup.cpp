@@ -392,7 +392,7 @@ class SetupReader {
   PlacedYaml yaml_, joints_, park_;
   std::vector<PlacedParam> file_params_;
   std::vector<RecordedMotor> recorded_;
-  bool recorded_is_whole_ = true;  // without entries that are left out
+  bool recorded_is_whole_ = true;  // without entries that are skipped
   double pulse_min_ = 0, pulse_max_ = 0, travel_ = 0, gripper_travel_ = 0;
 };
 

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "doppel/control/hardware/nan.h"
+#include "doppel/devices/drivers/guard_report.h"
 
 namespace doppel {
 namespace {
@@ -322,9 +323,9 @@ HardwareReturn TopicHardware::read(Time now, Duration /*period*/, std::span<doub
 }
 
 void TopicHardware::note_silence(Time now) {
-  const double patience =
+  const double longest_silence =
       std::min(std::max(setup_.max_lost_replies * interval_, kMinPatience), setup_.fault_after);
-  if (state_ == DriverState::degraded || to_seconds(now - whole_) <= patience) return;
+  if (state_ == DriverState::degraded || to_seconds(now - whole_) <= longest_silence) return;
   hold_all();
   ++lost_;
   state_ = DriverState::degraded;
@@ -381,23 +382,8 @@ void TopicHardware::fill_states(std::span<double> states) const {
 // -- for people
 
 void TopicHardware::attend() {
-  struct Said {
-    unsigned event;
-    const char* text;
-  };
-  static constexpr std::array<Said, 5> kTexts{
-      {{kClampedStep, "is commanded faster than its speed limit; its goal moves at 1.2 of it at most"},
-       {kClampedLimit, "is commanded beyond its limits; it stops there"},
-       {kStalled, "is blocked; its goal yields until it is free"},
-       {kReleased, "is free again"},
-       {kDroppedSample, "has reported a position that it cannot have reached; the state was dropped"}}};
-  for (std::size_t i = 0; i < joints_.size(); ++i) {
-    const unsigned events = std::exchange(joints_[i].events, 0);
-    for (const Said& one : kTexts) {
-      if ((events & one.event) != 0)
-        log_->warning(setup_.component, fmt::format("'{}' {}", setup_.joints[i].name, one.text));
-    }
-  }
+  for (std::size_t i = 0; i < joints_.size(); ++i)
+    log_guard_events(std::exchange(joints_[i].events, 0), setup_.component, setup_.joints[i].name, *log_);
   find_echo();
   const unsigned events = std::exchange(events_, 0), fresh = events & ~known_events_;
   known_events_ |= events & (kLate | kOutOfOrder | kNoStamp);

@@ -21,7 +21,7 @@ struct JointCorrection {
 // Throws InputError as fit_joint().
 DOPPEL_API JointCorrection correct_joint(const Joint& joint, std::span<const Measurement> measurements,
                                          LimitChoice limits);
-// What the description cannot express, and what else is doubtful of a fit, in sentences.
+// The doubts about a fit, in sentences: values that the description cannot express, and others.
 DOPPEL_API std::vector<std::string> doubts_about(const Joint& joint, const JointFit& fit,
                                                  std::span<const Measurement> measurements);
 

@@ -1,5 +1,5 @@
 #pragma once
-// What a fit may write into an overlay.
+// The overlay operation that a fit may write.
 
 #include <optional>
 #include <string>
@@ -18,7 +18,8 @@ struct ServoWriting {
 };
 
 // Values that are identified and trusted; with `accept` also those that are identified if the model fits.
-// What is not identifiable is never written. The resolution and the rms of the residuals follow the values.
+// Values that are not identifiable are never written. The resolution and the rms of the residuals follow
+// the values.
 DOPPEL_API ServoWriting servo_operation(const std::string& joint, const ServoFit& fit, bool accept);
 
 }  // namespace doppel

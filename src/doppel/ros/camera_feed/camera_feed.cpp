@@ -17,8 +17,8 @@
 namespace doppel {
 namespace {
 
-constexpr double kPatience = 2;  // s, until messages lack a camera of which no picture has come
-constexpr int kLook = 100;       // ms, until the thread looks at the graph, and whether it is to end
+constexpr double kMaxWait = 2;  // s, until messages lack a camera of which no picture has come
+constexpr int kLook = 100;      // ms, until the thread looks at the graph, and whether it is to end
 constexpr std::string_view kOrigin = "cameras";
 constexpr std::string_view kPictureTopic = "/image_raw";
 
@@ -161,7 +161,7 @@ void CameraFeed::send() {
     newest = std::max(newest, camera.stamp);
     lacks = lacks || (camera.usable && camera.picture.empty());
   }
-  if (lacks && newest < first_ + kPatience) return;
+  if (lacks && newest < first_ + kMaxWait) return;
   nlohmann::json message{{"timestamps", nlohmann::json::object()}, {"images", nlohmann::json::object()}};
   for (auto& [topic, camera] : cameras_) {
     if (camera.picture.empty()) continue;

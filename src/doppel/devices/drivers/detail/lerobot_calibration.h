@@ -20,7 +20,7 @@ struct RecordedMotor {
 };
 
 // `written`: the path as the user wrote it in the file `beside`: absolute, below ~, or relative to that file.
-// Throws InputError: it cannot be read. Wrong entries are errors in `errors`, and are left out.
+// Throws InputError: it cannot be read. Wrong entries are errors in `errors`, and are skipped.
 std::vector<RecordedMotor> read_recorded_motors(const std::string& written, const SourceLocation& beside,
                                                 Diagnostics& errors);
 

@@ -42,7 +42,7 @@ class ServoGroup {
   [[nodiscard]] virtual std::string_view refusal() const { return {}; }
   // True: positions are what the device was told, and no measurement.
   [[nodiscard]] virtual bool believes() const = 0;
-  // False: the device reports no positions, and nobody has confirmed where its joints are since it has power.
+  // False: the device reports no positions, and no person has confirmed its pose since it has power.
   [[nodiscard]] virtual bool knows_pose() const { return true; }
   // Between ticks: the joints are at these positions. Throws InputError: it cannot be recorded.
   virtual void take_pose(std::span<const std::pair<std::string, double>> /*positions*/) {}

@@ -1,4 +1,4 @@
-// What a calibration suggests, what it takes as a measurement, and what it does not apply twice.
+// A calibration suggests corrections, takes samples at rest as measurements, and applies nothing twice.
 #include "doppel/review/calibration/corrections.h"
 
 #include <gmock/gmock.h>

@@ -15,7 +15,7 @@ class ZmtpPeer {
 
   // Bytes of the peer. False: it does not speak the protocol, or is no subscriber, and is to be closed.
   [[nodiscard]] bool receive(std::string_view bytes);
-  // Whether it has subscribed to messages that begin like this one.
+  // True: it has subscribed to messages that begin like this one.
   [[nodiscard]] bool subscribes(std::string_view message) const;
   // Queues a message of one frame.
   void send(std::string_view message);
