@@ -28,7 +28,7 @@ constexpr const char* kMirroredArm = R"(<robot name="desk_arm"><link name="world
 <limit lower="-1.9" upper="1.9" effort="1.9" velocity="5"/><dynamics damping="0.05"
  friction="0.02"/></joint>
 <ros2_control name="Arm" type="system"><hardware><plugin>doppel/FeetechSts</plugin><param
- name="gentle">never</param>PORT</hardware>
+ name="gentle">never</param><param name="fault_after">8</param>PORT</hardware>
 <joint name="lift"><param name="id">1</param><param name="offset_deg">0</param><command_interface
  name="position"/><state_interface name="position"/><state_interface name="velocity"/></joint>
 </ros2_control></robot>)";
@@ -78,11 +78,27 @@ class MirrorTest : public test::TwinFixture {
     std::ofstream(folder_ / "faults.yaml") << "faults: " << faults << "\n";
   }
   void live(double seconds) {
+    live_until([] { return false; }, seconds);
+  }
+  // A busy machine takes the time of both twins, so a state is awaited where it can be.
+  template <typename Condition>
+  bool live_until(Condition condition, double seconds = 20) {
     const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(seconds);
     while (std::chrono::steady_clock::now() < end) {
       step_to_now(*twin_, twin_begin_);
+      if (condition()) return true;
       std::this_thread::sleep_for(std::chrono::microseconds(300));
     }
+    return false;
+  }
+  // Repeats the goal until both have reached it: before the controller is active, nothing accepts it.
+  template <typename Condition>
+  bool go_until(double lift, Condition condition) {
+    for (int i = 0; i < 6; ++i) {
+      go_to(lift);
+      if (live_until(condition, 4)) return true;
+    }
+    return false;
   }
   void go_to(double lift) {
     publish("/joint_trajectory_controller/joint_trajectory", "trajectory_msgs/msg/JointTrajectory",
@@ -139,16 +155,13 @@ double angle_in_tf(const std::vector<tf2_msgs::msg::TFMessage>& messages) {
 TEST_F(MirrorTest, TransformsShowMeasuredJointsAndTwinMovesWithCommands) {
   bring_up_both(MirrorMode::shadow);
   live(2.5);  // the torque's ramp
-  go_to(-0.7);
-  live(2.0);
-  EXPECT_NEAR(measured(), -0.7, 0.05);
-  EXPECT_NEAR(twin(), -0.7, 0.05) << "its drive gets the command";
+  ASSERT_TRUE(
+      go_until(-0.7, [&] { return std::abs(measured() + 0.7) < 0.05 && std::abs(twin() + 0.7) < 0.05; }))
+      << "measured " << measured() << ", its twin, whose drive gets the command, " << twin();
   listen("/tf");
   set_faults("[{fault: stuck}]");
   live(0.7);
-  go_to(0.6);
-  live(1.5);
-  EXPECT_NEAR(twin(), 0.6, 0.05);
+  EXPECT_TRUE(go_until(0.6, [&] { return std::abs(twin() - 0.6) < 0.05; })) << twin();
   EXPECT_LT(measured(), -0.6);
   EXPECT_NEAR(angle_in_tf(received<tf2_msgs::msg::TFMessage>("/tf")), measured(), 0.01);
   EXPECT_NEAR(joint("lift").q, measured(), 1e-9);
@@ -174,8 +187,8 @@ TEST_F(MirrorTest, BlockedJointIsAlarmAndWarningOnce) {
   EXPECT_EQ(devices.back().devices[0].component_state, "active");
   EXPECT_THAT(devices.back().devices[0].port, StartsWith("/dev/pts/"));
   EXPECT_EQ(devices.back().devices[0].joints[0].id, 1);
-  go_to(0.8);
-  live(1.6);
+  EXPECT_TRUE(go_until(0.8, [&] { return !warnings_.empty(); }));
+  live(0.3);
   EXPECT_THAT(mirror().joints[0].alarm, StartsWith("stall"));
   ASSERT_EQ(warnings_.size(), 1u);
   EXPECT_THAT(warnings_[0], HasSubstr("'lift' is not where its twin is"));
@@ -190,8 +203,10 @@ TEST_F(MirrorTest, FollowPutsTwinWhereArmIsAndChangesNoGoal) {
   const auto before = received<Devices>("/doppel/hardware");
   ASSERT_FALSE(before.empty());
   const double goal = before.back().devices[0].joints[0].goal;
+  const double before_slip = measured();
   set_faults("[{fault: slip, amount: 5 deg}]");  // the reading jumps, and the arm moves
-  live(1.5);
+  EXPECT_TRUE(live_until([&] { return std::abs(measured() - before_slip) > 0.02; }));
+  live(1.0);
   EXPECT_NEAR(twin(), measured(), 0.01);
   for (const Devices& one : received<Devices>("/doppel/hardware"))
     EXPECT_NEAR(one.devices[0].joints[0].goal, goal, 0.002) << "the twin sends nothing";
