@@ -35,9 +35,9 @@ class DeviceServices : public test::TwinFixture {
   void bring_up_arm(const char* plugin, HandMotion hand) {
     folder_ = make_folder("device_services");
     ::setenv("XDG_STATE_HOME", folder_.c_str(), 1);
-    std::string text = kServoArm;
-    text.replace(text.find("PLUGIN"), 6, plugin);
-    std::ofstream(folder_ / "arm.urdf") << text;
+    description_ = kServoArm;
+    description_.replace(description_.find("PLUGIN"), 6, plugin);
+    std::ofstream(folder_ / "arm.urdf") << description_;
     Scenario scenario;
     scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
     scenario.hardware = HardwareUse::emulated;
@@ -45,6 +45,16 @@ class DeviceServices : public test::TwinFixture {
     bring_up(scenario);
     run(1.5);
     listen("/doppel/hardware");
+  }
+  // attribute: an edit of the description, name="value".
+  void reload_with(const std::string& attribute) {
+    const std::string name = attribute.substr(0, attribute.find('"') + 1);
+    std::string text = description_;
+    const std::size_t begin = text.rfind(name), value = begin + name.size();
+    text.replace(begin, text.find('"', value) + 1 - begin, attribute);
+    std::ofstream(folder_ / "arm.urdf") << text;
+    Diagnostics said;
+    EXPECT_EQ(twin_->replace(Twin::prepare(twin_->running(), said)), Twin::Reload::controllers_kept);
   }
   std::string press(const std::string& service) {
     return call("/doppel/hardware/" + service, "std_srvs/srv/Trigger", "{}");
@@ -70,6 +80,7 @@ class DeviceServices : public test::TwinFixture {
   }
 
   std::filesystem::path folder_;
+  std::string description_;
 };
 
 TEST_F(DeviceServices, ReleasedArmFallsAndHoldsAgainWithItsControllers) {
@@ -98,6 +109,45 @@ TEST_F(DeviceServices, HandMovesReleasedJointAndServoMeasuresIt) {
   run(2.0);
   EXPECT_NEAR(joint("lift").q, 1.2, 0.05);
   EXPECT_NEAR(twin_->robot().controller_manager().state("lift/position"), joint("lift").q, 0.01);
+}
+
+TEST_F(DeviceServices, HandIsFollowedFromReleaseOnAndTwiceToSamePlace) {
+  bring_up_arm("doppel/FeetechSts", HandMotion::guide);
+  EXPECT_THAT(guide(0.8), HasSubstr("success: true"));
+  run(0.5);
+  EXPECT_NEAR(joint("lift").q, 0, 0.1) << "the torque is on";
+  ASSERT_THAT(press("release"), HasSubstr("success: true"));
+  run(0.5);
+  EXPECT_NEAR(joint("lift").q, 0, 0.1) << "the hand has not moved since";
+  ASSERT_THAT(press("hold"), HasSubstr("success: true"));
+  ASSERT_THAT(press("release"), HasSubstr("success: true"));
+  EXPECT_THAT(guide(0.8), HasSubstr("success: true"));
+  run(1.5);
+  EXPECT_NEAR(joint("lift").q, 0.8, 0.1);
+}
+
+TEST_F(DeviceServices, ReloadLeavesHandAndTorqueAtJoint) {
+  bring_up_arm("doppel/FeetechSts", HandMotion::guide);
+  reload_with("mass value=\"0.11\"");
+  run(1.0);
+  EXPECT_NEAR(joint("lift").q, 0, 0.1) << "the torque is on";
+  ASSERT_THAT(press("release"), HasSubstr("success: true"));
+  EXPECT_THAT(guide(1.2), HasSubstr("success: true"));
+  run(0.05);
+  reload_with("mass value=\"0.12\"");
+  run(1.5);
+  EXPECT_NEAR(joint("lift").q, 1.2, 0.1) << "the hand continues";
+  EXPECT_THAT(guide(0.4), HasSubstr("success: true"));
+  run(1.5);
+  EXPECT_NEAR(joint("lift").q, 0.4, 0.1);
+  EXPECT_THAT(press("hold"), HasSubstr("success: true"));
+}
+
+TEST_F(DeviceServices, ReloadGivesMotorsTheirEditedEffort) {
+  bring_up_arm("doppel/FeetechSts", HandMotion::none);
+  reload_with("effort=\"0.01\"");
+  run(1.5);
+  EXPECT_LT(joint("lift").q, -0.5) << "it is too weak to hold the arm";
 }
 
 TEST_F(DeviceServices, StoppedArmIsNotReleased) {

@@ -28,8 +28,7 @@ Status EmulatedHardware::on_init(const HardwareInfo& info) {
       devices_->set_faults(std::move(*first));
   }
   motors_ = std::make_unique<EngineMotors>(setup(), robot_, options_.servos.has_value());
-  hand_.assign(setup().joints.size(), kNaN);
-  if (options_.hand == HandMotion::guide) motors_->guide(hand_);
+  if (options_.hand == HandMotion::guide) motors_->guide(std::vector(setup().joints.size(), kNaN));
   // The servos measure where the joints are before the first step.
   motors_->step(*devices_, robot_, robot_.engine().time(), robot_.engine().world().settings().step);
   return out;
@@ -79,10 +78,14 @@ void EmulatedHardware::before_step() {
 bool EmulatedHardware::guide(std::string_view joint, double position) {
   const auto servo = std::ranges::find(setup().joints, joint, &JointServo::joint);
   if (options_.hand != HandMotion::guide || servo == setup().joints.end()) return false;
-  hand_[static_cast<std::size_t>(servo - setup().joints.begin())] =
-      std::clamp(position, servo->lower, servo->upper);
-  motors_->guide(hand_);
+  motors_->guide(static_cast<std::size_t>(servo - setup().joints.begin()),
+                 std::clamp(position, servo->lower, servo->upper));
   return true;
+}
+
+void EmulatedHardware::rebind(Instance robot) {
+  robot_ = robot;
+  if (motors_ != nullptr) motors_->rebind(robot);
 }
 
 void register_emulated_hardware(HardwareRegistry& registry, Instance robot, const EmulationOptions& options) {

@@ -34,7 +34,7 @@ class DOPPEL_API EmulatedHardware : public ServoHardware, public SteppedDevice {
 
   void before_step() override;
   bool guide(std::string_view joint, double position) override;
-  void rebind(Instance robot) override { robot_ = robot; }
+  void rebind(Instance robot) override;
   // nullptr before on_init().
   [[nodiscard]] DeviceEmulator* devices() { return devices_.get(); }
 
@@ -46,7 +46,6 @@ class DOPPEL_API EmulatedHardware : public ServoHardware, public SteppedDevice {
   std::unique_ptr<EngineMotors> motors_;
   EmulatedLink* link_ = nullptr;  // the driver's
   EmulationOptions options_;
-  std::vector<double> hand_;  // positions of the hand, by the joints of the setup; NaN: it has not moved them
   std::optional<FaultFile> faults_;
   const Log* log_ = nullptr;
 };

@@ -165,6 +165,11 @@ void EmulatedPort::before_step() {
   motors_->step(*devices_, robot_, now, robot_.engine().world().settings().step);
 }
 
+void EmulatedPort::rebind(Instance robot) {
+  robot_ = robot;
+  if (motors_ != nullptr) motors_->rebind(robot);
+}
+
 void register_emulated_ports(HardwareRegistry& registry, Instance robot, const EmulationOptions& options) {
   for (const ServoPlugin& plugin : servo_plugins())
     registry.replace(std::string(plugin.name), HardwareKind::emulated,

@@ -41,7 +41,7 @@ class DOPPEL_API EmulatedPort : public HardwareComponent, public SteppedDevice {
   HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
   void attend() override;
   void before_step() override;
-  void rebind(Instance robot) override { robot_ = robot; }
+  void rebind(Instance robot) override;
 
   // "/dev/pts/7"; empty before on_configure().
   [[nodiscard]] std::string path() const { return terminal_ != nullptr ? terminal_->name() : ""; }

@@ -48,8 +48,10 @@ void EngineMotors::apply(Motor& motor, const MotorDrive& drive, Instance robot) 
   }
   if (!drive.on) {
     if (guided_) hold(motor, robot);
+    motor.fresh = false;
     return;
   }
+  motor.fresh = false;
   ServoParameters servo = motor.as_compiled;
   servo.stiffness *= drive.gain;
   if (!motor.strong) {
@@ -67,14 +69,27 @@ void EngineMotors::guide(std::span<const double> positions) {
   for (std::size_t i = 0; i < motors_.size(); ++i) motors_[i].command = positions[i];
 }
 
+void EngineMotors::guide(std::size_t motor, double position) {
+  guided_ = true;
+  motors_[motor].command = position;
+  motors_[motor].ignored = kNaN;
+  motors_[motor].fresh = true;
+}
+
+void EngineMotors::rebind(Instance robot) {
+  for (Motor& motor : motors_)
+    motor.as_compiled = robot.made_of().servos[static_cast<std::size_t>(motor.joint)];
+}
+
 void EngineMotors::hold(Motor& motor, Instance robot) const {
   if (!motor.held || robot.drive(motor.joint) != DriveMode::position) {
     const ModelJoint& joint = robot.model().joints[static_cast<std::size_t>(motor.joint)];
     robot.set_servo(motor.joint, motor.as_compiled);
     robot.set_drive(motor.joint, DriveMode::position);
     robot.set_target(motor.joint, robot.q()[static_cast<std::size_t>(joint.q)]);
+    // The hand of before a reload continues.
+    if (!motor.held && !motor.fresh) motor.ignored = motor.command;
     motor.held = true;
-    motor.ignored = motor.command;
   }
   if (!std::isfinite(motor.command) || motor.command == motor.ignored) return;
   motor.ignored = kNaN;

@@ -26,6 +26,10 @@ class DOPPEL_API EngineMotors {
   // In the loop: a hand holds the joints whose torque is off, and moves them to these positions (rad or m, by
   // the joints of the setup). NaN: it holds the joint where it is.
   void guide(std::span<const double> positions);
+  // Between steps: it moves one joint there, also when the torque goes off only with the next step.
+  void guide(std::size_t motor, double position);
+  // Between steps: another compilation of the same joints, whose drives may be other ones.
+  void rebind(Instance robot);
   // All joints are as without power.
   void release(Instance robot);
 
@@ -39,7 +43,7 @@ class DOPPEL_API EngineMotors {
     // The hand's: its command, and the one that it does not follow, because it is from before the torque
     // went off.
     double command = kNaN, ignored = kNaN;
-    bool held = false;
+    bool held = false, fresh = false;  // fresh: commanded since the last step
   };
   void hold(Motor& motor, Instance robot) const;
   void apply(Motor& motor, const MotorDrive& drive, Instance robot);
