@@ -25,6 +25,7 @@
 #include "doppel/review/identification/motion_plan.h"
 #include "doppel/ros/bus/name_rules.h"
 #include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/doppel_msgs.h"
 #include "doppel/scenario/schema/command_kind.h"
 
 namespace doppel::app {
@@ -90,6 +91,31 @@ void find_held(Client& twin, const RobotWatch& robot, Arm& arm) {
     if (!arm.held.contains(joint))
       throw ClientError(
           fmt::format("joint_states does not contain '{}', which {} moves too", joint, arm.node));
+  }
+}
+
+// A gentle driver moves slower than commanded, and its speed would be taken for the servo's.
+void refuse_gentle(Client& twin, const std::string& topic, const std::vector<std::string>& joints) {
+  const auto found = twin.topics().find(topic);
+  if (found == twin.topics().end() || found->second.publishers.empty()) return;
+  twin.subscribe(topic);
+  const auto until = Clock::now() + kHeldTime;
+  Client::Received message;
+  while (twin.next(message, until)) {
+    if (message.topic != topic) continue;
+    for (const auto& device : decode<doppel_msgs::msg::Devices>(message.cdr).devices) {
+      const bool moves = std::ranges::any_of(device.joints, [&](const auto& joint) {
+        return std::ranges::find(joints, std::string(joint.name)) != joints.end();
+      });
+      if (moves && std::string_view(device.state) == "gentle")
+        throw ClientError(fmt::format(
+            "'{}' is gentle: it moves at a quarter of the speed, and the recording would show this "
+            "limit in place of its servos'\n  fix: doppel hardware check TARGET, and doppel hardware "
+            "nudge TARGET for each joint, with the robot ended; or write gentle: never into "
+            "hardware.yaml",
+            std::string_view(device.name)));
+    }
+    return;
   }
 }
 
@@ -330,6 +356,9 @@ int record_motions(Shell& shell, const RecordVerb& verb) {
   std::vector<Arm> arms = find_arms(twin, manager);
   for (Arm& arm : arms) find_held(twin, robot, arm);
   std::deque<Part> parts = verb.plan.empty() ? plan_parts(robot, arms, verb) : read_parts(robot, arms, verb);
+  std::vector<std::string> moved;
+  for (const Part& part : parts) moved.push_back(part.joint);
+  refuse_gentle(twin, expand_name("doppel/hardware", manager), moved);
   ClientRecorderOptions options = motion_recording(verb, arms, manager);
   if (!confirmed(question_of(parts, robot), verb.yes)) return 1;
   Motions motions(twin, std::move(parts));

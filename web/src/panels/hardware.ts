@@ -17,6 +17,7 @@ const STATES: Record<string, [text: string, level: string]> = {
   unconfirmed: ['pose not confirmed', 'warning'],
   holding: ['holds', 'active'],
   active: ['follows commands', 'active'],
+  gentle: ['follows commands at a quarter of the speed', 'warning'],
   degraded: ['answers are missing: all joints hold', 'error'],
   fault: ['fault', 'error'],
 };
@@ -150,7 +151,7 @@ export function hardwarePanel(app: App, devices: Devices, ghost: EvidenceGhost):
   }
 
   function showHead(device: Device, head: Head): void {
-    const stopped = app.commander.stopped && (device.state === 'active' || device.state === 'holding');
+    const stopped = app.commander.stopped && ['active', 'gentle', 'holding'].includes(device.state);
     const [text, level] = stopped ? ['stopped, holds', 'warning'] : STATES[device.state] ?? [device.state, ''];
     say(head.tag, text);
     head.tag.className = `tag ${level}`;

@@ -509,7 +509,10 @@ void ServoHardware::publish_report() {
 }
 
 bool ServoHardware::report(DeviceReport& out) {
-  out.state = unconfirmed_ ? "unconfirmed" : to_string(state());
+  const DriverState now = state();
+  out.state = to_string(now);
+  if (gentle_ && now == DriverState::active) out.state = "gentle";
+  if (unconfirmed_) out.state = "unconfirmed";
   out.port = setup_.port;
   out.cycles = cycles_.load(std::memory_order_relaxed);
   out.lost = lost_answers_.load(std::memory_order_relaxed);

@@ -110,10 +110,11 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   std::vector<bool> claimed_;
   std::atomic<DriverState> state_{DriverState::disconnected};
   std::atomic<bool> unconfirmed_{false};  // a person has to confirm the pose
-  int lost_ = 0;                          // cycles in a row with an answer missing
-  Time whole_{};                          // of the link's clock: the last cycle with all answers
+  std::atomic<bool> gentle_{false};
+  int lost_ = 0;  // cycles in a row with an answer missing
+  Time whole_{};  // of the link's clock: the last cycle with all answers
   double torque_ = 0, torque_set_ = 0;
-  bool stopped_ = false, parking_ = false, parked_ = false, gentle_ = false;
+  bool stopped_ = false, parking_ = false, parked_ = false;
   std::array<char, 160> why_{};  // of the last failure
   std::atomic<std::uint64_t> cycles_{0}, lost_answers_{0}, damaged_{0};
   std::vector<std::atomic<unsigned>> joint_events_;

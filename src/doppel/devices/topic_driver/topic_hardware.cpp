@@ -432,7 +432,7 @@ std::string TopicHardware::fault() const {
 }
 
 bool TopicHardware::report(DeviceReport& out) {
-  out.state = to_string(state_);
+  out.state = setup_.gentle && state_ == DriverState::active ? "gentle" : to_string(state_);
   out.port = setup_.states;
   out.cycles = messages_;
   out.lost = lost_;

@@ -225,6 +225,19 @@ TEST_P(EveryDriver, DisabledJointStaysWithoutTorqueAndOthersMove) {
   EXPECT_NEAR(bench.q(0), 0, 0.003);
 }
 
+TEST_P(EveryDriver, GentleArmIsReportedAsGentle) {
+  for (const char* gentle : {"always", "never"}) {
+    DriverBench bench(GetParam(), std::string("<param name=\"gentle\">") + gentle +
+                                      "</param><param name=\"rate\">1000000</param>");
+    bench.start();
+    bench.commands = {0.1, 0.1, 0.1};
+    bench.run(0.2);
+    DeviceReport report;
+    ASSERT_TRUE(bench.driver->report(report));
+    EXPECT_EQ(report.state, std::string(gentle) == "always" ? "gentle" : "active");
+  }
+}
+
 TEST_P(EveryDriver, DeactivationHoldsOrRelaxes) {
   for (const bool relax : {false, true}) {
     DriverBench bench(GetParam(), DriverBench::gentle_off() + "<param name=\"on_deactivate\">" +
