@@ -53,8 +53,8 @@ class DeviceServices : public test::TwinFixture {
     const std::size_t begin = text.rfind(name), value = begin + name.size();
     text.replace(begin, text.find('"', value) + 1 - begin, attribute);
     std::ofstream(folder_ / "arm.urdf") << text;
-    Diagnostics said;
-    EXPECT_EQ(twin_->replace(Twin::prepare(twin_->running(), said)), Twin::Reload::controllers_kept);
+    Diagnostics findings;
+    EXPECT_EQ(twin_->replace(Twin::prepare(twin_->running(), findings)), Twin::Reload::controllers_kept);
   }
   std::string press(const std::string& service) {
     return call("/doppel/hardware/" + service, "std_srvs/srv/Trigger", "{}");

@@ -45,11 +45,11 @@ void BusEmulator::put_on_line(std::span<const std::uint8_t> bytes, int servo, Du
   line_free_ = std::max(line_free_, when);
 }
 
-void BusEmulator::answer(RegisterServo& servo, AccessError error, std::span<const std::uint8_t> data) {
-  if (servo.id() == kBroadcast) return;
+void BusEmulator::answer(RegisterServo& servo, int id, AccessError error,
+                         std::span<const std::uint8_t> data) {
+  if (id == kBroadcast) return;
   FrameBytes frame;
-  const int id = faults_.draw(FaultKind::stranger, servo.id(), now_) ? servo.id() + 1 : servo.id();
-  const auto address = static_cast<std::uint8_t>(id);
+  const auto address = static_cast<std::uint8_t>(faults_.draw(FaultKind::stranger, id, now_) ? id + 1 : id);
   if (protocol_ == ServoProtocol::feetech) {
     add_feetech_frame({address, servo.error_byte(error), data}, frame);
   } else {
@@ -59,7 +59,7 @@ void BusEmulator::answer(RegisterServo& servo, AccessError error, std::span<cons
     add_dynamixel_frame(
         {address, static_cast<std::uint8_t>(DynamixelInstruction::status), parameters.bytes()}, frame);
   }
-  put_on_line(frame.bytes(), servo.id(), servo.return_delay());
+  put_on_line(frame.bytes(), id, servo.return_delay());
 }
 
 // Each servo adds its part to the one frame; a servo that is missing ends it for those after it.
@@ -170,6 +170,7 @@ void BusEmulator::serve_id(const Request& request) {
 void BusEmulator::serve_one(RegisterServo& servo, const Request& request) {
   const bool feetech = protocol_ == ServoProtocol::feetech, broadcast = request.id == kBroadcast;
   const std::size_t width = feetech ? 1 : 2;  // bytes of an address or a size
+  const int id = servo.id();
   const auto number = [&](std::size_t index) {
     return feetech ? request.parameters[index] : word(request.parameters, 2 * index);
   };
@@ -179,25 +180,25 @@ void BusEmulator::serve_one(RegisterServo& servo, const Request& request) {
       const std::uint16_t model = servo.model().number;
       const std::array<std::uint8_t, 3> data{static_cast<std::uint8_t>(model & 0xFF),
                                              static_cast<std::uint8_t>(model >> 8), version};
-      return answer(servo, AccessError::none, std::span(data).first(feetech ? 0 : data.size()));
+      return answer(servo, id, AccessError::none, std::span(data).first(feetech ? 0 : data.size()));
     }
     case kRead: {
       if (broadcast || request.parameters.size() != 2 * width) return;
       const auto data = servo.bytes(number(0), number(1));
-      return answer(servo, data.empty() ? AccessError::length : AccessError::none, data);
+      return answer(servo, id, data.empty() ? AccessError::length : AccessError::none, data);
     }
     case kWrite: {
       if (request.parameters.size() <= width) return;
       const AccessError error = servo.write(number(0), request.parameters.subspan(width));
-      if (!broadcast && servo.answers_writes()) answer(servo, error, {});
+      if (!broadcast && servo.answers_writes()) answer(servo, id, error, {});
       return;
     }
     case kReboot:
       if (feetech) return;
-      if (!broadcast) answer(servo, AccessError::none, {});
+      if (!broadcast) answer(servo, id, AccessError::none, {});
       return servo.restart();
     default:
-      if (!broadcast) answer(servo, AccessError::instruction, {});
+      if (!broadcast) answer(servo, id, AccessError::instruction, {});
   }
 }
 
@@ -212,7 +213,8 @@ void BusEmulator::serve_sync_read(const Request& request, bool fast) {
   for (const std::uint8_t id : ids) {
     for (RegisterServo& servo : servos_) {
       if (servo.id() != id || !hears(servo)) continue;
-      if (const auto data = servo.bytes(address, size); !data.empty()) answer(servo, AccessError::none, data);
+      if (const auto data = servo.bytes(address, size); !data.empty())
+        answer(servo, servo.id(), AccessError::none, data);
     }
   }
 }

@@ -76,6 +76,16 @@ TEST_P(EveryBus, RegistersAreReadAndWritten) {
   EXPECT_NE(bench.bus.read(1, *bench.model.find(ServoRole::present_position)), 7);
 }
 
+TEST_P(EveryBus, ChangedIdIsConfirmedByOldOne) {
+  Bench bench(GetParam(), 1);
+  if (bench.model.find(ServoRole::lock) != nullptr) {
+    EXPECT_TRUE(bench.bus.write(1, *bench.model.find(ServoRole::lock), 0));
+  }
+  EXPECT_TRUE(bench.bus.write(1, *bench.model.find(ServoRole::id), 6));
+  EXPECT_FALSE(bench.bus.ping(1));
+  EXPECT_TRUE(bench.bus.ping(6));
+}
+
 TEST_P(EveryBus, CycleMovesServosToTheirGoals) {
   Bench bench(GetParam(), 3);
   bench.bus.begin_cycle(bench.servos, true);
