@@ -1,7 +1,7 @@
 // kill -9 of a driver in motion: how long, and how far, the emulated arm behind a pseudo-terminal moves on,
 // in wall-clock time, for each protocol. The driver is another process: this program with --drive.
 //
-//   bench_silence [--runs 50]
+//   bench_silence [--runs 50] [--only doppel/DynamixelX]
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/wait.h>
@@ -236,13 +236,23 @@ void measure(const fs::path& folder, const char* plugin, const char* watchdog, c
 
 int main(int argc, char** argv) {
   if (argc == 3 && std::strcmp(argv[1], "--drive") == 0) return drive(argv[2]);
-  const int runs = argc == 3 && std::strcmp(argv[1], "--runs") == 0 ? std::stoi(argv[2]) : 50;
+  int runs = 50;
+  std::string only;
+  for (int i = 1; i + 1 < argc; i += 2) {
+    if (std::strcmp(argv[i], "--runs") == 0) runs = std::stoi(argv[i + 1]);
+    if (std::strcmp(argv[i], "--only") == 0) only = argv[i + 1];
+  }
   const fs::path folder = fs::temp_directory_path() / fmt::format("bench_silence_{}", getpid());
   fs::create_directories(folder);
   fmt::print("kill -9 of the driver in motion, emulated servos\n");
-  measure(folder, "doppel/FeetechSts", "none (goals are at most 50 ms ahead)", "", runs);
-  measure(folder, "doppel/DynamixelX", "0.2 s", "<param name=\"rate\">1000000</param>", runs);
-  measure(folder, "doppel/ServoLine", "0.3 s", "<param name=\"confirm_pose\">false</param>", runs);
+  struct Case {
+    const char *plugin, *watchdog, *params;
+  };
+  for (const Case& one : {Case{"doppel/FeetechSts", "none (goals are at most 50 ms ahead)", ""},
+                          Case{"doppel/DynamixelX", "0.2 s", "<param name=\"rate\">1000000</param>"},
+                          Case{"doppel/ServoLine", "0.3 s", "<param name=\"confirm_pose\">false</param>"}}) {
+    if (only.empty() || only == one.plugin) measure(folder, one.plugin, one.watchdog, one.params, runs);
+  }
   fs::remove_all(folder);
   return 0;
 }

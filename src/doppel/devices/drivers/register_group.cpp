@@ -16,6 +16,7 @@ constexpr double kWatchdogUnit = 0.02;       // s, of Dynamixel's bus watchdog
 constexpr int kHealthEvery = 10;             // cycles
 constexpr double kVoltageSlack = 0.5;        // V
 constexpr Duration kBusPatience{5'000'000};  // USB adapters take up to some milliseconds
+constexpr int kStartTries = 20;              // a host on a busy machine is late for one or two
 
 class RegisterGroup final : public ServoGroup {
  public:
@@ -102,7 +103,7 @@ class RegisterGroup final : public ServoGroup {
   }
 
   void identify(const JointServo& one, std::vector<std::string>& problems) {
-    const std::optional<PingAnswer> answer = bus_.ping(one.id, 3);
+    const std::optional<PingAnswer> answer = bus_.ping(one.id, kStartTries);
     if (!answer)
       return problems.push_back(silent(one, fmt::format("does not answer at {} bit/s", setup_.rate)));
     if (answer->number != one.model->number) {

@@ -20,7 +20,8 @@ namespace doppel {
 namespace {
 
 constexpr int kStartSamples = 5;
-constexpr double kStartSpread = 0.01;              // rad, of the samples before the torque goes on
+constexpr double kStartSpread = 0.01;  // rad, of the samples before the torque goes on
+constexpr Duration kRestTime = std::chrono::seconds(1), kRestPause{50'000'000};
 constexpr double kBeyondLimit = 3 * 0.0174532925;  // rad, within which a joint may start
 constexpr double kFirstTorque = 0.3, kTorqueStep = 0.07;
 constexpr double kGivesWay = 0.01;                        // rad or m behind the goal, in the ramp
@@ -169,6 +170,16 @@ void ServoHardware::choose_gentleness() {
   if (gentle_) log_->warning(setup_.component, "gentle: a quarter of the speed, because " + next);
 }
 
+// A single answer may be late or lost, and an arm that was just let go of comes to rest.
+Status ServoHardware::await_rest() {
+  const Time end = link_->now() + kRestTime;
+  for (;;) {
+    Status sampled = sample_at_rest();
+    if (sampled || link_->is_lost() || link_->now() >= end) return sampled;
+    link_->wait_until(link_->now() + kRestPause);
+  }
+}
+
 // Several whole samples that agree: a damaged one must not become a goal.
 Status ServoHardware::sample_at_rest() {
   std::vector<double> low, high;
@@ -194,7 +205,7 @@ Status ServoHardware::sample_at_rest() {
 
 Status ServoHardware::on_activate() {
   if (link_ == nullptr) return Status::refused("it is not connected");
-  if (Status same = sample_at_rest(); !same) return same;
+  if (Status same = await_rest(); !same) return same;
   for (std::size_t i = 0; i < readings_.size(); ++i) {
     if (Status inside = check_start(i); !inside) return inside;
   }

@@ -225,6 +225,28 @@ TEST_P(EveryDriver, DisabledJointStaysWithoutTorqueAndOthersMove) {
   EXPECT_NEAR(bench.q(0), 0, 0.003);
 }
 
+TEST_P(EveryDriver, AnswerLostAtStartIsAskedForAgain) {
+  DriverBench bench(GetParam());
+  ASSERT_TRUE(bench.initialise());
+  ASSERT_TRUE(bench.driver->on_configure());
+  const Time now = bench.link->now();
+  bench.devices.add_fault(
+      {.kind = FaultKind::drop, .servo = 2, .begin = now, .end = now + from_seconds(0.3)});
+  const Status activated = bench.driver->on_activate();
+  EXPECT_TRUE(activated) << activated.why();
+}
+
+TEST_P(EveryDriver, ServoThatStaysSilentAtStartIsRefused) {
+  DriverBench bench(GetParam());
+  ASSERT_TRUE(bench.initialise());
+  ASSERT_TRUE(bench.driver->on_configure());
+  bench.devices.add_fault({.kind = FaultKind::drop, .servo = 2});
+  const Time begin = bench.link->now();
+  EXPECT_THAT(bench.driver->on_activate().why(), HasSubstr("does not answer; no torque was turned on"));
+  EXPECT_LT(to_seconds(bench.link->now() - begin), 1.5);
+  for (RegisterServo& one : bench.devices.servos()) EXPECT_EQ(one.value(ServoRole::torque_enable), 0);
+}
+
 TEST_P(EveryDriver, GentleArmIsReportedAsGentle) {
   for (const char* gentle : {"always", "never"}) {
     DriverBench bench(GetParam(), std::string("<param name=\"gentle\">") + gentle +
