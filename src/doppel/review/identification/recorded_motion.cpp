@@ -240,6 +240,8 @@ RecordedMotion read_recorded_motion(BagReader& bag) {
     if ((!commands && !topic.name.ends_with("joint_states")) || !from_cdr(message->data, joints)) continue;
     add_samples(commands ? out.commanded : out.measured, time_of(joints.header.stamp, message->log_time),
                 joints.name, joints.position);
+    if (!commands)
+      add_samples(out.efforts, time_of(joints.header.stamp, message->log_time), joints.name, joints.effort);
   }
   return out;
 }

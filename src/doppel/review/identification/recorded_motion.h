@@ -17,11 +17,12 @@ namespace doppel {
 
 struct PositionCurve {
   std::vector<double> time;      // s, rising
-  std::vector<double> position;  // rad or m
+  std::vector<double> position;  // rad or m; of an effort N m or N
 };
 
 struct RecordedMotion {
   std::map<std::string, PositionCurve> commanded, measured;  // by joint
+  std::map<std::string, PositionCurve> efforts;              // those of joint_states
 };
 
 // Measured: sensor_msgs/msg/JointState of topics joint_states. Commanded: the outputs, else the references,
