@@ -61,7 +61,7 @@ Json fit_json(const JointFit& one) {
 
 // One for each joint with values that may be written; the others are printed.
 std::vector<Operation> operations_of(const FitVerb& verb, RecordingFits& fits) {
-  const std::string evidence = recording_evidence(verb.request.recording);
+  const std::string evidence = recording_evidence(verb.request.recordings);
   Diagnostics diagnostics;
   const ExpandedDescription corrected = expand_corrected(
       fits.target.target.description, fits.target.arguments, fits.target.resolver, diagnostics);
@@ -105,7 +105,8 @@ int run_fit(const FitVerb& verb) {
   if (!fits) return interrupted_without_output();
   Json json{{"version", 1},
             {"robot", fits->robot},
-            {"recording", verb.request.recording},
+            {"recording", verb.request.recordings.back()},
+            {"recordings", verb.request.recordings},
             {"joints", Json::array()}};
   std::string text;
   for (const JointFit& one : fits->joints) {
@@ -135,6 +136,7 @@ void add_identify_fit(CLI::App& group, int& exit_code) {
       "Exit code 1: nothing could be identified, or with --write nothing was written.\n"
       "Examples:\n  doppel identify fit omarm_one --recording motions\n"
       "  doppel identify fit omarm_one --recording motions --write\n"
+      "  doppel identify fit omarm_one --recording motions --recording loaded --payload 200g@0,0,0.05\n"
       "  doppel identify fit my_arm.urdf.xacro --recording run.mcap --joint \"Revolute 2\" --json\n"
       "See doppel man identification.md");
   verb->callback([options, &exit_code] { exit_code = run_fit(*options); });

@@ -11,6 +11,7 @@
 
 #include "app/print_stderr.h"
 #include "app/verbs/interruptible_work.h"
+#include "app/verbs/shell.h"
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/sha256.h"
 #include "doppel/base/xml/xml.h"
@@ -27,6 +28,11 @@ constexpr double kSlidingUnit = 1e3, kTurningUnit = 1e3;  // mm or mrad
 constexpr std::size_t kMaxHashedBytes = std::size_t{1} << 30U;
 constexpr std::size_t kHashDigits = 16;  // of SHA-256 in an evidence
 
+struct Recording {
+  RecordedMotion motion;
+  Model model;  // with the weight that the robot carried
+};
+
 FrictionRung rung_named(const std::string& name) {
   std::vector<std::string> names;
   for (int i = 0; i < kFrictionRungs; ++i) {
@@ -38,9 +44,9 @@ FrictionRung rung_named(const std::string& name) {
                    "M0, M1, M2, M3 or M4: doppel man identification.md");
 }
 
-// Those that the options name, or all that are moved.
+// Those that the options name, or all that are moved in one of the recordings.
 std::vector<std::string> chosen_joints(const FitRequest& options, const Model& model,
-                                       const RecordedMotion& motion) {
+                                       const std::vector<Recording>& recordings) {
   const std::vector<std::string> driven = model.driven_joint_names();
   for (const std::string& joint : options.joints) {
     if (std::ranges::find(driven, joint) != driven.end()) continue;
@@ -51,9 +57,12 @@ std::vector<std::string> chosen_joints(const FitRequest& options, const Model& m
   if (!options.joints.empty()) return options.joints;
   std::vector<std::string> out;
   for (const std::string& joint : driven) {
-    const auto found = motion.commanded.find(joint);
     const ModelJoint& described = model.joints[static_cast<std::size_t>(model.find_joint(joint))];
-    if (found != motion.commanded.end() && is_moved(described, found->second)) out.push_back(joint);
+    const auto moves = [&](const Recording& one) {
+      const auto found = one.motion.commanded.find(joint);
+      return found != one.motion.commanded.end() && is_moved(described, found->second);
+    };
+    if (std::ranges::any_of(recordings, moves)) out.push_back(joint);
   }
   return out;
 }
@@ -71,12 +80,28 @@ void check_has_commands(const RecordedMotion& motion, const Model& model, const 
                    "controllers and joint_states with doppel bag record");
 }
 
-JointFit fit_joint(const Model& model, const std::string& joint, const RecordedMotion& motion,
+// Those in which the joint moves, one after the other.
+JointRecord record_of(const std::vector<Recording>& recordings, const ModelJoint& joint) {
+  std::vector<JointRecord> out;
+  for (const Recording& one : recordings) {
+    const auto found = one.motion.commanded.find(joint.name);
+    const bool moves = found != one.motion.commanded.end() && is_moved(joint, found->second);
+    if (!moves && recordings.size() > 1) continue;
+    out.push_back(joint_record(one.model, joint.name, one.motion, {0, 0, -9.81}));
+  }
+  if (out.empty()) {
+    throw InputError("identify.no_motion", {},
+                     fmt::format("the command of '{}' does not change in any of the recordings", joint.name),
+                     "record a motion of the joint: doppel identify record");
+  }
+  return joined_records(out);
+}
+
+JointFit fit_joint(const Model& model, const std::string& joint, const std::vector<Recording>& recordings,
                    const ServoParameters& servo, const FitOptions& how) {
-  const Eigen::Vector3d gravity(0, 0, -9.81);
   const ModelJoint& described = model.joints[static_cast<std::size_t>(model.find_joint(joint))];
   JointFit out;
-  out.record = joint_record(model, joint, motion, gravity);
+  out.record = record_of(recordings, described);
   const JointRecord& record = out.record;
   out.joint = joint;
   out.slides = described.type == JointType::prismatic;
@@ -89,7 +114,8 @@ JointFit fit_joint(const Model& model, const std::string& joint, const RecordedM
 }
 
 std::vector<JointFit> fit_joints(const FitRequest& request, const RobotDescription& robot, const Model& model,
-                                 const RecordedMotion& motion, const std::vector<std::string>& joints) {
+                                 const std::vector<Recording>& recordings,
+                                 const std::vector<std::string>& joints) {
   const std::vector<ServoParameters> servos = choose_servos(robot, model, ServoOptions{}, {0, 0, -9.81});
   const InterruptibleWork work("of the fits");
   std::vector<JointFit> out;
@@ -101,7 +127,7 @@ std::vector<JointFit> fit_joints(const FitRequest& request, const RobotDescripti
   };
   for (const std::string& joint : joints) {
     const auto index = static_cast<std::size_t>(model.find_joint(joint));
-    out.push_back(fit_joint(model, joint, motion, servos[index], how));
+    out.push_back(fit_joint(model, joint, recordings, servos[index], how));
   }
   static_cast<void>(work.progress(1));
   return out;
@@ -122,6 +148,31 @@ std::string hash_of_recording(const std::string& recording) {
   std::string hashes;
   for (const fs::path& file : files) hashes += sha256_hex(read_file(file.string(), kMaxHashedBytes));
   return (files.size() == 1 ? hashes : sha256_hex(hashes)).substr(0, kHashDigits);
+}
+
+// Each recording with the weight that it names; --payload is that of the last one.
+std::vector<Recording> read_recordings(const FitRequest& request, const Model& model) {
+  std::vector<Recording> out;
+  for (std::size_t i = 0; i < request.recordings.size(); ++i) {
+    const std::string& name = request.recordings[i];
+    std::optional<Payload> payload = recorded_payload(name);
+    const std::optional<Payload> named =
+        i + 1 == request.recordings.size() ? payload_of(request.payload) : std::nullopt;
+    if (payload && named && payload_text(*payload) != payload_text(*named)) {
+      throw InputError("cli.use", make_location(name),
+                       fmt::format("the recording was made with {:.4g} kg at '{}', not with --payload {}",
+                                   payload->mass, payload->link, request.payload.payload),
+                       "leave --payload out");
+    }
+    if (named) payload = named;
+    BagReader bag(name);
+    out.push_back({read_recorded_motion(bag), payload ? loaded_model(model, *payload) : model});
+    check_has_commands(out.back().motion, model, name);
+    if (payload)
+      print_note(fmt::format("note: {}: with {:.4g} kg at '{}'", name, payload->mass,
+                             payload_link(model, *payload)));
+  }
+  return out;
 }
 
 }  // namespace
@@ -175,15 +226,18 @@ std::string fit_table(const JointFit& one) {
   return out;
 }
 
-std::string recording_evidence(const std::string& recording) {
+std::string recording_evidence(const std::vector<std::string>& recordings) {
   const std::time_t now = std::time(nullptr);
   std::tm parts{};
   localtime_r(&now, &parts);
   char date[16];
   std::strftime(date, sizeof date, "%Y-%m-%d", &parts);
-  const std::string name = std::filesystem::path(recording).lexically_normal().filename().string();
-  return fmt::format("{}, sha256 {}, {}", name.empty() ? recording : name, hash_of_recording(recording),
-                     date);
+  std::string out;
+  for (const std::string& recording : recordings) {
+    const std::string name = std::filesystem::path(recording).lexically_normal().filename().string();
+    out += fmt::format("{}, sha256 {}, ", name.empty() ? recording : name, hash_of_recording(recording));
+  }
+  return out + date;
 }
 
 std::optional<RecordingFits> fit_recording(const FitRequest& request) {
@@ -194,17 +248,15 @@ std::optional<RecordingFits> fit_recording(const FitRequest& request) {
   Diagnostics diagnostics;
   const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
   print_diagnostics(diagnostics);
-  BagReader bag(request.recording);
-  const RecordedMotion motion = read_recorded_motion(bag);
-  const std::vector<std::string> joints = chosen_joints(request, model, motion);
-  check_has_commands(motion, model, request.recording);
+  const std::vector<Recording> recordings = read_recordings(request, model);
+  const std::vector<std::string> joints = chosen_joints(request, model, recordings);
   if (joints.empty()) {
-    throw InputError("identify.no_motion", make_location(request.recording),
+    throw InputError("identify.no_motion", make_location(request.recordings.front()),
                      "no command of a joint changes in the recording",
                      "record a motion: doppel identify record");
   }
   try {
-    out.joints = fit_joints(request, robot, model, motion, joints);
+    out.joints = fit_joints(request, robot, model, recordings, joints);
   } catch (const FitCancelled&) {
     return {};
   }
@@ -213,10 +265,15 @@ std::optional<RecordingFits> fit_recording(const FitRequest& request) {
 
 void add_fit_request(CLI::App& verb, FitRequest& request) {
   add_target(verb, request.words);
-  verb.add_option("--recording", request.recording,
-                  "The bag, a folder or a file, as identify record makes it")
+  verb.add_option(
+          "--recording", request.recordings,
+          "The bag, a folder or a file, as identify record makes it; repeatable: without and with a weight")
       ->required()
+      ->take_all()
+      ->allow_extra_args(false)
       ->type_name("BAG");
+  add_payload_options(verb, request.payload,
+                      "The known weight in the last recording, where the recording does not name it");
   verb.add_option("--joint", request.joints, "Only this joint; repeatable (default: all that are moved)")
       ->take_all()
       ->allow_extra_args(false)

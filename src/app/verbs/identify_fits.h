@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "app/description_target.h"
+#include "app/verbs/identify.h"
 #include "doppel/review/identification/servo_fit.h"
 
 namespace CLI {
@@ -16,7 +17,9 @@ namespace doppel::app {
 
 struct FitRequest {
   std::vector<std::string> words;  // TARGET and its arguments
-  std::string recording, last = "M2";
+  std::vector<std::string> recordings;
+  std::string last = "M2";
+  PayloadWords payload;  // of the last recording
   std::vector<std::string> joints;
 };
 void add_fit_request(CLI::App& verb, FitRequest& request);
@@ -44,7 +47,7 @@ std::vector<ServoQuantity> fitted_quantities(const ServoFit& fit);
 bool has_result(const ServoFit& fit);
 std::string fit_table(const JointFit& one);
 
-// Hash, date and duration of a recording, for the evidence of what is written.
-std::string recording_evidence(const std::string& recording);
+// Names, hashes and date of recordings, for the evidence of what is written.
+std::string recording_evidence(const std::vector<std::string>& recordings);
 
 }  // namespace doppel::app

@@ -21,6 +21,7 @@ struct PlanVerb {
   std::vector<std::string> words, joints, pose;
   std::string output = "plan.yaml";
   double seconds = kUsualExcitation;
+  PayloadWords payload;
 };
 
 // The description's initial values, and what the options give.
@@ -55,7 +56,8 @@ int run_plan(const PlanVerb& verb) {
   const RobotDescription robot = load_target(target).robot;
   Diagnostics diagnostics;
   const Model model = compile_model(robot, BaseKind::fixed, diagnostics);
-  const PlanOptions options{verb.joints, verb.seconds, pose_of(verb, robot, model, diagnostics)};
+  const PlanOptions options{verb.joints, verb.seconds, pose_of(verb, robot, model, diagnostics),
+                            payload_of(verb.payload)};
   print_diagnostics(diagnostics);
   const MotionPlan plan = plan_motion(robot, model, options);
   check_plan(plan, model, verb.output);
@@ -98,6 +100,7 @@ void add_identify_plan(CLI::App& group, int& exit_code) {
   verb->add_option("--seconds", options->seconds, "Duration of the motion of each joint")
       ->check(CLI::Range(kMinExcitation, 600.0))
       ->capture_default_str();
+  add_payload_options(*verb, options->payload, "A known weight that the arm carries in the motions");
   verb->add_option("-o,--output", options->output, "The file; - for stdout")
       ->capture_default_str()
       ->type_name("FILE");

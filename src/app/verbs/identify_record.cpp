@@ -41,6 +41,7 @@ struct RecordVerb {
   BagOutput output;
   std::string manager;
   std::string plan;
+  PayloadWords payload;
   double seconds = kUsualExcitation;
   bool yes = false;
 };
@@ -209,8 +210,29 @@ std::deque<Part> plan_parts(const RobotWatch& robot, const std::vector<Arm>& arm
   return out;
 }
 
-std::string question_of(const std::deque<Part>& parts, const RobotWatch& robot) {
+// The weight of the options, else of the plan. Its link is found now, so that a fit reads which one it was.
+std::optional<Payload> carried_payload(const RobotWatch& robot, const RecordVerb& verb) {
+  std::optional<Payload> out = payload_of(verb.payload);
+  if (!verb.plan.empty()) {
+    const std::optional<Payload> planned = read_motion_plan(verb.plan).payload;
+    if (out && planned && payload_text(*out) != payload_text(*planned))
+      throw_usage_error(fmt::format("the plan {} is for a weight of {:.4g} kg", verb.plan, planned->mass),
+                        "leave --payload out, or make a plan with it: doppel identify plan --payload");
+    if (planned) out = planned;
+  }
+  if (!out) return out;
+  if (robot.model() == nullptr)
+    throw ClientError("the robot publishes no description, so that the link of the weight is not known");
+  out->link = payload_link(*robot.model(), *out);
+  return out;
+}
+
+std::string question_of(const std::deque<Part>& parts, const RobotWatch& robot,
+                        const std::optional<Payload>& payload) {
   std::string out;
+  if (payload)
+    out = fmt::format("  with {:.4g} kg at '{}', whose shape is not known: leave room for it\n",
+                      payload->mass, payload->link);
   double seconds = 0;
   for (const Part& part : parts) {
     seconds += part.path.back().time;
@@ -336,10 +358,11 @@ int report_recording(const BagWriter& writer, const std::string& failure, bool i
 }
 
 ClientRecorderOptions motion_recording(const RecordVerb& verb, const std::vector<Arm>& arms,
-                                       const std::string& manager) {
+                                       const std::string& manager, const std::optional<Payload>& payload) {
   ClientRecorderOptions out;
   out.topics = topics_of(arms, manager);
   out.bag = writer_options(verb.output);
+  if (payload) out.bag.custom = payload_data(*payload);
   if (out.bag.folder.empty()) out.bag.folder = dated_bag_folder(".").lexically_normal();
   out.paused = true;
   if (std::filesystem::exists(out.bag.folder))
@@ -359,8 +382,9 @@ int record_motions(Shell& shell, const RecordVerb& verb) {
   std::vector<std::string> moved;
   for (const Part& part : parts) moved.push_back(part.joint);
   refuse_gentle(twin, expand_name("doppel/hardware", manager), moved);
-  ClientRecorderOptions options = motion_recording(verb, arms, manager);
-  if (!confirmed(question_of(parts, robot), verb.yes)) return 1;
+  const std::optional<Payload> payload = carried_payload(robot, verb);
+  ClientRecorderOptions options = motion_recording(verb, arms, manager, payload);
+  if (!confirmed(question_of(parts, robot, payload), verb.yes)) return 1;
   Motions motions(twin, std::move(parts));
   for (const std::string& topic : options.topics.topics) twin.unsubscribe(topic);  // the recorder's now
   ClientRecorder* running = nullptr;
@@ -382,7 +406,7 @@ void add_identify_record(CLI::App& group, int& exit_code) {
       group, "record", "Move the joints of the running robot one after the other, and record them as a bag",
       "doppel identify record --plan plan.yaml -o motions\n  doppel identify record -o motions\n  doppel "
       "identify record --joint \"Revolute 2\" --seconds 30 "
-      "--yes\n"
+      "--yes\n  doppel identify record --payload 200g@0,0,0.05 -o loaded\n"
       "Each joint moves about its present position, first slowly over the whole range; Ctrl-C stops the arm, "
       "and "
       "keeps the file.",
@@ -394,6 +418,7 @@ void add_identify_record(CLI::App& group, int& exit_code) {
             ->allow_extra_args(false)
             ->type_name("JOINT");
         verb.add_option("--plan", options.plan, "Play this plan: doppel identify plan")->type_name("FILE");
+        add_payload_options(verb, options.payload, "A known weight that the arm carries, for the fit");
         add_output_options(verb, options.output, false);
         verb.add_option("--seconds", options.seconds, "Duration of the recorded motion of each joint")
             ->check(CLI::Range(kMinExcitation, 600.0))

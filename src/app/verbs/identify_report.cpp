@@ -115,10 +115,10 @@ int run_report(const ReportVerb& verb) {
   const std::optional<RecordingFits> fits = fit_recording(verb.request);
   if (!fits) return interrupted_without_output();
   if (!verb.output.empty()) {
-    deliver(page_of(*fits, recording_evidence(verb.request.recording)), verb.output);
+    deliver(page_of(*fits, recording_evidence(verb.request.recordings)), verb.output);
     if (verb.output != "-") print_note(fmt::format("{}: {} joints", verb.output, fits->joints.size()));
   } else {
-    std::string text = recording_evidence(verb.request.recording) + "\n";
+    std::string text = recording_evidence(verb.request.recordings) + "\n";
     for (const JointFit& one : fits->joints) text += "\n" + fit_table(one) + residual_text(one);
     deliver(text);
   }

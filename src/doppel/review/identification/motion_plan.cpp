@@ -204,7 +204,11 @@ class Surroundings {
 class Planner {
  public:
   Planner(const RobotDescription& robot, const Model& model, const PlanOptions& options)
-      : model_(model), options_(options), q_(options.q), servos_(choose_servos(robot, model, {}, kDown)) {
+      : model_(model),
+        loaded_(options.payload ? loaded_model(model, *options.payload) : model),
+        options_(options),
+        q_(options.q),
+        servos_(choose_servos(robot, model, {}, kDown)) {
     for (const std::string& name : model.driven_joint_names()) make_room(joint_named(name));
     model.apply_mimics(q_);
     surroundings_.emplace(robot, model, q_);
@@ -214,6 +218,15 @@ class Planner {
     MotionPlan out;
     out.robot = name;
     out.arm = arm_hash(model_);
+    if (options_.payload) {
+      out.payload = options_.payload;
+      out.payload->link = payload_link(model_, *options_.payload);
+      out.notes.push_back(
+          fmt::format("the efforts are those with {:.4g} kg at '{}'; the weight's shape is not described, so "
+                      "that what it would "
+                      "touch is not known",
+                      out.payload->mass, out.payload->link));
+    }
     const std::vector<std::string> all = model_.driven_joint_names();
     for (const std::string& joint : all) out.pose[joint] = q_[joint_named(joint).q];
     for (const std::string& joint : options_.joints.empty() ? all : options_.joints) {
@@ -252,6 +265,7 @@ class Planner {
   [[nodiscard]] ServoValues values_of(const ModelJoint& joint, int index, const JointRecord& record) const;
 
   const Model& model_;
+  const Model loaded_;  // with the payload
   const PlanOptions& options_;
   Eigen::VectorXd q_;
   std::vector<ServoParameters> servos_;
@@ -294,7 +308,7 @@ void Planner::plan_joint(const std::string& name, MotionPlan& out) {
     out.notes.push_back(fmt::format("'{}' is left out: its limits leave no room", name));
     return;
   }
-  const JointLoads loads(model_, index, q_, range.position - room, range.position + room);
+  const JointLoads loads(loaded_, index, q_, range.position - room, range.position + room);
   std::string problem;
   range.furthest = room / kShrink;
   while (true) {

@@ -5,12 +5,14 @@
 
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/export.h"
 #include "doppel/review/identification/excitation.h"
+#include "doppel/review/identification/payload.h"
 #include "doppel/robot/kinematics/model.h"
 
 namespace doppel {
@@ -29,12 +31,14 @@ struct MotionPlan {
   std::map<std::string, double> pose;  // rad or m, of all driven joints: where the motions begin and end
   std::vector<PlannedJoint> joints;
   std::vector<std::string> notes;
+  std::optional<Payload> payload = {};  // that the arm carries in the motions
 };
 
 struct PlanOptions {
   std::vector<std::string> joints;  // empty: all that are driven
   double seconds = kUsualExcitation;
   Eigen::VectorXd q;  // [nq]; a joint without room there is moved to the middle of its range
+  std::optional<Payload> payload = {};  // counts in the efforts; its shape is not known
 };
 
 // 16 digits over the tree: names, types, frames, axes, masses, and the limits of position and velocity.

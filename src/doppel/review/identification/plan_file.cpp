@@ -47,10 +47,15 @@ std::string arm_hash(const Model& model) {
 }
 
 std::string to_yaml(const MotionPlan& plan) {
+  std::string payload;
   std::string out = fmt::format(
       "# A motion for doppel identify record --plan; times in s, positions in rad or m.\nversion: {}\n"
-      "robot: {}\narm: {}\npose:\n",
+      "robot: {}\narm: {}\n",
       kVersion, quoted(plan.robot), quoted(plan.arm));
+  if (plan.payload)
+    payload = fmt::format("payload: {}\npayload_link: {}\n", payload_text(*plan.payload),
+                          quoted(plan.payload->link));
+  out += payload + "pose:\n";
   for (const auto& [joint, position] : plan.pose) out += fmt::format("  {}: {}\n", quoted(joint), position);
   out += "joints:\n";
   for (const PlannedJoint& one : plan.joints) {
@@ -75,6 +80,10 @@ MotionPlan read_motion_plan(const std::filesystem::path& file) {
     MotionPlan out;
     out.robot = root["robot"].as<std::string>();
     out.arm = root["arm"].as<std::string>();
+    if (const YAML::Node payload = root["payload"]) {
+      const YAML::Node link = root["payload_link"];
+      out.payload = read_payload(payload.as<std::string>(), link ? link.as<std::string>() : "");
+    }
     for (const auto& entry : root["pose"])
       out.pose[entry.first.as<std::string>()] = entry.second.as<double>();
     for (const YAML::Node& node : root["joints"]) out.joints.push_back(read_joint(node));

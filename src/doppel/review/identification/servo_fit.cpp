@@ -96,8 +96,9 @@ class Fitter {
   void widen(ServoFit& out) const;
   void judge(ServoFit& out, const ServoValues& values);
   void judge_residuals(ServoFit& out) const;
-  void name_problems(ServoFit& out, const std::vector<Quantity>& free, const Eigen::MatrixXd& covariance,
-                     const Eigen::MatrixXd& information, double noise) const;
+  [[nodiscard]] double scale_information(const ServoValues& values, double inertia);
+  void name_problems(ServoFit& out, const std::vector<Quantity>& free, const ServoValues& values,
+                     const Eigen::MatrixXd& covariance, double noise);
 
   const JointRecord& record_;
   const FitOptions& options_;
@@ -346,6 +347,8 @@ void Fitter::judge_residuals(ServoFit& out) const {
     out.warnings.push_back(fmt::format("{} is at the bound of its range", name_of(quantity)));
 }
 
+constexpr const char* kScaleFix =
+    "lay the arm down, or record it a second time with a known weight (--payload 200g) and fit both";
 constexpr const char* kYields = "not identifiable, because the other joints yield in fast motions";
 
 // `lost`: what the inertia is smaller by where the other joints yield.
@@ -354,9 +357,34 @@ bool is_hidden(Quantity quantity, double lost, double inertia, double armature) 
   return quantity == Quantity::armature && lost > kIdentified * armature;
 }
 
-void Fitter::name_problems(ServoFit& out, const std::vector<Quantity>& free,
-                           const Eigen::MatrixXd& covariance, const Eigen::MatrixXd& information,
-                           double noise) const {
+// The information about the logarithm of the scale, by one difference of the whole direction: the sum of the
+// parameters' own differences is not zero where the scale has no effect, but the error of those differences.
+double Fitter::scale_information(const ServoValues& values, double inertia) {
+  const double armature = values[index_of(Quantity::armature)];
+  const double step = std::min(3e-2, 0.5 * std::log1p(armature / std::max(inertia, 1e-12)));
+  if (!(step > 0)) return 0;
+  const auto scaled = [&](double factor) {
+    ServoValues out = values;
+    for (const Quantity effort : {Quantity::effort, Quantity::stiffness, Quantity::damping, Quantity::viscous,
+                                  Quantity::friction, Quantity::breakaway})
+      out[index_of(effort)] *= factor;
+    out[index_of(Quantity::armature)] = factor * (armature + inertia) - inertia;
+    simulation_.run(out, shifted_);
+    ++simulations_;
+  };
+  scaled(std::exp(step));
+  const std::vector<double> above = shifted_;
+  scaled(std::exp(-step));
+  double out = 0;
+  for (std::size_t i = 0; i < above.size(); ++i) {
+    const double slope = (above[i] - shifted_[i]) / (2 * step);
+    if (all_[i] != 0) out += independence_[static_cast<Eigen::Index>(i)] * slope * slope;
+  }
+  return out;
+}
+
+void Fitter::name_problems(ServoFit& out, const std::vector<Quantity>& free, const ServoValues& values,
+                           const Eigen::MatrixXd& covariance, double noise) {
   // The scale: all efforts and the whole inertia multiplied by one factor.
   const auto m = static_cast<Eigen::Index>(free.size());
   double inertia = 0;
@@ -372,16 +400,14 @@ void Fitter::name_problems(ServoFit& out, const std::vector<Quantity>& free,
       case Quantity::viscous:
       case Quantity::friction:
       case Quantity::breakaway:
-        scale[j] = 1;
-        break;
       case Quantity::armature:
-        scale[j] = 1 + inertia / std::max(armature, 1e-9);
+        scale[j] = 1;
         break;
       default:
         break;
     }
   }
-  const double along = scale.dot(information * scale);
+  const double along = scale_information(values, inertia);
   const double width = kCoverage * noise / std::sqrt(std::max(along, 1e-300));
   const Eigen::Index k =
       static_cast<Eigen::Index>(std::ranges::find(free, Quantity::stiffness) - free.begin());
@@ -399,10 +425,11 @@ void Fitter::name_problems(ServoFit& out, const std::vector<Quantity>& free,
           "not identifiable, because the effort limit was never reached: add a weight, "
           "or keep the data sheet's";
     } else if (scale[j] != 0 && !out.scale_known) {
-      value.problem = fmt::format("scale not identifiable, because {}: lay the arm down, or add a weight",
+      value.problem = fmt::format("scale not identifiable, because {}: {}",
                                   most - least < 1e-9 * (1 + std::abs(most))
                                       ? "the axis is vertical"
-                                      : "gravity's moment varies too little over the motion");
+                                      : "gravity's moment varies too little over the motion",
+                                  kScaleFix);
     } else if (is_hidden(quantity, lost, inertia, armature)) {
       value.problem = fmt::format("{}, by {:.0f} % of the inertia", kYields, 100 * record_.yielding);
     } else if (half > kIdentified) {
@@ -461,7 +488,7 @@ void Fitter::judge(ServoFit& out, const ServoValues& values) {
         out.correlated.push_back({free[static_cast<std::size_t>(k)], free[static_cast<std::size_t>(j)], r});
     }
   }
-  name_problems(out, free, covariance, information, noise * std::sqrt(inflation));
+  name_problems(out, free, values, covariance, noise * std::sqrt(inflation));
   judge_residuals(out);
 }
 
