@@ -1,0 +1,216 @@
+"""Model: a robot description, loaded, checked and computed with."""
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from . import _doppel
+from ._errors import IkError
+from ._names import Named
+
+if TYPE_CHECKING:
+    import numpy
+    from numpy.typing import ArrayLike, NDArray
+
+EARTH = (0.0, 0.0, -9.81)  # m/s^2, world axes
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A joint of a model. Positions in rad or m, rates per s, loads in N m or N; infinite: no limit."""
+
+    name: str
+    type: str  # fixed, revolute, continuous, prismatic, floating, planar
+    parent: str  # links
+    child: str
+    axis: NDArray[numpy.float64]  # [3] unit, in the joint frame
+    q_index: int  # the first number of this joint in q, and how many: 7 of a floating one (x y z qx qy qz qw)
+    nq: int
+    v_index: int  # the same in v: 6 of a floating one (linear in world axes, then angular in body axes)
+    nv: int
+    lower: float
+    upper: float
+    effort: float
+    velocity: float
+    damping: float  # N m s/rad, N s/m
+    friction: float  # Coulomb, N m, N
+    mimics: str | None  # the joint that it follows: q = multiplier * q of it + offset
+    multiplier: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Link:
+    """A link of a model."""
+
+    name: str
+    joint: str | None  # whose child it is; None: the root
+    mass: float  # kg; 0: a frame
+    com: NDArray[numpy.float64]  # [3] m, in the link frame
+    inertia: NDArray[numpy.float64]  # [3, 3] kg m^2, about the com, in link axes
+
+
+class Model:
+    """A robot description. Made by Model.load(); does not change afterwards, so that threads may share it.
+
+    Frames: world W is the frame of the root link. Transforms are [4, 4] (X_WL maps link to world coordinates), m.
+    """
+
+    def __init__(self, described):
+        self._m = described
+        joints, links = described.joints(), described.links()
+        self._joints = Named("joint", [one["name"] for one in joints], [Joint(**one) for one in joints])
+        self._links = Named("link", [one["name"] for one in links], [Link(**one) for one in links])
+
+    @classmethod
+    def load(cls, source: str | os.PathLike, args: Mapping[str, object] | None = None,
+             overlay: str | os.PathLike | None = None, base: str = "fixed") -> Model:
+        """Loads a description.
+
+        source:  a bundled robot ("omarm_one"), a .urdf or .xacro file, a folder with a ROS package, or the text itself
+        args:    xacro arguments, {"use_sim": True}
+        overlay: corrections, a file or YAML text, applied after those that stand beside the description
+        base:    "fixed" or "floating": of a root link that is not "world"
+
+        Raises InputError with every error and its place.
+        """
+        if base not in ("fixed", "floating"):
+            raise ValueError(f"base is '{base}'; it must be 'fixed' or 'floating'")
+        return cls(_doppel.load_model(os.fspath(source), dict(args or {}), os.fspath(overlay or ""), base == "floating"))
+
+    name = property(lambda self: self._m.name, doc="The name of the robot.")
+    file = property(lambda self: self._m.file, doc="The path of the description.")
+    nq = property(lambda self: self._m.nq, doc="The numbers of a configuration q.")
+    nv = property(lambda self: self._m.nv, doc="The numbers of a velocity v.")
+    mass = property(lambda self: self._m.mass, doc="kg, of all links.")
+    joints = property(lambda self: self._joints, doc="All joints, parents first, by number and by name.")
+    links = property(lambda self: self._links, doc="All links, the root first, by number and by name.")
+    driven = property(lambda self: self._m.driven(), doc="The names of the joints that a drive can move, in order.")
+    warnings = property(lambda self: self._m.diagnostics, doc="What loading has reported: a list of dicts.")
+
+    def __repr__(self):
+        return f"<doppel.Model {self.name}: {len(self.links)} links, {len(self.driven)} driven joints>"
+
+    def neutral(self) -> NDArray[numpy.float64]:
+        """q [nq] with every joint at zero, or at its nearest limit."""
+        return self._m.neutral()
+
+    def check(self) -> list[dict]:
+        """What `doppel check` finds, errors first: dicts with the keys severity ("error", "warning", "note"), rule, subject,
+        message, consequence, file, line, column, fix and repairable."""
+        return self._m.check()
+
+    def fk(self, q: ArrayLike, link: str | None = None) -> NDArray[numpy.float64]:
+        """Forward kinematics: X_WL [4, 4] of a link, or of all [links, 4, 4] in their order. q [nq] rad, m."""
+        poses = self._m.fk(q)
+        return poses if link is None else poses[self._links.index(link)]
+
+    def jacobian(self, q: ArrayLike, link: str, point: ArrayLike = (0.0, 0.0, 0.0)) -> NDArray[numpy.float64]:
+        """The geometric Jacobian [6, nv] of a point [3] m of a link, in link coordinates: rows angular (rad/s), then linear
+        (m/s), in world axes. q [nq]."""
+        return self._m.jacobian(q, link, point)
+
+    def rnea(self, q: ArrayLike, v: ArrayLike, a: ArrayLike, gravity: ArrayLike = EARTH) -> NDArray[numpy.float64]:
+        """Inverse dynamics: tau [nv] in N m or N that gives the acceleration a [nv] at q [nq] and v [nv], without damping and
+        friction. gravity [3] m/s^2, world axes."""
+        return self._m.rnea(q, v, a, gravity)
+
+    def mass_matrix(self, q: ArrayLike) -> NDArray[numpy.float64]:
+        """M [nv, nv] in kg m^2 or kg, symmetric. q [nq]."""
+        return self._m.mass_matrix(q)
+
+    def gravity(self, q: ArrayLike, gravity: ArrayLike = EARTH) -> NDArray[numpy.float64]:
+        """tau [nv] in N m or N that holds the robot at q [nq]. gravity [3] m/s^2, world axes."""
+        return self._m.gravity(q, gravity)
+
+    def ik(self, target: ArrayLike, tip: str, base: str | None = None, seed: ArrayLike | None = None,
+           task: str | None = None, all: bool = False, position_tolerance: float = _doppel.IK_POSITION_TOLERANCE,
+           rotation_tolerance: float = _doppel.IK_ROTATION_TOLERANCE) -> NDArray[numpy.float64]:
+        """Inverse kinematics: q [nq] with the link `tip` at the target, the nearest to the seed; joints that are not part of
+        the arm keep their value of the seed.
+
+        target: X_BT [4, 4] of the tip in the link `base` (None: the root), or a position [3] in m, whatever the rotation
+        seed:   q [nq]; None: neutral()
+        task:   what of the rotation counts: "pose" all, "axis" the direction of the tool, "position" nothing
+        all:    every solution [n, nq], the nearest first
+
+        Raises IkError with the reason, by how much, and the nearest configuration.
+        """
+        import numpy
+        X_BT = numpy.asarray(target, dtype=float)
+        if X_BT.shape == (3,):
+            position, X_BT, task = X_BT, numpy.eye(4), task or "position"
+            X_BT[:3, 3] = position
+        found, why = self._m.ik(X_BT, self.neutral() if seed is None else seed, tip, base or "", task or "pose",
+                                position_tolerance, rotation_tolerance, all)
+        if why:
+            raise IkError(f"'{tip}' does not reach the target: {why}", found[0])
+        return found if all else found[0]
+
+    def to_urdf(self, file: str | os.PathLike | None = None) -> str:
+        """One plain URDF with all corrections; also written to `file`. Meshes are named relative to the file, or to the
+        working directory."""
+        return self._convert("to_urdf", file)
+
+    def to_mjcf(self, file: str | os.PathLike | None = None) -> str:
+        """The robot for MuJoCo. With a file, meshes that MuJoCo cannot read are written beside it as OBJ."""
+        return self._convert("to_mjcf", file)
+
+    def to_sdf(self, file: str | os.PathLike | None = None) -> str:
+        """The robot as an SDF 1.11 model for Gazebo."""
+        return self._convert("to_sdf", file)
+
+    def _convert(self, function, file):
+        from . import _doppel_tools
+        folder = os.path.dirname(os.path.abspath(file)) if file else os.getcwd()
+        text, _ = getattr(_doppel_tools, function)(self._m, folder, file is not None)
+        if file:
+            with open(file, "w", encoding="utf-8") as out:
+                out.write(text)
+        return text
+
+
+def quat_wxyz(X: ArrayLike) -> NDArray[numpy.float64]:
+    """The rotation of a transform [4, 4] or [3, 3] as a unit quaternion [4], w first, w >= 0."""
+    x, y, z, w = quat_xyzw(X)
+    import numpy
+    return numpy.array([w, x, y, z])
+
+
+def quat_xyzw(X: ArrayLike) -> NDArray[numpy.float64]:
+    """The rotation of a transform [4, 4] or [3, 3] as a unit quaternion [4], w last as in ROS, w >= 0."""
+    import numpy
+    R = numpy.asarray(X, dtype=float)[:3, :3]
+    squares = numpy.array([1 + R[0, 0] - R[1, 1] - R[2, 2], 1 - R[0, 0] + R[1, 1] - R[2, 2],
+                           1 - R[0, 0] - R[1, 1] + R[2, 2], 1 + R.trace()])  # 4 times those of x, y, z, w
+    pairs = numpy.array([[0, R[0, 1] + R[1, 0], R[0, 2] + R[2, 0], R[2, 1] - R[1, 2]],
+                         [0, 0, R[1, 2] + R[2, 1], R[0, 2] - R[2, 0]],
+                         [0, 0, 0, R[1, 0] - R[0, 1]], [0, 0, 0, 0]])
+    products = pairs + pairs.T + numpy.diag(squares)
+    quaternion = products[numpy.argmax(squares)]
+    quaternion = quaternion / numpy.linalg.norm(quaternion)
+    return -quaternion if quaternion[3] < 0 else quaternion
+
+
+def pose(position: ArrayLike, *, quat_wxyz: ArrayLike | None = None, quat_xyzw: ArrayLike | None = None,
+         rpy: ArrayLike | None = None) -> NDArray[numpy.float64]:
+    """A transform [4, 4] from a position [3] in m and a rotation: a quaternion [4] of either order, or roll, pitch and yaw [3]
+    in rad about fixed axes, as in URDF; without one: none."""
+    import numpy
+    if sum(one is not None for one in (quat_wxyz, quat_xyzw, rpy)) > 1:
+        raise ValueError("pass one rotation: quat_wxyz, quat_xyzw or rpy")
+    out = numpy.eye(4)
+    out[:3, 3] = position
+    if rpy is not None:
+        (sr, sp, sy), (cr, cp, cy) = numpy.sin(rpy), numpy.cos(rpy)
+        out[:3, :3] = [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
+                       [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]]
+    elif quat_wxyz is not None or quat_xyzw is not None:
+        w, x, y, z = quat_wxyz if quat_xyzw is None else numpy.roll(quat_xyzw, 1)
+        w, x, y, z = numpy.array([w, x, y, z], dtype=float) / numpy.linalg.norm([w, x, y, z])
+        out[:3, :3] = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                       [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                       [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]
+    return out

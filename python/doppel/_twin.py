@@ -1,0 +1,416 @@
+"""Twin: a simulated robot with its controllers, stepped by the program."""
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from . import _doppel
+from ._errors import ServiceError, refuse
+from ._model import Model
+from ._names import Named, matches
+
+if TYPE_CHECKING:
+    import numpy
+    from numpy.typing import ArrayLike, NDArray
+
+ACCEPTED, SUCCEEDED = True, 4  # of an action's goal, action_msgs/msg/GoalStatus
+
+
+class TwinJoint:
+    """One scalar joint of a running robot; its values are the present ones."""
+
+    def __init__(self, views, name, q_index, v_index, driven_index):
+        self._views, self.name = views, name
+        self._q, self._v, self._driven = q_index, v_index, driven_index
+
+    q = property(lambda self: float(self._views["q"][self._q]), doc="rad or m")
+    v = property(lambda self: float(self._views["v"][self._v]), doc="rad/s or m/s")
+    effort = property(lambda self: float(self._views["effort"][self._v]), doc="N m or N, of the drive in the last step")
+
+    @property
+    def command(self):
+        """The position in rad or m that the drive holds, if no controller commands the joint; NaN: none."""
+        self._check_driven()
+        return float(self._views["command"][self._driven])
+
+    @command.setter
+    def command(self, value):
+        self._check_driven()
+        self._views["command"][self._driven] = value
+
+    def _check_driven(self):
+        if self._driven is None:
+            refuse("python.not_driven", f"the joint '{self.name}' mimics another one and has no drive",
+                   "command the joint that it follows")
+
+    def __repr__(self):
+        return f"<joint {self.name}: q {self.q:.6g}, v {self.v:.6g}, effort {self.effort:.6g}>"
+
+
+class TwinRobot:
+    """One robot of a twin. q [nq], v [nv], effort [nv] and command [driven] are views that step() updates in place: rad, m,
+    their rates, N m, N; only command may be written."""
+
+    def __init__(self, running, number, description):
+        self._t, self._number = running, number
+        self.name, self.namespace = description["name"], description["namespace"]
+        views = running.arrays(number)
+        self.q: NDArray[numpy.float64] = views["q"]
+        self.v: NDArray[numpy.float64] = views["v"]
+        self.effort: NDArray[numpy.float64] = views["effort"]
+        self.command: NDArray[numpy.float64] = views["command"]
+        self.driven: list[str] = description["driven"]
+        joints = [TwinJoint(views, name, q, v, self.driven.index(name) if name in self.driven else None)
+                  for name, q, v in description["joints"]]
+        self.joints = Named("joint", [joint.name for joint in joints], joints)
+
+    def link_poses(self) -> dict[str, NDArray[numpy.float64]]:
+        """X_WL [4, 4] of each link in the world, m."""
+        return self._t.link_poses(self._number)
+
+    def set_state(self, q: ArrayLike, v: ArrayLike | None = None) -> None:
+        """Writes q [nq] and v [nv] (None: at rest). Controllers hold the new pose."""
+        q, v = list(map(float, q)), [0.0] * len(self.v) if v is None else list(map(float, v))
+        if len(q) != len(self.q) or len(v) != len(self.v):
+            refuse("python.shape", f"q and v have {len(q)} and {len(v)} numbers, and {len(self.q)} and {len(self.v)} are needed")
+        self._t.set_state(self._number, q, v)
+
+
+class Subscription:
+    """The messages of a topic, from now on, as dicts. `depth` of them are kept until they are read."""
+
+    def __init__(self, running, topic, depth):
+        self._t, self.topic, self._latest = running, topic, None
+        running.subscribe(topic, depth)
+
+    def messages(self) -> list[dict]:
+        """Those since the last call, the oldest first."""
+        out = [json.loads(text) for _, text in self._t.take_messages(self.topic)]
+        self._latest = out[-1] if out else self._latest
+        return out
+
+    @property
+    def latest(self) -> dict | None:
+        """The last message; None: none has come."""
+        self.messages()
+        return self._latest
+
+    def close(self) -> None:
+        """Ends it; a camera or lidar that no one reads is not computed."""
+        self._t.unsubscribe(self.topic)
+
+
+class Camera:
+    """A camera of a twin. Its pictures come at the camera's rate, with its noise: read them after steps."""
+
+    def __init__(self, running, sensor):
+        self._t, self.name, self.rate, self._topics = running, sensor["name"], sensor["rate"], {}
+        images = {topic: running.topics().get(topic) for topic in sensor["topics"]}
+        for topic, type_name in images.items():
+            if type_name == "sensor_msgs/msg/Image":
+                running.subscribe(topic, 0)
+                self._topics[topic] = None
+        self.time = None
+
+    def _image(self, depth):
+        import numpy
+        for topic in self._topics:
+            image = self._t.newest_image(topic)
+            if image is None:
+                continue
+            time, encoding, height, width, row, data = image
+            if (encoding in ("32FC1", "16UC1")) != depth:
+                continue
+            self.time = time
+            if encoding == "32FC1":
+                return data.view(numpy.float32).reshape(height, row // 4)[:, :width]
+            if encoding == "16UC1":
+                return data.view(numpy.uint16).reshape(height, row // 2)[:, :width] * numpy.float32(1e-3)
+            if encoding in ("rgb8", "bgr8"):
+                picture = data.reshape(height, row)[:, :3 * width].reshape(height, width, 3)
+                return picture if encoding == "rgb8" else picture[:, :, ::-1]
+            if encoding == "mono8":
+                return numpy.repeat(data.reshape(height, row)[:, :width, None], 3, axis=2)
+        what = "depth" if depth else "picture"
+        refuse("python.no_picture", f"the camera '{self.name}' has no {what} yet",
+               f"step the twin for {1 / self.rate if self.rate else 0.04:.3g} s or more; a camera may have no {what} at all")
+
+    @property
+    def rgb(self) -> NDArray[numpy.uint8]:
+        """The newest picture [height, width, 3]; `time` is its time in s."""
+        return self._image(False)
+
+    @property
+    def depth(self) -> NDArray[numpy.float32]:
+        """The newest depths [height, width] in m."""
+        return self._image(True)
+
+
+class Goal:
+    """A goal of a controller on its way."""
+
+    def __init__(self, twin, action, goal_id):
+        self._twin, self._action = twin, action
+        self._call = twin._t.begin_call(action + "/_action/get_result", json.dumps({"goal_id": goal_id}))
+        self._result = None
+
+    @property
+    def done(self) -> bool:
+        """True: the result is there."""
+        if self._result is None:
+            text = self._twin._t.take_answer(self._call)
+            self._result = None if text is None else json.loads(text)
+        return self._result is not None
+
+    def wait(self, timeout: float = 60.0) -> dict:
+        """Steps the twin until the goal ends, for at most `timeout` s of simulated time; returns the result. Raises
+        ServiceError if it was aborted, cancelled or is not done."""
+        if not self.done:
+            self._twin._t.step_until_answered(self._call, round(timeout / self._twin.step_size))
+            if not self.done:
+                raise ServiceError(f"{self._action}: the goal is not done after {timeout} s")
+        if self._result["status"] != SUCCEEDED:
+            reason = self._result["result"].get("error_string") or f"it ended with status {self._result['status']}"
+            raise ServiceError(f"{self._action}: {reason}")
+        return self._result["result"]
+
+
+class Controller:
+    """A controller of a twin."""
+
+    def __init__(self, twin, prefix, name, type_name, claimed):
+        self._twin, self._node, self.name, self.type = twin, f"{prefix}/{name}", name, type_name
+        self.joints = list(dict.fromkeys(interface.rpartition("/")[0] for interface in claimed))
+
+    def follow(self, times: ArrayLike, positions: ArrayLike, wait: bool = True) -> Goal | dict:
+        """Sends a trajectory: at times [n] in s from now the joints are at positions [n, joints] in rad or m, in the order of
+        `joints`. With wait, the twin is stepped until the end, and the result returned. Raises ServiceError if it is refused
+        or ends otherwise than at the goal."""
+        rows = [list(map(float, row)) for row in positions]
+        times = list(map(float, times))
+        if len(rows) != len(times) or any(len(row) != len(self.joints) for row in rows):
+            refuse("python.shape", f"positions must have {len(times)} rows of {len(self.joints)} numbers",
+                   f"one for each of {', '.join(self.joints)}")
+        points = [dict(positions=row, time_from_start=dict(sec=int(time), nanosec=round(time % 1 * 1e9) % 10**9))
+                  for time, row in zip(times, rows)]
+        action = self._node + "/follow_joint_trajectory"
+        self._twin._goals += 1
+        goal_id = {"uuid": list(self._twin._goals.to_bytes(16, "big"))}
+        goal = {"trajectory": {"joint_names": self.joints, "points": points}}
+        answer = self._twin.call(action + "/_action/send_goal", {"goal_id": goal_id, "goal": goal})
+        if not answer["accepted"]:
+            last = [text for _, origin, text in self._twin.log() if self.name in origin]
+            raise ServiceError(f"{action}: the goal was refused: {last[-1] if last else 'see twin.log()'}")
+        sent = Goal(self._twin, action, goal_id)
+        return sent.wait(times[-1] + 30.0) if wait else sent
+
+    def __repr__(self):
+        return f"<controller {self.name} ({self.type}): {', '.join(self.joints)}>"
+
+
+class Recording:
+    """A recording in progress; its file is complete after stop() or the end of a with block."""
+
+    def __init__(self, running, file):
+        self._t, self.file = running, file
+        running.record(file)
+
+    def stop(self) -> int:
+        """Ends it; returns the number of messages."""
+        return self._t.stop_recording()
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stop()
+
+
+class Twin:
+    """A twin of one robot or several, in one world with one clock; it runs only while it is stepped.
+
+    q [nq], v [nv], effort [nv] and command [driven] are those of the first robot: views that step() updates in place. Calls
+    that run the twin release the interpreter's lock; each is for one thread at a time.
+    """
+
+    def __init__(self, model: Model | str | os.PathLike | Sequence[Model | str] = (), *, world: str | os.PathLike | None = None,
+                 engine: str = "mujoco", seed: int = 0, step: float | None = None,
+                 controllers: bool | str | os.PathLike | Sequence[str | os.PathLike] = True, activate: Sequence[str] = (),
+                 namespaces: Sequence[str] = (), ideal: bool = False):
+        """model:       a Model, or the source of one (Model.load), or a list of them
+        world:       a world file, YAML or SDF; None: a ground
+        engine:      "mujoco" or "bullet"
+        seed:        of the sensors' noise
+        step:        s; None: the world's, or what the controllers' rates need
+        controllers: True: those of the description; False: none, so that `command` drives the joints; or YAML files
+        activate:    names of controllers to start; empty: all
+        namespaces:  of the robots, in their order
+        ideal:       joints follow commands exactly, under any load
+
+        Raises InputError.
+        """
+        models = [model] if isinstance(model, (Model, str, os.PathLike)) else list(model)
+        self._models = [one if isinstance(one, Model) else Model.load(one) for one in models]
+        files = [] if isinstance(controllers, bool) else [controllers] if isinstance(controllers, (str, os.PathLike)) else controllers
+        options = dict(world=None if world is None else os.fspath(world), engine=engine, seed=seed, step=step, ideal=ideal,
+                       controllers=controllers is not False, controller_files=[os.fspath(file) for file in files],
+                       activate=list(activate))
+        self._t = _doppel.make_twin([one._m for one in self._models], list(namespaces), options)
+        robots = [TwinRobot(self._t, number, robot) for number, robot in enumerate(self._t.robots())]
+        self._robots = Named("robot", [robot.namespace or robot.name for robot in robots], robots)
+        self._goals = 0
+        if robots:
+            self.q, self.v, self.effort, self.command = robots[0].q, robots[0].v, robots[0].effort, robots[0].command
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.close()
+
+    def close(self) -> None:
+        """Ends recordings and the twin. Its arrays stay readable."""
+        self._t.close()
+
+    time = property(lambda self: self._t.time, doc="s, simulated, since the start or the last reset")
+    step_size = property(lambda self: self._t.step_size, doc="s, of one step")
+    steps = property(lambda self: self._t.steps, doc="The number of steps since the start or the last reset.")
+    state_hash = property(lambda self: self._t.state_hash, doc="Of all states so far: equal runs have the same number.")
+    robots = property(lambda self: self._robots, doc="By number, and by namespace or name.")
+    model = property(lambda self: self._models[0], doc="The model of the first robot.")
+    joints = property(lambda self: self._robots[0].joints, doc="The scalar joints of the first robot.")
+    warnings = property(lambda self: self._t.diagnostics, doc="What the start has reported: a list of dicts.")
+
+    def __repr__(self):
+        if self._t.closed:
+            return "<doppel.Twin, closed>"
+        return f"<doppel.Twin {', '.join(self.robots.names)}: t = {self.time:.6g} s>"
+
+    def step(self, n: int = 1) -> None:
+        """n steps of step_size with the present commands. Raises InputError if the physics diverges."""
+        self._t.step(n)
+
+    def run_for(self, seconds: float) -> None:
+        """As many steps as this simulated time has, rounded."""
+        self._t.step(round(seconds / self.step_size))
+
+    def reset(self) -> None:
+        """To the start: time 0, start poses, at rest, commands NaN; controllers hold there."""
+        self._t.reset()
+
+    def set_state(self, q: ArrayLike, v: ArrayLike | None = None) -> None:
+        """Writes q [nq] and v [nv] (None: at rest) of the first robot; controllers hold the new pose."""
+        self._robots[0].set_state(q, v)
+
+    def save(self):
+        """The whole state, for restore(): physics, controllers, sensors, time. It has `time` and `steps`."""
+        return self._t.save()
+
+    def restore(self, state) -> None:
+        """Continues from a saved state of this twin, bit-identically."""
+        self._t.restore(state)
+
+    def joint(self, name: str) -> TwinJoint:
+        """A scalar joint of the first robot."""
+        return self.joints[name]
+
+    def controllers(self) -> dict[str, dict]:
+        """Name to type, state ("active", "inactive", "unconfigured"), claimed interfaces and namespace."""
+        out = {}
+        for robot in self._t.robots():
+            for name, type_name, state, claimed in robot["controllers"]:
+                key = f"{robot['namespace']}/{name}" if robot["namespace"] else name
+                out[key] = dict(type=type_name, state=state, claimed=claimed, namespace=robot["namespace"])
+        return out
+
+    def controller(self, name: str) -> Controller:
+        """A controller by its name or, if only one has it, a part of it: "arm"."""
+        known = self.controllers()
+        found = matches(name, list(known))
+        if len(found) != 1:
+            near = _doppel.did_you_mean(name, list(known))
+            refuse("python.unknown_name", f"there {'are several controllers' if found else 'is no controller'} '{name}'{near}",
+                   f"the controllers are {', '.join(known)}")
+        one = known[found[0]]
+        prefix = f"/{one['namespace']}" if one["namespace"] else ""
+        return Controller(self, prefix, found[0].rpartition("/")[2], one["type"], one["claimed"])
+
+    # -- the bus
+    def topics(self) -> dict[str, str]:
+        """Topics and their types."""
+        return self._t.topics()
+
+    def services(self) -> dict[str, str]:
+        """Services and their types."""
+        return self._t.services()
+
+    def publish(self, topic: str, message: Mapping, type: str = "") -> None:
+        """Publishes a message, a dict of its fields; those that are left out have their defaults. The type is that of the
+        topic. It is received before the next step."""
+        self._t.publish(topic, type, json.dumps(message, default=_plain))
+
+    def subscribe(self, topic: str, depth: int = 10) -> Subscription:
+        """The messages of a topic from now on, of a latched one also its last."""
+        return Subscription(self._t, topic, depth)
+
+    def call(self, service: str, request: Mapping | None = None, timeout: float = 10.0) -> dict:
+        """Calls a service and returns its response. Time does not pass unless the service needs steps, then at most `timeout` s of
+        simulated time. Raises ServiceError if it is refused."""
+        number = self._t.begin_call(service, json.dumps(request or {}, default=_plain))
+        text = self._answer(service, number)
+        if text is None:
+            self._t.step_until_answered(number, round(timeout / self.step_size))
+            text = self._answer(service, number)
+        if text is None:
+            raise ServiceError(f"{service} has not answered in {timeout} s")
+        return json.loads(text)
+
+    def _answer(self, service, number):
+        try:
+            return self._t.take_answer(number)
+        except ValueError as error:
+            raise ServiceError(f"{service}: {error}") from None
+
+    def parameters(self, node: str | None = None) -> dict:
+        """{node: {name: value}}, or {name: value} of one node."""
+        known = self._t.parameters()
+        if node is None:
+            return known
+        return Named("node", known, known.values())[node]
+
+    def set_parameter(self, node: str, name: str, value) -> None:
+        """Sets one parameter; raises InputError with the reason if the node refuses it."""
+        self._t.set_parameter(node, name, value)
+
+    # -- sensors, recordings, log
+    def sensors(self) -> list[dict]:
+        """Cameras, lidars and range sensors: name, type, topics, frame, rate in Hz."""
+        return self._t.sensors()
+
+    def camera(self, name: str) -> Camera:
+        """A camera by a part of its name."""
+        cameras = [one for one in self.sensors() if "camera" in one["type"]]
+        names = [one["name"] for one in cameras]
+        found = matches(name, names)
+        if len(found) != 1:
+            refuse("python.unknown_name", f"there {'are several cameras' if found else 'is no camera'} '{name}'",
+                   f"the cameras are {', '.join(names)}" if names else "the robot has no camera; add one to its description")
+        return Camera(self._t, cameras[names.index(found[0])])
+
+    def record(self, file: str | os.PathLike) -> Recording:
+        """Records all topics from now on into one MCAP file. With a recording before the first step, `doppel bag resimulate`
+        can run it again."""
+        return Recording(self._t, os.fspath(file))
+
+    def log(self) -> Iterator[tuple[str, str, str]]:
+        """The lines since the last call: severity, origin, text."""
+        return self._t.take_log()
+
+
+def _plain(value):
+    """NumPy's values for JSON."""
+    if hasattr(value, "tolist"):
+        return value.tolist()
+    raise TypeError(f"{value!r} cannot be a field of a message")

@@ -1,0 +1,60 @@
+"""Prints what the package costs: the import, steps from Python beside those of the program, rollouts.
+
+    PYTHONPATH=build/python python3 python/tests/bench.py [build/bin/doppel]
+"""
+import re
+import subprocess
+import sys
+import time
+
+STEPS = 20_000
+
+
+def rate(call, steps):
+    best = float("inf")
+    for _ in range(3):
+        start = time.perf_counter()
+        call()
+        best = min(best, time.perf_counter() - start)
+    return steps / best
+
+
+def import_time():
+    program = "import time; t = time.perf_counter(); import doppel; print(time.perf_counter() - t)"
+    return min(float(subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True).stdout)
+               for _ in range(5))
+
+
+def program_rate(doppel_program):
+    run = subprocess.run([doppel_program, "up", "omarm_one", "--headless", "--speed", "max", "--duration", str(STEPS * 1e-3),
+                          "--no-open", "--no-ros", "--no-reload", "--no-rewind", "--black-box", "0"], capture_output=True, text=True, check=False)
+    found = re.search(r"([\d.]+) x real time", run.stderr)
+    return float(found.group(1)) / 1e-3 if found else float("nan")
+
+
+def main():
+    print(f"import doppel                {1e3 * import_time():8.1f} ms")
+    import numpy as np
+
+    import doppel
+    twin = doppel.Twin("omarm_one")
+    twin.step(1000)
+
+    def one_by_one():
+        for _ in range(STEPS):
+            twin.step()
+    many = rate(lambda: [twin.step(1000) for _ in range(STEPS // 1000)], STEPS)
+    single = rate(one_by_one, STEPS)
+    print(f"steps, 1,000 in a call       {many:8.0f} /s")
+    print(f"steps, one in a call         {single:8.0f} /s   {single / many:.3f} of that")
+    if len(sys.argv) > 1:
+        program = max(program_rate(sys.argv[1]) for _ in range(3))
+        print(f"steps of the program         {program:8.0f} /s   Python has {many / program:.3f} of that")
+    commands = np.random.default_rng(1).uniform(0, 1, (64, 50, len(twin.command)))
+    for threads in (1, 2):
+        speed = rate(lambda: doppel.rollout(twin, None, commands, threads=threads, steps_per_row=20), 64 * 50 * 20)
+        print(f"rollouts, {threads} thread(s)        {speed:8.0f} /s")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,226 @@
+// Twin of Python: a running twin with its arrays, its bus, saved states and recording. python/doppel/_twin.py
+// adds names and texts. All functions that run the twin release the interpreter's lock.
+#include <pybind11/stl.h>
+
+#include <algorithm>
+#include <cstring>
+#include <span>
+
+#include "doppel/base/core/installation.h"
+#include "doppel/ros/messages/sensor_msgs.h"
+#include "doppel/twin/loop/saved_state.h"
+#include "python/bindings.h"
+#include "python/conversions.h"
+#include "python/described_model.h"
+#include "python/running_twin.h"
+
+namespace doppel::python {
+namespace {
+
+using Unlocked = py::call_guard<py::gil_scoped_release>;
+
+// The options of Python's Twin, by their names there.
+std::shared_ptr<RunningTwin> make_twin(const std::vector<std::shared_ptr<DescribedModel>>& models,
+                                       const std::vector<std::string>& name_spaces, const py::dict& options) {
+  Scenario scenario;
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    WorldRobot& robot = scenario.robots.emplace_back();
+    robot.target = models[i]->twin_target;
+    robot.arguments = models[i]->twin_arguments;
+    if (i < name_spaces.size()) robot.name_space = name_spaces[i];
+    for (const auto& file : options["controller_files"].cast<std::vector<std::string>>())
+      robot.controllers.emplace_back(file);
+    robot.activate = options["activate"].cast<std::vector<std::string>>();
+  }
+  scenario.bundled_robots = data_folder() / "robots";
+  if (!options["world"].is_none()) scenario.world = options["world"].cast<std::string>();
+  if (!options["step"].is_none()) scenario.step = from_seconds(options["step"].cast<double>());
+  scenario.engine = options["engine"].cast<std::string>();
+  scenario.start_controllers = options["controllers"].cast<bool>();
+  scenario.ideal = options["ideal"].cast<bool>();
+  scenario.sensors.seed = options["seed"].cast<std::uint64_t>();
+  scenario.sensors.lockstep = true;
+  const py::gil_scoped_release released;
+  return std::make_shared<RunningTwin>(scenario);
+}
+
+// A view of memory that `owner` keeps; NumPy does not copy it.
+py::object view_of(std::vector<double>& values, const py::object& owner, bool writable) {
+  Numbers view(std::vector<py::ssize_t>{static_cast<py::ssize_t>(values.size())},
+               std::vector<py::ssize_t>{sizeof(double)}, values.data(), owner);
+  if (!writable) view.attr("flags").attr("writeable") = false;
+  return view;
+}
+
+py::dict arrays(const py::object& self, std::size_t robot) {
+  auto& twin = self.cast<RunningTwin&>();
+  RobotArrays& values = twin.robots().at(robot);
+  py::dict out;
+  out["q"] = view_of(values.q, self, false);
+  out["v"] = view_of(values.v, self, false);
+  out["effort"] = view_of(values.effort, self, false);
+  out["command"] = view_of(values.command, self, true);
+  return out;
+}
+
+py::dict robot_dict(const TwinRobot& robot) {
+  const Model& model = robot.model();
+  py::dict out;
+  out["name"] = robot.name();
+  out["namespace"] = robot.name_space();
+  py::list joints;
+  for (const ModelJoint& joint : model.joints) {
+    if (!joint.scalar()) continue;
+    joints.append(py::make_tuple(joint.name, joint.q, joint.v));
+  }
+  out["joints"] = joints;
+  out["driven"] = model.driven_joint_names();
+  py::list controllers;
+  for (const ControllerView& controller : robot.controller_manager().controllers())
+    controllers.append(py::make_tuple(controller.name, controller.type,
+                                      std::string(to_string(controller.state)), controller.claimed));
+  out["controllers"] = controllers;
+  return out;
+}
+
+py::list robots(RunningTwin& self) {
+  py::list out;
+  for (const auto& robot : self.twin().robots()) out.append(robot_dict(*robot));
+  return out;
+}
+
+py::dict link_poses(RunningTwin& self, std::size_t robot) {
+  const TwinRobot* const found = self.twin().find_robot(self.robots().at(robot).name_space);
+  py::dict out;
+  if (found == nullptr) return out;
+  const Model& model = found->model();
+  for (std::size_t i = 0; i < model.links.size(); ++i) {
+    Numbers pose(std::vector<py::ssize_t>{4, 4});
+    write_pose(found->instance().link_pose(static_cast<int>(i)), pose.mutable_data());
+    out[py::str(model.links[i].name)] = pose;
+  }
+  return out;
+}
+
+// The newest image of a topic: (time in s, encoding, height, width, bytes of a row, data), or None.
+py::object newest_image(RunningTwin& self, const std::string& topic) {
+  double time = 0;
+  sensor_msgs::msg::Image image;
+  bool is_there = false;
+  {
+    const py::gil_scoped_release released;
+    const Bytes bytes = self.newest(topic, time);
+    is_there = !bytes.empty() && from_cdr(std::span<const std::byte>(bytes), image).ok();
+  }
+  if (!is_there) return py::none();
+  py::array_t<std::uint8_t> data(static_cast<py::ssize_t>(image.data.size()));
+  std::memcpy(data.mutable_data(), image.data.data(), image.data.size());
+  return py::make_tuple(time, image.encoding, image.height, image.width, image.step, data);
+}
+
+py::list sensors(RunningTwin& self) {
+  py::list out;
+  for (const RigStatus& status : self.twin().sensors()) {
+    py::dict sensor;
+    sensor["name"] = status.sensor.name;
+    sensor["type"] = status.sensor.type;
+    sensor["topics"] = status.sensor.topics;
+    sensor["frame"] = status.sensor.frame;
+    sensor["rate"] = status.sensor.rate;
+    out.append(sensor);
+  }
+  return out;
+}
+
+template <class List>
+py::dict names_and_types(const List& list) {
+  py::dict out;
+  for (const auto& one : list) out[py::str(one.name)] = one.type;
+  return out;
+}
+
+py::dict parameters(RunningTwin& self) {
+  std::vector<NamedParameter> list;
+  {
+    const py::gil_scoped_release released;
+    list = self.parameters();
+  }
+  py::dict out;
+  for (const NamedParameter& parameter : list) {
+    const py::str node(parameter.node);
+    if (!out.contains(node)) out[node] = py::dict();
+    out[node][py::str(parameter.name)] = py::cast(parameter.value);
+  }
+  return out;
+}
+
+py::list take_log(RunningTwin& self) {
+  py::list out;
+  for (const LogLine& line : self.take_log())
+    out.append(py::make_tuple(std::string(to_string(line.severity)), line.origin, line.text));
+  return out;
+}
+
+py::list take_messages(RunningTwin& self, const std::string& topic) {
+  std::vector<TextMessage> messages;
+  {
+    const py::gil_scoped_release released;
+    messages = self.take_messages(topic);
+  }
+  py::list out;
+  for (const TextMessage& message : messages) out.append(py::make_tuple(message.time, message.json));
+  return out;
+}
+
+void bind_bus(py::class_<RunningTwin, std::shared_ptr<RunningTwin>>& twin) {
+  twin.def("topics", [](RunningTwin& self) { return names_and_types(self.twin().bus().topics()); })
+      .def("services", [](RunningTwin& self) { return names_and_types(self.twin().bus().services()); })
+      .def("publish", &RunningTwin::publish, Unlocked())
+      .def("subscribe", &RunningTwin::subscribe, Unlocked())
+      .def("unsubscribe", &RunningTwin::unsubscribe, Unlocked())
+      .def("take_messages", &take_messages)
+      .def("newest_image", &newest_image)
+      .def("begin_call", &RunningTwin::begin_call, Unlocked())
+      .def("step_until_answered", &RunningTwin::step_until_answered, Unlocked())
+      .def("take_answer", &RunningTwin::take_answer, Unlocked())
+      .def("parameters", &parameters)
+      .def("set_parameter", &RunningTwin::set_parameter, Unlocked());
+}
+
+}  // namespace
+
+void bind_twin(py::module_& module) {
+  py::class_<SavedState, std::shared_ptr<SavedState>>(module, "SavedState")
+      .def_property_readonly("time", [](const SavedState& self) { return to_seconds(self.time()); })
+      .def_property_readonly("steps", &SavedState::steps)
+      .def_property_readonly("unsaved_controllers", &SavedState::unsaved_controllers);
+  py::class_<RunningTwin, std::shared_ptr<RunningTwin>> twin(module, "RunningTwin");
+  twin.def("step", &RunningTwin::step, Unlocked())
+      .def("close", &RunningTwin::close, Unlocked())
+      .def_property_readonly("closed", &RunningTwin::is_closed)
+      .def("reset", &RunningTwin::reset, Unlocked())
+      .def("set_state", &RunningTwin::set_state, Unlocked())
+      .def("save",
+           [](RunningTwin& self) {
+             const py::gil_scoped_release released;
+             return std::const_pointer_cast<SavedState>(self.save());
+           })
+      .def("restore", &RunningTwin::restore, Unlocked())
+      .def_property_readonly("time", &RunningTwin::time)
+      .def_property_readonly("step_size", &RunningTwin::step_size)
+      .def_property_readonly("steps", &RunningTwin::steps)
+      .def_property_readonly("state_hash", &RunningTwin::state_hash)
+      .def_property_readonly("diagnostics",
+                             [](const RunningTwin& self) { return to_list(self.diagnostics()); })
+      .def("arrays", [](const py::object& self, std::size_t robot) { return arrays(self, robot); })
+      .def("robots", &robots)
+      .def("link_poses", &link_poses)
+      .def("sensors", &sensors)
+      .def("take_log", &take_log)
+      .def("record", &RunningTwin::record, Unlocked())
+      .def("stop_recording", &RunningTwin::stop_recording, Unlocked());
+  bind_bus(twin);
+  module.def("make_twin", &make_twin);
+}
+
+}  // namespace doppel::python

@@ -1,0 +1,223 @@
+#include "python/running_twin.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "doppel/base/core/names.h"
+#include "doppel/lab/recording/run_recording.h"
+#include "doppel/version.h"
+
+namespace doppel::python {
+namespace {
+
+constexpr std::size_t kMaxLogLines = 1000;
+constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+
+bool same_bits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+
+RobotArrays arrays_of(const TwinRobot& robot) {
+  const Model& model = robot.model();
+  RobotArrays out;
+  out.name_space = robot.name_space();
+  out.q.resize(static_cast<std::size_t>(model.nq));
+  out.v.resize(static_cast<std::size_t>(model.nv));
+  out.effort.resize(out.v.size());
+  for (std::size_t i = 0; i < model.joints.size(); ++i) {
+    if (model.joints[i].scalar() && !model.joints[i].mimics()) out.driven.push_back(static_cast<int>(i));
+  }
+  out.command.assign(out.driven.size(), kNone);
+  out.applied = out.command;
+  return out;
+}
+
+}  // namespace
+
+RunningTwin::RunningTwin(const Scenario& scenario) {
+  log_.add_sink([this](const LogLine& line) {
+    const std::lock_guard lock(lines_mutex_);
+    lines_.push_back(line);
+    if (lines_.size() > kMaxLogLines) lines_.pop_front();
+  });
+  Diagnostics diagnostics;
+  twin_ = std::make_unique<Twin>(scenario, log_, diagnostics);
+  diagnostics_ = diagnostics.all();
+  for (const auto& robot : twin().robots()) robots_.push_back(arrays_of(*robot));
+  edge_ = twin().bus().attach("python", {.receives_own = false, .listed = false});
+  copy_state();
+}
+
+RunningTwin::~RunningTwin() {
+  close();
+}
+
+// The recorder and the edge end before the bus.
+void RunningTwin::close() {
+  const std::lock_guard lock(mutex_);
+  recorder_.reset();
+  sink_.reset();
+  subscriptions_.clear();
+  edge_.reset();
+  twin_.reset();
+}
+
+Twin& RunningTwin::twin() const {
+  if (!twin_)
+    throw InputError("python.closed", {}, "the twin is closed",
+                     "use it inside its with block, or make another one");
+  return *twin_;
+}
+
+std::vector<LogLine> RunningTwin::take_log() {
+  const std::lock_guard lock(lines_mutex_);
+  std::vector<LogLine> out(lines_.begin(), lines_.end());
+  lines_.clear();
+  return out;
+}
+
+TwinRobot& RunningTwin::robot(const RobotArrays& arrays) const {
+  TwinRobot* const found = twin().find_robot(arrays.name_space);
+  if (found == nullptr)
+    throw InputError("python.robot_removed", {}, fmt::format("the robot '{}' was removed", arrays.name_space),
+                     "make a new Twin, or do not delete it");
+  return *found;
+}
+
+// A controller writes its command in each of its ticks, so that both would take turns.
+void RunningTwin::check_command(const RobotArrays& arrays, std::size_t joint) const {
+  TwinRobot& commanded = robot(arrays);
+  const std::string& name = commanded.model().joints[static_cast<std::size_t>(arrays.driven[joint])].name;
+  for (const InterfaceView& interface : commanded.controller_manager().command_interfaces()) {
+    if (interface.claimed_by.empty() || !interface.full_name.starts_with(name + "/")) continue;
+    throw InputError("python.claimed", {},
+                     fmt::format("command of '{}' was set, but the controller '{}' commands this joint", name,
+                                 interface.claimed_by),
+                     fmt::format("start the twin with controllers=False, or send the command to "
+                                 "twin.controller(\"{}\")",
+                                 interface.claimed_by));
+  }
+}
+
+void RunningTwin::apply_commands() {
+  for (RobotArrays& arrays : robots_) {
+    for (std::size_t i = 0; i < arrays.command.size(); ++i) {
+      const double command = arrays.command[i];
+      const bool changed = !same_bits(command, arrays.applied[i]);
+      if (std::isnan(command) && !changed) continue;
+      if (changed && !std::isnan(command)) check_command(arrays, i);
+      Instance& instance = robot(arrays).instance();
+      const DriveMode mode = std::isnan(command) ? DriveMode::passive : DriveMode::position;
+      if (instance.drive(arrays.driven[i]) != mode) instance.set_drive(arrays.driven[i], mode);
+      if (mode == DriveMode::position) instance.set_target(arrays.driven[i], command);
+      arrays.applied[i] = command;
+    }
+  }
+}
+
+void RunningTwin::copy_state() {
+  for (RobotArrays& arrays : robots_) {
+    const TwinRobot& shown = robot(arrays);
+    const Instance& instance = shown.instance();
+    std::ranges::copy(instance.q(), arrays.q.begin());
+    std::ranges::copy(instance.v(), arrays.v.begin());
+    const auto effort = instance.drive_effort();
+    for (const ModelJoint& joint : shown.model().joints) {
+      if (joint.scalar())
+        arrays.effort[static_cast<std::size_t>(joint.v)] =
+            effort[static_cast<std::size_t>(joint.child_link - 1)];
+    }
+  }
+}
+
+void RunningTwin::take_step() {
+  twin().between_steps();
+  twin().step();
+  if (!subscriptions_.empty()) receive();
+}
+
+void RunningTwin::step(std::uint64_t steps) {
+  const std::lock_guard lock(mutex_);
+  apply_commands();
+  const Twin& running = twin();
+  for (std::uint64_t i = 0; i < steps && !running.diverged(); ++i) {
+    take_step();
+    if (recorder_) recorder_->let_catch_up();
+  }
+  copy_state();
+  if (running.diverged())
+    throw InputError("run.diverged", {}, fmt::format("the physics diverged at t = {:.3f} s", time()),
+                     "look for small masses on strong joints, or pass a smaller step");
+}
+
+void RunningTwin::reset() {
+  const std::lock_guard lock(mutex_);
+  twin().reset();
+  for (RobotArrays& arrays : robots_) {
+    std::ranges::fill(arrays.command, kNone);
+    arrays.applied = arrays.command;
+  }
+  copy_state();
+}
+
+void RunningTwin::set_state(std::size_t robot_index, const std::vector<double>& q,
+                            const std::vector<double>& v) {
+  const std::lock_guard lock(mutex_);
+  TwinRobot& changed = robot(robots_[robot_index]);
+  changed.instance().set_state(q, v);
+  changed.state_written(twin().now());
+  twin().publish_state();
+  copy_state();
+}
+
+std::shared_ptr<const SavedState> RunningTwin::save() {
+  const std::lock_guard lock(mutex_);
+  return twin().save();
+}
+
+void RunningTwin::restore(const SavedState& state) {
+  const std::lock_guard lock(mutex_);
+  if (const Status restored = twin().restore(state); !restored)
+    throw InputError("state.restore", {}, "the state cannot be restored: " + restored.why(),
+                     "restore it into the twin that it was saved from");
+  copy_state();
+}
+
+void RunningTwin::record(const std::string& file) {
+  const std::lock_guard lock(mutex_);
+  if (recorder_)
+    throw InputError("python.recording", {},
+                     fmt::format("'{}' is still recorded", recorder_->folder().string()),
+                     "end it first, by stop() or the end of its with block");
+  auto sink = std::make_unique<McapFileSink>(file);
+  RecorderOptions options;
+  if (twin().steps_taken() == 0) {
+    RunRecordingOptions whole_run;
+    whole_run.version = version();
+    options = run_recorder_options(twin(), std::move(whole_run), log_);
+  } else {
+    options.topics.all = true;
+  }
+  options.bag.folder = file;
+  options.bag.sink = sink.get();
+  recorder_ = std::make_unique<BusRecorder>(twin().bus(), std::move(options), log_);
+  sink_ = std::move(sink);
+}
+
+std::uint64_t RunningTwin::stop_recording() {
+  const std::lock_guard lock(mutex_);
+  if (!recorder_) return 0;
+  const RecorderReport report = recorder_->stop();
+  recorder_.reset();
+  sink_.reset();
+  if (!report.failure.empty())
+    throw InputError("output.unwritable", {}, "the recording ended early: " + report.failure);
+  return report.messages;
+}
+
+}  // namespace doppel::python

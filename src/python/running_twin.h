@@ -1,0 +1,127 @@
+#pragma once
+// A twin as Python's Twin holds it: stepped on the thread that asks for it, with its state in arrays that
+// keep their place in memory, and an edge to its bus.
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "doppel/base/core/log.h"
+#include "doppel/base/mcap/mcap_file_sink.h"
+#include "doppel/ros/bus/bus.h"
+#include "doppel/ros/record/bus_recorder.h"
+#include "doppel/twin/assembly/twin.h"
+
+namespace doppel::python {
+
+// The state of one robot, copied from the engine after each step() and each jump. Sizes never change.
+struct RobotArrays {
+  std::string name_space;
+  std::vector<double> q, v;     // [nq] [nv] rad, m and their rates
+  std::vector<double> effort;   // [nv] N m, N: of the drives in the last step
+  std::vector<double> command;  // [driven] rad, m: written by Python; NaN: none
+  std::vector<int> driven;      // joints of the model
+  std::vector<double> applied;  // [driven] the commands of the last step
+};
+
+struct TextMessage {
+  double time = 0;  // s, when it was published
+  std::string json;
+};
+
+class RunningTwin {
+ public:
+  // Throws InputError.
+  explicit RunningTwin(const Scenario& scenario);
+  ~RunningTwin();
+  RunningTwin(const RunningTwin&) = delete;
+  RunningTwin& operator=(const RunningTwin&) = delete;
+
+  // Ends everything but the arrays. The functions below throw InputError "python.closed" afterwards.
+  void close();
+  [[nodiscard]] bool is_closed() const { return twin_ == nullptr; }
+
+  // The functions below lock the twin, so that several threads of Python may use it.
+  // `steps` steps with the present commands. Ends early if the physics diverges, and throws InputError.
+  void step(std::uint64_t steps);
+  void reset();
+  void set_state(std::size_t robot, const std::vector<double>& q, const std::vector<double>& v);
+  [[nodiscard]] std::shared_ptr<const SavedState> save();
+  void restore(const SavedState& state);
+
+  [[nodiscard]] double time() const { return to_seconds(twin().now()); }
+  [[nodiscard]] double step_size() const { return to_seconds(twin().step_size()); }
+  [[nodiscard]] std::uint64_t steps() const { return twin().steps(); }
+  [[nodiscard]] std::uint64_t state_hash() const { return twin().state_hash(); }
+  [[nodiscard]] Twin& twin() const;
+  [[nodiscard]] const std::vector<Diagnostic>& diagnostics() const { return diagnostics_; }
+  [[nodiscard]] std::vector<LogLine> take_log();
+  [[nodiscard]] std::vector<RobotArrays>& robots() { return robots_; }
+
+  // -- the bus; messages are JSON
+  void publish(const std::string& topic, const std::string& type, const std::string& json);
+  // Keeps the last `depth` messages from now on.
+  void subscribe(const std::string& topic, std::size_t depth);
+  void unsubscribe(const std::string& topic);
+  // The messages since the last call, the oldest first.
+  [[nodiscard]] std::vector<TextMessage> take_messages(const std::string& topic);
+  // The bytes of the newest message, in CDR; empty: none has come.
+  [[nodiscard]] Bytes newest(const std::string& topic, double& time);
+  // The number of a request, whose answer take_answer() gives. Throws InputError: no such service, or a
+  // request that is not of its type.
+  std::uint32_t begin_call(const std::string& service, const std::string& json);
+  // Steps until the answer is there, at most `steps` times. False: it is not.
+  bool step_until_answered(std::uint32_t call, std::uint64_t steps);
+  // nullopt: not yet. Throws InputError "service.refused" with the reason.
+  std::optional<std::string> take_answer(std::uint32_t call);
+  [[nodiscard]] std::vector<NamedParameter> parameters();
+  void set_parameter(const std::string& node, const std::string& name, const ParameterValue& value);
+
+  // One file, until stop_recording() or the end of the twin; returns the number of messages.
+  void record(const std::string& file);
+  std::uint64_t stop_recording();
+
+ private:
+  struct Subscription {
+    TopicId topic = 0;
+    std::string type;
+    std::size_t depth = 1;
+    std::deque<std::pair<Time, Bytes>> messages;  // not yet taken
+    std::pair<Time, Bytes> newest;
+  };
+  struct Answer {
+    const TypeSupport* type = nullptr;
+    bool is_there = false;
+    Status status;
+    Bytes cdr;
+  };
+
+  void check_command(const RobotArrays& arrays, std::size_t joint) const;
+  void apply_commands();
+  void take_step();
+  void copy_state();
+  void receive();
+  [[nodiscard]] TwinRobot& robot(const RobotArrays& arrays) const;
+  [[nodiscard]] Subscription& subscription(const std::string& topic);
+
+  mutable std::recursive_mutex mutex_;
+  Log log_;
+  std::deque<LogLine> lines_;
+  std::mutex lines_mutex_;
+  std::vector<Diagnostic> diagnostics_;
+  std::unique_ptr<Twin> twin_;
+  std::vector<RobotArrays> robots_;
+  std::unique_ptr<Edge> edge_;
+  std::map<std::string, Subscription> subscriptions_;
+  std::map<std::uint32_t, std::shared_ptr<Answer>> answers_;
+  std::uint32_t next_call_ = 1;
+  std::unique_ptr<McapFileSink> sink_;
+  std::unique_ptr<BusRecorder> recorder_;
+};
+
+}  // namespace doppel::python
