@@ -1,4 +1,5 @@
-# Debian packages, built by `tools/build packages` (CPack): doppel, libdoppel0, libdoppel-dev and doppel-data.
+# Debian packages, built by `tools/build packages` (CPack): doppel, libdoppel0, libdoppel-dev, doppel-data and, where
+# pybind11 is installed, python3-doppel.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_VERSION ${PROJECT_VERSION})
 set(CPACK_PACKAGE_CONTACT "doppel's developers <doppel@localhost>")
@@ -40,4 +41,18 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libdoppel${abi} (= ${this_version}
 set(CPACK_DEBIAN_DATA_PACKAGE_NAME doppel-data)
 set(CPACK_COMPONENT_DATA_DESCRIPTION "Robots, worlds, datasheets and the page of doppel.")
 set(CPACK_DEBIAN_DATA_PACKAGE_ARCHITECTURE all)
+
+# The extension modules are for the interpreter's version that they are built with, as those of Debian's own packages.
+if(TARGET _doppel)
+  list(APPEND CPACK_COMPONENTS_ALL python)
+  get_property(python GLOBAL PROPERTY DOPPEL_PYTHON)
+  list(GET python 0 python_version)
+  list(GET python 1 next_python_version)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-doppel)
+  set(CPACK_COMPONENT_PYTHON_DESCRIPTION "The package doppel of Python: models of robots and their twins with NumPy arrays.")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "libdoppel${abi} (= ${this_version}), doppel-data (= ${this_version}), \
+python3 (>= ${python_version}), python3 (<< ${next_python_version}), python3-numpy")
+endif()
 include(CPack)
