@@ -62,6 +62,8 @@ doppel_pkg_config(doppel "Turns a robot description into a digital twin" doppel 
 doppel_pkg_config(doppel-tools "Conversion, calibration, verification and clients beside doppel's twins" doppel_tools doppel)
 
 install(DIRECTORY robots worlds datasheets DESTINATION ${doppel_datadir} COMPONENT data)
+install(DIRECTORY python/launch_reader DESTINATION ${doppel_datadir}/python COMPONENT data
+  PATTERN __pycache__ EXCLUDE)
 # `doppel man TOPIC` prints the pages that help texts and errors name.
 install(DIRECTORY docs DESTINATION ${doppel_datadir} COMPONENT data
   PATTERN Doxyfile EXCLUDE PATTERN modules_before_floors.svg EXCLUDE)

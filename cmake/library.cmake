@@ -8,7 +8,7 @@ foreach(package yaml-cpp nlohmann_json Boost Qhull)  # the results of the module
 endforeach()
 
 set(modules_of_twin)
-set(open live)
+set(open live launch)
 while(open)
   list(POP_FRONT open module)
   if(NOT module IN_LIST modules_of_twin)

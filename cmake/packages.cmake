@@ -25,6 +25,8 @@ set(CPACK_COMPONENT_PROGRAM_DESCRIPTION "Turns a robot description (URDF, xacro)
  real physics and ros2_control's controllers, is seen in the browser, and is on
  ROS 2's network without ROS installed.")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_DEPENDS "libdoppel${abi} (= ${this_version}), doppel-data (= ${this_version})")
+# Launch files are read by Python.
+set(CPACK_DEBIAN_PROGRAM_PACKAGE_RECOMMENDS "python3, python3-yaml")
 set(CPACK_DEBIAN_PROGRAM_PACKAGE_SHLIBDEPS ON)
 
 set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME libdoppel${abi})

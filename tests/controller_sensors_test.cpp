@@ -80,7 +80,7 @@ class ControllerSensors : public TwinFixture {
     std::ofstream(folder / "controlled.yaml") << kControllers;
     Scenario scenario;
     scenario.robots = {{.target = (folder / "controlled.urdf").string()}};
-    scenario.robots[0].controllers = folder / "controlled.yaml";
+    scenario.robots[0].controllers = {folder / "controlled.yaml"};
     scenario.sensors.seed = seed;
     scenario.sensors.lockstep = lockstep_;
     bring_up(scenario);

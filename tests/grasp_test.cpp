@@ -80,7 +80,7 @@ class GraspTest : public TwinFixture {
     std::ofstream(folder_ / "world.sdf") << R"(<sdf version='1.9'><world name='lab'>
 <include><uri>model://ground_plane</uri></include></world></sdf>)";
     Scenario scenario;
-    scenario.robots = {{.target = folder_ / "hand.urdf", .controllers = folder_ / "controllers.yaml"}};
+    scenario.robots = {{.target = folder_ / "hand.urdf", .controllers = {folder_ / "controllers.yaml"}}};
     scenario.world = folder_ / "world.sdf";
     scenario.engine = engine;
     bring_up(scenario);

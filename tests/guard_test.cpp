@@ -71,7 +71,7 @@ class Guard : public TwinFixture {
     }
     if (!controllers.empty()) {
       std::ofstream(folder / "controllers.yaml") << controllers;
-      scenario.robots[0].controllers = (folder / "controllers.yaml").string();
+      scenario.robots[0].controllers = {(folder / "controllers.yaml").string()};
     }
     bring_up(scenario);
     run(1.5);

@@ -185,7 +185,7 @@ TEST(Ros2Documentation, TablesMatchRunningTwin) {
   std::ofstream(folder / "controllers.yaml") << kControllers;
   Scenario scenario;
   scenario.robots = {{.target = (folder / "arm.urdf").string()}};
-  scenario.robots.front().controllers = folder / "controllers.yaml";
+  scenario.robots.front().controllers = {folder / "controllers.yaml"};
   scenario.robots.front().activate = {"joint_state_broadcaster", "arm_controller"};
   Log log;
   Diagnostics diagnostics;

@@ -398,7 +398,7 @@ imu_broadcaster: {ros__parameters: {sensor_name: imu, frame_id: disc}}
 )";
     Scenario scenario;
     scenario.robots = {{.target = (folder / "arm.urdf").string()}};
-    scenario.robots[0].controllers = folder / "arm.yaml";
+    scenario.robots[0].controllers = {folder / "arm.yaml"};
     scenario.sensors = {.seed = 5, .lockstep = true};
     bring_up(scenario);
   }

@@ -41,7 +41,7 @@ class UnrulyPlugins : public TwinFixture {
         << fault << "}}\n";
     Scenario scenario;
     scenario.robots = {{.target = "lab_arm"}};
-    scenario.robots.front().controllers = (folder_ / "controllers.yaml").string();
+    scenario.robots.front().controllers = {(folder_ / "controllers.yaml").string()};
     scenario.plugins = {DOPPEL_TEST_UNRULY};
     bring_up(scenario);
   }

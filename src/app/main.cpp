@@ -8,6 +8,7 @@
 
 #include "app/documents.h"
 #include "app/failures.h"
+#include "app/launch.h"
 #include "app/print_stderr.h"
 #include "app/process.h"
 #include "app/up.h"
@@ -83,7 +84,9 @@ int run(const std::vector<std::string>& arguments) {
   doppel::RosArguments ros;  // of up, view and teleop
   doppel::app::add_up(app, ros, exit_code);
   doppel::app::add_view(app, ros, exit_code);
-  if (arguments.empty() || (arguments.front() != "up" && arguments.front() != "view"))
+  doppel::app::add_launch(app, exit_code);
+  if (arguments.empty() ||
+      (arguments.front() != "up" && arguments.front() != "view" && arguments.front() != "launch"))
     add_other_verbs(app, ros, exit_code);
   // Last: verbs inherit the footer that exists when they are added.
   app.footer(

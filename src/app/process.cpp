@@ -67,8 +67,17 @@ void fill_standard_files() {
   }
 }
 
+namespace {
+
+std::atomic<bool> requested{false};
+
+}  // namespace
+
+void request_stop() {
+  requested = true;
+}
+
 const std::atomic<bool>& stop_on_signals() {
-  static std::atomic<bool> requested{false};
   struct sigaction action {};
   // The handling of the first one, or the loading of a model, may take long; a second one does not wait for
   // it.

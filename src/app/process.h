@@ -21,6 +21,8 @@ void fill_standard_files();
 // the flag that is returned. A second one ends the process at once, with the exit code of a shell: 128 plus
 // the signal's number.
 const std::atomic<bool>& stop_on_signals();
+// Has the effect of the first signal. Any thread.
+void request_stop();
 
 // An argument, quoted for a shell where it needs it.
 std::string shell_quoted(const std::string& argument);

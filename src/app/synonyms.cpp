@@ -14,7 +14,7 @@ struct Synonym {
 
 constexpr std::array kSynonyms = std::to_array<Synonym>({
     // ros2 and its tools
-    {"", "launch", "doppel up TARGET starts a robot with its controllers; launch files are not read"},
+    {"", "roslaunch", "doppel launch FILE"},
     {"", "run", "doppel up TARGET"},
     {"", "start", "doppel up TARGET"},
     {"", "sim", "doppel up TARGET"},

@@ -29,9 +29,8 @@ constexpr std::chrono::microseconds kFrame{16'667};
 
 struct ViewOptions {
   DescribedBy robot;
-  bool no_reload = false, headless = false;
+  ShowOptions show;
   std::optional<double> time;  // of a recording
-  EdgeOptions edges;
 };
 
 void print_viewer_banner(const Viewer& viewer, const Session& session) {
@@ -45,9 +44,13 @@ void print_viewer_banner(const Viewer& viewer, const Session& session) {
 }
 
 // Until `stop`; late frames are skipped.
-void show_frames(Viewer& viewer, const std::atomic<bool>& stop) {
+void show_frames(Viewer& viewer, double duration, const std::atomic<bool>& stop) {
   auto due = std::chrono::steady_clock::now();
-  while (!stop) {
+  const auto begin = due;
+  const auto is_over = [&] {
+    return duration > 0 && std::chrono::duration<double>(due - begin).count() >= duration;
+  };
+  while (!stop && !is_over()) {
     viewer.step(system_time());
     due = std::max(due + kFrame, std::chrono::steady_clock::now());
     std::this_thread::sleep_until(due);
@@ -59,8 +62,8 @@ int run_recording(const ViewOptions& options, const RosArguments& ros) {
     throw InputError("cli.use", {}, "--set is for descriptions, and a recording has no arguments", "omit it");
   return view_recording({.words = options.robot.words,
                          .time = options.time,
-                         .opens_browser = !options.headless && !options.edges.no_open,
-                         .edges = options.edges},
+                         .opens_browser = !options.show.headless && !options.show.edges.no_open,
+                         .edges = options.show.edges},
                         ros);
 }
 
@@ -73,13 +76,21 @@ int run_view(const ViewOptions& options, const RosArguments& ros) {
         "name an .mcap file or the folder of a bag, or omit --at");
   Scenario scenario = described_scenario(options.robot);
   scenario.ros = ros;
+  Diagnostics diagnostics;
+  return show_robot(scenario, options.show, diagnostics, {});
+}
+
+}  // namespace
+
+int show_robot(const Scenario& scenario, const ShowOptions& options, Diagnostics& diagnostics,
+               const RunHooks& hooks) {
+  const RosArguments& ros = scenario.ros;
   SessionOptions session_with = session_options(options.edges, ros);
   session_with.reload = !options.no_reload;
   const std::atomic<bool>& stop = stop_on_signals();
   TerminalLog terminal;
   Log log;
   log.add_sink(terminal.sink(ros.log_level));
-  Diagnostics diagnostics;
   Viewer viewer(scenario, log, diagnostics);
   const Rosout rosout(viewer.bus());
   log.add_sink(rosout.sink());
@@ -92,11 +103,11 @@ int run_view(const ViewOptions& options, const RosArguments& ros) {
   session.begin();
   Browser browser(log);
   if (!options.headless && !options.edges.no_open) browser.open(session.server().server().page_url());
-  show_frames(viewer, stop);
+  if (hooks.ready) hooks.ready({log, session.server().server().port()});
+  show_frames(viewer, options.duration, stop);
+  if (hooks.ended) hooks.ended();
   return 0;
 }
-
-}  // namespace
 
 void add_view(CLI::App& app, const RosArguments& ros, int& exit_code) {
   auto options = std::make_shared<ViewOptions>();
@@ -108,9 +119,9 @@ void add_view(CLI::App& app, const RosArguments& ros, int& exit_code) {
       "; or a recording (an .mcap file, or the folder of a bag), and a second one to compare it with");
   view->add_option("--at", options->time, "Time of the recording to show first, s since its start")
       ->check(non_negative_number());
-  view->add_flag("--no-reload", options->no_reload, "Do not reload when the sources change");
-  view->add_flag("--headless", options->headless, "Do not open the web page (same as --no-open)");
-  add_edge_options(*view, options->edges);
+  view->add_flag("--no-reload", options->show.no_reload, "Do not reload when the sources change");
+  view->add_flag("--headless", options->show.headless, "Do not open the web page (same as --no-open)");
+  add_edge_options(*view, options->show.edges);
   view->footer(
       "Everything that can be drawn is drawn; faults are warnings, and the page's Health panel lists them "
       "with their location.\nOf a recording the page has a time line, curves, log and pictures; its messages "

@@ -64,7 +64,7 @@ void write_multipliers(const Scenario& scenario, const BaseReport& report) {
 int run_report(const BaseVerb& options) {
   check_output(options.plot);
   Scenario scenario = described_scenario(options.robot);
-  if (!options.controllers.empty()) scenario.robots.front().controllers = options.controllers;
+  if (!options.controllers.empty()) scenario.robots.front().controllers = {options.controllers};
   if (!options.world.empty()) scenario.world = options.world;
   BaseReportOptions wanted;
   wanted.controller = options.controller;

@@ -93,7 +93,7 @@ void print_report(const AuditReport& report, const CheckOptions& o) {
 // Findings of a second of simulation come first, because errors are first in a report.
 void add_run(const CheckOptions& o, const DescriptionTarget& target, AuditReport& report) {
   Scenario scenario = described_scenario({o.words, {}});
-  if (!o.controllers.empty()) scenario.robots.front().controllers = o.controllers;
+  if (!o.controllers.empty()) scenario.robots.front().controllers = {o.controllers};
   std::vector<Finding> found;
   try {
     found = audit_run(scenario);

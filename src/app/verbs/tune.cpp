@@ -82,7 +82,7 @@ void check_joint(const TuneVerb& options, const Subject& subject) {
 
 Subject subject_of(const TuneVerb& options) {
   Scenario scenario = described_scenario(options.described);
-  if (!options.controllers.empty()) scenario.robots.front().controllers = options.controllers;
+  if (!options.controllers.empty()) scenario.robots.front().controllers = {options.controllers};
   scenario.engine = options.engine;
   SubjectOptions reading;
   reading.datasheets = bundled_folders().datasheets;

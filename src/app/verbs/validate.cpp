@@ -72,7 +72,7 @@ void read_payload(const std::string& text, ToolLoad& tool) {
 Scenario scenario_of(const ValidateOptions& options) {
   Scenario out = described_scenario(options.described);
   if (!options.world.empty()) out.world = options.world;
-  if (!options.controllers.empty()) out.robots.front().controllers = options.controllers;
+  if (!options.controllers.empty()) out.robots.front().controllers = {options.controllers};
   out.engine = options.engine;
   out.enforce_limits = !options.no_limits;
   return out;

@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <span>
+#include <utility>
 
 #include "doppel/export.h"
 
@@ -15,6 +16,11 @@ class DOPPEL_API FileDescriptor {
   // fd: the result of open(); negative: it has failed, and nothing is closed.
   explicit FileDescriptor(int fd) : fd_(fd) {}
   ~FileDescriptor();
+  FileDescriptor(FileDescriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+  FileDescriptor& operator=(FileDescriptor&& other) noexcept {
+    std::swap(fd_, other.fd_);
+    return *this;
+  }
   FileDescriptor(const FileDescriptor&) = delete;
   FileDescriptor& operator=(const FileDescriptor&) = delete;
 

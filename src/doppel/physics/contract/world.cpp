@@ -146,7 +146,7 @@ class WorldReader : YamlFields {
       if (robot.name_space.starts_with('/')) robot.name_space.erase(0, 1);
     }
     if (node["xyz"] || node["rpy"]) robot.X_WR = pose(node);
-    if (node["controllers"]) robot.controllers = file_or_name(text(node["controllers"], "controllers"));
+    if (node["controllers"]) robot.controllers = {file_or_name(text(node["controllers"], "controllers"))};
     if (node["arguments"]) read_arguments(node["arguments"], robot);
     if (node["base"]) {
       const std::vector<std::string> kinds{"fixed", "floating"};

@@ -25,10 +25,11 @@ struct WorldRobot {
   // Empty: no prefix, and the description's name; at most one robot of a world.
   std::string name_space = {};
   std::optional<Pose> X_WR = {};  // its root link; none: World::X_WR
-  std::optional<std::filesystem::path> controllers =
-      {};                                  // a YAML file instead of the one that the description names
+  // YAML files instead of those that the description names; later ones have priority.
+  std::vector<std::filesystem::path> controllers = {};
   std::vector<std::string> activate = {};  // controllers to start; empty: all that the files declare
-  std::optional<BaseKind> base = {};       // of a root link other than "world"; none: choose_base()
+  bool tolerant = false;  // a controller that cannot be loaded or started is a warning, also a named one
+  std::optional<BaseKind> base = {};  // of a root link other than "world"; none: choose_base()
   TfTopics tf = TfTopics::both;
   // Of a model of the SDF world that is a robot by its plugins, instead of a target; empty: it has a target.
   std::string model = {};

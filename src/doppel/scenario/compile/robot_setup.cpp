@@ -122,9 +122,9 @@ void choose_controllers(const Scenario& scenario, const WorldRobot& robot, const
   if (choices != nullptr) {
     setup.controllers_named = true;
     setup.controllers_files = choices->controllers;
-  } else if (robot.controllers) {
+  } else if (!robot.controllers.empty()) {
     setup.controllers_named = true;
-    setup.controllers_files = {*robot.controllers};
+    setup.controllers_files = robot.controllers;
   } else {
     const ControllersSearch found = find_controllers_files(setup.description.robot, setup.target, resolver);
     report(found, said);

@@ -50,6 +50,12 @@ enum class MirrorMode {
   rehearse,  // as shadow; a trajectory is sent once it has passed in a copy of the twin
 };
 
+// A fixed transform between two frames, on /tf_static, as from tf2_ros' static_transform_publisher.
+struct StaticTransform {
+  std::string parent, child;
+  Pose X_PC = Pose::Identity();
+};
+
 struct DOPPEL_API Scenario {
   std::vector<WorldRobot> robots;              // in addition to those of the world file
   std::optional<std::filesystem::path> world;  // a world file; none: empty, with ground
@@ -67,13 +73,14 @@ struct DOPPEL_API Scenario {
   MirrorMode mirror = MirrorMode::shadow;
   bool ideal = false;  // joints follow commands exactly, under any load
   bool enforce_limits = true;
-  bool guard = true;     // commands of real and emulated hardware that end in a self-collision are refused
-  RobotFactors factors;  // of all robots that are read from files; a scenario file does not have them
-  bool strict = false;   // what ROS 2 would not accept is refused (a Twist for a TwistStamped)
-  RosArguments ros;      // names and parameters of --ros-args
-  std::optional<Distro> distro;          // of ROS 2: messages and defaults; none: the process's
-  RigOptions sensors;                    // the seed of noise, and whether the loop waits for samples
-  bool wall_stamps = false;              // messages are stamped with wall-clock time, and there is no /clock
+  bool guard = true;  // commands of real and emulated hardware that end in a self-collision are refused
+  std::vector<StaticTransform> transforms;  // beside those of the robots
+  RobotFactors factors;          // of all robots that are read from files; a scenario file does not have them
+  bool strict = false;           // what ROS 2 would not accept is refused (a Twist for a TwistStamped)
+  RosArguments ros;              // names and parameters of --ros-args
+  std::optional<Distro> distro;  // of ROS 2: messages and defaults; none: the process's
+  RigOptions sensors;            // the seed of noise, and whether the loop waits for samples
+  bool wall_stamps = false;      // messages are stamped with wall-clock time, and there is no /clock
   std::filesystem::path bundled_robots;  // folder of the robots that ship with doppel
 
   // nullptr: none. A robot that was sent to a service, and a model of the world, have none.

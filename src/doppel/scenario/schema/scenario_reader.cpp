@@ -32,14 +32,15 @@ class ScenarioReader : YamlFields {
     const PlacedYaml root = load_yaml(file_, kRules, "scenario file");
     ScenarioFile out;
     if (fields(root, "a scenario",
-               {"doppel_scenario",   "complete",     "robots",   "world",     "engine", "step",
-                "start_controllers", "plugins",      "hardware", "emulation", "mirror", "ideal",
-                "enforce_limits",    "guard",        "strict",   "stamp",     "distro", "ros_args",
-                "sensors",           "content_hash", "files"})) {
+               {"doppel_scenario",   "complete",   "robots",       "world",     "engine", "step",
+                "start_controllers", "plugins",    "hardware",     "emulation", "mirror", "ideal",
+                "enforce_limits",    "guard",      "strict",       "stamp",     "distro", "ros_args",
+                "sensors",           "transforms", "content_hash", "files"})) {
       read_version(root);
       read_run(root, out.scenario);
       read_ros(root["ros_args"], out.scenario);
       if (root["sensors"]) read_sensors(root["sensors"], out.scenario.sensors);
+      if (root["transforms"]) read_transforms(root["transforms"], out.scenario);
       if (root["robots"]) read_robots(root["robots"], out.scenario);
       if (root["content_hash"]) out.content_hash = text(root["content_hash"], "content_hash");
       if (root["files"]) read_files(root["files"], out.files);
@@ -137,12 +138,25 @@ class ScenarioReader : YamlFields {
     return out;
   }
 
+  void read_transforms(const PlacedYaml& value, Scenario& out) {
+    if (!value.is_list()) return error(value, "transforms must be a list");
+    for (const PlacedYaml& item : value.items) {
+      if (!fields(item, "a transform", {"parent", "child", "xyz", "rpy", "rotation"})) continue;
+      for (const char* key : {"parent", "child"})
+        if (!item[key])
+          error(item, fmt::format("a transform needs the key '{}'", key), "give the name of a frame");
+      if (item["parent"] && item["child"])
+        out.transforms.push_back(
+            {text(item["parent"], "parent"), text(item["child"], "child"), read_pose(item)});
+    }
+  }
+
   void read_robots(const PlacedYaml& value, Scenario& out) {
     if (!value.is_list()) return error(value, "robots must be a list");
     for (const PlacedYaml& item : value.items) {
       if (!fields(item, "a robot",
                   {"robot", "namespace", "xyz", "rpy", "rotation", "arguments", "controllers", "activate",
-                   "base", "tf", "choices"}))
+                   "base", "tf", "tolerant", "choices"}))
         continue;
       out.robots.push_back(read_robot(item));
       if (item["choices"]) read_choices(item["choices"], out.choices[out.robots.back().name_space]);
@@ -163,8 +177,13 @@ class ScenarioReader : YamlFields {
     if (value["namespace"]) robot.name_space = text(value["namespace"], "namespace");
     if (value["xyz"] || value["rpy"] || value["rotation"]) robot.X_WR = read_pose(value);
     if (value["arguments"]) read_arguments(value["arguments"], robot);
-    if (value["controllers"])
-      robot.controllers = read_word(text(value["controllers"], "controllers"), folder_);
+    if (value["controllers"].is_list()) {
+      for (const std::string& file : texts(value["controllers"], "controllers"))
+        robot.controllers.emplace_back(read_word(file, folder_));
+    } else if (value["controllers"]) {
+      robot.controllers = {read_word(text(value["controllers"], "controllers"), folder_)};
+    }
+    if (value["tolerant"]) robot.tolerant = flag(value["tolerant"], "tolerant");
     if (value["activate"]) robot.activate = texts(value["activate"], "activate");
     if (value["base"])
       robot.base =

@@ -67,7 +67,10 @@ Tree tree_of(const WorldRobot& robot, const fs::path& folder) {
   if (!robot.name_space.empty()) out["namespace"] = robot.name_space;
   if (robot.X_WR) add_pose(*robot.X_WR, out);
   for (const auto& [name, value] : robot.arguments) out["arguments"][name] = value;
-  if (robot.controllers) out["controllers"] = written_path(*robot.controllers, folder);
+  if (robot.controllers.size() == 1) out["controllers"] = written_path(robot.controllers.front(), folder);
+  if (robot.controllers.size() > 1)
+    for (const fs::path& file : robot.controllers) out["controllers"].push_back(written_path(file, folder));
+  if (robot.tolerant) out["tolerant"] = true;
   if (!robot.activate.empty()) out["activate"] = robot.activate;
   if (robot.base) out["base"] = *robot.base == BaseKind::floating ? "floating" : "fixed";
   if (robot.tf != TfTopics::both) out["tf"] = kTfTopicsNames[static_cast<int>(robot.tf)];
@@ -133,6 +136,11 @@ Tree tree_of(const Scenario& scenario, const fs::path& folder) {
   // others.
   if (scenario.distro && !(scenario.complete && *scenario.distro == Distro::jazzy))
     out["distro"] = std::string(to_string(*scenario.distro));
+  for (const StaticTransform& transform : scenario.transforms) {
+    Tree& entry =
+        out["transforms"].emplace_back(Tree{{"parent", transform.parent}, {"child", transform.child}});
+    add_pose(transform.X_PC, entry);
+  }
   const std::vector<std::string> words = words_of(scenario.ros, folder);
   if (!words.empty()) out["ros_args"] = words;
   out["sensors"] = {{"seed", scenario.sensors.seed},

@@ -83,7 +83,7 @@ std::string health_json(const WorldRobot& robot, const BundledFolders& bundled, 
     target.arguments = simulation_arguments(target.target.description, std::move(target.arguments),
                                             target.resolver, reported_at_start);
     AuditOptions options;
-    options.controllers = robot.controllers;
+    if (!robot.controllers.empty()) options.controllers = robot.controllers.front();
     options.datasheet_folder = bundled.datasheets;
     return audit_target(target, options);
   };

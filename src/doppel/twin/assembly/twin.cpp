@@ -123,7 +123,8 @@ Scenario Twin::complete_scenario() const {
     WorldRobot& chosen = out.robots.emplace_back(robot->machine().asked());
     chosen.arguments = robot->machine().setup().arguments;
     chosen.base = robot->machine().base();
-    chosen.controllers.reset();
+    chosen.controllers.clear();
+    chosen.tolerant = false;
     chosen.activate.clear();
     out.choices[chosen.name_space] = robot->choices();
   }

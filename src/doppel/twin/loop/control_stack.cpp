@@ -442,7 +442,7 @@ ControllerSelection ControlStack::selection_of(const CompiledRobot& machine) con
   }
   const std::vector<std::string>& activate = machine.asked().activate;
   selection.active = activate;
-  selection.only_compatible = activate.empty() && !named_;
+  selection.only_compatible = machine.asked().tolerant || (activate.empty() && !named_);
   for (const auto& [name, type] : manager_->declared_controllers()) {
     if (spare_base_ && name == spare_base_->name && !among(activate, name)) continue;
     if (activate.empty()) {

@@ -186,6 +186,14 @@ void StatePublisher::publish_transforms(Time now, const Eigen::Ref<const Eigen::
   }
 }
 
+std::shared_ptr<StaticTransforms> static_transforms(const std::vector<StaticTransform>& transforms) {
+  constexpr const char* kScenario = "/scenario";  // no namespace of a robot
+  auto out = std::make_shared<StaticTransforms>();
+  for (const StaticTransform& one : transforms)
+    (*out)[kScenario].transforms.push_back(transform_of(one.parent, one.child, one.X_PC));
+  return out;
+}
+
 void StatePublisher::publish_latched(Time now) {
   for (Tree& tree : trees_) {
     for (auto& transform : tree.fixed.transforms)

@@ -26,6 +26,7 @@
 #include "doppel/ros/messages/std_msgs.h"
 #include "doppel/ros/messages/tf2_msgs.h"
 #include "doppel/scenario/compile/robot_sensors.h"
+#include "doppel/scenario/schema/scenario.h"
 
 namespace doppel {
 
@@ -36,6 +37,9 @@ struct StaticTransformsOf {
   std::vector<geometry_msgs::msg::TransformStamped> transforms;
 };
 using StaticTransforms = std::map<std::string, StaticTransformsOf>;
+// With those of a scenario, which belong to no robot.
+DOPPEL_API std::shared_ptr<StaticTransforms> static_transforms(
+    const std::vector<StaticTransform>& transforms);
 
 // The distributions in which RViz asks a service for meshes that the description names as its files
 // (session/live/resource_service.h): the description in that form is robot_description_remote.

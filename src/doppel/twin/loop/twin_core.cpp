@@ -55,6 +55,7 @@ TwinCore::TwinCore(Scenario scenario, const Log& log, Diagnostics& diagnostics)
     : sources_(sources_of(std::move(scenario))),
       log_(log),
       bus_(bus_options(sources_->scenario, log)),
+      statics_(static_transforms(sources_->scenario.transforms)),
       machine_(std::make_unique<CompiledScenario>(sources_->scenario, diagnostics)),
       objects_hash_(kEmptyHash),
       gone_hash_(kEmptyHash) {

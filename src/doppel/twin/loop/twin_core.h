@@ -151,7 +151,7 @@ class DOPPEL_API TwinCore {
   const std::shared_ptr<TwinSources> sources_;
   const Log& log_;
   Bus bus_;
-  const std::shared_ptr<StaticTransforms> statics_ = std::make_shared<StaticTransforms>();
+  const std::shared_ptr<StaticTransforms> statics_;
   const std::shared_ptr<EarthFrame> earth_ = std::make_shared<EarthFrame>();
   const std::shared_ptr<RangeValues> ranges_ = std::make_shared<RangeValues>();
   TimeControl time_control_;

@@ -96,8 +96,9 @@ struct Viewer::Impl {
     robot = std::move(described);
     const Model& model = *picture->model;
     q = picture->start;
-    publisher = std::make_unique<StatePublisher>(bus, picture->description.robot, picture->model,
-                                                 StatePublisher::Options{.file = &picture->parameters});
+    publisher = std::make_unique<StatePublisher>(
+        bus, picture->description.robot, picture->model,
+        StatePublisher::Options{.file = &picture->parameters, .statics = statics});
     shown.name = model.scalar_joint_names();
     shown.position.assign(shown.name.size(), 0.0);
     joints.clear();
@@ -201,6 +202,7 @@ struct Viewer::Impl {
 
   const std::shared_ptr<const Scenario> shared_scenario;  // with builds that may outlive the viewer
   const Scenario& scenario = *shared_scenario;
+  const std::shared_ptr<StaticTransforms> statics = static_transforms(scenario.transforms);
   const Log& log;
   Bus bus{{.names = scenario.ros.names, .sim_time = false}};
   Node node{bus, "/joint_state_publisher"};

@@ -21,7 +21,7 @@ Audited audit_of(const Scenario& scenario, const SubjectOptions& options, Subjec
   opened.arguments = simulation_arguments(opened.target.description, std::move(opened.arguments),
                                           opened.resolver, out.notes);
   AuditOptions auditing;
-  auditing.controllers = robot.controllers;
+  if (!robot.controllers.empty()) auditing.controllers = robot.controllers.front();
   auditing.datasheet = options.datasheet;
   auditing.datasheet_folder = options.datasheets;
   auditing.package_folder = opened.target.package_folder;

@@ -77,7 +77,7 @@ class BaseOdometryTest : public ::testing::Test {
           const std::optional<Pose>& X_WR = std::nullopt) {
     Scenario scenario;
     scenario.robots = {{.target = (folder_ / "rover.urdf").string(), .name_space = name_space}};
-    scenario.robots.front().controllers = folder_ / "controllers.yaml";
+    scenario.robots.front().controllers = {folder_ / "controllers.yaml"};
     scenario.robots.front().X_WR = X_WR;
     Diagnostics diagnostics;
     twin_ = std::make_unique<Twin>(scenario, log_, diagnostics);

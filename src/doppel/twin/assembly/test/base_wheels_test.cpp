@@ -68,7 +68,7 @@ class BaseWheelsTest : public ::testing::Test {
     scenario.start_controllers = start_controllers_;
     if (!controllers.empty()) {
       std::ofstream(folder_ / "controllers.yaml") << controllers;
-      scenario.robots.front().controllers = folder_ / "controllers.yaml";
+      scenario.robots.front().controllers = {folder_ / "controllers.yaml"};
     }
     Diagnostics diagnostics;
     edge_.reset();

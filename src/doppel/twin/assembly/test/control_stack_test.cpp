@@ -73,7 +73,7 @@ class FoundControllersTest : public ::testing::Test {
     std::ofstream(folder_ / "config/controllers.yaml") << yaml;
     Scenario scenario;
     scenario.robots = {{.target = (folder_ / "arm.urdf").string()}};
-    if (named) scenario.robots.front().controllers = folder_ / "config/controllers.yaml";
+    if (named) scenario.robots.front().controllers = {folder_ / "config/controllers.yaml"};
     said_.clear();
     Diagnostics diagnostics;
     Twin twin(scenario, log_, diagnostics);

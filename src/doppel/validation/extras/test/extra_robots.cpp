@@ -17,7 +17,7 @@ WrittenRobot::WrittenRobot(const std::string& urdf, const std::string& controlle
   scenario.robots = {{.target = folder_ + "/robot.urdf"}};
   if (!controllers.empty()) {
     std::ofstream(folder_ + "/controllers.yaml") << controllers;
-    scenario.robots.front().controllers = folder_ + "/controllers.yaml";
+    scenario.robots.front().controllers = {folder_ + "/controllers.yaml"};
   }
   subject_ = std::make_unique<Subject>(read_subject(scenario, {}));
   if (!subject_->refusal.empty()) throw std::runtime_error(subject_->refusal.front().message);

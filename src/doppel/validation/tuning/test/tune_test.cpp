@@ -115,7 +115,7 @@ class Tune : public ::testing::Test {
     Scenario scenario;
     WorldRobot& robot = scenario.robots.emplace_back();
     robot.target = (folder_ / "arm.urdf").string();
-    robot.controllers = folder_ / "arm.yaml";
+    robot.controllers = {folder_ / "arm.yaml"};
     return read_subject(scenario, {});
   }
   [[nodiscard]] static TuneReport tuned(const Subject& subject, const TuneOptions& options = {}) {

@@ -1,0 +1,30 @@
+"""Packages by name. One that is not on this machine has a folder that names it, and no files."""
+
+__path__ = []  # modules below it are aliases
+
+from doppel_launch.host import share_folder
+
+
+class PackageNotFoundError(KeyError):
+    """As in ament_index_python; never thrown here, see above."""
+
+
+def get_package_share_directory(package_name, print_warning=True):
+    return share_folder(package_name)
+
+
+def get_package_share_path(package_name, print_warning=True):
+    from pathlib import Path
+
+    return Path(share_folder(package_name))
+
+
+get_package_prefix = get_package_share_directory
+
+
+def get_packages_with_prefixes():
+    return {}
+
+
+def get_search_paths():
+    return []

@@ -1,0 +1,1 @@
+"""The names of controller_manager."""

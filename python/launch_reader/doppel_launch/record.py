@@ -1,0 +1,109 @@
+"""What a launch file describes: a tree of records, each with the file and line that made it."""
+
+import os
+import sys
+
+_OWN_FOLDER = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+
+
+def user_place():
+    """File and line of the innermost frame outside of this program."""
+    frame = sys._getframe(1)
+    while frame is not None:
+        file = frame.f_code.co_filename
+        if not file.startswith(_OWN_FOLDER) and not file.startswith("<") and "/lib/python3" not in file:
+            return os.path.abspath(file), frame.f_lineno
+        frame = frame.f_back
+    return "", 0
+
+
+def place_of_error(error):
+    """File and line of the user's code where an exception was thrown."""
+    place = ("", 0)
+    trace = error.__traceback__
+    while trace is not None:
+        file = trace.tb_frame.f_code.co_filename
+        if not file.startswith(_OWN_FOLDER) and not file.startswith("<") and "/lib/python3" not in file:
+            place = (os.path.abspath(file), trace.tb_lineno)
+        trace = trace.tb_next
+    if isinstance(error, SyntaxError) and error.filename:
+        place = (os.path.abspath(error.filename), error.lineno or 0)
+    return place
+
+
+class LaunchError(Exception):
+    """An error with a place and a fix."""
+
+    def __init__(self, text, place=None, fix=""):
+        super().__init__(text)
+        self.place = place or user_place()
+        self.fix = fix
+
+
+class Recorder:
+    """The records of one reading."""
+
+    def __init__(self):
+        self.actions = []
+        self.arguments = {}
+        self.files = []
+        self.warnings = []
+        self.descriptions = {}  # text of a robot description -> where it comes from
+        self._open = [self.actions]
+
+    def add(self, kind, place, **fields):
+        """Adds a record to the one that is open."""
+        record = {"kind": kind, "file": place[0], "line": place[1]}
+        record.update({k: v for k, v in fields.items() if v not in (None, "", [], {})})
+        self._open[-1].append(record)
+        return record
+
+    def warn(self, rule, place, text, fix=""):
+        """What is not known or not possible, and does not stop the reading."""
+        found = {"rule": rule, "file": place[0], "line": place[1], "text": text, "fix": fix}
+        if found not in self.warnings:
+            self.warnings.append(found)
+
+    class _Children:
+        def __init__(self, recorder, record):
+            self._recorder = recorder
+            record["children"] = []
+            self._list = record["children"]
+
+        def __enter__(self):
+            self._recorder._open.append(self._list)
+
+        def __exit__(self, *unused):
+            self._recorder._open.pop()
+
+    def children(self, record):
+        """A `with` block whose records become children of `record`."""
+        return Recorder._Children(self, record)
+
+    def description(self, text, file, arguments):
+        """Remembers that `text` is the expanded `file`; returns the text."""
+        if text and file:
+            self.descriptions[text.strip()] = {
+                "source": os.path.abspath(file),
+                "arguments": [[str(k), str(v)] for k, v in arguments.items()],
+            }
+        return text
+
+
+RECORDER = Recorder()
+
+
+def describe_value(value):
+    """A parameter's value as JSON; a robot's description with its source."""
+    if isinstance(value, str):
+        source = RECORDER.descriptions.get(value.strip())
+        if source is not None:
+            return dict(source, text=value)
+        return value
+    if isinstance(value, dict):
+        return {str(k): describe_value(v) for k, v in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [describe_value(v) for v in value]
+    if isinstance(value, (bool, int, float)) or value is None:
+        return value
+    return str(value)

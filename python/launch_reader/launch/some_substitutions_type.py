@@ -1,0 +1,6 @@
+"""For annotations."""
+
+from typing import Any
+
+SomeSubstitutionsType = Any
+SomeSubstitutionsType_types_tuple = (str, list, tuple)

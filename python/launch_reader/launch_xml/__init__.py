@@ -1,0 +1,2 @@
+"""Front ends of launch; doppel reads the files."""
+

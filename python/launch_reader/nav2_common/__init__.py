@@ -1,0 +1,1 @@
+"""The names of nav2_common."""

@@ -1,0 +1,1 @@
+"""The names of ros_gz_bridge."""

@@ -1,0 +1,56 @@
+#pragma once
+// A program that runs beside this one, in a process group of its own; it ends with this process.
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "doppel/base/core/file_descriptor.h"
+#include "doppel/export.h"
+
+namespace doppel {
+
+struct ChildStart {
+  std::vector<std::string> words;     // the program, searched in PATH, and its arguments
+  std::filesystem::path folder = {};  // empty: that of this process
+  std::vector<std::pair<std::string, std::string>> environment = {};  // in addition to that of this process
+  bool output_piped = false;  // stdout and stderr are one pipe, stdin is empty
+  bool converses = false;     // descriptor 3 is a pipe that it writes to, 4 one that it reads
+  bool own_group = true;      // false: signals of the terminal reach it, too
+};
+
+class DOPPEL_API ChildProcess {
+ public:
+  // Throws std::system_error: it cannot be started (no such program, too many processes). Call it from a
+  // thread
+  // that lives as long as the child: the kernel ends the child with that thread.
+  explicit ChildProcess(const ChildStart& start);
+  // Ends its group with SIGKILL if it still runs.
+  ~ChildProcess();
+  ChildProcess(const ChildProcess&) = delete;
+  ChildProcess& operator=(const ChildProcess&) = delete;
+
+  [[nodiscard]] pid_t pid() const { return pid_; }
+  // The pipes; -1: none.
+  [[nodiscard]] int output() const { return output_.get(); }
+  [[nodiscard]] int requests() const { return requests_.get(); }
+  [[nodiscard]] int answers() const { return answers_.get(); }
+
+  // Sends a signal to the group.
+  void signal(int number);
+  // The exit code, or 128 + signal; nullopt: it runs.
+  std::optional<int> ended();
+  int wait();
+
+ private:
+  pid_t pid_ = 0;
+  bool own_group_;
+  std::optional<int> exit_code_;
+  FileDescriptor output_{-1}, requests_{-1}, answers_{-1};
+};
+
+}  // namespace doppel

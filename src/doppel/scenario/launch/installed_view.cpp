@@ -1,0 +1,113 @@
+#include "doppel/scenario/launch/detail/installed_view.h"
+
+#include <cctype>
+#include <fstream>
+#include <iterator>
+#include <utility>
+#include <vector>
+
+namespace doppel {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct Installed {
+  fs::path source;       // below the package
+  fs::path destination;  // below the share folder
+};
+
+// The words of a command of CMake, without comments and quotes.
+std::vector<std::string> words_in(const std::string& text) {
+  std::vector<std::string> out;
+  std::string word;
+  bool comment = false;
+  for (const char c : text + " ") {
+    if (c == '#') comment = true;
+    if (c == '\n') comment = false;
+    if (comment) continue;
+    if (std::isspace(static_cast<unsigned char>(c)) == 0) {
+      if (c != '"') word += c;
+    } else if (!word.empty()) {
+      out.push_back(std::exchange(word, {}));
+    }
+  }
+  return out;
+}
+
+// The folder below share/NAME; "-": it is elsewhere.
+std::string below_share(std::string destination, const std::string& name) {
+  for (const std::string_view variable : {"${PROJECT_NAME}", "${CATKIN_PACKAGE_NAME}"}) {
+    if (const std::size_t i = destination.find(variable); i != std::string::npos)
+      destination.replace(i, variable.size(), name);
+  }
+  constexpr std::string_view kCatkin = "${CATKIN_PACKAGE_SHARE_DESTINATION}";
+  if (destination.starts_with(kCatkin)) return destination.substr(kCatkin.size());
+  const std::string share = "share/" + name;
+  return destination.starts_with(share) ? destination.substr(share.size()) : "-";
+}
+
+void add_rule(const std::vector<std::string>& words, const std::string& name, std::vector<Installed>& out) {
+  if (words.empty() || words[0] != "DIRECTORY") return;
+  std::vector<std::string> sources;
+  std::size_t i = 1;
+  while (i < words.size() && words[i] != "DESTINATION") sources.push_back(words[i++]);
+  if (i + 1 >= words.size()) return;
+  const std::string below = below_share(words[i + 1], name);
+  if (below == "-") return;
+  const fs::path base = fs::path(below).relative_path();
+  for (const std::string& source : sources) {
+    // With a slash at its end the content is installed, without one the folder.
+    const fs::path path = fs::path(source).lexically_normal();
+    if (source.find("${") != std::string::npos || path.is_absolute()) continue;
+    out.push_back({path, source.ends_with('/') ? base : base / path.filename()});
+  }
+}
+
+std::vector<Installed> rules_of(const fs::path& package, const std::string& name) {
+  std::ifstream in(package / "CMakeLists.txt");
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  std::vector<Installed> out;
+  for (std::size_t command = text.find("install("); command != std::string::npos;
+       command = text.find("install(", command + 1)) {
+    const std::size_t begin = command + std::string_view("install(").size();
+    add_rule(words_in(text.substr(begin, text.find(')', begin) - begin)), name, out);
+  }
+  return out;
+}
+
+bool moves(const Installed& rule) {
+  return rule.source.lexically_normal() != rule.destination.lexically_normal();
+}
+
+// Links to the content of a folder, in a folder that may have links to others.
+void link_content(const fs::path& source, const fs::path& destination) {
+  std::error_code none;
+  fs::create_directories(destination, none);
+  for (const fs::directory_entry& entry : fs::directory_iterator(source, none)) {
+    const fs::path link = destination / entry.path().filename();
+    if (!fs::exists(fs::symlink_status(link, none)))
+      fs::create_symlink(fs::absolute(entry.path()), link, none);
+    else if (entry.is_directory(none) && fs::is_directory(link, none) && !fs::is_symlink(link, none))
+      link_content(entry.path(), link);
+  }
+}
+
+}  // namespace
+
+fs::path installed_view(const fs::path& package, const std::string& name, const fs::path& folder) {
+  std::error_code none;
+  const std::vector<Installed> rules = rules_of(package, name);
+  bool other_layout = false;
+  for (const Installed& rule : rules)
+    other_layout = other_layout || (moves(rule) && fs::is_directory(package / rule.source, none));
+  if (!other_layout) return {};
+  const fs::path view = folder / "share" / name;
+  for (const Installed& rule : rules) {
+    if (fs::is_directory(package / rule.source, none))
+      link_content(package / rule.source, view / rule.destination);
+  }
+  link_content(package, view);
+  return view;
+}
+
+}  // namespace doppel
