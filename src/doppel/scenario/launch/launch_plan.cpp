@@ -28,7 +28,7 @@ class Planner {
       : resolver_(resolver),
         folder_(folder),
         description_(description),
-        robots_(resolver, std::move(folder)) {}
+        robots_(description, resolver, std::move(folder)) {}
 
   LaunchPlan plan() {
     visit(description_.records, 0);

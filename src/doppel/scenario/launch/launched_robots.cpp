@@ -232,7 +232,9 @@ void LaunchedRobots::add_controllers(LaunchPlan& plan) const {
     const auto manager = std::find_if(managers_.begin(), managers_.end(), is_of);
     if (manager != managers_.end()) robot.controllers = manager->files;
     if (spawned != spawned_.end()) {
-      robot.controllers.insert(robot.controllers.end(), spawned->files.begin(), spawned->files.end());
+      for (const fs::path& file : spawned->files) {
+        if (!is_substituted(file)) robot.controllers.push_back(file);
+      }
       robot.activate = spawned->active;
     }
     if (robot.controllers.empty()) robot.controllers = ros1_controllers(robot.name_space);
@@ -242,6 +244,13 @@ void LaunchedRobots::add_controllers(LaunchPlan& plan) const {
   }
   // Nothing is started that the launch file does not start; a model of an SDF file brings its plugins.
   if (spawned_.empty() && files_.empty()) plan.scenario.start_controllers = false;
+}
+
+// A file that the manager has with performed substitutions, and a spawner as it is written.
+bool LaunchedRobots::is_substituted(const fs::path& file) const {
+  return std::any_of(made_files_.begin(), made_files_.end(), [&](const auto& made) {
+    return made.second.lexically_normal() == file.lexically_normal();
+  });
 }
 
 std::vector<fs::path> LaunchedRobots::ros1_controllers(const std::string& name_space) const {

@@ -31,8 +31,10 @@ std::string namespace_of_name(const std::string& full_name);
 
 class LaunchedRobots {
  public:
-  LaunchedRobots(PackageResolver& resolver, std::filesystem::path folder)
-      : resolver_(resolver), folder_(std::move(folder)) {}
+  // `description`: the launch file, which outlives it.
+  LaunchedRobots(const LaunchDescription& description, PackageResolver& resolver,
+                 std::filesystem::path folder)
+      : made_files_(description.made_files), resolver_(resolver), folder_(std::move(folder)) {}
 
   // The first description of a parameter counts. The reference lasts until the next call.
   LaunchedDescription& add_description(const std::string& name_space, const LaunchedRobotText& robot,
@@ -83,8 +85,10 @@ class LaunchedRobots {
   [[nodiscard]] std::filesystem::path world_with_models(
       const std::optional<std::filesystem::path>& world) const;
   void add_controllers(LaunchPlan& plan) const;
+  [[nodiscard]] bool is_substituted(const std::filesystem::path& file) const;
   [[nodiscard]] std::vector<std::filesystem::path> ros1_controllers(const std::string& name_space) const;
 
+  const std::vector<std::pair<std::filesystem::path, std::filesystem::path>>& made_files_;
   PackageResolver& resolver_;
   std::filesystem::path folder_;
   std::vector<LaunchedDescription> described_;

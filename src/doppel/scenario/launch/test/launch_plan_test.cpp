@@ -87,6 +87,17 @@ TEST_F(LaunchPlanTest, ControlNodeHasFilesValuesNamespaceAndRemappings) {
   EXPECT_TRUE(plan_.scenario.wall_stamps) << "without Gazebo, nodes have the system's time";
 }
 
+TEST_F(LaunchPlanTest, SpawnersFileIsThatOfManagerWithSubstitutions) {
+  write("arm_description/config/c.yaml",
+        "controller_manager:\n  ros__parameters:\n    update_rate: $(var rate)\n");
+  make(python("DeclareLaunchArgument('rate', default_value='50'),\n" + std::string(kDescribed) +
+              "Node(package='controller_manager', executable='ros2_control_node', parameters=[ParameterFile("
+              "[FindPackageShare('arm_description'), '/config/c.yaml'], allow_substs=True)]),\n"
+              "Node(package='controller_manager', executable='spawner', arguments=['one', '--param-file', "
+              "[FindPackageShare('arm_description'), '/config/c.yaml']])"));
+  EXPECT_THAT(plan_.scenario.robots.at(0).controllers, ElementsAre(workspace_ / "made/c.yaml"));
+}
+
 TEST_F(LaunchPlanTest, RobotWithoutSpawnersHasNoControllers) {
   make(python(std::string(kDescribed) +
               "Node(package='ros_gz_sim', executable='create', arguments=['-topic', 'robot_description'])"));
