@@ -8,11 +8,12 @@
 `doppel man python.md` describes the package.
 """
 from . import _doppel
+from ._client import Client, ClientController, ClientSubscription
 from ._errors import IkError, InputError, ServiceError
 from ._model import Joint, Link, Model, pose, quat_wxyz, quat_xyzw
 from ._rollout import rollout
-from ._twin import Camera, Controller, Goal, Recording, Subscription, Twin, TwinJoint, TwinRobot
+from ._twin import Camera, Controller, Goal, Page, Recording, Subscription, Twin, TwinJoint, TwinRobot
 
 __version__ = _doppel.version
-__all__ = ["Camera", "Controller", "Goal", "IkError", "InputError", "Joint", "Link", "Model", "Recording", "ServiceError",
-           "Subscription", "Twin", "TwinJoint", "TwinRobot", "pose", "quat_wxyz", "quat_xyzw", "rollout"]
+__all__ = ["Camera", "Client", "ClientController", "ClientSubscription", "Controller", "Goal", "IkError", "InputError", "Joint",
+           "Link", "Model", "Page", "Recording", "ServiceError", "Subscription", "Twin", "TwinJoint", "TwinRobot", "pose", "quat_wxyz", "quat_xyzw", "rollout"]

@@ -3,10 +3,12 @@ from __future__ import annotations
 
 import json
 import os
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from . import _doppel
+from ._actions import plain, read_result, send_goal
 from ._errors import ServiceError, refuse
 from ._model import Model
 from ._names import Named, matches
@@ -14,8 +16,6 @@ from ._names import Named, matches
 if TYPE_CHECKING:
     import numpy
     from numpy.typing import ArrayLike, NDArray
-
-ACCEPTED, SUCCEEDED = True, 4  # of an action's goal, action_msgs/msg/GoalStatus
 
 
 class TwinJoint:
@@ -171,10 +171,7 @@ class Goal:
             self._twin._t.step_until_answered(self._call, round(timeout / self._twin.step_size))
             if not self.done:
                 raise ServiceError(f"{self._action}: the goal is not done after {timeout} s")
-        if self._result["status"] != SUCCEEDED:
-            reason = self._result["result"].get("error_string") or f"it ended with status {self._result['status']}"
-            raise ServiceError(f"{self._action}: {reason}")
-        return self._result["result"]
+        return read_result(self._action, self._result)
 
 
 class Controller:
@@ -188,23 +185,16 @@ class Controller:
         """Sends a trajectory: at times [n] in s from now the joints are at positions [n, joints] in rad or m, in the order of
         `joints`. With wait, the twin is stepped until the end, and the result returned. Raises ServiceError if it is refused
         or ends otherwise than at the goal."""
-        rows = [list(map(float, row)) for row in positions]
-        times = list(map(float, times))
-        if len(rows) != len(times) or any(len(row) != len(self.joints) for row in rows):
-            refuse("python.shape", f"positions must have {len(times)} rows of {len(self.joints)} numbers",
-                   f"one for each of {', '.join(self.joints)}")
-        points = [dict(positions=row, time_from_start=dict(sec=int(time), nanosec=round(time % 1 * 1e9) % 10**9))
-                  for time, row in zip(times, rows)]
         action = self._node + "/follow_joint_trajectory"
-        self._twin._goals += 1
-        goal_id = {"uuid": list(self._twin._goals.to_bytes(16, "big"))}
-        goal = {"trajectory": {"joint_names": self.joints, "points": points}}
-        answer = self._twin.call(action + "/_action/send_goal", {"goal_id": goal_id, "goal": goal})
-        if not answer["accepted"]:
-            last = [text for _, origin, text in self._twin.log() if self.name in origin]
-            raise ServiceError(f"{action}: the goal was refused: {last[-1] if last else 'see twin.log()'}")
+        self._twin._goals += 1  # numbered, so that equal runs are equal
+
+        def reason():
+            lines = [text for _, origin, text in self._twin.log() if self.name in origin]
+            return f": {lines[-1]}" if lines else ""
+        goal_id, duration = send_goal(self._twin.call, action, self.joints, times, positions,
+                                      self._twin._goals.to_bytes(16, "big"), reason)
         sent = Goal(self._twin, action, goal_id)
-        return sent.wait(times[-1] + 30.0) if wait else sent
+        return sent.wait(duration + 30.0) if wait else sent
 
     def __repr__(self):
         return f"<controller {self.name} ({self.type}): {', '.join(self.joints)}>"
@@ -226,6 +216,24 @@ class Recording:
 
     def __exit__(self, *_):
         self.stop()
+
+
+class Page:
+    """The page of a twin, at `url`; a notebook shows it."""
+
+    def __init__(self, url):
+        self.url = url
+
+    @property
+    def port(self) -> int:
+        """Of the server, for Client(port)."""
+        return int(self.url.partition("//")[2].partition("/")[0].rpartition(":")[2])
+
+    def __repr__(self):
+        return f"<page {self.url}>"
+
+    def _repr_html_(self):
+        return f'<iframe src="{self.url}" style="width: 100%; height: 600px; border: 0"></iframe>'
 
 
 class Twin:
@@ -292,9 +300,26 @@ class Twin:
         """n steps of step_size with the present commands. Raises InputError if the physics diverges."""
         self._t.step(n)
 
-    def run_for(self, seconds: float) -> None:
-        """As many steps as this simulated time has, rounded."""
-        self._t.step(round(seconds / self.step_size))
+    def run_for(self, seconds: float, speed: float | None = None) -> None:
+        """As many steps as this simulated time has, rounded. speed: simulated s per s of wall-clock time, for a person who looks
+        on; None: as fast as possible."""
+        steps = round(seconds / self.step_size)
+        if speed is None:
+            return self._t.step(steps)
+        part, start, taken = max(1, round(0.01 * speed / self.step_size)), time.monotonic(), 0
+        while taken < steps:
+            self._t.step(min(part, steps - taken))
+            taken += part
+            time.sleep(max(0.0, start + min(taken, steps) * self.step_size / speed - time.monotonic()))
+
+    def view(self, port: int = 0, open: bool = False) -> Page:
+        """Serves the page of doppel, which shows what steps do; it also answers `doppel topic` and the other verbs while the twin is
+        stepped. port: 0: 8700 or the next that is free. open: in the desktop's browser."""
+        page = Page(self._t.view(port))
+        if open:
+            import webbrowser
+            webbrowser.open(page.url)
+        return page
 
     def reset(self) -> None:
         """To the start: time 0, start poses, at rest, commands NaN; controllers hold there."""
@@ -349,7 +374,7 @@ class Twin:
     def publish(self, topic: str, message: Mapping, type: str = "") -> None:
         """Publishes a message, a dict of its fields; those that are left out have their defaults. The type is that of the
         topic. It is received before the next step."""
-        self._t.publish(topic, type, json.dumps(message, default=_plain))
+        self._t.publish(topic, type, json.dumps(message, default=plain))
 
     def subscribe(self, topic: str, depth: int = 10) -> Subscription:
         """The messages of a topic from now on, of a latched one also its last."""
@@ -358,7 +383,7 @@ class Twin:
     def call(self, service: str, request: Mapping | None = None, timeout: float = 10.0) -> dict:
         """Calls a service and returns its response. Time does not pass unless the service needs steps, then at most `timeout` s of
         simulated time. Raises ServiceError if it is refused."""
-        number = self._t.begin_call(service, json.dumps(request or {}, default=_plain))
+        number = self._t.begin_call(service, json.dumps(request or {}, default=plain))
         text = self._answer(service, number)
         if text is None:
             self._t.step_until_answered(number, round(timeout / self.step_size))
@@ -407,10 +432,3 @@ class Twin:
     def log(self) -> Iterator[tuple[str, str, str]]:
         """The lines since the last call: severity, origin, text."""
         return self._t.take_log()
-
-
-def _plain(value):
-    """NumPy's values for JSON."""
-    if hasattr(value, "tolist"):
-        return value.tolist()
-    raise TypeError(f"{value!r} cannot be a field of a message")

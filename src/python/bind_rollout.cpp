@@ -10,7 +10,7 @@
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "python/rollouts.h"
-#include "python/running_twin.h"
+#include "python/stepped_twin.h"
 
 namespace doppel::python {
 namespace {
@@ -26,7 +26,7 @@ DriveMode mode_of(const std::string& name) {
 }
 
 // state0: [runs, nq + nv], commands: [runs, rows, driven]; python/doppel/_rollout.py has checked the shapes.
-Numbers rollout(RunningTwin& twin, const Numbers& state0, const Numbers& commands, std::size_t threads,
+Numbers rollout(SteppedTwin& twin, const Numbers& state0, const Numbers& commands, std::size_t threads,
                 const std::string& mode, std::uint64_t steps_per_row) {
   RolloutInputs inputs;
   const std::shared_ptr<const CompiledWorld> world = twin.twin().engine().compiled();

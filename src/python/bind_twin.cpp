@@ -12,7 +12,7 @@
 #include "python/bindings.h"
 #include "python/conversions.h"
 #include "python/described_model.h"
-#include "python/running_twin.h"
+#include "python/stepped_twin.h"
 
 namespace doppel::python {
 namespace {
@@ -20,7 +20,7 @@ namespace {
 using Unlocked = py::call_guard<py::gil_scoped_release>;
 
 // The options of Python's Twin, by their names there.
-std::shared_ptr<RunningTwin> make_twin(const std::vector<std::shared_ptr<DescribedModel>>& models,
+std::shared_ptr<SteppedTwin> make_twin(const std::vector<std::shared_ptr<DescribedModel>>& models,
                                        const std::vector<std::string>& name_spaces, const py::dict& options) {
   Scenario scenario;
   for (std::size_t i = 0; i < models.size(); ++i) {
@@ -41,7 +41,7 @@ std::shared_ptr<RunningTwin> make_twin(const std::vector<std::shared_ptr<Describ
   scenario.sensors.seed = options["seed"].cast<std::uint64_t>();
   scenario.sensors.lockstep = true;
   const py::gil_scoped_release released;
-  return std::make_shared<RunningTwin>(scenario);
+  return std::make_shared<SteppedTwin>(scenario);
 }
 
 // A view of memory that `owner` keeps; NumPy does not copy it.
@@ -53,7 +53,7 @@ py::object view_of(std::vector<double>& values, const py::object& owner, bool wr
 }
 
 py::dict arrays(const py::object& self, std::size_t robot) {
-  auto& twin = self.cast<RunningTwin&>();
+  auto& twin = self.cast<SteppedTwin&>();
   RobotArrays& values = twin.robots().at(robot);
   py::dict out;
   out["q"] = view_of(values.q, self, false);
@@ -83,13 +83,13 @@ py::dict robot_dict(const TwinRobot& robot) {
   return out;
 }
 
-py::list robots(RunningTwin& self) {
+py::list robots(SteppedTwin& self) {
   py::list out;
   for (const auto& robot : self.twin().robots()) out.append(robot_dict(*robot));
   return out;
 }
 
-py::dict link_poses(RunningTwin& self, std::size_t robot) {
+py::dict link_poses(SteppedTwin& self, std::size_t robot) {
   const TwinRobot* const found = self.twin().find_robot(self.robots().at(robot).name_space);
   py::dict out;
   if (found == nullptr) return out;
@@ -103,7 +103,7 @@ py::dict link_poses(RunningTwin& self, std::size_t robot) {
 }
 
 // The newest image of a topic: (time in s, encoding, height, width, bytes of a row, data), or None.
-py::object newest_image(RunningTwin& self, const std::string& topic) {
+py::object newest_image(SteppedTwin& self, const std::string& topic) {
   double time = 0;
   sensor_msgs::msg::Image image;
   bool is_there = false;
@@ -118,7 +118,7 @@ py::object newest_image(RunningTwin& self, const std::string& topic) {
   return py::make_tuple(time, image.encoding, image.height, image.width, image.step, data);
 }
 
-py::list sensors(RunningTwin& self) {
+py::list sensors(SteppedTwin& self) {
   py::list out;
   for (const RigStatus& status : self.twin().sensors()) {
     py::dict sensor;
@@ -139,7 +139,7 @@ py::dict names_and_types(const List& list) {
   return out;
 }
 
-py::dict parameters(RunningTwin& self) {
+py::dict parameters(SteppedTwin& self) {
   std::vector<NamedParameter> list;
   {
     const py::gil_scoped_release released;
@@ -154,14 +154,14 @@ py::dict parameters(RunningTwin& self) {
   return out;
 }
 
-py::list take_log(RunningTwin& self) {
+py::list take_log(SteppedTwin& self) {
   py::list out;
   for (const LogLine& line : self.take_log())
     out.append(py::make_tuple(std::string(to_string(line.severity)), line.origin, line.text));
   return out;
 }
 
-py::list take_messages(RunningTwin& self, const std::string& topic) {
+py::list take_messages(SteppedTwin& self, const std::string& topic) {
   std::vector<TextMessage> messages;
   {
     const py::gil_scoped_release released;
@@ -172,19 +172,30 @@ py::list take_messages(RunningTwin& self, const std::string& topic) {
   return out;
 }
 
-void bind_bus(py::class_<RunningTwin, std::shared_ptr<RunningTwin>>& twin) {
-  twin.def("topics", [](RunningTwin& self) { return names_and_types(self.twin().bus().topics()); })
-      .def("services", [](RunningTwin& self) { return names_and_types(self.twin().bus().services()); })
-      .def("publish", &RunningTwin::publish, Unlocked())
-      .def("subscribe", &RunningTwin::subscribe, Unlocked())
-      .def("unsubscribe", &RunningTwin::unsubscribe, Unlocked())
+// Ctrl-C ends a long call between two parts of it.
+void step(SteppedTwin& self, std::uint64_t steps) {
+  constexpr std::uint64_t kPart = 5000;
+  for (std::uint64_t count = 0; count < steps || count == 0; count += kPart) {
+    self.step(std::min(kPart, steps - count));
+    if (steps <= kPart) return;
+    const py::gil_scoped_acquire locked;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+  }
+}
+
+void bind_bus(py::class_<SteppedTwin, std::shared_ptr<SteppedTwin>>& twin) {
+  twin.def("topics", [](SteppedTwin& self) { return names_and_types(self.twin().bus().topics()); })
+      .def("services", [](SteppedTwin& self) { return names_and_types(self.twin().bus().services()); })
+      .def("publish", &SteppedTwin::publish, Unlocked())
+      .def("subscribe", &SteppedTwin::subscribe, Unlocked())
+      .def("unsubscribe", &SteppedTwin::unsubscribe, Unlocked())
       .def("take_messages", &take_messages)
       .def("newest_image", &newest_image)
-      .def("begin_call", &RunningTwin::begin_call, Unlocked())
-      .def("step_until_answered", &RunningTwin::step_until_answered, Unlocked())
-      .def("take_answer", &RunningTwin::take_answer, Unlocked())
+      .def("begin_call", &SteppedTwin::begin_call, Unlocked())
+      .def("step_until_answered", &SteppedTwin::step_until_answered, Unlocked())
+      .def("take_answer", &SteppedTwin::take_answer, Unlocked())
       .def("parameters", &parameters)
-      .def("set_parameter", &RunningTwin::set_parameter, Unlocked());
+      .def("set_parameter", &SteppedTwin::set_parameter, Unlocked());
 }
 
 }  // namespace
@@ -194,31 +205,32 @@ void bind_twin(py::module_& module) {
       .def_property_readonly("time", [](const SavedState& self) { return to_seconds(self.time()); })
       .def_property_readonly("steps", &SavedState::steps)
       .def_property_readonly("unsaved_controllers", &SavedState::unsaved_controllers);
-  py::class_<RunningTwin, std::shared_ptr<RunningTwin>> twin(module, "RunningTwin");
-  twin.def("step", &RunningTwin::step, Unlocked())
-      .def("close", &RunningTwin::close, Unlocked())
-      .def_property_readonly("closed", &RunningTwin::is_closed)
-      .def("reset", &RunningTwin::reset, Unlocked())
-      .def("set_state", &RunningTwin::set_state, Unlocked())
+  py::class_<SteppedTwin, std::shared_ptr<SteppedTwin>> twin(module, "SteppedTwin");
+  twin.def("step", &step, Unlocked())
+      .def("view", &SteppedTwin::view, Unlocked())
+      .def("close", &SteppedTwin::close, Unlocked())
+      .def_property_readonly("closed", &SteppedTwin::is_closed)
+      .def("reset", &SteppedTwin::reset, Unlocked())
+      .def("set_state", &SteppedTwin::set_state, Unlocked())
       .def("save",
-           [](RunningTwin& self) {
+           [](SteppedTwin& self) {
              const py::gil_scoped_release released;
              return std::const_pointer_cast<SavedState>(self.save());
            })
-      .def("restore", &RunningTwin::restore, Unlocked())
-      .def_property_readonly("time", &RunningTwin::time)
-      .def_property_readonly("step_size", &RunningTwin::step_size)
-      .def_property_readonly("steps", &RunningTwin::steps)
-      .def_property_readonly("state_hash", &RunningTwin::state_hash)
+      .def("restore", &SteppedTwin::restore, Unlocked())
+      .def_property_readonly("time", &SteppedTwin::time)
+      .def_property_readonly("step_size", &SteppedTwin::step_size)
+      .def_property_readonly("steps", &SteppedTwin::steps)
+      .def_property_readonly("state_hash", &SteppedTwin::state_hash)
       .def_property_readonly("diagnostics",
-                             [](const RunningTwin& self) { return to_list(self.diagnostics()); })
+                             [](const SteppedTwin& self) { return to_list(self.diagnostics()); })
       .def("arrays", [](const py::object& self, std::size_t robot) { return arrays(self, robot); })
       .def("robots", &robots)
       .def("link_poses", &link_poses)
       .def("sensors", &sensors)
       .def("take_log", &take_log)
-      .def("record", &RunningTwin::record, Unlocked())
-      .def("stop_recording", &RunningTwin::stop_recording, Unlocked());
+      .def("record", &SteppedTwin::record, Unlocked())
+      .def("stop_recording", &SteppedTwin::stop_recording, Unlocked());
   bind_bus(twin);
   module.def("make_twin", &make_twin);
 }

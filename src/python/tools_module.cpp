@@ -1,4 +1,5 @@
-// The extension module `_doppel_tools`: descriptions in other formats, by libdoppel_tools.so.
+// The extension module `_doppel_tools`: descriptions in other formats and clients of running twins, by
+// libdoppel_tools.so.
 #include <pybind11/stl.h>
 
 #include "doppel/review/conversion/mjcf_export.h"
@@ -6,6 +7,7 @@
 #include "doppel/review/conversion/urdf.h"
 #include "python/conversions.h"
 #include "python/described_model.h"
+#include "python/tools_bindings.h"
 
 namespace doppel::python {
 namespace {
@@ -37,6 +39,7 @@ py::tuple convert(const DescribedModel& self, Format format, const std::string& 
 }  // namespace doppel::python
 
 PYBIND11_MODULE(_doppel_tools, module) {
+  doppel::python::bind_client(module);
   using doppel::python::convert;
   using doppel::python::DescribedModel;
   using doppel::python::Format;

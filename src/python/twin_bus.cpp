@@ -1,4 +1,4 @@
-// The bus of a RunningTwin: messages as JSON, which is YAML too, so that both directions use the encodings
+// The bus of a SteppedTwin: messages as JSON, which is YAML too, so that both directions use the encodings
 // of the bus.
 #include <fmt/format.h>
 
@@ -7,7 +7,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/ros/messages/codec.h"
-#include "python/running_twin.h"
+#include "python/stepped_twin.h"
 
 namespace doppel::python {
 namespace {
@@ -47,7 +47,7 @@ const TypeSupport& type_named(const std::string& name) {
 
 }  // namespace
 
-void RunningTwin::publish(const std::string& topic, const std::string& type, const std::string& json) {
+void SteppedTwin::publish(const std::string& topic, const std::string& type, const std::string& json) {
   const std::lock_guard lock(mutex_);
   const std::vector<TopicInfo> topics = twin().bus().topics();
   std::string type_name = type;
@@ -65,7 +65,7 @@ void RunningTwin::publish(const std::string& topic, const std::string& type, con
     throw InputError("python.publish", {}, fmt::format("{}: {}", topic, published.why()));
 }
 
-void RunningTwin::subscribe(const std::string& topic, std::size_t depth) {
+void SteppedTwin::subscribe(const std::string& topic, std::size_t depth) {
   const std::lock_guard lock(mutex_);
   const std::vector<TopicInfo> topics = twin().bus().topics();
   for (const TopicInfo& topic_info : topics) {
@@ -84,7 +84,7 @@ void RunningTwin::subscribe(const std::string& topic, std::size_t depth) {
                    "twin.topics() lists them");
 }
 
-void RunningTwin::unsubscribe(const std::string& topic) {
+void SteppedTwin::unsubscribe(const std::string& topic) {
   const std::lock_guard lock(mutex_);
   const auto found = subscriptions_.find(topic);
   if (found == subscriptions_.end()) return;
@@ -92,7 +92,7 @@ void RunningTwin::unsubscribe(const std::string& topic) {
   subscriptions_.erase(found);
 }
 
-RunningTwin::Subscription& RunningTwin::subscription(const std::string& topic) {
+SteppedTwin::Subscription& SteppedTwin::subscription(const std::string& topic) {
   const auto found = subscriptions_.find(topic);
   if (found == subscriptions_.end())
     throw InputError("python.not_subscribed", {}, fmt::format("'{}' is not subscribed", topic),
@@ -101,7 +101,7 @@ RunningTwin::Subscription& RunningTwin::subscription(const std::string& topic) {
 }
 
 // After each step, so that the ring of the edge never fills.
-void RunningTwin::receive() {
+void SteppedTwin::receive() {
   Edge::Incoming incoming;
   while (edge_->next(incoming)) {
     for (auto& [name, subscription] : subscriptions_) {
@@ -116,7 +116,7 @@ void RunningTwin::receive() {
   }
 }
 
-std::vector<TextMessage> RunningTwin::take_messages(const std::string& topic) {
+std::vector<TextMessage> SteppedTwin::take_messages(const std::string& topic) {
   const std::lock_guard lock(mutex_);
   Subscription& source = subscription(topic);
   const TypeSupport& type = type_named(source.type);
@@ -126,14 +126,14 @@ std::vector<TextMessage> RunningTwin::take_messages(const std::string& topic) {
   return out;
 }
 
-Bytes RunningTwin::newest(const std::string& topic, double& time) {
+Bytes SteppedTwin::newest(const std::string& topic, double& time) {
   const std::lock_guard lock(mutex_);
   const Subscription& source = subscription(topic);
   time = to_seconds(source.newest.first);
   return source.newest.second;
 }
 
-std::uint32_t RunningTwin::begin_call(const std::string& service, const std::string& json) {
+std::uint32_t SteppedTwin::begin_call(const std::string& service, const std::string& json) {
   const std::lock_guard lock(mutex_);
   const std::vector<ServiceInfo> services = twin().bus().services();
   for (const ServiceInfo& info : services) {
@@ -160,7 +160,7 @@ std::uint32_t RunningTwin::begin_call(const std::string& service, const std::str
       "twin.services() lists them");
 }
 
-bool RunningTwin::step_until_answered(std::uint32_t call, std::uint64_t steps) {
+bool SteppedTwin::step_until_answered(std::uint32_t call, std::uint64_t steps) {
   const std::lock_guard lock(mutex_);
   const std::shared_ptr<const Answer> answer = answers_.at(call);
   for (std::uint64_t i = 0; i < steps && !answer->is_there; ++i) step(1);
@@ -168,7 +168,7 @@ bool RunningTwin::step_until_answered(std::uint32_t call, std::uint64_t steps) {
   return answer->is_there;
 }
 
-std::optional<std::string> RunningTwin::take_answer(std::uint32_t call) {
+std::optional<std::string> SteppedTwin::take_answer(std::uint32_t call) {
   const std::lock_guard lock(mutex_);
   twin().between_steps();
   const std::shared_ptr<const Answer> answer = answers_.at(call);
@@ -179,7 +179,7 @@ std::optional<std::string> RunningTwin::take_answer(std::uint32_t call) {
   return decode(*answer->type, answer->cdr);
 }
 
-std::vector<NamedParameter> RunningTwin::parameters() {
+std::vector<NamedParameter> SteppedTwin::parameters() {
   const std::lock_guard lock(mutex_);
   twin().between_steps();
   const auto out = std::make_shared<Edge::SharedParameters>();
@@ -191,7 +191,7 @@ std::vector<NamedParameter> RunningTwin::parameters() {
   return **out;
 }
 
-void RunningTwin::set_parameter(const std::string& node, const std::string& name,
+void SteppedTwin::set_parameter(const std::string& node, const std::string& name,
                                 const ParameterValue& value) {
   const std::lock_guard lock(mutex_);
   const auto out = std::make_shared<std::optional<Status>>();

@@ -15,6 +15,7 @@
 #include "doppel/base/mcap/mcap_file_sink.h"
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/record/bus_recorder.h"
+#include "doppel/session/live/session.h"
 #include "doppel/twin/assembly/twin.h"
 
 namespace doppel::python {
@@ -34,13 +35,13 @@ struct TextMessage {
   std::string json;
 };
 
-class RunningTwin {
+class SteppedTwin {
  public:
   // Throws InputError.
-  explicit RunningTwin(const Scenario& scenario);
-  ~RunningTwin();
-  RunningTwin(const RunningTwin&) = delete;
-  RunningTwin& operator=(const RunningTwin&) = delete;
+  explicit SteppedTwin(const Scenario& scenario);
+  ~SteppedTwin();
+  SteppedTwin(const SteppedTwin&) = delete;
+  SteppedTwin& operator=(const SteppedTwin&) = delete;
 
   // Ends everything but the arrays. The functions below throw InputError "python.closed" afterwards.
   void close();
@@ -82,6 +83,10 @@ class RunningTwin {
   [[nodiscard]] std::vector<NamedParameter> parameters();
   void set_parameter(const std::string& node, const std::string& name, const ParameterValue& value);
 
+  // Serves the page of the twin; it shows what steps do. `port`: 0: 8700 or the next that is free. Returns
+  // its address; a second call only that. Throws InputError.
+  std::string view(int port);
+
   // One file, until stop_recording() or the end of the twin; returns the number of messages.
   void record(const std::string& file);
   std::uint64_t stop_recording();
@@ -122,6 +127,7 @@ class RunningTwin {
   std::uint32_t next_call_ = 1;
   std::unique_ptr<McapFileSink> sink_;
   std::unique_ptr<BusRecorder> recorder_;
+  std::unique_ptr<TwinSession> session_;  // nullptr: no page is served
 };
 
 }  // namespace doppel::python

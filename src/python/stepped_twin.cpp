@@ -1,4 +1,4 @@
-#include "python/running_twin.h"
+#include "python/stepped_twin.h"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "doppel/base/core/names.h"
+#include "doppel/base/core/installation.h"
 #include "doppel/lab/recording/run_recording.h"
 #include "doppel/version.h"
 
@@ -39,7 +39,7 @@ RobotArrays arrays_of(const TwinRobot& robot) {
 
 }  // namespace
 
-RunningTwin::RunningTwin(const Scenario& scenario) {
+SteppedTwin::SteppedTwin(const Scenario& scenario) {
   log_.add_sink([this](const LogLine& line) {
     const std::lock_guard lock(lines_mutex_);
     lines_.push_back(line);
@@ -53,13 +53,15 @@ RunningTwin::RunningTwin(const Scenario& scenario) {
   copy_state();
 }
 
-RunningTwin::~RunningTwin() {
+SteppedTwin::~SteppedTwin() {
   close();
 }
 
 // The recorder and the edge end before the bus.
-void RunningTwin::close() {
+void SteppedTwin::close() {
   const std::lock_guard lock(mutex_);
+  if (session_) session_->end();
+  session_.reset();
   recorder_.reset();
   sink_.reset();
   subscriptions_.clear();
@@ -67,21 +69,21 @@ void RunningTwin::close() {
   twin_.reset();
 }
 
-Twin& RunningTwin::twin() const {
+Twin& SteppedTwin::twin() const {
   if (!twin_)
     throw InputError("python.closed", {}, "the twin is closed",
                      "use it inside its with block, or make another one");
   return *twin_;
 }
 
-std::vector<LogLine> RunningTwin::take_log() {
+std::vector<LogLine> SteppedTwin::take_log() {
   const std::lock_guard lock(lines_mutex_);
   std::vector<LogLine> out(lines_.begin(), lines_.end());
   lines_.clear();
   return out;
 }
 
-TwinRobot& RunningTwin::robot(const RobotArrays& arrays) const {
+TwinRobot& SteppedTwin::robot(const RobotArrays& arrays) const {
   TwinRobot* const found = twin().find_robot(arrays.name_space);
   if (found == nullptr)
     throw InputError("python.robot_removed", {}, fmt::format("the robot '{}' was removed", arrays.name_space),
@@ -90,7 +92,7 @@ TwinRobot& RunningTwin::robot(const RobotArrays& arrays) const {
 }
 
 // A controller writes its command in each of its ticks, so that both would take turns.
-void RunningTwin::check_command(const RobotArrays& arrays, std::size_t joint) const {
+void SteppedTwin::check_command(const RobotArrays& arrays, std::size_t joint) const {
   TwinRobot& commanded = robot(arrays);
   const std::string& name = commanded.model().joints[static_cast<std::size_t>(arrays.driven[joint])].name;
   for (const InterfaceView& interface : commanded.controller_manager().command_interfaces()) {
@@ -104,7 +106,7 @@ void RunningTwin::check_command(const RobotArrays& arrays, std::size_t joint) co
   }
 }
 
-void RunningTwin::apply_commands() {
+void SteppedTwin::apply_commands() {
   for (RobotArrays& arrays : robots_) {
     for (std::size_t i = 0; i < arrays.command.size(); ++i) {
       const double command = arrays.command[i];
@@ -120,7 +122,7 @@ void RunningTwin::apply_commands() {
   }
 }
 
-void RunningTwin::copy_state() {
+void SteppedTwin::copy_state() {
   for (RobotArrays& arrays : robots_) {
     const TwinRobot& shown = robot(arrays);
     const Instance& instance = shown.instance();
@@ -135,13 +137,13 @@ void RunningTwin::copy_state() {
   }
 }
 
-void RunningTwin::take_step() {
+void SteppedTwin::take_step() {
   twin().between_steps();
   twin().step();
   if (!subscriptions_.empty()) receive();
 }
 
-void RunningTwin::step(std::uint64_t steps) {
+void SteppedTwin::step(std::uint64_t steps) {
   const std::lock_guard lock(mutex_);
   apply_commands();
   const Twin& running = twin();
@@ -155,7 +157,7 @@ void RunningTwin::step(std::uint64_t steps) {
                      "look for small masses on strong joints, or pass a smaller step");
 }
 
-void RunningTwin::reset() {
+void SteppedTwin::reset() {
   const std::lock_guard lock(mutex_);
   twin().reset();
   for (RobotArrays& arrays : robots_) {
@@ -165,7 +167,7 @@ void RunningTwin::reset() {
   copy_state();
 }
 
-void RunningTwin::set_state(std::size_t robot_index, const std::vector<double>& q,
+void SteppedTwin::set_state(std::size_t robot_index, const std::vector<double>& q,
                             const std::vector<double>& v) {
   const std::lock_guard lock(mutex_);
   TwinRobot& changed = robot(robots_[robot_index]);
@@ -175,12 +177,12 @@ void RunningTwin::set_state(std::size_t robot_index, const std::vector<double>& 
   copy_state();
 }
 
-std::shared_ptr<const SavedState> RunningTwin::save() {
+std::shared_ptr<const SavedState> SteppedTwin::save() {
   const std::lock_guard lock(mutex_);
   return twin().save();
 }
 
-void RunningTwin::restore(const SavedState& state) {
+void SteppedTwin::restore(const SavedState& state) {
   const std::lock_guard lock(mutex_);
   if (const Status restored = twin().restore(state); !restored)
     throw InputError("state.restore", {}, "the state cannot be restored: " + restored.why(),
@@ -188,7 +190,23 @@ void RunningTwin::restore(const SavedState& state) {
   copy_state();
 }
 
-void RunningTwin::record(const std::string& file) {
+std::string SteppedTwin::view(int port) {
+  const std::lock_guard lock(mutex_);
+  if (!session_) {
+    SessionOptions options;
+    options.server.port = port;
+    options.server.page_folder = page_folder();
+    options.bundled = {data_folder() / "robots", data_folder() / "datasheets"};
+    options.reload = options.rewind = false;
+    auto session = std::make_unique<TwinSession>(twin(), options, log_);
+    session->begin();
+    session_ = std::move(session);
+    twin().publish_state();
+  }
+  return session_->server().server().page_url();
+}
+
+void SteppedTwin::record(const std::string& file) {
   const std::lock_guard lock(mutex_);
   if (recorder_)
     throw InputError("python.recording", {},
@@ -209,7 +227,7 @@ void RunningTwin::record(const std::string& file) {
   sink_ = std::move(sink);
 }
 
-std::uint64_t RunningTwin::stop_recording() {
+std::uint64_t SteppedTwin::stop_recording() {
   const std::lock_guard lock(mutex_);
   if (!recorder_) return 0;
   const RecorderReport report = recorder_->stop();

@@ -1,0 +1,82 @@
+"""Client and view: a twin that one thread steps, seen from outside."""
+import signal
+import threading
+import unittest
+import urllib.request
+
+import numpy as np
+
+import doppel
+
+
+class ClientTest(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.twin = doppel.Twin("omarm_one")
+        cls.page = cls.twin.view()
+        cls.port = cls.page.port
+        cls.stop = threading.Event()
+
+        def run():
+            while not cls.stop.is_set():
+                cls.twin.run_for(0.05, speed=5)
+        cls.thread = threading.Thread(target=run)
+        cls.thread.start()
+        cls.client = doppel.Client(cls.port)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.client.close()
+        cls.stop.set()
+        cls.thread.join()
+        cls.twin.close()
+
+    def test_PageIsServedAndShownInNotebook(self):
+        with urllib.request.urlopen(self.page.url, timeout=10) as answer:
+            self.assertIn(b"<html", answer.read(2000).lower())
+        self.assertIn(f'<iframe src="{self.page.url}"', self.page._repr_html_())
+        self.assertEqual(self.twin.view().url, self.page.url)
+
+    def test_ClientSeesTopicsServicesAndNodes(self):
+        self.assertEqual(self.client.topics()["/joint_states"], "sensor_msgs/msg/JointState")
+        self.assertIn("/controller_manager/list_controllers", self.client.services())
+        self.assertIn("/robot_state_publisher", self.client.nodes())
+
+    def test_ClientReadsPositions(self):
+        positions = self.client.positions()
+        self.assertEqual(len(positions), 7)
+        states = self.client.subscribe("/joint_states", depth=3)
+        first, second = states.wait(), states.wait()
+        self.assertNotEqual(first["header"]["stamp"], second["header"]["stamp"])
+        states.close()
+
+    def test_ClientMovesArm(self):
+        arm = self.client.controller("arm")
+        self.assertEqual(arm.follow([1.0], [np.full(6, 0.8)])["error_code"], 0)
+        np.testing.assert_allclose([self.client.positions()[joint] for joint in arm.joints], 0.8, atol=0.02)
+        with self.assertRaisesRegex(doppel.ServiceError, "refused"):
+            arm.follow([1.0, 0.5], [np.full(6, 0.8), np.full(6, 0.7)])
+
+    def test_ClientSetsParametersAndCallsServices(self):
+        node = "/omarm_arm_controller"
+        self.client.set_parameter(node, "constraints.goal_time", 3.5)
+        self.assertEqual(self.client.parameters(node)["constraints.goal_time"], 3.5)
+        states = {one["state"] for one in self.client.call("/controller_manager/list_controllers")["controller"]}
+        self.assertEqual(states, {"active"})
+        with self.assertRaisesRegex(doppel.ServiceError, "did you mean"):
+            self.client.call("/controller_manager/list_controler")
+        with self.assertRaises(doppel.ServiceError):
+            doppel.Client(1)
+
+
+class InterruptTest(unittest.TestCase):
+    def test_SignalEndsLongStep(self):
+        with doppel.Twin("omarm_one") as twin:
+            threading.Timer(0.3, lambda: signal.raise_signal(signal.SIGINT)).start()
+            with self.assertRaises(KeyboardInterrupt):
+                twin.step(10**9)
+            self.assertLess(twin.time, 1000)
+
+
+if __name__ == "__main__":
+    unittest.main()
