@@ -1,4 +1,5 @@
 """The programs of examples/python, as a user starts them, and the snippets of docs/python.md."""
+import json
 import os
 import pathlib
 import re
@@ -34,6 +35,17 @@ class ExampleTest(unittest.TestCase):
                 run = subprocess.run([sys.executable, file, *arguments], cwd=folder, capture_output=True, text=True, timeout=120)
                 self.assertEqual(run.returncode, 0, run.stderr)
                 self.assertRegex(run.stdout, PRINTED[file.stem])
+
+
+class NotebookTest(unittest.TestCase):
+    def test_EveryCellRunsAfterCellsBeforeIt(self):
+        notebook = json.loads((ROOT / "examples/python/01_check_robots.ipynb").read_text(encoding="utf-8"))
+        cells = ["".join(cell["source"]) for cell in notebook["cells"] if cell["cell_type"] == "code"]
+        self.assertFalse([cell for cell in notebook["cells"] if cell.get("outputs")], "the notebook is kept without outputs")
+        run = subprocess.run([sys.executable, "-c", "\n".join(cells)], env={**os.environ, "ROBOTS": str(ROOT / "robots")},
+                             capture_output=True, text=True, timeout=120)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertRegex(run.stdout, r"omarm_one +7 joints +1\.28 kg")
 
 
 class DocumentationTest(unittest.TestCase):
