@@ -248,8 +248,8 @@ void LaunchedRobots::add_controllers(LaunchPlan& plan) const {
 
 // A file that the manager has with performed substitutions, and a spawner as it is written.
 bool LaunchedRobots::is_substituted(const fs::path& file) const {
-  return std::any_of(made_files_.begin(), made_files_.end(), [&](const auto& made) {
-    return made.second.lexically_normal() == file.lexically_normal();
+  return std::any_of(made_files_.begin(), made_files_.end(), [&](const auto& pair) {
+    return pair.second.lexically_normal() == file.lexically_normal();
   });
 }
 
