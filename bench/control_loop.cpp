@@ -91,7 +91,7 @@ int main(int argc, char** argv) {
   Diagnostics diagnostics;
   Scenario scenario;
   scenario.robots = {{.target = (folder / "arm.urdf").string()}};
-  scenario.robots.front().controllers = folder / "controllers.yaml";
+  scenario.robots.front().controllers = {folder / "controllers.yaml"};
   scenario.hardware = HardwareUse::real;
   Twin twin(scenario, log, diagnostics);
   std::filesystem::remove_all(folder);

@@ -231,7 +231,7 @@ int main(int argc, char** argv) {
     const std::string word = argv[i];
     const std::size_t assigned = word.find(":=");
     if (word == "--controllers" && i + 1 < argc) {
-      robot.controllers = argv[++i];
+      robot.controllers = {argv[++i]};
     } else if (assigned != std::string::npos) {
       robot.arguments.emplace_back(word.substr(0, assigned), word.substr(assigned + 2));
     } else {

@@ -72,7 +72,7 @@ class FastScenario {
     std::ofstream(file_) << yaml;
     scenario.robots = {{.target = "omarm_one"}};
     scenario.bundled_robots = robots;
-    scenario.robots.front().controllers = file_;
+    scenario.robots.front().controllers = {file_};
   }
   ~FastScenario() { std::filesystem::remove(file_); }
   FastScenario(const FastScenario&) = delete;

@@ -20,7 +20,7 @@ void measure(const std::string& word) {
   doppel::WorldRobot& robot = scenario.robots.emplace_back();
   const std::size_t sign = word.find('=');
   robot.target = word.substr(0, sign);
-  if (sign != std::string::npos) robot.controllers = word.substr(sign + 1);
+  if (sign != std::string::npos) robot.controllers = {word.substr(sign + 1)};
   const doppel::Subject subject = doppel::read_subject(scenario, {});
   if (!subject.refusal.empty()) {
     fmt::print("{:20} cannot be compiled\n", word);
