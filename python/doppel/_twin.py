@@ -416,7 +416,8 @@ class Twin:
 
     def camera(self, name: str) -> Camera:
         """A camera by a part of its name."""
-        cameras = [one for one in self.sensors() if "camera" in one["type"]]
+        types = self.topics()
+        cameras = [one for one in self.sensors() if "sensor_msgs/msg/Image" in {types.get(topic) for topic in one["topics"]}]
         names = [one["name"] for one in cameras]
         found = matches(name, names)
         if len(found) != 1:

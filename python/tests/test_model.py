@@ -167,7 +167,8 @@ class ErrorTest(unittest.TestCase):
         self.assertEqual(found["urdf.joint_type"]["line"], 12)
         self.assertIn("did you mean 'fixed'", found["urdf.joint_type"]["message"])
         self.assertIn("did you mean 'upper'", found["urdf.unknown_link"]["message"])
-        self.assertIn("model.urdf:12:", str(raised.exception))
+        self.assertIn("text:12:", str(raised.exception))
+        self.assertEqual(found["urdf.joint_type"]["file"], "text")
 
     def test_UnknownNamesGetNearestOne(self):
         model = doppel.Model.load(PENDULUM)

@@ -236,6 +236,20 @@ class SensorTest(unittest.TestCase):
             self.assertGreater(picture.std(), 1)
             self.assertAlmostEqual(camera.time, twin.time, delta=1 / camera.rate + twin.step_size)
 
+    def test_DepthCameraGivesMetres(self):
+        wall = PENDULUM.replace("</robot>", """
+  <link name="wall"><visual><geometry><box size="0.1 4 4"/></geometry></visual></link>
+  <joint name="far" type="fixed"><parent link="world"/><child link="wall"/><origin xyz="2.05 0 1"/></joint>
+  <link name="eye"/><joint name="mount" type="fixed"><parent link="world"/><child link="eye"/><origin xyz="0 0 1"/></joint>
+  <gazebo reference="eye"><sensor name="eye" type="depth_camera"><update_rate>20</update_rate><camera>
+    <horizontal_fov>0.5</horizontal_fov><image><width>32</width><height>24</height></image>
+    <clip><near>0.1</near><far>10</far></clip></camera></sensor></gazebo></robot>""")
+        with doppel.Twin(wall, controllers=False) as twin:
+            camera = twin.camera("eye")
+            twin.run_for(0.2)
+            self.assertEqual((camera.depth.shape, camera.depth.dtype), ((24, 32), np.float32))
+            self.assertAlmostEqual(float(camera.depth[12, 16]), 2.0, places=3)
+
     def test_RecordingIsOneFileOfAllTopics(self):
         with tempfile.TemporaryDirectory() as folder, doppel.Twin("omarm_one") as twin:
             file = os.path.join(folder, "run.mcap")

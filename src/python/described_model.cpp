@@ -52,9 +52,53 @@ void use_absolute_paths(XmlNode& node, const PackageResolver& resolver, const fs
   for (XmlNode& child : node.children) use_absolute_paths(child, resolver, base);
 }
 
+// A text is called so in messages, not by the file that it was written to.
+std::vector<Diagnostic> without_folder(std::vector<Diagnostic> diagnostics, const DescribedModel& model) {
+  if (!model.folder) return diagnostics;
+  static const auto kText = std::make_shared<const std::string>("text");
+  for (Diagnostic& diagnostic : diagnostics) {
+    if (diagnostic.where.known() && diagnostic.where.file->starts_with(model.folder->path().string()))
+      diagnostic.where.file = kText;
+  }
+  return diagnostics;
+}
+
 std::shared_ptr<const TemporaryFolder> folder_of(DescribedModel& out) {
   if (!out.folder) out.folder = std::make_shared<const TemporaryFolder>();
   return out.folder;
+}
+
+void load_into(DescribedModel& out, const std::string& source, XacroArguments arguments,
+               const std::string& overlay, BaseKind base) {
+  out.target = source;
+  if (is_text(source)) {
+    const bool xacro = source.find("xmlns:xacro") != std::string::npos;
+    const fs::path file = folder_of(out)->path() / (xacro ? "model.urdf.xacro" : "model.urdf");
+    write_text(file, source);
+    out.target = file.string();
+  }
+  OpenedTarget opened = open_target(out.target, std::move(arguments), data_folder() / "robots");
+  out.arguments = opened.arguments;
+  out.file = opened.target.description;
+  Diagnostics diagnostics;
+  ExpandedDescription expanded =
+      expand_for_simulation(opened.target.description, opened.arguments, opened.resolver, diagnostics);
+  if (!overlay.empty()) correct(overlay, expanded, opened.resolver, diagnostics);
+  RobotDescription robot = read_description(expanded, opened.resolver, diagnostics);
+  diagnostics.throw_if_errors();
+  out.model = std::make_shared<const Model>(compile_model(robot, base, diagnostics));
+  out.robot = std::make_shared<const RobotDescription>(std::move(robot));
+  out.twin_target = out.target;
+  out.twin_arguments = out.arguments;
+  if (!overlay.empty()) {
+    use_absolute_paths(expanded.root, opened.resolver, expanded.folder());
+    const fs::path file = folder_of(out)->path() / "corrected.urdf";
+    write_text(file, to_xml(expanded.root));
+    out.twin_target = file.string();
+    out.twin_arguments.clear();
+  }
+  out.files = std::move(expanded.files);
+  out.diagnostics = diagnostics.all();
 }
 
 }  // namespace
@@ -76,35 +120,12 @@ TemporaryFolder::~TemporaryFolder() {
 std::shared_ptr<DescribedModel> load_model(const std::string& source, XacroArguments arguments,
                                            const std::string& overlay, BaseKind base) {
   auto out = std::make_shared<DescribedModel>();
-  out->target = source;
-  if (is_text(source)) {
-    const bool xacro = source.find("xmlns:xacro") != std::string::npos;
-    const fs::path file = folder_of(*out)->path() / (xacro ? "model.urdf.xacro" : "model.urdf");
-    write_text(file, source);
-    out->target = file.string();
+  try {
+    load_into(*out, source, std::move(arguments), overlay, base);
+  } catch (const InputError& error) {
+    throw InputError(without_folder(error.diagnostics(), *out));
   }
-  OpenedTarget opened = open_target(out->target, std::move(arguments), data_folder() / "robots");
-  out->arguments = opened.arguments;
-  out->file = opened.target.description;
-  Diagnostics diagnostics;
-  ExpandedDescription expanded =
-      expand_for_simulation(opened.target.description, opened.arguments, opened.resolver, diagnostics);
-  if (!overlay.empty()) correct(overlay, expanded, opened.resolver, diagnostics);
-  RobotDescription robot = read_description(expanded, opened.resolver, diagnostics);
-  diagnostics.throw_if_errors();
-  out->model = std::make_shared<const Model>(compile_model(robot, base, diagnostics));
-  out->robot = std::make_shared<const RobotDescription>(std::move(robot));
-  out->twin_target = out->target;
-  out->twin_arguments = out->arguments;
-  if (!overlay.empty()) {
-    use_absolute_paths(expanded.root, opened.resolver, expanded.folder());
-    const fs::path file = folder_of(*out)->path() / "corrected.urdf";
-    write_text(file, to_xml(expanded.root));
-    out->twin_target = file.string();
-    out->twin_arguments.clear();
-  }
-  out->files = std::move(expanded.files);
-  out->diagnostics = diagnostics.all();
+  out->diagnostics = without_folder(std::move(out->diagnostics), *out);
   return out;
 }
 
