@@ -5,7 +5,7 @@ import json
 import time
 from collections import deque
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ._actions import plain, read_result, send_goal
 from ._errors import refuse
@@ -68,6 +68,11 @@ class ClientController:
         return read_result(action, self._client.call(action + "/_action/get_result", {"goal_id": goal_id}, timeout=limit))
 
 
+class _Closed:
+    def __getattr__(self, name):
+        refuse("python.closed", "the client is closed", "use it inside its with block, or make another one")
+
+
 class Client:
     """Access to what runs elsewhere, in wall-clock time: topics, services and parameters as dicts, and controllers."""
 
@@ -78,8 +83,8 @@ class Client:
         Raises InputError or ServiceError if there is none.
         """
         from . import _doppel_tools
-        self._c = _doppel_tools.GraphAccess(host, port, token, ros)
-        self._heard = {}
+        self._c: Any = _doppel_tools.GraphAccess(host, port, token, ros)
+        self._heard: dict[str, list[ClientSubscription]] = {}
 
     def __enter__(self):
         return self
@@ -89,7 +94,7 @@ class Client:
 
     def close(self) -> None:
         """Ends the connection."""
-        self._c = None
+        self._c = _Closed()
 
     def topics(self) -> dict[str, str]:
         """Topics and their types."""

@@ -208,8 +208,8 @@ def pose(position: ArrayLike, *, quat_wxyz: ArrayLike | None = None, quat_xyzw: 
         out[:3, :3] = [[cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr],
                        [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr], [-sp, cp * sr, cp * cr]]
     elif quat_wxyz is not None or quat_xyzw is not None:
-        w, x, y, z = quat_wxyz if quat_xyzw is None else numpy.roll(quat_xyzw, 1)
-        w, x, y, z = numpy.array([w, x, y, z], dtype=float) / numpy.linalg.norm([w, x, y, z])
+        quaternion = numpy.asarray(quat_wxyz if quat_xyzw is None else numpy.roll(quat_xyzw, 1), dtype=float)
+        w, x, y, z = quaternion / numpy.linalg.norm(quaternion)
         out[:3, :3] = [[1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
                        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
                        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)]]

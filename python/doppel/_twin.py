@@ -4,7 +4,7 @@ from __future__ import annotations
 import json
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from . import _doppel
@@ -72,10 +72,13 @@ class TwinRobot:
 
     def set_state(self, q: ArrayLike, v: ArrayLike | None = None) -> None:
         """Writes q [nq] and v [nv] (None: at rest). Controllers hold the new pose."""
-        q, v = list(map(float, q)), [0.0] * len(self.v) if v is None else list(map(float, v))
-        if len(q) != len(self.q) or len(v) != len(self.v):
-            refuse("python.shape", f"q and v have {len(q)} and {len(v)} numbers, and {len(self.q)} and {len(self.v)} are needed")
-        self._t.set_state(self._number, q, v)
+        import numpy
+        positions = numpy.asarray(q, dtype=float)
+        rates = numpy.zeros(len(self.v)) if v is None else numpy.asarray(v, dtype=float)
+        if positions.shape != self.q.shape or rates.shape != self.v.shape:
+            refuse("python.shape", f"q and v have the shapes {list(positions.shape)} and {list(rates.shape)}, and "
+                   f"{list(self.q.shape)} and {list(self.v.shape)} are needed")
+        self._t.set_state(self._number, positions.tolist(), rates.tolist())
 
 
 class Subscription:
@@ -430,6 +433,6 @@ class Twin:
         can run it again."""
         return Recording(self._t, os.fspath(file))
 
-    def log(self) -> Iterator[tuple[str, str, str]]:
+    def log(self) -> list[tuple[str, str, str]]:
         """The lines since the last call: severity, origin, text."""
         return self._t.take_log()

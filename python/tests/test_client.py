@@ -67,6 +67,10 @@ class ClientTest(unittest.TestCase):
             self.client.call("/controller_manager/list_controler")
         with self.assertRaises(doppel.ServiceError):
             doppel.Client(1)
+        with doppel.Client(self.port) as other:
+            pass
+        with self.assertRaisesRegex(doppel.InputError, "the client is closed"):
+            other.topics()
 
 
 class InterruptTest(unittest.TestCase):

@@ -49,6 +49,8 @@ class StepTest(unittest.TestCase):
 
     def test_PendulumSwingsWithPeriodOfClosedForm(self):
         with doppel.Twin(PENDULUM, controllers=False, step=1e-4) as twin:
+            with self.assertRaisesRegex(doppel.InputError, r"the shapes \[2\] and \[1\]"):
+                twin.set_state([0.01, 0])
             twin.set_state([0.01])
             crossings, before = [], twin.q[0]
             while len(crossings) < 2:
