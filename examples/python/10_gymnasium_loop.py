@@ -1,27 +1,24 @@
-"""The loop of Gymnasium over a twin: reset() and step() with observation, reward, terminated, truncated and info."""
+"""The loop of Gymnasium in the environment doppel/Reach-v0: a policy that follows the Jacobian, while each episode has other masses,
+friction and delays. With Gymnasium, env = gymnasium.make("doppel/Reach-v0", model=...).unwrapped is the same."""
 import numpy as np
 
-import doppel
+from doppel.envs import ReachEnv
 
-
-class Reach:
-    goal = np.array([0.15, 0.1, 0.25])  # m
-
-    def reset(self, seed=0):
-        self.twin = doppel.Twin("omarm_one", controllers=False, seed=seed)
-        return np.concatenate([self.twin.q, self.twin.v]), {}
-
-    def step(self, action):  # rad
-        self.twin.command[:] = action
-        self.twin.step(20)
-        distance = np.linalg.norm(self.twin.robots[0].link_poses()["tool_link_1"][:3, 3] - self.goal)
-        return np.concatenate([self.twin.q, self.twin.v]), -distance, distance < 0.01, self.twin.time > 4, {}
-
-
-env, total, done = Reach(), 0.0, False
-observation, info = env.reset(seed=1)
-action = env.twin.model.ik(env.goal, "tool_link_1", seed=env.twin.q)[:7]
-while not done:
-    observation, reward, terminated, truncated, info = env.step(action)
-    total, done = total + reward, terminated or truncated
-print(f"return {total:.2f}, {'reached' if terminated else 'not reached'} after {env.twin.time:.2f} s")
+env = ReachEnv("omarm_one", randomize="""
+mass: [0.8, 1.2]       # factors
+friction: [0.5, 2.0]
+delay: [0.0, 0.03]     # s
+""")
+arm = len(env.action_space.low)
+times = []
+for seed in range(10):
+    observation, info = env.reset(seed=seed)
+    q = observation[:arm].copy()
+    terminated = truncated = False
+    while not (terminated or truncated):
+        tool, target = observation[-6:-3], observation[-3:]
+        J = env.model.jacobian(env.twin.q, env.tool)[3:, :arm]
+        q += 0.2 * J.T @ np.linalg.solve(J @ J.T + 1e-4 * np.eye(3), target - tool)
+        observation, reward, terminated, truncated, info = env.step(env.action_of(q))
+    times += [env.twin.time] if terminated else []
+print(f"reached {len(times)} of 10 targets, after {np.mean(times):.2f} s on average")

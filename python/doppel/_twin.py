@@ -150,6 +150,11 @@ class Camera:
         """The newest depths [height, width] in m."""
         return self._image(True)
 
+    def close(self) -> None:
+        """Ends its pictures; a camera that no one reads is not computed."""
+        for topic in self._topics:
+            self._t.unsubscribe(topic)
+
 
 class Goal:
     """A goal of a controller on its way."""

@@ -32,6 +32,20 @@ def program_rate(doppel_program):
     return float(found.group(1)) / 1e-3 if found else float("nan")
 
 
+def bench_environments():
+    """Actions of doppel/Reach-v0, of 20 steps each."""
+    from doppel.envs import ReachEnv, ReachVectorEnv
+    env = ReachEnv("omarm_one", max_steps=10_000)
+    env.reset(seed=1, options={"target": [5, 0, 0]})
+    actions = [env.action_space.sample() for _ in range(1000)]
+    print(f"environment, actions         {rate(lambda: [env.step(action) for action in actions], 1000):8.0f} /s")
+    for threads in (1, 2):
+        envs = ReachVectorEnv(16, model="omarm_one", max_steps=10_000, threads=threads)
+        envs.reset(seed=1, options={"target": [5, 0, 0]})
+        speed = rate(lambda: [envs.step(envs.action_space.sample()) for _ in range(100)], 1600)
+        print(f"16 environments, {threads} thread(s) {speed:8.0f} /s")
+
+
 def main():
     print(f"import doppel                {1e3 * import_time():8.1f} ms")
     import numpy as np
@@ -54,6 +68,7 @@ def main():
     for threads in (1, 2):
         speed = rate(lambda: doppel.rollout(twin, None, commands, threads=threads, steps_per_row=20), 64 * 50 * 20)
         print(f"rollouts, {threads} thread(s)        {speed:8.0f} /s")
+    bench_environments()
 
 
 if __name__ == "__main__":
