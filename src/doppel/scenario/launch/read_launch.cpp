@@ -155,11 +155,14 @@ Json answer(const Json& request, PackageResolver& resolver, const fs::path& fold
 // Runs the reader and answers its requests; returns its result.
 Json converse(const fs::path& file, const NamedTexts& arguments, PackageResolver& resolver,
               const fs::path& folder) {
+  // The system's Python has PyYAML and the packages of ROS; one of an environment in PATH has its own.
+  const bool of_system = access("/usr/bin/python3", X_OK) == 0;
   const fs::path reader = data_folder() / "python" / "launch_reader" / "read_launch_file.py";
-  ChildStart start{.words = {"python3", "-B", reader.string(), file.string()},
-                   .environment = {{"DOPPEL_LAUNCH_PIPES", "3,4"}, {"DOPPEL_LAUNCH_FOLDER", folder.string()}},
-                   .converses = true,
-                   .own_group = false};
+  ChildStart start{
+      .words = {of_system ? "/usr/bin/python3" : "python3", "-B", reader.string(), file.string()},
+      .environment = {{"DOPPEL_LAUNCH_PIPES", "3,4"}, {"DOPPEL_LAUNCH_FOLDER", folder.string()}},
+      .converses = true,
+      .own_group = false};
   for (const auto& [name, value] : arguments) start.words.push_back(name + ":=" + value);
   std::optional<ChildProcess> python;
   try {
