@@ -18,6 +18,7 @@
 #include "doppel/ros/bus/bus.h"
 #include "doppel/scenario/schema/scenario.h"
 #include "doppel/sensors/rigs/light_rig.h"
+#include "doppel/twin/assembly/joint_handle.h"
 #include "doppel/twin/loop/loop_meter.h"
 #include "doppel/twin/loop/twin_robot.h"
 #include "doppel/twin/spawn/robot_spawner.h"
@@ -33,6 +34,9 @@ class DOPPEL_API Twin {
   // Throws InputError. Warnings and notes go to `diagnostics`; later messages go to `log`, which
   // outlives the twin.
   Twin(const Scenario& scenario, const Log& log, Diagnostics& diagnostics);
+  // One robot on the ground with its controllers, by its name or file as for `doppel up`, without a log.
+  // Throws InputError.
+  explicit Twin(const std::string& target, const XacroArguments& arguments = {});
   ~Twin();
   Twin(const Twin&) = delete;
   Twin& operator=(const Twin&) = delete;
@@ -41,6 +45,8 @@ class DOPPEL_API Twin {
   // One physics step, with the controllers' ticks and the publications that are due. No allocation, no throw,
   // no lock but hold().
   void step();
+  // between_steps() and step() for this simulated time, rounded to whole steps; ends at a divergence.
+  void run_for(Duration time);
   // Between steps: handles messages and requests of edges, sends reports and results. Allocates only if there
   // is something to do.
   void between_steps();
@@ -135,6 +141,8 @@ class DOPPEL_API Twin {
   [[nodiscard]] const std::vector<std::unique_ptr<TwinRobot>>& robots() const;
   // The first robot, which is the only one of most twins. Precondition: there is one.
   [[nodiscard]] TwinRobot& robot() const { return *robots().front(); }
+  // A scalar joint of the first robot. Throws InputError with the nearest name.
+  [[nodiscard]] JointHandle joint(std::string_view name);
   // nullptr: no robot has this namespace.
   [[nodiscard]] TwinRobot* find_robot(std::string_view name_space) const;
   [[nodiscard]] Engine& engine();
