@@ -8,9 +8,8 @@
 
 #include <csignal>
 #include <cstdlib>
-#include <filesystem>
-#include <sstream>
 
+#include "doppel/base/core/child_process.h"
 #include "doppel/base/core/guarded_thread.h"
 
 namespace doppel::app {
@@ -21,18 +20,9 @@ bool is_set(const char* variable) {
   return value != nullptr && *value != '\0';
 }
 
-bool is_installed(const std::string& program) {
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path == nullptr ? "" : path);
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    if (access((std::filesystem::path(folder) / program).c_str(), X_OK) == 0) return true;
-  }
-  return false;
-}
-
 bool has_desktop_session() {
   return (is_set("DISPLAY") || is_set("WAYLAND_DISPLAY")) && !is_set("SSH_CONNECTION") &&
-         isatty(STDOUT_FILENO) != 0 && is_installed("xdg-open");
+         isatty(STDOUT_FILENO) != 0 && !find_program("xdg-open").empty();
 }
 
 // In a session of its own, so that Ctrl-C does not end the browser; without open files and output.

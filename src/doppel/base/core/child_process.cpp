@@ -9,7 +9,9 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdlib>
 #include <span>
+#include <sstream>
 #include <system_error>
 
 extern char** environ;
@@ -106,6 +108,21 @@ int exit_code_of(int status) {
 }
 
 }  // namespace
+
+bool is_program(const std::filesystem::path& file) {
+  std::error_code error;
+  return std::filesystem::is_regular_file(file, error) && access(file.c_str(), X_OK) == 0;
+}
+
+std::filesystem::path find_program(const std::string& name) {
+  if (name.find('/') != std::string::npos) return is_program(name) ? std::filesystem::path(name) : "";
+  const char* path = std::getenv("PATH");
+  std::istringstream folders(path == nullptr ? "" : path);
+  for (std::string folder; std::getline(folders, folder, ':');) {
+    if (is_program(std::filesystem::path(folder) / name)) return std::filesystem::path(folder) / name;
+  }
+  return {};
+}
 
 ChildProcess::ChildProcess(const ChildStart& start) : own_group_(start.own_group) {
   Pipe output(start.output_piped), requests(start.converses), answers(start.converses), failure(true);

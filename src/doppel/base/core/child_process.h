@@ -14,6 +14,11 @@
 
 namespace doppel {
 
+// The file of a program as a shell finds it: a path, or a name in the folders of PATH. Empty: there is none
+// that may be executed.
+DOPPEL_API std::filesystem::path find_program(const std::string& name);
+DOPPEL_API bool is_program(const std::filesystem::path& file);
+
 struct ChildStart {
   std::vector<std::string> words;     // the program, searched in PATH, and its arguments
   std::filesystem::path folder = {};  // empty: that of this process

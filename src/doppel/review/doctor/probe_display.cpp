@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "doppel/base/core/child_process.h"
 #include "doppel/review/doctor/detail/probes.h"
 
 namespace doppel::doctor {
@@ -30,9 +31,9 @@ DisplayFacts probe_display() {
   facts.has_display = is_set("DISPLAY") || is_set("WAYLAND_DISPLAY");
   facts.is_ssh = is_set("SSH_CONNECTION");
   facts.has_terminal = isatty(STDOUT_FILENO) != 0;
-  facts.has_xdg_open = is_installed("xdg-open");
+  facts.has_xdg_open = !find_program("xdg-open").empty();
   for (const char* browser : kBrowsers) {
-    if (is_installed(browser)) facts.browsers.emplace_back(browser);
+    if (!find_program(browser).empty()) facts.browsers.emplace_back(browser);
   }
   std::error_code none;
   for (const auto& entry : fs::directory_iterator("/dev/dri", none)) {

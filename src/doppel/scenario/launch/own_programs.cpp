@@ -1,31 +1,15 @@
 #include "doppel/scenario/launch/detail/own_programs.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
-#include <cstdlib>
 #include <fstream>
-#include <sstream>
+
+#include "doppel/base/core/child_process.h"
 
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
-
-bool is_executable(const fs::path& file) {
-  std::error_code error;
-  return fs::is_regular_file(file, error) && access(file.c_str(), X_OK) == 0;
-}
-
-fs::path in_path(const std::string& program) {
-  if (program.find('/') != std::string::npos) return is_executable(program) ? fs::path(program) : fs::path();
-  const char* path = std::getenv("PATH");
-  std::istringstream folders(path == nullptr ? "" : path);
-  for (std::string folder; std::getline(folders, folder, ':');) {
-    if (is_executable(fs::path(folder) / program)) return fs::path(folder) / program;
-  }
-  return {};
-}
 
 // install/NAME/lib/NAME and install/lib/NAME of the workspaces around a package, and devel/ of ROS 1.
 std::vector<fs::path> folders_of_executables(const fs::path& package, const std::string& name) {
@@ -44,7 +28,7 @@ std::vector<fs::path> folders_of_executables(const fs::path& package, const std:
 
 // The words that start a file: a script without the permission is Python's.
 std::vector<std::string> words_of(const fs::path& file) {
-  if (is_executable(file)) return {file.string()};
+  if (is_program(file)) return {file.string()};
   return {"python3", file.string()};
 }
 
@@ -52,7 +36,7 @@ std::vector<std::string> find_executable(const fs::path& package, const std::str
                                          const std::string& executable) {
   std::error_code error;
   for (const fs::path& folder : folders_of_executables(package, name)) {
-    if (is_executable(folder / executable)) return {(folder / executable).string()};
+    if (is_program(folder / executable)) return {(folder / executable).string()};
     for (const fs::path& script : {folder / executable, folder / (executable + ".py")}) {
       if (script.extension() == ".py" && fs::is_regular_file(script, error)) return words_of(script);
     }
@@ -101,7 +85,7 @@ OwnProgram own_program(const LaunchRecord& node, const PackageResolver& resolver
   std::vector<std::string> words;
   if (!package.empty()) words = find_executable(package, node.package, node.executable);
   if (words.empty() && node.package.empty()) {
-    const fs::path program = in_path(node.executable);
+    const fs::path program = find_program(node.executable);
     if (!program.empty()) words = {program.string()};
   }
   if (words.empty()) {
@@ -124,7 +108,7 @@ OwnProgram own_program(const LaunchRecord& node, const PackageResolver& resolver
 OwnProgram own_command(const LaunchRecord& process, const std::vector<std::string>& words) {
   OwnProgram out;
   const std::string& program = words.front();
-  if (in_path(program).empty()) {
+  if (find_program(program).empty()) {
     out.problem = fmt::format("there is no program '{}' on this machine; it is not started", program);
     return out;
   }

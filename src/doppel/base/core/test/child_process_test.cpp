@@ -5,6 +5,8 @@
 #include <unistd.h>
 
 #include <array>
+#include <filesystem>
+#include <fstream>
 #include <system_error>
 
 namespace doppel {
@@ -34,6 +36,16 @@ TEST(ChildProcess, ConversationGoesOverDescriptors) {
   ASSERT_EQ(write(child.answers(), "yes\n", 4), 4);
   EXPECT_EQ(child.wait(), 0);
   EXPECT_EQ(read_until_end(child.requests()), "question\ngot yes\n");
+}
+
+TEST(FindProgram, NamesAreSearchedInPathAndPathsAreNot) {
+  EXPECT_EQ(find_program("sh").filename(), "sh");
+  EXPECT_EQ(find_program("/bin/sh"), "/bin/sh");
+  EXPECT_TRUE(find_program("no_such_program").empty());
+  const std::filesystem::path text = std::filesystem::path(::testing::TempDir()) / "find_program.txt";
+  std::ofstream(text) << "no program";
+  EXPECT_TRUE(find_program(text.string()).empty()) << "it may not be executed";
+  EXPECT_FALSE(is_program("/bin")) << "a folder";
 }
 
 TEST(ChildProcess, MissingProgramIsErrorWithItsName) {

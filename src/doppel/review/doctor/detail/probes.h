@@ -19,7 +19,4 @@ std::string probe_multicast(const std::string& address, unsigned domain);
 // The first line of a file without its end; empty where it cannot be read.
 std::string first_line(const std::filesystem::path& file);
 
-// True if PATH has a program of this name.
-bool is_installed(const std::string& program);
-
 }  // namespace doppel::doctor
