@@ -137,13 +137,13 @@ void LaunchedPrograms::notice_ends(const StartedRun& run) {
 void LaunchedPrograms::stop_all(const Log& log) {
   struct Step {
     int signal;
-    std::chrono::seconds patience;
+    std::chrono::seconds limit;
   };
   constexpr std::array kSteps = {Step{SIGINT, std::chrono::seconds(5)},
                                  Step{SIGTERM, std::chrono::seconds(2)}};
-  for (const auto& [signal, patience] : kSteps) {
+  for (const auto& [signal, limit] : kSteps) {
     for (const auto& one : running_) one->child.signal(signal);
-    const auto end = Clock::now() + patience;
+    const auto end = Clock::now() + limit;
     while (!running_.empty() && Clock::now() < end) {
       pass_output(log);
       std::erase_if(running_, [](const auto& one) { return one->child.ended().has_value(); });

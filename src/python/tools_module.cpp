@@ -14,7 +14,7 @@ namespace {
 
 enum class Format { urdf, mjcf, sdf };
 
-// The document, and what was left out of it. `folder`: where it is to stand; meshes are named relative to
+// The document, and what it cannot express. `folder`: where it is to stand; meshes are named relative to
 // it, and those that the other tool cannot read are written there if `write_meshes`.
 py::tuple convert(const DescribedModel& self, Format format, const std::string& folder, bool write_meshes) {
   std::string text;

@@ -2,7 +2,6 @@
 
 __path__ = []  # modules below it are aliases
 
-import inspect
 import os
 import shlex
 
@@ -394,11 +393,6 @@ def changed_environment(context, env=None, additional_env=None):
     for values in (env, additional_env):
         out.update(_performed(context, values))
     return out
-
-
-def is_entity_function(function):
-    """An event handler's function takes an event and the context."""
-    return inspect.isfunction(function) or inspect.ismethod(function)
 
 
 __getattr__ = unknown_attribute(__name__)

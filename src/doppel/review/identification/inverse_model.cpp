@@ -349,7 +349,8 @@ Estimate Regression::estimate(bool with_held_out) const {
   return solved(with_held_out, sigma);
 }
 
-// By the long-run covariance of the scores, as in fit_servo(), never narrower than for white residuals.
+// It is computed from the long-run covariance of the scores, as in fit_servo(), and never narrower than for
+// white residuals.
 Eigen::MatrixXd Regression::covariance(const Estimate& fit, double& inflation) const {
   const Eigen::Index m = W_.cols(), drives = space_.drive_count(), samples = effort_.rows();
   Eigen::MatrixXd scores = Eigen::MatrixXd::Zero(samples, m);

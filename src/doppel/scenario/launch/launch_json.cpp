@@ -46,7 +46,7 @@ bool is_description(const Json& value) {
   return value.is_object() && value.contains("text") && value.contains("source");
 }
 
-// Also a text that the launch file has made: nobody writes an XML text into another parameter.
+// Also a text that the launch file has made: no other parameter holds such XML.
 bool is_robot(const std::string& name, const Json& value) {
   if (!name.ends_with("description")) return false;
   if (is_description(value)) return true;

@@ -110,7 +110,7 @@ class Planner {
     outcome(record, LaunchFate::taken, "a parameter");
   }
 
-  // Where models are searched is a matter of the twin itself, everything else one of the programs.
+  // The search paths for models concern the twin itself, all other variables the programs.
   void visit_environment(const LaunchRecord& record) {
     constexpr std::array kSearchPaths = {"GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH",
                                          "GAZEBO_MODEL_PATH", "GAZEBO_RESOURCE_PATH", "SDF_PATH"};

@@ -92,9 +92,9 @@ TEST_F(ReadLaunchTest, ConditionsGroupsAndFunctionsDecideWhatIsThere) {
 
 TEST_F(ReadLaunchTest, IncludesAreReadInTheirOwnNotation) {
   write("arm_description/launch/inner.launch.xml",
-        "<launch><arg name=\"who\" default=\"nobody\"/><node pkg=\"p\" exec=\"xml_$(var who)\"/></launch>");
+        "<launch><arg name=\"who\" default=\"guest\"/><node pkg=\"p\" exec=\"xml_$(var who)\"/></launch>");
   write("arm_description/launch/inner.launch.yaml",
-        "launch:\n- arg: {name: who, default: nobody}\n- node: {pkg: p, exec: yaml_$(var who)}\n");
+        "launch:\n- arg: {name: who, default: guest}\n- node: {pkg: p, exec: yaml_$(var who)}\n");
   const LaunchDescription read =
       this->read(python("IncludeLaunchDescription(AnyLaunchDescriptionSource(PathJoinSubstitution(["
                         "FindPackageShare('arm_description'),\n"
