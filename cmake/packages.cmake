@@ -56,5 +56,6 @@ if(TARGET _doppel)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
   set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "libdoppel${abi} (= ${this_version}), doppel-data (= ${this_version}), \
 python3 (>= ${python_version}), python3 (<< ${next_python_version}), python3-numpy")
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS python3-yaml)  # doppel.envs reads YAML with it
 endif()
 include(CPack)

@@ -20,5 +20,5 @@ def settling_time(p, d):
 
 with doppel.Twin(ROBOT, controllers=False, step=0.001) as twin:
     tried = {(p, d): settling_time(p, d) for p, d in itertools.product((50, 100, 200), (10, 20, 30, 40))}
-best = min(tried, key=tried.get)
+best = min(tried, key=lambda gains: tried[gains])
 print(f"p {best[0]} N/m, d {best[1]} N s/m: settled after {tried[best]:.2f} s")

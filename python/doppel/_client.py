@@ -4,8 +4,8 @@ from __future__ import annotations
 import json
 import time
 from collections import deque
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from ._actions import plain, read_result, send_goal
 from ._errors import refuse
@@ -18,12 +18,14 @@ if TYPE_CHECKING:
 class ClientSubscription:
     """The messages of a topic as dicts; `depth` of them are kept until they are read."""
 
-    def __init__(self, client, topic, depth):
-        self._client, self.topic, self._kept, self._latest = client, topic, deque(maxlen=depth), None
+    def __init__(self, client: Client, topic: str, depth: int):
+        self._client, self.topic = client, topic
+        self._kept: deque[dict[str, Any]] = deque(maxlen=depth)
+        self._latest: dict[str, Any] | None = None
         client._heard.setdefault(topic, []).append(self)
         client._c.subscribe(topic)
 
-    def wait(self, timeout: float = 10.0) -> dict:
+    def wait(self, timeout: float = 10.0) -> dict[str, Any]:
         """The next message; raises TimeoutError if none comes in `timeout` s."""
         until = time.monotonic() + timeout
         while not self._kept:
@@ -31,7 +33,7 @@ class ClientSubscription:
                 raise TimeoutError(f"{self.topic}: no message in {timeout} s")
         return self._kept.popleft()
 
-    def messages(self) -> list[dict]:
+    def messages(self) -> list[dict[str, Any]]:
         """Those that have come and were not read, the oldest first."""
         self._client._receive_all()
         out = list(self._kept)
@@ -39,7 +41,7 @@ class ClientSubscription:
         return out
 
     @property
-    def latest(self) -> dict | None:
+    def latest(self) -> dict[str, Any] | None:
         """The last message; None: none has come."""
         self._client._receive_all()
         return self._latest
@@ -54,11 +56,11 @@ class ClientSubscription:
 class ClientController:
     """A controller of a running twin or robot."""
 
-    def __init__(self, client, prefix, name, type_name, claimed):
+    def __init__(self, client: Client, prefix: str, name: str, type_name: str, claimed: Sequence[str]):
         self._client, self._node, self.name, self.type = client, f"{prefix}/{name}", name, type_name
-        self.joints = list(dict.fromkeys(interface.rpartition("/")[0] for interface in claimed))
+        self.joints: list[str] = list(dict.fromkeys(interface.rpartition("/")[0] for interface in claimed))
 
-    def follow(self, times: ArrayLike, positions: ArrayLike, timeout: float | None = None) -> dict:
+    def follow(self, times: ArrayLike, positions: ArrayLike, timeout: float | None = None) -> dict[str, Any]:
         """Sends a trajectory and waits for its end: at times [n] in s from now the joints are at positions [n, joints] in rad or
         m, in the order of `joints`. A real arm moves. Raises ServiceError if it is refused or ends otherwise than at the goal, or
         not within `timeout` s of wall-clock time (None: the trajectory's duration and 30 s)."""
@@ -69,7 +71,7 @@ class ClientController:
 
 
 class _Closed:
-    def __getattr__(self, name):
+    def __getattr__(self, name: str) -> NoReturn:
         refuse("python.closed", "the client is closed", "use it inside its with block, or make another one")
 
 
@@ -86,10 +88,10 @@ class Client:
         self._c: Any = _doppel_tools.GraphAccess(host, port, token, ros)
         self._heard: dict[str, list[ClientSubscription]] = {}
 
-    def __enter__(self):
+    def __enter__(self) -> Client:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
@@ -108,7 +110,7 @@ class Client:
         """The names of the nodes, sorted."""
         return self._c.nodes()
 
-    def publish(self, topic: str, message: Mapping, type: str = "") -> None:
+    def publish(self, topic: str, message: Mapping[str, Any], type: str = "") -> None:
         """Publishes a message, a dict of its fields; those that are left out have their defaults."""
         self._c.publish(topic, type, json.dumps(message, default=plain))
 
@@ -116,16 +118,16 @@ class Client:
         """The messages of a topic from now on."""
         return ClientSubscription(self, topic, depth)
 
-    def call(self, service: str, request: Mapping | None = None, timeout: float = 10.0) -> dict:
+    def call(self, service: str, request: Mapping[str, Any] | None = None, timeout: float = 10.0) -> dict[str, Any]:
         """Calls a service and returns its response, which comes within `timeout` s. Raises ServiceError."""
         return json.loads(self._c.call(service, json.dumps(request or {}, default=plain), timeout))
 
-    def parameters(self, node: str | None = None) -> dict:
+    def parameters(self, node: str | None = None) -> dict[str, Any]:
         """{node: {name: value}}, or {name: value} of one node."""
         known = self._c.parameters(node or "")
         return known if node is None else Named("node", known, known.values())[node]
 
-    def set_parameter(self, node: str, name: str, value) -> None:
+    def set_parameter(self, node: str, name: str, value: Any) -> None:
         """Sets one parameter; raises InputError with the reason if the node refuses it."""
         self._c.set_parameter(node, name, value)
 
@@ -149,7 +151,7 @@ class Client:
         one = known[found[0]]
         return ClientController(self, prefix, found[0], one["type"], one["claimed_interfaces"])
 
-    def _receive(self, until):
+    def _receive(self, until: float) -> bool:
         received = self._c.next(max(0.0, until - time.monotonic()))
         if received is None:
             return False
@@ -159,6 +161,6 @@ class Client:
             subscription._latest = message
         return True
 
-    def _receive_all(self):
+    def _receive_all(self) -> None:
         while self._receive(time.monotonic()):
             pass

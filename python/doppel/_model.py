@@ -4,7 +4,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from . import _doppel
 from ._errors import IkError
@@ -58,15 +58,15 @@ class Model:
     Frames: world W is the frame of the root link. Transforms are [4, 4] (X_WL maps link to world coordinates), m.
     """
 
-    def __init__(self, described):
+    def __init__(self, described: _doppel.DescribedModel):
         self._m = described
         joints, links = described.joints(), described.links()
-        self._joints = Named("joint", [one["name"] for one in joints], [Joint(**one) for one in joints])
-        self._links = Named("link", [one["name"] for one in links], [Link(**one) for one in links])
+        self._joints: Named[Joint] = Named("joint", [one["name"] for one in joints], [Joint(**one) for one in joints])
+        self._links: Named[Link] = Named("link", [one["name"] for one in links], [Link(**one) for one in links])
 
     @classmethod
-    def load(cls, source: str | os.PathLike, args: Mapping[str, object] | None = None,
-             overlay: str | os.PathLike | None = None, base: str = "fixed") -> Model:
+    def load(cls, source: str | os.PathLike[str], args: Mapping[str, object] | None = None,
+             overlay: str | os.PathLike[str] | None = None, base: str = "fixed") -> Model:
         """Loads a description.
 
         source:  a bundled robot ("omarm_one"), a .urdf or .xacro file, a folder with a ROS package, or the text itself
@@ -80,15 +80,50 @@ class Model:
             raise ValueError(f"base is '{base}'; it must be 'fixed' or 'floating'")
         return cls(_doppel.load_model(os.fspath(source), dict(args or {}), os.fspath(overlay or ""), base == "floating"))
 
-    name = property(lambda self: self._m.name, doc="The name of the robot.")
-    file = property(lambda self: self._m.file, doc="The path of the description.")
-    nq = property(lambda self: self._m.nq, doc="The numbers of a configuration q.")
-    nv = property(lambda self: self._m.nv, doc="The numbers of a velocity v.")
-    mass = property(lambda self: self._m.mass, doc="kg, of all links.")
-    joints = property(lambda self: self._joints, doc="All joints, parents first, by number and by name.")
-    links = property(lambda self: self._links, doc="All links, the root first, by number and by name.")
-    driven = property(lambda self: self._m.driven(), doc="The names of the joints that a drive can move, in order.")
-    warnings = property(lambda self: self._m.diagnostics, doc="What loading has reported: a list of dicts.")
+    @property
+    def name(self) -> str:
+        """The name of the robot."""
+        return self._m.name
+
+    @property
+    def file(self) -> str:
+        """The path of the description."""
+        return self._m.file
+
+    @property
+    def nq(self) -> int:
+        """The numbers of a configuration q."""
+        return self._m.nq
+
+    @property
+    def nv(self) -> int:
+        """The numbers of a velocity v."""
+        return self._m.nv
+
+    @property
+    def mass(self) -> float:
+        """kg, of all links."""
+        return self._m.mass
+
+    @property
+    def joints(self) -> Named[Joint]:
+        """All joints, parents first, by number and by name."""
+        return self._joints
+
+    @property
+    def links(self) -> Named[Link]:
+        """All links, the root first, by number and by name."""
+        return self._links
+
+    @property
+    def driven(self) -> list[str]:
+        """The names of the joints that a drive can move, in order."""
+        return self._m.driven()
+
+    @property
+    def warnings(self) -> list[dict[str, Any]]:
+        """What loading has reported: a list of dicts."""
+        return self._m.diagnostics
 
     def __repr__(self):
         return f"<doppel.Model {self.name}: {len(self.links)} links, {len(self.driven)} driven joints>"
@@ -97,7 +132,7 @@ class Model:
         """q [nq] with every joint at zero, or at its nearest limit."""
         return self._m.neutral()
 
-    def check(self) -> list[dict]:
+    def check(self) -> list[dict[str, Any]]:
         """What `doppel check` finds, errors first: dicts with the keys severity ("error", "warning", "note"), rule, subject,
         message, consequence, file, line, column, fix and repairable."""
         return self._m.check()
@@ -149,20 +184,20 @@ class Model:
             raise IkError(f"'{tip}' does not reach the target: {why}", found[0])
         return found if all else found[0]
 
-    def to_urdf(self, file: str | os.PathLike | None = None) -> str:
+    def to_urdf(self, file: str | os.PathLike[str] | None = None) -> str:
         """One plain URDF with all corrections; also written to `file`. Meshes are named relative to the file, or to the
         working directory."""
         return self._convert("to_urdf", file)
 
-    def to_mjcf(self, file: str | os.PathLike | None = None) -> str:
+    def to_mjcf(self, file: str | os.PathLike[str] | None = None) -> str:
         """The robot for MuJoCo. With a file, meshes that MuJoCo cannot read are written beside it as OBJ."""
         return self._convert("to_mjcf", file)
 
-    def to_sdf(self, file: str | os.PathLike | None = None) -> str:
+    def to_sdf(self, file: str | os.PathLike[str] | None = None) -> str:
         """The robot as an SDF 1.11 model for Gazebo."""
         return self._convert("to_sdf", file)
 
-    def _convert(self, function, file):
+    def _convert(self, function: str, file: str | os.PathLike[str] | None) -> str:
         from . import _doppel_tools
         folder = os.path.dirname(os.path.abspath(file)) if file else os.getcwd()
         text, _ = getattr(_doppel_tools, function)(self._m, folder, file is not None)

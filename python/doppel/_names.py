@@ -1,44 +1,55 @@
 """Sequences whose elements have names."""
-from collections.abc import Sequence
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Generic, TypeVar, overload
 
 from . import _doppel
 from ._errors import refuse
 
+T = TypeVar("T")
 
-class Named(Sequence):
+
+class Named(Sequence[T], Generic[T]):
     """A sequence that is read by number and by name: joints[2], joints["Revolute 2"]."""
 
-    def __init__(self, kind, names, values):
+    def __init__(self, kind: str, names: Iterable[str], values: Iterable[T]):
         self._kind = kind
         self._values = list(values)
         self._numbers = {name: number for number, name in enumerate(names)}
 
     @property
-    def names(self):
+    def names(self) -> list[str]:
         """The names, in order."""
         return list(self._numbers)
 
-    def index(self, name):
+    def index(self, name: str) -> int:  # type: ignore[override]  # a sequence has the index of a value
         """The number of a name; raises InputError with the nearest name if there is none."""
         if name not in self._numbers:
             near = _doppel.did_you_mean(str(name), self.names)
             refuse("python.unknown_name", f"there is no {self._kind} '{name}'{near}")
         return self._numbers[name]
 
-    def __getitem__(self, key):
+    @overload
+    def __getitem__(self, key: int | str) -> T: ...
+
+    @overload
+    def __getitem__(self, key: slice) -> list[T]: ...
+
+    def __getitem__(self, key: int | str | slice) -> T | list[T]:
         return self._values[self.index(key) if isinstance(key, str) else key]
 
-    def __contains__(self, key):
+    def __contains__(self, key: object) -> bool:
         return key in self._numbers if isinstance(key, str) else key in self._values
 
-    def __len__(self):
+    def __len__(self) -> int:
         return len(self._values)
 
     def __repr__(self):
         return f"<{len(self)} {self._kind}s: {', '.join(self.names)}>"
 
 
-def matches(name, known):
+def matches(name: str, known: Sequence[str]) -> list[str]:
     """The known names that `name` means: itself, else those with it as words between underlines or slashes, else as a part."""
     if name in known:
         return [name]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def rollout(model: Model | Twin | str, state0: ArrayLike | None, commands: ArrayLike, threads: int = 0, *,
-            steps_per_row: int = 1, mode: str = "position", world: str | os.PathLike | None = None,
+            steps_per_row: int = 1, mode: str = "position", world: str | os.PathLike[str] | None = None,
             engine: str = "mujoco", step: float | None = None) -> NDArray[numpy.float64]:
     """Runs of the physics without controllers, each from its own state with its own commands.
 

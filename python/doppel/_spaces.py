@@ -35,8 +35,15 @@ class Seeded:
             self._generator = seeded_generator()
         return self._generator
 
-    np_random = property(lambda self: self._seeded()[0], doc="The generator.")
-    np_random_seed = property(lambda self: self._seeded()[1], doc="The seed of the generator.")
+    @property
+    def np_random(self) -> numpy.random.Generator:
+        """The generator."""
+        return self._seeded()[0]
+
+    @property
+    def np_random_seed(self) -> int:
+        """The seed of the generator."""
+        return self._seeded()[1]
 
 
 class PlainBox(Seeded):

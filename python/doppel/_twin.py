@@ -5,7 +5,7 @@ import json
 import os
 import time
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Literal, overload
 
 from . import _doppel
 from ._actions import plain, read_result, send_goal
@@ -21,22 +21,33 @@ if TYPE_CHECKING:
 class TwinJoint:
     """One scalar joint of a running robot; its values are the present ones."""
 
-    def __init__(self, views, name, q_index, v_index, driven_index):
+    def __init__(self, views: Mapping[str, Any], name: str, q_index: int, v_index: int, driven_index: int | None):
         self._views, self.name = views, name
         self._q, self._v, self._driven = q_index, v_index, driven_index
 
-    q = property(lambda self: float(self._views["q"][self._q]), doc="rad or m")
-    v = property(lambda self: float(self._views["v"][self._v]), doc="rad/s or m/s")
-    effort = property(lambda self: float(self._views["effort"][self._v]), doc="N m or N, of the drive in the last step")
+    @property
+    def q(self) -> float:
+        """rad or m"""
+        return float(self._views["q"][self._q])
 
     @property
-    def command(self):
+    def v(self) -> float:
+        """rad/s or m/s"""
+        return float(self._views["v"][self._v])
+
+    @property
+    def effort(self) -> float:
+        """N m or N, of the drive in the last step"""
+        return float(self._views["effort"][self._v])
+
+    @property
+    def command(self) -> float:
         """The position in rad or m that the drive holds, if no controller commands the joint; NaN: none."""
         self._check_driven()
         return float(self._views["command"][self._driven])
 
     @command.setter
-    def command(self, value):
+    def command(self, value: float) -> None:
         self._check_driven()
         self._views["command"][self._driven] = value
 
@@ -53,9 +64,10 @@ class TwinRobot:
     """One robot of a twin. q [nq], v [nv], effort [nv] and command [driven] are views that step() updates in place: rad, m,
     their rates, N m, N; only command may be written."""
 
-    def __init__(self, running, number, description):
+    def __init__(self, running: _doppel.SteppedTwin, number: int, description: Mapping[str, Any]):
         self._t, self._number = running, number
-        self.name, self.namespace = description["name"], description["namespace"]
+        self.name: str = description["name"]
+        self.namespace: str = description["namespace"]
         views = running.arrays(number)
         self.q: NDArray[numpy.float64] = views["q"]
         self.v: NDArray[numpy.float64] = views["v"]
@@ -64,7 +76,7 @@ class TwinRobot:
         self.driven: list[str] = description["driven"]
         joints = [TwinJoint(views, name, q, v, self.driven.index(name) if name in self.driven else None)
                   for name, q, v in description["joints"]]
-        self.joints = Named("joint", [joint.name for joint in joints], joints)
+        self.joints: Named[TwinJoint] = Named("joint", [joint.name for joint in joints], joints)
 
     def link_poses(self) -> dict[str, NDArray[numpy.float64]]:
         """X_WL [4, 4] of each link in the world, m."""
@@ -84,18 +96,19 @@ class TwinRobot:
 class Subscription:
     """The messages of a topic, from now on, as dicts. `depth` of them are kept until they are read."""
 
-    def __init__(self, running, topic, depth):
-        self._t, self.topic, self._latest = running, topic, None
+    def __init__(self, running: _doppel.SteppedTwin, topic: str, depth: int):
+        self._t, self.topic = running, topic
+        self._latest: dict[str, Any] | None = None
         running.subscribe(topic, depth)
 
-    def messages(self) -> list[dict]:
+    def messages(self) -> list[dict[str, Any]]:
         """Those since the last call, the oldest first."""
         out = [json.loads(text) for _, text in self._t.take_messages(self.topic)]
         self._latest = out[-1] if out else self._latest
         return out
 
     @property
-    def latest(self) -> dict | None:
+    def latest(self) -> dict[str, Any] | None:
         """The last message; None: none has come."""
         self.messages()
         return self._latest
@@ -108,16 +121,19 @@ class Subscription:
 class Camera:
     """A camera of a twin. Its pictures come at the camera's rate, with its noise: read them after steps."""
 
-    def __init__(self, running, sensor):
-        self._t, self.name, self.rate, self._topics = running, sensor["name"], sensor["rate"], {}
+    def __init__(self, running: _doppel.SteppedTwin, sensor: Mapping[str, Any]):
+        self._t = running
+        self.name: str = sensor["name"]
+        self.rate: float = sensor["rate"]  # Hz
+        self._topics: list[str] = []
         images = {topic: running.topics().get(topic) for topic in sensor["topics"]}
         for topic, type_name in images.items():
             if type_name == "sensor_msgs/msg/Image":
                 running.subscribe(topic, 0)
-                self._topics[topic] = None
-        self.time = None
+                self._topics.append(topic)
+        self.time: float | None = None  # s, of the picture that was read last
 
-    def _image(self, depth):
+    def _image(self, depth: bool) -> NDArray[Any]:
         import numpy
         for topic in self._topics:
             image = self._t.newest_image(topic)
@@ -159,10 +175,10 @@ class Camera:
 class Goal:
     """A goal of a controller on its way."""
 
-    def __init__(self, twin, action, goal_id):
+    def __init__(self, twin: Twin, action: str, goal_id: Mapping[str, Any]):
         self._twin, self._action = twin, action
         self._call = twin._t.begin_call(action + "/_action/get_result", json.dumps({"goal_id": goal_id}))
-        self._result = None
+        self._result: dict[str, Any] | None = None
 
     @property
     def done(self) -> bool:
@@ -172,7 +188,7 @@ class Goal:
             self._result = None if text is None else json.loads(text)
         return self._result is not None
 
-    def wait(self, timeout: float = 60.0) -> dict:
+    def wait(self, timeout: float = 60.0) -> dict[str, Any]:
         """Steps the twin until the goal ends, for at most `timeout` s of simulated time; returns the result. Raises
         ServiceError if it was aborted, cancelled or is not done."""
         if not self.done:
@@ -185,11 +201,17 @@ class Goal:
 class Controller:
     """A controller of a twin."""
 
-    def __init__(self, twin, prefix, name, type_name, claimed):
+    def __init__(self, twin: Twin, prefix: str, name: str, type_name: str, claimed: Sequence[str]):
         self._twin, self._node, self.name, self.type = twin, f"{prefix}/{name}", name, type_name
-        self.joints = list(dict.fromkeys(interface.rpartition("/")[0] for interface in claimed))
+        self.joints: list[str] = list(dict.fromkeys(interface.rpartition("/")[0] for interface in claimed))
 
-    def follow(self, times: ArrayLike, positions: ArrayLike, wait: bool = True) -> Goal | dict:
+    @overload
+    def follow(self, times: ArrayLike, positions: ArrayLike, wait: Literal[True] = True) -> dict[str, Any]: ...
+
+    @overload
+    def follow(self, times: ArrayLike, positions: ArrayLike, wait: Literal[False]) -> Goal: ...
+
+    def follow(self, times: ArrayLike, positions: ArrayLike, wait: bool = True) -> Goal | dict[str, Any]:
         """Sends a trajectory: at times [n] in s from now the joints are at positions [n, joints] in rad or m, in the order of
         `joints`. With wait, the twin is stepped until the end, and the result returned. Raises ServiceError if it is refused
         or ends otherwise than at the goal."""
@@ -211,7 +233,7 @@ class Controller:
 class Recording:
     """A recording in progress; its file is complete after stop() or the end of a with block."""
 
-    def __init__(self, running, file):
+    def __init__(self, running: _doppel.SteppedTwin, file: str):
         self._t, self.file = running, file
         running.record(file)
 
@@ -219,17 +241,17 @@ class Recording:
         """Ends it; returns the number of messages."""
         return self._t.stop_recording()
 
-    def __enter__(self):
+    def __enter__(self) -> Recording:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.stop()
 
 
 class Page:
     """The page of a twin, at `url`; a notebook shows it."""
 
-    def __init__(self, url):
+    def __init__(self, url: str):
         self.url = url
 
     @property
@@ -240,7 +262,7 @@ class Page:
     def __repr__(self):
         return f"<page {self.url}>"
 
-    def _repr_html_(self):
+    def _repr_html_(self) -> str:
         return f'<iframe src="{self.url}" style="width: 100%; height: 600px; border: 0"></iframe>'
 
 
@@ -251,9 +273,9 @@ class Twin:
     that run the twin release the interpreter's lock; each is for one thread at a time.
     """
 
-    def __init__(self, model: Model | str | os.PathLike | Sequence[Model | str] = (), *, world: str | os.PathLike | None = None,
+    def __init__(self, model: Model | str | os.PathLike[str] | Sequence[Model | str | os.PathLike[str]] = (), *, world: str | os.PathLike[str] | None = None,
                  engine: str = "mujoco", seed: int = 0, step: float | None = None,
-                 controllers: bool | str | os.PathLike | Sequence[str | os.PathLike] = True, activate: Sequence[str] = (),
+                 controllers: bool | str | os.PathLike[str] | Sequence[str | os.PathLike[str]] = True, activate: Sequence[str] = (),
                  namespaces: Sequence[str] = (), ideal: bool = False):
         """model:       a Model, or the source of one (Model.load), or a list of them
         world:       a world file, YAML or SDF; None: a ground
@@ -275,29 +297,60 @@ class Twin:
                        activate=list(activate))
         self._t = _doppel.make_twin([one._m for one in self._models], list(namespaces), options)
         robots = [TwinRobot(self._t, number, robot) for number, robot in enumerate(self._t.robots())]
-        self._robots = Named("robot", [robot.namespace or robot.name for robot in robots], robots)
+        self._robots: Named[TwinRobot] = Named("robot", [robot.namespace or robot.name for robot in robots], robots)
         self._goals = 0
         if robots:
             self.q, self.v, self.effort, self.command = robots[0].q, robots[0].v, robots[0].effort, robots[0].command
 
-    def __enter__(self):
+    def __enter__(self) -> Twin:
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
         """Ends recordings and the twin. Its arrays stay readable."""
         self._t.close()
 
-    time = property(lambda self: self._t.time, doc="s, simulated, since the start or the last reset")
-    step_size = property(lambda self: self._t.step_size, doc="s, of one step")
-    steps = property(lambda self: self._t.steps, doc="The number of steps since the start or the last reset.")
-    state_hash = property(lambda self: self._t.state_hash, doc="Of all states so far: equal runs have the same number.")
-    robots = property(lambda self: self._robots, doc="By number, and by namespace or name.")
-    model = property(lambda self: self._models[0], doc="The model of the first robot.")
-    joints = property(lambda self: self._robots[0].joints, doc="The scalar joints of the first robot.")
-    warnings = property(lambda self: self._t.diagnostics, doc="What the start has reported: a list of dicts.")
+    @property
+    def time(self) -> float:
+        """s, simulated, since the start or the last reset"""
+        return self._t.time
+
+    @property
+    def step_size(self) -> float:
+        """s, of one step"""
+        return self._t.step_size
+
+    @property
+    def steps(self) -> int:
+        """The number of steps since the start or the last reset."""
+        return self._t.steps
+
+    @property
+    def state_hash(self) -> int:
+        """Of all states so far: equal runs have the same number."""
+        return self._t.state_hash
+
+    @property
+    def robots(self) -> Named[TwinRobot]:
+        """By number, and by namespace or name."""
+        return self._robots
+
+    @property
+    def model(self) -> Model:
+        """The model of the first robot."""
+        return self._models[0]
+
+    @property
+    def joints(self) -> Named[TwinJoint]:
+        """The scalar joints of the first robot."""
+        return self._robots[0].joints
+
+    @property
+    def warnings(self) -> list[dict[str, Any]]:
+        """What the start has reported: a list of dicts."""
+        return self._t.diagnostics
 
     def __repr__(self):
         if self._t.closed:
@@ -337,11 +390,11 @@ class Twin:
         """Writes q [nq] and v [nv] (None: at rest) of the first robot; controllers hold the new pose."""
         self._robots[0].set_state(q, v)
 
-    def save(self):
+    def save(self) -> _doppel.SavedState:
         """The whole state, for restore(): physics, controllers, sensors, time. It has `time` and `steps`."""
         return self._t.save()
 
-    def restore(self, state) -> None:
+    def restore(self, state: _doppel.SavedState) -> None:
         """Continues from a saved state of this twin, bit-identically."""
         self._t.restore(state)
 
@@ -349,7 +402,7 @@ class Twin:
         """A scalar joint of the first robot."""
         return self.joints[name]
 
-    def controllers(self) -> dict[str, dict]:
+    def controllers(self) -> dict[str, dict[str, Any]]:
         """Name to type, state ("active", "inactive", "unconfigured"), claimed interfaces and namespace."""
         out = {}
         for robot in self._t.robots():
@@ -379,7 +432,7 @@ class Twin:
         """Services and their types."""
         return self._t.services()
 
-    def publish(self, topic: str, message: Mapping, type: str = "") -> None:
+    def publish(self, topic: str, message: Mapping[str, Any], type: str = "") -> None:
         """Publishes a message, a dict of its fields; those that are left out have their defaults. The type is that of the
         topic. It is received before the next step."""
         self._t.publish(topic, type, json.dumps(message, default=plain))
@@ -388,7 +441,7 @@ class Twin:
         """The messages of a topic from now on, of a latched one also its last."""
         return Subscription(self._t, topic, depth)
 
-    def call(self, service: str, request: Mapping | None = None, timeout: float = 10.0) -> dict:
+    def call(self, service: str, request: Mapping[str, Any] | None = None, timeout: float = 10.0) -> dict[str, Any]:
         """Calls a service and returns its response. Time does not pass unless the service needs steps, then at most `timeout` s of
         simulated time. Raises ServiceError if it is refused."""
         number = self._t.begin_call(service, json.dumps(request or {}, default=plain))
@@ -400,25 +453,25 @@ class Twin:
             raise ServiceError(f"{service} has not answered in {timeout} s")
         return json.loads(text)
 
-    def _answer(self, service, number):
+    def _answer(self, service: str, number: int) -> str | None:
         try:
             return self._t.take_answer(number)
         except ValueError as error:
             raise ServiceError(f"{service}: {error}") from None
 
-    def parameters(self, node: str | None = None) -> dict:
+    def parameters(self, node: str | None = None) -> dict[str, Any]:
         """{node: {name: value}}, or {name: value} of one node."""
         known = self._t.parameters()
         if node is None:
             return known
         return Named("node", known, known.values())[node]
 
-    def set_parameter(self, node: str, name: str, value) -> None:
+    def set_parameter(self, node: str, name: str, value: Any) -> None:
         """Sets one parameter; raises InputError with the reason if the node refuses it."""
         self._t.set_parameter(node, name, value)
 
     # -- sensors, recordings, log
-    def sensors(self) -> list[dict]:
+    def sensors(self) -> list[dict[str, Any]]:
         """Cameras, lidars and range sensors: name, type, topics, frame, rate in Hz."""
         return self._t.sensors()
 
@@ -433,7 +486,7 @@ class Twin:
                    f"the cameras are {', '.join(names)}" if names else "the robot has no camera; add one to its description")
         return Camera(self._t, cameras[names.index(found[0])])
 
-    def record(self, file: str | os.PathLike) -> Recording:
+    def record(self, file: str | os.PathLike[str]) -> Recording:
         """Records all topics from now on into one MCAP file. With a recording before the first step, `doppel bag resimulate`
         can run it again."""
         return Recording(self._t, os.fspath(file))

@@ -22,7 +22,7 @@ from ._spaces import AutoresetMode, Box, Env, VectorEnv, batch, gymnasium
 from ._twin import Twin
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
 __all__ = ["ReachEnv", "ReachVectorEnv"]
 
@@ -76,11 +76,11 @@ class ReachEnv(Env):
 
     metadata: dict[str, Any] = {"render_modes": ["rgb_array"], "render_fps": 50}
 
-    def __init__(self, model: Model | str | os.PathLike = "omarm_one", *, tool: str | None = None,
-                 args: Mapping[str, object] | None = None, overlay: str | os.PathLike | None = None,
-                 world: str | os.PathLike | None = None, engine: str = "mujoco", step: float | None = None,
+    def __init__(self, model: Model | str | os.PathLike[str] = "omarm_one", *, tool: str | None = None,
+                 args: Mapping[str, object] | None = None, overlay: str | os.PathLike[str] | None = None,
+                 world: str | os.PathLike[str] | None = None, engine: str = "mujoco", step: float | None = None,
                  period: float = 0.02, max_steps: int | None = None, tolerance: float = 0.01,
-                 randomize: Mapping | str | os.PathLike | None = None, camera: str | None = None,
+                 randomize: Mapping[str, Any] | str | os.PathLike[str] | None = None, camera: str | None = None,
                  render_mode: str | None = None):
         """model, args, overlay: as of Model.load, or a Model
         tool:      the link that reaches; None: found by its name, else the last of the longest chain
@@ -183,7 +183,7 @@ class ReachEnv(Env):
             self.twin.close()
             self._take_twin(Model.load(source, args, overlay_of(self._drawn, self.model, overlay)))
 
-    def reset(self, *, seed: int | None = None, options: Mapping | None = None) -> tuple[NDArray[numpy.float64], dict]:
+    def reset(self, *, seed: int | None = None, options: Mapping[str, Any] | None = None) -> tuple[NDArray[numpy.float64], dict[str, Any]]:
         """Begins an episode; returns observation and info. options: {"target": [3] in m}: instead of a random one."""
         super().reset(seed=seed)
         unknown = set(options or {}) - {"target"}
@@ -227,7 +227,7 @@ class ReachEnv(Env):
             self.twin.step(until - self._now)
             self._now = until
 
-    def step(self, action) -> tuple[NDArray[numpy.float64], float, bool, bool, dict]:
+    def step(self, action: ArrayLike) -> tuple[NDArray[numpy.float64], float, bool, bool, dict[str, Any]]:
         """Acts for one period; returns observation, reward, terminated, truncated and info."""
         values = numpy.asarray(action, dtype=float)
         if values.shape != self._low.shape or numpy.isnan(values).any():
@@ -248,7 +248,7 @@ class ReachEnv(Env):
         info |= {"distance": distance, "is_success": success}
         return observation.copy(), -distance, success, self._taken >= self.max_steps or not self._running, info
 
-    def action_of(self, q) -> NDArray[numpy.float32]:
+    def action_of(self, q: ArrayLike) -> NDArray[numpy.float32]:
         """The action that commands a pose of the arm [arm], in rad or m; beyond a limit that of the limit."""
         share = (numpy.asarray(q, dtype=float) - self._low) / (self._high - self._low)
         return numpy.clip(2.0 * share - 1.0, -1.0, 1.0).astype(numpy.float32)
@@ -280,7 +280,7 @@ class ReachEnv(Env):
 class ReachVectorEnv(VectorEnv):
     """Several ReachEnv at once, stepped by threads; results do not depend on their number."""
 
-    def __init__(self, num_envs: int = 1, *, threads: int = 0, autoreset_mode: Any = "NextStep", **options):
+    def __init__(self, num_envs: int = 1, *, threads: int = 0, autoreset_mode: Any = "NextStep", **options: Any):
         """threads:        0: one for each processor
         autoreset_mode: "NextStep", "SameStep" or "Disabled", or Gymnasium's AutoresetMode
         options:        of each ReachEnv
@@ -302,8 +302,15 @@ class ReachVectorEnv(VectorEnv):
         self._rewards = numpy.zeros(num_envs)
         self._terminated, self._truncated = numpy.zeros((2, num_envs), dtype=bool)
 
-    np_random = property(lambda self: tuple(env.np_random for env in self.envs), doc="The generators of the environments.")
-    np_random_seed = property(lambda self: tuple(env.np_random_seed for env in self.envs), doc="Their seeds.")
+    @property
+    def np_random(self) -> tuple[numpy.random.Generator, ...]:
+        """The generators of the environments."""
+        return tuple(env.np_random for env in self.envs)
+
+    @property
+    def np_random_seed(self) -> tuple[int, ...]:
+        """Their seeds."""
+        return tuple(env.np_random_seed for env in self.envs)
 
     def _each(self, function, numbers):
         """function(number) of each environment, by the threads; the infos in the order of the environments."""
@@ -320,7 +327,7 @@ class ReachVectorEnv(VectorEnv):
             out = self._add_info(out, infos[number], number)
         return out
 
-    def reset(self, *, seed: Any = None, options: Mapping | None = None) -> tuple[NDArray[numpy.float64], dict]:
+    def reset(self, *, seed: Any = None, options: Mapping[str, Any] | None = None) -> tuple[NDArray[numpy.float64], dict[str, Any]]:
         """Begins an episode of each. seed: of the first, the others have the next ones; or a list. options: those of ReachEnv, and
         "reset_mask" [num_envs] of bool: only these."""
         seeds = [None if seed is None else seed + number for number in range(self.num_envs)] if (
@@ -337,7 +344,8 @@ class ReachVectorEnv(VectorEnv):
         return_infos = self._each(begin, numpy.flatnonzero(mask).tolist())
         return self._observations.copy(), return_infos
 
-    def step(self, actions) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.bool_], NDArray[numpy.bool_], dict]:
+    def step(self, actions: ArrayLike) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], NDArray[numpy.bool_],
+                                                NDArray[numpy.bool_], dict[str, Any]]:
         """Acts for one period in each; ended ones begin again as the autoreset mode says."""
         values = numpy.asarray(actions, dtype=float)
         if values.shape != self.action_space.shape:
@@ -364,11 +372,11 @@ class ReachVectorEnv(VectorEnv):
         infos = self._each(act, range(self.num_envs))
         return self._observations.copy(), self._rewards.copy(), self._terminated.copy(), self._truncated.copy(), infos
 
-    def render(self) -> tuple | None:
+    def render(self) -> tuple[NDArray[numpy.uint8] | None, ...] | None:
         """The pictures of all."""
         return tuple(env.render() for env in self.envs) if self.render_mode else None
 
-    def close_extras(self, **_) -> None:
+    def close_extras(self, **_: Any) -> None:
         """Ends the twins and threads; close() calls it."""
         if self._pool:
             self._pool.shutdown()

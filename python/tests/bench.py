@@ -1,8 +1,10 @@
-"""Prints what the package costs: the import, steps from Python beside those of the program, rollouts.
+"""Prints what the package costs: the import, steps from Python beside those of the program, rollouts, memory.
 
     PYTHONPATH=build/python python3 python/tests/bench.py [build/bin/doppel]
 """
+import gc
 import re
+import resource
 import subprocess
 import sys
 import time
@@ -30,6 +32,32 @@ def program_rate(doppel_program):
                           "--no-open", "--no-ros", "--no-reload", "--no-rewind", "--black-box", "0"], capture_output=True, text=True, check=False)
     found = re.search(r"([\d.]+) x real time", run.stderr)
     return float(found.group(1)) / 1e-3 if found else float("nan")
+
+
+def resident():
+    """MB of memory of this process."""
+    with open("/proc/self/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * resource.getpagesize() / 1e6
+
+
+def bench_memory():
+    """Growth over a million steps, and over a thousand twins that are made and dropped, after the first of each."""
+    import doppel
+    model = doppel.Model.load("omarm_one")
+    with doppel.Twin(model) as twin:
+        twin.step(20_000)
+        before = resident()
+        twin.step(1_000_000)
+        print(f"memory over 1,000,000 steps  {resident() - before:8.2f} MB")
+
+    def make(count):
+        for _ in range(count):
+            with doppel.Twin(model) as made:
+                made.step(2)
+        gc.collect()
+        return resident()
+    before = make(100)
+    print(f"memory over 1,000 twins      {make(1000) - before:8.2f} MB of {before:.0f}")
 
 
 def bench_environments():
@@ -69,6 +97,7 @@ def main():
         speed = rate(lambda: doppel.rollout(twin, None, commands, threads=threads, steps_per_row=20), 64 * 50 * 20)
         print(f"rollouts, {threads} thread(s)        {speed:8.0f} /s")
     bench_environments()
+    bench_memory()
 
 
 if __name__ == "__main__":
