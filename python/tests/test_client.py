@@ -1,5 +1,7 @@
 """Client and view: a twin that one thread steps, seen from outside."""
+import os
 import signal
+import subprocess
 import threading
 import unittest
 import urllib.request
@@ -71,6 +73,36 @@ class ClientTest(unittest.TestCase):
             pass
         with self.assertRaisesRegex(doppel.InputError, "the client is closed"):
             other.topics()
+
+
+@unittest.skipUnless("DOPPEL" in os.environ, "DOPPEL names the program")
+class NetworkClientTest(unittest.TestCase):
+    """Another process, reached through the ROS 2 network."""
+
+    def setUp(self):
+        self.domain, before = str(101 + os.getpid() % 100), os.environ.get("ROS_DOMAIN_ID")
+        self.twin = subprocess.Popen([os.environ["DOPPEL"], "up", "omarm_one", "--headless", "--no-reload", "--domain", self.domain],
+                                     stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(self.twin.stderr.close)
+        self.addCleanup(self.twin.wait)
+        self.addCleanup(self.twin.send_signal, signal.SIGINT)
+        self.addCleanup(lambda: os.environ.pop("ROS_DOMAIN_ID") if before is None else os.environ.update(ROS_DOMAIN_ID=before))
+        os.environ["ROS_DOMAIN_ID"] = self.domain
+        for line in self.twin.stderr:
+            if "ready" in line:
+                return
+        self.fail("the twin has not started")
+
+    def test_ClientOfNetworkMovesArm(self):
+        with doppel.Client(ros=True) as client:
+            self.assertEqual(client.topics()["/joint_states"], "sensor_msgs/msg/JointState")
+            arm = client.controller("arm")
+            self.assertEqual(arm.follow([1.0], [np.full(6, 0.8)])["error_code"], 0)
+            np.testing.assert_allclose([client.positions()[joint] for joint in arm.joints], 0.8, atol=0.02)
+            client.set_parameter("/omarm_arm_controller", "constraints.goal_time", 3.5)
+            self.assertEqual(client.parameters("/omarm_arm_controller")["constraints.goal_time"], 3.5)
+            with self.assertRaisesRegex(doppel.ServiceError, "did you mean '/joint_states'"):
+                client.subscribe("/joint_state")
 
 
 class InterruptTest(unittest.TestCase):
