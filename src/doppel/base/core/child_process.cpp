@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -14,6 +15,8 @@
 #include <sstream>
 #include <system_error>
 
+#include "doppel/base/core/detail/confinement.h"
+
 extern char** environ;
 
 namespace doppel {
@@ -21,6 +24,12 @@ namespace {
 
 constexpr int kRequests = 3, kAnswers = 4;  // descriptors of the child
 constexpr int kNotStarted = 127;
+
+// Written by a child that cannot start its program.
+struct StartFailure {
+  int reason = 0;
+  bool of_confinement = false;
+};
 
 // Both ends close by themselves in programs that are started later.
 struct Pipe {
@@ -68,6 +77,8 @@ struct ChildSide {
   int output, requests, answers, failure;
   bool own_group;
   pid_t parent;
+  const char* program;                          // of a confined child
+  const std::vector<sock_filter>* confinement;  // nullptr: it is not confined
 
   [[noreturn]] void run() const {
     for (const int signal : {SIGINT, SIGTERM, SIGHUP, SIGPIPE, SIGXFSZ}) ::signal(signal, SIG_DFL);
@@ -82,16 +93,36 @@ struct ChildSide {
       dup2(output, STDERR_FILENO);
       const int nothing = ::open("/dev/null", O_RDONLY);
       dup2(nothing, STDIN_FILENO);
+    } else if (confinement != nullptr) {
+      const int nothing = ::open("/dev/null", O_RDWR);
+      for (const int end : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) dup2(nothing, end);
     }
     if (requests >= 0) dup2(requests, kRequests);
     if (answers >= 0) dup2(answers, kAnswers);
+    StartFailure failed;
     if (folder == nullptr || chdir(folder) == 0) {
       closefrom(requests >= 0 ? kAnswers + 1 : STDERR_FILENO + 1, failure);
-      execvpe(words[0], words, environment);
+      if (confinement == nullptr)
+        execvpe(words[0], words, environment);
+      else
+        failed.of_confinement = !start_confined();
     }
-    const int reason = errno;
-    [[maybe_unused]] const ssize_t written = write(failure, &reason, sizeof reason);
+    failed.reason = errno;
+    [[maybe_unused]] const ssize_t written = write(failure, &failed, sizeof failed);
     _exit(kNotStarted);
+  }
+
+  // Returns false with errno where the child is not confined, true where its program cannot be started.
+  [[nodiscard]] bool start_confined() const {
+    const int opened = ::open(program, O_RDONLY | O_CLOEXEC);
+    if (opened < 0) return true;
+    if (dup3(opened, kProgramDescriptor, O_CLOEXEC) < 0) return false;
+    if (const int error = confine(*confinement); error != 0) {
+      errno = error;
+      return false;
+    }
+    syscall(SYS_execveat, kProgramDescriptor, "", words, environment, AT_EMPTY_PATH);
+    return true;
   }
 
   // All descriptors from the first one on, but for the one that reports a failure and closes by itself.
@@ -127,6 +158,13 @@ std::filesystem::path find_program(const std::string& name) {
 ChildProcess::ChildProcess(const ChildStart& start) : own_group_(start.own_group) {
   Pipe output(start.output_piped), requests(start.converses), answers(start.converses), failure(true);
   std::vector<std::string> words = start.words, environment = merged_environment(start);
+  std::vector<sock_filter> filter;
+  std::string program;
+  if (start.confined) {
+    filter = confining_filter();
+    program = find_program(words.front()).string();
+    if (program.empty()) throw std::system_error(ENOENT, std::generic_category(), words.front());
+  }
   std::vector<char*> word_pointers = pointers(words), environment_pointers = pointers(environment);
   FileDescriptor ends[] = {moved_up(output.write), moved_up(requests.write), moved_up(answers.read),
                            moved_up(failure.write)};
@@ -138,7 +176,9 @@ ChildProcess::ChildProcess(const ChildStart& start) : own_group_(start.own_group
                         .answers = ends[2].get(),
                         .failure = ends[3].get(),
                         .own_group = start.own_group,
-                        .parent = getpid()};
+                        .parent = getpid(),
+                        .program = program.c_str(),
+                        .confinement = start.confined ? &filter : nullptr};
   pid_ = fork();
   if (pid_ == 0) child.run();
   if (pid_ < 0) throw std::system_error(errno, std::generic_category(), "cannot start a process");
@@ -146,11 +186,13 @@ ChildProcess::ChildProcess(const ChildStart& start) : own_group_(start.own_group
   // The only open end is then the child's, which closes when its program starts.
   for (FileDescriptor& end : ends) end = FileDescriptor(-1);
   failure.write = FileDescriptor(-1);
-  int reason = 0;
-  if (read_all(failure.read.get(), std::as_writable_bytes(std::span(&reason, 1))) ==
-      static_cast<ssize_t>(sizeof reason)) {
+  StartFailure failed;
+  if (read_all(failure.read.get(), std::as_writable_bytes(std::span(&failed, 1))) ==
+      static_cast<ssize_t>(sizeof failed)) {
     waitpid(pid_, nullptr, 0);
-    throw std::system_error(reason, std::generic_category(), start.words.front());
+    const std::error_code reason(failed.reason, std::generic_category());
+    if (failed.of_confinement) throw ConfinementError(reason.message());
+    throw std::system_error(reason, start.words.front());
   }
   output_ = std::move(output.read);
   requests_ = std::move(requests.read);

@@ -5,6 +5,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,13 +27,23 @@ struct ChildStart {
   bool output_piped = false;  // stdout and stderr are one pipe, stdin is empty
   bool converses = false;     // descriptor 3 is a pipe that it writes to, 4 one that it reads
   bool own_group = true;      // false: signals of the terminal reach it, too
+  // It reads files and computes, and has no effect but by its pipes: it cannot change a file, start a program
+  // or a process, use the network or signal others. Its output is discarded unless it is piped; processor
+  // time and memory are limited.
+  bool confined = false;
+};
+
+// The kernel or the processor has no filter of system calls for `ChildStart::confined`.
+class DOPPEL_API ConfinementError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
 };
 
 class DOPPEL_API ChildProcess {
  public:
-  // Throws std::system_error: it cannot be started (no such program, too many processes). Call it from a
-  // thread
-  // that lives as long as the child: the kernel ends the child with that thread.
+  // Throws std::system_error: it cannot be started (no such program, too many processes); ConfinementError:
+  // it would not be confined. Call it from a thread that lives as long as the child: the kernel ends the
+  // child with that thread.
   explicit ChildProcess(const ChildStart& start);
   // Ends its group with SIGKILL if it still runs.
   ~ChildProcess();

@@ -80,5 +80,97 @@ TEST(ChildProcess, DescriptorsOfParentAreNotInherited) {
   close(ends[1]);
 }
 
+// Programs of python3, confined.
+class ConfinedChild : public testing::Test {
+ protected:
+  void SetUp() override {
+    if (find_program(python_).empty()) GTEST_SKIP() << "python3 is not installed";
+    try {
+      ChildProcess({.words = {python_, "-c", ""}, .confined = true}).wait();
+    } catch (const ConfinementError& error) {
+      GTEST_SKIP() << "no filter of system calls: " << error.what();
+    }
+    folder_ = std::filesystem::path(::testing::TempDir()) / "confined";
+    std::filesystem::remove_all(folder_);
+    std::filesystem::create_directories(folder_);
+    std::ofstream(folder_ / "read.txt") << "content";
+  }
+  std::string output(const std::string& program) const {
+    ChildProcess child({.words = {python_, "-B", "-c", "import os, socket, signal\n" + program},
+                        .folder = folder_,
+                        .output_piped = true,
+                        .confined = true});
+    return read_until_end(child.output());
+  }
+  // The number of the error that an expression throws.
+  std::string error(const std::string& expression) const {
+    return output("try:\n  " + expression +
+                  "\n  print('no error')\nexcept OSError as e:\n  print(e.errno)\n");
+  }
+  // A python3 in PATH may be a script, which starts another program.
+  std::string python_ = is_program("/usr/bin/python3") ? "/usr/bin/python3" : "python3";
+  std::filesystem::path folder_;
+};
+
+TEST_F(ConfinedChild, ReadsFilesAndFolders) {
+  EXPECT_EQ(output("print(open('read.txt').read(), os.listdir('.'), os.path.getsize('read.txt'))"),
+            "content ['read.txt'] 7\n");
+  EXPECT_EQ(output("import threading\nt = threading.Thread(target=print, args=('in a thread',))\n"
+                   "t.start(); t.join()"),
+            "in a thread\n");
+}
+
+TEST_F(ConfinedChild, ChangesNoFile) {
+  for (const char* expression :
+       {"open('new.txt', 'w')", "open('read.txt', 'a')", "open('read.txt', 'r+')", "os.remove('read.txt')",
+        "os.rename('read.txt', 'b')", "os.mkdir('d')", "os.rmdir('.')", "os.symlink('read.txt', 'b')",
+        "os.link('read.txt', 'b')", "os.chmod('read.txt', 0)", "os.truncate('read.txt', 0)", "os.mkfifo('b')",
+        "os.utime('read.txt', (0, 0))", "os.setxattr('read.txt', 'user.a', b'b')",
+        "os.open('.', os.O_TMPFILE | os.O_WRONLY)", "os.fchmod(os.open('read.txt', os.O_RDONLY), 0)",
+        "os.chown('read.txt', 1, 1)"})
+    EXPECT_EQ(error(expression), "1\n") << expression;
+  EXPECT_EQ(error("import ctypes; n = ctypes.CDLL(None, use_errno=True).memfd_create(b'm', 0); "
+                  "raise OSError(ctypes.get_errno(), '')"),
+            "38\n");
+  std::size_t files = 0;
+  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_)) ++files;
+  EXPECT_EQ(files, 1);
+  EXPECT_EQ(std::filesystem::file_size(folder_ / "read.txt"), 7);
+}
+
+TEST_F(ConfinedChild, StartsNothingAndReachesNobody) {
+  const std::string parent = std::to_string(getpid());
+  for (const std::string& expression :
+       {std::string("os.execv('/bin/true', ['true'])"), std::string("os.fork()"),
+        std::string("os.posix_spawn('/bin/true', ['true'], {})"),
+        std::string("import subprocess; subprocess.run(['true'])"), std::string("socket.socket()"),
+        std::string("socket.socketpair()"), "os.kill(" + parent + ", signal.SIGTERM)",
+        std::string("os.kill(0, signal.SIGTERM)"), std::string("os.setsid()"),
+        std::string("import fcntl; fcntl.fcntl(0, fcntl.F_SETOWN, " + parent + ")"),
+        std::string("import fcntl; fcntl.flock(open('read.txt'), fcntl.LOCK_EX)"),
+        std::string("import fcntl, termios; fcntl.ioctl(0, termios.TIOCSTI, b'x')")})
+    EXPECT_EQ(error(expression), "1\n") << expression;
+  EXPECT_EQ(output("import resource\ntry:\n  resource.setrlimit(resource.RLIMIT_CPU, (99, 99))\n"
+                   "except (OSError, ValueError):\n  print('limited')"),
+            "limited\n");
+}
+
+TEST_F(ConfinedChild, MemoryIsLimitedAndMissingProgramIsNamed) {
+  EXPECT_EQ(output("try:\n  b = bytearray(1 << 36)\nexcept MemoryError:\n  print('too much')"), "too much\n");
+  EXPECT_THROW(ChildProcess({.words = {"/nowhere/at_all"}, .confined = true}), std::system_error);
+  EXPECT_THROW(ChildProcess({.words = {(folder_ / "read.txt").string()}, .confined = true}),
+               std::system_error);
+}
+
+TEST_F(ConfinedChild, TalksThroughItsPipes) {
+  ChildProcess child(
+      {.words = {python_, "-c", "import os; print('lost'); os.write(3, b'got ' + os.read(4, 10))"},
+       .converses = true,
+       .confined = true});
+  ASSERT_EQ(write(child.answers(), "yes\n", 4), 4);
+  EXPECT_EQ(read_until_end(child.requests()), "got yes\n");
+  EXPECT_EQ(child.wait(), 0);
+}
+
 }  // namespace
 }  // namespace doppel

@@ -1,0 +1,22 @@
+#pragma once
+// A filter of system calls for a child that reads and computes only: it cannot change a file, start a
+// program, reach the network or another process. Its pipes are its only effects.
+
+#include <linux/filter.h>
+
+#include <vector>
+
+namespace doppel {
+
+// The program is started by this descriptor, above those that the child can make later. (The filter stays
+// with whatever runs in the process.)
+inline constexpr int kProgramDescriptor = 200;
+inline constexpr unsigned kMaxConfinedDescriptors = 128;
+
+// Empty: there is none for this processor.
+std::vector<sock_filter> confining_filter();
+
+// In the child, after fork(): limits its resources and installs the filter. 0, or the number of the error.
+int confine(const std::vector<sock_filter>& filter);
+
+}  // namespace doppel
