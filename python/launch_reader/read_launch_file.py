@@ -1,18 +1,21 @@
-"""python3 read_launch_file.py FILE [NAME:=VALUE ...]: reads a launch file and delivers its records."""
+"""python3 read_launch_file.py FILE [NAME:=VALUE ...]: reads a launch file and delivers its records.
+
+`--survey FILE ...` delivers those of several files, with the branches that their conditions leave out.
+"""
 
 import os
 import sys
-import traceback
 
 from doppel_launch.host import HOST
-from doppel_launch.record import RECORDER, LaunchError, place_of_error
+from doppel_launch.record import RECORDER, error_record
 from doppel_launch.unknown import PackageFinder
 
 
 def _result(error=None):
+    made = {k[5:]: v["source"] for k, v in RECORDER.descriptions.items() if k.startswith("made:")}
     out = {"files": RECORDER.files, "arguments": list(RECORDER.arguments.values()), "actions": RECORDER.actions,
-           "warnings": RECORDER.warnings, "made": {k[5:]: v["source"] for k, v in RECORDER.descriptions.items()
-                                                   if k.startswith("made:")}}
+           "warnings": RECORDER.warnings, "packages": RECORDER.packages, "expansions": RECORDER.expansions,
+           "made": made}
     if error is not None:
         out["error"] = error
     return out
@@ -45,19 +48,37 @@ def read(path, words):
         context.launch_configurations[name] = value
     error = None
     try:
-        visit_file(path, context, 0)
-    except LaunchError as found:
-        error = {"text": str(found), "file": found.place[0], "line": found.place[1], "fix": found.fix}
-    except RecursionError:
-        error = {"text": "its includes are in a circle, or nested too deeply", "file": path, "line": 1, "fix": ""}
+        visit_file(path, context)
     except Exception as found:  # whatever a launch file throws while it is visited
-        place = place_of_error(found)
-        if not place[0]:
+        error = None if RECORDER.assumed else error_record(found, path)
+        if error is not None and not error["file"]:
+            import traceback
+
             traceback.print_exc()
-        error = {"text": f"{type(found).__name__}: {found}", "file": place[0] or path, "line": place[1] or 1, "fix": ""}
     _number(RECORDER.actions, 0)
     _link(RECORDER.actions)
-    return _result(error)
+    return _result(error or RECORDER.error)
+
+
+def survey(paths):
+    """Delivers the result of each file, without letting it have an effect."""
+    from doppel_launch import confined
+
+    confined.install()
+    RECORDER.survey = True
+    folder, variables, modules = os.getcwd(), dict(os.environ), list(sys.path)
+    for path in paths:
+        RECORDER.__init__()
+        RECORDER.path, sys.argv, sys.path[:] = path, [path], modules
+        os.chdir(folder)
+        os.environ.clear()
+        os.environ.update(variables)
+        try:
+            result = read(path, [])
+        except SystemExit:
+            result = _result({"text": "it ends its reader", "file": path, "line": 1,
+                              "fix": "a launch file may not call exit()"})
+        HOST.deliver(result)
 
 
 # What every shell with ROS has; launch files read them without asking whether they exist.
@@ -72,6 +93,9 @@ def main():
     # The output of launch files belongs to a person, not to the pipe.
     sys.stdout = sys.stderr
     path, *words = sys.argv[1:]
+    if path == "--survey":
+        survey(words)
+        return
     sys.argv = [path, *words]
     HOST.deliver(read(path, words))
 

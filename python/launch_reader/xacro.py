@@ -1,7 +1,7 @@
 """The names of xacro; doppel expands."""
 
 from doppel_launch.host import HOST
-from doppel_launch.record import RECORDER
+from doppel_launch.record import RECORDER, user_place
 
 
 class XacroException(Exception):
@@ -10,6 +10,7 @@ class XacroException(Exception):
 
 def _expanded(file, mappings):
     arguments = dict(mappings or {})
+    RECORDER.expand(str(file), arguments, user_place(), "process_file")
     text, source = HOST.expand(str(file), arguments)
     return RECORDER.description(text, source, arguments)
 

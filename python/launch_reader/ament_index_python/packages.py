@@ -3,6 +3,7 @@
 __path__ = []  # modules below it are aliases
 
 from doppel_launch.host import share_folder
+from doppel_launch.record import user_place
 
 
 class PackageNotFoundError(KeyError):
@@ -10,13 +11,13 @@ class PackageNotFoundError(KeyError):
 
 
 def get_package_share_directory(package_name, print_warning=True):
-    return share_folder(package_name)
+    return share_folder(package_name, user_place())
 
 
 def get_package_share_path(package_name, print_warning=True):
     from pathlib import Path
 
-    return Path(share_folder(package_name))
+    return Path(share_folder(package_name, user_place()))
 
 
 get_package_prefix = get_package_share_directory

@@ -27,7 +27,7 @@ def _is_ros1(root):
     return root.place[0].endswith(".launch")
 
 
-def visit_markup(path, context, depth):
+def visit_markup(path, context):
     """A launch file in XML or YAML, of ROS 2 or ROS 1."""
     from .ros1 import visit_ros1
     from .ros2_markup import visit_ros2
@@ -36,7 +36,7 @@ def visit_markup(path, context, depth):
     root = read_yaml(path) if yaml_file else read_xml(path)
     ros1 = not yaml_file and _is_ros1(root)
     texts = MarkupSubstitutions(context, path, ros1)
-    (visit_ros1 if ros1 else visit_ros2)(root, context, texts, depth)
+    (visit_ros1 if ros1 else visit_ros2)(root, context, texts)
 
 
 def substituted_file(path, context, place):

@@ -6,6 +6,8 @@ Each request is a line of JSON on one pipe, each answer a line on the other.
 import json
 import os
 
+from .record import RECORDER, LaunchError
+
 
 class Host:
     """The two pipes. Without them (the reader is run by hand) packages are those of AMENT_PREFIX_PATH."""
@@ -38,6 +40,9 @@ class Host:
 
         Raises RuntimeError with doppel's message.
         """
+        if RECORDER.survey:
+            # The actions do not depend on the robot's links.
+            return '<robot name="surveyed"/>', file
         answer = self._ask({"xacro": file, "arguments": [[k, str(v)] for k, v in arguments.items()]})
         if "error" in answer:
             raise RuntimeError(answer["error"])
@@ -45,6 +50,11 @@ class Host:
 
     def write_file(self, name, text):
         """A file that the launch file makes, such as one with replaced values; returns its path."""
+        if self._requests is not None:
+            answer = self._ask({"write": name, "text": text})
+            if "error" in answer:
+                raise LaunchError(f"the file '{name}' cannot be made: {answer['error']}")
+            return answer["file"]
         folder = self.folder or "/tmp"
         path = os.path.join(folder, name)
         count = 1
@@ -70,8 +80,10 @@ HOST = Host()
 ABSENT = "/absent"
 
 
-def share_folder(name):
-    """The folder of a package, or one that names it: files in it do not exist."""
+def share_folder(name, place=None):
+    """The folder of a package, or one that names it: files in it do not exist. `place`: where it is looked up."""
+    if place is not None:
+        RECORDER.look_up(name, place)
     return HOST.package(name) or f"{ABSENT}/{name}"
 
 

@@ -40,10 +40,32 @@ class LaunchError(Exception):
         self.fix = fix
 
 
+def error_record(error, path):
+    """An exception as text, place and fix; `path` is the file that was read."""
+    if isinstance(error, LaunchError):
+        return {"text": str(error), "file": error.place[0], "line": error.place[1], "fix": error.fix}
+    if isinstance(error, RecursionError):
+        return {"text": "its includes are in a circle, or nested too deeply", "file": path, "line": 1, "fix": ""}
+    place = place_of_error(error)
+    return {"text": f"{type(error).__name__}: {error}", "file": place[0] or path, "line": place[1] or 1, "fix": ""}
+
+
 class Recorder:
-    """The records of one reading."""
+    """The records of one reading.
+
+    In a survey all branches are recorded, those whose condition is not met as children of a skipped record, and the
+    reading continues after an error.
+    """
+
+    survey = False
 
     def __init__(self):
+        self.path = ""
+        self.error = None  # the first one of a survey
+        self.assumed = False  # an argument that is required has a value that nobody chose
+        self.packages = []  # that are looked up, with their places
+        self.expansions = []  # of xacro files
+        self.skipped_depth = 0
         self.actions = []
         self.arguments = {}
         self.files = []
@@ -63,6 +85,21 @@ class Recorder:
         found = {"rule": rule, "file": place[0], "line": place[1], "text": text, "fix": fix}
         if found not in self.warnings:
             self.warnings.append(found)
+
+    def failed(self, error):
+        """Remembers the first error of a survey."""
+        if self.error is None and not self.assumed:
+            self.error = error_record(error, self.path)
+
+    def look_up(self, package, place):
+        """Remembers that a package is named."""
+        if package:
+            self.packages.append({"package": package, "file": place[0], "line": place[1]})
+
+    def expand(self, file, arguments, place, call):
+        """Remembers that a xacro file is expanded by a `call` at a place."""
+        self.expansions.append({"path": os.path.abspath(file), "file": place[0], "line": place[1], "call": call,
+                                "arguments": [[str(k), str(v)] for k, v in arguments.items()]})
 
     class _Children:
         def __init__(self, recorder, record):

@@ -4,7 +4,7 @@ import os
 import shlex
 
 from launch.substitutions import is_true, run_command
-from launch.visit import MAX_DEPTH
+from launch.visit import each, nested, survey_skipped
 
 from .host import absent_package
 from .record import RECORDER, LaunchError, describe_value
@@ -30,13 +30,11 @@ def joined(namespace, name):
     return namespace.rstrip("/") + "/" + name
 
 
-def visit_ros1(root, context, texts, depth, scope=None):
+def visit_ros1(root, context, texts, scope=None):
     """The children in order; arguments first are those that the file declares."""
     scope = scope or _Scope()
-    if depth > MAX_DEPTH:
-        raise RecursionError("includes in a circle")
-    for element in root.children:
-        _visit(element, context, texts, depth, scope)
+    with nested(context):
+        each(root.children, lambda element: _visit(element, context, texts, scope))
 
 
 def _is_there(element, texts):
@@ -48,18 +46,19 @@ def _is_there(element, texts):
     return True, ""
 
 
-def _visit(element, context, texts, depth, scope):
+def _visit(element, context, texts, scope):
     there, why = _is_there(element, texts)
     if not there:
         if element.tag in ("node", "include", "group"):
             name = element.get("type", "file", "ns", default="")
-            RECORDER.add("skipped", element.place, name=f"<{element.tag}> {name}".strip(), why=why)
+            survey_skipped(f"<{element.tag}> {name}".strip(), why, element.place, context,
+                           lambda: _HANDLERS[element.tag](element, context, texts, scope))
         return
     handler = _HANDLERS.get(element.tag)
     if handler is None:
         RECORDER.add("unknown", element.place, name=f"<{element.tag}>")
         return
-    handler(element, context, texts, depth, scope)
+    handler(element, context, texts, scope)
 
 
 def _text(element, texts, *names, default=None):
@@ -67,7 +66,7 @@ def _text(element, texts, *names, default=None):
     return default if value is None else texts.text(value, element.place)
 
 
-def _arg(element, context, texts, depth, scope):
+def _arg(element, context, texts, scope):
     name = element.need("name")
     values = context.launch_configurations
     if "value" in element.attributes:
@@ -75,10 +74,11 @@ def _arg(element, context, texts, depth, scope):
         return
     given = name in values
     if not given:
-        if "default" not in element.attributes:
+        if "default" not in element.attributes and not RECORDER.survey:
             raise LaunchError(f"the argument '{name}' is required, and has no default", element.place,
                               f"append {name}:=VALUE")
-        values[name] = _text(element, texts, "default")
+        RECORDER.assumed = RECORDER.assumed or "default" not in element.attributes
+        values[name] = _text(element, texts, "default", default="")
     if name not in RECORDER.arguments:
         RECORDER.arguments[name] = {
             "name": name, "file": element.place[0], "line": element.place[1], "value": values[name],
@@ -108,7 +108,7 @@ def _param_value(element, texts):
     return _typed(_text(element, texts, "value", default=""), element.get("type"))
 
 
-def _param(element, context, texts, depth, scope):
+def _param(element, context, texts, scope):
     name = joined(scope.namespace, texts.text(element.need("name"), element.place).lstrip("~"))
     try:
         value = _param_value(element, texts)
@@ -121,7 +121,7 @@ def _param(element, context, texts, depth, scope):
     RECORDER.add("parameter", element.place, name=name, value=describe_value(value))
 
 
-def _rosparam(element, context, texts, depth, scope):
+def _rosparam(element, context, texts, scope):
     if element.get("command", default="load") != "load":
         return
     namespace = joined(scope.namespace, _text(element, texts, "ns", default=""))
@@ -138,7 +138,7 @@ def _rosparam(element, context, texts, depth, scope):
         RECORDER.add("parameter", element.place, name=namespace, value=describe_value(typed_value(text)))
 
 
-def _node(element, context, texts, depth, scope):
+def _node(element, context, texts, scope):
     name = _text(element, texts, "name", default="")
     namespace = joined(scope.namespace, _text(element, texts, "ns", default=""))
     inner = _Scope(joined(namespace, name), scope.remappings, scope.environment)
@@ -150,7 +150,7 @@ def _node(element, context, texts, depth, scope):
         required=is_true(_text(element, texts, "required", default="false"), element.place))
     with RECORDER.children(record):
         for child in element.children:
-            _visit(child, context, texts, depth, inner)
+            _visit(child, context, texts, inner)
     record["remappings"] = [list(one) for one in inner.remappings]
     record["environment"] = dict(inner.environment)
     for key in ("children", "remappings", "environment"):
@@ -158,20 +158,20 @@ def _node(element, context, texts, depth, scope):
             del record[key]
 
 
-def _remap(element, context, texts, depth, scope):
+def _remap(element, context, texts, scope):
     scope.remappings.append((_text(element, texts, "from"), _text(element, texts, "to")))
 
 
-def _env(element, context, texts, depth, scope):
+def _env(element, context, texts, scope):
     scope.environment[element.need("name")] = _text(element, texts, "value", default="")
 
 
-def _group(element, context, texts, depth, scope):
+def _group(element, context, texts, scope):
     inner = scope.inner(_text(element, texts, "ns", default=""))
-    visit_ros1(element, context, texts, depth + 1, inner)
+    visit_ros1(element, context, texts, inner)
 
 
-def _include(element, context, texts, depth, scope):
+def _include(element, context, texts, scope):
     from launch.launch_description_sources import visit_file
 
     from .frontends import _is_ros1
@@ -192,22 +192,24 @@ def _include(element, context, texts, depth, scope):
     if not os.path.exists(path):
         record["missing"] = True
         return
+    if RECORDER.skipped_depth > 0 and os.path.abspath(path) in RECORDER.files:
+        return
     namespace = _text(element, texts, "ns", default="")
     context.launch_configurations = inner
     try:
         with RECORDER.children(record):
             root = None if path.endswith(".py") else read_xml(path)
             if root is None or not _is_ros1(root):
-                visit_file(path, context, depth + 1)
+                visit_file(path, context)
             else:
                 RECORDER.files.append(os.path.abspath(path))
-                visit_ros1(root, context, MarkupSubstitutions(context, path, True), depth + 1,
+                visit_ros1(root, context, MarkupSubstitutions(context, path, True),
                            scope.inner(namespace))
     finally:
         context.launch_configurations = outer
 
 
-def _nothing(element, context, texts, depth, scope):
+def _nothing(element, context, texts, scope):
     """Machines are those of a network of masters; tests are not part of a start."""
 
 

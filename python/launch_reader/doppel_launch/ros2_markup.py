@@ -3,20 +3,19 @@
 from launch import actions, conditions
 from launch.launch_description_sources import AnyLaunchDescriptionSource
 from launch.utilities import typed_value
-from launch.visit import visit
+from launch.visit import each, survey_skipped, visit
 from launch_ros import actions as ros_actions
 from launch_ros import descriptions, parameter_descriptions
 
 from .record import RECORDER, LaunchError
 
 
-def visit_ros2(root, context, texts, depth):
+def visit_ros2(root, context, texts):
     """The children in order."""
-    for element in root.children:
-        _visit_element(element, context, texts, depth)
+    each(root.children, lambda element: _visit_element(element, context, texts))
 
 
-def _visit_element(element, context, texts, depth):
+def _visit_element(element, context, texts):
     handler = _HANDLERS.get(element.tag.replace("-", "_"))
     condition = _condition(element, texts)
     if handler is None:
@@ -24,14 +23,19 @@ def _visit_element(element, context, texts, depth):
             RECORDER.add("unknown", element.place, name=f"<{element.tag}>")
         return
     if condition is not None and not condition.evaluate(context):
-        RECORDER.add("skipped", element.place, name=_subject(element), why=condition.text(context))
+        survey_skipped(_subject(element), condition.text(context), element.place, context,
+                       lambda: _visit_handled(element, handler, context, texts))
         return
+    _visit_handled(element, handler, context, texts)
+
+
+def _visit_handled(element, handler, context, texts):
     action = handler(element, texts, context)
     if action is None:
         return
     for one in action if isinstance(action, list) else [action]:
         one.place = element.place
-        visit(one, context, depth)
+        visit(one, context)
 
 
 def _subject(element):
@@ -54,8 +58,8 @@ class _Block(actions.Action):
         super().__init__()
         self.element, self.texts = element, texts
 
-    def execute(self, context, depth=0):
-        visit_ros2(self.element, context, self.texts, depth)
+    def execute(self, context):
+        visit_ros2(self.element, context, self.texts)
 
 
 def _value_of(element, texts, name, default=None):

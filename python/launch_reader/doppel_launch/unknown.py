@@ -1,6 +1,5 @@
 """Names that are not here: what a launch file makes with them is recorded by name and line, and left out."""
 
-import importlib.abc
 import importlib.machinery
 import sys
 import types
@@ -120,7 +119,7 @@ def _alias_of(fullname):
     return parent if is_own and not isinstance(parent, _StandIn) else None
 
 
-class _Alias(importlib.abc.Loader):
+class _Alias:
     def __init__(self, module):
         self._module = module
 
@@ -135,7 +134,7 @@ class _Alias(importlib.abc.Loader):
         """It is complete."""
 
 
-class PackageFinder(importlib.abc.MetaPathFinder, importlib.abc.Loader):
+class PackageFinder:
     """Python modules of ROS packages in source folders, and stand-ins for all other missing modules.
 
     It comes last in sys.meta_path, so it is asked only for modules that are nowhere else.

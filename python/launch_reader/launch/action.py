@@ -2,7 +2,7 @@
 
 __path__ = []  # modules below it are aliases
 
-from doppel_launch.record import RECORDER, user_place
+from doppel_launch.record import user_place
 
 
 class LaunchDescriptionEntity:
@@ -24,23 +24,26 @@ class Action(LaunchDescriptionEntity):
     def __init__(self, *, condition=None):
         self.condition = condition
 
-    def visit(self, context, depth):
+    def visit(self, context):
         if self.condition is not None and not self.condition.evaluate(context):
             self.record_skipped(context)
-            return
-        self.execute(context, depth)
+            return None
+        return self.execute(context)
 
     def record_skipped(self, context):
+        from .visit import survey_skipped, visit
+
         subject = self.subject(context)
         if subject:
-            RECORDER.add("skipped", self.place, name=subject, why=self.condition.text(context))
+            survey_skipped(subject, self.condition.text(context), self.place, context,
+                           lambda: visit(self.execute(context), context))
 
     def subject(self, context):
         """A name for what is skipped; empty: not worth a line."""
         return ""
 
-    def execute(self, context, depth=0):
-        """What happens. Classes of users override it with one argument, and may return entities."""
+    def execute(self, context):
+        """Records what happens; returns the entities that follow. Launch files have classes that override it."""
 
     def get_sub_entities(self):
         return []

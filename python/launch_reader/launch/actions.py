@@ -21,15 +21,20 @@ class DeclareLaunchArgument(Action):
         self.name, self.default_value, self.description = name, default_value, description or ""
         self.choices = None if choices is None else [str(one) for one in choices]
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         given = self.name in context.launch_configurations
         known = RECORDER.arguments.get(self.name)
         if not given:
-            if self.default_value is None:
+            if self.default_value is not None:
+                value = perform_substitutions(context, self.default_value)
+            elif RECORDER.survey:
+                value = self.choices[0] if self.choices else ""
+                RECORDER.assumed = True
+            else:
                 raise LaunchError(
                     f"the argument '{self.name}' is required, and has no default", self.place,
                     f"append {self.name}:=VALUE" + (f"  ({self.description})" if self.description else ""))
-            context.launch_configurations[self.name] = perform_substitutions(context, self.default_value)
+            context.launch_configurations[self.name] = value
         value = context.launch_configurations[self.name]
         if self.choices is not None and value not in self.choices:
             raise LaunchError(f"the argument '{self.name}' is '{value}'", self.place,
@@ -52,7 +57,7 @@ class SetLaunchConfiguration(Action):
         super().__init__(**named)
         self.name, self.value = name, value
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         name = perform_substitutions(context, self.name)
         context.launch_configurations[name] = perform_substitutions(context, self.value)
 
@@ -62,7 +67,7 @@ class UnsetLaunchConfiguration(Action):
         super().__init__(**named)
         self.name = name
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         context.launch_configurations.pop(perform_substitutions(context, self.name), None)
 
 
@@ -71,7 +76,7 @@ class ReplaceEnvironmentVariables(Action):
         super().__init__(**named)
         self.environment = environment or {}
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         context.environment = dict(self.environment)
 
 
@@ -80,7 +85,7 @@ class SetEnvironmentVariable(Action):
         super().__init__(**named)
         self.name, self.value = name, value
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         name, value = perform_substitutions(context, self.name), perform_substitutions(context, self.value)
         context.environment[name] = self.changed(context.environment.get(name, ""), value)
         RECORDER.add("environment", self.place, name=name, value=context.environment[name])
@@ -109,17 +114,17 @@ class UnsetEnvironmentVariable(Action):
         super().__init__(**named)
         self.name = name
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         context.environment.pop(perform_substitutions(context, self.name), None)
 
 
 class PushLaunchConfigurations(Action):
-    def execute(self, context, depth=0):
+    def execute(self, context):
         context.push_launch_configurations()
 
 
 class PopLaunchConfigurations(Action):
-    def execute(self, context, depth=0):
+    def execute(self, context):
         context.pop_launch_configurations()
 
 
@@ -128,22 +133,22 @@ class ResetLaunchConfigurations(Action):
         super().__init__(**named)
         self.values = launch_configurations or {}
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         context.launch_configurations = _performed(context, self.values)
 
 
 class PushEnvironment(Action):
-    def execute(self, context, depth=0):
+    def execute(self, context):
         context.push_environment()
 
 
 class PopEnvironment(Action):
-    def execute(self, context, depth=0):
+    def execute(self, context):
         context.pop_environment()
 
 
 class ResetEnvironment(Action):
-    def execute(self, context, depth=0):
+    def execute(self, context):
         context.environment = dict(os.environ)
 
 
@@ -164,7 +169,7 @@ class GroupAction(Action):
     def subject(self, context):
         return "a group of " + str(len(list(self.actions)))
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         values = _performed(context, self.values)
         if self.scoped:
             context.push_launch_configurations()
@@ -172,7 +177,7 @@ class GroupAction(Action):
             if not self.forwarding:
                 context.launch_configurations = {}
         context.launch_configurations.update(values)
-        visit(list(self.actions), context, depth)
+        visit(list(self.actions), context)
         if self.scoped:
             context.pop_environment()
             context.pop_launch_configurations()
@@ -195,17 +200,19 @@ class IncludeLaunchDescription(Action):
         except Exception:  # the path need not exist where the condition is false
             return "an include"
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         arguments = _performed(context, self.launch_arguments)
         path = self.source.performed_path(context)
         record = RECORDER.add("include", self.place, path=path, package=absent_package(path), arguments=arguments)
         if path and not os.path.exists(path):
             record["missing"] = True
             return
+        if RECORDER.skipped_depth > 0 and os.path.abspath(path) in RECORDER.files:
+            return
         context.launch_configurations.update(arguments)
         locals_before = dict(context.locals.__dict__)
         with RECORDER.children(record):
-            self.source.visit(context, depth)
+            self.source.visit(context)
         context.locals.__dict__.clear()
         context.locals.__dict__.update(locals_before)
 
@@ -215,8 +222,8 @@ class OpaqueFunction(Action):
         super().__init__(**named)
         self.function, self.args, self.kwargs = function, list(args or []), dict(kwargs or {})
 
-    def execute(self, context, depth=0):
-        visit(self.function(context, *self.args, **self.kwargs), context, depth)
+    def execute(self, context):
+        visit(self.function(context, *self.args, **self.kwargs), context)
 
 
 class OpaqueCoroutine(Action):
@@ -224,7 +231,7 @@ class OpaqueCoroutine(Action):
         super().__init__(condition=named.get("condition"))
         self.name = getattr(coroutine, "__name__", "a coroutine")
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         RECORDER.add("unknown", self.place, name=f"OpaqueCoroutine of {self.name}")
 
 
@@ -233,12 +240,12 @@ class ForEach(Action):
         super().__init__(**named)
         self.values, self.function = values, function
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         import yaml
 
         for text in perform_substitutions(context, self.values).split(";"):
             if text.strip():
-                visit(self.function(**yaml.safe_load(text)), context, depth)
+                visit(self.function(**yaml.safe_load(text)), context)
 
 
 class ForLoop(Action):
@@ -246,9 +253,9 @@ class ForLoop(Action):
         super().__init__(**named)
         self.length, self.function = length, function
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         for i in range(int(perform_substitutions(context, self.length))):
-            visit(self.function(i), context, depth)
+            visit(self.function(i), context)
 
 
 class LogInfo(Action):
@@ -256,7 +263,7 @@ class LogInfo(Action):
         super().__init__(condition=named.get("condition"))
         self.msg = msg
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         RECORDER.add("log", self.place, text=perform_substitutions(context, self.msg))
 
 
@@ -271,12 +278,12 @@ class TimerAction(Action):
     def subject(self, context):
         return "a timer"
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         period = self.period if isinstance(self.period, (int, float)) else float(
             perform_substitutions(context, self.period))
         record = RECORDER.add("timer", self.place, period=period)
         with RECORDER.children(record):
-            visit(list(self.actions), context, depth)
+            visit(list(self.actions), context)
 
 
 class RegisterEventHandler(Action):
@@ -287,7 +294,7 @@ class RegisterEventHandler(Action):
     def subject(self, context):
         return "an event handler"
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         handler = self.event_handler
         if not hasattr(handler, "entities_of"):
             RECORDER.add("unknown", self.place, name=getattr(handler, "unknown_name", type(handler).__name__))
@@ -298,7 +305,7 @@ class RegisterEventHandler(Action):
             if getattr(one, "record", None) is not None:
                 record.setdefault("after", []).append(one.record)
         with RECORDER.children(record):
-            visit(handler.entities_of(context), context, depth)
+            visit(handler.entities_of(context), context)
 
 
 class UnregisterEventHandler(Action):
@@ -311,7 +318,7 @@ class EmitEvent(Action):
         super().__init__(condition=named.get("condition"))
         self.event = event
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         name = getattr(self.event, "unknown_name", type(self.event).__name__)
         RECORDER.add("emit", self.place, name=name)
 
@@ -325,7 +332,7 @@ class Shutdown(Action):
     def __call__(self, *_arguments):
         return self
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         RECORDER.add("shutdown", self.place, reason=perform_substitutions(context, self.reason or ""))
 
 
@@ -340,12 +347,12 @@ class ExecuteLocal(Action):
         self.process_description = process_description
         self.shell, self.on_exit, self.respawn = shell, on_exit, respawn
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         if self.process_description is not None:
             self.process_description.record_into(self, context)
-        self.after_record(context, depth)
+        self.after_record(context)
 
-    def after_record(self, context, depth):
+    def after_record(self, context):
         """on_exit of the process."""
         entities = self.on_exit
         if entities is None or self.record is None:
@@ -358,7 +365,7 @@ class ExecuteLocal(Action):
             return
         record = RECORDER.add("event", self.place, event="exit", after=[self.record])
         with RECORDER.children(record):
-            visit(entities, context, depth)
+            visit(entities, context)
 
 
 class ExecuteProcess(ExecuteLocal):
@@ -379,12 +386,12 @@ class ExecuteProcess(ExecuteLocal):
             return shlex.split(" ".join(words))
         return [one for one in words if one != ""]
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         self.record = RECORDER.add(
             "process", self.place, words=self.words(context), shell=self.shell,
             name=perform_text(context, self.name), cwd=perform_text(context, self.cwd),
             environment=changed_environment(context, self.env, self.additional_env))
-        self.after_record(context, depth)
+        self.after_record(context)
 
 
 def changed_environment(context, env=None, additional_env=None):

@@ -14,6 +14,7 @@ class LaunchContext:
         self.launch_configurations = {}
         self.environment = dict(os.environ)
         self.locals = _Locals()
+        self.depth = 0  # of the visit
         self._configurations_stack = []
         self._environment_stack = []
 

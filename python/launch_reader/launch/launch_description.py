@@ -12,8 +12,8 @@ class LaunchDescription(LaunchDescriptionEntity):
         self.entities = list(initial_entities or [])
         self.deprecated_reason = deprecated_reason
 
-    def visit(self, context, depth=0):
-        visit(self.entities, context, depth)
+    def visit(self, context):
+        visit(self.entities, context)
 
     def add_entity(self, entity):
         self.entities.append(entity)

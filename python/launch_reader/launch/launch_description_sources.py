@@ -39,7 +39,7 @@ def get_launch_description_from_python_launch_file(path):
     return function()
 
 
-def visit_file(path, context, depth):
+def visit_file(path, context):
     """Any launch file."""
     from doppel_launch.frontends import visit_markup
 
@@ -48,10 +48,10 @@ def visit_file(path, context, depth):
     context.locals.__dict__["current_launch_file_path"] = path
     context.locals.__dict__["current_launch_file_directory"] = os.path.dirname(path)
     if not path.endswith(".py"):
-        visit_markup(path, context, depth)
+        visit_markup(path, context)
         return
     try:
-        visit(get_launch_description_from_python_launch_file(path), context, depth)
+        visit(get_launch_description_from_python_launch_file(path), context)
     except (LaunchError, SystemExit):
         raise
     except Exception as error:  # whatever the user's code throws
@@ -79,11 +79,11 @@ class LaunchDescriptionSource:
             return self.launch_description
         return get_launch_description_from_python_launch_file(self.performed_path(context))
 
-    def visit(self, context, depth):
+    def visit(self, context):
         if self.launch_description is not None:
-            visit(self.launch_description, context, depth)
+            visit(self.launch_description, context)
         else:
-            visit_file(self.performed_path(context), context, depth)
+            visit_file(self.performed_path(context), context)
 
 
 class AnyLaunchDescriptionSource(LaunchDescriptionSource):

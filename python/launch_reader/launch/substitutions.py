@@ -140,6 +140,7 @@ def run_command(words, place):
         if not names:
             raise LaunchError("xacro without a file", place)
         file = names[-1]
+        RECORDER.expand(file, arguments, place, "Command")
         try:
             text, source = HOST.expand(file, arguments)
         except RuntimeError as error:
@@ -178,6 +179,9 @@ class EnvironmentVariable(Substitution):
         name = perform_substitutions(context, self.name)
         if name in context.environment:
             return context.environment[name]
+        if self.default_value is None and RECORDER.survey:
+            RECORDER.assumed = True
+            return ""
         if self.default_value is None:
             raise LaunchError(f"environment variable '{name}' is not set", self.place, f"export {name}=...")
         return perform_substitutions(context, self.default_value)

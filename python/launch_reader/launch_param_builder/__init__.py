@@ -39,20 +39,20 @@ def load_xacro(file_path, mappings=None):
 
 class ParameterBuilder:
     def __init__(self, package_name):
-        self._package = Path(share_folder(package_name))
+        self._package_path = Path(share_folder(package_name))
         self._parameters = {}
 
     def yaml(self, file_path, parameter_namespace=None):
-        values = load_yaml(self._package / file_path)
+        values = load_yaml(self._package_path / file_path)
         self._parameters.update({parameter_namespace: values} if parameter_namespace else values)
         return self
 
     def file_parameter(self, parameter_name, file_path):
-        self._parameters[parameter_name] = load_xacro(self._package / file_path)
+        self._parameters[parameter_name] = load_xacro(self._package_path / file_path)
         return self
 
     def xacro_parameter(self, parameter_name, file_path, mappings=None):
-        self._parameters[parameter_name] = load_xacro(self._package / file_path, mappings)
+        self._parameters[parameter_name] = load_xacro(self._package_path / file_path, mappings)
         return self
 
     def parameter(self, parameter_name, parameter_value):

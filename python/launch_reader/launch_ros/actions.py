@@ -45,7 +45,7 @@ class Node(ExecuteProcess):
 
     kind = "node"
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         self.record = RECORDER.add(
             self.kind, self.place, package=perform_text(context, self.package),
             executable=perform_text(context, self.executable), name=perform_text(context, self.node_name),
@@ -56,7 +56,7 @@ class Node(ExecuteProcess):
             ros_arguments=[perform_substitutions(context, one) for one in self.ros_arguments or []],
             cwd=perform_text(context, self.cwd),
             environment=changed_environment(context, self.env, self.additional_env))
-        self.after_record(context, depth)
+        self.after_record(context)
 
 
 class LifecycleNode(Node):
@@ -69,8 +69,8 @@ class ComposableNodeContainer(Node):
         super().__init__(**named)
         self.nodes = composable_node_descriptions
 
-    def execute(self, context, depth=0):
-        super().execute(context, depth)
+    def execute(self, context):
+        super().execute(context)
         components = [one.described(context) for one in self.nodes or [] if hasattr(one, "described")]
         self.record["components"] = [one for one in components if one is not None]
 
@@ -80,7 +80,7 @@ class LoadComposableNodes(Action):
         super().__init__(condition=named.get("condition"))
         self.nodes, self.target = composable_node_descriptions, target_container
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         components = [one.described(context) for one in self.nodes or [] if hasattr(one, "described")]
         RECORDER.add("components", self.place, components=[one for one in components if one is not None])
 
@@ -90,7 +90,7 @@ class PushRosNamespace(Action):
         super().__init__(**named)
         self.namespace = namespace
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         push_namespace(context, self.namespace)
 
 
@@ -102,7 +102,7 @@ class SetParameter(Action):
         super().__init__(**named)
         self.name, self.value = name, value
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         value = evaluated(context, self.value)
         name = perform_substitutions(context, self.name)
         push_scoped(context, "global_params", (name, value))
@@ -119,7 +119,7 @@ class SetParametersFromFile(Action):
         super().__init__(condition=named.get("condition"))
         self.filename = filename
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         push_scoped(context, "ros_params", {"path": perform_substitutions(context, self.filename)})
 
 
@@ -128,7 +128,7 @@ class SetRemap(Action):
         super().__init__(**named)
         self.src, self.dst = src, dst
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         push_scoped(context, "ros_remaps",
                     [perform_substitutions(context, self.src), perform_substitutions(context, self.dst)])
 
@@ -146,8 +146,8 @@ class RosTimer(Action):
         self.timer = TimerAction(period=period, actions=actions)
         self.timer.place = user_place()
 
-    def execute(self, context, depth=0):
-        self.timer.visit(context, depth)
+    def execute(self, context):
+        self.timer.visit(context)
 
 
 ROSTimer = RosTimer
@@ -157,7 +157,7 @@ class LifecycleTransition(Action):
     def __init__(self, *, lifecycle_node_names, transition_ids=None, **named):
         super().__init__(condition=named.get("condition"))
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         RECORDER.add("emit", self.place, name="a transition of a lifecycle node")
 
 

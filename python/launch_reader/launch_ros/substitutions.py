@@ -8,12 +8,15 @@ from launch.substitution import Substitution
 from launch.utilities import perform_substitutions
 
 from doppel_launch.host import share_folder
+from doppel_launch.record import RECORDER
 from doppel_launch.unknown import unknown_attribute
 
 
 class FindPackage(Substitution):
     def __init__(self, package):
         self.package = package
+        if isinstance(package, str):
+            RECORDER.look_up(package, self.place)
 
     def __truediv__(self, other):
         from launch.substitutions import PathJoinSubstitution
@@ -21,10 +24,10 @@ class FindPackage(Substitution):
         return PathJoinSubstitution([self, other])
 
     def find(self, package_name):
-        return share_folder(package_name)
+        return share_folder(package_name, self.place)
 
     def perform(self, context):
-        return share_folder(perform_substitutions(context, self.package))
+        return share_folder(perform_substitutions(context, self.package), self.place)
 
 
 class FindPackageShare(FindPackage):
@@ -41,7 +44,7 @@ class ExecutableInPackage(Substitution):
 
     def perform(self, context):
         package = perform_substitutions(context, self.package)
-        return os.path.join(share_folder(package), perform_substitutions(context, self.executable))
+        return os.path.join(share_folder(package, self.place), perform_substitutions(context, self.executable))
 
 
 class Parameter(Substitution):

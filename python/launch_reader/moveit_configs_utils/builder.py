@@ -51,17 +51,17 @@ class MoveItConfigs:
 class MoveItConfigsBuilder:
     def __init__(self, robot_name, robot_description="robot_description", package_name=None):
         self._robot_name = robot_name
-        self._package = Path(share_folder(package_name or robot_name + "_moveit_config"))
+        self._package_path = Path(share_folder(package_name or robot_name + "_moveit_config"))
         self._configs = MoveItConfigs()
-        self._configs.package_path = self._package
+        self._configs.package_path = self._package_path
         self._name = robot_description
-        self._assistant = load_yaml(self._package / ".setup_assistant").get("moveit_setup_assistant_config", {})
+        self._assistant = load_yaml(self._package_path / ".setup_assistant").get("moveit_setup_assistant_config", {})
         self._urdf_arguments = {}
 
     def _default_description(self):
         urdf = self._assistant.get("urdf") or self._assistant.get("URDF") or {}
         package, path = urdf.get("package"), urdf.get("relative_path")
-        own = self._package / "config" / f"{self._robot_name}.urdf.xacro"
+        own = self._package_path / "config" / f"{self._robot_name}.urdf.xacro"
         if own.exists():
             return own
         if package and path:
@@ -69,7 +69,7 @@ class MoveItConfigsBuilder:
         return own
 
     def robot_description(self, file_path=None, mappings=None):
-        path = self._default_description() if file_path is None else self._package / file_path
+        path = self._default_description() if file_path is None else self._package_path / file_path
         values = mappings or {}
         if all(isinstance(one, str) for one in values.values()):
             text = load_xacro(path, values) if os.path.exists(path) else ""
@@ -79,7 +79,7 @@ class MoveItConfigsBuilder:
         return self
 
     def robot_description_semantic(self, file_path=None, mappings=None):
-        path = self._package / (file_path or f"config/{self._robot_name}.srdf")
+        path = self._package_path / (file_path or f"config/{self._robot_name}.srdf")
         text = ""
         if os.path.exists(path):
             if str(path).endswith(".xacro") and not all(isinstance(v, str) for v in (mappings or {}).values()):
@@ -90,7 +90,7 @@ class MoveItConfigsBuilder:
         return self
 
     def _yaml(self, part, key, file_path, default):
-        values = load_yaml(self._package / (file_path or default))
+        values = load_yaml(self._package_path / (file_path or default))
         setattr(self._configs, part, {key: values} if key else values)
         return self
 

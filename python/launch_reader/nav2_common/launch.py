@@ -7,6 +7,7 @@ from launch.substitutions import LaunchConfiguration, is_true
 from launch.utilities import perform_substitutions, typed_value
 
 from doppel_launch.host import HOST
+from doppel_launch.record import RECORDER
 from doppel_launch.unknown import unknown_attribute
 
 
@@ -22,7 +23,7 @@ class RewrittenYaml(Substitution):
         import yaml
 
         path = perform_substitutions(context, self.source_file)
-        if not os.path.exists(path):
+        if RECORDER.survey or not os.path.exists(path):
             return path
         with open(path, encoding="utf-8") as file:
             values = yaml.safe_load(file) or {}

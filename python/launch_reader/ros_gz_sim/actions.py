@@ -17,7 +17,7 @@ class _Performed(Action):
     def subject(self, context):
         return self.kind
 
-    def execute(self, context, depth=0):
+    def execute(self, context):
         values = {}
         for name, value in self.named.items():
             if isinstance(value, (list, tuple)) and not value:

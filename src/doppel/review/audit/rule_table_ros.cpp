@@ -144,6 +144,10 @@ constexpr std::array kRosRules{
              "Gazebo starts with the driver of the real hardware, which looks for a missing serial port; no "
              "error is reported",
              "pass the argument to xacro", kGazeboControl},
+    RuleInfo{"package.launch_unread", kNote,
+             "a launch file that cannot be read, or has effects while it is read",
+             "what follows is not checked; 'ros2 launch' may fail at the same line",
+             "correct the line, unless it needs what is not on this machine", kAllProfiles},
     RuleInfo{"package.license", kNote, "a licence that is a placeholder or excludes commercial use",
              "the model may not be used or passed on as intended", "write the SPDX identifier of the licence",
              kAllProfiles},

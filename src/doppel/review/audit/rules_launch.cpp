@@ -1,10 +1,14 @@
-// Launch files of the package, read as text: their arguments for xacro and for the spawner.
+// Launch files of the package: their arguments for xacro and for the spawner, and the packages that they use.
 #include <algorithm>
-#include <charconv>
 #include <cmath>
+#include <initializer_list>
+#include <map>
+#include <set>
+#include <tuple>
 
 #include "doppel/review/audit/detail/package_files.h"
 #include "doppel/review/audit/detail/ros_rules.h"
+#include "doppel/scenario/launch/launch_survey.h"
 #include "doppel/scenario/resolve/open_target.h"
 #include "doppel/scenario/resolve/side_files.h"
 
@@ -15,56 +19,74 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxDependencies = 50;  // reported for one package
 
-struct LaunchFile {
-  SideFile file;
-  std::string text;  // comments are blanks
+constexpr int kMaxLines = 60;  // of one action, which a place is searched in
 
-  [[nodiscard]] SourceLocation place(std::size_t at) const { return file.place(at); }
-  [[nodiscard]] bool says(std::string_view word) const { return text.find(word) != std::string::npos; }
-  [[nodiscard]] bool simulates() const {
-    return says("ros_gz_sim") || says("gz_sim") || says("gazebo_ros") || says("ros_ign") ||
-           says("ign_gazebo") || says("spawn_entity");
+// Texts for places: records have the line where their action begins.
+class LaunchTexts {
+ public:
+  void add(SideFile file) { files_.emplace(file.path, std::move(file)); }
+
+  // The first of these words from a line on, each with its offset to the place that is shown.
+  [[nodiscard]] SourceLocation place(const SourceLocation& action,
+                                     std::initializer_list<std::string> words) const {
+    const auto found = action.known() ? files_.find(*action.file) : files_.end();
+    if (found == files_.end() || action.line < 1) return action;
+    const SideFile& file = found->second;
+    const auto line = static_cast<std::size_t>(action.line) - 1;
+    if (line >= file.line_starts.size()) return action;
+    const std::size_t last = line + kMaxLines;
+    const std::string_view text = std::string_view(file.text).substr(
+        0, last < file.line_starts.size() ? file.line_starts[last] : file.text.size());
+    std::size_t first = std::string_view::npos;
+    for (const std::string& word : words) first = std::min(first, text.find(word, file.line_starts[line]));
+    return first == std::string_view::npos ? action : file.place(first);
   }
-  [[nodiscard]] std::string subject() const {
-    return fmt::format("launch file '{}'", file.path.filename().string());
-  }
+
+ private:
+  std::map<fs::path, SideFile> files_;
 };
 
-std::string blank_comments(std::string text) {
-  char quote = 0;
-  bool comment = false;
-  for (char& c : text) {
-    if (c == '\n') {
-      comment = false;
-      quote = 0;
-    } else if (comment) {
-      c = ' ';
-    } else if (quote != 0) {
-      if (c == quote) quote = 0;
-    } else if (c == '\'' || c == '"') {
-      quote = c;
-    } else if (c == '#') {
-      comment = true;
-      c = ' ';
-    }
-  }
-  return text;
+bool is_launch_file(const SideFile& file) {
+  const std::string extension = file.path.extension().string();
+  const auto says = [&](std::string_view word) { return file.text.find(word) != std::string::npos; };
+  if (extension == ".py") return says("generate_launch_description");
+  if (extension == ".yaml" || extension == ".yml")
+    return file.text.starts_with("launch:") || says("\nlaunch:");
+  return says("<launch");
 }
 
-std::vector<LaunchFile> launch_files(const fs::path& package, Findings& out) {
-  std::vector<LaunchFile> files;
+std::vector<fs::path> launch_files(const fs::path& package, LaunchTexts& texts, Findings& out) {
+  std::vector<fs::path> files;
   Diagnostics skipped;
-  for (const fs::path& path : side_files_of(package / "launch", {".py"}, skipped)) {
+  for (const fs::path& path :
+       side_files_of(package / "launch", {".py", ".xml", ".launch", ".yaml", ".yml"}, skipped)) {
     try {
       SideFile file = read_side_file(path);
-      std::string text = blank_comments(file.text);
-      files.push_back({std::move(file), std::move(text)});
+      if (is_launch_file(file)) files.push_back(path);
+      texts.add(std::move(file));
     } catch (const InputError& error) {
       report_skipped(error, out);
     }
   }
   report_skipped(skipped, out);
   return files;
+}
+
+// A file that others include is read with each of them.
+class Places {
+ public:
+  // False: it is there.
+  bool add(const std::string& rule, const SourceLocation& where) {
+    return found_.emplace(rule, where.known() ? *where.file : "", where.line, where.column).second;
+  }
+
+ private:
+  std::set<std::tuple<std::string, std::string, int, int>> found_;
+};
+
+std::string subject_of(const SurveyedLaunch& file, const SourceLocation& where) {
+  return fmt::format("launch file '{}'",
+                     (where.known() ? fs::path(*where.file) : file.file).filename().string());
 }
 
 bool fixed_to_world(const RobotDescription& robot) {
@@ -75,31 +97,15 @@ bool fixed_to_world(const RobotDescription& robot) {
          std::any_of(robot.joints.begin(), robot.joints.end(), is_world);
 }
 
-// '-z', '0.32' in the spawner's arguments.
-void check_spawn_height(const LaunchFile& file, Findings& out) {
-  for (const char* option : {"'-z'", "\"-z\""}) {
-    const std::size_t at = file.text.find(option);
-    if (at == std::string::npos) continue;
-    const std::size_t from = file.text.find_first_not_of(" \t\n,", at + 4);
-    if (from == std::string::npos || (file.text[from] != '\'' && file.text[from] != '"')) return;
-    double height = 0;
-    const char* begin = file.text.data() + from + 1;
-    const auto [end, error] = std::from_chars(begin, file.text.data() + file.text.size(), height);
-    if (error != std::errc() || *end != file.text[from] || std::abs(height) < 1e-9) return;
-    out.add("package.spawn_height", file.subject(), file.place(at),
-            fmt::format("it spawns the robot at z = {:g} m, but the description fixes it to 'world'", height),
+void check_spawn_height(const SurveyedLaunch& file, const LaunchTexts& texts, Places& places, Findings& out) {
+  for (const SpawnedRobot& robot : file.spawned) {
+    const SourceLocation where = texts.place(robot.source, {"'-z'", "\"-z\"", "-z "});
+    if (std::abs(robot.height) < 1e-9 || !places.add("package.spawn_height", where)) continue;
+    out.add("package.spawn_height", subject_of(file, where), where,
+            fmt::format("it spawns the robot at z = {:g} m, but the description fixes it to 'world'",
+                        robot.height),
             "spawn at z = 0, or put the height into the joint to 'world'");
-    return;
   }
-}
-
-std::size_t end_of_call(const std::string& text, std::size_t open) {
-  int depth = 0;
-  for (std::size_t at = open; at < text.size(); ++at) {
-    if (text[at] == '(') ++depth;
-    if (text[at] == ')' && --depth == 0) return at;
-  }
-  return text.size();
 }
 
 // The argument that a simulation requires; empty: none.
@@ -114,24 +120,22 @@ std::string simulation_switch(const AuditInput& in) {
 }
 
 // A simulator's launch file that expands the description without its switch.
-void check_mapping(const LaunchFile& file, const std::string& wanted, Findings& out) {
-  if (!file.simulates()) return;
-  if (wanted.empty() || file.says(wanted)) return;
-  for (const char* call : {"process_file(", "Command("}) {
-    const std::size_t at = file.text.find(call);
-    if (at == std::string::npos) continue;
-    const std::size_t end = end_of_call(file.text, at + std::string_view(call).size() - 1);
-    const std::string inside = file.text.substr(at, end - at);
-    if (std::string_view(call) == "Command(" && inside.find("xacro") == std::string::npos) continue;
-    if (inside.find("mappings") != std::string::npos || inside.find(":=") != std::string::npos) continue;
+void check_mapping(const SurveyedLaunch& file, const std::string& wanted, const fs::path& description,
+                   const LaunchTexts& texts, Places& places, Findings& out) {
+  if (!file.simulates || wanted.empty()) return;
+  std::error_code none;
+  for (const LaunchExpansion& one : file.expansions) {
+    const auto is_wanted = [&](const auto& argument) { return argument.first == wanted; };
+    if (std::any_of(one.arguments.begin(), one.arguments.end(), is_wanted)) continue;
+    const SourceLocation where = texts.place(one.source, {one.by_command ? "Command(" : "process_file("});
+    if (!fs::equivalent(one.file, description, none) || !places.add("package.launch_mapping", where))
+      continue;
     out.add(
-        "package.launch_mapping", file.subject(), file.place(at),
+        "package.launch_mapping", subject_of(file, where), where,
         fmt::format("it starts a simulator and expands the description without '{}', whose default is false",
                     wanted),
-        std::string_view(call) == "Command("
-            ? fmt::format("add ' {}:=true' to the command", wanted)
-            : fmt::format("write process_file(..., mappings={{'{}': 'true'}})", wanted));
-    return;
+        one.by_command ? fmt::format("add ' {}:=true' to the command", wanted)
+                       : fmt::format("write process_file(..., mappings={{'{}': 'true'}})", wanted));
   }
 }
 
@@ -144,36 +148,51 @@ bool brought_by(const std::string& name, const Names& dependencies) {
   });
 }
 
-void check_packages(const LaunchFile& file, const PackageManifest& manifest, Names& reported, Findings& out) {
-  for (const std::string_view open : {"package=", "FindPackageShare(", "get_package_share_directory("}) {
-    for (std::size_t at = file.text.find(open); at != std::string::npos; at = file.text.find(open, at + 1)) {
-      const std::size_t quote = at + open.size();
-      if (quote >= file.text.size() || (file.text[quote] != '\'' && file.text[quote] != '"')) continue;
-      const std::size_t end = file.text.find(file.text[quote], quote + 1);
-      if (end == std::string::npos) break;
-      const std::string name = file.text.substr(quote + 1, end - quote - 1);
-      if (name == manifest.name || brought_by(name, manifest.dependencies) || contains(reported, name))
-        continue;
-      if (reported.size() == kMaxDependencies) return;
-      reported.push_back(name);
-      out.add("package.launch_dependency", file.subject(), file.place(at),
-              fmt::format("it uses the package '{}', which package.xml does not depend on", name),
-              fmt::format("add <exec_depend>{}</exec_depend> to package.xml", name));
-    }
+// The place at which a launch file names a package.
+SourceLocation place_of(const NamedPackage& package, const LaunchTexts& texts) {
+  const std::string &name = package.name, single = "'" + name + "'", twice = "\"" + name + "\"";
+  return texts.place(package.source, {"package=" + single, "package=" + twice, "FindPackageShare(" + single,
+                                      "FindPackageShare(" + twice, "get_package_share_directory(" + single,
+                                      "get_package_share_directory(" + twice, "pkg=" + twice, "pkg=" + single,
+                                      " " + name + ")", single, twice});
+}
+
+void check_packages(const SurveyedLaunch& file, const PackageManifest& manifest, const LaunchTexts& texts,
+                    Names& reported, Findings& out) {
+  for (const NamedPackage& package : file.packages) {
+    const std::string& name = package.name;
+    if (name == manifest.name || brought_by(name, manifest.dependencies) || contains(reported, name))
+      continue;
+    if (reported.size() == kMaxDependencies) return;
+    reported.push_back(name);
+    out.add("package.launch_dependency", subject_of(file, package.source), place_of(package, texts),
+            fmt::format("it uses the package '{}', which package.xml does not depend on", name),
+            fmt::format("add <exec_depend>{}</exec_depend> to package.xml", name));
   }
+}
+
+void report_unread(const Diagnostic& one, const std::string& subject, Places& places, Findings& out) {
+  if (places.add(one.message, one.where))
+    out.add("package.launch_unread", subject, one.where, one.message, one.fix);
 }
 
 }  // namespace
 
 void check_launch(const AuditInput& in, const PackageManifest& manifest, Findings& out) {
-  Names reported;
+  LaunchTexts texts;
+  Places places;
+  const fs::path& package = in.options.package_folder;
+  const LaunchSurvey survey = survey_launch_files(package, launch_files(package, texts, out), in.resolver);
+  if (survey.unread) report_unread(*survey.unread, "the launch files", places, out);
   const bool fixed = fixed_to_world(in.robot);
-  const std::vector<LaunchFile> files = launch_files(in.options.package_folder, out);
-  const std::string wanted = files.empty() ? "" : simulation_switch(in);
-  for (const LaunchFile& file : files) {
-    if (fixed) check_spawn_height(file, out);
-    check_mapping(file, wanted, out);
-    check_packages(file, manifest, reported, out);
+  const std::string wanted = survey.files.empty() ? "" : simulation_switch(in);
+  Names reported;
+  for (const SurveyedLaunch& file : survey.files) {
+    if (fixed) check_spawn_height(file, texts, places, out);
+    check_mapping(file, wanted, in.expanded.file, texts, places, out);
+    check_packages(file, manifest, texts, reported, out);
+    for (const Diagnostic& note : file.notes.all())
+      report_unread(note, subject_of(file, note.where), places, out);
   }
 }
 

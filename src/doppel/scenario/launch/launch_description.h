@@ -76,10 +76,26 @@ struct LaunchArgument {
   SourceLocation source;
 };
 
+// A package whose folder is looked up.
+struct NamedPackage {
+  std::string name;
+  SourceLocation source;
+};
+
+// A xacro file that is expanded.
+struct LaunchExpansion {
+  std::filesystem::path file;
+  XacroArguments arguments;
+  bool by_command = false;  // Command('xacro ...') instead of xacro.process_file(...)
+  SourceLocation source;
+};
+
 struct LaunchDescription {
   std::vector<std::filesystem::path> files;  // in the order of their reading
   std::vector<LaunchArgument> arguments;
   std::vector<LaunchRecord> records;
+  std::vector<NamedPackage> packages;
+  std::vector<LaunchExpansion> expansions;
   // Files that were made while reading, such as parameter files with performed substitutions, and their
   // sources.
   std::vector<std::pair<std::filesystem::path, std::filesystem::path>> made_files;

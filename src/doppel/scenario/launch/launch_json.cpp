@@ -93,21 +93,26 @@ void add_parameters(const Json& sets, LaunchRecord& out) {
   }
 }
 
-LaunchRecord record_of(const Json& value);
+// Records in one another: the reader's includes and groups end far below.
+constexpr int kMaxRecordDepth = 400;
 
-void add_records(const Json& list, std::vector<LaunchRecord>& out) {
-  for (const Json& one : list) out.push_back(record_of(one));
+LaunchRecord record_of(const Json& value, int depth);
+
+void add_records(const Json& list, int depth, std::vector<LaunchRecord>& out) {
+  if (depth > kMaxRecordDepth)
+    throw InputError("launch.unreadable", {}, "the records of the launch file are nested too deeply");
+  for (const Json& one : list) out.push_back(record_of(one, depth));
 }
 
-void add_components(const Json& list, LaunchRecord& out) {
+void add_components(const Json& list, int depth, LaunchRecord& out) {
   for (const Json& one : list) {
-    LaunchRecord& component = out.children.emplace_back(record_of(one));
+    LaunchRecord& component = out.children.emplace_back(record_of(one, depth));
     component.kind = LaunchKind::node;
     component.executable = one.value("plugin", "");
   }
 }
 
-LaunchRecord record_of(const Json& value) {
+LaunchRecord record_of(const Json& value, int depth) {
   LaunchRecord out;
   out.kind = kind_of(value.value("kind", ""));
   out.source = launch_place(value);
@@ -144,8 +149,8 @@ LaunchRecord record_of(const Json& value) {
   out.required = value.value("required", false);
   out.ros1 = value.value("ros1", false);
   out.folder = value.value("cwd", "");
-  if (value.contains("children")) add_records(value.at("children"), out.children);
-  if (value.contains("components")) add_components(value.at("components"), out);
+  if (value.contains("children")) add_records(value.at("children"), depth + 1, out.children);
+  if (value.contains("components")) add_components(value.at("components"), depth + 1, out);
   return out;
 }
 
@@ -161,6 +166,16 @@ LaunchArgument argument_of(const Json& value) {
   return out;
 }
 
+LaunchExpansion expansion_of(const Json& value) {
+  LaunchExpansion out;
+  out.file = value.at("path").get<std::string>();
+  for (const Json& pair : value.at("arguments"))
+    out.arguments.emplace_back(pair.at(0).get<std::string>(), pair.at(1).get<std::string>());
+  out.by_command = value.value("call", "") == "Command";
+  out.source = launch_place(value);
+  return out;
+}
+
 }  // namespace
 
 SourceLocation launch_place(const Json& record) {
@@ -172,7 +187,10 @@ LaunchDescription launch_from_json(const Json& result) {
   LaunchDescription out;
   for (const Json& file : result.at("files")) out.files.emplace_back(file.get<std::string>());
   for (const Json& argument : result.at("arguments")) out.arguments.push_back(argument_of(argument));
-  add_records(result.at("actions"), out.records);
+  add_records(result.at("actions"), 0, out.records);
+  for (const Json& one : result.at("packages"))
+    out.packages.push_back({one.at("package").get<std::string>(), launch_place(one)});
+  for (const Json& one : result.at("expansions")) out.expansions.push_back(expansion_of(one));
   for (const auto& [made, source] : result.at("made").items())
     out.made_files.emplace_back(made, source.get<std::string>());
   for (const Json& warning : result.at("warnings")) {

@@ -3,8 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <fstream>
 
+#include "doppel/base/core/output_file.h"
 #include "doppel/base/xml/xml.h"
 #include "doppel/scenario/sdf/sdf_world.h"
 
@@ -167,7 +167,7 @@ void LaunchedRobots::choose_physics(LaunchPlan& plan) {
 fs::path LaunchedRobots::written(const std::string& name, const std::string& text) const {
   fs::path file = folder_ / name;
   for (int i = 2; fs::exists(file); ++i) file = folder_ / fmt::format("{}_{}", i, name);
-  std::ofstream(file) << text;
+  write_whole(file, text);
   return file;
 }
 

@@ -2,9 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <fstream>
-
 #include "doppel/base/core/child_process.h"
+#include "doppel/base/core/output_file.h"
 
 namespace doppel {
 namespace {
@@ -47,9 +46,9 @@ std::vector<std::string> find_executable(const fs::path& package, const std::str
 std::string yaml_file_of(const LaunchRecord& node, const LaunchParameters& set, const fs::path& folder,
                          std::size_t number) {
   const fs::path file = folder / fmt::format("parameters_{}_{}.yaml", node.id, number);
-  std::ofstream out(file);
-  out << "/**:\n  ros__parameters:\n";
-  for (const auto& [name, value] : set.values) out << fmt::format("    {}: {}\n", name, value);
+  std::string text = "/**:\n  ros__parameters:\n";
+  for (const auto& [name, value] : set.values) text += fmt::format("    {}: {}\n", name, value);
+  write_whole(file, text);
   return file.string();
 }
 

@@ -1,31 +1,20 @@
 #include "doppel/scenario/launch/read_launch.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
-#include "doppel/base/core/child_process.h"
-#include "doppel/base/core/installation.h"
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/shown_path.h"
-#include "doppel/base/packages/package_folder.h"
-#include "doppel/description/xacro/xacro.h"
-#include "doppel/scenario/launch/detail/installed_view.h"
 #include "doppel/scenario/launch/detail/launch_json.h"
+#include "doppel/scenario/launch/detail/launch_reader.h"
 
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
-
-constexpr std::size_t kMaxLine = 256U
-                                 << 20;  // of the reader's answers; a description with its text is some MB
 
 bool is_launch_file(const fs::path& path) {
   const std::string name = path.filename().string();
@@ -62,126 +51,19 @@ std::vector<std::string> launch_files_of(const fs::path& package) {
                     : fmt::format("its launch files: {}", fmt::join(names, ", ")));
 }
 
-// One line of a pipe; empty: its end.
-class LineReader {
- public:
-  explicit LineReader(int fd) : fd_(fd) {}
-  std::string next() {
-    while (true) {
-      const std::size_t end = buffer_.find('\n', searched_);
-      if (end != std::string::npos) {
-        std::string line = buffer_.substr(0, end);
-        buffer_.erase(0, end + 1);
-        searched_ = 0;
-        return line;
-      }
-      searched_ = buffer_.size();
-      std::array<char, 65536> part{};
-      const ssize_t size = read(fd_, part.data(), part.size());
-      if (size < 0 && errno == EINTR) continue;
-      if (size <= 0 || buffer_.size() > kMaxLine) return "";
-      buffer_.append(part.data(), static_cast<std::size_t>(size));
-    }
-  }
-
- private:
-  int fd_;
-  std::string buffer_;
-  std::size_t searched_ = 0;
-};
-
-bool write_line(int fd, const std::string& line) {
-  const std::string text = line + "\n";
-  std::size_t written = 0;
-  while (written < text.size()) {
-    const ssize_t size = write(fd, text.data() + written, text.size() - written);
-    if (size < 0 && errno == EINTR) continue;
-    if (size <= 0) return false;
-    written += static_cast<std::size_t>(size);
-  }
-  return true;
-}
-
-// Packages that xacro's own $(find ...) would find in another layout than that of their installation.
-void add_views(const fs::path& file, PackageResolver& resolver, const fs::path& folder) {
-  const fs::path package = package_around(fs::weakly_canonical(file));
-  if (package.empty()) return;
-  const std::string name = package_name(package);
-  const fs::path view = installed_view(package, name, folder);
-  if (!view.empty()) resolver.add_package(name, view);
-}
-
-Json answer_xacro(const Json& request, PackageResolver& resolver, const fs::path& folder) {
-  const fs::path file = request.at("xacro").get<std::string>();
-  try {
-    XacroArguments arguments;
-    for (const Json& pair : request.at("arguments"))
-      arguments.emplace_back(pair.at(0).get<std::string>(), pair.at(1).get<std::string>());
-    resolver.add_context(file);
-    add_views(file, resolver, folder);
-    Diagnostics diagnostics;  // printed when the robot is loaded
-    const XacroResult result = expand_xacro(file, arguments, resolver, diagnostics);
-    // A file of a view is read from a folder that ends with the launch; its text is kept instead.
-    const bool viewed = std::any_of(result.files.begin(), result.files.end(), [&](const fs::path& one) {
-      return one.string().starts_with((folder / "share").string());
-    });
-    return {{"text", xacro_text(result.tree, file.string())}, {"source", viewed ? "" : file.string()}};
-  } catch (const InputError& error) {
-    return {{"error", error.what()}};
-  }
-}
-
-// The share folder of a package, which is that of its source where the layout is the same.
-Json answer_package(const std::string& name, PackageResolver& resolver, const fs::path& folder) {
-  const fs::path source = resolver.find_package(name).path;
-  const fs::path view = source.empty() ? fs::path() : installed_view(source, name, folder);
-  if (!view.empty()) resolver.add_package(name, view);
-  return {{"folder", (view.empty() ? source : view).string()}};
-}
-
-Json answer(const Json& request, PackageResolver& resolver, const fs::path& folder) {
-  if (request.contains("package"))
-    return answer_package(request.at("package").get<std::string>(), resolver, folder);
-  if (request.contains("xacro")) return answer_xacro(request, resolver, folder);
-  return Json::object();
-}
-
-[[noreturn]] void refuse_without_python(const std::string& reason) {
-  throw InputError("launch.python", {},
-                   fmt::format("launch files in Python need python3, which cannot be started: {}", reason),
-                   "apt-get install python3 python3-yaml, or start the robot itself: doppel up TARGET");
-}
-
 // Runs the reader and answers its requests; returns its result.
 Json converse(const fs::path& file, const NamedTexts& arguments, PackageResolver& resolver,
               const fs::path& folder) {
-  // The system's Python has PyYAML and the packages of ROS; one of an environment in PATH has its own.
-  const bool of_system = access("/usr/bin/python3", X_OK) == 0;
-  const fs::path reader = data_folder() / "python" / "launch_reader" / "read_launch_file.py";
-  ChildStart start{
-      .words = {of_system ? "/usr/bin/python3" : "python3", "-B", reader.string(), file.string()},
-      .environment = {{"DOPPEL_LAUNCH_PIPES", "3,4"}, {"DOPPEL_LAUNCH_FOLDER", folder.string()}},
-      .converses = true,
-      .own_group = false};
-  for (const auto& [name, value] : arguments) start.words.push_back(name + ":=" + value);
-  std::optional<ChildProcess> python;
-  try {
-    python.emplace(start);
-  } catch (const std::system_error& error) {
-    refuse_without_python(error.code().message());
+  std::vector<std::string> words = {file.string()};
+  for (const auto& [name, value] : arguments) words.push_back(name + ":=" + value);
+  LaunchReader reader(std::move(words), resolver, folder, nullptr);
+  Json result = reader.next();
+  if (result.is_discarded()) {
+    throw InputError("launch.unreadable", make_location(file.string()),
+                     "the launch file ended its reader before it was read",
+                     "its own output is above; a launch file may not call exit()");
   }
-  LineReader lines(python->requests());
-  while (true) {
-    const std::string line = lines.next();
-    const Json request = Json::parse(line, nullptr, false);
-    if (request.is_discarded()) {
-      throw InputError("launch.unreadable", make_location(file.string()),
-                       "the launch file ended its reader before it was read",
-                       "its own output is above; a launch file may not call exit()");
-    }
-    if (request.contains("result")) return request.at("result");
-    if (!write_line(python->answers(), answer(request, resolver, folder).dump())) return {};
-  }
+  return result;
 }
 
 void check_arguments(const NamedTexts& arguments, const LaunchDescription& description,

@@ -338,54 +338,6 @@ TEST_F(PackageRulesTest, CatkinPackageWithoutInstallIsNote) {
   EXPECT_EQ(found[0].severity, Severity::note);
 }
 
-TEST_F(PackageRulesTest, FaultsOfLaunchFilesAreReported) {
-  package();
-  write("urdf/r.urdf", robot(""));
-  const auto spawn = [&](const std::string& z) {
-    write("launch/gazebo.launch.py",
-          "Node(package='ros_gz_sim', executable='create',\n  arguments=['-topic', "
-          "'robot_description', '-z', '" +
-              z + "'])\n");
-    return of("package.spawn_height");
-  };
-  const auto found = spawn("0.32");
-  ASSERT_THAT(found, SizeIs(1));
-  EXPECT_EQ(found[0].where.line, 2);
-  EXPECT_THAT(spawn("0.0"), IsEmpty());
-  name_ = "urdf/r.urdf.xacro";
-  write(name_,
-        "<robot name=\"r\" xmlns:xacro=\"http://www.ros.org/wiki/xacro\">\n<xacro:arg name=\"use_sim\" "
-        "default=\"false\"/>\n<xacro:if value=\"$(arg use_sim)\"><gazebo/></xacro:if>" +
-            tree() + "</robot>");
-  const auto expand = [&](const std::string& arguments) {
-    write("launch/gazebo.launch.py",
-          "# mappings\ndoc = xacro.process_file(path" + arguments + ")\nstart('ros_gz_sim')\n");
-    return of("package.launch_mapping");
-  };
-  const auto mapping = expand("");
-  ASSERT_THAT(mapping, SizeIs(1));
-  EXPECT_EQ(mapping[0].where.line, 2);
-  EXPECT_THAT(mapping[0].fix, HasSubstr("'use_sim': 'true'"));
-  EXPECT_THAT(expand(", mappings={'use_sim': 'true'}"), IsEmpty());
-  write("launch/gazebo.launch.py", "doc = xacro.process_file(path)\nstart('rviz2')\n");
-  EXPECT_THAT(of("package.launch_mapping"), IsEmpty()) << "expected no finding: a view needs no simulator";
-}
-
-TEST_F(PackageRulesTest, MissingLaunchDependencyIsReported) {
-  write("urdf/r.urdf", robot(""));
-  write("launch/view.launch.py",
-        "Node(package='rviz2')\nNode(\n  package=\"joint_state_publisher_gui\")\n# Node(package='gone')\n"
-        "get_package_share_directory('r_description')\nFindPackageShare('ros_gz_sim')\n");
-  package("<exec_depend>rviz2</exec_depend><exec_depend>ros_gz</exec_depend>");
-  const auto found = of("package.launch_dependency");
-  ASSERT_THAT(found, SizeIs(1));
-  EXPECT_THAT(found[0].message, HasSubstr("'joint_state_publisher_gui'"));
-  EXPECT_EQ(found[0].where.line, 3);
-  package(
-      "<depend>rviz2</depend><depend>ros_gz</depend><exec_depend>joint_state_publisher_gui</exec_depend>");
-  EXPECT_THAT(of("package.launch_dependency"), IsEmpty());
-}
-
 TEST_F(WorldRulesTest, MissingWorldLinkAndRootInertiaAreReported) {
   const std::string arm =
       "<robot name=\"r\"><link name=\"base\"><inertial><mass value=\"1\"/><inertia ixx=\"1e-3\" ixy=\"0\" "

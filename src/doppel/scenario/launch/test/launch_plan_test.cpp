@@ -190,6 +190,16 @@ TEST_F(LaunchPlanTest, MadeDescriptionsAreWrittenAsFiles) {
   EXPECT_EQ(plan_.scenario.robots.at(0).target, (workspace_ / "made/robot.urdf").string());
 }
 
+TEST_F(LaunchPlanTest, FileThatCannotBeWrittenIsError) {
+  const auto file = python(
+      "Node(package='robot_state_publisher', executable='robot_state_publisher', parameters=[{"
+      "'robot_description': '<robot name=\"made\"><link name=\"a\"/></robot>'}])");
+  description_ = read(file);
+  std::filesystem::remove_all(workspace_ / "made");
+  PackageResolver resolver;
+  EXPECT_THROW(plan_launch(description_, resolver, workspace_ / "made"), InputError);
+}
+
 TEST_F(LaunchPlanTest, TreeHasOneLinePerRecord) {
   make(python(std::string(kDescribed) +
               "TimerAction(period=2.0, actions=[Node(package='rviz2', executable='rviz2')])"));

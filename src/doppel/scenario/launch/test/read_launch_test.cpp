@@ -90,6 +90,26 @@ TEST_F(ReadLaunchTest, ConditionsGroupsAndFunctionsDecideWhatIsThere) {
   EXPECT_EQ(read(file).records[0].text, "gui is false");
 }
 
+TEST_F(ReadLaunchTest, ActionsOfUsersHaveInterfaceOfLaunch) {
+  const LaunchDescription read = this->read(python(
+      "Pair('a'), Pair('b', condition=IfCondition('false')), Named(package='p', executable='c'), Bare()",
+      "from launch import Action, LaunchDescriptionEntity\n"
+      "class Pair(Action):\n"
+      "  def __init__(self, name, **named):\n"
+      "    super().__init__(**named)\n"
+      "    self.name = name\n"
+      "  def execute(self, context):\n"
+      "    super().execute(context)\n"
+      "    return [Node(package='p', executable=self.name + end) for end in '12']\n"
+      "class Named(Node):\n"
+      "  def execute(self, context):\n"
+      "    return super().execute(context)\n"
+      "class Bare(LaunchDescriptionEntity):\n"
+      "  def visit(self, context):\n"
+      "    return [Node(package='p', executable='d')]\n"));
+  EXPECT_THAT(executables(read.records), ElementsAre("a1", "a2", "c", "d"));
+}
+
 TEST_F(ReadLaunchTest, IncludesAreReadInTheirOwnNotation) {
   write("arm_description/launch/inner.launch.xml",
         "<launch><arg name=\"who\" default=\"guest\"/><node pkg=\"p\" exec=\"xml_$(var who)\"/></launch>");
