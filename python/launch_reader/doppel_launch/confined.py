@@ -11,10 +11,7 @@ import sys
 import tempfile
 
 from .host import absent_package
-from .record import RECORDER, LaunchError, user_place
-
-_FIX = "nothing: a launch file is surveyed without effects; 'ros2 launch' and 'doppel launch' have them"
-
+from .record import RECORDER, SURVEY_FIX, LaunchError, user_place
 
 def _called_by_user():
     """False for the caller of a stand-in that is Python's own library."""
@@ -23,7 +20,7 @@ def _called_by_user():
 
 
 def _refused(text):
-    RECORDER.warn("launch.confined", user_place(), text, _FIX)
+    RECORDER.warn("launch.confined", user_place(), text, SURVEY_FIX)
 
 
 class _TextFile(io.StringIO):

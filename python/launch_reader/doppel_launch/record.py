@@ -50,6 +50,10 @@ def error_record(error, path):
     return {"text": f"{type(error).__name__}: {error}", "file": place[0] or path, "line": place[1] or 1, "fix": ""}
 
 
+# What a survey refuses is in order where a launch file is started.
+SURVEY_FIX = "nothing, if it is on purpose: while a package is checked its launch files may only read"
+
+
 class Recorder:
     """The records of one reading.
 

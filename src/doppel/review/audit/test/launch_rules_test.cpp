@@ -172,13 +172,14 @@ TEST_F(LaunchRulesTest, LaunchFileHasNoEffectWhileItIsChecked) {
   EXPECT_THAT(names,
               AllOf(HasSubstr("'after_all'"), HasSubstr("'last'"), testing::Not(HasSubstr("'never'"))));
   for (const Finding& one : of("package.launch_unread"))
-    notes += one.subject + ":" + std::to_string(one.where.line) + ": " + one.message + "\n";
+    notes += one.subject + ":" + std::to_string(one.where.line) + ": " + one.message + " | " + one.fix + "\n";
   for (const std::string& text :
        {"'a.launch.py':8: the file '" + folder + "/written' was not written",
         "'a.launch.py':9: the file '" + folder + "/by_path' was not written",
         "'a.launch.py':10: the command 'touch " + folder + "/by_program' was not run",
         "'a.launch.py':11: the command 'touch " + folder + "/by_shell' was not run",
-        std::string("'b.launch.py':7: it is not read completely: [Errno 1] Operation not permitted"),
+        std::string("'b.launch.py':7: it is not read completely: [Errno 1] Operation not permitted | "
+                    "nothing, if it is on purpose"),
         std::string("'c.launch.py':0: the launch file ended its reader"),
         std::string("'d.launch.py':1: it is not read completely: it ends its reader")})
     EXPECT_THAT(notes, HasSubstr(text));
