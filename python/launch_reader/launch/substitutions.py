@@ -133,6 +133,12 @@ def run_command(words, place):
         if words[:len(starter)] == starter and len(words) > len(starter):
             if os.path.basename(words[len(starter)]).startswith("xacro"):
                 words = words[len(starter):]
+    # A script that sets variables, and starts xacro.
+    inner = next((i for i, word in enumerate(words) if os.path.basename(word) in ("xacro", "xacro.py")), 0)
+    if inner > 0:
+        RECORDER.warn("launch.command", place, f"the script '{words[0]}' was not run, only xacro after it",
+                      "export the variables that it sets, where the description needs them")
+        words = words[inner:]
     program = os.path.basename(words[0]) if words else ""
     if program in ("xacro", "xacro.py"):
         names = [w for w in words[1:] if ":=" not in w and not w.startswith("-")]

@@ -254,6 +254,19 @@ TEST_F(ReadLaunchTest, RoslaunchHasItsOwnRules) {
   EXPECT_THAT(executables(read.records), ElementsAre("spawner", "inner_none", "inner_1"));
 }
 
+TEST_F(ReadLaunchTest, ScriptAroundXacroIsLeftOutWithWarning) {
+  const LaunchDescription read = this->read(write("arm_description/launch/arm.launch", R"X(<launch>
+  <param name="robot_description" command="$(find arm_description)/scripts/env_run
+   $(find arm_description)/config/plain
+   $(find xacro)/xacro $(find arm_description)/urdf/arm.urdf.xacro --inorder length:=4"/>
+</launch>)X"));
+  const LaunchedRobotText& robot = read.records.at(0).descriptions.at(0).second;
+  EXPECT_EQ(robot.source, workspace_ / "arm_description/urdf/arm.urdf.xacro");
+  EXPECT_THAT(robot.arguments, ElementsAre(Pair("length", "4")));
+  ASSERT_THAT(read.diagnostics.all(), SizeIs(1));
+  EXPECT_THAT(read.diagnostics.all()[0].message, HasSubstr("env_run' was not run, only xacro after it"));
+}
+
 TEST_F(ReadLaunchTest, ParameterFileWithSubstitutionsIsWritten) {
   write("arm_description/p.yaml",
         "/**:\n  ros__parameters:\n    path: $(find-pkg-share arm_description)/x\n");
