@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <fstream>
 
@@ -67,6 +68,11 @@ class DeviceServices : public test::TwinFixture {
     return call("/doppel/hardware/confirm_pose", "doppel_msgs/srv/ConfirmPose",
                 "{component: Arm, joints: [lift], positions: [" + position + "]}");
   }
+  std::string release_joint(double duration) {
+    return call(
+        "/doppel/hardware/release_joint", "doppel_msgs/srv/ReleaseJoint",
+        "{joint: lift, duration: " + std::to_string(duration) + ", lower: -1.5, upper: 0.5, speed: 4.5}");
+  }
   std::string state() {
     run(0.2);
     const auto all = received<Devices>("/doppel/hardware");
@@ -98,6 +104,38 @@ TEST_F(DeviceServices, ReleasedArmFallsAndHoldsAgainWithItsControllers) {
   EXPECT_TRUE(commands());
   EXPECT_NEAR(joint("lift").q, fallen, 0.1) << "it holds where it is";
   EXPECT_THAT(press("hold"), HasSubstr("no device is inactive"));
+}
+
+// The trajectory controller holds on, and the arm falls from under it until its time is over.
+TEST_F(DeviceServices, JointIsReleasedForShortTimeUnderItsController) {
+  bring_up_arm("doppel/FeetechSts", HandMotion::none);
+  EXPECT_THAT(release_joint(2.5), HasSubstr("may be at most 2 s"));
+  ASSERT_THAT(release_joint(0.15), HasSubstr("success: true"));
+  run(0.6);
+  const double fallen = joint("lift").q;
+  EXPECT_LT(fallen, -0.05) << "damping and friction let it fall slowly";
+  EXPECT_GT(fallen, -1.5);
+  ASSERT_TRUE(commands());
+  run(1.0);
+  EXPECT_NEAR(joint("lift").q, fallen, 0.02) << "the controller still commands where it was lifted to";
+  const auto reports = received<Devices>("/doppel/hardware");
+  const auto& last = reports.back().devices.at(0).joints.at(0);
+  EXPECT_NEAR(to_seconds(from_msg(last.torque_on)) - to_seconds(from_msg(last.torque_off)), 0.15, 0.015);
+  EXPECT_NEAR(last.goal, fallen, 0.05);
+  EXPECT_TRUE(std::ranges::any_of(reports, [](const Devices& one) {
+    return static_cast<bool>(one.devices.at(0).joints.at(0).released);
+  }));
+}
+
+TEST_F(DeviceServices, StopDuringReleaseCatchesJoint) {
+  bring_up_arm("doppel/FeetechSts", HandMotion::none);
+  ASSERT_THAT(release_joint(2.0), HasSubstr("success: true"));
+  run(0.1);
+  twin_->robot().controller_manager().stop("test");
+  const double caught = joint("lift").q;
+  run(1.0);
+  EXPECT_NEAR(joint("lift").q, caught, 0.15);
+  EXPECT_THAT(release_joint(1.0), HasSubstr("the emergency stop is active"));
 }
 
 TEST_F(DeviceServices, HandMovesReleasedJointAndServoMeasuresIt) {

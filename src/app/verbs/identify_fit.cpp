@@ -28,11 +28,9 @@ struct FitVerb {
 
 Json fit_json(const JointFit& one) {
   const ServoFit& fit = one.fit;
-  Json out{{"joint", one.joint},
-           {"samples", one.record.time.size()},
-           {"seconds", one.seconds},
-           {"model", name_of(fit.rung)},
-           {"values", Json::object()}};
+  Json out{{"joint", one.joint},         {"samples", one.record.time.size()},
+           {"seconds", one.seconds},     {"releases", one.record.released.size()},
+           {"model", name_of(fit.rung)}, {"values", Json::object()}};
   for (const ServoQuantity quantity : fitted_quantities(fit)) {
     const FittedValue& value = fit[quantity];
     out["values"][std::string(name_of(quantity))] = {{"value", value.value},

@@ -200,8 +200,10 @@ bool has_result(const ServoFit& fit) {
 
 std::string fit_table(const JointFit& one) {
   const ServoFit& fit = one.fit;
-  std::string out = fmt::format("{}: {} samples of {:.1f} s, model {}\n", one.joint, one.fit.predicted.size(),
-                                one.seconds, name_of(fit.rung));
+  const std::size_t releases = one.record.released.size();
+  std::string out = fmt::format(
+      "{}: {} samples of {:.1f} s, {}model {}\n", one.joint, one.fit.predicted.size(), one.seconds,
+      releases > 0 ? fmt::format("{} releases of the torque, ", releases) : "", name_of(fit.rung));
   out += fmt::format("  {:<12}{:>10}  {:<22}{:<12}{:>10}  {}\n", "", "value", "95 % interval", "unit",
                      "start", "assessment");
   for (const ServoQuantity quantity : fitted_quantities(fit)) {

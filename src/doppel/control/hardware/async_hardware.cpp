@@ -95,6 +95,11 @@ Status AsyncHardware::relax() {
   return device_->relax();
 }
 
+Status AsyncHardware::release_joint(const JointRelease& release) {
+  const std::lock_guard lock(mutex_);
+  return device_->release_joint(release);
+}
+
 Status AsyncHardware::confirm_pose(std::span<const std::pair<std::string, double>> positions) {
   const std::lock_guard lock(mutex_);
   return device_->confirm_pose(positions);

@@ -42,6 +42,7 @@ class DOPPEL_API AsyncHardware : public HardwareComponent {
   HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
   void on_stall() noexcept override { device_->on_stall(); }
   Status relax() override;
+  Status release_joint(const JointRelease& release) override;
   Status confirm_pose(std::span<const std::pair<std::string, double>> positions) override;
   // Without a lock: a device has these two ready for another thread than that of its bus.
   void attend() override { device_->attend(); }

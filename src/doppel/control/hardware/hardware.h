@@ -64,12 +64,27 @@ struct DeviceReport {
     double age = 0;                                    // s since its last answer
     bool believed = false;  // the position is what the device was told, and no measurement
     std::string faults;     // "overload, temperature"; empty: none
+    // The last short release of its torque, see JointRelease; torque_on: 0 while it lasts.
+    bool released = false;
+    Time torque_off{}, torque_on{};
   };
   std::string state;  // "holding"; "unconfirmed": see HardwareComponent::confirm_pose()
   std::string port;
   std::vector<Joint> joints;
   std::uint64_t cycles = 0, lost = 0, damaged = 0;  // answers
 };
+
+// The torque of one joint off for a short time, while the others hold. It is on again after `duration`, and
+// before where the joint leaves the interval or becomes faster.
+struct JointRelease {
+  std::string joint;
+  double duration = 0;          // s, at most kMaxRelease
+  double lower = 0, upper = 0;  // rad or m, within the joint's limits
+  double speed = 0;             // rad/s or m/s, at most the joint's limit
+};
+inline constexpr double kMaxRelease = 2.0;  // s
+// rad or m: a joint that was caught follows commands again from the first one that is this near to it.
+inline constexpr double kRejoin = 0.05;
 
 // The behaviour of a joint without commands.
 enum class PassiveJoint {
@@ -147,6 +162,11 @@ class DOPPEL_API HardwareComponent {
   // Between ticks, while inactive: the drives of all joints are off, so that a hand can move them. Refused:
   // the device cannot do so.
   virtual Status relax() { return Status::refused("it cannot release its joints"); }
+  // Between ticks, while active: see JointRelease. Then the joint holds where it was caught. Refused: the
+  // device cannot do so, or it is not safe now.
+  virtual Status release_joint(const JointRelease& /*release*/) {
+    return Status::refused("it cannot release a single joint");
+  }
   // Between ticks: a person has seen that the joints are at these positions (rad or m), which the device
   // cannot measure.
   virtual Status confirm_pose(std::span<const std::pair<std::string, double>> /*positions*/) {

@@ -473,6 +473,10 @@ Status ControllerManager::relax_hardware(const std::string& component) {
                                [](HardwareComponent& hardware) { return hardware.relax(); });
 }
 
+Status ControllerManager::release_joint(const JointRelease& release) {
+  return impl_->release_joint(release);
+}
+
 Status ControllerManager::confirm_pose(const std::string& component,
                                        std::span<const std::pair<std::string, double>> positions) {
   return impl_->without_drives(component, "the confirmation of its pose",

@@ -144,6 +144,8 @@ class DOPPEL_API ControllerManager {
   Status set_hardware_state(const std::string& component, HardwareState target);
   // See HardwareComponent. Refused with the reason, also while the component is active.
   Status relax_hardware(const std::string& component);
+  // See JointRelease. Refused with the reason, also during an emergency stop.
+  Status release_joint(const JointRelease& release);
   Status confirm_pose(const std::string& component,
                       std::span<const std::pair<std::string, double>> positions);
   [[nodiscard]] std::vector<InterfaceView> command_interfaces() const;

@@ -123,6 +123,27 @@ Status ControllerManager::Impl::without_drives(const std::string& name, const ch
   return out;
 }
 
+Status ControllerManager::Impl::release_joint(const JointRelease& release) {
+  if (stopped) return Status::refused("the emergency stop is active, and the joints hold; reset it first");
+  std::vector<std::string> joints;
+  for (const auto& component : resources.components()) {
+    for (const InterfaceDescription& command : component->command_descriptions) {
+      if (command.name != kPosition) continue;
+      joints.push_back(command.prefix);
+      if (command.prefix != release.joint) continue;
+      if (component->state != HardwareState::active)
+        return Status::refused(fmt::format("hardware '{}' is {}; it has to be active for this",
+                                           component->name, to_string(component->state)));
+      Status out = Status::refused(fmt::format("hardware '{}' has failed", component->name));
+      resources.call(*component, "the release of a joint",
+                     [&](HardwareComponent& hardware) { out = hardware.release_joint(release); });
+      return out;
+    }
+  }
+  return Status::refused(fmt::format("no hardware takes positions of '{}'{}", release.joint,
+                                     did_you_mean(release.joint, joints)));
+}
+
 // One transition of the life cycle.
 Status ControllerManager::Impl::pass_towards(ResourceTable::Component& c, HardwareState target) {
   HardwareComponent& hardware = *c.hardware;

@@ -327,9 +327,12 @@ bool ServoBus::read_health(std::span<ServoReading> readings) {
 
 bool ServoBus::write_goals(std::span<const ServoGoal> goals) {
   if (servos_.empty()) return !link_.is_lost();
+  std::size_t written = 0;
   for (std::size_t i = 0; i < servos_.size(); ++i) {
+    if (!std::isfinite(goals[i].position)) continue;
     const ServoModel& model = *servos_[i].model;
-    const std::span<std::uint8_t> block = std::span(goals_).subspan(i * (write_size_ + 1), write_size_ + 1);
+    const std::span<std::uint8_t> block =
+        std::span(goals_).subspan(written++ * (write_size_ + 1), write_size_ + 1);
     block[0] = ids_[i];
     const auto put = [&](ServoRole role, std::int64_t value) {
       const ServoRegister* const one = model.find(role);
@@ -344,8 +347,10 @@ bool ServoBus::write_goals(std::span<const ServoGoal> goals) {
     constexpr double kMaxSpeed = 32767;
     put(ServoRole::goal_velocity, clamped(goals[i].velocity / model.velocity_unit, 0, kMaxSpeed));
   }
+  if (written == 0) return !link_.is_lost();
   request_.clear();
-  codec_->add_sync_write(goals_, write_begin_, write_size_, request_);
+  codec_->add_sync_write(std::span(goals_).first(written * (write_size_ + 1)), write_begin_, write_size_,
+                         request_);
   return send();
 }
 

@@ -100,7 +100,7 @@ class DOPPEL_API ServoBus {
   // Voltage, temperature, current and errors of one servo, which change slowly: the next one of the cycle
   // at each call. False: it has not answered.
   bool read_health(std::span<ServoReading> readings);
-  // False: the link is lost.
+  // A goal without a position (NaN) is not written. False: the link is lost.
   bool write_goals(std::span<const ServoGoal> goals);
 
  private:

@@ -65,6 +65,27 @@ class RegisterGroup final : public ServoGroup {
     return out;
   }
 
+  Status release(std::size_t joint) override {
+    const JointServo& one = setup_.joints[joint];
+    // A watchdog that trips while no goals come would refuse that of the catch.
+    if (one.model->find(ServoRole::watchdog) != nullptr && !write(one, ServoRole::watchdog, 0))
+      return Status::refused(silent(one, "does not answer"));
+    if (!write(one, ServoRole::torque_enable, 0))
+      return Status::refused(silent(one, "does not confirm that its torque is off"));
+    return {};
+  }
+
+  // Not confirmed goals are not switched on: the servo would jump to the one from before the release.
+  std::optional<double> catch_joint(std::size_t joint) override {
+    const JointServo& one = setup_.joints[joint];
+    const auto present = bus_.read(one.id, *one.model->find(ServoRole::present_position));
+    if (!present || !write(one, ServoRole::goal_position, *present)) return std::nullopt;
+    if (!write(one, ServoRole::torque_enable, 1)) return std::nullopt;
+    if (one.model->find(ServoRole::watchdog) != nullptr)
+      static_cast<void>(write(one, ServoRole::watchdog, std::lround(setup_.watchdog / kWatchdogUnit)));
+    return one.model->angle(*present);
+  }
+
   bool set_torque(double share) override {
     bool all = true;
     for (const JointServo& one : setup_.joints) {

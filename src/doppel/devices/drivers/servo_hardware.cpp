@@ -10,6 +10,7 @@
 #include "doppel/control/hardware/hardware_registry.h"
 #include "doppel/control/hardware/nan.h"
 #include "doppel/devices/drivers/check_record.h"
+#include "doppel/devices/drivers/detail/release_watch.h"
 #include "doppel/devices/drivers/detail/servo_group.h"
 #include "doppel/devices/drivers/guard_report.h"
 #include "doppel/devices/drivers/pose_record.h"
@@ -30,7 +31,6 @@ constexpr double kTooHot = 70;                            // degrees Celsius
 constexpr double kParkReached = 0.02;                     // rad
 constexpr Duration kParkTime = std::chrono::seconds(20);  // on exit, at most
 constexpr Duration kParkPeriod{20'000'000};
-constexpr std::size_t kReported = 9;  // numbers of a joint in a report
 
 }  // namespace
 
@@ -99,6 +99,7 @@ Status ServoHardware::on_init(const HardwareInfo& info) {
   readings_.resize(setup_.joints.size());
   goals_.resize(setup_.joints.size());
   claimed_.assign(setup_.joints.size(), false);
+  release_ = std::make_unique<JointReleases>(setup_.joints.size());
   joint_events_ = std::vector<std::atomic<unsigned>>(setup_.joints.size());
   reported_ = std::make_unique<LatestCopy>(std::vector<double>(kReported * setup_.joints.size(), kNaN));
   return {};
@@ -220,12 +221,15 @@ Status ServoHardware::on_activate() {
   }
   lost_ = 0;
   stopped_ = parking_ = parked_ = false;
+  release_->joint.reset();
+  release_->waits.assign(release_->waits.size(), false);
   state_ = DriverState::holding;
   hold_all();
   return {};
 }
 
 Status ServoHardware::on_deactivate() {
+  catch_released();
   claimed_.assign(claimed_.size(), false);
   hold_all();
   if (setup_.at_deactivation == AtDeactivation::relax) {
@@ -257,6 +261,7 @@ Status ServoHardware::on_shutdown() {
 // In the thread that shuts down, without a loop around it. A person who does not want to wait
 // interrupts again.
 void ServoHardware::park_and_wait() {
+  catch_released();
   claimed_.assign(claimed_.size(), false);
   hold_all();
   parking_ = true;
@@ -295,9 +300,11 @@ void ServoHardware::record_parked_pose() const {
 Status ServoHardware::on_error() {
   claimed_.assign(claimed_.size(), false);
   if (link_ != nullptr && !link_->is_lost()) {
+    catch_released();
     hold_all();
     static_cast<void>(send_goals());
   }
+  release_->joint.reset();
   close();
   return {};
 }
@@ -315,6 +322,7 @@ void ServoHardware::perform_switch(std::span<const std::string> start, std::span
     const bool starts = std::ranges::find(start, name) != start.end();
     const bool stops = std::ranges::find(stop, name) != stop.end();
     if (starts || stops) claimed_[i] = starts;
+    if (starts) release_->waits[i] = false;
     if (stops && !starts) guards_[i].hold();
   }
 }
@@ -322,6 +330,7 @@ void ServoHardware::perform_switch(std::span<const std::string> start, std::span
 void ServoHardware::on_stop() {
   stopped_ = true;
   parking_ = false;
+  catch_released();
   hold_all();
   if (group_ != nullptr) static_cast<void>(send_goals());
 }
@@ -339,7 +348,7 @@ void ServoHardware::hold_all() {
 
 bool ServoHardware::send_goals() {
   for (std::size_t i = 0; i < goals_.size(); ++i)
-    goals_[i] = {setup_.joints[i].shaft(guards_[i].sent_goal()), 0};
+    goals_[i] = {release_->joint == i ? kNaN : setup_.joints[i].shaft(guards_[i].sent_goal()), 0};
   return group_->write(goals_);
 }
 
@@ -351,6 +360,7 @@ void ServoHardware::take_readings() {
       const double rate = servo.direction / servo.scale;
       guards_[i].take(servo.joint_position(reading.position), rate * reading.velocity, reading.load,
                       reading.when);
+      release_->positions[i].take(servo.joint_position(reading.position), reading.when);
     }
     guards_[i].take_temperature(reading.temperature);
   }
@@ -373,9 +383,11 @@ HardwareReturn ServoHardware::fail(std::string_view why) {
   return HardwareReturn::error;
 }
 
-HardwareReturn ServoHardware::read(Time /*now*/, Duration period, std::span<double> states) {
+HardwareReturn ServoHardware::read(Time when, Duration period, std::span<double> states) {
   const std::size_t fresh = group_->read(readings_);
   const Time now = link_->now();
+  release_->read_when = when;
+  release_->read_at = now;
   cycles_.fetch_add(1, std::memory_order_relaxed);
   lost_answers_.store(group_->counts().lost, std::memory_order_relaxed);
   damaged_.store(group_->counts().bad_checks, std::memory_order_relaxed);
@@ -390,6 +402,7 @@ HardwareReturn ServoHardware::read(Time /*now*/, Duration period, std::span<doub
   } else {
     note_loss();
   }
+  watch_release();
   fill_states(states);
   publish_report();
   if (to_seconds(now - whole_) > setup_.fault_after && state_ != DriverState::connected)
@@ -450,9 +463,11 @@ HardwareReturn ServoHardware::write(Time /*now*/, Duration period, std::span<con
   for (std::size_t i = 0; i < guards_.size(); ++i) {
     const bool follows =
         claimed_[i] && state_ != DriverState::degraded && !parking_ && setup_.joints[i].enabled;
-    const double command = follows ? commands[i] : kNaN;
+    const double command = follows ? followed(i, commands[i]) : kNaN;
     commanded = commanded || std::isfinite(command);
     if (!parking_) static_cast<void>(guards_[i].goal(command, period));
+    if (release_->joint == i) guards_[i].hold();
+    release_->goals[i].take(guards_[i].sent_goal(), link_->now());
     if (const unsigned events = guards_[i].take_events(); events != 0) joint_events_[i] |= events;
     if (!setup_.joints[i].enabled) guards_[i].hold();
   }
@@ -500,64 +515,10 @@ void ServoHardware::fill_states(std::span<double> states) const {
 
 // -- for people
 
-void ServoHardware::publish_report() {
-  const std::span<double> row = reported_->row();
-  for (std::size_t i = 0; i < readings_.size(); ++i) {
-    const ServoReading& one = readings_[i];
-    const std::array<double, kReported> values{
-        guards_[i].position(),
-        guards_[i].sent_goal(),
-        setup_.joints[i].direction * one.velocity / setup_.joints[i].scale,
-        one.load,
-        one.current,
-        one.voltage,
-        one.temperature,
-        to_seconds(link_->now() - one.when),
-        static_cast<double>(one.faults)};
-    std::ranges::copy(values, row.begin() + static_cast<std::ptrdiff_t>(i * kReported));
-  }
-  reported_->leave();
-}
-
-bool ServoHardware::report(DeviceReport& out) {
-  const DriverState now = state();
-  out.state = to_string(now);
-  if (gentle_ && now == DriverState::active) out.state = "gentle";
-  if (unconfirmed_) out.state = "unconfirmed";
-  out.port = setup_.port;
-  out.cycles = cycles_.load(std::memory_order_relaxed);
-  out.lost = lost_answers_.load(std::memory_order_relaxed);
-  out.damaged = damaged_.load(std::memory_order_relaxed);
-  out.joints.resize(setup_.joints.size());
-  const std::span<const double> row = reported_->newest();
-  for (std::size_t i = 0; i < out.joints.size(); ++i) {
-    const std::span<const double> values = row.subspan(i * kReported, kReported);
-    DeviceReport::Joint& joint = out.joints[i];
-    joint.name = setup_.joints[i].joint;
-    joint.id = setup_.joints[i].id;
-    joint.position = values[0];
-    joint.goal = values[1];
-    joint.velocity = values[2];
-    joint.load = values[3];
-    joint.current = values[4];
-    joint.voltage = values[5];
-    joint.temperature = values[6];
-    joint.age = values[7];
-    joint.believed = setup_.protocol == ServoProtocol::servo_line;
-    joint.faults.clear();
-    const auto faults = std::isfinite(values[8]) ? static_cast<unsigned>(values[8]) : 0U;
-    for (const ServoFault one :
-         {kVoltageFault, kSensorFault, kTemperatureFault, kCurrentFault, kOverloadFault, kMotorFault}) {
-      if ((faults & one) != 0)
-        joint.faults += (joint.faults.empty() ? "" : ", ") + std::string(fault_word(one));
-    }
-  }
-  return true;
-}
-
 void ServoHardware::attend() {
   for (std::size_t i = 0; i < joint_events_.size(); ++i)
     log_guard_events(joint_events_[i].exchange(0), setup_.component, setup_.joints[i].joint, *log_);
+  log_catch();
   const unsigned events = events_.exchange(0);
   if ((events & kDegraded) != 0)
     log_->warning(setup_.component,

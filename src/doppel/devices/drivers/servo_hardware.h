@@ -27,7 +27,8 @@
 
 namespace doppel {
 
-class ServoGroup;  // detail/servo_group.h
+class ServoGroup;      // detail/servo_group.h
+struct JointReleases;  // detail/release_watch.h
 
 enum class DriverState { disconnected, connected, holding, active, degraded, fault };
 [[nodiscard]] DOPPEL_API std::string_view to_string(DriverState state);
@@ -58,6 +59,7 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   HardwareReturn read(Time now, Duration period, std::span<double> states) override;
   HardwareReturn write(Time now, Duration period, std::span<const double> commands) override;
   Status relax() override;
+  Status release_joint(const JointRelease& release) override;
   Status confirm_pose(std::span<const std::pair<std::string, double>> positions) override;
   void attend() override;
   [[nodiscard]] bool report(DeviceReport& out) override;
@@ -67,6 +69,7 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   [[nodiscard]] DriverState state() const { return state_.load(); }
 
  private:
+  static constexpr std::size_t kReported = 12;  // numbers of a joint in a report
   enum class Quantity { position, velocity, effort, current, voltage, temperature, other };
   struct StateInterface {
     std::size_t joint = 0;
@@ -89,6 +92,14 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   void advance_torque(Duration period);
   bool watch_heat();
   void follow_park(Duration period);
+  // -- servo_hardware_release.cpp
+  [[nodiscard]] Status check_release(const JointRelease& release, std::size_t joint) const;
+  [[nodiscard]] Time loop_time() const;
+  void watch_release();
+  void catch_released();
+  [[nodiscard]] double followed(std::size_t joint, double command);
+  void log_catch();
+
   void park_and_wait();
   void record_parked_pose() const;
   void fill_states(std::span<double> states) const;
@@ -116,7 +127,9 @@ class DOPPEL_API ServoHardware : public HardwareComponent {
   Time whole_{};  // of the link's clock: the last cycle with all answers
   double torque_ = 0, torque_set_ = 0;
   bool stopped_ = false, parking_ = false, parked_ = false;
-  std::array<char, 160> why_{};  // of the last failure
+  std::unique_ptr<JointReleases> release_;
+  std::atomic<unsigned> caught_{0};  // joint and reason of a catch that is not logged yet
+  std::array<char, 160> why_{};      // of the last failure
   std::atomic<std::uint64_t> cycles_{0}, lost_answers_{0}, damaged_{0};
   std::vector<std::atomic<unsigned>> joint_events_;
   std::atomic<unsigned> events_{0};

@@ -49,9 +49,24 @@ Status EmulatedHardware::on_deactivate() {
   return ServoHardware::on_deactivate();
 }
 
+Status EmulatedHardware::on_error() {
+  follow_time();
+  return ServoHardware::on_error();
+}
+
+void EmulatedHardware::on_stop() {
+  follow_time();
+  ServoHardware::on_stop();
+}
+
 Status EmulatedHardware::relax() {
   follow_time();
   return ServoHardware::relax();
+}
+
+Status EmulatedHardware::release_joint(const JointRelease& release) {
+  follow_time();
+  return ServoHardware::release_joint(release);
 }
 
 Status EmulatedHardware::confirm_pose(std::span<const std::pair<std::string, double>> positions) {

@@ -27,7 +27,10 @@ class DOPPEL_API EmulatedHardware : public ServoHardware, public SteppedDevice {
   Status on_init(const HardwareInfo& info) override;
   Status on_activate() override;
   Status on_deactivate() override;
+  Status on_error() override;
+  void on_stop() override;
   Status relax() override;
+  Status release_joint(const JointRelease& release) override;
   Status confirm_pose(std::span<const std::pair<std::string, double>> positions) override;
   HardwareReturn read(Time now, Duration period, std::span<double> states) override;
   void attend() override;

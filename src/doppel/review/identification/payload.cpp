@@ -124,6 +124,9 @@ JointRecord joined_records(const std::vector<JointRecord>& records) {
       out.load.push_back(next.load[k]);
       out.inertia.push_back(next.inertia[k]);
     }
+    for (const ReleasedSpan& one : next.released)
+      out.released.push_back(
+          {begin + one.begin - zero, begin + one.end - zero, one.caught, begin + one.follows - zero});
     out.yielding = std::max(out.yielding, next.yielding);
   }
   return out;

@@ -9,15 +9,18 @@
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/base/core/time.h"
+#include "doppel/control/hardware/hardware.h"
 #include "doppel/robot/kinematics/dynamics.h"
 #include "doppel/ros/messages/codec.h"
 #include "doppel/ros/messages/control_msgs.h"
+#include "doppel/ros/messages/doppel_msgs.h"
 #include "doppel/ros/messages/sensor_msgs.h"
 
 namespace doppel {
 namespace {
 
 using ControllerState = control_msgs::msg::JointTrajectoryControllerState;
+using doppel_msgs::msg::Devices;
 using sensor_msgs::msg::JointState;
 
 constexpr double kQuiet = 1.0;        // s, of rest before and behind the motion
@@ -50,6 +53,18 @@ void add_samples(std::map<std::string, PositionCurve>& curves, double time,
 double time_of(const builtin_interfaces::msg::Time& stamp, std::uint64_t log_time) {
   const double time = to_seconds(from_msg(stamp));
   return time > 0 ? time : 1e-9 * static_cast<double>(log_time);
+}
+
+// From the first report behind the end of each: the goal is where the joint was caught.
+void add_releases(const Devices& devices, std::map<std::string, std::vector<RecordedRelease>>& out) {
+  for (const doppel_msgs::msg::Device& device : devices.devices) {
+    for (const doppel_msgs::msg::DeviceJoint& joint : device.joints) {
+      const double off = to_seconds(from_msg(joint.torque_off)), on = to_seconds(from_msg(joint.torque_on));
+      if (joint.released || !(on > off) || !(off > 0)) continue;
+      std::vector<RecordedRelease>& ended = out[std::string(joint.name)];
+      if (ended.empty() || ended.back().torque_off < off) ended.push_back({off, on, joint.goal});
+    }
+  }
 }
 
 double value_at(const std::vector<double>& times, const std::vector<double>& values, double time) {
@@ -224,7 +239,10 @@ bool is_moved(const ModelJoint& joint, const PositionCurve& command) {
 
 RecordedMotion read_recorded_motion(BagReader& bag) {
   RecordedMotion out;
-  bag.seek(0, UINT64_MAX, {.types = {std::string(JointState::kType), std::string(ControllerState::kType)}});
+  bag.seek(0, UINT64_MAX,
+           {.types = {std::string(JointState::kType), std::string(ControllerState::kType),
+                      std::string(Devices::kType)}});
+  Devices devices;
   JointState joints;
   ControllerState controller;
   while (const auto message = bag.next()) {
@@ -236,6 +254,10 @@ RecordedMotion read_recorded_motion(BagReader& bag) {
                   has_output ? controller.output.positions : controller.reference.positions);
       continue;
     }
+    if (topic.type == Devices::kType) {
+      if (from_cdr(message->data, devices)) add_releases(devices, out.released);
+      continue;
+    }
     const bool commands = topic.name.ends_with("joint_commands") || topic.name.ends_with("joint_command");
     if ((!commands && !topic.name.ends_with("joint_states")) || !from_cdr(message->data, joints)) continue;
     add_samples(commands ? out.commanded : out.measured, time_of(joints.header.stamp, message->log_time),
@@ -245,6 +267,25 @@ RecordedMotion read_recorded_motion(BagReader& bag) {
   }
   return out;
 }
+
+namespace {
+
+// A driver follows commands again from the first one that is near to where the joint was caught (kRejoin).
+void add_spans(const std::vector<RecordedRelease>& releases, double zero, JointRecord& record) {
+  const std::vector<double>& t = record.command_time;
+  for (const RecordedRelease& one : releases) {
+    ReleasedSpan span{one.torque_off - zero, one.torque_on - zero, one.caught, record.time.back()};
+    if (span.begin < record.time.front() || span.end > record.time.back()) continue;
+    for (std::size_t k = 1; k < t.size(); ++k) {
+      if (t[k] <= span.end || std::abs(record.command[k] - one.caught) > kRejoin) continue;
+      span.follows = t[k - 1];
+      break;
+    }
+    record.released.push_back(span);
+  }
+}
+
+}  // namespace
 
 JointRecord joint_record(const Model& model, const std::string& joint, const RecordedMotion& motion,
                          const Eigen::Vector3d& gravity) {
@@ -274,6 +315,9 @@ JointRecord joint_record(const Model& model, const std::string& joint, const Rec
     if (out.time.size() % kYieldingPeriod == 1)
       out.yielding = std::max(out.yielding, robot.yielding_of(index, measured.time[i]));
   }
+  if (const auto released = motion.released.find(joint);
+      released != motion.released.end() && !out.time.empty())
+    add_spans(released->second, span.begin, out);
   return out;
 }
 

@@ -20,15 +20,22 @@ struct PositionCurve {
   std::vector<double> position;  // rad or m; of an effort N m or N
 };
 
+// A short release of the joint's torque, see JointRelease; the same clock as that of the curves.
+struct RecordedRelease {
+  double torque_off = 0, torque_on = 0;  // s
+  double caught = 0;                     // rad or m
+};
+
 struct RecordedMotion {
-  std::map<std::string, PositionCurve> commanded, measured;  // by joint
-  std::map<std::string, PositionCurve> efforts;              // those of joint_states
+  std::map<std::string, PositionCurve> commanded, measured;           // by joint
+  std::map<std::string, PositionCurve> efforts;                       // those of joint_states
+  std::map<std::string, std::vector<RecordedRelease>> released = {};  // ended ones, by joint
 };
 
 // Measured: sensor_msgs/msg/JointState of topics joint_states. Commanded: the outputs, else the references,
 // of control_msgs/msg/JointTrajectoryControllerState, and sensor_msgs/msg/JointState of topics whose name
-// ends with joint_command or joint_commands. Times are those of the headers' stamps, or of the recording
-// where a stamp is zero.
+// ends with joint_command or joint_commands. Released: doppel_msgs/msg/Devices. Times are those of the
+// headers' stamps, or of the recording where a stamp is zero.
 DOPPEL_API RecordedMotion read_recorded_motion(BagReader& bag);
 
 // False: the command stays, but for what a controller corrects when it takes joints over.

@@ -31,8 +31,8 @@ constexpr double kNormal = 1.96;         // of a 95 % interval
 // Half the interval over sigma. The estimate of the long-run covariance is biased low: with kNormal,
 // intervals of drawn servos contained the truth in 85 % of the cases (bench/identify.cpp).
 constexpr double kCoverage = 1.4 * kNormal;
-constexpr double kMaxYielding = 0.1;  // of the whole inertia, up to which an effort limit is identified
-constexpr std::size_t kMinSamples = 500;
+constexpr double kMaxYielding = 0.1;   // of the whole inertia, up to which an effort limit is identified
+constexpr double kLowerEffort = 0.75;  // of the largest effort, a start below a limit that does not act
 
 std::size_t index_of(Quantity quantity) {
   return static_cast<std::size_t>(quantity);
@@ -96,6 +96,7 @@ class Fitter {
   void widen(ServoFit& out) const;
   void judge(ServoFit& out, const ServoValues& values);
   void judge_residuals(ServoFit& out) const;
+  [[nodiscard]] bool is_one_number(const ServoFit& fit, Quantity quantity) const;
   [[nodiscard]] double scale_information(const ServoValues& values, double inertia);
   void name_problems(ServoFit& out, const std::vector<Quantity>& free, const ServoValues& values,
                      const Eigen::MatrixXd& covariance, double noise);
@@ -349,12 +350,25 @@ void Fitter::judge_residuals(ServoFit& out) const {
 
 constexpr const char* kScaleFix =
     "lay the arm down, or record it a second time with a known weight (--payload 200g) and fit both";
+constexpr const char* kOneNumber =
+    "not identifiable alone, because drive damping and viscous friction are one number in this motion: "
+    "record a "
+    "release of the torque (doppel identify plan and record --plan)";
 constexpr const char* kYields = "not identifiable, because the other joints yield in fast motions";
 
 // `lost`: what the inertia is smaller by where the other joints yield.
 bool is_hidden(Quantity quantity, double lost, double inertia, double armature) {
   if (quantity == Quantity::effort) return lost > kMaxYielding * (inertia + armature);
   return quantity == Quantity::armature && lost > kIdentified * armature;
+}
+
+// Only while the torque is off one of them acts without the other.
+bool Fitter::is_one_number(const ServoFit& fit, Quantity quantity) const {
+  if (!record_.released.empty()) return false;
+  if (quantity != Quantity::damping && quantity != Quantity::viscous) return false;
+  return std::ranges::any_of(fit.correlated, [](const CorrelatedPair& pair) {
+    return pair.a == Quantity::damping && pair.b == Quantity::viscous;
+  });
 }
 
 // The information about the logarithm of the scale, by one difference of the whole direction: the sum of the
@@ -432,6 +446,8 @@ void Fitter::name_problems(ServoFit& out, const std::vector<Quantity>& free, con
                                   kScaleFix);
     } else if (is_hidden(quantity, lost, inertia, armature)) {
       value.problem = fmt::format("{}, by {:.0f} % of the inertia", kYields, 100 * record_.yielding);
+    } else if (is_one_number(out, quantity)) {
+      value.problem = kOneNumber;
     } else if (half > kIdentified) {
       value.problem = fmt::format(
           "not identifiable, because the motion does not excite it: the interval is a factor of {:.3g}",
@@ -499,6 +515,19 @@ ServoValues Fitter::settled(const ServoValues& values, const std::vector<Quantit
   double best_cost = cost_of(best, all_);
   minima_ = {{best, best_cost}};
   if (free.size() < index_of(Quantity::friction)) return best;
+  const auto try_start = [&](const ServoValues& start) {
+    const ServoValues one = minimised(start, free, all_);
+    const double cost = cost_of(one, all_);
+    minima_.push_back({one, cost});
+    if (cost < best_cost) best_cost = cost, best = one;
+  };
+  // A limit that does not act has no gradient, although a lower one would fit better.
+  if (simulation_.effort_share() == 0) {
+    ServoValues start = best;
+    start[index_of(Quantity::effort)] =
+        std::max(kLowerEffort * simulation_.largest_effort(), kBounds[index_of(Quantity::effort)].low);
+    try_start(start);
+  }
   const ServoValues middle = best;
   for (const double factor : {0.3, 2.5}) {
     ServoValues start = middle;
@@ -509,10 +538,7 @@ ServoValues Fitter::settled(const ServoValues& values, const std::vector<Quantit
     double& delay = start[index_of(Quantity::delay)];
     delay = std::clamp(delay - added / start[index_of(Quantity::stiffness)],
                        kBounds[index_of(Quantity::delay)].low, kBounds[index_of(Quantity::delay)].high);
-    const ServoValues one = minimised(start, free, all_);
-    const double cost = cost_of(one, all_);
-    minima_.push_back({one, cost});
-    if (cost < best_cost) best_cost = cost, best = one;
+    try_start(start);
   }
   return best;
 }
@@ -553,26 +579,7 @@ ServoFit Fitter::run() {
 }  // namespace
 
 ServoFit fit_servo(const JointRecord& record, const FitOptions& options) {
-  const std::size_t n = record.time.size();
-  if (n < kMinSamples || record.command_time.size() < 2) {
-    throw InputError("identify.too_short", {},
-                     fmt::format("the recording has {} samples of the joint; a fit needs {}", n, kMinSamples),
-                     "record a motion of at least 20 s at 100 Hz");
-  }
-  const bool even = record.position.size() == n && record.load.size() == n && record.inertia.size() == n &&
-                    record.command.size() == record.command_time.size();
-  const auto rises = [](const std::vector<double>& t) {
-    return std::ranges::adjacent_find(t, std::greater_equal<>()) == t.end();
-  };
-  if (!even || !rises(record.time) || !rises(record.command_time)) {
-    throw InputError("identify.times", {}, "the times of the recording do not rise, or values are missing",
-                     "remove repeated samples");
-  }
-  const auto [least, most] = std::ranges::minmax(record.command);
-  if (!(most - least > 0)) {
-    throw InputError("identify.no_motion", {}, "the command of the joint does not change",
-                     "record a motion of the joint");
-  }
+  identification_detail::check_record(record);
   Fitter fitter(record, options);
   return fitter.run();
 }

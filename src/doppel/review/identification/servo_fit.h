@@ -41,6 +41,14 @@ enum class FrictionRung { none, coulomb, stribeck, load, backlash };
 inline constexpr int kFrictionRungs = 5;
 DOPPEL_API std::string_view name_of(FrictionRung rung);  // "M0" ...
 
+// The torque of the servo is off from `begin` to `end`, and its damping with it. Then it holds where it
+// was caught, until it follows the commands again.
+struct ReleasedSpan {
+  double begin = 0, end = 0;  // s
+  double caught = 0;          // rad or m
+  double follows = 0;         // s, of the first command that it follows
+};
+
 // Samples of one joint at rising times. Load and inertia are those of the links along the measured motion:
 // `load` is what the drive has to exert beside inertia * acceleration (gravity, other joints' motion).
 struct JointRecord {
@@ -53,6 +61,7 @@ struct JointRecord {
   // Share by which the inertia is smaller in the first moment of a motion, in which the other joints yield;
   // their motion within a sample is not in `load`.
   double yielding = 0;
+  std::vector<ReleasedSpan> released = {};  // rising, apart from each other
 };
 
 struct FitOptions {

@@ -30,6 +30,8 @@ struct ServoSimulation::State {
   double spread = 0, spread_end = 0;      // rad/s while a stream's target is approached, until this time
   double tau = 0, shift = 0;              // effort, and the output's shift
   double at_velocity = 0, at_effort = 0;  // s
+  double largest = 0;                     // N m or N
+  double follows = -1e300;                // s, of the first command behind a release that it follows
 };
 
 // The ends of the steps. Steps are short for a while after each jump of the command; that depends on the
@@ -45,13 +47,22 @@ void ServoSimulation::divide_time() {
   }
   double fine_until = t.front();
   std::size_t k = 0;
+  auto span = record_.released.begin();
   for (double now = t.front(); now < t.back();) {
+    while (span != record_.released.end() && span->end <= now + kSameTime) {
+      fine_until = std::max(fine_until, span->end + kTransient);
+      ++span;
+    }
+    const bool left = span != record_.released.end();
+    const bool off = left && span->begin <= now + kSameTime;
+    const double edge = !left ? t.back() : off ? span->end : span->begin;
     for (; k + 1 < u.size() && u[k] < now + kMaxStep; ++k) {
       const double speed = std::abs(record_.command[k + 1] - record_.command[k]) / (u[k + 1] - u[k]);
       if (speed > kJump * fastest) fine_until = u[k] + kTransient;
     }
-    now = std::min(now + (now < fine_until ? kFineStep : kMaxStep), t.back());
+    now = std::min({now + (now < fine_until ? kFineStep : kMaxStep), edge, t.back()});
     ends_.push_back(now);
+    released_.push_back(off ? static_cast<int>(span - record_.released.begin()) : -1);
   }
 }
 
@@ -126,6 +137,15 @@ void ServoSimulation::advance_part(const ServoValues& values, State& s, double n
   s.reference += way;
 }
 
+// The torque begins with the reference at the joint, and the place of the catch as its target.
+void ServoSimulation::catch_joint(State& s, const ReleasedSpan& span) const {
+  s.reference = s.q;
+  s.goal = span.caught;
+  s.spread = s.spread_end = 0;
+  s.share = kShareOfStep;
+  s.follows = span.follows;
+}
+
 // The mean of the reference and of its velocity over the step. A step of the command begins inside of a step
 // of the simulation, which is divided there.
 void ServoSimulation::advance_reference(const ServoValues& values, State& s, double begin, double end) {
@@ -138,7 +158,7 @@ void ServoSimulation::advance_reference(const ServoValues& values, State& s, dou
   while (now < end) {
     if (now >= t.front()) {
       while (command_ + 2 < t.size() && t[command_ + 1] <= now) ++command_;
-      if (now < t[command_ + 1]) aim(s);
+      if (now < t[command_ + 1] && now >= s.follows) aim(s);
     }
     const double corner = now < t.front() ? t.front() : t[command_ + 1];
     const double next = corner > now ? std::min(corner, end) : end;
@@ -167,11 +187,12 @@ void ServoSimulation::step(const ServoValues& values, State& s, std::size_t i) c
     const double x = s.v / value_of(values, ServoQuantity::stribeck);
     friction += x * x < 40 ? extra * std::exp(-x * x) : 0.0;
   }
-  const double spring = stiffness * (s.middle - s.q) + damping * s.velocity;
+  const bool on = released_[i] < 0;
+  const double spring = on ? stiffness * (s.middle - s.q) + damping * s.velocity : 0.0;
   const auto slowed = [friction](double force) {
     return std::copysign(std::max(std::abs(force) - friction, 0.0), force);
   };
-  const double drag = damping + 0.5 * stiffness * step_;
+  const double drag = on ? damping + 0.5 * stiffness * step_ : 0.0;
   double middle = slowed(momentum + spring) / (passive + drag);
   s.tau = spring - drag * middle;
   if (std::abs(s.tau) > effort) {
@@ -179,10 +200,12 @@ void ServoSimulation::step(const ServoValues& values, State& s, std::size_t i) c
     middle = slowed(momentum + s.tau) / passive;
     s.at_effort += step_;
   }
+  s.largest = std::max(s.largest, std::abs(s.tau));
   s.q += step_ * middle;
   const double after = middle == 0.0 ? 0.0 : 2.0 * middle - s.v;
   const double acceleration = (after - s.v) / step_;
   s.v = after;
+  if (!on) catch_joint(s, record_.released[static_cast<std::size_t>(released_[i])]);
   if (const double play = value_of(values, ServoQuantity::backlash); play > 0) {
     const double carried = load_[i] + inertia_[i] * acceleration;
     s.shift = -0.5 * play * std::clamp(carried / (kPlayTransition * effort), -1.0, 1.0);
@@ -216,6 +239,7 @@ void ServoSimulation::run(const ServoValues& values, std::vector<double>& out) {
   for (; k < t.size(); ++k) out[k] = before;
   velocity_share_ = s.at_velocity / (t.back() - t.front());
   effort_share_ = s.at_effort / (t.back() - t.front());
+  largest_effort_ = s.largest;
 }
 
 }  // namespace doppel::identification_detail

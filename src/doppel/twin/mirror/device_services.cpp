@@ -14,6 +14,7 @@ namespace {
 
 using doppel_msgs::srv::ConfirmPose;
 using doppel_msgs::srv::GuideJoint;
+using doppel_msgs::srv::ReleaseJoint;
 using std_srvs::srv::Trigger;
 
 template <class Response>
@@ -65,6 +66,13 @@ DeviceServices::DeviceServices(Node& node, TwinRobot& robot, std::vector<std::st
         respond(answer<ConfirmPose::Response>(
             robot_.controller_manager().confirm_pose(std::string(request.component), pose),
             "confirmed until the device loses its power"));
+      });
+  node.serve<ReleaseJoint>(
+      "~/hardware/release_joint", [this](const ReleaseJoint::Request& request, const auto& respond) {
+        respond(answer<ReleaseJoint::Response>(
+            robot_.controller_manager().release_joint(
+                {std::string(request.joint), request.duration, request.lower, request.upper, request.speed}),
+            "the torque is off, until the time is over or the joint leaves its interval"));
       });
   if (!guided) return;
   node.serve<GuideJoint>("~/hardware/guide", [this](const GuideJoint::Request& request, const auto& respond) {

@@ -5,7 +5,8 @@
 namespace doppel {
 namespace {
 
-void write(const DeviceReport::Joint& joint, doppel_msgs::msg::DeviceJoint& message) {
+void write(const DeviceReport::Joint& joint, const Bus& bus, doppel_msgs::msg::DeviceJoint& message) {
+  const auto stamp = [&](Time when) { return to_time_msg(when == Time{} ? when : bus.stamp(when)); };
   message.name = joint.name;
   message.id = joint.id;
   message.position = joint.position;
@@ -18,6 +19,9 @@ void write(const DeviceReport::Joint& joint, doppel_msgs::msg::DeviceJoint& mess
   message.age = joint.age;
   message.believed = joint.believed;
   message.faults = joint.faults;
+  message.released = joint.released;
+  message.torque_off = stamp(joint.torque_off);
+  message.torque_on = stamp(joint.torque_on);
 }
 
 }  // namespace
@@ -55,7 +59,8 @@ void RobotDevices::collect(const TwinRobot& robot) {
     device.lost = report_.lost;
     device.damaged = report_.damaged;
     device.joints.resize(report_.joints.size());
-    for (std::size_t j = 0; j < device.joints.size(); ++j) write(report_.joints[j], device.joints[j]);
+    for (std::size_t j = 0; j < device.joints.size(); ++j)
+      write(report_.joints[j], node_.bus(), device.joints[j]);
   }
   message_.devices.resize(count);
 }

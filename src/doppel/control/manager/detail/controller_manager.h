@@ -201,6 +201,7 @@ struct ControllerManager::Impl {
   Status set_hardware_state(const std::string& name, HardwareState target);
   Status without_drives(const std::string& name, const char* during,
                         const std::function<Status(HardwareComponent&)>& call);
+  Status release_joint(const JointRelease& release);
   Status pass_towards(ResourceTable::Component& component, HardwareState target);
   Status pass(ResourceTable::Component& component, HardwareState next, const char* participle,
               const std::function<Status()>& transition);

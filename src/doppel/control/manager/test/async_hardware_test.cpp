@@ -61,6 +61,12 @@ class RecordingHardware : public FakeHardware {
     std::unique_lock lock(mutex_);
     wrote_.wait(lock, [&] { return !written_.empty() && written_.back() == command; });
   }
+  Status release_joint(const JointRelease& release) override {
+    const std::lock_guard lock(mutex_);
+    released = release.joint;
+    return {};
+  }
+  std::string released;
   double present_position(const std::string& joint) {
     const std::lock_guard lock(mutex_);
     return position(joint);
@@ -157,6 +163,20 @@ TEST(AsyncHardware, ActivationWritesNoCommandFromBefore) {
   EXPECT_EQ(rig.manager->state("a/position"), 0.25) << "a state from before the activation";
   rig.run(3);
   EXPECT_THAT(rig.device->next_writes(5), Each(IsNan()));
+}
+
+TEST(AsyncHardware, ReleaseOfJointReachesActiveDeviceOnly) {
+  AsyncRig rig;
+  rig.command(1.0);
+  EXPECT_THAT(rig.manager->release_joint({"A", 1, 0, 1, 1}).why(), testing::HasSubstr("did you mean 'a'?"));
+  ASSERT_TRUE(rig.manager->release_joint({"a", 1, 0, 1, 1}).ok());
+  EXPECT_EQ(rig.device->released, "a");
+  rig.manager->stop("the test");
+  EXPECT_THAT(rig.manager->release_joint({"a", 1, 0, 1, 1}).why(), testing::HasSubstr("emergency stop"));
+  ASSERT_TRUE(rig.manager->reset_stop().ok());
+  ASSERT_TRUE(rig.manager->switch_controllers({}, Names{"left"}, Strictness::strict).ok());
+  rig.set_state("inactive");
+  EXPECT_THAT(rig.manager->release_joint({"a", 1, 0, 1, 1}).why(), testing::HasSubstr("is inactive"));
 }
 
 TEST(AsyncHardware, RecoveredDeviceWritesNoCommandFromBefore) {

@@ -3,6 +3,7 @@
 // shafts.
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -29,13 +30,18 @@ class ServoGroup {
   // True: a servo holds its joint already, as after a host that was killed. May wait for answers.
   virtual bool has_torque() = 0;
   virtual Status relax() = 0;  // all torque off
+  // The torque of one joint off; no goal is written to it until it is caught. Refused: not confirmed.
+  virtual Status release(std::size_t /*joint*/) { return Status::refused("its servo has no torque switch"); }
   // A share of the stall torque. False: a servo has not confirmed it.
   virtual bool set_torque(double share) = 0;
 
   // -- the cycle, without allocation
+  // The present position becomes the goal, and the torque is on again: the position (rad). nullopt: the
+  // servo has not confirmed it, and its torque may be off.
+  virtual std::optional<double> catch_joint(std::size_t /*joint*/) { return std::nullopt; }
   // How many readings are fresh.
   virtual std::size_t read(std::span<ServoReading> readings) = 0;
-  // False: the link is lost.
+  // A goal without a position (NaN) is not written. False: the link is lost.
   virtual bool write(std::span<const ServoGoal> goals) = 0;
 
   // Why the device does not follow although it answers; empty: it follows.

@@ -138,6 +138,8 @@ TEST(ServoLineDriver, ConfirmedArmStartsWhereItStands) {
   DeviceReport report;
   ASSERT_TRUE(bench.driver->report(report));
   EXPECT_TRUE(report.joints.front().believed);
+  EXPECT_THAT(bench.driver->release_joint({report.joints.front().name, 1, -1, 1, 1}).why(),
+              HasSubstr("its servo reports no positions"));
 }
 
 TEST(ServoLineDriver, SecondOpeningOfPortMovesNoServo) {

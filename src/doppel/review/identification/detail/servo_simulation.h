@@ -7,6 +7,9 @@
 
 namespace doppel::identification_detail {
 
+// Throws InputError: too few samples, times that do not rise, or no motion.
+void check_record(const JointRecord& record);
+
 class ServoSimulation {
  public:
   // The record outlives the simulation.
@@ -17,6 +20,7 @@ class ServoSimulation {
   // Shares of the time of the last run.
   [[nodiscard]] double velocity_share() const { return velocity_share_; }
   [[nodiscard]] double effort_share() const { return effort_share_; }
+  [[nodiscard]] double largest_effort() const { return largest_effort_; }  // N m or N, of the last run
 
  private:
   struct State;
@@ -25,15 +29,17 @@ class ServoSimulation {
   void aim(State& state) const;
   void advance_part(const ServoValues& values, State& state, double now, double time) const;
   void advance_reference(const ServoValues& values, State& state, double begin, double end);
+  void catch_joint(State& state, const ReleasedSpan& span) const;
   void step(const ServoValues& values, State& state, std::size_t index) const;
 
   const JointRecord& record_;
   double step_ = 0;                     // s, the present one
   std::vector<double> ends_;            // of the steps
   std::vector<double> load_, inertia_;  // at the middle of each step
+  std::vector<int> released_;           // of each step: the span in which it is off, or -1
   std::vector<double> spreads_;         // s, over which the way to the next sample of the command is spread
   std::size_t command_ = 0;             // the sample before the delayed time
-  double velocity_share_ = 0, effort_share_ = 0;
+  double velocity_share_ = 0, effort_share_ = 0, largest_effort_ = 0;
 };
 
 }  // namespace doppel::identification_detail

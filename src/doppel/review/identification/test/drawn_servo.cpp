@@ -15,6 +15,8 @@ constexpr double kStep = 2e-5;    // s
 constexpr double kPeriod = 0.01;  // s, of commands and samples
 constexpr std::size_t kCount = 5400;
 constexpr int kDrawnHarmonics = 5;
+constexpr double kLiftTime = 4, kLiftedAt = 1.5, kFreeAt = 2.5, kHeldTime = 0.4;  // s, in a lift and release
+constexpr double kMaxFallTime = 1.0, kMaxFall = 0.5, kMaxFallSpeed = 0.6;  // s, rad, of the speed limit
 
 class Random {
  public:
@@ -64,6 +66,16 @@ std::vector<double> commands(Random& random) {
   return out;
 }
 
+std::vector<double> small_steps() {
+  constexpr double kSmallStep = 0.05, kDwell = 1.5;
+  std::vector<double> out(kCount + 1, 0.0);
+  for (std::size_t i = 0; i < kCount; ++i) {
+    const auto count = static_cast<std::size_t>(static_cast<double>(i) * kPeriod / kDwell);
+    out[i] = count % 2 == 0 ? -kSmallStep : kSmallStep;
+  }
+  return out;
+}
+
 // The law of physics/contract/servo.h, written as it is described there.
 class Servo {
  public:
@@ -86,6 +98,18 @@ class Servo {
     since_ = 0;
   }
 
+  void release() { on_ = false; }
+  // The position is the goal.
+  void catch_joint(double position) {
+    on_ = true;
+    target_ = position;
+    reference_ = q;
+    share_ = 0.5;
+    since_ = 1;
+    spread_time_ = 0;
+  }
+  [[nodiscard]] bool is_on() const { return on_; }
+
   void step() {
     const double stiffness = of(Quantity::stiffness), damping = of(Quantity::damping);
     const double effort = of(Quantity::effort), ahead = effort / stiffness;
@@ -96,8 +120,9 @@ class Servo {
     const double rate = std::clamp((target_ - reference_) / kStep, -speed, speed);
     reference_ += rate * kStep;
     since_ += kStep;
-    const double tau =
+    const double drive =
         std::clamp(stiffness * (reference_ - q) + damping * (share_ * rate - v), -effort, effort);
+    const double tau = on_ ? drive : 0.0;
     const double load = servo_.gravity * std::sin(q + servo_.phase);
     double friction = of(Quantity::friction) + of(Quantity::load_factor) * std::abs(tau);
     if (of(Quantity::breakaway) > 0)
@@ -128,7 +153,62 @@ class Servo {
 
   const DrawnServo& servo_;
   double target_, reference_, share_ = 0.5, since_ = 1, load_ = 0;  // since_: s, the target's age
+  bool on_ = true;
   double spread_ = 0, spread_time_ = 0;  // rad/s while a stream's target is approached, and for how long
+};
+
+constexpr auto kLiftCount = static_cast<std::size_t>(kLiftTime / kPeriod + 0.5);
+constexpr auto kStepsPerPeriod = static_cast<std::size_t>(kPeriod / kStep + 0.5);
+
+// Behind the motion, period by period: the commands of the lift, the release and the catch.
+class LiftAndRelease {
+ public:
+  // The position with the larger moment of gravity.
+  static double lift_of(const DrawnServo& servo) {
+    constexpr double kLift = 0.9;
+    return std::abs(std::sin(servo.phase + kLift)) > std::abs(std::sin(servo.phase - kLift)) ? kLift : -kLift;
+  }
+  LiftAndRelease(const DrawnServo& servo, double lift)
+      : lift_(lift), fastest_(kMaxFallSpeed * servo.values[static_cast<std::size_t>(Quantity::velocity)]) {}
+
+  [[nodiscard]] bool follows(std::size_t sample, const Servo& motion) const {
+    return motion.is_on() && sample >= follows_;
+  }
+  void act(std::size_t period, Servo& motion, JointRecord& record) {
+    if (period < kCount) return;
+    const std::size_t in_lift = (period - kCount) % kLiftCount, begin = period - in_lift;
+    const double now = static_cast<double>(period) * kPeriod;
+    if (in_lift == 0) ramp(record.command, begin, record.command[begin]);
+    if (in_lift == static_cast<std::size_t>(kFreeAt / kPeriod)) {
+      motion.release();
+      record.released.push_back({now, now + kMaxFallTime, 0, 0});
+    }
+    if (motion.is_on()) return;
+    ReleasedSpan& span = record.released.back();
+    if (now < span.end - 1e-9 && std::abs(motion.q - lift_) < kMaxFall && std::abs(motion.v) < fastest_)
+      return;
+    const double caught = std::round(motion.q / kTick4096) * kTick4096;
+    motion.catch_joint(caught);
+    span.end = now;
+    span.caught = caught;
+    // The next lift begins there; before, the servo does not follow.
+    const std::size_t next = begin + kLiftCount;
+    span.follows = static_cast<double>(next) * kPeriod;
+    std::fill(record.command.begin() + static_cast<std::ptrdiff_t>(next), record.command.end(), caught);
+    follows_ = next;
+  }
+
+ private:
+  void ramp(std::vector<double>& command, std::size_t begin, double start) const {
+    const auto count = static_cast<std::size_t>((kLiftedAt - kHeldTime) / kPeriod);
+    const std::size_t held = begin + static_cast<std::size_t>(kHeldTime / kPeriod);
+    for (std::size_t i = begin; i < command.size(); ++i) {
+      const double share = i < held ? 0.0 : static_cast<double>(i - held) / static_cast<double>(count);
+      command[i] = start + std::min(share, 1.0) * (lift_ - start);
+    }
+  }
+  double lift_, fastest_;
+  std::size_t follows_ = 0;  // the command's sample
 };
 
 }  // namespace
@@ -173,30 +253,54 @@ DrawnServo draw_servo(std::uint64_t seed, FrictionRung rung) {
   return out;
 }
 
-JointRecord recording_of(const DrawnServo& servo) {
-  Random random(servo.seed + 1'000'000);
+namespace {
+
+JointRecord recording_along(std::vector<double> command, const DrawnServo& servo, int lifts, Random& random) {
   JointRecord out;
-  out.command = commands(random);
-  for (std::size_t i = 0; i <= kCount; ++i) out.command_time.push_back(static_cast<double>(i) * kPeriod);
-  for (std::size_t i = 0; i < kCount; ++i)
+  out.command = std::move(command);
+  const double lift = LiftAndRelease::lift_of(servo);
+  out.command.resize(kCount + 1 + static_cast<std::size_t>(lifts) * kLiftCount, lift);
+  const std::size_t count = out.command.size() - 1;
+  for (std::size_t i = 0; i <= count; ++i) out.command_time.push_back(static_cast<double>(i) * kPeriod);
+  for (std::size_t i = 0; i < count; ++i)
     out.time.push_back(static_cast<double>(i) * kPeriod + (i > 0 ? random.even(-1e-3, 1e-3) : 0.0));
   Servo motion(servo, out.command.front());
+  LiftAndRelease phase(servo, lift);
   const double delay = servo.values[static_cast<std::size_t>(Quantity::delay)];
   std::size_t target = 0;
-  for (std::size_t step = 0; out.position.size() < kCount; ++step) {
+  for (std::size_t step = 0; out.position.size() < count; ++step) {
     const double t = static_cast<double>(step) * kStep;
-    for (std::size_t next = out.position.size(); next < kCount && out.time[next] <= t; ++next) {
+    for (std::size_t next = out.position.size(); next < count && out.time[next] <= t; ++next) {
       const double q = motion.q + motion.v * random.even(-1e-4, 1e-4);
       out.position.push_back(std::round(q / kTick4096) * kTick4096);
       out.load.push_back(servo.gravity * std::sin(out.position.back() + servo.phase));
       out.inertia.push_back(servo.inertia);
     }
+    if (step % kStepsPerPeriod == 0) phase.act(step / kStepsPerPeriod, motion, out);
     // Streams reach each sample at its time, so that they begin a period before.
-    for (; target < kCount && t - delay >= static_cast<double>(target) * kPeriod - 1e-9; ++target)
-      motion.aim(out.command[target + 1]);
+    for (; target < count && t - delay >= static_cast<double>(target) * kPeriod - 1e-9; ++target) {
+      if (phase.follows(target, motion)) motion.aim(out.command[target + 1]);
+    }
     motion.step();
   }
   return out;
+}
+
+}  // namespace
+
+JointRecord recording_of(const DrawnServo& servo) {
+  return recording_with_releases(servo, 0);
+}
+
+JointRecord recording_with_releases(const DrawnServo& servo, int lifts) {
+  Random random(servo.seed + 1'000'000);
+  std::vector<double> motion = commands(random);
+  return recording_along(std::move(motion), servo, lifts, random);
+}
+
+JointRecord recording_of_steps(const DrawnServo& servo, int lifts) {
+  Random random(servo.seed + 1'000'000);
+  return recording_along(small_steps(), servo, lifts, random);
 }
 
 }  // namespace doppel

@@ -24,5 +24,10 @@ DrawnServo draw_servo(std::uint64_t seed, FrictionRung rung);
 // 30 s Fourier series, 12 s steps, 12 s triangle; commands at 100 Hz, positions rounded to ticks at times
 // that vary by 1 ms and are stamped with an error of 0.1 ms.
 JointRecord recording_of(const DrawnServo& servo);
+// The same motion, and behind it `lifts` times 4 s: the joint is lifted, rests, and its torque is off until
+// it has fallen by 0.5 rad, is at 60 % of its speed limit, or a second is over; it is caught where it is.
+JointRecord recording_with_releases(const DrawnServo& servo, int lifts);
+// Steps of 0.05 rad in place of the motion, at positions where the limits do not act.
+JointRecord recording_of_steps(const DrawnServo& servo, int lifts);
 
 }  // namespace doppel

@@ -73,6 +73,41 @@ TEST(ServoFit, VerticalAxisHasNoScale) {
   EXPECT_TRUE(fit[Quantity::velocity].problem.empty()) << "a speed has no scale of torque";
 }
 
+// A servo that follows small steps without its speed limit: D and V act as D + V, but for while it is off.
+TEST(ServoFit, ReleaseSeparatesDampingAndViscousFriction) {
+  DrawnServo servo = draw_servo(1, FrictionRung::coulomb);
+  servo.values[static_cast<std::size_t>(Quantity::velocity)] = 40;
+  servo.start[static_cast<std::size_t>(Quantity::velocity)] = 30;
+  const ServoFit without = fit_of(servo, recording_of_steps(servo, 0));
+  EXPECT_THAT(without[Quantity::damping].problem,
+              HasSubstr("drive damping and viscous friction are one number"));
+  EXPECT_EQ(without[Quantity::viscous].problem, without[Quantity::damping].problem);
+  EXPECT_FALSE(without.is_trusted(Quantity::damping));
+  const ServoFit fit = fit_of(servo, recording_of_steps(servo, 3));
+  EXPECT_LT(error_of(fit, servo, Quantity::damping), 0.1);
+  EXPECT_LT(error_of(fit, servo, Quantity::viscous), 0.1);
+  EXPECT_TRUE(fit.is_trusted(Quantity::damping));
+  EXPECT_TRUE(fit.is_trusted(Quantity::viscous));
+}
+
+// The whole motion with falls of 0.1 s: the interval of viscous friction is half as wide.
+TEST(ServoFit, ReleaseNarrowsIntervalOfViscousFriction) {
+  const DrawnServo servo = draw_servo(1, FrictionRung::coulomb);
+  const auto width = [](const FittedValue& value) { return std::log(value.high / value.low); };
+  const ServoFit without = fit_of(servo, recording_of(servo));
+  const ServoFit fit = fit_of(servo, recording_with_releases(servo, 3));
+  EXPECT_TRUE(fit.is_white);
+  EXPECT_LT(width(fit[Quantity::viscous]), 0.6 * width(without[Quantity::viscous]));
+  EXPECT_LT(error_of(fit, servo, Quantity::viscous), 0.05);
+}
+
+TEST(ServoFit, EffortLimitThatActsIsFoundFromTwiceItsValue) {
+  const DrawnServo servo = draw_servo(2, FrictionRung::coulomb);
+  const ServoFit fit = fit_of(servo, recording_with_releases(servo, 3));
+  EXPECT_LT(error_of(fit, servo, Quantity::effort), 0.02);
+  EXPECT_TRUE(fit.is_white);
+}
+
 TEST(ServoFit, LimitThatIsNotReachedIsNotIdentifiable) {
   const DrawnServo servo = draw_servo(1, FrictionRung::coulomb);
   const ServoFit fit = fit_of(servo, recording_of(servo));

@@ -4,6 +4,7 @@
 //   /doppel/hardware/release (std_srvs/srv/Trigger)   the torque of all joints off, for a hand
 //   /doppel/hardware/hold (std_srvs/srv/Trigger)      the devices active, where they are; after a release
 //                                                     with the controllers of before
+//   /doppel/hardware/release_joint (doppel_msgs/srv/ReleaseJoint)   of one joint, for a short time
 //   /doppel/hardware/confirm_pose (doppel_msgs/srv/ConfirmPose)
 //   /doppel/hardware/guide (doppel_msgs/srv/GuideJoint)      only with a hand at emulated devices
 
