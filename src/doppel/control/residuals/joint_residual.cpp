@@ -3,20 +3,21 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace doppel {
 namespace {
 
 constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-constexpr double kStep = 0.01;              // s, JointResidual::kPeriod
-constexpr std::uint64_t kSettling = 150;    // samples after a restart: the torque rises for a second
-constexpr std::size_t kRmsSamples = 200;    // 2 s
-constexpr int kWrongSamples = 30;           // 0.3 s above the threshold
-constexpr int kRightSamples = 100;          // 1 s below half of it ends an alarm
-constexpr std::size_t kCauseSamples = 100;  // 1 s
-constexpr double kMinJump = 0.04;           // rad or m in 20 ms, beyond the motion before and after it
+constexpr std::uint64_t kSettling = 150;  // samples after a restart: the torque rises for a second
+constexpr std::size_t kRmsSamples = 200;  // 2 s
+constexpr int kRightSamples = 100;        // 1 s without evidence ends an alarm
 constexpr std::size_t kJumpSamples = 9;
-constexpr int kCauseIsFixed = 100;  // samples after which the cause of an episode stays
+constexpr int kCauseIsFixed = 100;   // samples after which the cause of an episode stays
+constexpr int kMaxRepeats = 6;       // samples: a driver holds the joint after five lost answers
+constexpr std::size_t kLoadAge = 6;  // samples that a load is kept at most
+constexpr int kRatioLoads = 50, kNoiseLoads = 100;  // after which the ratio and the noise of loads are known
+constexpr double kSweeps = 200;                     // that the delay is a mean of: a minute
 // The delay is known from a motion of the twin (standard deviation), with the share of it that may remain as
 // error, and the contrast between the best and the worst delay.
 constexpr double kMinMotion = 0.02, kMaxRemainder = 0.25, kMinContrast = 1.5, kMinVariance = 1e-6;
@@ -27,37 +28,14 @@ double square(double x) {
 
 }  // namespace
 
-// Motions and loads of the last second, by the aligned twin.
-struct JointResidual::Motion {
-  double measured = 0, twin = 0;            // range, rad or m
-  double recent = 0, recent_twin = 0;       // the same of the last 0.3 s
-  double correlation = 0;                   // of the motions in 50 ms
-  double jump = 0;                          // rad or m, largest_jump()
-  double mean_error = 0, deviation = 0;     // of e in the last 0.3 s
-  double load = kNone, model_load = kNone;  // means of the last 0.2 s
-};
-
-std::string_view to_string(ResidualCause cause) {
-  switch (cause) {
-    case ResidualCause::none:
-      return "";
-    case ResidualCause::unknown:
-      return "unknown";
-    case ResidualCause::stall:
-      return "stall";
-    case ResidualCause::payload:
-      return "payload";
-    case ResidualCause::slipped_horn:
-      return "slipped horn";
-    case ResidualCause::lost_power:
-      return "lost power";
-    case ResidualCause::wrong_direction:
-      return "wrong direction";
-  }
-  return "";
-}
-
-JointResidual::JointResidual(const ResidualOptions& options) : options_(options), ring_(kRing) {
+// The noise before anything is learned: of the error so that |e| above the threshold is evidence at rest, and
+// 3 ms of delay; of loads 3 % of the stall torque, and a tenth of the load.
+JointResidual::JointResidual(const ResidualOptions& options)
+    : ring_(kRing),
+      noise_({.s = std::max(options.threshold / kAllowance, options.sigma),
+              .c = 0.003,
+              .least = std::max(options.threshold / 100, options.sigma)}),
+      load_noise_({.s = 0.03, .c = 0.1, .x = 0.2, .least = 0.01}) {
   delay_ = kNone;
   restart();
 }
@@ -68,8 +46,9 @@ void JointResidual::restart() {
   lag_ = 0;
   age_ = 0;
   error_ = kNone;
-  score_ = 0;
-  wrong_ = right_ = episode_ = 0;
+  delay_weight_ = 0;  // it may be another one
+  score_ = load_score_ = 0;
+  repeats_ = right_ = episode_ = 0;
   cause_ = ResidualCause::none;
 }
 
@@ -93,28 +72,39 @@ double JointResidual::difference() const {
 
 void JointResidual::add(const ResidualSample& sample) {
   if (!std::isfinite(sample.measured) || !std::isfinite(sample.twin)) return;
-  ring_[end_] = {sample.measured, sample.twin, 0, sample.load, sample.model_load};
+  ring_[end_] = {sample.measured, sample.twin, 0, sample.load, sample.model_load, false};
+  Row& row = ring_[end_];
   end_ = (end_ + 1) % kRing;
   filled_ = std::min(filled_ + 1, kRing);
   ++samples_;
-  error_ = difference();
-  ring_[(end_ + kRing - 1) % kRing].error = error_;
+  row.error = error_ = difference();
   advance_sweep();
-  learn_loads(sample);
   if (samples_ < kSettling || sample.held_back) {
-    score_ = 0;
-    wrong_ = 0;
+    score_ = load_score_ = 0;
     if (cause_ == ResidualCause::none) return;
   }
-  const bool wrong = is_wrong(std::abs(error_));
-  if (cause_ == ResidualCause::none) {
-    if (!wrong) return;
+  const bool wrong = is_wrong(error_);
+  if (cause_ != ResidualCause::none) {
+    follow_episode();
+  } else if (wrong) {
     ++alarms_;
     episode_ = right_ = 0;
     cause_ = likeliest_cause();
-  } else if (right_ >= kRightSamples) {
+  } else if (is_quiet()) {
+    row.quiet = true;
+    learn(sample);
+  }
+}
+
+bool JointResidual::is_wrong(double error) {
+  if (!is_repeated()) find_evidence(error);
+  return score_ > kDecision || load_score_ > kDecision || largest_jump(kJumpSamples) > kMinJump;
+}
+
+void JointResidual::follow_episode() {
+  if (right_ >= kRightSamples) {
     cause_ = ResidualCause::none;
-    score_ = 0;
+    score_ = load_score_ = 0;
   } else if (++episode_ < kCauseIsFixed) {
     // The first signs of one cause can be those of another: a stalled joint has not stood still for long.
     const ResidualCause now = likeliest_cause();
@@ -123,28 +113,92 @@ void JointResidual::add(const ResidualSample& sample) {
   }
 }
 
-// The loads of hardware and twin are shares of stall torques that may differ, and a gear has an efficiency.
-void JointResidual::learn_loads(const ResidualSample& sample) {
-  constexpr double kDecay = 1.0 / 3000;  // of a sample: 30 s
-  constexpr double kPrior = 0.02, kMinRatio = 0.3, kMaxRatio = 3;
-  if (cause_ != ResidualCause::none || wrong_ > 0 || samples_ < kSettling) return;
-  if (!std::isfinite(sample.load) || !std::isfinite(sample.model_load)) return;
-  load_products_ += std::abs(sample.load * sample.model_load) - kDecay * load_products_;
-  load_squares_ += square(sample.model_load) - kDecay * load_squares_;
-  load_ratio_ = std::clamp((kPrior + load_products_) / (kPrior + load_squares_), kMinRatio, kMaxRatio);
+// While something is wrong, e has other reasons than noise and delay.
+bool JointResidual::is_quiet() const {
+  return cause_ == ResidualCause::none && score_ <= 0 && load_score_ <= 0;
 }
 
-bool JointResidual::is_wrong(double error) {
-  const double limit = options_.sigma > 0 ? kAllowance * options_.sigma : options_.threshold / 2;
-  right_ = error < limit ? right_ + 1 : 0;
-  wrong_ = error > options_.threshold ? wrong_ + 1 : 0;
-  // A servo whose horn slips may have its shaft back at the goal before e has lasted.
-  if (filled_ > kJumpSamples && largest_jump(kJumpSamples) > std::max(kMinJump, kMaxScore * options_.sigma))
-    return true;
-  if (options_.sigma <= 0) return wrong_ >= kWrongSamples;
-  score_ = std::max(0.0, score_ + std::min(error / options_.sigma, kMaxScore) - kAllowance);
-  score_ = std::min(score_, 2 * kDecision);
-  return score_ > kDecision;
+// Where answers are lost, the reading stands still while the joint moves.
+bool JointResidual::is_repeated() {
+  repeats_ = filled_ > 1 && back(0).measured == back(1).measured ? repeats_ + 1 : 0;
+  if (repeats_ == 0 || repeats_ > kMaxRepeats) return false;
+  const double delay = std::isfinite(delay_) ? delay_ / kStep : 0;
+  return std::abs(twin_before(delay) - twin_before(delay + repeats_)) > sigma();
+}
+
+void JointResidual::find_evidence(double error) {
+  const auto add = [](double& score, double z, double allowance) {
+    score = std::clamp(score + std::min(z, kMaxScore) - allowance, 0.0, 2 * kDecision);
+  };
+  const double apart = error / noise_.sigma(speed(0));
+  add(score_, std::abs(apart), kAllowance);
+  bool right = std::abs(apart) < kAllowance;
+  if (loads_ >= kNoiseLoads && has_loads()) {
+    const double pushed = load_difference() / load_noise_.sigma(back(0).model_load);
+    const double both = std::abs(pushed - apart) / std::numbers::sqrt2;
+    add(load_score_, both, kLoadAllowance);
+    right = right && both < kLoadAllowance;
+  }
+  right_ = right ? right_ + 1 : 0;
+}
+
+bool JointResidual::has_loads() const {
+  return std::isfinite(back(0).load) && std::isfinite(back(0).model_load);
+}
+
+// The loads of hardware and twin are shares of stall torques that may differ, a gear has an efficiency, and
+// the sign of the measured load is that of the shaft. The result is in the direction of the joint.
+double JointResidual::load_difference() const {
+  const double delay = std::isfinite(delay_) ? delay_ : kMaxDelay;
+  const std::size_t oldest = static_cast<std::size_t>(std::ceil(delay / kStep)) + kLoadAge;
+  double least = back(0).model_load, most = least;
+  for (std::size_t i = 1; i <= std::min(oldest, filled_ - 1); ++i) {
+    least = std::min(least, back(i).model_load);
+    most = std::max(most, back(i).model_load);
+  }
+  const double load = back(0).load / load_ratio_;
+  return std::abs(load_ratio_) * (load - std::clamp(load, least, most));
+}
+
+// The speed of the twin, with twice its change in 50 ms.
+double JointResidual::speed(std::size_t samples) const {
+  constexpr double kChange = 5, kWeight = 2;
+  const double age = static_cast<double>(samples) + (std::isfinite(delay_) ? delay_ / kStep : 0);
+  const auto velocity = [&](double begin) {
+    return (twin_before(begin) - twin_before(begin + 2)) / (2 * kStep);
+  };
+  return std::hypot(velocity(age), kWeight * (velocity(age) - velocity(age + kChange)));
+}
+
+// A reading that does not change says nothing new.
+void JointResidual::learn(const ResidualSample& sample) {
+  if (filled_ < 2) return;
+  if (std::isfinite(delay_) && back(0).measured != back(1).measured) noise_.learn(error_, speed(0));
+  if (has_loads() && back(0).load != back(1).load) learn_loads(sample);
+}
+
+void JointResidual::learn_loads(const ResidualSample& sample) {
+  constexpr double kDecay = 1.0 / 3000;  // of a load
+  constexpr double kPrior = 0.02, kMinRatio = 0.3, kMaxRatio = 3;
+  load_products_ += sample.load * sample.model_load - kDecay * load_products_;
+  load_squares_ += square(sample.model_load) - kDecay * load_squares_;
+  const double ratio = (kPrior + load_products_) / (kPrior + load_squares_);
+  load_ratio_ = std::copysign(std::clamp(std::abs(ratio), kMinRatio, kMaxRatio), ratio);
+  if (loads_ >= kRatioLoads) load_noise_.learn(load_difference(), sample.model_load);
+  loads_ = std::min(loads_ + 1, kNoiseLoads);
+}
+
+// When the delay is first known, the noise of the window that it was found in is too.
+void JointResidual::learn_window() {
+  for (std::size_t i = kWindow; i-- > 1;) {
+    if (!back(i).quiet || back(i).measured == back(i + 1).measured) continue;
+    const double age = static_cast<double>(i) + delay_ / kStep;
+    noise_.learn(back(i).measured - twin_before(age), speed(i));
+  }
+}
+
+double JointResidual::sigma() const {
+  return noise_.sigma(0);
 }
 
 double JointResidual::rms() const {
@@ -174,8 +228,7 @@ void JointResidual::advance_sweep() {
   ++age_;
   if (++lag_ < kLags) return;
   lag_ = 0;
-  // While something is wrong, e has other reasons than the delay.
-  if (cause_ == ResidualCause::none && wrong_ == 0) finish_sweep();
+  if (is_quiet()) finish_sweep();
 }
 
 void JointResidual::finish_sweep() {
@@ -190,88 +243,14 @@ void JointResidual::finish_sweep() {
     const double before = *(best - 1), after = *(best + 1), curvature = before - 2 * least + after;
     if (curvature > 0) lag += 0.5 * (before - after) / curvature;
   }
-  delay_ = kStep * lag;
-}
-
-// The largest motion in 20 ms that is neither one of the 20 ms before nor of those after it: a joint with a
-// mass does not stop or start like that. Where samples were late the reading stands still, and then catches
-// up with the twin: a jump that makes the error smaller is none.
-double JointResidual::largest_jump(std::size_t samples) const {
-  constexpr std::size_t kLength = 2;
-  double out = 0;
-  for (std::size_t i = kLength; i + 2 * kLength < samples; ++i) {
-    if (std::abs(back(i).error) <= std::abs(back(i + kLength).error)) continue;
-    const double step = back(i).measured - back(i + kLength).measured, sign = step < 0 ? -1 : 1;
-    const double after = sign * (back(i - kLength).measured - back(i).measured);
-    const double before = sign * (back(i + kLength).measured - back(i + 2 * kLength).measured);
-    out = std::max(out, sign * step - std::max({0.0, after, before}));
+  const double weight = (most - least) / (least + kMinVariance);
+  delay_weight_ += weight - delay_weight_ / kSweeps;
+  if (std::isfinite(delay_)) {
+    delay_ += weight / delay_weight_ * (kStep * lag - delay_);
+  } else {
+    delay_ = kStep * lag;
+    learn_window();
   }
-  return out;
-}
-
-JointResidual::Motion JointResidual::motion() const {
-  constexpr std::size_t kRecent = 30, kLoads = 20, kChange = 5;
-  Motion out;
-  const std::size_t n = std::min(kCauseSamples, filled_);
-  const std::size_t shift = std::isfinite(delay_) ? static_cast<std::size_t>(std::lround(delay_ / kStep)) : 0;
-  const auto twin = [&](std::size_t i) { return back(std::min(i + shift, filled_ - 1)).twin; };
-  double low = back(0).measured, high = low, twin_low = twin(0), twin_high = twin_low;
-  double products = 0, of_measured = 0, of_twin = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    low = std::min(low, back(i).measured);
-    high = std::max(high, back(i).measured);
-    twin_low = std::min(twin_low, twin(i));
-    twin_high = std::max(twin_high, twin(i));
-    if (i + 1 == std::min(kRecent, n)) {
-      out.recent = high - low;
-      out.recent_twin = twin_high - twin_low;
-    }
-    if (i + kChange >= n) continue;
-    const double a = back(i).measured - back(i + kChange).measured, b = twin(i) - twin(i + kChange);
-    products += a * b;
-    of_measured += a * a;
-    of_twin += b * b;
-  }
-  out.jump = largest_jump(n);
-  out.measured = high - low;
-  out.twin = twin_high - twin_low;
-  if (of_measured > 0 && of_twin > 0) out.correlation = products / std::sqrt(of_measured * of_twin);
-  double squares = 0;
-  const std::size_t recent = std::min(kRecent, n);
-  for (std::size_t i = 0; i < recent; ++i) {
-    out.mean_error += back(i).error / static_cast<double>(recent);
-    squares += square(back(i).error) / static_cast<double>(recent);
-  }
-  out.deviation = std::sqrt(std::max(0.0, squares - square(out.mean_error)));
-  const std::size_t loads = std::min(kLoads, n);
-  out.load = out.model_load = 0;
-  for (std::size_t i = 0; i < loads; ++i) {
-    out.load += back(i).load / static_cast<double>(loads);
-    out.model_load += back(i).model_load / static_cast<double>(loads);
-  }
-  return out;
-}
-
-ResidualCause JointResidual::likeliest_cause() const {
-  constexpr double kMoves = 0.05, kStill = 0.01, kNoLoad = 0.02, kExtraLoad = 0.03;
-  const Motion seen = motion();
-  const double load = std::abs(seen.load), model_load = load_ratio_ * std::abs(seen.model_load);
-  const bool has_loads = std::isfinite(load) && std::isfinite(model_load);
-  // When the twin has arrived, a joint that still stands where it was blocked looks like one with a payload.
-  if (cause_ == ResidualCause::stall && seen.measured < kStill) return ResidualCause::stall;
-  if (seen.recent > kMoves && seen.recent_twin > kMoves && seen.correlation < -0.5)
-    return ResidualCause::wrong_direction;
-  if (has_loads && load < kNoLoad && model_load > kNoLoad + kExtraLoad) return ResidualCause::lost_power;
-  if (seen.jump > kMinJump) return ResidualCause::slipped_horn;
-  if (seen.recent_twin > 2 * kStill && seen.recent < 0.3 * seen.recent_twin) return ResidualCause::stall;
-  // A joint that carries more than the twin gives way in the direction of the load. The sign of the measured
-  // load is that of the shaft, so that of the twin counts.
-  if (has_loads && load > model_load + kExtraLoad && seen.model_load * seen.mean_error <= 0)
-    return seen.recent < kStill && load > 0.8 && seen.twin > kMoves ? ResidualCause::stall
-                                                                    : ResidualCause::payload;
-  if (seen.deviation < 0.2 * std::abs(seen.mean_error) && (!has_loads || load < model_load + kExtraLoad))
-    return ResidualCause::slipped_horn;
-  return ResidualCause::unknown;
 }
 
 }  // namespace doppel

@@ -17,8 +17,6 @@ constexpr const char* kOrigin = "mirror";
 constexpr std::array kModes{"shadow", "follow", "off", "rehearse"};
 // The first signs of one cause can be those of another.
 constexpr Duration kCauseTime{250'000'000};
-// rad, m: resolution and times of a bus, which an identification's residuals are without.
-constexpr double kMinSigma = 0.005, kMinSlideSigma = 0.0005;
 
 std::string percent(double share) {
   return std::isfinite(share) ? fmt::format("{:.0f} %", 100 * std::abs(share)) : std::string("unknown");
@@ -26,9 +24,8 @@ std::string percent(double share) {
 
 // The sigma of a joint whose servo was identified; 0: it was not.
 double sigma_of(const std::vector<DescribedServo>& servos, const ModelJoint& joint) {
-  const double least = joint.type == JointType::prismatic ? kMinSlideSigma : kMinSigma;
   for (const DescribedServo& servo : servos) {
-    if (servo.joint == joint.name && servo.rms > 0.0) return std::max(*servo.rms, least);
+    if (servo.joint == joint.name && servo.rms > 0.0) return *servo.rms;
   }
   return 0;
 }
