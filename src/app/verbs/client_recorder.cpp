@@ -75,7 +75,10 @@ void ClientRecorder::run() {
     if (options_.look) options_.look();
     subscribe();
     Client::Received message;
-    if (client_.next(message, std::min(end, Clock::now() + kLook))) record(message);
+    if (client_.next(message, std::min(end, Clock::now() + kLook))) {
+      if (options_.take) options_.take(message);
+      record(message);
+    }
     if (Clock::now() >= flush) {
       writer_.sync();
       flush = Clock::now() + kFlush;

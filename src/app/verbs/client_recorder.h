@@ -29,6 +29,7 @@ struct ClientRecorderOptions {
   bool snapshot_mode = false;       // messages are written when snapshot() is called
   std::size_t snapshot_bytes = 0;   // of messages that wait for it
   std::function<void()> look = {};  // called about every 100 ms, and after each message
+  std::function<void(const Client::Received&)> take = {};  // called with each message
 };
 
 class ClientRecorder {

@@ -70,6 +70,11 @@ int run_plan(const PlanVerb& verb) {
         "{:.3g}\n",
         joint.joint, least.position, most.position, joint.path.back().time, 100 * joint.speed,
         100 * joint.effort, joint.condition);
+    if (const auto& release = joint.release)
+      print_line(
+          "  lifted to {:.3g} and released {} times: caught at {:.3g} or {:.3g}, at {:.3g} per s, or after "
+          "{:.2g} s\n",
+          release->lift, kReleases, release->lower, release->upper, release->speed, release->duration);
     seconds += joint.path.back().time;
   }
   for (const std::string& note : plan.notes) print_note("note: " + note);
@@ -107,8 +112,8 @@ void add_identify_plan(CLI::App& group, int& exit_code) {
   verb->footer(
       "Each joint moves alone: a slow triangle, steps, and five harmonics of 0.2 Hz whose coefficients have "
       "the\n"
-      "least condition number of those tried. doppel identify record --plan FILE plays it, 30 % slow at "
-      "first.\n"
+      "least condition number of those tried; then, where the fall is safe, lift and release with the torque "
+      "off.\ndoppel identify record --plan FILE plays it, 30 % slow at first.\n"
       "Examples:\n  doppel identify plan omarm_one\n"
       "  doppel identify plan omarm_one --joint \"Revolute 2\" --pose \"Revolute 3=90deg\" -o elbow.yaml\n"
       "See doppel man identification.md");

@@ -13,9 +13,9 @@
 #include "app/verbs/bag_verbs.h"
 #include "app/verbs/client_recorder.h"
 #include "app/verbs/controllers.h"
-#include "app/verbs/goals.h"
 #include "app/verbs/hardware_target.h"
 #include "app/verbs/identify.h"
+#include "app/verbs/identify_motions.h"
 #include "app/verbs/interruptible_work.h"
 #include "app/verbs/robot_watch.h"
 #include "app/verbs/shell.h"
@@ -32,7 +32,6 @@ namespace doppel::app {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-using Follow = control_msgs::action::FollowJointTrajectory;
 
 constexpr auto kHeldTime = std::chrono::seconds(2);
 
@@ -44,13 +43,6 @@ struct RecordVerb {
   PayloadWords payload;
   double seconds = kUsualExcitation;
   bool yes = false;
-};
-
-// A trajectory controller of positions, and where it holds its joints.
-struct Arm {
-  std::string node;  // "/omarm_arm_controller"
-  std::vector<std::string> joints;
-  Positions held;
 };
 
 std::vector<Arm> find_arms(Client& twin, const std::string& manager) {
@@ -122,13 +114,6 @@ void refuse_gentle(Client& twin, const std::string& topic, const std::vector<std
 
 // -- the motions
 
-struct Part {
-  const Arm* arm = nullptr;
-  std::string joint;
-  std::vector<Waypoint> path;
-  bool rehearsal = false;
-};
-
 ExcitationRange range_of(const RobotWatch& robot, const Arm& arm, const std::string& joint) {
   const ModelJoint* described = robot.find(joint);
   if (described == nullptr)
@@ -148,8 +133,22 @@ void add_parts(std::deque<Part>& parts, const RobotWatch& robot, const Arm& arm,
                     range.position, range.lower, range.upper, range.slides ? "m" : "rad"),
         fmt::format("doppel move \"{}={:.3g}\"", joint, middle));
   }
-  parts.push_back({&arm, joint, plan_rehearsal(range), true});
-  parts.push_back({&arm, joint, plan_excitation(range, seconds), false});
+  parts.push_back({&arm, joint, plan_rehearsal(range), true, {}, {}});
+  parts.push_back({&arm, joint, plan_excitation(range, seconds), false, {}, {}});
+}
+
+// Slowly to the lift and back; then, for each release, to the lift again.
+void add_releases(std::deque<Part>& parts, const Part& moved, const ModelJoint& joint,
+                  const PlannedRelease& release, double home) {
+  Part slowly{moved.arm, moved.joint, slow_path(joint, home, release.lift), true, {}, {}};
+  const double lifted = slowly.path.back().time;
+  for (const Waypoint& back : slow_path(joint, release.lift, home))
+    slowly.path.push_back({lifted + back.time, back.position});
+  parts.push_back(slowly);
+  for (int i = 0; i < kReleases; ++i)
+    parts.push_back(
+        {moved.arm, moved.joint, slow_path(joint, home, release.lift), false, release.lift, release});
+  parts.push_back({moved.arm, moved.joint, slow_path(joint, release.lift, home), false, home, {}});
 }
 
 constexpr double kPoseSlack = 0.05;  // rad or m, from the plan's pose
@@ -176,8 +175,10 @@ std::deque<Part> read_parts(const RobotWatch& robot, const std::vector<Arm>& arm
       const auto [least, most] = std::ranges::minmax(planned->path, {}, &Waypoint::position);
       range.position = pose->second;
       range.furthest = std::max(most.position - range.position, range.position - least.position);
-      out.push_back({&arm, joint, plan_rehearsal(range), true});
-      out.push_back({&arm, joint, planned->path, false});
+      out.push_back({&arm, joint, plan_rehearsal(range), true, {}, {}});
+      out.push_back({&arm, joint, planned->path, false, {}, {}});
+      if (planned->release)
+        add_releases(out, out.back(), *robot.find(joint), *planned->release, pose->second);
     }
   }
   if (!away.empty())
@@ -236,7 +237,7 @@ std::string question_of(const std::deque<Part>& parts, const RobotWatch& robot,
   double seconds = 0;
   for (const Part& part : parts) {
     seconds += part.path.back().time;
-    if (part.rehearsal) continue;
+    if (part.rehearsal || part.target) continue;
     const auto [least, most] = std::ranges::minmax(part.path, {}, &Waypoint::position);
     out += fmt::format("  {}: {:.3g} to {:.3g} {}\n", part.joint, least.position, most.position,
                        joint_unit(*robot.find(part.joint)));
@@ -247,70 +248,27 @@ std::string question_of(const std::deque<Part>& parts, const RobotWatch& robot,
       100 * kExcitationSpeed, seconds, out);
 }
 
-Bytes goal_of(const Part& part) {
-  Follow::Goal goal;
-  goal.trajectory.joint_names = part.arm->joints;
-  for (const Waypoint& waypoint : part.path) {
-    trajectory_msgs::msg::JointTrajectoryPoint point;
-    for (const std::string& joint : part.arm->joints)
-      point.positions.push_back(joint == part.joint ? waypoint.position : part.arm->held.at(joint));
-    point.time_from_start = to_duration_msg(from_seconds(waypoint.time));
-    goal.trajectory.points.push_back(std::move(point));
+// Empty: nothing is released.
+std::string release_question(const std::deque<Part>& parts, const RobotWatch& robot) {
+  std::string out;
+  std::string last;
+  for (const Part& part : parts) {
+    if (!part.release || part.joint == last) continue;
+    last = part.joint;
+    const std::string unit(joint_unit(*robot.find(part.joint)));
+    out += fmt::format(
+        "  {}: at {:.3g} {}, {} times for at most {:.2g} s; it falls, and is caught at {:.3g} or {:.3g} "
+        "{}\n",
+        part.joint, part.release->lift, unit, kReleases, part.release->duration, part.release->lower,
+        part.release->upper, unit);
   }
-  return to_cdr(goal);
+  if (out.empty()) return out;
+  return fmt::format(
+      "Then the torque of one joint at a time goes off, while the others hold:\n{}If this program or its "
+      "connection "
+      "ends, the driver catches the joint; if the driver ends, the joint falls.\nRelease them?",
+      out);
 }
-
-// Sends one goal after the other while the recorder runs; rehearsals are not recorded.
-class Motions {
- public:
-  Motions(Client& twin, std::deque<Part> parts) : twin_(twin), parts_(std::move(parts)) {}
-
-  void look(ClientRecorder& recorder) {
-    GoalOutcome outcome;
-    if (goal_ && !goal_->take_outcome(outcome)) return;
-    if (goal_) {
-      goal_.reset();
-      if (outcome.status != kSucceeded) {
-        problem_ = fmt::format("the motion of '{}' ended with {}{}{}", joint_, status_name(outcome.status),
-                               outcome.reason.empty() ? "" : ": ", outcome.reason);
-        parts_.clear();
-      }
-    }
-    if (parts_.empty()) return recorder.act(RecorderAction::stop);
-    start(recorder);
-  }
-
-  // Stops the arm where it is.
-  void cancel() {
-    if (!goal_) return;
-    goal_->cancel();
-    GoalOutcome outcome;
-    static_cast<void>(
-        twin_.wait_until([&] { return goal_->take_outcome(outcome); }, Clock::now() + kHeldTime));
-    goal_.reset();
-  }
-
-  [[nodiscard]] const std::string& problem() const { return problem_; }
-
- private:
-  void start(ClientRecorder& recorder) {
-    const Part part = std::move(parts_.front());
-    parts_.pop_front();
-    joint_ = part.joint;
-    recorder.act(part.rehearsal ? RecorderAction::pause : RecorderAction::resume);
-    if (isatty(STDERR_FILENO) != 0) print_note("");
-    print_note(fmt::format("{}: {} for {:.0f} s", part.joint,
-                           part.rehearsal ? "slowly over its range" : "triangle, steps and harmonics",
-                           part.path.back().time));
-    goal_.emplace(twin_, part.arm->node + "/follow_joint_trajectory", action_support<Follow>(),
-                  goal_of(part));
-  }
-
-  Client& twin_;
-  std::deque<Part> parts_;
-  std::optional<ActionGoal> goal_;
-  std::string joint_, problem_;
-};
 
 // -- the recording
 
@@ -385,10 +343,15 @@ int record_motions(Shell& shell, const RecordVerb& verb) {
   const std::optional<Payload> payload = carried_payload(robot, verb);
   ClientRecorderOptions options = motion_recording(verb, arms, manager, payload);
   if (!confirmed(question_of(parts, robot, payload), verb.yes)) return 1;
-  Motions motions(twin, std::move(parts));
+  const std::string question = release_question(parts, robot);
+  if (!question.empty() && !confirmed(question, verb.yes))
+    std::erase_if(parts, [](const Part& part) { return part.target.has_value(); });
+  Motions motions(twin, robot, expand_name("doppel/hardware", manager),
+                  expand_name("doppel/hardware/release_joint", manager), std::move(parts));
   for (const std::string& topic : options.topics.topics) twin.unsubscribe(topic);  // the recorder's now
   ClientRecorder* running = nullptr;
   options.look = [&] { motions.look(*running); };
+  options.take = [&](const Client::Received& message) { motions.take(message); };
   ClientRecorder recorder(twin, std::move(options));
   running = &recorder;
   Shell::catch_interrupts();

@@ -10,7 +10,9 @@
 #include <optional>
 
 #include "doppel/base/core/names.h"
+#include "doppel/control/hardware/hardware.h"
 #include "doppel/physics/contract/described_servo.h"
+#include "doppel/review/identification/detail/release_plan.h"
 #include "doppel/review/identification/detail/servo_simulation.h"
 #include "doppel/review/identification/recorded_motion.h"
 #include "doppel/robot/clearance/clearance.h"
@@ -241,10 +243,6 @@ class Planner {
                        "no joint is left: " + (out.notes.empty() ? "" : out.notes.front()),
                        "give another pose: --pose JOINT=POSITION");
     }
-    out.notes.emplace_back(
-        "lift and release is left out: one joint's torque cannot be switched off while a trajectory holds "
-        "the "
-        "others, so that the damping of the drive and viscous friction are told apart by the model alone");
     return out;
   }
 
@@ -262,6 +260,8 @@ class Planner {
   FourierSeries best_series(const ExcitationRange& range, const JointLoads& loads, const ServoValues& values,
                             double& condition) const;
   void plan_joint(const std::string& name, MotionPlan& out);
+  void add_release(const ModelJoint& joint, const ExcitationRange& range, const JointLoads& loads,
+                   PlannedJoint& planned, MotionPlan& out) const;
   [[nodiscard]] ServoValues values_of(const ModelJoint& joint, int index, const JointRecord& record) const;
 
   const Model& model_;
@@ -299,6 +299,28 @@ FourierSeries Planner::best_series(const ExcitationRange& range, const JointLoad
   return best;
 }
 
+// Within the span that is free of contacts, from the position to its furthest on either side.
+void Planner::add_release(const ModelJoint& joint, const ExcitationRange& range, const JointLoads& loads,
+                          PlannedJoint& planned, MotionPlan& out) const {
+  const double furthest = excitation_amplitude(range);
+  const double described = std::isfinite(joint.effort) ? kDefaultFriction * joint.effort : 0.0;
+  const identification_detail::FallingJoint falling{range.position - furthest,
+                                                    range.position + furthest,
+                                                    joint.velocity,
+                                                    joint.effort,
+                                                    joint.friction > 0 ? joint.friction : described,
+                                                    range.slides,
+                                                    [&loads](double q) { return loads.load(q); },
+                                                    [&loads](double q) { return loads.inertia(q); }};
+  PlannedRelease release;
+  const std::string problem = identification_detail::plan_release(falling, release);
+  if (problem.empty()) {
+    planned.release = release;
+  } else {
+    out.notes.push_back(fmt::format("'{}': lift and release is left out: {}", planned.joint, problem));
+  }
+}
+
 void Planner::plan_joint(const std::string& name, MotionPlan& out) {
   const int index = model_.find_joint(name);
   const ModelJoint& joint = joint_named(name);
@@ -324,6 +346,7 @@ void Planner::plan_joint(const std::string& name, MotionPlan& out) {
     planned.effort = effort_share(planned.path, loads, joint);
     planned.speed = speed_share(planned.path, joint);
     if (planned.effort <= kMaxEffort) {
+      add_release(joint, range, loads, planned, out);
       out.joints.push_back(std::move(planned));
       return;
     }
@@ -331,6 +354,13 @@ void Planner::plan_joint(const std::string& name, MotionPlan& out) {
                           100 * planned.effort, 100 * kMaxEffort);
   }
   out.notes.push_back(fmt::format("'{}' is left out: {}", name, problem));
+}
+
+bool is_within(const PlannedRelease& release, const ModelJoint& joint) {
+  const bool rises = joint.lower - kSlack <= release.lower && release.lower <= release.lift &&
+                     release.lift <= release.upper && release.upper <= joint.upper + kSlack;
+  return rises && release.speed > 0 && release.speed <= kExcitationSpeed * joint.velocity * (1 + 1e-3) &&
+         release.duration > 0 && release.duration <= kMaxRelease;
 }
 
 }  // namespace
@@ -364,6 +394,11 @@ void check_plan(const MotionPlan& plan, const Model& model, const std::string& f
       }
       time = point.time;
       position = point.position;
+    }
+    if (planned.release && !is_within(*planned.release, joint)) {
+      throw InputError("identify.plan", make_location(file),
+                       fmt::format("the release of '{}' leaves its limits", planned.joint),
+                       "a plan is not to be edited: doppel identify plan");
     }
   }
 }

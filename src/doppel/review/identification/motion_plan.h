@@ -19,11 +19,22 @@ namespace doppel {
 
 inline constexpr double kMaxEffort = 0.6;  // of the joint's effort limit: gravity and smooth motion
 
+// Lift and release: at rest at `lift` the torque of the joint goes off, kReleases times. It is on again at
+// an end of the interval, at `speed`, or after `duration`.
+struct PlannedRelease {
+  double lift = 0;              // rad or m
+  double lower = 0, upper = 0;  // rad or m
+  double speed = 0;             // rad/s or m/s
+  double duration = 0;          // s
+};
+inline constexpr int kReleases = 3;
+
 struct PlannedJoint {
   std::string joint;
   double condition = 0;          // of the Jacobian whose columns are scaled to one length, in the harmonics
   double speed = 0, effort = 0;  // shares of the limits; effort: of gravity and the harmonics
   std::vector<Waypoint> path;
+  std::optional<PlannedRelease> release = {};  // nullopt: left out, with a note
 };
 
 struct MotionPlan {

@@ -27,6 +27,9 @@ PlannedJoint read_joint(const YAML::Node& node) {
   out.effort = node["effort"].as<double>();
   for (const YAML::Node& point : node["path"])
     out.path.push_back({point[0].as<double>(), point[1].as<double>()});
+  if (const YAML::Node release = node["release"])
+    out.release = {release["lift"].as<double>(), release["lower"].as<double>(), release["upper"].as<double>(),
+                   release["speed"].as<double>(), release["duration"].as<double>()};
   return out;
 }
 
@@ -59,8 +62,14 @@ std::string to_yaml(const MotionPlan& plan) {
   for (const auto& [joint, position] : plan.pose) out += fmt::format("  {}: {}\n", quoted(joint), position);
   out += "joints:\n";
   for (const PlannedJoint& one : plan.joints) {
-    out += fmt::format("- joint: {}\n  condition: {:.4g}\n  speed: {:.3f}\n  effort: {:.3f}\n  path:\n",
+    out += fmt::format("- joint: {}\n  condition: {:.4g}\n  speed: {:.3f}\n  effort: {:.3f}\n",
                        quoted(one.joint), one.condition, one.speed, one.effort);
+    if (one.release)
+      out += fmt::format(
+          "  release: {{lift: {:.9g}, lower: {:.9g}, upper: {:.9g}, speed: {:.6g}, duration: {:.4g}}}\n",
+          one.release->lift, one.release->lower, one.release->upper, one.release->speed,
+          one.release->duration);
+    out += "  path:\n";
     for (const Waypoint& point : one.path)
       out += fmt::format("  - [{:.9g}, {:.9g}]\n", point.time, point.position);
   }

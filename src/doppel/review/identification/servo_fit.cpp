@@ -136,6 +136,8 @@ Fitter::Fitter(const JointRecord& record, const FitOptions& options)
     const double since = record.time[i] - record.time.front();
     if (since < kSettling) continue;
     all_[i] = 1;
+    // A fall under wrong values is wrong as a whole, and would lead the ladder astray.
+    if (identification_detail::is_in_release(record, record.time[i])) continue;
     // 7 of 10 blocks train; 3, 6 and 9 are held out.
     const auto block = static_cast<std::size_t>(since / kBlock) % 10;
     (block % 3 == 2 ? held_out_ : training_)[i] = 1;
@@ -307,9 +309,7 @@ void Fitter::climb(ServoFit& out, ServoValues& best) {
     const bool wins =
         out.ladder.empty() || (result.bic < best_bic - 10 && result.held_out_rms < best_held_out * 0.9995);
     out.ladder.push_back(result);
-    if (!wins) {
-      continue;
-    }
+    if (!wins) continue;
     best = values;
     best_bic = result.bic;
     best_held_out = result.held_out_rms;
@@ -526,6 +526,18 @@ ServoValues Fitter::settled(const ServoValues& values, const std::vector<Quantit
     ServoValues start = best;
     start[index_of(Quantity::effort)] =
         std::max(kLowerEffort * simulation_.largest_effort(), kBounds[index_of(Quantity::effort)].low);
+    try_start(start);
+  }
+  // Without the releases only the sum of both may be known.
+  if (!record_.released.empty()) {
+    ServoValues start = best;
+    const double viscous = options_.start[index_of(Quantity::viscous)];
+    const double sum = best[index_of(Quantity::damping)] + best[index_of(Quantity::viscous)];
+    start[index_of(Quantity::viscous)] = std::min(viscous, 0.9 * sum);
+    start[index_of(Quantity::damping)] = sum - start[index_of(Quantity::viscous)];
+    try_start(start);
+    // A limit that the other motions do not reach is anywhere.
+    start[index_of(Quantity::velocity)] = options_.start[index_of(Quantity::velocity)];
     try_start(start);
   }
   const ServoValues middle = best;

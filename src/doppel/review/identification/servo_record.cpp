@@ -36,4 +36,10 @@ void check_record(const JointRecord& record) {
   }
 }
 
+bool is_in_release(const JointRecord& record, double time) {
+  return std::ranges::any_of(record.released, [&](const ReleasedSpan& span) {
+    return time >= span.begin && time <= std::max(span.end, span.follows);
+  });
+}
+
 }  // namespace doppel::identification_detail

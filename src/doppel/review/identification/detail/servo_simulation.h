@@ -9,6 +9,8 @@ namespace doppel::identification_detail {
 
 // Throws InputError: too few samples, times that do not rise, or no motion.
 void check_record(const JointRecord& record);
+// From the torque's end until commands are followed again.
+bool is_in_release(const JointRecord& record, double time);
 
 class ServoSimulation {
  public:

@@ -66,7 +66,73 @@ TEST(MotionPlan, StaysWithinLimitsSpeedAndEffort) {
   EXPECT_TRUE(std::isfinite(plan.joints[0].condition));
   EXPECT_GT(plan.joints[0].condition, 1);
   EXPECT_NO_THROW(check_plan(plan, model_of(robot), "plan.yaml"));
-  EXPECT_THAT(plan.notes.back(), HasSubstr("lift and release is left out"));
+}
+
+// The bound of the plan, by a fall of the pendulum on its own: q'' = -g / l sin q, without friction.
+TEST(MotionPlan, FallWithoutFrictionIsCaughtWithinSpeedAndInterval) {
+  const MotionPlan plan = plan_of(pendulum());
+  ASSERT_TRUE(plan.joints.at(0).release.has_value());
+  const PlannedRelease& release = *plan.joints[0].release;
+  constexpr double kCycle = 0.01, kFallStep = 1e-4, kSeen = 3 * kCycle;  // s
+  double q = release.lift, v = 0, caught = -1;
+  for (double t = 0; caught < 0 || t < caught + kSeen; t += kFallStep) {
+    v -= kFallStep * 9.81 / 0.5 * std::sin(q);
+    q += kFallStep * v;
+    const bool over = q < release.lower || q > release.upper || std::abs(v) > release.speed;
+    if (caught < 0 && (over || t > release.duration)) caught = t;
+  }
+  EXPECT_GT(caught, 0.05);
+  EXPECT_GT(std::abs(q - release.lift), 0.05);
+  EXPECT_LE(std::abs(v), kExcitationSpeed * 4);
+  const auto [least, most] = range_of(plan);
+  EXPECT_GT(q, least);
+  EXPECT_LT(q, most);
+  EXPECT_LE(release.duration, 2.0);
+  EXPECT_LT(release.lower, release.lift - 0.02) << "room for the sag of the drive";
+  EXPECT_GT(release.upper, release.lift + 0.02);
+  EXPECT_GT(std::abs(9.81 * 0.5 * std::sin(release.lift)), 2.5 * 0.02 * 20)
+      << "it falls in spite of friction";
+}
+
+TEST(MotionPlan, ReleaseIsLeftOutWithItsReason) {
+  RobotDescription vertical = pendulum();
+  vertical.joints[0].axis = Eigen::Vector3d(0, 0, 1);
+  MotionPlan plan = plan_of(vertical);
+  EXPECT_FALSE(plan.joints.at(0).release.has_value());
+  EXPECT_THAT(plan.notes.back(), HasSubstr("'swing': lift and release is left out: gravity has no moment"));
+  RobotDescription stiff = pendulum();
+  stiff.joints[0].dynamics.emplace().friction = 5;
+  plan = plan_of(stiff);
+  EXPECT_FALSE(plan.joints.at(0).release.has_value());
+  EXPECT_THAT(plan.notes.back(), HasSubstr("so that it would not fall"));
+  RobotDescription slow = pendulum();
+  slow.joints[0].limits->velocity = 0.3;
+  plan = plan_of(slow);
+  EXPECT_FALSE(plan.joints.at(0).release.has_value());
+  EXPECT_THAT(plan.notes.back(), HasSubstr("of its speed limit"));
+}
+
+TEST(MotionPlan, EditedReleaseIsRefused) {
+  const RobotDescription robot = pendulum();
+  const auto rule_with = [&](double PlannedRelease::*what, double value) {
+    MotionPlan plan = plan_of(robot);
+    (*plan.joints.at(0).release).*what = value;
+    return rule_of([&] { check_plan(plan, model_of(robot), "plan.yaml"); });
+  };
+  EXPECT_EQ(rule_with(&PlannedRelease::lower, -1.1), "identify.plan");
+  EXPECT_EQ(rule_with(&PlannedRelease::speed, 3), "identify.plan");
+  EXPECT_EQ(rule_with(&PlannedRelease::duration, 2.5), "identify.plan");
+  EXPECT_EQ(rule_with(&PlannedRelease::lift, std::nan("")), "identify.plan");
+}
+
+TEST(MotionPlan, PlanWithoutReleaseIsValid) {
+  MotionPlan plan = plan_of(pendulum());
+  plan.joints[0].release.reset();
+  const auto file = std::filesystem::temp_directory_path() / "doppel_plan_without_release.yaml";
+  std::ofstream(file) << to_yaml(plan);
+  EXPECT_FALSE(read_motion_plan(file).joints.at(0).release.has_value());
+  EXPECT_NO_THROW(check_plan(read_motion_plan(file), model_of(pendulum()), file.string()));
+  std::filesystem::remove(file);
 }
 
 TEST(MotionPlan, SameArmGivesSamePlan) {
