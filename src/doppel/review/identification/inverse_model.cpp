@@ -37,6 +37,7 @@ constexpr double kIdentifiedShare = 0.35;  // of the value, half an interval of 
 constexpr double kLearned = 0.1;  // of the prior's sigma, below which the recording has said something
 constexpr double kNoLoss = 1e-6;  // N m ..., of a drive whose loss is described as 0
 constexpr int kMaxNamedTerms = 4;
+constexpr int kBodyRounds = 4;  // of weights by what the bodies leave
 
 const char* const kParameterNames[] = {"m", "m cx", "m cy", "m cz", "Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz"};
 const char* const kDriveNames[] = {"armature", "viscous", "friction"};
@@ -231,7 +232,8 @@ class Regression {
   [[nodiscard]] Estimate estimate(bool with_held_out) const;
   [[nodiscard]] Eigen::VectorXd residual_sigma(const Eigen::VectorXd& b, bool held_out, bool training) const;
   [[nodiscard]] Eigen::MatrixXd covariance(const Estimate& fit, double& inflation) const;
-  [[nodiscard]] Eigen::VectorXd bodies(const Estimate& fit, double inflation) const;
+  [[nodiscard]] Eigen::VectorXd weighted_bodies(const Estimate& fit, double inflation) const;
+  [[nodiscard]] Eigen::VectorXd bodies(const Estimate& fit, bool with_held_out, double inflation) const;
   void judge_base(const Estimate& fit, const Eigen::MatrixXd& C, InverseModel& out) const;
   void judge_errors(InverseModel& out) const;
   void name_bodies(const Eigen::VectorXd& fitted, InverseModel& out) const;
@@ -377,7 +379,8 @@ Eigen::MatrixXd Regression::covariance(const Estimate& fit, double& inflation) c
   return out;
 }
 
-Eigen::VectorXd Regression::bodies(const Estimate& fit, double inflation) const {
+// The bodies that efforts with these weights ask for.
+Eigen::VectorXd Regression::weighted_bodies(const Estimate& fit, double inflation) const {
   // The minimum of the efforts alone; directions without information do not count.
   Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> axes(fit.H);
   const double most = axes.eigenvalues().maxCoeff();
@@ -394,6 +397,21 @@ Eigen::VectorXd Regression::bodies(const Estimate& fit, double inflation) const 
     if (!(start[i] > 0)) start[i] = std::max(fitted, kind == 0 ? 1e-2 * kNoLoss : kNoLoss);
   }
   return identification_detail::nearest_bodies({base_.B, H, b}, start, static_cast<int>(space_.link_count()));
+}
+
+// Where no body has the combinations, as where efforts are sampled at one phase of the drive's cycle, what
+// remains of the efforts is larger than the combinations leave. The weights are those of that remainder:
+// with the smaller one, the search would go to absurd bodies for efforts that none can explain.
+Eigen::VectorXd Regression::bodies(const Estimate& fit, bool with_held_out, double inflation) const {
+  Eigen::VectorXd out = weighted_bodies(fit, inflation);
+  for (int round = 0; round < kBodyRounds; ++round) {
+    const Eigen::VectorXd sigma = residual_sigma(base_.B * out, with_held_out, true).cwiseMax(fit.sigma);
+    Estimate reweighted = solved(with_held_out, sigma);
+    reweighted.b = base_.B * out;
+    static_cast<void>(covariance(reweighted, inflation));
+    out = weighted_bodies(reweighted, inflation);
+  }
+  return out;
 }
 
 void Regression::judge_base(const Estimate& fit, const Eigen::MatrixXd& C, InverseModel& out) const {
@@ -419,7 +437,7 @@ void Regression::judge_errors(InverseModel& out) const {
   const Estimate training = estimate(false);
   double inflation = 1;
   static_cast<void>(covariance(training, inflation));
-  const Eigen::VectorXd physical = base_.B * bodies(training, inflation);
+  const Eigen::VectorXd physical = base_.B * bodies(training, false, inflation);
   const Eigen::VectorXd zero = Eigen::VectorXd::Zero(physical.size());
   const auto held_out = [&](const Eigen::VectorXd& b) { return residual_sigma(b, true, false); };
   const Eigen::VectorXd effort = held_out(zero), described = held_out(base_.B * described_),
@@ -475,7 +493,7 @@ InverseModel Regression::run() {
   const Eigen::MatrixXd C = covariance(fit, out.inflation);
   judge_base(fit, C, out);
   judge_errors(out);
-  name_bodies(bodies(fit, out.inflation), out);
+  name_bodies(bodies(fit, true, out.inflation), out);
   return out;
 }
 

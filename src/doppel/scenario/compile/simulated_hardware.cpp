@@ -225,6 +225,8 @@ bool SimulatedHardware::save(SavedSlot& slot) const {
   Saved& out = value_in<Saved>(slot);
   out.claimed.clear();
   for (const Interface& command : commands_) out.claimed.push_back(command.claimed);
+  out.efforts.clear();
+  for (const Interface& state : states_) out.efforts.push_back(state.effort);
   out.active = active_;
   out.stopped = stopped_;
   if (readings_) readings_->save(out.readings);
@@ -235,6 +237,8 @@ void SimulatedHardware::restore(const SavedPart& saved) {
   const Saved* const before = value_of<Saved>(&saved);
   if (before == nullptr || before->claimed.size() != commands_.size()) return;
   for (std::size_t i = 0; i < commands_.size(); ++i) commands_[i].claimed = before->claimed[i];
+  for (std::size_t i = 0; i < std::min(states_.size(), before->efforts.size()); ++i)
+    states_[i].effort = before->efforts[i];
   active_ = before->active;
   stopped_ = before->stopped;
   if (readings_ && before->readings) readings_->restore(*before->readings);
@@ -261,13 +265,26 @@ DriveMode SimulatedHardware::drive_of(int joint) const {
   return unclaimed_ == PassiveJoint::brake ? DriveMode::velocity : DriveMode::passive;
 }
 
+void SimulatedHardware::after_step() {
+  const auto effort = robot_.drive_effort();
+  for (Interface& state : states_) {
+    if (state.quantity != Quantity::effort) continue;
+    state.effort.sum += effort[static_cast<std::size_t>(state.joint)];
+    ++state.effort.steps;
+  }
+}
+
+void SimulatedHardware::forget_efforts() {
+  for (Interface& state : states_) state.effort = {};
+}
+
 HardwareReturn SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::span<double> states) {
   const auto q = robot_.q();
   const auto v = robot_.v();
   const auto effort = robot_.drive_effort();
   if (readings_) readings_->read(robot_.engine());
   for (std::size_t i = 0; i < states_.size(); ++i) {
-    const Interface& s = states_[i];
+    Interface& s = states_[i];
     const auto j = static_cast<std::size_t>(s.joint);
     switch (s.quantity) {
       case Quantity::sensor:
@@ -281,7 +298,8 @@ HardwareReturn SimulatedHardware::read(Time /*now*/, Duration /*period*/, std::s
         states[i] = v[static_cast<std::size_t>(robot_.model().joints[j].v)];
         break;
       case Quantity::effort:
-        states[i] = effort[j];
+        if (s.effort.steps > 0) s.effort = {0, 0, s.effort.sum / s.effort.steps};
+        states[i] = std::isfinite(s.effort.mean) ? s.effort.mean : effort[j];
         break;
       case Quantity::constant:
         break;

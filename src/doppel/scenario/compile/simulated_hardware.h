@@ -4,6 +4,7 @@
 // (position before velocity before effort); <param name="unclaimed"> sets the behaviour of an unclaimed
 // joint: free (the default), hold or brake.
 
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -34,16 +35,22 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
   void rebind(Instance robot);
   // The state was reset: it is that of the start for its sensors.
   void restart_sensors() {
+    forget_efforts();
     if (readings_) readings_->restart(robot_.engine());
   }
   // The state was written; its sensors keep their start and their noise.
   void state_written() {
+    forget_efforts();
     if (readings_) readings_->state_written();
   }
   // In the loop, before the step at whose end it is read.
   void before_step() {
     if (readings_) readings_->before_step(robot_.engine());
   }
+  // In the loop, after each step. The effort that is read is the mean of the steps since the last reading, as of a
+  // drive that filters its current: at each command a stiff drive's effort rises and decays within a few steps, so
+  // that one step of a cycle says little about the others.
+  void after_step();
   // In the loop: the values of its sensors as they were read, for the hash of the state.
   [[nodiscard]] const SensorReadings* readings() const { return readings_.get(); }
   [[nodiscard]] std::size_t sensor_count() const { return sensors_; }
@@ -68,16 +75,23 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
 
  private:
   enum class Quantity { position, velocity, effort, sensor, constant };
+  struct StepMean {
+    double sum = 0;  // over the steps since the last reading
+    int steps = 0;
+    double mean = std::numeric_limits<double>::quiet_NaN();  // of the last reading that had steps
+  };
   struct Interface {
     InterfaceDescription description;
     int joint = -1;
     Quantity quantity = Quantity::constant;
     bool claimed = false;     // command interfaces only
     SensorValue sensed = {};  // of Quantity::sensor
+    StepMean effort = {};     // of Quantity::effort
   };
   struct Saved {
     std::vector<bool> claimed;  // [commands]
     bool active = false, stopped = false;
+    std::vector<StepMean> efforts;  // [states]
     SavedSlot readings;
   };
   static Quantity quantity_of(const std::string& interface);
@@ -86,6 +100,7 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
   void bind_states();
   void add_part(const HardwareJointDescription& part);
   void choose_drives();
+  void forget_efforts();
   [[nodiscard]] DriveMode drive_of(int joint) const;
   [[nodiscard]] double nearest_turn(const Interface& command, double value) const;
 

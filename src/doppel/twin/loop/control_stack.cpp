@@ -531,6 +531,10 @@ void ControlStack::before_step() {
   for (SteppedDevice* const one : stepped_) one->before_step();
 }
 
+void ControlStack::after_step() {
+  for (const Simulated& one : simulated_) one.hardware->after_step();
+}
+
 std::uint64_t ControlStack::with_sensors(std::uint64_t hash) const {
   for (const Simulated& one : simulated_)
     for (std::size_t i = 0; i < one.hardware->sensor_count(); ++i)

@@ -108,6 +108,7 @@ class DOPPEL_API ControlStack {
 
   // -- in the loop
   void before_step();
+  void after_step();
   // `hash` with the present values of the sensors that controllers read.
   [[nodiscard]] std::uint64_t with_sensors(std::uint64_t hash) const;
 

@@ -279,6 +279,7 @@ bool TwinRobot::is_shadow() const {
 }
 
 void TwinRobot::after_step(Time now) {
+  if (!loop_) control_->after_step();
   ticks_.after_step(now);
   // The efforts are part of the hash, because a drive that pushes against a stop changes no position.
   history_.hash = mixed(mixed(mixed(history_.hash, instance_.q()), instance_.v()), instance_.drive_effort());

@@ -122,6 +122,55 @@ TEST_F(SimulatedHardwareTest, CommandMovesJointAndState) {
   EXPECT_GT(std::abs(states[2]), 0.5);  // it holds two kilograms at a horizontal distance
 }
 
+TEST_F(SimulatedHardwareTest, EffortIsMeanOfStepsSinceLastReading) {
+  hardware_.joints = {entry("j 1", {"position"})};
+  SimulatedHardware system = make();
+  system.perform_switch(std::vector<std::string>{"j 1/position"}, {});
+  std::vector<double> states(3);
+  static_cast<void>(system.write({}, {}, std::vector<double>{0.2}));
+  const auto j = static_cast<std::size_t>(arm_.model().find_joint("j 1"));
+  double largest = 0;  // difference between the mean and the last step
+  for (int cycle = 0; cycle < 20; ++cycle) {
+    double sum = 0;
+    for (int i = 0; i < 10; ++i) {
+      engine_->step();
+      system.after_step();
+      sum += arm_.drive_effort()[j];
+    }
+    largest = std::max(largest, std::abs(sum / 10 - arm_.drive_effort()[j]));
+    static_cast<void>(system.read({}, {}, states));
+    EXPECT_NEAR(states[2], sum / 10, 1e-12);
+    static_cast<void>(system.read({}, {}, states));  // at the same time
+    EXPECT_NEAR(states[2], sum / 10, 1e-12);
+  }
+  EXPECT_GT(largest, 0.01);
+}
+
+TEST_F(SimulatedHardwareTest, RestoredEffortContinuesAmongSteps) {
+  hardware_.joints = {entry("j 1", {"position"})};
+  SimulatedHardware system = make();
+  system.perform_switch(std::vector<std::string>{"j 1/position"}, {});
+  std::vector<double> first(3), second(3);
+  static_cast<void>(system.write({}, {}, std::vector<double>{0.2}));
+  const auto advance = [&](int steps) {
+    for (int i = 0; i < steps; ++i) {
+      engine_->step();
+      system.after_step();
+    }
+  };
+  advance(3);
+  SavedSlot slot;
+  ASSERT_TRUE(system.save(slot));
+  const auto saved = engine_->clone();
+  advance(4);
+  static_cast<void>(system.read({}, {}, first));
+  engine_->copy_state(*saved);
+  system.restore(*slot);
+  advance(4);
+  static_cast<void>(system.read({}, {}, second));
+  EXPECT_EQ(first, second);
+}
+
 TEST_F(SimulatedHardwareTest, UnclaimedJointFollowsDescription) {
   hardware_.joints = {entry("j 1", {"position"})};
   const int joint = model_->find_joint("j 1");
