@@ -214,6 +214,26 @@ TEST_F(MirrorTest, BlockedJointIsAlarmAndWarningOnce) {
   EXPECT_THAT(warnings_[0], HasSubstr("'lift' is not where its twin is"));
 }
 
+TEST_F(MirrorTest, ReleasedJointFallsWithoutAlarm) {
+  bring_up_both(MirrorMode::shadow);
+  live(2.5);
+  ASSERT_TRUE(go_until(-0.7, [&] { return std::abs(measured() + 0.7) < 0.02; })) << measured();
+  live(1.5);
+  listen("/doppel/mirror");
+  call("/doppel/hardware/release_joint", "doppel_msgs/srv/ReleaseJoint",
+       "{joint: lift, duration: 0.3, lower: -1.8, upper: 0.5, speed: 4.5}");
+  ASSERT_TRUE(live_until([&] { return measured() < -0.8; }, 5)) << measured();
+  live(1.5);
+  bool noted = false;
+  for (const Mirror& one : received<Mirror>("/doppel/mirror")) {
+    ASSERT_EQ(one.joints.size(), 1u);
+    EXPECT_EQ(one.joints[0].alarm, "");
+    noted = noted || one.joints[0].note.find("its torque is off") != std::string::npos;
+  }
+  EXPECT_TRUE(noted);
+  EXPECT_THAT(warnings_, testing::IsEmpty());
+}
+
 TEST_F(MirrorTest, FollowPutsTwinWhereArmIsAndChangesNoGoal) {
   bring_up_both(MirrorMode::follow);
   live(3.0);

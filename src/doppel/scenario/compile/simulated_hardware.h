@@ -47,9 +47,9 @@ class DOPPEL_API SimulatedHardware : public HardwareComponent {
   void before_step() {
     if (readings_) readings_->before_step(robot_.engine());
   }
-  // In the loop, after each step. The effort that is read is the mean of the steps since the last reading, as of a
-  // drive that filters its current: at each command a stiff drive's effort rises and decays within a few steps, so
-  // that one step of a cycle says little about the others.
+  // In the loop, after each step. The effort that is read is the mean of the steps since the last reading, as
+  // of a drive that filters its current: at each command a stiff drive's effort rises and decays within a few
+  // steps, so that one step of a cycle says little about the others.
   void after_step();
   // In the loop: the values of its sensors as they were read, for the hash of the state.
   [[nodiscard]] const SensorReadings* readings() const { return readings_.get(); }

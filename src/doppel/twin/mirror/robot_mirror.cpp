@@ -78,7 +78,7 @@ void RobotMirror::after_step(const TwinRobot& robot, Time now) {
     joint.model_load = joint.shadowed && std::isfinite(joint.effort) && joint.effort > 0
                            ? twin.drive_effort()[static_cast<std::size_t>(joint.joint)] / joint.effort
                            : kNaN;
-    if (!joint.shadowed || joint.believed) {
+    if (!joint.shadowed || joint.believed || joint.released) {
       joint.residual.restart();
       continue;
     }
@@ -103,6 +103,7 @@ void RobotMirror::look(const TwinRobot& robot, const RobotDevices& devices, Time
     joint.load = device != nullptr ? device->load : kNaN;
     joint.goal = device != nullptr ? device->goal : kNaN;
     joint.believed = device != nullptr && device->believed;
+    joint.released = device != nullptr && device->released;
     joint.held_back = is_held_back(robot, joint);
     log_alarm(joint, now, log);
   }
@@ -148,6 +149,7 @@ std::string RobotMirror::note(const Joint& joint) const {
   if (mode_ == MirrorMode::off) return "the twin gets no commands (mirror: off)";
   if (mode_ == MirrorMode::follow) return "the twin is put where the joint is (mirror: follow)";
   if (!joint.shadowed) return "no controller commands it: the twin follows the joint";
+  if (joint.released) return "its torque is off for a short time (/doppel/hardware/release_joint)";
   return joint.held_back ? "its driver moves it slower than commanded" : "";
 }
 

@@ -37,7 +37,7 @@ class RobotMirror {
     double measured_q = 0, twin_q = 0, model_load = 0;
     // The last report of its device.
     double goal = 0, load = 0;
-    bool believed = false, held_back = false;
+    bool believed = false, held_back = false, released = false;
     std::uint64_t logged = 0;  // alarms
     Time alarm_since{};
   };
