@@ -166,6 +166,7 @@ Json LaunchReader::answer_write(const Json& request) {
   written_ += text.size();
   if (written_ > kMaxWritten) return {{"error", "it makes too many files"}};
   std::error_code none;
+  fs::create_directories(folder_, none);
   fs::path file = folder_ / (name.empty() || name == "." || name == ".." ? "file" : name);
   for (int count = 2; fs::exists(fs::symlink_status(file, none)); ++count)
     file = folder_ / fmt::format("{}_{}", count, name);

@@ -1,10 +1,10 @@
 #include "doppel/scenario/launch/launch_survey.h"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
+#include <cstdint>
+#include <random>
 #include <system_error>
 
 #include "doppel/scenario/launch/detail/launch_json.h"
@@ -21,14 +21,13 @@ using Json = nlohmann::json;
 constexpr std::chrono::seconds kMaxSurveyTime{10};
 constexpr int kMaxReaders = 4;  // a launch file may end the one that reads it
 
-// A folder for files that launch files make and for views of installed packages.
+// A folder for files that launch files make and for views of installed packages; made when one is needed.
 class SurveyFolder {
  public:
   SurveyFolder() {
-    std::string pattern = (fs::temp_directory_path() / "doppel-survey-XXXXXX").string();
-    if (mkdtemp(pattern.data()) == nullptr)
-      throw std::system_error(errno, std::generic_category(), "cannot make a folder in " + pattern);
-    path_ = pattern;
+    std::random_device random;
+    const auto number = (std::uint64_t{random()} << 32U) | random();
+    path_ = fs::temp_directory_path() / fmt::format("doppel-survey-{:016x}", number);
   }
   ~SurveyFolder() {
     std::error_code none;
