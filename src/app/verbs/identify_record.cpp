@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <optional>
 
+#include "app/print_stderr.h"
 #include "app/verbs/arrival.h"
 #include "app/verbs/bag_verbs.h"
 #include "app/verbs/client_recorder.h"
@@ -42,7 +43,7 @@ struct RecordVerb {
   std::string plan;
   PayloadWords payload;
   double seconds = kUsualExcitation;
-  bool yes = false;
+  bool yes = false, release = false;
 };
 
 std::vector<Arm> find_arms(Client& twin, const std::string& manager) {
@@ -344,7 +345,10 @@ int record_motions(Shell& shell, const RecordVerb& verb) {
   ClientRecorderOptions options = motion_recording(verb, arms, manager, payload);
   if (!confirmed(question_of(parts, robot, payload), verb.yes)) return 1;
   const std::string question = release_question(parts, robot);
-  if (!question.empty() && !confirmed(question, verb.yes))
+  // A joint that falls is a question of its own, so that a script of before does not let one fall.
+  if (!question.empty() && verb.yes && !verb.release)
+    print_stderr("note: lift and release are left out: --release plays them\n");
+  if (!question.empty() && !verb.release && (verb.yes || !confirmed(question, false)))
     std::erase_if(parts, [](const Part& part) { return part.target.has_value(); });
   Motions motions(twin, robot, expand_name("doppel/hardware", manager),
                   expand_name("doppel/hardware/release_joint", manager), std::move(parts));
@@ -387,7 +391,9 @@ void add_identify_record(CLI::App& group, int& exit_code) {
             ->check(CLI::Range(kMinExcitation, 600.0))
             ->capture_default_str();
         declare_manager(verb, options.manager);
-        verb.add_flag("-y,--yes", options.yes, "Answer the question with yes");
+        verb.add_flag("-y,--yes", options.yes,
+                      "Answer the question with yes, and leave lift and release out");
+        verb.add_flag("--release", options.release, "Play lift and release of the plan without a question");
       },
       record_motions);
 }

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <signal.h>
 #include <sys/prctl.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -24,6 +25,7 @@ namespace {
 
 constexpr int kRequests = 3, kAnswers = 4;  // descriptors of the child
 constexpr int kNotStarted = 127;
+constexpr rlim_t kMaxClosed = 65536;  // descriptors, where they are closed one by one
 
 // Written by a child that cannot start its program.
 struct StartFailure {
@@ -86,7 +88,8 @@ struct ChildSide {
     sigemptyset(&none);
     sigprocmask(SIG_SETMASK, &none, nullptr);
     if (own_group) setpgid(0, 0);
-    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    // Code that is not trusted may ignore SIGTERM.
+    prctl(PR_SET_PDEATHSIG, confinement != nullptr ? SIGKILL : SIGTERM);
     if (getppid() != parent) _exit(kNotStarted);
     if (output >= 0) {
       dup2(output, STDOUT_FILENO);
@@ -128,8 +131,14 @@ struct ChildSide {
   // All descriptors from the first one on, but for the one that reports a failure and closes by itself.
   static void closefrom(int first, int kept) {
     const auto begin = static_cast<unsigned>(first), stays = static_cast<unsigned>(kept);
-    if (stays > begin) close_range(begin, stays - 1, 0);
-    close_range(stays + 1, ~0U, 0);
+    bool closed = stays <= begin || close_range(begin, stays - 1, 0) == 0;
+    closed = close_range(stays + 1, ~0U, 0) == 0 && closed;
+    if (closed) return;
+    // Kernels before 5.9, and filters of older containers.
+    rlimit limit{};
+    const bool is_bound = getrlimit(RLIMIT_NOFILE, &limit) == 0 && limit.rlim_cur < kMaxClosed;
+    for (int one = first; one < static_cast<int>(is_bound ? limit.rlim_cur : kMaxClosed); ++one)
+      if (one != kept) ::close(one);
   }
 };
 

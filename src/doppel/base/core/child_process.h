@@ -27,9 +27,9 @@ struct ChildStart {
   bool output_piped = false;  // stdout and stderr are one pipe, stdin is empty
   bool converses = false;     // descriptor 3 is a pipe that it writes to, 4 one that it reads
   bool own_group = true;      // false: signals of the terminal reach it, too
-  // It reads files and computes, and has no effect but by its pipes: it cannot change a file, start a program
-  // or a process, use the network or signal others. Its output is discarded unless it is piped; processor
-  // time and memory are limited.
+  // It reads files and computes, and has no effect but by its pipes: it cannot change a file, start a
+  // process, use the network or signal others. It can open a device to read it. Its output is discarded
+  // unless it is piped; processor time and memory are limited.
   bool confined = false;
 };
 

@@ -19,17 +19,13 @@
 namespace doppel {
 namespace {
 
-#if defined(__x86_64__)
+// The numbers of calls and the order of words are those of these two; others have no filter.
+#if defined(__x86_64__) || defined(__aarch64__)
+#ifdef __x86_64__
 constexpr std::uint32_t kArchitecture = AUDIT_ARCH_X86_64;
-#elif defined(__aarch64__)
-constexpr std::uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
 #else
-constexpr std::uint32_t kArchitecture = 0;
+constexpr std::uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
 #endif
-
-constexpr rlim_t kMaxProcessorTime = 10;  // s
-constexpr rlim_t kMaxAddressSpace = rlim_t{4}
-                                    << 30U;  // bytes; libraries of Python reserve more than they use
 
 constexpr std::uint32_t kDenied = SECCOMP_RET_ERRNO | EPERM;
 // The C library then tries the older call, which is checked.
@@ -306,6 +302,25 @@ void add_conditional_calls(Filter& filter) {
   filter.allow_if_null(SYS_prlimit64, 2);
 }
 
+std::vector<sock_filter> filter_of_processor() {
+  Filter filter;
+  filter.begin();
+  add_conditional_calls(filter);
+  for (const int call : kAllowed) filter.answer(call, SECCOMP_RET_ALLOW);
+  for (const int call : kRefused) filter.answer(call, kDenied);
+  filter.end();
+  return filter.take();
+}
+#else
+std::vector<sock_filter> filter_of_processor() {
+  return {};
+}
+#endif
+
+constexpr rlim_t kMaxProcessorTime = 10;  // s
+constexpr rlim_t kMaxAddressSpace = rlim_t{4}
+                                    << 30U;  // bytes; libraries of Python reserve more than they use
+
 bool is_limited(int resource, rlim_t most) {
   rlimit limit{};
   if (getrlimit(static_cast<__rlimit_resource>(resource), &limit) != 0) return false;
@@ -317,14 +332,7 @@ bool is_limited(int resource, rlim_t most) {
 }  // namespace
 
 std::vector<sock_filter> confining_filter() {
-  if (kArchitecture == 0) return {};
-  Filter filter;
-  filter.begin();
-  add_conditional_calls(filter);
-  for (const int call : kAllowed) filter.answer(call, SECCOMP_RET_ALLOW);
-  for (const int call : kRefused) filter.answer(call, kDenied);
-  filter.end();
-  return filter.take();
+  return filter_of_processor();
 }
 
 int confine(const std::vector<sock_filter>& filter) {

@@ -34,7 +34,8 @@ JointResidual::JointResidual(const ResidualOptions& options)
     : ring_(kRing),
       noise_({.s = std::max(options.threshold / kAllowance, options.sigma),
               .c = 0.003,
-              .least = std::max(options.threshold / 100, options.sigma)}),
+              .least = std::max(options.threshold / 100, options.sigma),
+              .most = std::max(options.threshold / kAllowance, options.sigma)}),
       load_noise_({.s = 0.03, .c = 0.1, .x = 0.2, .least = 0.01}) {
   delay_ = kNone;
   restart();

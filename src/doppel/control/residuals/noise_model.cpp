@@ -12,7 +12,7 @@ constexpr double kMaxDeviation = 3;  // sigmas that an error counts at most
 
 }  // namespace
 
-NoiseModel::NoiseModel(const Start& start) : least_(start.least) {
+NoiseModel::NoiseModel(const Start& start) : least_(start.least), most2_(start.most * start.most) {
   const double s2 = start.s * start.s, x2 = start.x * start.x;
   add(s2, 0, kStartCount);
   add(s2 + start.c * start.c * x2, x2, kStartCount);
@@ -20,7 +20,7 @@ NoiseModel::NoiseModel(const Start& start) : least_(start.least) {
 }
 
 double NoiseModel::sigma(double x) const {
-  return std::max(least_, std::sqrt(s2_ + c2_ * x * x));
+  return std::max(least_, std::sqrt(std::min(s2_, most2_) + c2_ * x * x));
 }
 
 void NoiseModel::learn(double error, double x) {

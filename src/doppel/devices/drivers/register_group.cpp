@@ -81,8 +81,10 @@ class RegisterGroup final : public ServoGroup {
     const auto present = bus_.read(one.id, *one.model->find(ServoRole::present_position));
     if (!present || !write(one, ServoRole::goal_position, *present)) return std::nullopt;
     if (!write(one, ServoRole::torque_enable, 1)) return std::nullopt;
-    if (one.model->find(ServoRole::watchdog) != nullptr)
-      static_cast<void>(write(one, ServoRole::watchdog, std::lround(setup_.watchdog / kWatchdogUnit)));
+    // Without its watchdog the servo would hold for ever when the host ends.
+    if (one.model->find(ServoRole::watchdog) != nullptr &&
+        !write(one, ServoRole::watchdog, std::lround(setup_.watchdog / kWatchdogUnit)))
+      return std::nullopt;
     return one.model->angle(*present);
   }
 

@@ -233,6 +233,7 @@ Status ServoHardware::on_deactivate() {
   claimed_.assign(claimed_.size(), false);
   hold_all();
   if (setup_.at_deactivation == AtDeactivation::relax) {
+    release_->joint.reset();  // it is not caught later, when a person has a hand there
     const Status off = group_->relax();
     state_ = DriverState::connected;
     return off;
@@ -271,6 +272,7 @@ void ServoHardware::park_and_wait() {
   while (parking_ && link_->now() < end && !link_->is_lost()) {
     static_cast<void>(group_->read(readings_));
     take_readings();
+    catch_released();
     follow_park(kParkPeriod);
     link_->wait_until(link_->now() + kParkPeriod);
   }

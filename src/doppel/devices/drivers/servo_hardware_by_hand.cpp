@@ -11,6 +11,7 @@ Status ServoHardware::relax() {
     return Status::refused(
         "its servos report no positions; without pulses their positions are unknown, so that they are moved "
         "by commands");
+  release_->joint.reset();  // it is not caught later, when a person has a hand there
   if (Status off = group_->relax(); !off) return off;
   state_ = DriverState::connected;
   return {};

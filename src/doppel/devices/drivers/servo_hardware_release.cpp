@@ -29,7 +29,7 @@ const char* text_of(CatchReason reason) {
     case CatchReason::none:
       break;
   }
-  return "the arm was stopped";
+  return "the arm was stopped, or another joint moved";
 }
 
 }  // namespace
@@ -105,7 +105,12 @@ void ServoHardware::watch_release() {
   if (!release_->joint) return;
   const JointServo& servo = setup_.joints[*release_->joint];
   const ServoReading& reading = readings_[*release_->joint];
-  if (parking_ || state_ == DriverState::degraded) release_->watch.stop();
+  bool others_move = false;
+  for (std::size_t i = 0; i < release_->goals.size(); ++i) {
+    others_move = others_move || (i != *release_->joint && setup_.joints[i].enabled &&
+                                  !release_->goals[i].is_at_rest(link_->now()));
+  }
+  if (parking_ || others_move || state_ == DriverState::degraded) release_->watch.stop();
   const double rate = servo.direction / servo.scale;
   const CatchReason reason = release_->watch.take(reading.fresh, servo.joint_position(reading.position),
                                                   rate * reading.velocity, link_->now());

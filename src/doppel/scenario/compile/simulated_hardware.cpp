@@ -166,6 +166,7 @@ std::vector<InterfaceDescription> SimulatedHardware::command_interfaces() const 
 }
 
 Status SimulatedHardware::on_activate() {
+  forget_efforts();  // of the time before, in which they were not read
   active_ = true;
   choose_drives();
   return {};

@@ -16,6 +16,17 @@ struct Installed {
   fs::path destination;  // below the share folder
 };
 
+// A path of a package's own files that stays below the folder that it is relative to.
+bool stays_below(const fs::path& path) {
+  const fs::path normal = path.lexically_normal();
+  return !normal.is_absolute() && !normal.empty() && *normal.begin() != "..";
+}
+
+// A name that is one part of a path.
+bool is_plain(const std::string& name) {
+  return !name.empty() && name != "." && name != ".." && name.find('/') == std::string::npos;
+}
+
 // The words of a command of CMake, without comments and quotes.
 std::vector<std::string> words_in(const std::string& text) {
   std::vector<std::string> out;
@@ -58,8 +69,10 @@ void add_rule(const std::vector<std::string>& words, const std::string& name, st
   for (const std::string& source : sources) {
     // With a slash at its end the content is installed, without one the folder.
     const fs::path path = fs::path(source).lexically_normal();
-    if (source.find("${") != std::string::npos || path.is_absolute()) continue;
-    out.push_back({path, source.ends_with('/') ? base : base / path.filename()});
+    const fs::path destination = (source.ends_with('/') ? base : base / path.filename()).lexically_normal();
+    if (source.find("${") != std::string::npos || !stays_below(path)) continue;
+    if (!destination.empty() && !stays_below(destination)) continue;
+    out.push_back({path, destination});
   }
 }
 
@@ -79,10 +92,22 @@ bool moves(const Installed& rule) {
   return rule.source.lexically_normal() != rule.destination.lexically_normal();
 }
 
+// A folder below `view`; false: a part of its path is a link, behind which are files of others.
+bool make_folder(const fs::path& view, const fs::path& below) {
+  std::error_code none;
+  fs::create_directories(view, none);
+  fs::path path = view;
+  for (const fs::path& part : below) {
+    path /= part;
+    if (fs::is_symlink(fs::symlink_status(path, none))) return false;
+    fs::create_directory(path, none);
+  }
+  return true;
+}
+
 // Links to the content of a folder, in a folder that may have links to others.
 void link_content(const fs::path& source, const fs::path& destination) {
   std::error_code none;
-  fs::create_directories(destination, none);
   for (const fs::directory_entry& entry : fs::directory_iterator(source, none)) {
     const fs::path link = destination / entry.path().filename();
     if (!fs::exists(fs::symlink_status(link, none)))
@@ -95,6 +120,7 @@ void link_content(const fs::path& source, const fs::path& destination) {
 }  // namespace
 
 fs::path installed_view(const fs::path& package, const std::string& name, const fs::path& folder) {
+  if (!is_plain(name)) return {};
   std::error_code none;
   const std::vector<Installed> rules = rules_of(package, name);
   bool other_layout = false;
@@ -103,10 +129,10 @@ fs::path installed_view(const fs::path& package, const std::string& name, const 
   if (!other_layout) return {};
   const fs::path view = folder / "share" / name;
   for (const Installed& rule : rules) {
-    if (fs::is_directory(package / rule.source, none))
+    if (fs::is_directory(package / rule.source, none) && make_folder(view, rule.destination))
       link_content(package / rule.source, view / rule.destination);
   }
-  link_content(package, view);
+  if (make_folder(view, {})) link_content(package, view);
   return view;
 }
 

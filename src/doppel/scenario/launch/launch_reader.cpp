@@ -26,6 +26,7 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 constexpr std::size_t kMaxLine = std::size_t{256} << 20U;  // of requests and results, which have descriptions
+constexpr int kMaxRequests = 5000;                         // requests of launch files that are surveyed
 constexpr std::size_t kMaxWritten = std::size_t{256} << 20U;  // bytes of the files that launch files make
 
 [[noreturn]] void refuse_without_python(const std::string& reason) {
@@ -179,6 +180,7 @@ Json LaunchReader::answer_write(const Json& request) {
 }
 
 Json LaunchReader::answer(const Json& request) {
+  if (bounds_ && request.contains("xacro")) return {{"error", "xacro is not run"}};
   if (request.contains("package")) return answer_package(request.at("package").get<std::string>());
   if (request.contains("write")) return answer_write(request);
   if (!request.contains("xacro")) return Json::object();
@@ -190,6 +192,11 @@ Json LaunchReader::next() {
     Json request = Json::parse(line(), nullptr, false);
     if (request.is_discarded() || !request.is_object()) return Json(Json::value_t::discarded);
     if (request.contains("result")) return std::move(request.at("result"));
+    // A file may ask without an end, and each answer is memory and files of this process.
+    if (bounds_ && (++requests_ > kMaxRequests || std::chrono::steady_clock::now() > bounds_->end)) {
+      late_ = true;
+      return Json(Json::value_t::discarded);
+    }
     const std::string text = answer(request).dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
     if (!send(text)) return Json(Json::value_t::discarded);
   }

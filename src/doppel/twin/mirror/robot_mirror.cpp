@@ -103,7 +103,10 @@ void RobotMirror::look(const TwinRobot& robot, const RobotDevices& devices, Time
     joint.load = device != nullptr ? device->load : kNaN;
     joint.goal = device != nullptr ? device->goal : kNaN;
     joint.believed = device != nullptr && device->believed;
-    joint.released = device != nullptr && device->released;
+    // A joint that was caught waits for a command near to where it is.
+    const double command = robot.controller_manager().command(joint.position);
+    const bool waits = joint.released && std::abs(command - joint.goal) > kRejoin;
+    joint.released = device != nullptr && (device->released || waits);
     joint.held_back = is_held_back(robot, joint);
     log_alarm(joint, now, log);
   }
@@ -149,7 +152,9 @@ std::string RobotMirror::note(const Joint& joint) const {
   if (mode_ == MirrorMode::off) return "the twin gets no commands (mirror: off)";
   if (mode_ == MirrorMode::follow) return "the twin is put where the joint is (mirror: follow)";
   if (!joint.shadowed) return "no controller commands it: the twin follows the joint";
-  if (joint.released) return "its torque is off for a short time (/doppel/hardware/release_joint)";
+  if (joint.released)
+    return "its torque is off for a short time (/doppel/hardware/release_joint), or it waits for a command "
+           "near to it";
   return joint.held_back ? "its driver moves it slower than commanded" : "";
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 // A filter of system calls for a child that reads and computes only: it cannot change a file, start a
-// program, reach the network or another process. Its pipes are its only effects.
+// process, reach the network or another process. Its pipes are its only effects. The paths of files are not
+// visible to a filter, so that devices can be opened to read them.
 
 #include <linux/filter.h>
 

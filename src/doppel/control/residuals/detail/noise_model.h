@@ -3,14 +3,20 @@
 // how much goes on, as a speed. The squared errors are fitted on x^2 by least squares; a large one counts as
 // a moderate one, and old ones are forgotten slowly.
 
+#include <limits>
+
+#include "doppel/export.h"
+
 namespace doppel {
 
-class NoiseModel {
+class DOPPEL_API NoiseModel {
  public:
   struct Start {
     double s = 0, c = 0;  // before anything is learned: as ten errors at rest, and ten at x
     double x = 1;
     double least = 0;  // sigma is never below
+    // s is never above: an error that grows slowly, or was there from the beginning, is not noise.
+    double most = std::numeric_limits<double>::infinity();
   };
   explicit NoiseModel(const Start& start);
 
@@ -24,7 +30,7 @@ class NoiseModel {
   void add(double e2, double x2, double count);
   void solve();
 
-  double least_;
+  double least_, most2_;
   Sums sums_;
   double s2_ = 0, c2_ = 0;
 };

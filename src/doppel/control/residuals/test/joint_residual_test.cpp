@@ -56,6 +56,18 @@ class JointResidualWithSigma : public JointResidualTest {
   JointResidualWithSigma() { residual_ = JointResidual({.sigma = kSigma}); }
 };
 
+TEST_F(JointResidualTest, SlowDriftIsNotLearnedAsNoise) {
+  run(60, moving);
+  run(60, moving, [](double t, ResidualSample& sample) { sample.measured += 0.002 * (t - 60); });
+  ASSERT_GE(alarm_at_, 60);
+  EXPECT_LE(alarm_at_, 100) << "0.08 rad apart";
+}
+
+TEST_F(JointResidualTest, OffsetAtStartIsNotLearnedAsNoise) {
+  run(20, moving, [](double, ResidualSample& sample) { sample.measured += 0.09; });
+  EXPECT_GE(alarm_at_, 0);
+}
+
 TEST_F(JointResidualTest, MotionGivesDelayWithinFiveMilliseconds) {
   run(12, moving);
   EXPECT_NEAR(residual_.delay(), kDelay, 0.005);

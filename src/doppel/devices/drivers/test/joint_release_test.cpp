@@ -157,6 +157,28 @@ TEST_P(JointReleaseOf, DeactivationAndErrorCatch) {
   EXPECT_TRUE(fails.torque());
 }
 
+TEST_P(JointReleaseOf, RelaxedArmIsNotCaughtLater) {
+  FallingArm arm(GetParam());
+  ASSERT_TRUE(arm.release(0.3));
+  static_cast<void>(arm.fall(-0.5));
+  ASSERT_TRUE(arm.bench.driver->relax());
+  for (int i = 0; i < 60; ++i) {
+    static_cast<void>(arm.fall(0));
+    for (const std::size_t joint : {0U, 1U, 2U}) ASSERT_FALSE(arm.torque(joint)) << "cycle " << i;
+  }
+}
+
+TEST_P(JointReleaseOf, AnotherJointThatMovesEndsIt) {
+  FallingArm arm(GetParam());
+  ASSERT_TRUE(arm.release(2.0, -1.9, 1.9));
+  for (int i = 0; i < 20; ++i) static_cast<void>(arm.fall(-0.2));
+  ASSERT_FALSE(arm.torque());
+  arm.bench.commands[0] = 0.5;
+  const int cycles = arm.cycles_until_caught(-0.2);
+  EXPECT_GT(cycles, 0);
+  EXPECT_LE(cycles, 5);
+}
+
 TEST_P(JointReleaseOf, MissingAnswersEndIt) {
   FallingArm arm(GetParam());
   ASSERT_TRUE(arm.release(2.0, -1.9, 1.9));

@@ -45,6 +45,7 @@ class LaunchReader {
   std::optional<ChildProcess> python_;
   std::string buffer_;
   std::size_t searched_ = 0, written_ = 0;
+  int requests_ = 0;
   bool late_ = false;
 };
 

@@ -312,5 +312,26 @@ TEST(FindLaunchFile, NearNamesAreOffered) {
   EXPECT_THAT(error("nothing.launch.py", ""), HasSubstr("there is no launch file"));
 }
 
+// `doppel check` reads packages of strangers.
+TEST_F(ReadLaunchTest, InstallationBesidePackageMakesNothingThere) {
+  write("arm_description/CMakeLists.txt",
+        "project(arm_description)\n"
+        "install(DIRECTORY hooks/ DESTINATION share/${PROJECT_NAME}/../../../escaped)\n"
+        "install(DIRECTORY ../outside/ DESTINATION share/${PROJECT_NAME}/taken)\n"
+        "install(DIRECTORY tree/ DESTINATION share/${PROJECT_NAME}/)\n"
+        "install(DIRECTORY hooks/ DESTINATION share/${PROJECT_NAME}/b/c)\n");
+  write("arm_description/hooks/post-commit", "");
+  write("outside/kept", "");
+  std::filesystem::create_directories(workspace_ / "arm_description/tree");
+  std::filesystem::create_directory_symlink(workspace_ / "outside", workspace_ / "arm_description/tree/b");
+  static_cast<void>(read(python("",
+                                "from ament_index_python.packages import *\n"
+                                "assert get_package_share_directory('arm_description')")));
+  EXPECT_TRUE(std::filesystem::exists(workspace_ / "made/share/arm_description/hooks"));
+  EXPECT_FALSE(std::filesystem::exists(workspace_ / "escaped"));
+  EXPECT_FALSE(std::filesystem::exists(workspace_ / "outside/c"));
+  EXPECT_FALSE(std::filesystem::exists(workspace_ / "made/share/arm_description/taken"));
+}
+
 }  // namespace
 }  // namespace doppel
