@@ -1,4 +1,5 @@
 // The driver's part for a person at the arm: its torque off, and a pose that it cannot measure.
+#include "doppel/devices/drivers/detail/release_watch.h"
 #include "doppel/devices/drivers/detail/servo_group.h"
 #include "doppel/devices/drivers/pose_record.h"
 #include "doppel/devices/drivers/servo_hardware.h"
