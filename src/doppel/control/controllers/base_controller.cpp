@@ -84,7 +84,7 @@ Status BaseController::on_configure() {
 
 InterfaceConfiguration BaseController::command_interfaces() const {
   InterfaceConfiguration claimed{InterfaceConfiguration::Kind::individual, {}};
-  for (const BaseWheel& wheel : wheels_) claimed.names.push_back(wheel.joint + "/" + kVelocity);
+  for (const DrivenWheel& wheel : wheels_) claimed.names.push_back(wheel.joint + "/" + kVelocity);
   for (const std::string& joint : steered_) claimed.names.push_back(joint + "/" + kPosition);
   return claimed;
 }
@@ -94,7 +94,7 @@ InterfaceConfiguration BaseController::state_interfaces() const {
   if (open_loop_ && steered_.empty()) return {};
   InterfaceConfiguration states{InterfaceConfiguration::Kind::individual, {}};
   const std::string feedback = position_feedback_ ? kPosition : kVelocity;
-  for (const BaseWheel& wheel : wheels_) states.names.push_back(wheel.measured + "/" + feedback);
+  for (const DrivenWheel& wheel : wheels_) states.names.push_back(wheel.measured + "/" + feedback);
   for (const std::string& joint : steered_measured_) states.names.push_back(joint + "/" + kPosition);
   return states;
 }
@@ -212,7 +212,7 @@ std::optional<PlanarVelocity> BaseController::measure(double dt) {
   if (!std::ranges::all_of(state_handles, is_finite)) return std::nullopt;
   PlanarVelocity sum, squares;
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    const BaseWheel& wheel = wheels_[i];
+    const DrivenWheel& wheel = wheels_[i];
     const double rim = wheel_speed(i, dt) * wheel.radius;
     sum = {sum.x + wheel.ahead * rim, sum.y + wheel.aside * rim, sum.yaw + wheel.turn * rim};
     squares.x += wheel.ahead * wheel.ahead;
@@ -224,7 +224,7 @@ std::optional<PlanarVelocity> BaseController::measure(double dt) {
 
 void BaseController::drive(const PlanarVelocity& velocity, double /*dt*/) {
   for (std::size_t i = 0; i < wheels_.size(); ++i) {
-    const BaseWheel& wheel = wheels_[i];
+    const DrivenWheel& wheel = wheels_[i];
     command_handles[i].set((wheel.ahead * velocity.x + wheel.aside * velocity.y + wheel.turn * velocity.yaw) /
                            wheel.radius);
   }
@@ -243,7 +243,7 @@ void BaseController::save_base(SavedBase& out) const {
   for (std::size_t i = 0; i < limiters_.size(); ++i) out.limiters[i] = limiters_[i].past();
   out.command = command_.run();
   out.wheels.clear();
-  for (const BaseWheel& wheel : wheels_) out.wheels.push_back(wheel.last);
+  for (const DrivenWheel& wheel : wheels_) out.wheels.push_back(wheel.last);
   out.odometry = odometry_;
   out.published = publisher_.last();
   out.invalid_state = invalid_state_;

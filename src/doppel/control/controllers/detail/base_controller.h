@@ -16,7 +16,7 @@ namespace doppel {
 
 // A driven wheel. The position of its contact, the direction of its axle and that of its rollers determine
 // how fast its rim has to move for a velocity of the base: ahead * x + aside * y + turn * yaw, m/s.
-struct BaseWheel {
+struct DrivenWheel {
   std::string joint, measured;  // its velocity is commanded; its state is read
   double radius = 0;            // m; negative: the axis of the joint points to the other side
   double ahead = 1, aside = 0;
@@ -70,7 +70,7 @@ class BaseController : public Controller {
     PlanarVelocity reference;
     std::array<SpeedLimiter::Past, 3> limiters;
     TwistCommand::Run command;
-    std::vector<double> wheels;  // BaseWheel::last
+    std::vector<double> wheels;  // DrivenWheel::last
     PlanarOdometry odometry;
     std::optional<Time> published;
     bool invalid_state = false, invalid_state_reported = false;
@@ -96,7 +96,7 @@ class BaseController : public Controller {
 
   BaseType type_;
   ControllerContext* context_ = nullptr;
-  std::vector<BaseWheel> wheels_;     // the first handles are theirs, in order
+  std::vector<DrivenWheel> wheels_;   // the first handles are theirs, in order
   std::vector<std::string> steered_;  // joints whose position is commanded; the handles after the wheels
   std::vector<std::string> steered_measured_;  // joints whose position is read
   double timeout_ = 0.5;                       // s
