@@ -29,7 +29,7 @@ constexpr std::size_t kMaxHashedBytes = std::size_t{1} << 30U;
 constexpr std::size_t kHashDigits = 16;  // of SHA-256 in an evidence
 
 struct Recording {
-  RecordedMotion motion;
+  MeasuredMotion motion;
   Model model;  // with the weight that the robot carried
 };
 
@@ -67,7 +67,7 @@ std::vector<std::string> chosen_joints(const FitRequest& options, const Model& m
   return out;
 }
 
-void check_has_commands(const RecordedMotion& motion, const Model& model, const std::string& recording) {
+void check_has_commands(const MeasuredMotion& motion, const Model& model, const std::string& recording) {
   const std::vector<std::string> driven = model.driven_joint_names();
   const auto has_command = [&](const std::string& joint) { return motion.commanded.contains(joint); };
   if (std::ranges::any_of(driven, has_command)) return;

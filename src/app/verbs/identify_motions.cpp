@@ -18,7 +18,7 @@ using Follow = control_msgs::action::FollowJointTrajectory;
 constexpr auto kCancelTime = std::chrono::seconds(2);
 constexpr auto kCaughtTime = std::chrono::seconds(20);  // also of a slow simulation
 
-Bytes goal_of(const Part& part) {
+Bytes goal_of(const MotionPart& part) {
   Follow::Goal goal;
   goal.trajectory.joint_names = part.arm->joints;
   for (const Waypoint& waypoint : part.path) {
@@ -42,7 +42,7 @@ std::vector<Waypoint> slow_path(const ModelJoint& joint, double start, double ta
 }
 
 Motions::Motions(Client& twin, const RobotWatch& robot, std::string devices, std::string service,
-                 std::deque<Part> parts)
+                 std::deque<MotionPart> parts)
     : twin_(twin),
       robot_(robot),
       devices_(std::move(devices)),
@@ -103,7 +103,7 @@ void Motions::cancel() {
 }
 
 void Motions::start(ClientRecorder& recorder) {
-  Part part = std::move(parts_.front());
+  MotionPart part = std::move(parts_.front());
   parts_.pop_front();
   if (part.joint != joint_) before_ = 0;
   joint_ = part.joint;
@@ -144,7 +144,7 @@ void Motions::release() {
     return;
   }
   print_note(fmt::format("note: the release of '{}' is left out: {}", joint_, why));
-  std::erase_if(parts_, [&](const Part& part) { return part.joint == joint_ && part.release; });
+  std::erase_if(parts_, [&](const MotionPart& part) { return part.joint == joint_ && part.release; });
 }
 
 }  // namespace doppel::app

@@ -22,7 +22,7 @@ struct Arm {
   Positions held;
 };
 
-struct Part {
+struct MotionPart {
   const Arm* arm = nullptr;
   std::string joint;
   std::vector<Waypoint> path;
@@ -41,7 +41,7 @@ class Motions {
  public:
   // The topic of the devices, and the service that releases one joint.
   Motions(Client& twin, const RobotWatch& robot, std::string devices, std::string service,
-          std::deque<Part> parts);
+          std::deque<MotionPart> parts);
 
   void look(ClientRecorder& recorder);
   void take(const Client::Received& message);
@@ -58,7 +58,7 @@ class Motions {
   Client& twin_;
   const RobotWatch& robot_;
   const std::string devices_, service_;
-  std::deque<Part> parts_;
+  std::deque<MotionPart> parts_;
   std::optional<ActionGoal> goal_;
   std::optional<PlannedRelease> release_;  // behind the present goal
   std::optional<double> place_;            // where the joint is held

@@ -124,8 +124,8 @@ ExcitationRange range_of(const RobotWatch& robot, const Arm& arm, const std::str
           described->type == JointType::prismatic};
 }
 
-void add_parts(std::deque<Part>& parts, const RobotWatch& robot, const Arm& arm, const std::string& joint,
-               double seconds) {
+void add_parts(std::deque<MotionPart>& parts, const RobotWatch& robot, const Arm& arm,
+               const std::string& joint, double seconds) {
   const ExcitationRange range = range_of(robot, arm, joint);
   if (excitation_amplitude(range) <= 0) {
     const double middle = 0.5 * (range.lower + range.upper);
@@ -139,9 +139,9 @@ void add_parts(std::deque<Part>& parts, const RobotWatch& robot, const Arm& arm,
 }
 
 // Slowly to the lift and back; then, for each release, to the lift again.
-void add_releases(std::deque<Part>& parts, const Part& moved, const ModelJoint& joint,
+void add_releases(std::deque<MotionPart>& parts, const MotionPart& moved, const ModelJoint& joint,
                   const PlannedRelease& release, double home) {
-  Part slowly{moved.arm, moved.joint, slow_path(joint, home, release.lift), true, {}, {}};
+  MotionPart slowly{moved.arm, moved.joint, slow_path(joint, home, release.lift), true, {}, {}};
   const double lifted = slowly.path.back().time;
   for (const Waypoint& back : slow_path(joint, release.lift, home))
     slowly.path.push_back({lifted + back.time, back.position});
@@ -155,13 +155,13 @@ void add_releases(std::deque<Part>& parts, const Part& moved, const ModelJoint& 
 constexpr double kPoseSlack = 0.05;  // rad or m, from the plan's pose
 
 // The motions of a plan's file, for the arm that stands in its pose.
-std::deque<Part> read_parts(const RobotWatch& robot, const std::vector<Arm>& arms,
-                            const RecordVerb& options) {
+std::deque<MotionPart> read_parts(const RobotWatch& robot, const std::vector<Arm>& arms,
+                                  const RecordVerb& options) {
   const MotionPlan plan = read_motion_plan(options.plan);
   if (robot.model() == nullptr)
     throw ClientError("the robot publishes no description, so that the plan cannot be checked");
   check_plan(plan, *robot.model(), options.plan);
-  std::deque<Part> out;
+  std::deque<MotionPart> out;
   std::string away;
   for (const Arm& arm : arms) {
     for (const std::string& joint : arm.joints) {
@@ -191,8 +191,8 @@ std::deque<Part> read_parts(const RobotWatch& robot, const std::vector<Arm>& arm
   return out;
 }
 
-std::deque<Part> plan_parts(const RobotWatch& robot, const std::vector<Arm>& arms,
-                            const RecordVerb& options) {
+std::deque<MotionPart> plan_parts(const RobotWatch& robot, const std::vector<Arm>& arms,
+                                  const RecordVerb& options) {
   std::vector<std::string> names;
   for (const Arm& arm : arms) names.insert(names.end(), arm.joints.begin(), arm.joints.end());
   for (const std::string& joint : options.joints) {
@@ -201,7 +201,7 @@ std::deque<Part> plan_parts(const RobotWatch& robot, const std::vector<Arm>& arm
                                     did_you_mean(joint, names)),
                         fmt::format("one of: {}", fmt::join(names, ", ")));
   }
-  std::deque<Part> out;
+  std::deque<MotionPart> out;
   for (const Arm& arm : arms) {
     for (const std::string& joint : arm.joints) {
       const bool chosen =
@@ -229,14 +229,14 @@ std::optional<Payload> carried_payload(const RobotWatch& robot, const RecordVerb
   return out;
 }
 
-std::string question_of(const std::deque<Part>& parts, const RobotWatch& robot,
+std::string question_of(const std::deque<MotionPart>& parts, const RobotWatch& robot,
                         const std::optional<Payload>& payload) {
   std::string out;
   if (payload)
     out = fmt::format("  with {:.4g} kg at '{}', whose shape is not known: leave room for it\n",
                       payload->mass, payload->link);
   double seconds = 0;
-  for (const Part& part : parts) {
+  for (const MotionPart& part : parts) {
     seconds += part.path.back().time;
     if (part.rehearsal || part.target) continue;
     const auto [least, most] = std::ranges::minmax(part.path, {}, &Waypoint::position);
@@ -250,10 +250,10 @@ std::string question_of(const std::deque<Part>& parts, const RobotWatch& robot,
 }
 
 // Empty: nothing is released.
-std::string release_question(const std::deque<Part>& parts, const RobotWatch& robot) {
+std::string release_question(const std::deque<MotionPart>& parts, const RobotWatch& robot) {
   std::string out;
   std::string last;
-  for (const Part& part : parts) {
+  for (const MotionPart& part : parts) {
     if (!part.release || part.joint == last) continue;
     last = part.joint;
     const std::string unit(joint_unit(*robot.find(part.joint)));
@@ -337,9 +337,10 @@ int record_motions(Shell& shell, const RecordVerb& verb) {
     throw ClientError("the emergency stop is on, so nothing moves\n  fix: doppel stop --reset");
   std::vector<Arm> arms = find_arms(twin, manager);
   for (Arm& arm : arms) find_held(twin, robot, arm);
-  std::deque<Part> parts = verb.plan.empty() ? plan_parts(robot, arms, verb) : read_parts(robot, arms, verb);
+  std::deque<MotionPart> parts =
+      verb.plan.empty() ? plan_parts(robot, arms, verb) : read_parts(robot, arms, verb);
   std::vector<std::string> moved;
-  for (const Part& part : parts) moved.push_back(part.joint);
+  for (const MotionPart& part : parts) moved.push_back(part.joint);
   refuse_gentle(twin, expand_name("doppel/hardware", manager), moved);
   const std::optional<Payload> payload = carried_payload(robot, verb);
   ClientRecorderOptions options = motion_recording(verb, arms, manager, payload);
@@ -349,7 +350,7 @@ int record_motions(Shell& shell, const RecordVerb& verb) {
   if (!question.empty() && verb.yes && !verb.release)
     print_stderr("note: lift and release are left out: --release plays them\n");
   if (!question.empty() && !verb.release && (verb.yes || !confirmed(question, false)))
-    std::erase_if(parts, [](const Part& part) { return part.target.has_value(); });
+    std::erase_if(parts, [](const MotionPart& part) { return part.target.has_value(); });
   Motions motions(twin, robot, expand_name("doppel/hardware", manager),
                   expand_name("doppel/hardware/release_joint", manager), std::move(parts));
   for (const std::string& topic : options.topics.topics) twin.unsubscribe(topic);  // the recorder's now

@@ -116,7 +116,7 @@ class MecanumDriveController : public BaseController {
 
   std::array<std::string, kMecanumWheels> commanded_, measured_;  // joints
   double radius_ = 0, reach_ = 0;  // m; reach: sum of the distances along x and y to a wheel
-  PlanarPose offset_;              // of the base's frame in that of the wheels' centre
+  OdometryPose offset_;            // of the base's frame in that of the wheels' centre
   Publisher<control_msgs::msg::MecanumDriveControllerState> state_topic_;
   control_msgs::msg::MecanumDriveControllerState state_;
 };

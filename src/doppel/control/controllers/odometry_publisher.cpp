@@ -135,7 +135,7 @@ void OdometryPublisher::publish(Time now, const PlanarOdometry& odometry) {
   // Also after time was set back.
   const bool first = !last_ || *last_ > now || period_ == Duration{};
   last_ = first ? now : *last_ + (now - *last_) / period_ * period_;
-  const PlanarPose& pose = odometry.pose();
+  const OdometryPose& pose = odometry.pose();
   const PlanarVelocity& velocity = odometry.velocity();
   const geometry_msgs::msg::Quaternion rotation{0, 0, std::sin(pose.yaw / 2), std::cos(pose.yaw / 2)};
   const auto stamp = to_time_msg(node_->bus().stamp(now));

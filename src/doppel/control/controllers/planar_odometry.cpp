@@ -10,7 +10,7 @@ void PlanarOdometry::set_window(std::size_t velocities) {
   next_ = filled_ = 0;
 }
 
-void PlanarOdometry::reset(const PlanarPose& pose) {
+void PlanarOdometry::reset(const OdometryPose& pose) {
   pose_ = pose;
   velocity_ = {};
   next_ = filled_ = 0;

@@ -72,11 +72,11 @@ class InnerScope : public NameScope {
   BoundNames names_;
 };
 
-void bind(const Target& target, const Value& value, InnerScope& scope) {
+void bind(const ExpressionTarget& target, const Value& value, InnerScope& scope) {
   if (target.parts.empty()) return scope.set(target.name, value);
   const ValueList items = items_of(value);
-  const auto star =
-      std::find_if(target.parts.begin(), target.parts.end(), [](const Target& part) { return part.starred; });
+  const auto star = std::find_if(target.parts.begin(), target.parts.end(),
+                                 [](const ExpressionTarget& part) { return part.starred; });
   const bool starred = star != target.parts.end();
   const std::size_t wanted = target.parts.size() - (starred ? 1 : 0);
   if (starred ? items.size() < wanted : items.size() != wanted) {

@@ -348,12 +348,12 @@ class Parser {
     return join(Kind::slice, object, first, to, step);
   }
 
-  Target target(bool nested) {
+  ExpressionTarget target(bool nested) {
     const Depth depth(depth_);
-    std::vector<Target> parts;
+    std::vector<ExpressionTarget> parts;
     do {
       if (list_ends() || at(Symbol::key_in)) break;
-      Target part;
+      ExpressionTarget part;
       part.starred = take(Symbol::star);
       if (take(Symbol::open_round) || take(Symbol::open_square))
         part = target(true);

@@ -26,7 +26,7 @@ struct TorqueRecord {
 };
 
 // Throws InputError: no efforts are recorded, or all of them are zero.
-DOPPEL_API TorqueRecord torque_record(const Model& model, const RecordedMotion& motion);
+DOPPEL_API TorqueRecord torque_record(const Model& model, const MeasuredMotion& motion);
 
 // A drive's effort beside that of the links: armature a + viscous v + friction sign(v).
 struct DriveLosses {

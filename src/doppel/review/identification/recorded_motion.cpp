@@ -121,7 +121,7 @@ struct Load {
 // The robot along its measured motion.
 class MeasuredRobot {
  public:
-  MeasuredRobot(const Model& model, const RecordedMotion& motion, double begin, double end)
+  MeasuredRobot(const Model& model, const MeasuredMotion& motion, double begin, double end)
       : model_(model),
         data_(model),
         q_(model.neutral()),
@@ -237,8 +237,8 @@ bool is_moved(const ModelJoint& joint, const PositionCurve& command) {
   return high - low > least;
 }
 
-RecordedMotion read_recorded_motion(BagReader& bag) {
-  RecordedMotion out;
+MeasuredMotion read_recorded_motion(BagReader& bag) {
+  MeasuredMotion out;
   bag.seek(0, UINT64_MAX,
            {.types = {std::string(JointState::kType), std::string(ControllerState::kType),
                       std::string(Devices::kType)}});
@@ -287,7 +287,7 @@ void add_spans(const std::vector<RecordedRelease>& releases, double zero, JointR
 
 }  // namespace
 
-JointRecord joint_record(const Model& model, const std::string& joint, const RecordedMotion& motion,
+JointRecord joint_record(const Model& model, const std::string& joint, const MeasuredMotion& motion,
                          const Eigen::Vector3d& gravity) {
   const PositionCurve& command =
       curve_of(motion.commanded, joint, "identify.no_commands", "commanded positions",

@@ -26,7 +26,7 @@ struct RecordedRelease {
   double caught = 0;                     // rad or m
 };
 
-struct RecordedMotion {
+struct MeasuredMotion {
   std::map<std::string, PositionCurve> commanded, measured;           // by joint
   std::map<std::string, PositionCurve> efforts;                       // those of joint_states
   std::map<std::string, std::vector<RecordedRelease>> released = {};  // ended ones, by joint
@@ -36,7 +36,7 @@ struct RecordedMotion {
 // of control_msgs/msg/JointTrajectoryControllerState, and sensor_msgs/msg/JointState of topics whose name
 // ends with joint_command or joint_commands. Released: doppel_msgs/msg/Devices. Times are those of the
 // headers' stamps, or of the recording where a stamp is zero.
-DOPPEL_API RecordedMotion read_recorded_motion(BagReader& bag);
+DOPPEL_API MeasuredMotion read_recorded_motion(BagReader& bag);
 
 // False: the command stays, but for what a controller corrects when it takes joints over.
 DOPPEL_API bool is_moved(const ModelJoint& joint, const PositionCurve& command);
@@ -45,7 +45,7 @@ DOPPEL_API bool is_moved(const ModelJoint& joint, const PositionCurve& command);
 // Precondition: the model has the joint, and it is scalar. Throws InputError: no command or no position is
 // recorded, or the command does not change.
 DOPPEL_API JointRecord joint_record(const Model& model, const std::string& joint,
-                                    const RecordedMotion& motion, const Eigen::Vector3d& gravity);
+                                    const MeasuredMotion& motion, const Eigen::Vector3d& gravity);
 
 // The values at which a fit starts: the description's servo and friction; limits that it does not have are
 // beyond those of the record.

@@ -136,7 +136,7 @@ bool has_effort(const PositionCurve& curve) {
 
 }  // namespace
 
-TorqueRecord torque_record(const Model& model, const RecordedMotion& motion) {
+TorqueRecord torque_record(const Model& model, const MeasuredMotion& motion) {
   TorqueRecord out;
   std::vector<MeasuredJoint> joints;
   const std::vector<double>* clock = nullptr;

@@ -19,29 +19,30 @@ struct CollisionContext::Impl {
 
   void set_root(int instance, const Pose& X_WR);
   void place(int instance);
-  void place_body(const SceneBody& body, const Pose& X_WL);
-  [[nodiscard]] double bound(const SceneBody& a, const SceneBody& b) const;
-  void measure(const SceneBody& a, const SceneBody& b, PairDistance& nearest);
-  [[nodiscard]] bool closer(const SceneBody& a, const SceneBody& b, double clearance);
-  [[nodiscard]] bool shapes_closer(const SceneBody& a, std::size_t i, const SceneBody& b, std::size_t k,
-                                   double clearance);
-  [[nodiscard]] bool hulls_apart(const SceneBody& a, std::size_t i, const SceneBody& b, std::size_t k) const;
-  [[nodiscard]] bool surfaces_cross(const SceneBody& a, std::size_t i, const SceneBody& b,
+  void place_body(const CollidingBody& body, const Pose& X_WL);
+  [[nodiscard]] double bound(const CollidingBody& a, const CollidingBody& b) const;
+  void measure(const CollidingBody& a, const CollidingBody& b, PairDistance& nearest);
+  [[nodiscard]] bool closer(const CollidingBody& a, const CollidingBody& b, double clearance);
+  [[nodiscard]] bool shapes_closer(const CollidingBody& a, std::size_t i, const CollidingBody& b,
+                                   std::size_t k, double clearance);
+  [[nodiscard]] bool hulls_apart(const CollidingBody& a, std::size_t i, const CollidingBody& b,
+                                 std::size_t k) const;
+  [[nodiscard]] bool surfaces_cross(const CollidingBody& a, std::size_t i, const CollidingBody& b,
                                     std::size_t k) const;
-  [[nodiscard]] ConvexDistance shape_distance(const SceneBody& a, std::size_t i, const SceneBody& b,
+  [[nodiscard]] ConvexDistance shape_distance(const CollidingBody& a, std::size_t i, const CollidingBody& b,
                                               std::size_t k, double far);
-  [[nodiscard]] ConvexDistance ground_distance(const SceneBody& b, std::size_t k) const;
+  [[nodiscard]] ConvexDistance ground_distance(const CollidingBody& b, std::size_t k) const;
 
-  [[nodiscard]] const SceneBody& body(int index) const {
+  [[nodiscard]] const CollidingBody& body(int index) const {
     return parts.bodies[static_cast<std::size_t>(index)];
   }
-  [[nodiscard]] std::size_t shape_index(const SceneBody& owner, std::size_t shape) const {
+  [[nodiscard]] std::size_t shape_index(const CollidingBody& owner, std::size_t shape) const {
     return owner.first_shape + shape;
   }
-  [[nodiscard]] const Pose& pose(const SceneBody& owner, std::size_t shape) const {
+  [[nodiscard]] const Pose& pose(const CollidingBody& owner, std::size_t shape) const {
     return X_WS[shape_index(owner, shape)];
   }
-  [[nodiscard]] double shape_bound(const SceneBody& a, std::size_t i, const SceneBody& b,
+  [[nodiscard]] double shape_bound(const CollidingBody& a, std::size_t i, const CollidingBody& b,
                                    std::size_t k) const;
 
   std::shared_ptr<const CollisionScene> scene;
@@ -103,7 +104,7 @@ void CollisionContext::Impl::place(int instance) {
   }
 }
 
-void CollisionContext::Impl::place_body(const SceneBody& placed, const Pose& pose_of_link) {
+void CollisionContext::Impl::place_body(const CollidingBody& placed, const Pose& pose_of_link) {
   p_WC[placed.index] = pose_of_link * placed.centre;
   for (std::size_t i = 0; i < placed.shapes.size(); ++i) {
     Pose& X = X_WS[shape_index(placed, i)];
@@ -113,19 +114,19 @@ void CollisionContext::Impl::place_body(const SceneBody& placed, const Pose& pos
 }
 
 // The distance of the bounding spheres, or of the second one from the ground.
-double CollisionContext::Impl::bound(const SceneBody& a, const SceneBody& b) const {
+double CollisionContext::Impl::bound(const CollidingBody& a, const CollidingBody& b) const {
   const Eigen::Vector3d& centre = p_WC[b.index];
   if (a.id.is_ground()) return centre.z() - b.radius;
   return (centre - p_WC[a.index]).norm() - a.radius - b.radius;
 }
 
-double CollisionContext::Impl::shape_bound(const SceneBody& a, std::size_t i, const SceneBody& b,
+double CollisionContext::Impl::shape_bound(const CollidingBody& a, std::size_t i, const CollidingBody& b,
                                            std::size_t k) const {
   return (shape_p_WC[shape_index(b, k)] - shape_p_WC[shape_index(a, i)]).norm() - a.shapes[i].solid.radius -
          b.shapes[k].solid.radius;
 }
 
-ConvexDistance CollisionContext::Impl::ground_distance(const SceneBody& b, std::size_t k) const {
+ConvexDistance CollisionContext::Impl::ground_distance(const CollidingBody& b, std::size_t k) const {
   const SolidShape& shape = b.shapes[k];
   const Pose& X = pose(b, k);
   ConvexDistance out;
@@ -139,8 +140,8 @@ ConvexDistance CollisionContext::Impl::ground_distance(const SceneBody& b, std::
 }
 
 // In the frame of the shape of a.
-ConvexDistance CollisionContext::Impl::shape_distance(const SceneBody& a, std::size_t i, const SceneBody& b,
-                                                      std::size_t k, double far) {
+ConvexDistance CollisionContext::Impl::shape_distance(const CollidingBody& a, std::size_t i,
+                                                      const CollidingBody& b, std::size_t k, double far) {
   const SolidShape &first = a.shapes[i], &second = b.shapes[k];
   const Pose X_AB = pose(a, i).inverse(Eigen::Isometry) * pose(b, k);
   if (first.field != nullptr) return field_distance(*first.field, second.solid, X_AB, far, cells, memory);
@@ -157,7 +158,7 @@ ConvexDistance CollisionContext::Impl::shape_distance(const SceneBody& a, std::s
 }
 
 // Replaces `nearest` if two shapes of the bodies are nearer.
-void CollisionContext::Impl::measure(const SceneBody& a, const SceneBody& b, PairDistance& nearest) {
+void CollisionContext::Impl::measure(const CollidingBody& a, const CollidingBody& b, PairDistance& nearest) {
   const bool ground = a.id.is_ground();
   for (std::size_t i = 0; i < (ground ? 1 : a.shapes.size()); ++i) {
     for (std::size_t k = 0; k < b.shapes.size(); ++k) {
@@ -180,7 +181,7 @@ void CollisionContext::Impl::measure(const SceneBody& a, const SceneBody& b, Pai
 
 // True if a plane is found that separates the shapes, with all vertices of their meshes: faster than their
 // trees of triangles, most of which it spares.
-bool CollisionContext::Impl::hulls_apart(const SceneBody& a, std::size_t i, const SceneBody& b,
+bool CollisionContext::Impl::hulls_apart(const CollidingBody& a, std::size_t i, const CollidingBody& b,
                                          std::size_t k) const {
   const SolidShape &first = a.shapes[i], &second = b.shapes[k];
   if (first.field != nullptr || second.field != nullptr) return false;
@@ -191,14 +192,14 @@ bool CollisionContext::Impl::hulls_apart(const SceneBody& a, std::size_t i, cons
   return direction->dot(X_AB.translation()) - second.extent(back_B) > first.extent(*direction);
 }
 
-bool CollisionContext::Impl::surfaces_cross(const SceneBody& a, std::size_t i, const SceneBody& b,
+bool CollisionContext::Impl::surfaces_cross(const CollidingBody& a, std::size_t i, const CollidingBody& b,
                                             std::size_t k) const {
   const SolidShape &first = a.shapes[i], &second = b.shapes[k];
   return surface_functions().touch(first.surface.get(), pose(a, i) * first.X_SG, second.surface.get(),
                                    pose(b, k) * second.X_SG);
 }
 
-bool CollisionContext::Impl::shapes_closer(const SceneBody& a, std::size_t i, const SceneBody& b,
+bool CollisionContext::Impl::shapes_closer(const CollidingBody& a, std::size_t i, const CollidingBody& b,
                                            std::size_t k, double clearance) {
   const SolidShape &first = a.shapes[i], &second = b.shapes[k];
   if (shape_bound(a, i, b, k) >= std::max(clearance, 0.0)) return false;
@@ -214,7 +215,7 @@ bool CollisionContext::Impl::shapes_closer(const SceneBody& a, std::size_t i, co
                        memory);
 }
 
-bool CollisionContext::Impl::closer(const SceneBody& a, const SceneBody& b, double clearance) {
+bool CollisionContext::Impl::closer(const CollidingBody& a, const CollidingBody& b, double clearance) {
   if (bound(a, b) >= std::max(clearance, 0.0)) return false;
   for (std::size_t k = 0; k < b.shapes.size(); ++k) {
     if (a.id.is_ground() && ground_distance(b, k).distance < clearance) return true;

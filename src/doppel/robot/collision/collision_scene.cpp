@@ -92,7 +92,7 @@ void add_own_surface(const CollisionShape& source, SolidShape& shape) {
 
 // The sphere around all shapes of a body, for the first test of a pair: about the centre of the box that
 // contains the shapes' spheres.
-void bound(SceneBody& body) {
+void bound(CollidingBody& body) {
   Eigen::AlignedBox3d box;
   for (const SolidShape& shape : body.shapes) {
     const Eigen::Vector3d centre = shape.X_LS * shape.solid.centre;
@@ -158,7 +158,7 @@ class SceneBuilder {
     out_.body_of.emplace_back(links, -1);
     for (std::size_t link = 0; link < links; ++link) {
       if (instance.shapes[link].empty()) continue;
-      SceneBody body;
+      CollidingBody body;
       body.id = {index, static_cast<int>(link)};
       body.index = out_.bodies.size();
       body.first_shape = out_.shapes;

@@ -132,7 +132,8 @@ struct CoreDistance {
 };
 
 // Ends as soon as the distance is known to be more than `far` or less than `near`.
-CoreDistance core_distance(const Difference& difference, const Vector3d& towards, double near, double far) {
+CoreDistance core_distance(const SupportDifference& difference, const Vector3d& towards, double near,
+                           double far) {
   CoreDistance out;
   Simplex s;
   s.add(difference.support(towards));
@@ -179,7 +180,7 @@ Vector3d direction_between(const ConvexSolid& a, const ConvexSolid& b, const Pos
 
 ConvexDistance convex_distance(const ConvexSolid& a, const ConvexSolid& b, const Pose& X_AB, double far,
                                ConvexWorkspace& memory) {
-  const Difference difference{a, b, X_AB};
+  const SupportDifference difference{a, b, X_AB};
   const Vector3d towards = direction_between(a, b, X_AB);
   const double rounding = a.rounding + b.rounding;
   const CoreDistance cores = core_distance(difference, towards, -kHuge, far + rounding);
@@ -212,7 +213,7 @@ std::optional<Vector3d> separating_direction(const ConvexSolid& a, const ConvexS
 
 bool convex_closer(const ConvexSolid& a, const ConvexSolid& b, const Pose& X_AB, double clearance,
                    ConvexWorkspace& memory) {
-  const Difference difference{a, b, X_AB};
+  const SupportDifference difference{a, b, X_AB};
   const Vector3d towards = direction_between(a, b, X_AB);
   const double of_cores = clearance + a.rounding + b.rounding;
   const CoreDistance cores = core_distance(difference, towards, of_cores, std::max(of_cores, 0.0));

@@ -170,7 +170,7 @@ void WebSocketSession::hand_over() {
 }
 
 bool WebSocketSession::within_limits(std::size_t bytes) {
-  const auto now = RateLimit::Clock::now();
+  const auto now = MessageLimit::Clock::now();
   if (!messages_.take(1, now)) {
     close(websocket::close_code::policy_error,
           fmt::format("the limit is {} messages per second", context_.options.messages_per_second));

@@ -43,7 +43,7 @@ void add_payload(const Subject& subject, const ToolLoad& tool, Model& model) {
 }
 
 void measure(const Model& model, const Eigen::Vector3d& gravity_R, int configurations,
-             std::vector<JointLoad>& out) {
+             std::vector<PlantLoad>& out) {
   std::vector<int> columns;
   const Eigen::MatrixXd moved = moved_by(model, columns);
   Data data(model);
@@ -59,7 +59,7 @@ void measure(const Model& model, const Eigen::Vector3d& gravity_R, int configura
       if (columns[i] < 0 || !model.joints[i].scalar()) continue;
       const double most = held(columns[i], columns[i]), inverse = freed(columns[i], columns[i]);
       const double least = std::isfinite(inverse) && inverse > 0 ? std::min(most, 1 / inverse) : most;
-      JointLoad& load = out[i];
+      PlantLoad& load = out[i];
       load.most_inertia = std::max(load.most_inertia, most);
       load.least_inertia = load.least_inertia > 0 ? std::min(load.least_inertia, least) : least;
       load.gravity = std::max(load.gravity, std::abs(torques[static_cast<Eigen::Index>(i)]));
@@ -69,9 +69,9 @@ void measure(const Model& model, const Eigen::Vector3d& gravity_R, int configura
 
 }  // namespace
 
-std::vector<JointLoad> joint_loads(const Subject& subject, const ToolLoad& tool, int configurations) {
+std::vector<PlantLoad> joint_loads(const Subject& subject, const ToolLoad& tool, int configurations) {
   const Model& model = *subject.model;
-  std::vector<JointLoad> out(model.joints.size());
+  std::vector<PlantLoad> out(model.joints.size());
   const Eigen::Vector3d& gravity_R = subject.robot().gravity_R();
   measure(model, gravity_R, configurations, out);
   if (tool.mass > 0) {
@@ -82,7 +82,7 @@ std::vector<JointLoad> joint_loads(const Subject& subject, const ToolLoad& tool,
   for (std::size_t i = 0; i < model.joints.size(); ++i) {
     const ModelJoint& joint = model.joints[i];
     const double ratio = joint.mimics() ? std::abs(joint.mimic_multiplier) : 1;
-    JointLoad& load = out[joint.mimics() ? static_cast<std::size_t>(joint.mimic_leader) : i];
+    PlantLoad& load = out[joint.mimics() ? static_cast<std::size_t>(joint.mimic_leader) : i];
     load.damping += ratio * ratio * joint.damping;
     load.friction += ratio * joint.friction;
   }

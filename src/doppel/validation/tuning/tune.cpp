@@ -142,9 +142,9 @@ class Tuner {
   }
 
   void make_plants() {
-    const std::vector<JointLoad> loads = joint_loads(subject_, suite_.tool);
+    const std::vector<PlantLoad> loads = joint_loads(subject_, suite_.tool);
     for (TunedJoint& joint : report_.joints) {
-      const JointLoad& load = loads[static_cast<std::size_t>(subject_.model->find_joint(joint.joint))];
+      const PlantLoad& load = loads[static_cast<std::size_t>(subject_.model->find_joint(joint.joint))];
       JointPlant& plant = joint.plant;
       const StepResponseLimits& limits = suite_.step_of(joint.joint);
       const bool by_effort = joint.interface == "effort";

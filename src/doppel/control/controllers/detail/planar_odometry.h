@@ -7,7 +7,7 @@
 
 namespace doppel {
 
-struct PlanarPose {
+struct OdometryPose {
   double x = 0, y = 0, yaw = 0;
 };
 
@@ -20,19 +20,19 @@ class PlanarOdometry {
  public:
   // The number of velocities in the mean, at least one; forgets those so far. Allocates.
   void set_window(std::size_t velocities);
-  void reset(const PlanarPose& pose = {});  // forgets the velocities, too
+  void reset(const OdometryPose& pose = {});  // forgets the velocities, too
   // The base has moved at the constant velocity for dt: along a circular arc.
   void move(const PlanarVelocity& velocity, double dt);
   // The same, where the velocity is known and needs no mean (open loop).
   void move_exactly(const PlanarVelocity& velocity, double dt);
 
-  [[nodiscard]] const PlanarPose& pose() const { return pose_; }
+  [[nodiscard]] const OdometryPose& pose() const { return pose_; }
   [[nodiscard]] const PlanarVelocity& velocity() const { return velocity_; }
 
  private:
   void integrate(const PlanarVelocity& velocity, double dt);
 
-  PlanarPose pose_;
+  OdometryPose pose_;
   PlanarVelocity velocity_;
   std::vector<PlanarVelocity> window_;  // a ring
   std::size_t next_ = 0, filled_ = 0;

@@ -92,13 +92,13 @@ struct Expression {
 };
 
 // A loop's target: a name, or several of them to take an item apart.
-struct Target {
+struct ExpressionTarget {
   std::string_view name;
   bool starred = false;
-  std::span<const Target> parts;
+  std::span<const ExpressionTarget> parts;
 };
 struct Loop {
-  Target target;
+  ExpressionTarget target;
   const Expression* items = nullptr;
   std::span<const Expression* const> conditions;
 };

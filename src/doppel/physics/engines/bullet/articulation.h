@@ -42,7 +42,7 @@ struct Tree {
   [[nodiscard]] int size() const { return 6 + static_cast<int>(links.size()); }  // of its velocity
 };
 
-struct TreePlace {
+struct ArticulationPlace {
   int tree = -1, index = -1;  // index in the tree's velocity: 3 angular, 3 linear of the base, then the links
 };
 
@@ -51,7 +51,7 @@ struct Articulation {
   std::vector<int> group_of_link;  // [links]
   std::vector<Pose> X_BL;          // [links] in the frame of its group's body
   std::vector<Tree> trees;
-  std::vector<TreePlace> places;  // [nv] of the degrees of freedom of scalar and planar joints
+  std::vector<ArticulationPlace> places;  // [nv] of the degrees of freedom of scalar and planar joints
 };
 
 // Throws InputError ("physics.deep_floating"): a floating joint below a joint that moves.

@@ -213,7 +213,7 @@ void StepSolver::write_loads(int instance, const InstanceState& state) {
   add_floating_damping(instance);
   add_gyroscopic_corrections(instance);
   for (int v = 0; v < static_cast<int>(state.v.size()); ++v) {
-    const TreePlace place = place_of(instance, v);
+    const ArticulationPlace place = place_of(instance, v);
     const auto at = static_cast<std::size_t>(v);
     if (place.tree >= 0)
       tree_at(instance, place.tree)
@@ -225,7 +225,7 @@ void StepSolver::write_loads(int instance, const InstanceState& state) {
 // Sherman-Morrison formula instead of another factorisation.
 void StepSolver::add_implicit(int instance, int v, double armature) {
   if (!(armature > 0)) return;
-  const TreePlace place = place_of(instance, v);
+  const ArticulationPlace place = place_of(instance, v);
   TreeScratch& tree = tree_at(instance, place.tree);
   const auto column = tree.inverse.col(place.index);
   tree.velocity = column;  // a copy, because the column changes while it is used
@@ -244,7 +244,7 @@ void StepSolver::respond(int instance, const InstanceState& state) {
   }
   for (const JointSpring& spring : state.springs) {
     if (!spring.on) continue;
-    const TreePlace place = place_of(instance, spring.v);
+    const ArticulationPlace place = place_of(instance, spring.v);
     const double effort = spring.bound != 0 ? spring.effort_at_bound()
                                             : spring.law(state.q[static_cast<std::size_t>(spring.q)],
                                                          state.v[static_cast<std::size_t>(spring.v)], 0.0);
@@ -278,7 +278,7 @@ void StepSolver::couple_mimics(int instance, const InstanceState& state) {
   for (const ModelJoint& joint : model.joints) {
     if (!joint.scalar() || !joint.mimics()) continue;
     const ModelJoint& leader = model.joints[static_cast<std::size_t>(joint.mimic_leader)];
-    const TreePlace own = place_of(instance, joint.v);
+    const ArticulationPlace own = place_of(instance, joint.v);
     const auto a = own.index, b = place_of(instance, leader.v).index;
     const double ratio = joint.mimic_multiplier;
     TreeScratch& tree = tree_at(instance, own.tree);
@@ -296,7 +296,7 @@ void StepSolver::couple_mimics(int instance, const InstanceState& state) {
 void StepSolver::meet_stops(int instance, InstanceState& state) {
   const Model& model = *world_.instances()[static_cast<std::size_t>(instance)].model;
   const auto moved = [&](int joint) {
-    const TreePlace place = place_of(instance, model.joints[static_cast<std::size_t>(joint)].v);
+    const ArticulationPlace place = place_of(instance, model.joints[static_cast<std::size_t>(joint)].v);
     return 1.0 / tree_at(instance, place.tree).bare_inverse(place.index, place.index);
   };
   for (std::size_t k = state.drives.size(); k < state.springs.size(); ++k) {
@@ -349,7 +349,7 @@ void StepSolver::write_rows(int instance, const InstanceState& state) {
 }
 
 double StepSolver::end_velocity(int instance, int v) const {
-  const TreePlace place = place_of(instance, v);
+  const ArticulationPlace place = place_of(instance, v);
   return tree_at(instance, place.tree).velocity[place.index];
 }
 

@@ -66,7 +66,7 @@ class StepSolver {
   [[nodiscard]] const TreeScratch& tree_at(int instance, int tree) const {
     return *trees_[static_cast<std::size_t>(first_tree_[static_cast<std::size_t>(instance)] + tree)];
   }
-  [[nodiscard]] TreePlace place_of(int instance, int v) const {
+  [[nodiscard]] ArticulationPlace place_of(int instance, int v) const {
     return compiled(instance).articulation.places[static_cast<std::size_t>(v)];
   }
   [[nodiscard]] Pose group_pose(int instance, int group, const Pose& X_WR) const;

@@ -59,7 +59,7 @@ struct Measurement {
 };
 
 // All joints move in harmonics for 40 s, at 100 Hz.
-RecordedMotion motion_of(const Arm& arm, unsigned seed, const Measurement& measurement) {
+MeasuredMotion motion_of(const Arm& arm, unsigned seed, const Measurement& measurement) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> unit(-1, 1);
   std::normal_distribution<double> normal;
@@ -69,7 +69,7 @@ RecordedMotion motion_of(const Arm& arm, unsigned seed, const Measurement& measu
   for (double& one : a.reshaped()) one = unit(random);
   for (double& one : b.reshaped()) one = unit(random);
   Data data(arm.truth);
-  RecordedMotion out;
+  MeasuredMotion out;
   for (int i = 0; i < 4000; ++i) {
     const double t = 0.01 * i;
     Eigen::VectorXd q = Eigen::VectorXd::Zero(n), v = q, acc = q;
@@ -97,7 +97,7 @@ RecordedMotion motion_of(const Arm& arm, unsigned seed, const Measurement& measu
   return out;
 }
 
-InverseModel fit_of(const Arm& arm, const RecordedMotion& motion) {
+InverseModel fit_of(const Arm& arm, const MeasuredMotion& motion) {
   return fit_inverse_model(arm.described, torque_record(arm.described, motion), arm.described_losses,
                            kWeight);
 }
@@ -202,7 +202,7 @@ TEST(InverseModel, BodiesStayPlausibleWhereNoneExplainsEfforts) {
 
 TEST(InverseModel, JointThatStandsIsNotExcited) {
   const Arm arm = arm_of(8);
-  RecordedMotion motion = motion_of(arm, 8, {kTick4096, 0.01});
+  MeasuredMotion motion = motion_of(arm, 8, {kTick4096, 0.01});
   const std::string standing = arm.truth.joints[5].name;
   for (double& q : motion.measured[standing].position) q = 0.4;
   const InverseModel fit = fit_of(arm, motion);
@@ -218,7 +218,7 @@ TEST(InverseModel, JointThatStandsIsNotExcited) {
 
 TEST(InverseModel, RecordingWithoutEffortsIsRefused) {
   const Arm arm = arm_of(9);
-  RecordedMotion motion = motion_of(arm, 9, {});
+  MeasuredMotion motion = motion_of(arm, 9, {});
   for (auto& [joint, curve] : motion.efforts) std::ranges::fill(curve.position, 0.0);
   try {
     static_cast<void>(torque_record(arm.described, motion));

@@ -13,7 +13,7 @@ struct DifferencePoint {
   Eigen::Vector3d p_A;  // m, of A; that of B is p_A - p
 };
 
-struct Difference {
+struct SupportDifference {
   const ConvexSolid &a, &b;
   const Pose& X_AB;
   // The point furthest along d.
@@ -34,7 +34,8 @@ struct PolytopeDepth {
 // The polytope inside A - B, extended by one support point at a time.
 class Polytope {
  public:
-  Polytope(const Difference& difference, ConvexWorkspace& memory) : difference_(difference), m_(memory) {}
+  Polytope(const SupportDifference& difference, ConvexWorkspace& memory)
+      : difference_(difference), m_(memory) {}
 
   // towards: unit, about from A to B. `exact`: false ends as soon as the depth is known to be more than the
   // threshold or not.
@@ -51,7 +52,7 @@ class Polytope {
   [[nodiscard]] int nearest_face() const;
   [[nodiscard]] std::optional<Eigen::Vector3d> point_of_a(const Eigen::Vector3d& p, double depth) const;
 
-  const Difference& difference_;
+  const SupportDifference& difference_;
   ConvexWorkspace& m_;
   Eigen::Vector3d flat_normal_ = Eigen::Vector3d::Zero();  // of a difference without volume
 };

@@ -24,7 +24,7 @@ struct SolidShape {
 };
 
 // The ground has no shapes.
-struct SceneBody {
+struct CollidingBody {
   BodyId id;
   std::size_t index = 0;  // in CollisionScene::Impl::bodies
   std::vector<SolidShape> shapes;
@@ -36,7 +36,7 @@ struct SceneBody {
 
 struct CollisionScene::Impl {
   std::vector<SceneInstance> instances;
-  std::vector<SceneBody> bodies;          // with shapes, and the ground; ascending
+  std::vector<CollidingBody> bodies;      // with shapes, and the ground; ascending
   std::vector<std::vector<int>> body_of;  // [instances][links] index into bodies; -1: no shape
   int ground = -1;                        // index into bodies; -1: none
   std::vector<std::pair<BodyId, BodyId>> tested;

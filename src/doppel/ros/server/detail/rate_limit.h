@@ -6,10 +6,10 @@
 
 namespace doppel {
 
-class RateLimit {
+class MessageLimit {
  public:
   using Clock = std::chrono::steady_clock;
-  RateLimit(double per_second, double burst) : per_second_(per_second), burst_(burst), left_(burst) {}
+  MessageLimit(double per_second, double burst) : per_second_(per_second), burst_(burst), left_(burst) {}
 
   // True if `amount` is within the limit at `now`; if so, it is consumed. Precondition: `now`
   // does not decrease.

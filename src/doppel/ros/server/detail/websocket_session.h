@@ -46,7 +46,7 @@ class WebSocketSession : public ClientLink, public std::enable_shared_from_this<
   websocket::stream<beast::tcp_stream> socket_;
   beast::flat_buffer buffer_;
   SendQueue queue_;
-  RateLimit messages_, bytes_;
+  MessageLimit messages_, bytes_;
   OutgoingFrame in_flight_;
   std::chrono::milliseconds bundle_period_{};  // zero: each message has a frame of its own
   asio::steady_timer bundle_timer_;

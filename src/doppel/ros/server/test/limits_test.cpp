@@ -23,9 +23,9 @@ using ::testing::Contains;
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-TEST(RateLimit, BurstThenRateIsAllowed) {
-  RateLimit limit(10, 3);
-  auto now = RateLimit::Clock::now() + seconds(1);
+TEST(MessageLimit, BurstThenRateIsAllowed) {
+  MessageLimit limit(10, 3);
+  auto now = MessageLimit::Clock::now() + seconds(1);
   EXPECT_TRUE(limit.take(1, now) && limit.take(2, now));
   EXPECT_FALSE(limit.take(1, now));
   now += milliseconds(100);
