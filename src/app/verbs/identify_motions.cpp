@@ -122,7 +122,7 @@ void Motions::start(ClientRecorder& recorder) {
   place_ = part.path.back().position;
 }
 
-// A device that refuses it is no error of the recording, but the phase is left out.
+// A device that refuses it is no error of the recording, but the phase is omitted.
 void Motions::release() {
   doppel_msgs::srv::ReleaseJoint::Request request;
   request.joint = joint_;
@@ -143,7 +143,7 @@ void Motions::release() {
     falls_until_ = Clock::now() + kCaughtTime;
     return;
   }
-  print_note(fmt::format("note: the release of '{}' is left out: {}", joint_, why));
+  print_note(fmt::format("note: the release of '{}' is omitted: {}", joint_, why));
   std::erase_if(parts_, [&](const MotionPart& part) { return part.joint == joint_ && part.release; });
 }
 

@@ -348,7 +348,7 @@ int record_motions(Shell& shell, const RecordVerb& verb) {
   const std::string question = release_question(parts, robot);
   // A joint that falls is a question of its own, so that a script of before does not let one fall.
   if (!question.empty() && verb.yes && !verb.release)
-    print_stderr("note: lift and release are left out: --release plays them\n");
+    print_stderr("note: lift and release are omitted: --release plays them\n");
   if (!question.empty() && !verb.release && (verb.yes || !confirmed(question, false)))
     std::erase_if(parts, [](const MotionPart& part) { return part.target.has_value(); });
   Motions motions(twin, robot, expand_name("doppel/hardware", manager),

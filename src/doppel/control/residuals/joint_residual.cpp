@@ -119,7 +119,7 @@ bool JointResidual::is_quiet() const {
   return cause_ == ResidualCause::none && score_ <= 0 && load_score_ <= 0;
 }
 
-// Where answers are lost, the reading stands still while the joint moves.
+// The reading stands still while the joint moves if answers are lost.
 bool JointResidual::is_repeated() {
   repeats_ = filled_ > 1 && back(0).measured == back(1).measured ? repeats_ + 1 : 0;
   if (repeats_ == 0 || repeats_ > kMaxRepeats) return false;

@@ -15,6 +15,14 @@ namespace {
 
 constexpr unsigned kCatchReasons = 8;
 
+// The first joint whose goal a controller moves, but for the released one.
+std::optional<std::size_t> moved_joint(const ServoSetup& setup, const JointReleases& releases, Time now) {
+  for (std::size_t i = 0; i < releases.goals.size(); ++i) {
+    if (releases.joint != i && setup.joints[i].enabled && !releases.goals[i].is_at_rest(now)) return i;
+  }
+  return std::nullopt;
+}
+
 const char* text_of(CatchReason reason) {
   switch (reason) {
     case CatchReason::time:
@@ -49,7 +57,7 @@ Status ServoHardware::check_release(const JointRelease& release, std::size_t joi
                                                            : to_string(now)));
   if (gentle_)
     return refused(
-        "the arm is gentle, and nobody has confirmed its joints; doppel hardware check and doppel hardware "
+        "the arm is gentle, and its joints are not confirmed; doppel hardware check and doppel hardware "
         "nudge come first");
   if (torque_set_ < 1) return refused("the torque still rises after the activation");
   if (release_->joint) return refused(fmt::format("'{}' is released", setup_.joints[*release_->joint].joint));
@@ -61,10 +69,8 @@ Status ServoHardware::check_release(const JointRelease& release, std::size_t joi
     return refused(fmt::format("it is at {:.4g}, not within {:.4g} to {:.4g}, or its speed is not positive",
                                q, release.lower, release.upper));
   const Time when = link_->now();
-  for (std::size_t i = 0; i < release_->goals.size(); ++i) {
-    if (setup_.joints[i].enabled && !release_->goals[i].is_at_rest(when))
-      return refused(fmt::format("'{}' is moved by a controller", setup_.joints[i].joint));
-  }
+  if (const auto moved = moved_joint(setup_, *release_, when))
+    return refused(fmt::format("'{}' is moved by a controller", setup_.joints[*moved].joint));
   if (!release_->positions[joint].is_at_rest(when)) return refused("it is not at rest");
   return {};
 }
@@ -105,11 +111,7 @@ void ServoHardware::watch_release() {
   if (!release_->joint) return;
   const JointServo& servo = setup_.joints[*release_->joint];
   const ServoReading& reading = readings_[*release_->joint];
-  bool others_move = false;
-  for (std::size_t i = 0; i < release_->goals.size(); ++i) {
-    others_move = others_move || (i != *release_->joint && setup_.joints[i].enabled &&
-                                  !release_->goals[i].is_at_rest(link_->now()));
-  }
+  const bool others_move = moved_joint(setup_, *release_, link_->now()).has_value();
   if (parking_ || others_move || state_ == DriverState::degraded) release_->watch.stop();
   const double rate = servo.direction / servo.scale;
   const CatchReason reason = release_->watch.take(reading.fresh, servo.joint_position(reading.position),

@@ -110,32 +110,33 @@ void check_spawn_height(const SurveyedLaunch& file, const LaunchTexts& texts, Pl
 
 // The argument that a simulation requires; empty: none.
 std::string simulation_switch(const AuditInput& in) {
-  std::string wanted;
+  std::string simulation_argument;
   for (const auto& argument : declared_xacro_arguments(in.expanded.file, in.resolver)) {
     const bool off = argument.has_default && argument.default_value == "false";
     if (off && switches_simulation(argument.name) && argument.name.find("hardware") == std::string::npos)
-      wanted = argument.name;
+      simulation_argument = argument.name;
   }
-  return wanted;
+  return simulation_argument;
 }
 
 // A simulator's launch file that expands the description without its switch.
-void check_mapping(const SurveyedLaunch& file, const std::string& wanted, const fs::path& description,
-                   const LaunchTexts& texts, Places& places, Findings& out) {
-  if (!file.simulates || wanted.empty()) return;
+void check_mapping(const SurveyedLaunch& file, const std::string& simulation_argument,
+                   const fs::path& description, const LaunchTexts& texts, Places& places, Findings& out) {
+  if (!file.simulates || simulation_argument.empty()) return;
   std::error_code none;
   for (const LaunchExpansion& one : file.expansions) {
-    const auto is_wanted = [&](const auto& argument) { return argument.first == wanted; };
-    if (std::any_of(one.arguments.begin(), one.arguments.end(), is_wanted)) continue;
+    const auto is_switch = [&](const auto& argument) { return argument.first == simulation_argument; };
+    if (std::any_of(one.arguments.begin(), one.arguments.end(), is_switch)) continue;
     const SourceLocation where = texts.place(one.source, {one.by_command ? "Command(" : "process_file("});
     if (!fs::equivalent(one.file, description, none) || !places.add("package.launch_mapping", where))
       continue;
     out.add(
         "package.launch_mapping", subject_of(file, where), where,
         fmt::format("it starts a simulator and expands the description without '{}', whose default is false",
-                    wanted),
-        one.by_command ? fmt::format("add ' {}:=true' to the command", wanted)
-                       : fmt::format("write process_file(..., mappings={{'{}': 'true'}})", wanted));
+                    simulation_argument),
+        one.by_command
+            ? fmt::format("add ' {}:=true' to the command", simulation_argument)
+            : fmt::format("write process_file(..., mappings={{'{}': 'true'}})", simulation_argument));
   }
 }
 
@@ -185,11 +186,11 @@ void check_launch(const AuditInput& in, const PackageManifest& manifest, Finding
   const LaunchSurvey survey = survey_launch_files(package, launch_files(package, texts, out), in.resolver);
   if (survey.unread) report_unread(*survey.unread, "the launch files", places, out);
   const bool fixed = fixed_to_world(in.robot);
-  const std::string wanted = survey.files.empty() ? "" : simulation_switch(in);
+  const std::string simulation_argument = survey.files.empty() ? "" : simulation_switch(in);
   Names reported;
   for (const SurveyedLaunch& file : survey.files) {
     if (fixed) check_spawn_height(file, texts, places, out);
-    check_mapping(file, wanted, in.expanded.file, texts, places, out);
+    check_mapping(file, simulation_argument, in.expanded.file, texts, places, out);
     check_packages(file, manifest, texts, reported, out);
     for (const Diagnostic& note : file.notes.all())
       report_unread(note, subject_of(file, note.where), places, out);

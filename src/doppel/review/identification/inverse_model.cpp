@@ -399,7 +399,7 @@ Eigen::VectorXd Regression::weighted_bodies(const Estimate& fit, double inflatio
   return identification_detail::nearest_bodies({base_.B, H, b}, start, static_cast<int>(space_.link_count()));
 }
 
-// Where no body has the combinations, as where efforts are sampled at one phase of the drive's cycle, what
+// If no body has the combinations, as with efforts that are sampled at one phase of the drive's cycle, what
 // remains of the efforts is larger than the combinations leave. The weights are those of that remainder:
 // with the smaller one, the search would go to absurd bodies for efforts that none can explain.
 Eigen::VectorXd Regression::bodies(const Estimate& fit, bool with_held_out, double inflation) const {

@@ -317,7 +317,7 @@ void Planner::add_release(const ModelJoint& joint, const ExcitationRange& range,
   if (problem.empty()) {
     planned.release = release;
   } else {
-    out.notes.push_back(fmt::format("'{}': lift and release is left out: {}", planned.joint, problem));
+    out.notes.push_back(fmt::format("'{}': lift and release are omitted: {}", planned.joint, problem));
   }
 }
 

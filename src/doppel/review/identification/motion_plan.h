@@ -34,7 +34,7 @@ struct PlannedJoint {
   double condition = 0;          // of the Jacobian whose columns are scaled to one length, in the harmonics
   double speed = 0, effort = 0;  // shares of the limits; effort: of gravity and the harmonics
   std::vector<Waypoint> path;
-  std::optional<PlannedRelease> release = {};  // nullopt: left out, with a note
+  std::optional<PlannedRelease> release = {};  // nullopt: omitted, with a note
 };
 
 struct MotionPlan {

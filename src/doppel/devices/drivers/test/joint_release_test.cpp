@@ -217,7 +217,7 @@ TEST_P(JointReleaseOf, RandomLossesNeverSwitchOnAnotherGoal) {
   }
 }
 
-// Nobody has to end it: the program that asked for it may be gone.
+// It ends by itself: the program that asked for it may be gone.
 TEST_P(JointReleaseOf, EndsWithoutItsClientOnBusThread) {
   FallingArm arm(GetParam());
   ASSERT_TRUE(arm.release(kMaxRelease, -1.9, 1.9));

@@ -99,7 +99,7 @@ TEST(MotionPlan, ReleaseIsLeftOutWithItsReason) {
   vertical.joints[0].axis = Eigen::Vector3d(0, 0, 1);
   MotionPlan plan = plan_of(vertical);
   EXPECT_FALSE(plan.joints.at(0).release.has_value());
-  EXPECT_THAT(plan.notes.back(), HasSubstr("'swing': lift and release is left out: gravity has no moment"));
+  EXPECT_THAT(plan.notes.back(), HasSubstr("'swing': lift and release are omitted: gravity has no moment"));
   RobotDescription stiff = pendulum();
   stiff.joints[0].dynamics.emplace().friction = 5;
   plan = plan_of(stiff);
