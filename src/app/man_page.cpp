@@ -131,7 +131,17 @@ std::string verb_page(const CLI::App& verb) {
   return out + heading("SEE ALSO") + ".BR doppel (1)\n";
 }
 
+// The build writes all pages, so that a build fails for a tree of verbs that another release's CLI11 refuses.
+void require_distinct_names(const CLI::App& app) {
+  const std::vector<std::string> shared = shared_names(app);
+  if (shared.empty()) return;
+  throw InputError("cli.shared_names", {},
+                   fmt::format("one name is two arguments of a verb: {}", fmt::join(shared, ", ")),
+                   "rename the positional: CLI11 2.4 and later refuse the whole command line");
+}
+
 int write_all(const CLI::App& app, const fs::path& folder) {
+  require_distinct_names(app);
   std::error_code failed;
   fs::create_directories(folder, failed);
   if (failed) {

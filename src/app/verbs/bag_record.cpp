@@ -233,7 +233,7 @@ BagWriterOptions writer_options(const BagOutput& output) {
 namespace {
 
 void declare_topics(CLI::App& verb, RecordOptions& options) {
-  verb.add_option("topics", options.topics.topics, "Topics (default: all)");
+  verb.add_option("topic", options.topics.topics, "Topics (default: all)");
   verb.add_flag("-a,--all", options.topics.all, "All topics, services and actions");
   verb.add_flag("--all-topics", options.topics.all_topics, "All topics");
   verb.add_flag("--all-services", options.topics.all_services, "The calls of all services");
