@@ -11,7 +11,8 @@
 #
 # OFF_LOOP: no part of it runs in the control loop; it is compiled with -O1, in three quarters of the time.
 #
-# The tests of neighbouring floors are one program (doppel_test_program): linking is a large part of their cost.
+# The tests of neighbouring floors are one program (doppel_test_program): linking is a large part of their cost. ctest runs a
+# program as a few shards, since starting a program of tens of megabytes for each of thousands of tests takes minutes.
 #
 # A module's fuzz/*_fuzz.cpp are libFuzzer targets, built with DOPPEL_FUZZ (clang only): <module>_<name>_fuzz, with seed
 # inputs in fuzz/corpus/<name>/. `./test --fuzz` runs them.
@@ -22,7 +23,6 @@ find_package(fmt REQUIRED)
 find_package(Eigen3 REQUIRED)
 if(DOPPEL_TESTS)
   find_package(GTest REQUIRED)
-  include(GoogleTest)
   enable_testing()
   add_library(doppel_test_main OBJECT ${PROJECT_SOURCE_DIR}/cmake/test_main.cpp)
   target_link_libraries(doppel_test_main PUBLIC GTest::gtest GTest::gmock)
@@ -188,12 +188,36 @@ endfunction()
 # The program that has the tests of a folder.
 function(doppel_test_program folder out)
   set(${out} system_test PARENT_SCOPE)
-  if(folder MATCHES "src/doppel/([a-z]+)/")
+  if(folder MATCHES "src/doppel/([a-z]+)/([a-z_]+)")
     set(floor ${CMAKE_MATCH_1})
     string(REGEX REPLACE "^robot$" "description" floor ${floor})
-    string(REGEX REPLACE "^(scenario|lab|session)$" "twin" floor ${floor})
+    string(REGEX REPLACE "^(lab|session)$" "twin" floor ${floor})
+    if(floor STREQUAL "ros" AND CMAKE_MATCH_2 MATCHES "^(network|client|server|camera_feed|teleop)$")
+      set(floor network)  # modules that open sockets
+    endif()
     set(${out} ${floor}_test PARENT_SCOPE)
   endif()
+endfunction()
+
+# Processes that run a program's tests (default 1): each takes less than a minute.
+set(doppel_shards_of network_test=2 physics_test=3 sensors_test=2 devices_test=2 twin_test=4 review_test=2 validation_test=4 system_test=8)
+# Floors below the twin, without a network: ./test --quick.
+set(doppel_quick_programs base_test ros_test description_test physics_test sensors_test control_test devices_test scenario_test firmware_test)
+
+function(doppel_add_shards program)
+  set(shards 1)
+  if("${doppel_shards_of}" MATCHES "${program}=([0-9]+)")
+    set(shards ${CMAKE_MATCH_1})
+  endif()
+  math(EXPR last "${shards} - 1")
+  foreach(shard RANGE ${last})
+    add_test(NAME ${program}.${shard} COMMAND ${program} --gtest_brief=1)
+    set_tests_properties(${program}.${shard} PROPERTIES TIMEOUT 900 COST 60
+      ENVIRONMENT "GTEST_TOTAL_SHARDS=${shards};GTEST_SHARD_INDEX=${shard}")
+    if(program IN_LIST doppel_quick_programs)
+      set_tests_properties(${program}.${shard} PROPERTIES LABELS quick)
+    endif()
+  endforeach()
 endfunction()
 
 function(doppel_tests)
@@ -227,6 +251,9 @@ endfunction()
 function(doppel_add_test_programs)
   get_property(programs GLOBAL PROPERTY DOPPEL_TEST_PROGRAMS)
   list(REMOVE_DUPLICATES programs)
+  list(JOIN programs "\n" names)
+  file(WRITE ${PROJECT_BINARY_DIR}/test_programs.txt "${names}\n")  # for tools/run_named_tests
+  add_custom_target(quick DEPENDS ${doppel_quick_programs})
   foreach(program IN LISTS programs)
     foreach(field SOURCES LINKS DEFINES NEEDS)
       get_property(${field} GLOBAL PROPERTY ${program}_${field})
@@ -251,6 +278,6 @@ function(doppel_add_test_programs)
     if(NEEDS)
       add_dependencies(${program} ${NEEDS})
     endif()
-    gtest_discover_tests(${program} DISCOVERY_TIMEOUT 60 PROPERTIES TIMEOUT 300)
+    doppel_add_shards(${program})
   endforeach()
 endfunction()
