@@ -24,6 +24,51 @@ std::string damaged(const McapAttachment& attachment, const McapScanned& found) 
                      found.offset);
 }
 
+// The schemas and channels of a file, of which none has two meanings and each channel a schema that came
+// before.
+class Definitions {
+ public:
+  // The problem of a record; empty: there is none, or it defines nothing.
+  std::string add(const McapRecord& record, std::uint64_t offset) {
+    if (const auto* schema = std::get_if<McapSchema>(&record)) return add(*schema, offset);
+    if (const auto* channel = std::get_if<McapChannel>(&record)) return add(*channel, offset);
+    return "";
+  }
+  [[nodiscard]] bool has_channel(std::uint16_t id) const { return channels_.contains(id); }
+
+ private:
+  using Bytes = std::vector<std::byte>;
+
+  std::string add(const McapSchema& schema, std::uint64_t offset) {
+    if (schema.id == 0)
+      return fmt::format("the schema '{}' at byte {} has the number 0, which means none", schema.name,
+                         offset);
+    return is_same(schemas_[schema.id], schema)
+               ? ""
+               : fmt::format("the schema {} ('{}') at byte {} is not the one of this number before it",
+                             schema.id, schema.name, offset);
+  }
+
+  std::string add(const McapChannel& channel, std::uint64_t offset) {
+    if (!is_same(channels_[channel.id], channel))
+      return fmt::format("the channel {} ('{}') at byte {} is not the one of this number before it",
+                         channel.id, channel.topic, offset);
+    if (channel.schema_id != 0 && !schemas_.contains(channel.schema_id))
+      return fmt::format("the channel {} ('{}') at byte {} is of schema {}, which is not described before it",
+                         channel.id, channel.topic, offset, channel.schema_id);
+    return "";
+  }
+
+  static bool is_same(Bytes& first, const McapRecord& record) {
+    Bytes bytes;
+    append_record(record, bytes);
+    if (first.empty()) first = bytes;
+    return first == bytes;
+  }
+
+  std::map<std::uint16_t, Bytes> schemas_, channels_;
+};
+
 // Compares what a file says of itself with what it has.
 class Checker {
  public:
@@ -62,11 +107,12 @@ class Checker {
                              found.offset));
       is_data_ = false;
     }
+    define(found.record, found.offset);
     if (!is_data_) return;
     crc_ = mcap_crc(found.bytes, crc_);
     if (const auto* chunk = std::get_if<McapChunk>(&found.record)) look_into(*chunk, found);
+    if (const auto* index = std::get_if<McapMessageIndex>(&found.record)) compare(*index, found.offset);
     if (const auto* message = std::get_if<McapMessage>(&found.record)) count(*message, found.offset);
-    if (found.code == McapOp::channel) channels_.insert(std::get<McapChannel>(found.record).id);
     if (const auto* attachment = std::get_if<McapAttachment>(&found.record)) {
       if (!is_whole(*attachment, found.bytes.subspan(kMcapPrefixSize))) complain(damaged(*attachment, found));
     }
@@ -74,13 +120,15 @@ class Checker {
 
   void look_into(const McapChunk& chunk, const McapScanned& found) {
     ++out_.chunks;
+    in_chunk_.clear();
     try {
       for_each_record(chunk_records(chunk, found.offset), found.offset,
-                      [&](const McapRecord& record, std::size_t) {
-                        if (const auto* channel = std::get_if<McapChannel>(&record))
-                          channels_.insert(channel->id);
-                        if (const auto* message = std::get_if<McapMessage>(&record))
+                      [&](const McapRecord& record, std::size_t place) {
+                        define(record, found.offset);
+                        if (const auto* message = std::get_if<McapMessage>(&record)) {
                           count(*message, found.offset);
+                          in_chunk_[message->channel_id].insert({message->log_time, place});
+                        }
                         return true;
                       });
     } catch (const InputError& problem) {
@@ -89,9 +137,23 @@ class Checker {
     chunk_offsets_.insert(found.offset);
   }
 
+  void define(const McapRecord& record, std::uint64_t offset) {
+    if (std::string problem = definitions_.add(record, offset); !problem.empty())
+      complain(std::move(problem));
+  }
+
+  // The index of a channel, which comes behind its chunk, has the time and the place of each of its messages.
+  void compare(const McapMessageIndex& index, std::uint64_t offset) {
+    const Messages listed(index.entries.begin(), index.entries.end());
+    if (listed != in_chunk_[index.channel_id])
+      complain(
+          fmt::format("the message index of channel {} at byte {} does not list the messages of its chunk",
+                      index.channel_id, offset));
+  }
+
   void count(const McapMessage& message, std::uint64_t offset) {
     ++out_.messages;
-    if (!channels_.contains(message.channel_id))
+    if (!definitions_.has_channel(message.channel_id))
       complain(fmt::format("a message at byte {} is of channel {}, which is not described before it", offset,
                            message.channel_id));
   }
@@ -129,7 +191,10 @@ class Checker {
   McapCheck out_;
   bool is_data_ = true;
   std::uint32_t crc_ = 0;
-  std::set<std::uint16_t> channels_;
+  Definitions definitions_;
+  using Messages =
+      std::set<std::pair<std::uint64_t, std::uint64_t>>;  // log time, offset in the chunk's records
+  std::map<std::uint16_t, Messages> in_chunk_;            // of the last chunk, by channel
   std::set<std::uint64_t> chunk_offsets_;
 };
 

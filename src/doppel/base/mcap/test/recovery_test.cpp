@@ -114,5 +114,52 @@ TEST(McapCheck, EveryKindOfDamageIsNamed) {
   EXPECT_THAT(check_mcap(*mcap_source(damaged)).problems, testing::Not(IsEmpty()));
 }
 
+// A file of these records and of messages of channel 1, without chunks and summary.
+std::vector<std::byte> file_of(const std::vector<McapRecord>& records) {
+  std::vector<std::byte> out;
+  for (const unsigned char byte : kMcapMagic) out.push_back(std::byte{byte});
+  append_record(McapHeader{"ros2", "test"}, out);
+  for (const McapRecord& record : records) append_record(record, out);
+  append_record(McapMessage{1, 1, 5, 5, {}}, out);
+  append_record(McapDataEnd{}, out);
+  append_record(McapFooter{}, out);
+  for (const unsigned char byte : kMcapMagic) out.push_back(std::byte{byte});
+  return out;
+}
+
+std::vector<std::string> problems_of(const std::vector<McapRecord>& records) {
+  return check_mcap(*mcap_source(file_of(records))).problems;
+}
+
+TEST(McapCheck, DefinitionsThatContradictEachOtherAreNamed) {
+  const McapSchema schema{1, "std_msgs/msg/String", "ros2msg", {}};
+  const McapChannel channel{1, 1, "/a", "cdr", {}};
+  EXPECT_THAT(problems_of({schema, channel, schema, channel}), IsEmpty()) << "repeated as it was";
+  EXPECT_THAT(problems_of({McapChannel{1, 0, "/a", "json", {}}}), IsEmpty()) << "without a schema";
+  EXPECT_THAT(problems_of({channel}),
+              ElementsAre(HasSubstr("is of schema 1, which is not described before it")));
+  EXPECT_THAT(problems_of({schema, channel, McapChannel{1, 1, "/b", "cdr", {}}}),
+              ElementsAre(HasSubstr("the channel 1 ('/b')")));
+  EXPECT_THAT(problems_of({schema, McapSchema{1, "std_msgs/msg/Bool", "ros2msg", {}}, channel}),
+              ElementsAre(HasSubstr("the schema 1 ('std_msgs/msg/Bool')")));
+  EXPECT_THAT(problems_of({McapSchema{0, "a", "ros2msg", {}}, schema, channel}),
+              ElementsAre(HasSubstr("the schema 'a' at byte 33 has the number 0")));
+}
+
+TEST(McapCheck, MessageIndexOfOtherMessagesIsNamed) {
+  std::vector<std::byte> records;
+  append_record(McapChannel{1, 0, "/a", "json", {}}, records);
+  const std::uint64_t place = records.size();
+  append_record(McapMessage{1, 1, 7, 7, {}}, records);
+  const McapChunk chunk{7, 7, records.size(), mcap_crc(records), "", records};
+  EXPECT_THAT(problems_of({chunk, McapMessageIndex{1, {{7, place}}}}), IsEmpty());
+  const auto wrong = ElementsAre(HasSubstr("the message index of channel 1"));
+  EXPECT_THAT(problems_of({chunk, McapMessageIndex{1, {{8, place}}}}), wrong);
+  EXPECT_THAT(problems_of({chunk, McapMessageIndex{1, {{7, place + 1}}}}), wrong);
+  EXPECT_THAT(problems_of({chunk, McapMessageIndex{1, {}}}), wrong);
+  EXPECT_THAT(problems_of({chunk, McapMessageIndex{2, {{7, place}}}}),
+              ElementsAre(HasSubstr("the message index of channel 2")));
+}
+
 }  // namespace
 }  // namespace doppel
