@@ -17,9 +17,9 @@ namespace fs = std::filesystem;
 
 // The options of `up` that a scenario file has the values of.
 constexpr const char* kOptionsOfScenario[] = {
-    "--set",   "--robot",  "--controllers", "--activate",       "--no-controllers", "--plugin",
-    "--world", "--engine", "--base",        "--ideal",          "--no-limits",      "--strict",
-    "--stamp", "--seed",   "--sensors",     "--sensor-threads", "--distro"};
+    "--set",    "--robot",   "--controllers",    "--activate",  "--no-controllers", "--world",
+    "--engine", "--base",    "--ideal",          "--no-limits", "--strict",         "--stamp",
+    "--seed",   "--sensors", "--sensor-threads", "--distro"};
 
 fs::path folder_of(const std::string& file) {
   return file.empty() || file == "-" ? fs::current_path() : fs::absolute(file).parent_path();
@@ -28,7 +28,8 @@ fs::path folder_of(const std::string& file) {
 }  // namespace
 
 std::optional<Scenario> given_scenario(const std::vector<std::string>& words, const CLI::App& verb,
-                                       const RosArguments& ros, Diagnostics& diagnostics) {
+                                       const RosArguments& ros, const std::vector<std::string>& plugins,
+                                       Diagnostics& diagnostics) {
   if (words.empty() || !is_scenario_file(words.front())) return std::nullopt;
   const std::string& file = words.front();
   const auto refuse = [&file](const std::string& argument) {
@@ -41,7 +42,7 @@ std::optional<Scenario> given_scenario(const std::vector<std::string>& words, co
     if (verb.count(option) > 0) refuse(fmt::format("{} is given", option));
   }
   if (!ros.empty()) refuse("--ros-args is given");
-  ScenarioFile read = load_scenario(file, data_folder() / "robots");
+  ScenarioFile read = load_scenario(file, data_folder() / "robots", plugins);
   report_changed_files(read, diagnostics);
   return std::move(read.scenario);
 }

@@ -16,9 +16,10 @@ namespace doppel::app {
 
 // The scenario file that is the only word of the command line, with notes about files that have changed since
 // it was written; nullopt: the words name something else. Throws InputError: an invalid file, or an option of
-// `verb` or ROS arguments beside it that would change the scenario.
+// `verb` or ROS arguments beside it that would change the scenario. plugins: of load_scenario().
 std::optional<Scenario> given_scenario(const std::vector<std::string>& words, const CLI::App& verb,
-                                       const RosArguments& ros, Diagnostics& diagnostics);
+                                       const RosArguments& ros, const std::vector<std::string>& plugins,
+                                       Diagnostics& diagnostics);
 
 // --write-scenario.
 void add_write_scenario(CLI::App& verb, std::string& file);

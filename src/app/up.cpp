@@ -53,9 +53,11 @@ Scenario make_scenario(const UpOptions& options, const RosArguments& ros) {
 int run_up(const UpOptions& options, const CLI::App& verb, const RosArguments& given_ros) {
   check_run_options(options.run);
   Diagnostics diagnostics;
-  const std::optional<Scenario> written = given_scenario(options.robot.words, verb, given_ros, diagnostics);
+  std::optional<Scenario> written =
+      given_scenario(options.robot.words, verb, given_ros, options.plugins, diagnostics);
   RunHooks hooks;
   if (written) {
+    written->emulation.trace = options.hardware.trace;
     hooks.banner = [&file = options.robot.words.front()](Twin& twin) {
       return fmt::format("  scenario     {}\n", content_hash_text(twin, file));
     };
@@ -120,8 +122,10 @@ void add_run(CLI::App& app, const char* name, const char* help, const std::share
   up->add_option("--activate", options->activate, "Activate only these controllers; the others stay inactive")
       ->delimiter(',');
   up->add_flag("--no-controllers", options->no_controllers, "Load no controllers: the joints are passive");
-  up->add_option("--plugin", options->plugins,
-                 "Shared library with your own controllers or hardware components")
+  up->add_option(
+        "--plugin", options->plugins,
+        "Shared library with your own controllers or hardware components; beside a scenario file: one "
+        "that it needs and that you trust")
       ->take_all();
   up->add_option("--world", options->world,
                  "World: a YAML or SDF file (.sdf, .world), a model's folder, a bundled world ('doppel "

@@ -12,6 +12,7 @@
 #include "app/verbs/bag_verbs.h"
 #include "app/verbs/interruptible_work.h"
 #include "doppel/base/core/installation.h"
+#include "doppel/base/core/path_below.h"
 #include "doppel/base/packages/package_folder.h"
 #include "doppel/description/overlay/overlay.h"
 #include "doppel/lab/curve_plot/curve_plot.h"
@@ -28,6 +29,7 @@ namespace fs = std::filesystem;
 struct ResimulateOptions {
   std::string bag, files, overlay, engine, out, plot;
   std::vector<std::string> arguments;  // name:=value
+  std::vector<std::string> plugins;
   [[nodiscard]] bool is_what_if() const { return !overlay.empty() || !engine.empty() || !arguments.empty(); }
 };
 
@@ -70,7 +72,12 @@ void move_into(WorldRobot& robot, const fs::path& folder) {
       fs::absolute(open_target(robot.target, robot.arguments).target.description).lexically_normal();
   const fs::path package = package_around(file);
   robot.target = file.string();
-  if (package.empty() || !package.lexically_relative(folder).string().starts_with("..")) return;
+  if (path_below(file, fs::absolute(folder))) return;
+  if (package.empty()) {
+    throw InputError("bag.no_run", make_location(file.string()),
+                     "this file of the run is not in the recording, so that no overlay is written beside it",
+                     "record the run again, or use --set");
+  }
   const fs::path copy = folder / package.filename();
   if (!fs::exists(copy)) fs::copy(package, copy, fs::copy_options::recursive);
   robot.target = (copy / file.lexically_relative(package)).string();
@@ -157,7 +164,7 @@ int run_resimulate(const ResimulateOptions& options) {
   }
   const RunFolder folder(options.files);
   BagReader bag(options.bag);
-  RecordedRun run = read_recorded_run(bag, folder.path(), data_folder() / "robots");
+  RecordedRun run = read_recorded_run(bag, folder.path(), data_folder() / "robots", options.plugins);
   change(run, options);
   ResimulationOptions with;
   with.compare_with = options.is_what_if() ? nullptr : &bag;
@@ -217,6 +224,10 @@ void add_bag_resimulate(CLI::App& bag, int& exit_code) {
       ->take_all();
   verb->add_option("--overlay", options->overlay, "What if: another overlay")->check(CLI::ExistingFile);
   verb->add_option("--engine", options->engine, "What if: another engine");
+  verb->add_option(
+          "--plugin", options->plugins,
+          "A shared library that the run needs and that you trust; the recording's own is never loaded")
+      ->take_all();
   verb->add_option("-o,--output,--out", options->out, "Record the second run, too")->type_name("FOLDER");
   verb->add_option("--plot", options->plot, "The joints of both runs as a picture (SVG)")->type_name("FILE");
   verb->add_option("--files", options->files, "Keep the files of the run in this folder")

@@ -9,6 +9,7 @@
 
 #include "doppel/base/core/installation.h"
 #include "doppel/base/core/output_file.h"
+#include "doppel/base/core/path_below.h"
 #include "doppel/base/packages/package_folder.h"
 #include "doppel/description/urdf/robot_description.h"
 #include "doppel/twin/publishers/object_publisher.h"
@@ -24,11 +25,6 @@ constexpr const char* kMeshType = "model/mesh";
 fs::path absolute_path(const fs::path& path) {
   std::error_code none;
   return fs::absolute(path, none).lexically_normal();
-}
-
-bool is_below(const fs::path& file, const fs::path& folder) {
-  const fs::path relative = file.lexically_relative(folder);
-  return !relative.empty() && *relative.begin() != "..";
 }
 
 std::optional<std::vector<std::byte>> bytes_of(const fs::path& file) {
@@ -48,7 +44,7 @@ std::vector<std::byte> bytes_of_text(const std::string& text) {
 fs::path common_folder(const std::set<fs::path>& files) {
   if (files.empty()) return fs::current_path();
   fs::path out = files.begin()->parent_path();
-  while (!std::ranges::all_of(files, [&](const fs::path& file) { return is_below(file, out); }))
+  while (!std::ranges::all_of(files, [&](const fs::path& file) { return path_below(file, out).has_value(); }))
     out = out.parent_path();
   return out;
 }
@@ -63,7 +59,7 @@ std::set<fs::path> attached_files(const std::vector<ReadFile>& files) {
   };
   for (const ReadFile& one : files) {
     const fs::path file = absolute_path(one.file);
-    if (is_below(file, data)) continue;
+    if (path_below(file, data)) continue;
     add_if_file(file);
     if (const fs::path package = package_around(file); !package.empty())
       add_if_file(absolute_path(package / "package.xml"));
@@ -171,13 +167,13 @@ fs::path write_run_files(const std::map<std::string, std::vector<std::byte>>& at
     write_whole(file, {reinterpret_cast<const char*>(found->second.data()), found->second.size()});
   };
   for (const auto& [place, attachment] : places) {
-    const fs::path relative = fs::path(place).lexically_normal();
-    if (relative.is_absolute() || relative.empty() || *relative.begin() == "..") {
+    const auto way = path_below(place, folder);
+    if (!way) {
       throw InputError("bag.no_run", {},
                        fmt::format("the recording's file '{}' leads out of its folder", place),
                        "the recording was not made by doppel, or was changed");
     }
-    write(folder / relative, attachment);
+    write(folder / *way, attachment);
   }
   const fs::path scenario = folder / kScenarioAttachment;
   write(scenario, kScenarioAttachment);

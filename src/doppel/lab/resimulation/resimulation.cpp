@@ -8,6 +8,7 @@
 #include <map>
 
 #include "doppel/base/core/output_file.h"
+#include "doppel/base/core/path_below.h"
 #include "doppel/base/core/thrown.h"
 #include "doppel/lab/recording/run_files.h"
 #include "doppel/lab/recording/run_journal.h"
@@ -162,20 +163,20 @@ class Replay {
   void edit(const Input& input) {
     doppel_msgs::msg::EditedFiles edited;
     if (const Status status = from_cdr(bytes_of(input), edited); !status) return fail(input, status.why());
-    for (const auto& file : edited.files) {
-      const fs::path place = fs::path(file.path).lexically_relative(run_.root);
-      if (place.empty() || *place.begin() == "..")
-        return fail(input, fmt::format("the edited file {} is outside of the recorded ones", file.path));
-      const fs::path path = run_.folder / place;
-      std::error_code error;
-      if (file.removed) {
-        fs::remove(path, error);
-        continue;
-      }
-      fs::create_directories(path.parent_path(), error);
-      write_whole(path, {reinterpret_cast<const char*>(file.data.data()), file.data.size()});
-    }
     try {
+      for (const auto& file : edited.files) {
+        const auto place = path_below(file.path, run_.root);
+        if (!place)
+          return fail(input, fmt::format("the edited file {} is outside of the recorded ones", file.path));
+        const fs::path path = run_.folder / *place;
+        std::error_code error;
+        if (file.removed) {
+          fs::remove(path, error);
+          continue;
+        }
+        fs::create_directories(path.parent_path(), error);
+        write_whole(path, {reinterpret_cast<const char*>(file.data.data()), file.data.size()});
+      }
       Diagnostics diagnostics;
       twin_.replace(Twin::prepare(twin_.running(), diagnostics));
     } catch (const InputError& refused) {
@@ -248,11 +249,14 @@ std::map<std::string, std::vector<std::byte>> attachments_of(BagReader& bag) {
   return out;
 }
 
-void read_files(BagReader& bag, const fs::path& bundled_robots, RecordedRun& out) {
+void read_files(BagReader& bag, const fs::path& bundled_robots, const std::vector<std::string>& plugins,
+                RecordedRun& out) {
   const auto attachments = attachments_of(bag);
   if (!attachments.contains(kScenarioAttachment)) refuse("it has no scenario", kHowToRecord);
   const ScenarioFile scenario = load_scenario(
-      write_run_files(attachments, texts_of(bag, kFilesOfRunMetadata), out.folder), bundled_robots);
+      write_run_files(attachments, texts_of(bag, kFilesOfRunMetadata), out.folder), bundled_robots, plugins);
+  if (scenario.scenario.hardware == HardwareUse::real)
+    refuse("it is of real hardware, which would move", "play its messages with: doppel bag play BAG");
   report_changed_files(scenario, out.notes);
   out.scenario = scenario.scenario;
   const auto about = texts_of(bag, kRunMetadata);
@@ -264,7 +268,8 @@ void read_files(BagReader& bag, const fs::path& bundled_robots, RecordedRun& out
 
 }  // namespace
 
-RecordedRun read_recorded_run(BagReader& bag, const fs::path& folder, const fs::path& bundled_robots) {
+RecordedRun read_recorded_run(BagReader& bag, const fs::path& folder, const fs::path& bundled_robots,
+                              const std::vector<std::string>& plugins) {
   RecordedRun out;
   out.folder = folder;
   NumberedMessages<Input> inputs(kInputsTopic);
@@ -279,7 +284,7 @@ RecordedRun read_recorded_run(BagReader& bag, const fs::path& folder, const fs::
   }
   inputs.read(bag);
   hashes.read(bag);
-  read_files(journal ? *journal : bag, bundled_robots, out);
+  read_files(journal ? *journal : bag, bundled_robots, plugins, out);
   out.inputs = std::move(inputs.values);
   out.hashes = std::move(hashes.values);
   out.lost_inputs = inputs.lost;

@@ -37,9 +37,12 @@ struct RecordedRun {
 // Also from a bag of the black box, whose journal (kJournalAttachment) begins with the run.
 // `folder`: an empty one, for the run's files, which is kept as long as the run is used. Throws InputError
 // "bag.no_run": the recording has no scenario, no inputs or no hashes, because it was not made by `up
-// --record` or the black box.
+// --record` or the black box; or it is of real hardware, which a run again must not move. The recording is
+// data, of a stranger perhaps: it loads no code (`plugins`: of load_scenario()) and writes nothing outside
+// of `folder`.
 [[nodiscard]] DOPPEL_API RecordedRun read_recorded_run(BagReader& bag, const std::filesystem::path& folder,
-                                                       const std::filesystem::path& bundled_robots);
+                                                       const std::filesystem::path& bundled_robots,
+                                                       const std::vector<std::string>& plugins = {});
 
 struct ResimulationOptions {
   const std::atomic<bool>* cancel = nullptr;

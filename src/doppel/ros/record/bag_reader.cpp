@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/path_below.h"
 #include "doppel/ros/record/bag_metadata.h"
 
 namespace doppel {
@@ -83,8 +84,9 @@ struct ListedFiles {
 ListedFiles listed_files(const fs::path& folder) {
   ListedFiles out;
   for (const std::string& name : files_of_bag_metadata(folder / kBagMetadataFile)) {
-    // rosbag2 of Foxy wrote the folder's name as well.
-    const fs::path file = folder / name, beside = folder / fs::path(name).filename();
+    // rosbag2 of Foxy wrote the folder's name as well. A list that leads out of the folder is not rosbag2's.
+    const fs::path beside = folder / fs::path(name).filename(),
+                   file = path_below(name, folder) ? folder / name : beside;
     if (fs::exists(file) || fs::exists(beside)) {
       out.present.push_back((fs::exists(file) ? file : beside).string());
     } else {

@@ -12,6 +12,7 @@
 
 #include "doppel/base/core/file_descriptor.h"
 #include "doppel/base/core/names.h"
+#include "doppel/base/core/path_below.h"
 #include "doppel/base/core/text.h"
 #include "doppel/base/packages/package_folder.h"
 #include "doppel/ros/server/detail/header_text.h"
@@ -42,13 +43,9 @@ bool is_gltf_buffer(const fs::path& file, const AssetTable& known) {
          });
 }
 
-bool is_below(const fs::path& file, const fs::path& folder) {
-  const auto [rest, unused] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
-  return !folder.empty() && rest == folder.end();
-}
-
 bool is_held(const fs::path& file, const AssetTable& known) {
-  return std::ranges::any_of(known.roots, [&file](const fs::path& root) { return is_below(file, root); }) ||
+  return std::ranges::any_of(known.roots,
+                             [&file](const fs::path& root) { return path_below(file, root).has_value(); }) ||
          std::ranges::find(known.flat, file.parent_path()) != known.flat.end();
 }
 
@@ -58,7 +55,7 @@ bool may_be_in(const fs::path& file, const fs::path& root) {
   std::error_code failed;
   const fs::path folder = fs::canonical(root, failed);
   if (failed || root.empty()) return false;
-  if (is_below(file, folder)) return true;
+  if (path_below(file, folder)) return true;
   const fs::path package = package_around(file);
   return !package.empty() && is_package(folder) && package_name(package) == package_name(folder);
 }

@@ -32,8 +32,12 @@ DOPPEL_API bool is_scenario_file(const std::filesystem::path& file);
 
 // Throws InputError with all errors of the file: unknown keys with the nearest one, wrong types, values that
 // are missing in a complete scenario. `bundled_robots`: of the result.
+// `plugins`: the libraries that the user names. The file is data, of a stranger perhaps, and loads no code:
+// for each library that it lists the run gets the one of the same file name in `plugins`; a library that is
+// only in one of the two lists is an error.
 DOPPEL_API ScenarioFile load_scenario(const std::filesystem::path& file,
-                                      const std::filesystem::path& bundled_robots);
+                                      const std::filesystem::path& bundled_robots,
+                                      const std::vector<std::string>& plugins = {});
 
 // The present bytes of files, each once, in their order.
 DOPPEL_API std::vector<ReadFile> files_with_hashes(const std::vector<std::filesystem::path>& files);

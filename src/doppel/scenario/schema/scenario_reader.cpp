@@ -25,8 +25,8 @@ constexpr std::size_t kMaxHeadBytes = 4096;  // in which the key doppel_scenario
 
 class ScenarioReader : YamlFields {
  public:
-  explicit ScenarioReader(const fs::path& file)
-      : YamlFields(kRules), file_(file), folder_(fs::absolute(file).parent_path()) {}
+  ScenarioReader(const fs::path& file, const std::vector<std::string>& plugins)
+      : YamlFields(kRules), file_(file), folder_(fs::absolute(file).parent_path()), plugins_(plugins) {}
 
   ScenarioFile read() {
     const PlacedYaml root = load_yaml(file_, kRules, "scenario file");
@@ -71,9 +71,7 @@ class ScenarioReader : YamlFields {
     }
     if (root["start_controllers"])
       out.start_controllers = flag(root["start_controllers"], "start_controllers");
-    if (root["plugins"])
-      for (const std::string& plugin : texts(root["plugins"], "plugins"))
-        out.plugins.push_back(read_word(plugin, folder_));
+    read_plugins(root, out);
     if (root["hardware"])
       out.hardware = static_cast<HardwareUse>(
           choice(root["hardware"], "hardware", {"simulated", "emulated", "ports", "real"}));
@@ -93,6 +91,27 @@ class ScenarioReader : YamlFields {
     if (root["stamp"]) out.wall_stamps = choice(root["stamp"], "stamp", {"sim", "wall"}) == 1;
   }
 
+  // Finds the libraries of the file in those of the user.
+  void read_plugins(const PlacedYaml& root, Scenario& out) {
+    const auto name_of = [](const std::string& library) { return fs::path(library).filename(); };
+    const PlacedYaml& value = root["plugins"];
+    std::vector<std::string> unused = plugins_;
+    for (const std::string& written : value ? texts(value, "plugins") : std::vector<std::string>{}) {
+      const auto named = std::ranges::find(unused, name_of(written), name_of);
+      if (named == unused.end()) {
+        error(value,
+              fmt::format("the run needs the library '{}', and a file alone does not load code", written),
+              fmt::format("if you trust it, name it: --plugin FOLDER/{}", name_of(written).string()));
+        continue;
+      }
+      out.plugins.push_back(std::move(*named));
+      unused.erase(named);
+    }
+    for (const std::string& library : unused)
+      error(value ? value : root, fmt::format("the run does not need the library '{}'", library),
+            "leave out its --plugin, or add it to 'plugins'");
+  }
+
   void read_ros(const PlacedYaml& value, Scenario& out) {
     if (!value) return;
     std::vector<std::string> words = texts(value, "ros_args");
@@ -108,7 +127,7 @@ class ScenarioReader : YamlFields {
   }
 
   void read_emulation(const PlacedYaml& value, EmulationOptions& out) {
-    if (!fields(value, "emulation", {"faults", "seed", "hand", "servos", "trace"})) return;
+    if (!fields(value, "emulation", {"faults", "seed", "hand", "servos"})) return;
     if (value["faults"]) out.faults = read_path(text(value["faults"], "faults"), folder_);
     if (value["seed"]) out.seed = whole<std::uint64_t>(value["seed"], "seed");
     if (value["hand"])
@@ -116,7 +135,6 @@ class ScenarioReader : YamlFields {
     if (value["servos"])
       out.servos = static_cast<ServoProtocol>(
           choice(value["servos"], "servos", {"servo_line", "feetech", "dynamixel"}));
-    if (value["trace"]) out.trace = read_path(text(value["trace"], "trace"), folder_);
   }
 
   void read_sensors(const PlacedYaml& value, RigOptions& out) {
@@ -264,6 +282,7 @@ class ScenarioReader : YamlFields {
   }
 
   fs::path file_, folder_;
+  const std::vector<std::string>& plugins_;
 };
 
 }  // namespace
@@ -281,8 +300,9 @@ bool is_scenario_file(const fs::path& file) {
   return key == 0 || head[key - 1] == '\n' || head[key - 1] == '"';
 }
 
-ScenarioFile load_scenario(const fs::path& file, const fs::path& bundled_robots) {
-  ScenarioFile out = ScenarioReader(file).read();
+ScenarioFile load_scenario(const fs::path& file, const fs::path& bundled_robots,
+                           const std::vector<std::string>& plugins) {
+  ScenarioFile out = ScenarioReader(file, plugins).read();
   out.scenario.bundled_robots = bundled_robots;
   return out;
 }

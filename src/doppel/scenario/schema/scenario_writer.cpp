@@ -102,7 +102,6 @@ Tree tree_of(const EmulationOptions& emulation, const fs::path& folder) {
   Tree out{{"seed", emulation.seed}, {"hand", kHands[static_cast<std::size_t>(emulation.hand)]}};
   if (!emulation.faults.empty()) out["faults"] = written_path(emulation.faults, folder);
   if (emulation.servos) out["servos"] = to_string(*emulation.servos);
-  if (!emulation.trace.empty()) out["trace"] = written_path(emulation.trace, folder);
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "doppel/base/core/output_file.h"
+#include "doppel/base/core/path_below.h"
 #include "doppel/session/live/session.h"
 
 namespace doppel {
@@ -11,12 +12,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "package://arm/meshes/a.stl" -> "arm/meshes/a.stl"; empty: no place within a folder.
-fs::path place_of(const std::string& uri) {
-  const std::size_t scheme = uri.find("://");
-  const fs::path place =
-      fs::path(scheme == std::string::npos ? uri : uri.substr(scheme + 3)).relative_path().lexically_normal();
-  return place.empty() || *place.begin() == ".." ? fs::path() : place;
+// "package://arm/meshes/a.stl" -> "arm/meshes/a.stl"; empty: no place within `folder`.
+fs::path place_of(const std::string& uri, const fs::path& folder) {
+  return path_below(fs::path(uri.substr(uri.find("://") + 3)).relative_path(), folder).value_or("");
 }
 
 bool is_mesh(const std::string& name) {
@@ -35,15 +33,19 @@ RobotFiles write_meshes(BagReader& bag, const fs::path& folder) {
   std::error_code none;
   for (const BagPart& part : bag.contents().attachments) {
     const std::string& uri = part.part.name;
-    const fs::path place = is_mesh(uri) ? place_of(uri) : fs::path();
+    const fs::path place = is_mesh(uri) ? place_of(uri, folder) : fs::path();
     if (place.empty()) continue;
     const fs::path file = folder / place, package = folder / *place.begin();
     fs::create_directories(file.parent_path(), none);
     const std::vector<std::byte> data = bag.attachment(part);
-    write_whole(file, {reinterpret_cast<const char*>(data.data()), data.size()});
-    if (uri.starts_with("package://") && !fs::exists(package / "package.xml"))
-      write_whole(package / "package.xml",
-                  fmt::format("<package><name>{}</name></package>\n", package.filename().string()));
+    try {
+      write_whole(file, {reinterpret_cast<const char*>(data.data()), data.size()});
+      if (uri.starts_with("package://") && !fs::exists(package / "package.xml"))
+        write_whole(package / "package.xml",
+                    fmt::format("<package><name>{}</name></package>\n", package.filename().string()));
+    } catch (const InputError&) {
+      continue;  // "package://a" beside "package://a/b": one of them is no place
+    }
     out.meshes.push_back({uri, file});
   }
   return out;

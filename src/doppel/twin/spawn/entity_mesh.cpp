@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 
+#include "doppel/base/core/path_below.h"
 #include "doppel/base/core/text.h"
 #include "doppel/base/packages/package_folder.h"
 #include "doppel/base/xml/xml.h"
@@ -16,13 +17,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uintmax_t kMaxMeshBytes = std::uintmax_t{16} << 20;
 constexpr const char* kRule = "entity.mesh";
-
-// Both without "." and "..".
-bool is_below(const fs::path& file, const fs::path& folder) {
-  if (folder.empty()) return false;
-  const auto [in_folder, in_file] = std::mismatch(folder.begin(), folder.end(), file.begin(), file.end());
-  return in_folder == folder.end() || (in_folder->empty() && std::next(in_folder) == folder.end());
-}
 
 bool is_mesh_name(const fs::path& file) {
   const std::string end = lowered(file.extension().string());
@@ -73,7 +67,7 @@ fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolve
   file = fs::absolute(file, failed).lexically_normal();
   // The name is checked before the disk is read, so that no response reveals which other files exist.
   const auto holds = [&file, &failed](const fs::path& folder) {
-    return !folder.empty() && is_below(file, fs::absolute(folder, failed).lexically_normal());
+    return !folder.empty() && path_below(file, fs::absolute(folder, failed));
   };
   if (std::ranges::none_of(folders, holds)) throw refuse("is outside the robot's packages");
   const fs::path real = fs::canonical(file, failed);
@@ -81,7 +75,7 @@ fs::path find_entity_mesh(const std::string& uri, const PackageResolver& resolve
   const auto really_holds = [&real](const fs::path& folder) {
     std::error_code gone;
     const fs::path canonical = folder.empty() ? folder : fs::canonical(folder, gone);
-    return is_below(real, canonical);
+    return path_below(real, canonical).has_value();
   };
   if (std::ranges::none_of(folders, really_holds) && package_above(real).empty())
     throw refuse("is a symbolic link that points outside the robot's packages");

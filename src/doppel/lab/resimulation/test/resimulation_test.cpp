@@ -11,6 +11,7 @@
 #include <random>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/lab/recording/run_files.h"
 #include "doppel/lab/recording/run_recording.h"
 #include "doppel/ros/bus/parameter_services.h"
 #include "doppel/ros/messages/control_msgs.h"
@@ -19,11 +20,13 @@
 #include "doppel/ros/messages/geometry_msgs.h"
 #include "doppel/ros/messages/std_srvs.h"
 #include "doppel/ros/messages/trajectory_msgs.h"
+#include "doppel/ros/record/bag_copy.h"
 
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -276,6 +279,74 @@ TEST_F(ResimulationTest, OtherDampingIsFoundAtItsFirstMessage) {
   ASSERT_TRUE(other.wrong_after);
   ASSERT_TRUE(other.first);
   EXPECT_LT(other.first->step, 100U);
+}
+
+TEST_F(ResimulationTest, EditOfRecordingStaysInItsFolder) {
+  record(scenario_of("lab_arm"), 20, [](Twin&, Edge&, std::uint64_t) {});
+  RecordedRun run = read();
+  std::ofstream(folder_ / "own.txt") << "mine";
+  for (const char* const way : {"/urdf/../../stolen.txt", "/../stolen.txt", "", "/."}) {
+    doppel_msgs::msg::EditedFiles edited;
+    edited.files.resize(2);
+    edited.files[0].path = run.root.string() + way;
+    edited.files[0].data = {'e', 'v', 'i', 'l'};
+    edited.files[1].path = run.root.string() + "/urdf/../../own.txt";
+    edited.files[1].removed = true;
+    doppel_msgs::msg::Input& input = run.inputs.emplace_back();
+    input.kind = doppel_msgs::msg::Input::EDIT;
+    input.step = 10;
+    const Bytes cdr = to_cdr(edited);
+    for (const std::byte byte : cdr) input.data.push_back(static_cast<std::uint8_t>(byte));
+  }
+  const Resimulation result = resimulate(run, {});
+  EXPECT_THAT(result.failed_inputs,
+              testing::AllOf(testing::SizeIs(4), testing::Each(HasSubstr("is outside of"))));
+  EXPECT_FALSE(fs::exists(folder_ / "stolen.txt"));
+  EXPECT_TRUE(fs::exists(folder_ / "own.txt"));
+}
+
+// Copies the bag with another scenario, as anyone can write it.
+class ForgedBagTest : public ResimulationTest {
+ protected:
+  void forge(const std::string& key, std::vector<std::pair<std::string, std::string>> places = {}) {
+    record(scenario_of("lab_arm"), 20, [](Twin&, Edge&, std::uint64_t) {});
+    const fs::path genuine = folder_ / "genuine";
+    fs::rename(bag_, genuine);
+    BagReader bag(genuine.string());
+    BagWriterOptions options;
+    options.folder = bag_;
+    BagWriter copy(options);
+    for (const BagPart& part : bag.contents().attachments) {
+      std::vector<std::byte> data = bag.attachment(part);
+      for (const char byte : part.part.name == kScenarioAttachment ? key + "\n" : "")
+        data.push_back(static_cast<std::byte>(byte));
+      copy.attach({part.part.name, "text/plain", data}, 0);
+    }
+    copy.attach({"evil", "text/plain", {std::byte{'x'}}}, 0);
+    for (const BagPart& part : bag.contents().metadata) {
+      if (part.part.name == kRunMetadata) copy.add_metadata(kRunMetadata, bag.metadata(part));
+    }
+    copy.add_metadata(kFilesOfRunMetadata, places);
+    copy_from(bag, 0, UINT64_MAX, {.hidden = true}, copy);
+    copy.close();
+  }
+};
+
+TEST_F(ForgedBagTest, LibraryOfRecordingIsNotLoaded) {
+  forge("plugins: [evil.so]", {{"evil.so", "evil"}});
+  EXPECT_THAT([&] { read(); }, testing::ThrowsMessage<InputError>(AllOf(
+                                   HasSubstr("does not load code"), HasSubstr("--plugin FOLDER/evil.so"))));
+}
+
+TEST_F(ForgedBagTest, FileThatLeadsOutIsRefused) {
+  forge("", {{"urdf/../../evil.txt", "evil"}});
+  EXPECT_THAT([&] { read(); }, testing::ThrowsMessage<InputError>(HasSubstr("leads out of its folder")));
+  EXPECT_FALSE(fs::exists(folder_ / "evil.txt"));
+}
+
+TEST_F(ForgedBagTest, RealHardwareIsNotMoved) {
+  forge("hardware: real");
+  EXPECT_THAT([&] { read(); }, testing::ThrowsMessage<InputError>(HasSubstr("it is of real hardware")));
 }
 
 TEST_F(ResimulationTest, RecordingThatBeganLaterIsRefused) {

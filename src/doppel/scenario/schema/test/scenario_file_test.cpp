@@ -23,8 +23,8 @@ class ScenarioFileTest : public testing::Test {
     std::ofstream(folder_ / name, std::ios::binary) << text;
     return folder_ / name;
   }
-  [[nodiscard]] Scenario loaded(const std::string& text) const {
-    return load_scenario(write("run.yaml", text), "/robots").scenario;
+  [[nodiscard]] Scenario loaded(const std::string& text, const std::vector<std::string>& plugins = {}) const {
+    return load_scenario(write("run.yaml", text), "/robots", plugins).scenario;
   }
   [[nodiscard]] std::string error_of(const std::string& text) const {
     try {
@@ -88,7 +88,7 @@ TEST_F(ScenarioFileTest, EveryValueIsReadAsWrittenInBothFormats) {
   for (const ScenarioFormat format : {ScenarioFormat::yaml, ScenarioFormat::json}) {
     const std::string text = scenario_text(before, {}, folder_, format);
     SCOPED_TRACE(text);
-    const Scenario after = loaded(text);
+    const Scenario after = loaded(text, before.plugins);
     EXPECT_EQ(scenario_text(after, {}, folder_, format), text);
     ASSERT_EQ(after.robots.size(), 1u);
     const WorldRobot &robot = after.robots[0], &as_given = before.robots[0];
@@ -112,10 +112,11 @@ TEST_F(ScenarioFileTest, MirrorIsReadAsWritten) {
        {MirrorMode::shadow, MirrorMode::follow, MirrorMode::off, MirrorMode::rehearse}) {
     before.mirror = mode;
     for (const ScenarioFormat format : {ScenarioFormat::yaml, ScenarioFormat::json})
-      EXPECT_EQ(loaded(scenario_text(before, {}, folder_, format)).mirror, mode);
+      EXPECT_EQ(loaded(scenario_text(before, {}, folder_, format), before.plugins).mirror, mode);
   }
   before.hardware = HardwareUse::emulated;
-  EXPECT_EQ(loaded(scenario_text(before, {}, folder_, ScenarioFormat::yaml)).mirror, MirrorMode::rehearse);
+  EXPECT_EQ(loaded(scenario_text(before, {}, folder_, ScenarioFormat::yaml), before.plugins).mirror,
+            MirrorMode::rehearse);
   EXPECT_THAT(error_of("doppel_scenario: 1\nhardware: real\nmirror: rehears\n"),
               HasSubstr("did you mean 'rehearse'"));
 }
@@ -128,16 +129,15 @@ TEST_F(ScenarioFileTest, EmulationIsReadAsWritten) {
                       .seed = 7,
                       .hand = HandMotion::sweep,
                       .servos = ServoProtocol::dynamixel,
-                      .trace = folder_ / "bus.txt"};
+                      .trace = {}};
   for (const ScenarioFormat format : {ScenarioFormat::yaml, ScenarioFormat::json}) {
-    const Scenario after = loaded(scenario_text(before, {}, folder_, format));
+    const Scenario after = loaded(scenario_text(before, {}, folder_, format), before.plugins);
     EXPECT_EQ(after.hardware, HardwareUse::ports);
     EXPECT_FALSE(after.guard);
     EXPECT_EQ(after.emulation.faults, before.emulation.faults);
     EXPECT_EQ(after.emulation.seed, 7u);
     EXPECT_EQ(after.emulation.hand, HandMotion::sweep);
     EXPECT_EQ(after.emulation.servos, ServoProtocol::dynamixel);
-    EXPECT_EQ(after.emulation.trace, before.emulation.trace);
   }
   EXPECT_THAT(error_of("doppel_scenario: 1\nhardware: ports\nemulation: {servos: fetech}\n"),
               HasSubstr("did you mean 'feetech'?"));
@@ -151,9 +151,37 @@ TEST_F(ScenarioFileTest, PathsFollowFolder) {
   fs::remove_all(moved);
   fs::copy(folder_, moved, fs::copy_options::recursive);
   std::ofstream(moved / "run.yaml") << text;
-  const Scenario after = load_scenario(moved / "run.yaml", "").scenario;
+  const std::string plugin = moved / "libmine.so";
+  const Scenario after = load_scenario(moved / "run.yaml", "", {plugin}).scenario;
   EXPECT_EQ(fs::path(after.robots[0].target), moved / "arm one.urdf");
   EXPECT_EQ(content_hash(after, {}, moved), content_hash(before, {}, folder_));
+}
+
+TEST_F(ScenarioFileTest, LibraryIsThatOfTheUserAndNeverThatOfTheFile) {
+  write("liba.so", "");
+  const std::string text =
+      "doppel_scenario: 1\nrobots: [{robot: omarm_one}]\nplugins: [liba.so, lib/libb.so]\n";
+  EXPECT_THAT(error_of(text),
+              AllOf(HasSubstr("run.yaml:3"), HasSubstr("a file alone does not load code"),
+                    HasSubstr("--plugin FOLDER/liba.so"), HasSubstr("--plugin FOLDER/libb.so")));
+  const std::vector<std::string> named{"/usr/lib/libb.so", "build/liba.so"};
+  EXPECT_THAT(loaded(text, named).plugins, testing::ElementsAre("build/liba.so", "/usr/lib/libb.so"));
+  EXPECT_THAT(
+      [&] {
+        static_cast<void>(loaded(text, {"liba.so", "libb.so", "libc.so"}));
+      },
+      testing::ThrowsMessage<InputError>(HasSubstr("does not need the library 'libc.so'")));
+  EXPECT_THAT([&] { static_cast<void>(loaded("doppel_scenario: 1\n", {"liba.so"})); },
+              testing::ThrowsMessage<InputError>(HasSubstr("does not need the library 'liba.so'")));
+}
+
+TEST_F(ScenarioFileTest, NoKeyNamesFileThatRunWouldWrite) {
+  Scenario scenario = full();
+  scenario.hardware = HardwareUse::ports;
+  scenario.emulation.trace = folder_ / "bus.txt";
+  EXPECT_THAT(scenario_text(scenario, {}, folder_, ScenarioFormat::yaml), testing::Not(HasSubstr("bus.txt")));
+  EXPECT_THAT(error_of("doppel_scenario: 1\nhardware: ports\nemulation: {trace: bus.txt}\n"),
+              HasSubstr("'trace'"));
 }
 
 TEST_F(ScenarioFileTest, NamesOfBundledRobotsAndWorldsAreKept) {
