@@ -1,15 +1,39 @@
 #include "doppel/base/core/user_folders.h"
 
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
 #include <cstdlib>
+#include <cstring>
 
 namespace doppel {
 
-std::filesystem::path state_folder() {
+namespace fs = std::filesystem;
+
+fs::path state_folder() {
   const char* const state = std::getenv("XDG_STATE_HOME");
-  if (state != nullptr && *state == '/') return std::filesystem::path(state) / "doppel";
+  if (state != nullptr && *state == '/') return fs::path(state) / "doppel";
   const char* const home = std::getenv("HOME");
-  if (home != nullptr && *home == '/') return std::filesystem::path(home) / ".local" / "state" / "doppel";
+  if (home != nullptr && *home == '/') return fs::path(home) / ".local" / "state" / "doppel";
   return {};
+}
+
+std::string private_folder_problem(const fs::path& folder) {
+  struct stat facts {};
+  if (lstat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode) || facts.st_uid != geteuid() ||
+      (facts.st_mode & 077) != 0)
+    return fmt::format("{} is not a folder that only this user can access", folder.string());
+  return "";
+}
+
+std::string make_private_folder(const fs::path& folder) {
+  std::error_code none;
+  fs::create_directories(folder.parent_path(), none);
+  if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST)
+    return fmt::format("cannot create {}: {}", folder.string(), std::strerror(errno));
+  return private_folder_problem(folder);
 }
 
 }  // namespace doppel

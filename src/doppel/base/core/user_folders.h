@@ -2,6 +2,7 @@
 // The folders of a user in which doppel keeps files of its own.
 
 #include <filesystem>
+#include <string>
 
 #include "doppel/export.h"
 
@@ -11,5 +12,12 @@ namespace doppel {
 // ~/.local/state/doppel.
 // Empty: the user has neither. Any thread.
 DOPPEL_API std::filesystem::path state_folder();
+
+// Why other users may have put something into the folder, or may read it; "": this user alone can. A user
+// who makes a folder in /tmp first can replace what is in it by links to files of the one who uses it. Any
+// thread.
+[[nodiscard]] DOPPEL_API std::string private_folder_problem(const std::filesystem::path& folder);
+// The same for a folder that is made, with those above it, if it is not there.
+[[nodiscard]] DOPPEL_API std::string make_private_folder(const std::filesystem::path& folder);
 
 }  // namespace doppel

@@ -32,8 +32,8 @@ McapWriter::McapWriter(McapSink& sink, McapWriterOptions options)
 
 void McapWriter::hand_out(std::vector<std::byte>& bytes) {
   data_crc_ = mcap_crc(bytes, data_crc_);
-  size_ += bytes.size();
   sink_.write(bytes);
+  size_ += bytes.size();
   bytes.clear();
 }
 
@@ -44,6 +44,7 @@ void McapWriter::add_record(const McapRecord& record) {
   } else {
     append_record(record, bytes_, options_.padding);
     hand_out(bytes_);
+    messages_out_ = statistics_.message_count;
   }
 }
 
@@ -139,6 +140,7 @@ void McapWriter::flush() {
   if (options_.chunk_index) append_record(index, chunk_indexes_, options_.padding);
   ++statistics_.chunk_count;
   hand_out(bytes_);
+  messages_out_ = statistics_.message_count;
   chunk_records_.clear();
   chunk_start_time_ = chunk_end_time_ = 0;
   chunk_has_messages_ = false;

@@ -63,6 +63,7 @@ class DOPPEL_API McapWriter {
     return chunk_records_.size();
   }  // bytes of records in the chunk
   [[nodiscard]] std::uint64_t message_count() const { return statistics_.message_count; }
+  [[nodiscard]] std::uint64_t messages_out() const { return messages_out_; }  // those that the sink has taken
 
  private:
   void add_record(const McapRecord& record);
@@ -85,6 +86,7 @@ class DOPPEL_API McapWriter {
   std::vector<std::byte> schema_records_, channel_records_, metadata_indexes_, attachment_indexes_,
       chunk_indexes_;
   McapStatistics statistics_;
+  std::uint64_t messages_out_ = 0;
   std::map<std::uint16_t, std::size_t> count_of_;  // index in channel_message_counts
 };
 

@@ -20,7 +20,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kTextType = "text/plain";
-constexpr const char* kMeshType = "model/mesh";
 
 fs::path absolute_path(const fs::path& path) {
   std::error_code none;
@@ -97,7 +96,7 @@ std::vector<BagAttachment> attached_meshes(const std::map<std::string, fs::path>
       continue;
     }
     room -= bytes->size();
-    out.push_back({uri, kMeshType, std::move(*bytes)});
+    out.push_back({uri, kMeshMediaType, std::move(*bytes)});
   }
   return out;
 }

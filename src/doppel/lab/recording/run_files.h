@@ -29,6 +29,7 @@ struct RunSources {
 [[nodiscard]] DOPPEL_API RunSources run_sources(const Twin& twin);
 
 inline constexpr const char* kScenarioAttachment = "scenario.yaml";
+inline constexpr const char* kMeshMediaType = "model/mesh";  // of attached meshes
 inline constexpr const char* kFilesOfRunMetadata = "doppel_files";
 inline constexpr const char* kRunMetadata = "doppel_run";
 inline constexpr const char* kKeepsStates = "keeps_states";  // of kRunMetadata: "yes" or "no"

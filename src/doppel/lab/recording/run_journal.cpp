@@ -52,17 +52,6 @@ void RunJournal::write(const BagTopicCount& topic, const Edge::Incoming& message
     give_up(fmt::format("the inputs of the run are more than {} MB", max_size_ >> 20U));
 }
 
-void RunJournal::add_files(const RunFiles& files) {
-  if (!end_.empty()) return;
-  try {
-    for (const BagAttachment& attachment : files.attachments) writer_.attach(attachment, time_);
-    writer_.add_metadata(kFilesOfRunMetadata, files.places);
-    writer_.add_metadata(kRunMetadata, files.about);
-  } catch (const InputError& error) {
-    give_up(error.diagnostics().front().message);
-  }
-}
-
 void RunJournal::look(std::chrono::steady_clock::time_point now) {
   constexpr std::chrono::milliseconds kInputs{500}, kHashes{60'000};
   if (now - flushed_ < (has_inputs_ ? kInputs : kHashes)) return;

@@ -1,7 +1,7 @@
 #pragma once
-// The inputs and hashes of a run since its first step, with its files, as a small bag of its own: with it a
-// recording of the last seconds can be run again. It grows with what clients ask for, not with time, but for
-// one hash a second.
+// The inputs and hashes of a run since its first step, as a small bag of its own: with it and the files of
+// the run a recording of the last seconds can be run again. It grows with what clients ask for, not with
+// time, but for one hash a second.
 
 #include <chrono>
 #include <cstdint>
@@ -11,7 +11,6 @@
 #include <string>
 
 #include "doppel/export.h"
-#include "doppel/lab/recording/run_files.h"
 #include "doppel/ros/bus/bus.h"
 #include "doppel/ros/record/bag_writer.h"
 
@@ -27,7 +26,6 @@ class DOPPEL_API RunJournal {
 
   // Inputs and hashes; messages of other topics are ignored.
   void write(const BagTopicCount& topic, const Edge::Incoming& message);
-  void add_files(const RunFiles& files);
   // Inputs are in the file half a second later, hashes alone a minute later.
   void look(std::chrono::steady_clock::time_point now);
   // Everything so far is in the file.

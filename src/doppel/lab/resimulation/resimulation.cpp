@@ -233,7 +233,7 @@ void run_again(Twin& twin, const RecordedRun& run, const ResimulationOptions& op
 
 namespace {
 
-// The recording that has the files of the run beside the bag itself: the journal that the black box attaches.
+// The inputs and hashes before those of the bag itself: the journal that the black box attaches.
 std::optional<BagReader> journal_of(const std::map<std::string, std::vector<std::byte>>& attachments,
                                     const fs::path& folder) {
   const auto journal = attachments.find(kJournalAttachment);
@@ -284,7 +284,7 @@ RecordedRun read_recorded_run(BagReader& bag, const fs::path& folder, const fs::
   }
   inputs.read(bag);
   hashes.read(bag);
-  read_files(journal ? *journal : bag, bundled_robots, plugins, out);
+  read_files(bag, bundled_robots, plugins, out);
   out.inputs = std::move(inputs.values);
   out.hashes = std::move(hashes.values);
   out.lost_inputs = inputs.lost;

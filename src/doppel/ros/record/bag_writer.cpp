@@ -51,7 +51,12 @@ BagWriter::BagWriter(BagWriterOptions options) : options_(std::move(options)) {
   if (options_.sink == nullptr) make_folder(options_.folder);
   metadata_.distro = options_.distro;
   metadata_.custom = options_.custom;
-  open_file();
+  try {
+    open_file();
+  } catch (...) {
+    discard();  // the folder would be in the way of another try
+    throw;
+  }
 }
 
 BagWriter::~BagWriter() {
@@ -197,7 +202,10 @@ void BagWriter::split() {
 void BagWriter::remove_oldest() {
   if (metadata_.files.size() < (writer_ == nullptr ? 1U : 2U)) return;
   std::error_code none;
-  fs::remove(options_.folder / metadata_.files.front().path, none);
+  const fs::path file = options_.folder / metadata_.files.front().path;
+  const std::uintmax_t size = fs::file_size(file, none);
+  if (!none) closed_size_ -= std::min<std::uint64_t>(size, closed_size_);
+  fs::remove(file, none);
   metadata_.files.erase(metadata_.files.begin());
 }
 
@@ -219,8 +227,14 @@ std::size_t BagWriter::latched(std::size_t topic) const {
   return topics_[topic].about.latched;
 }
 
+// What waits is lost with a failure.
 std::uint64_t BagWriter::size() const {
-  return closed_size_ + (writer_ == nullptr ? 0 : writer_->size() + writer_->pending());
+  return closed_size_ + (writer_ == nullptr ? 0 : writer_->size() + (closed_ ? 0 : writer_->pending()));
+}
+
+std::uint64_t BagWriter::messages_in_files() const {
+  if (writer_ == nullptr) return metadata_.messages;
+  return metadata_.messages - metadata_.files.back().messages + writer_->messages_out();
 }
 
 }  // namespace doppel

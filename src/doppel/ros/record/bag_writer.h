@@ -79,7 +79,8 @@ class DOPPEL_API BagWriter {
   void discard();
 
   [[nodiscard]] const BagMetadata& metadata() const { return metadata_; }
-  [[nodiscard]] std::uint64_t size() const;                    // bytes in all files
+  [[nodiscard]] std::uint64_t size() const;                    // bytes in all files that are there
+  [[nodiscard]] std::uint64_t messages_in_files() const;       // after a failure fewer than were written
   [[nodiscard]] std::size_t latched(std::size_t topic) const;  // RecordedTopic::latched
   [[nodiscard]] const std::filesystem::path& folder() const { return options_.folder; }
 

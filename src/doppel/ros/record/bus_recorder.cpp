@@ -134,12 +134,28 @@ void BusRecorder::offer_services() {
 void BusRecorder::act(RecorderAction action, std::function<void(bool)> done) {
   {
     const std::lock_guard lock(requests_mutex_);
-    if (!failed_) {
+    if (!refusal_) {
       actions_.push_back({action, std::move(done)});
       return;
     }
   }
   done(false);
+}
+
+// From now on requests are refused where they come from, so that none waits for a thread that has ended.
+void BusRecorder::refuse_requests(const std::string& why) {
+  std::vector<Action> actions;
+  std::vector<Copy> copies;
+  {
+    const std::lock_guard lock(requests_mutex_);
+    refusal_ = why;
+    actions.swap(actions_);
+    copies.swap(copies_);
+  }
+  for (const Action& action : actions) action.done(false);
+  for (const Copy& copy : copies) {
+    if (copy.done) copy.done(why);
+  }
 }
 
 void BusRecorder::serve_actions() {
@@ -183,12 +199,21 @@ void BusRecorder::end() {
   for (const auto& [topic, recorded] : recorded_) edge_->unsubscribe(topic);
   recorded_.clear();
   close();
+  refuse_requests("the recording has ended");
   log_.note(kOrigin, "the recording has ended, as its service stop was called");
 }
 
 void BusRecorder::copy(Copy request) {
-  const std::lock_guard lock(requests_mutex_);
-  copies_.push_back(std::move(request));
+  std::string refusal;
+  {
+    const std::lock_guard lock(requests_mutex_);
+    if (!refusal_ && copies_.size() < kMaxCopies) {
+      copies_.push_back(std::move(request));
+      return;
+    }
+    refusal = refusal_.value_or(fmt::format("{} requests wait already", kMaxCopies));
+  }
+  if (request.done) request.done(refusal);
 }
 
 void BusRecorder::serve_copies() {
@@ -201,27 +226,42 @@ void BusRecorder::serve_copies() {
     std::string failure;
     try {
       make_copy(request);
-    } catch (const InputError& error) {
-      failure = error.what();
+    } catch (...) {
+      failure = thrown_text();
     }
     if (request.done) request.done(failure);
   }
 }
 
-// The present file is closed first, so that all of them have an index.
+// The present file goes on and is read as a whole: many copies make no more files.
 void BusRecorder::make_copy(const Copy& request) {
-  writer_.split();
+  writer_.flush();
   const auto last = static_cast<std::uint64_t>(request.last.count()), now = static_cast<std::uint64_t>(time_);
-  BagWriter out(request.bag);
-  if (request.add_parts) request.add_parts(out, now);
-  BagReader bag(writer_.folder().string());
-  copy_from(bag, now > last ? now - last : 0, UINT64_MAX, {.hidden = true}, out);
-  out.close();
+  const std::unique_ptr<BagWriter> out = request.make_bag();
+  try {
+    if (request.add_parts) request.add_parts(*out, now);
+    BagReader bag(writer_.folder().string());
+    copy_from(bag, now > last ? now - last : 0, UINT64_MAX, {.hidden = true}, *out);
+    out->close();
+  } catch (...) {
+    out->discard();
+    throw;
+  }
 }
 
+// A file begins anew where time is set back, so that a span is the sum of their durations.
 void BusRecorder::prune() {
-  if (options_.keep_files > 0 && writer_.metadata().files.size() > options_.keep_files)
+  const std::vector<BagFileCount>& files = writer_.metadata().files;
+  if (options_.keep <= Duration{}) return;
+  std::uint64_t span = 0;
+  for (const BagFileCount& file : files) span += file.duration;
+  while (files.size() > 1) {
+    span -= files.front().duration;
+    if (span < static_cast<std::uint64_t>(options_.keep.count()) && files.size() <= kMaxKeptFiles &&
+        writer_.size() <= options_.keep_bytes)
+      return;
     writer_.remove_oldest();
+  }
 }
 
 void BusRecorder::take_messages() {
@@ -271,14 +311,17 @@ void BusRecorder::run() {
 void BusRecorder::fail(const std::string& why) {
   failed_ = true;
   report_.failure = why;
-  log_.error(kOrigin, fmt::format("the recording has ended; what was written before is readable: {}", why));
+  if (options_.on_failure) {
+    options_.on_failure(why);
+  } else {
+    log_.error(kOrigin, fmt::format("the recording has ended; what was written before is readable: {}", why));
+  }
   for (const auto& [topic, recorded] : recorded_) edge_->unsubscribe(topic);
-  serve_actions();  // with refusals
+  refuse_requests(why);
 }
 
 void BusRecorder::close() {
   if (std::exchange(is_closed_, true)) return;
-  report_.messages = messages_.load();
   try {
     std::vector<std::pair<std::string, std::string>> texts;
     for (const auto& [topic, count] : report_.lost) texts.emplace_back(topic, std::to_string(count));
@@ -288,6 +331,7 @@ void BusRecorder::close() {
     if (report_.failure.empty()) report_.failure = error.diagnostics().front().message;
   }
   report_.bytes = writer_.size();
+  report_.messages = std::min(messages_.load(), writer_.messages_in_files());
   std::uint64_t lost = 0;
   for (const auto& [topic, count] : report_.lost) lost += count;
   if (lost > 0) {
@@ -303,13 +347,14 @@ void BusRecorder::let_catch_up() const {
 }
 
 const RecorderReport& BusRecorder::stop() {
-  if (is_closed_ && edge_ == nullptr) return report_;
+  if (edge_ == nullptr) return report_;
   if (thread_.joinable()) {
     ending_ = true;
     thread_.join();  // within kLook
   } else {
     take();
   }
+  refuse_requests("the recording has ended");
   services_.reset();
   edge_.reset();
   close();

@@ -29,19 +29,26 @@ struct RecorderOptions {
   std::vector<BagAttachment> attachments = {};
   std::vector<std::pair<std::string, std::vector<std::pair<std::string, std::string>>>> metadata = {};
   std::size_t ring_bytes = std::size_t{128} << 20;  // messages that wait for the disk
-  // An observer within the process keeps the newest files only, and is not part of the graph.
-  std::size_t keep_files = 0;  // 0: all
-  bool on_loop = false;        // no thread: the loop calls take()
-  bool listed = true;          // part of the graph, with the services of rosbag2's recorder
-  int niceness = 0;            // of its thread
+  // An observer within the process keeps the newest files only: as many as span `keep` of log times (0: all),
+  // but no more than `keep_bytes` and kMaxKeptFiles. It is not part of the graph.
+  Duration keep{};
+  std::uint64_t keep_bytes = 0;
+  bool on_loop = false;  // no thread: the loop calls take()
+  bool listed = true;    // part of the graph, with the services of rosbag2's recorder
+  int niceness = 0;      // of its thread
   // Called with each message on the recorder's thread. May be empty.
   std::function<void(const BagTopicCount& topic, const Edge::Incoming& message)> on_message = {};
   std::function<void()> on_look = {};      // the same every kLook, and before the end
   std::vector<std::string> unpaused = {};  // topics that are recorded during a pause, too
+  // Called on the recorder's thread with the reason why the recording has ended early. Empty: the log gets
+  // it.
+  std::function<void(const std::string& why)> on_failure = {};
 };
+inline constexpr std::size_t kMaxKeptFiles = 100;  // each is open while they are copied
 
 struct RecorderReport {
-  std::uint64_t messages = 0, bytes = 0;
+  std::uint64_t messages = 0;  // that can be read: after a failure those that are in the file
+  std::uint64_t bytes = 0;
   std::map<std::string, std::uint64_t> lost;  // messages by topic
   std::string failure;                        // why the recording has ended early; empty: it has not
 };
@@ -65,14 +72,16 @@ class DOPPEL_API BusRecorder {
   // thread.
   void let_catch_up() const;
   // Copies the last messages to another bag, on the recorder's thread: those of `last` before now, and the
-  // latched ones. `done` and `add_parts`: called there, `done` with the reason of a failure, or "".
+  // latched ones. A bag that cannot be completed is removed. The functions are called there. Once the
+  // recording has ended, or while kMaxCopies wait, copy() itself calls `done` with the reason.
   struct Copy {
-    BagWriterOptions bag;
     Duration last{};
+    std::function<std::unique_ptr<BagWriter>()> make_bag = {};
     // Attachments and metadata, before the messages; `time` in ns, for attachments.
     std::function<void(BagWriter&, std::uint64_t time)> add_parts = {};
-    std::function<void(const std::string& failure)> done = {};
+    std::function<void(const std::string& failure)> done = {};  // with the reason, or ""
   };
+  static constexpr std::size_t kMaxCopies = 32;
   void copy(Copy request);
   // On the recorder's thread, after the messages so far: messages are left out until resume, which begins
   // with the last latched ones; the next message begins a new file; or the bag is closed, and nothing is
@@ -103,6 +112,7 @@ class DOPPEL_API BusRecorder {
     std::function<void(bool)> done;
   };
   void serve_actions();
+  void refuse_requests(const std::string& why);
   [[nodiscard]] bool do_action(RecorderAction what);
   void pause(bool yes);
   void end();
@@ -117,11 +127,12 @@ class DOPPEL_API BusRecorder {
   std::map<TopicId, Recorded> recorded_;
   std::int64_t time_ = 0;  // of the last message
   RecorderReport report_;
-  PendingLatched latched_;  // of a pause
-  std::mutex requests_mutex_;
+  PendingLatched latched_;     // of a pause
+  std::mutex requests_mutex_;  // of the next three
   std::vector<Copy> copies_;
   std::vector<Action> actions_;
-  bool is_closed_ = false;
+  std::optional<std::string> refusal_;  // why no request is served any more
+  bool is_closed_ = false;              // of the recorder's thread, until it has ended, as is report_
   std::atomic<bool> ending_{false}, failed_{false}, paused_{false};
   std::optional<RecorderServices> services_;
   std::atomic<std::uint64_t> messages_{0};

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 #include <signal.h>
 #include <sys/socket.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -17,22 +16,12 @@
 #include <nlohmann/json.hpp>
 
 #include "doppel/base/core/time.h"
+#include "doppel/base/core/user_folders.h"
 
 namespace doppel {
 namespace {
 
 namespace fs = std::filesystem;
-
-// The reason why other users can write to the folder, "" if they cannot: they must not be able to direct
-// shells to their ports.
-std::string ownership_problem(const fs::path& folder) {
-  struct stat facts {};
-  if (lstat(folder.c_str(), &facts) != 0 || !S_ISDIR(facts.st_mode) || facts.st_uid != geteuid() ||
-      (facts.st_mode & 077) != 0) {
-    return fmt::format("{} is not a folder that only this user can access", folder.string());
-  }
-  return "";
-}
 
 bool is_alive(int pid) {
   return kill(pid, 0) == 0 || errno == EPERM;
@@ -96,11 +85,7 @@ fs::path announcement_folder() {
 Announcement::Announcement(std::string robot, std::uint16_t port, const std::string& address,
                            const std::string& token) {
   const fs::path folder = announcement_folder();
-  if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) {
-    problem_ = fmt::format("cannot create {}: {}", folder.string(), std::strerror(errno));
-    return;
-  }
-  problem_ = ownership_problem(folder);
+  problem_ = make_private_folder(folder);
   if (!problem_.empty()) return;
   const nlohmann::json object{
       {"pid", getpid()},    {"port", port},   {"robot", std::move(robot)},
@@ -128,7 +113,7 @@ Announcement::~Announcement() {
 
 std::vector<RunningTwin> find_running() {
   std::vector<RunningTwin> twins;
-  if (!ownership_problem(announcement_folder()).empty()) return twins;
+  if (!private_folder_problem(announcement_folder()).empty()) return twins;
   std::error_code failed;
   for (const auto& entry : fs::directory_iterator(announcement_folder(), failed)) {
     if (entry.path().extension() != ".json") continue;

@@ -1,7 +1,9 @@
 #include "doppel/session/live/black_box.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
 #include <signal.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -10,7 +12,9 @@
 #include <ctime>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/file_descriptor.h"
 #include "doppel/base/core/guarded_thread.h"
+#include "doppel/base/core/thrown.h"
 #include "doppel/base/core/user_folders.h"
 #include "doppel/lab/recording/run_files.h"
 #include "doppel/ros/messages/doppel_msgs.h"
@@ -32,10 +36,13 @@ constexpr const char* kMirror = "mirror";  // the log's origin of alarms of the 
 constexpr const char* kAbout = "doppel_black_box";
 constexpr std::string_view kRolling = "black_box-";           // and the process's number
 constexpr std::chrono::seconds kRollingFile{10}, kQuiet{30};  // kQuiet: between two bags of one kind of cause
-// On the disk, together at most 61 MB.
-constexpr std::uint64_t kMaxRollingFile = std::uint64_t{9} << 20U, kMaxJournal = std::uint64_t{16} << 20U;
-constexpr std::size_t kRollingFiles = 5;
-constexpr const char* kJournal = "journal";  // within the folder of the rolling files
+// On the disk, together at most 85 MB.
+constexpr std::uint64_t kMaxRollingFile = std::uint64_t{9} << 20U, kMaxRolling = std::uint64_t{45} << 20U,
+                        kMaxJournal = std::uint64_t{16} << 20U, kMaxFiles = std::uint64_t{24} << 20U,
+                        kMaxMeshes = std::uint64_t{16} << 20U;
+constexpr const char *kJournal = "journal", *kFiles = "files";  // within the folder of the rolling files
+constexpr const char* kSnapshot = "snapshot";
+constexpr const char* kNotRunAgain = "not_resimulated_because";
 constexpr std::size_t kRing = std::size_t{8} << 20;
 constexpr int kNiceness = 10;
 
@@ -87,24 +94,86 @@ pid_t process_of(const fs::path& folder) {
   return out;
 }
 
-// Copies what is whole of the files of a process that was killed. Empty: there was no message.
+// Twins that write at the same time choose names and make folders one after another.
+class FolderLock {
+ public:
+  explicit FolderLock(const fs::path& folder)
+      : folder_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+    if (folder_.is_open()) flock(folder_.get(), LOCK_EX);
+  }
+
+ private:
+  FileDescriptor folder_;
+};
+
+std::unique_ptr<BagWriter> new_bag(const fs::path& folder, const std::string& cause) {
+  std::error_code none;
+  fs::create_directories(folder, none);
+  const FolderLock lock(folder);
+  BagWriterOptions options;
+  options.folder = unused_path(folder / bag_name(cause.substr(0, cause.find(':'))));
+  options.distro = to_string(ros_distro());
+  return std::make_unique<BagWriter>(options);
+}
+
+// The files and meshes of the run, if they are complete.
+void add_files(const fs::path& rolling, BagWriter& bag) {
+  if (!fs::exists(rolling / kFiles / kBagMetadataFile)) return;
+  BagReader files((rolling / kFiles).string());
+  copy_parts(files, bag);
+}
+
+bool has_recording(const fs::path& rolling) {
+  bool out = false;
+  for (const fs::directory_entry& entry : fs::directory_iterator(rolling)) {
+    if (entry.path().extension() != ".mcap") continue;
+    if (entry.file_size() == 0) {
+      fs::remove(entry.path());  // its process was killed, or its disk was full, before the first byte
+    } else {
+      out = true;
+    }
+  }
+  return out;
+}
+
+// Copies what is whole of the files of a process that was killed. Empty: there was no message. Throws where
+// it cannot be copied as a whole.
 fs::path recovered(const fs::path& rolling, const fs::path& folder) {
+  if (!has_recording(rolling)) return {};
   BagReader bag(rolling.string());
   if (bag.contents().messages == 0) return {};
-  BagWriterOptions options;
-  options.folder = unused_path(folder / bag_name("killed"));
-  BagWriter copy(options);
+  const std::unique_ptr<BagWriter> copy = new_bag(folder, "killed");
   try {
     if (const auto journal = journal_attachment(rolling / kJournal))
-      copy.attach(*journal, bag.contents().end);
-    copy.add_metadata(kAbout, {{"cause", "killed"}});
-    copy_from(bag, 0, UINT64_MAX, {.hidden = true}, copy);
-    copy.close();
+      copy->attach(*journal, bag.contents().end);
+    add_files(rolling, *copy);
+    copy->add_metadata(kAbout, {{"cause", "killed"}});
+    copy_from(bag, 0, UINT64_MAX, {.hidden = true}, *copy);
+    copy->close();
   } catch (...) {
-    copy.discard();
+    copy->discard();
     throw;
   }
-  return options.folder;
+  return copy->folder();
+}
+
+// Without the meshes that do not fit, and without all other files if they do not.
+std::vector<std::pair<std::string, std::string>> bound(RunFiles& files) {
+  std::vector<std::pair<std::string, std::string>> out;
+  if (!files.omitted.empty()) out.emplace_back("meshes_left_out", std::to_string(files.omitted.size()));
+  std::uint64_t size = 0;
+  for (const BagAttachment& attachment : files.attachments) size += attachment.data.size();
+  if (size <= kMaxFiles) return out;
+  std::erase_if(files.attachments, [](const BagAttachment& one) { return one.media_type != kMeshMediaType; });
+  files.places.clear();
+  out.emplace_back(kNotRunAgain, fmt::format("the files of the run are more than {} MB", kMaxFiles >> 20U));
+  return out;
+}
+
+void remove_oldest(std::vector<fs::path> bags, std::size_t left) {
+  std::error_code none;
+  std::ranges::sort(bags);
+  for (std::size_t i = 0; i + left < bags.size(); ++i) fs::remove_all(bags[i], none);
 }
 
 }  // namespace
@@ -123,12 +192,13 @@ BlackBox::BlackBox(Twin& twin, BlackBoxOptions options, const Log& log)
       rolling_(unused_path(options_.scratch / fmt::format("{}{}", kRolling, getpid()))),
       node_(twin.bus(), "/doppel"),
       parameters_(twin.bus()) {
+  if (const std::string problem = make_private_folder(options_.scratch); !problem.empty())
+    throw InputError("black_box.folder", {}, problem, "remove it, or set XDG_RUNTIME_DIR");
   node_.serve<std_srvs::srv::Trigger>(
       "~/snapshot", [this](const auto&, const Responder<std_srvs::srv::Trigger::Response>& respond) {
-        const auto path = std::make_shared<fs::path>();
-        *path = write("snapshot", [this, respond, path](const std::string& failure) {
-          twin_.bus().post([respond, path, failure] {
-            respond({failure.empty(), failure.empty() ? path->string() : failure});
+        write(kSnapshot, [this, respond](const fs::path& bag, const std::string& failure) {
+          twin_.bus().post([respond, bag, failure] {
+            respond({failure.empty(), failure.empty() ? bag.string() : failure});
           });
         });
       });
@@ -142,21 +212,29 @@ BlackBox::BlackBox(Twin& twin, BlackBoxOptions options, const Log& log)
     for (const std::string& topic : sensor.sensor.topics) recording.topics.exclude_topics.push_back(topic);
   }
   recording.ring_bytes = kRing;
-  recording.keep_files = kRollingFiles;
+  recording.keep = options_.length + options_.afterwards;
+  recording.keep_bytes = kMaxRolling;
   recording.listed = false;
   recording.niceness = kNiceness;
   recording.on_message = [this](const BagTopicCount& topic, const Edge::Incoming& message) {
     look(topic, message);
   };
   recording.on_look = [this] {
-    keep_journal();
+    if (journal_) journal_->look(Clock::now());
     write_due();
+  };
+  recording.on_failure = [this](const std::string& why) {
+    log_.warning(kBlackBox, fmt::format("the last seconds are not kept any more: {}", why));
   };
   recorder_.emplace(twin.bus(), std::move(recording), log);
   // A start does not wait for the disk.
   reader_ = guarded_thread(
       [this, sources = run_sources(twin)] {
-        read_files(sources);
+        try {
+          read_files(sources);
+        } catch (const InputError& error) {
+          log_.warning(kBlackBox, fmt::format("the files of the run are not kept: {}", error.what()));
+        }
         salvage();
       },
       [&log](const std::string& why) { log.note(kBlackBox, why); });
@@ -170,45 +248,53 @@ BlackBox::~BlackBox() {
   fs::remove_all(rolling_, none);
 }
 
+// Into a bag of their own, from which they are copied to each bag, also by the next process.
 void BlackBox::read_files(const RunSources& sources) {
-  constexpr std::uint64_t kMaxMeshes =
-      0;  // they would be the most of each bag, and the description names them
   RunFiles files = run_files(sources, options_.version, kMaxMeshes);
   files.about.emplace_back(kKeepsStates, options_.keeps_states ? "yes" : "no");
-  const std::lock_guard lock(files_mutex_);
-  about_ = files.about;
-  files_ = std::move(files);
+  std::vector<std::pair<std::string, std::string>> about = bound(files);
+  about.insert(about.begin(), files.about.begin(), files.about.end());
+  {
+    const std::lock_guard lock(about_mutex_);
+    about_ = std::move(about);
+  }
+  BagWriterOptions options;
+  options.folder = rolling_ / kFiles;
+  BagWriter bag(options);
+  for (const BagAttachment& attachment : files.attachments) bag.attach(attachment, 0);
+  bag.add_metadata(kFilesOfRunMetadata, files.places);
+  bag.add_metadata(kRunMetadata, files.about);
+  bag.close();
 }
 
-// Files of processes that do not exist any more.
+// Files of processes that do not exist any more. Of several twins that start one gets a folder, by its new
+// name.
 void BlackBox::salvage() {
   std::error_code none;
   for (const fs::directory_entry& entry : fs::directory_iterator(options_.scratch, none)) {
     const pid_t process = process_of(entry.path());
     if (process == 0 || process == getpid() || kill(process, 0) == 0 || errno != ESRCH) continue;
-    fs::path bag;
-    try {
-      bag = recovered(entry.path(), options_.folder);
-    } catch (const InputError&) {
-      bag.clear();  // a folder without files, or of another user
-    }
-    fs::remove_all(entry.path(), none);
-    if (!bag.empty())
-      log_.note(kBlackBox,
-                fmt::format("an earlier twin was killed; its last seconds are in {}", bag.string()));
+    const fs::path renamed = unused_path(rolling_);
+    std::error_code error;
+    fs::rename(entry.path(), renamed, error);
+    if (!error) copy_killed(renamed);
   }
 }
 
-// The journal is made by the first message, on the recorder's thread.
-void BlackBox::keep_journal() {
-  if (!journal_) return;
-  std::optional<RunFiles> files;
-  {
-    const std::lock_guard lock(files_mutex_);
-    files.swap(files_);
+// A folder that cannot be copied stays, and the next start after this process tries again.
+void BlackBox::copy_killed(const fs::path& rolling) {
+  try {
+    const fs::path bag = recovered(rolling, options_.folder);
+    fs::remove_all(rolling);
+    if (!bag.empty())
+      log_.note(kBlackBox,
+                fmt::format("an earlier twin was killed; its last seconds are in {}", bag.string()));
+  } catch (...) {
+    log_.warning(
+        kBlackBox,
+        fmt::format("an earlier twin was killed; its last seconds could not be copied and stay in {}: {}",
+                    rolling.string(), thrown_text()));
   }
-  if (files) journal_->add_files(*files);
-  journal_->look(Clock::now());
 }
 
 void BlackBox::look(const BagTopicCount& topic, const Edge::Incoming& message) {
@@ -255,59 +341,65 @@ void BlackBox::write_due() {
   while (!pending_.empty() && (ending_ || pending_.front().due <= Clock::now())) {
     const std::string cause = pending_.front().cause;
     pending_.erase(pending_.begin());
-    static_cast<void>(write(cause, {}));
+    write(cause, {});
   }
 }
 
-fs::path BlackBox::write(const std::string& cause, std::function<void(const std::string&)> done) {
-  const fs::path bag = unused_path(options_.folder / bag_name(cause.substr(0, cause.find(':'))));
+void BlackBox::write(const std::string& cause, const Done& done) {
+  const auto bag = std::make_shared<fs::path>();
   BusRecorder::Copy copy;
-  copy.bag.folder = bag;
-  copy.bag.distro = to_string(ros_distro());
+  copy.make_bag = [this, cause, bag] {
+    auto out = new_bag(options_.folder, cause);
+    *bag = out->folder();
+    return out;
+  };
   copy.last = options_.length + options_.afterwards;
   copy.add_parts = [this, cause](BagWriter& writer, std::uint64_t time) { add_parts(cause, writer, time); };
-  copy.done = [this, bag, cause, done = std::move(done)](const std::string& failure) {
+  copy.done = [this, bag, cause, done](const std::string& failure) {
     if (failure.empty()) {
       log_.note(kBlackBox, fmt::format("{}: the last {:.0f} s are in {}", cause, to_seconds(options_.length),
-                                       bag.string()));
+                                       bag->string()));
       remove_old();
     } else {
       log_.warning(kBlackBox, fmt::format("{}: the last seconds could not be written: {}", cause, failure));
     }
-    if (done) done(failure);
+    if (done) done(*bag, failure);
   };
   recorder_->copy(std::move(copy));
-  return bag;
 }
 
 // The recorder's thread.
 void BlackBox::add_parts(const std::string& cause, BagWriter& bag, std::uint64_t time) {
   std::vector<std::pair<std::string, std::string>> about;
   {
-    const std::lock_guard lock(files_mutex_);
+    const std::lock_guard lock(about_mutex_);
     about = about_;
   }
   about.emplace_back("cause", cause);
-  keep_journal();
   if (journal_) journal_->flush();
   if (journal_ && !journal_->end().empty()) {
-    about.emplace_back("not_resimulated_because", journal_->end());
+    about.emplace_back(kNotRunAgain, journal_->end());
   } else if (const auto journal = journal_attachment(rolling_ / kJournal)) {
     bag.attach(*journal, time);
   }
+  add_files(rolling_, bag);
   const std::string parameters = parameters_.text();
   const auto* const text = reinterpret_cast<const std::byte*>(parameters.data());
   bag.attach({"parameters.yaml", "application/yaml", {text, text + parameters.size()}}, time);
   bag.add_metadata(kAbout, about);
 }
 
+// A client that asks again and again does not remove what an incident has left.
 void BlackBox::remove_old() const {
   std::error_code none;
-  std::vector<fs::path> bags;
-  for (const fs::directory_entry& entry : fs::directory_iterator(options_.folder, none))
-    bags.push_back(entry.path());
-  std::ranges::sort(bags);
-  for (std::size_t i = 0; i + options_.max_bags < bags.size(); ++i) fs::remove_all(bags[i], none);
+  std::vector<fs::path> causes, snapshots;
+  for (const fs::directory_entry& entry : fs::directory_iterator(options_.folder, none)) {
+    const bool is_snapshot =
+        entry.path().filename().string().find(fmt::format("-{}", kSnapshot)) != std::string::npos;
+    (is_snapshot ? snapshots : causes).push_back(entry.path());
+  }
+  remove_oldest(std::move(causes), options_.max_bags);
+  remove_oldest(std::move(snapshots), options_.max_snapshots);
 }
 
 }  // namespace doppel

@@ -3,9 +3,9 @@
 // announcements (in memory, with most systems), and which writes them out as a bag when something happens:
 // the emergency stop, an error, a divergence, an episode at a limit, an alarm of the mirror, a request. Files
 // of a process that was killed are written out by the next one. Topics of sensors are not in it, because
-// sensors of light would be computed for it. With the journal of the run since its start (kJournalAttachment)
-// a bag can be run again, as long as the journal is not too large; the parameters of all nodes are an
-// attachment, too.
+// sensors of light would be computed for it. A bag has the meshes and files of the run, so that it draws the
+// robot by itself; with the journal of the run since its start (kJournalAttachment) it can be run again, as
+// long as both are not too large. The parameters of all nodes are an attachment, too.
 
 #include <atomic>
 #include <chrono>
@@ -30,12 +30,12 @@
 namespace doppel {
 
 struct BlackBoxOptions {
-  Duration length = std::chrono::seconds(30);  // what is written
-  std::chrono::milliseconds afterwards{5000};  // of wall-clock time, before a cause is written
-  std::filesystem::path scratch, folder;       // of the rolling files, and of the bags; both are made
-  std::size_t max_bags = 20;                   // the oldest ones are removed
-  std::string version;                         // of doppel
-  bool keeps_states = false;                   // Twin::keep_states(), which a rewind needs again
+  Duration length = std::chrono::seconds(30);     // what is written
+  std::chrono::milliseconds afterwards{5000};     // of wall-clock time, before a cause is written
+  std::filesystem::path scratch, folder;          // of the rolling files, and of the bags; both are made
+  std::size_t max_bags = 20, max_snapshots = 10;  // the oldest ones of each are removed
+  std::string version;                            // of doppel
+  bool keeps_states = false;                      // Twin::keep_states(), which a rewind needs again
 };
 // scratch: that of the announcements; folder: $XDG_STATE_HOME/doppel/black_box, else
 // ~/.local/state/doppel/black_box, empty without a home.
@@ -43,8 +43,9 @@ struct BlackBoxOptions {
 
 class DOPPEL_API BlackBox {
  public:
-  // The loop's thread, before the first step. Throws InputError: a folder cannot be made. Serves
-  // /doppel/snapshot (std_srvs/srv/Trigger), whose answer has the path of the bag.
+  // The loop's thread, before the first step. Throws InputError: a folder cannot be made, or the scratch is
+  // open to other users. Serves /doppel/snapshot (std_srvs/srv/Trigger), whose answer has the path of the
+  // bag.
   BlackBox(Twin& twin, BlackBoxOptions options, const Log& log);
   ~BlackBox();
   BlackBox(const BlackBox&) = delete;
@@ -59,11 +60,12 @@ class DOPPEL_API BlackBox {
   void look(const BagTopicCount& topic, const Edge::Incoming& message);  // the recorder's thread
   void notice(const std::string& cause);
   void write_due();
-  [[nodiscard]] std::filesystem::path write(const std::string& cause,
-                                            std::function<void(const std::string&)> done);
+  // `done` gets the bag's folder, or the reason of a failure.
+  using Done = std::function<void(const std::filesystem::path& bag, const std::string& failure)>;
+  void write(const std::string& cause, const Done& done);
   void salvage();
+  void copy_killed(const std::filesystem::path& rolling);
   void read_files(const RunSources& sources);
-  void keep_journal();
   void add_parts(const std::string& cause, BagWriter& bag, std::uint64_t time);
   void remove_old() const;
 
@@ -71,9 +73,8 @@ class DOPPEL_API BlackBox {
   const BlackBoxOptions options_;
   const Log& log_;
   const std::filesystem::path rolling_;
-  std::mutex files_mutex_;
-  std::optional<RunFiles> files_;                           // once they are read, until the journal has them
-  std::vector<std::pair<std::string, std::string>> about_;  // the versions
+  std::mutex about_mutex_;
+  std::vector<std::pair<std::string, std::string>> about_;  // the versions, and what is left out
   Node node_;
   // The recorder's thread.
   ParameterSnapshot parameters_;

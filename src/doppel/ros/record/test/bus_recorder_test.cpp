@@ -8,6 +8,7 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <optional>
 #include <thread>
 
@@ -157,7 +158,69 @@ TEST_F(BusRecorderTest, FullDiskEndsRecordingWithItsReasonAndLeavesReadableFile)
   fs::remove(folder_ / "metadata.yaml");
   BagReader reader(folder_.string());
   EXPECT_GT(reader.contents().messages, 200U);
+  EXPECT_EQ(recorder.stop().messages, reader.contents().messages);
   EXPECT_THAT(reader.contents().notes, ElementsAre(HasSubstr("was not closed")));
+}
+
+TEST_F(BusRecorderTest, RequestsAfterFailureAreRefusedWithItsReason) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  RecorderOptions raw = options();
+  raw.bag.file.compression = "";
+  std::promise<std::string> failed;
+  raw.on_failure = [&](const std::string& why) { failed.set_value(why); };
+  const auto topic = node_.advertise<String>("/a");
+  BusRecorder recorder(bus_, raw, log_);
+  bus_.spin();
+  const rlimit small{10'000, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  topic.publish({std::string(20'000, 'x')}, Time(Duration(1)));
+  const std::string why = failed.get_future().get();
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  EXPECT_THAT(why, HasSubstr("cannot be written"));
+  // The thread refuses what waits right behind its report, or copy() does.
+  std::promise<std::string> answer;
+  BusRecorder::Copy copy;
+  copy.done = [&](const std::string& reason) { answer.set_value(reason); };
+  recorder.copy(std::move(copy));
+  EXPECT_EQ(answer.get_future().get(), why);
+  std::promise<bool> acted;
+  recorder.act(RecorderAction::pause, [&](bool fine) { acted.set_value(fine); });
+  EXPECT_FALSE(acted.get_future().get());
+  EXPECT_THAT(lines_, IsEmpty());
+}
+
+TEST_F(BusRecorderTest, RequestsBeyondTheirNumberAreRefused) {
+  RecorderOptions loop = options();
+  loop.on_loop = true;  // nothing serves them
+  std::vector<std::string> reasons;
+  BusRecorder recorder(bus_, loop, log_);
+  for (std::size_t i = 0; i <= BusRecorder::kMaxCopies; ++i) {
+    BusRecorder::Copy copy;
+    copy.done = [&](const std::string& reason) { reasons.push_back(reason); };
+    recorder.copy(std::move(copy));
+  }
+  EXPECT_THAT(reasons, ElementsAre(HasSubstr("32 requests wait already")));
+}
+
+TEST_F(BusRecorderTest, FilesAreKeptBySpanAlsoWhereTimeIsSetBack) {
+  RecorderOptions rolling = options();
+  rolling.keep = from_seconds(2);
+  rolling.keep_bytes = std::uint64_t{10} << 20U;
+  rolling.bag.max_file_time = from_seconds(1);
+  const auto topic = node_.advertise<String>("/a");
+  BusRecorder recorder(bus_, rolling, log_);
+  bus_.spin();
+  for (int run = 0; run < 30; ++run) {
+    for (int i = 0; i <= 20; ++i) topic.publish({"x"}, time_from_seconds(0.01 * i));
+  }
+  for (int i = 0; i < 400 && fs::exists(folder_ / (folder_.filename().string() + "_0.mcap")); ++i)
+    std::this_thread::sleep_for(10ms);
+  EXPECT_THAT(recorder.stop().lost, IsEmpty());
+  const std::size_t files = BagReader(folder_.string()).contents().files.size();
+  EXPECT_GE(files, 10U) << "each has 0.2 s";
+  EXPECT_LE(files, 12U);
 }
 
 TEST_F(BusRecorderTest, SelectionByRegexAndTypesIsThatOfRosbag2) {

@@ -3,11 +3,15 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
+#include <csignal>
 #include <fstream>
+#include <set>
 #include <thread>
 
+#include "doppel/base/core/user_folders.h"
 #include "doppel/lab/headless_run/headless_run.h"
 #include "doppel/lab/resimulation/resimulation.h"
 #include "doppel/ros/bus/parameter_file.h"
@@ -35,7 +39,7 @@ class BlackBoxTest : public testing::Test {
     options_.folder = folder_ / "state";
     options_.afterwards = 100ms;
     options_.version = "1.2.3";
-    fs::create_directories(options_.scratch);
+    EXPECT_EQ(make_private_folder(options_.scratch), "");
     log_.add_sink([this](const LogLine& line) {
       const std::lock_guard lock(mutex_);
       lines_.push_back(line.text);
@@ -49,14 +53,57 @@ class BlackBoxTest : public testing::Test {
   }
   ~BlackBoxTest() override { fs::remove_all(folder_); }
 
-  // Steps until a bag is there, for as long as a slow machine needs.
-  std::vector<fs::path> bags_after_steps() {
-    for (int i = 0; i < 400; ++i) {
+  // Steps until a condition holds, for as long as a slow machine needs.
+  template <class Condition>
+  void step_until(Condition condition) {
+    for (int i = 0; i < 3000 && !condition(); ++i) {
       run_headless(*twin_, {.duration = from_seconds(0.01)});
-      if (fs::exists(options_.folder) && !lines().empty()) break;
       std::this_thread::sleep_for(10ms);
     }
+  }
+  std::vector<fs::path> bags_after_steps() {
+    step_until([this] { return fs::exists(options_.folder) && !lines().empty(); });
     return bags();
+  }
+  // Asks for a snapshot; the answer comes while the twin steps.
+  using Answer = std::optional<std_srvs::srv::Trigger::Response>;
+  static std::shared_ptr<Answer> ask(Edge& edge) {
+    const auto out = std::make_shared<Answer>();
+    edge.call("/doppel/snapshot", to_cdr(std_srvs::srv::Trigger::Request{}),
+              [out](const Status& status, const Bytes& cdr) {
+                EXPECT_TRUE(status) << status.why();
+                EXPECT_TRUE(from_cdr(cdr, out->emplace()));
+              });
+    return out;
+  }
+  std_srvs::srv::Trigger::Response snapshot() {
+    const auto edge = twin_->bus().attach("client");
+    const auto answer = ask(*edge);
+    step_until([&] { return answer->has_value(); });
+    EXPECT_TRUE(*answer) << "no answer";
+    return answer->value_or(std_srvs::srv::Trigger::Response{});
+  }
+  // Files as a process leaves them that was killed.
+  fs::path leave_killed(int number) const {
+    constexpr pid_t kNoProcess = 0x7ffffff0;  // beyond the largest number of a process
+    const fs::path out = options_.scratch / ("black_box-" + std::to_string(kNoProcess + number));
+    BagWriterOptions bag;
+    bag.folder = out;
+    BagWriter writer(bag);
+    RecordedTopic topic;
+    topic.name = "/a";
+    topic.type = "std_msgs/msg/String";
+    writer.write(writer.add_topic(topic), 1, 1, 1, Bytes(12));
+    writer.close();
+    fs::remove(out / "metadata.yaml");
+    const fs::path file = out / (out.filename().string() + "_0.mcap");
+    fs::resize_file(file, fs::file_size(file) - 20);
+    return out;
+  }
+  bool has_line(const std::string& text) {
+    const std::lock_guard lock(mutex_);
+    return std::ranges::any_of(lines_,
+                               [&](const std::string& line) { return line.find(text) != std::string::npos; });
   }
   std::vector<fs::path> bags() const {
     std::vector<fs::path> out;
@@ -150,22 +197,107 @@ TEST_F(BlackBoxTest, ErrorOfLogIsCauseOnceInHalfMinute) {
 TEST_F(BlackBoxTest, SnapshotAnswersWithFolderOfBag) {
   const BlackBox box(*twin_, options_, log_);
   run_headless(*twin_, {.duration = from_seconds(0.5)});
-  const auto edge = twin_->bus().attach("client");
-  std::string folder;
-  edge->call("/doppel/snapshot", to_cdr(std_srvs::srv::Trigger::Request{}),
-             [&](const Status& status, const Bytes& cdr) {
-               std_srvs::srv::Trigger::Response response;
-               EXPECT_TRUE(status);
-               EXPECT_TRUE(from_cdr(cdr, response));
-               EXPECT_TRUE(response.success) << response.message;
-               folder = response.message;
-             });
-  for (int i = 0; i < 400 && folder.empty(); ++i) {
-    run_headless(*twin_, {.duration = from_seconds(0.01)});
-    std::this_thread::sleep_for(10ms);
-  }
+  const auto [success, folder] = snapshot();
+  EXPECT_TRUE(success) << folder;
   ASSERT_TRUE(fs::exists(fs::path(folder) / "metadata.yaml")) << folder;
   EXPECT_THAT(about(folder), Contains(Pair("cause", "snapshot")));
+}
+
+TEST_F(BlackBoxTest, ManySnapshotsKeepWholeSpan) {
+  options_.length = from_seconds(2);
+  const BlackBox box(*twin_, options_, log_);
+  run_headless(*twin_, {.duration = from_seconds(3)});
+  for (int i = 0; i < 12; ++i) {
+    const auto [success, folder] = snapshot();
+    ASSERT_TRUE(success) << folder;
+    const BagReader bag(folder);
+    EXPECT_GE(bag.contents().end - bag.contents().start, 1'900'000'000U) << "snapshot " << i;
+  }
+}
+
+TEST_F(BlackBoxTest, SnapshotsOfSameMomentHaveFoldersOfTheirOwn) {
+  const BlackBox box(*twin_, options_, log_);
+  run_headless(*twin_, {.duration = from_seconds(0.2)});
+  const auto edge = twin_->bus().attach("client");
+  std::vector<std::shared_ptr<Answer>> answers;
+  for (int i = 0; i < 25; ++i) answers.push_back(ask(*edge));
+  step_until([&] { return std::ranges::all_of(answers, [](const auto& one) { return one->has_value(); }); });
+  std::set<std::string> folders;
+  for (const auto& answer : answers) {
+    ASSERT_TRUE(*answer);
+    EXPECT_TRUE((*answer)->success) << (*answer)->message;
+    folders.insert((*answer)->message);
+  }
+  EXPECT_THAT(folders, SizeIs(25));
+}
+
+TEST_F(BlackBoxTest, SnapshotsRemoveNoBagOfCause) {
+  options_.max_bags = 2;
+  options_.max_snapshots = 2;
+  for (const char* name : {"2020_a-emergency_stop", "2021_b-snapshot", "2022_c-snapshot_2"})
+    fs::create_directories(options_.folder / name);
+  const BlackBox box(*twin_, options_, log_);
+  run_headless(*twin_, {.duration = from_seconds(0.2)});
+  EXPECT_TRUE(snapshot().success);
+  EXPECT_TRUE(snapshot().success);
+  ASSERT_THAT(bags(), SizeIs(3));
+  EXPECT_EQ(bags()[0].filename(), "2020_a-emergency_stop");
+}
+
+// The limit of a file's size stands in for a disk that is full.
+TEST_F(BlackBoxTest, SnapshotIsAnsweredWithReasonWhenDiskIsFull) {
+  std::signal(SIGXFSZ, SIG_IGN);
+  rlimit before{};
+  ASSERT_EQ(getrlimit(RLIMIT_FSIZE, &before), 0);
+  const BlackBox box(*twin_, options_, log_);
+  const rlimit small{2000, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &small), 0);
+  step_until([this] { return has_line("are not kept any more"); });
+  const auto answer = snapshot();
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &before), 0);
+  EXPECT_TRUE(has_line("are not kept any more"));
+  EXPECT_FALSE(has_line("the recording has ended"));
+  EXPECT_FALSE(answer.success);
+  EXPECT_THAT(answer.message, HasSubstr("cannot be written"));
+  EXPECT_THAT(bags(), IsEmpty());
+}
+
+TEST_F(BlackBoxTest, ScratchThatOthersCanAccessIsRefused) {
+  fs::permissions(options_.scratch, fs::perms::owner_all | fs::perms::group_read);
+  EXPECT_THAT([this] { const BlackBox box(*twin_, options_, log_); },
+              testing::ThrowsMessage<InputError>(HasSubstr("only this user")));
+  fs::remove_all(options_.scratch);
+  fs::create_directories(folder_ / "elsewhere");
+  fs::create_directory_symlink(folder_ / "elsewhere", options_.scratch);
+  EXPECT_THAT([this] { const BlackBox box(*twin_, options_, log_); },
+              testing::ThrowsMessage<InputError>(HasSubstr("only this user")));
+  EXPECT_TRUE(fs::is_empty(folder_ / "elsewhere"));
+}
+
+TEST_F(BlackBoxTest, BagHasEveryMeshOfItsRobot) {
+  Scenario scenario;
+  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+  scenario.robots = {{.target = "omarm_one"}};
+  twin_.emplace(scenario, log_, diagnostics_);
+  const BlackBox box(*twin_, options_, log_);
+  run_headless(*twin_, {.duration = from_seconds(0.2)});
+  std::string folder;
+  // The files of the run are read beside its first steps.
+  for (int i = 0; i < 200 && (folder.empty() || BagReader(folder).contents().attachments.size() < 3); ++i)
+    folder = snapshot().message;
+  const BagReader bag(folder);
+  std::set<std::string> attached;
+  for (const BagPart& part : bag.contents().attachments) attached.insert(part.part.name);
+  std::size_t meshes = 0;
+  for (const Link& link : twin_->robot().description().links) {
+    for (const Visual& visual : link.visuals) {
+      const auto* const mesh = std::get_if<MeshGeometry>(&visual.geometry);
+      if (mesh == nullptr) continue;
+      ++meshes;
+      EXPECT_TRUE(attached.contains(mesh->uri)) << mesh->uri;
+    }
+  }
+  EXPECT_GT(meshes, 10U);
 }
 
 // Sends a trajectory, resets, and sends another one.
@@ -254,26 +386,50 @@ TEST_F(BlackBoxTest, EndOfRunLeavesNoRollingFilesAndNoSubscribers) {
 }
 
 TEST_F(BlackBoxTest, FilesOfKilledProcessAreWrittenByNextOne) {
-  constexpr pid_t kNoProcess = 0x7ffffff0;  // beyond the largest number of a process
-  const fs::path dead = options_.scratch / ("black_box-" + std::to_string(kNoProcess));
-  {
-    BagWriterOptions bag;
-    bag.folder = dead;
-    BagWriter writer(bag);
-    RecordedTopic topic;
-    topic.name = "/a";
-    topic.type = "std_msgs/msg/String";
-    writer.write(writer.add_topic(topic), 1, 1, 1, Bytes(12));
-    writer.close();
-  }
-  fs::remove(dead / "metadata.yaml");
-  fs::resize_file(dead / (dead.filename().string() + "_0.mcap"),
-                  fs::file_size(dead / (dead.filename().string() + "_0.mcap")) - 20);
+  const fs::path dead = leave_killed(0);
   const BlackBox box(*twin_, options_, log_);
   ASSERT_THAT(bags_after_steps(), SizeIs(1));
   EXPECT_THAT(bags()[0].filename().string(), HasSubstr("killed"));
   EXPECT_EQ(messages(bags()[0], "/a"), 1U);
   EXPECT_FALSE(fs::exists(dead));
+}
+
+TEST_F(BlackBoxTest, FilesOfKilledProcessStayWhereTheyCannotBeCopied) {
+  leave_killed(0);
+  std::ofstream(options_.folder) << "a file, where a folder is needed";
+  fs::path kept;
+  {
+    const BlackBox box(*twin_, options_, log_);
+    step_until([this] { return has_line("could not be copied and stay in"); });
+    for (const fs::directory_entry& entry : fs::directory_iterator(options_.scratch)) {
+      if (has_line("stay in " + entry.path().string() + ":")) kept = entry.path();
+    }
+    ASSERT_FALSE(kept.empty()) << testing::PrintToString(lines_);
+  }
+  EXPECT_TRUE(fs::exists(kept / "black_box-2147483632_0.mcap"));
+  fs::rename(kept, options_.scratch / "black_box-2147483632");  // as if this process had ended, too
+  fs::remove(options_.folder);
+  const BlackBox box(*twin_, options_, log_);
+  ASSERT_THAT(bags_after_steps(), SizeIs(1));
+  EXPECT_EQ(messages(bags()[0], "/a"), 1U);
+}
+
+TEST_F(BlackBoxTest, TwoStartsCopyEachKilledProcessOnce) {
+  constexpr int kKilled = 20;
+  for (int i = 0; i < kKilled; ++i) leave_killed(i);
+  options_.max_bags = 2 * kKilled;
+  Scenario scenario;
+  scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
+  scenario.robots = {{.target = "omarm_zero"}};
+  Twin second(scenario, log_, diagnostics_);
+  {
+    const BlackBox one(*twin_, options_, log_),
+        other(second, options_, log_);  // the ends wait for the copies
+  }
+  EXPECT_THAT(bags(), SizeIs(kKilled));
+  for (const fs::path& bag : bags()) EXPECT_EQ(messages(bag, "/a"), 1U) << bag;
+  EXPECT_FALSE(has_line("could not be copied"));
+  EXPECT_TRUE(fs::is_empty(options_.scratch));
 }
 
 TEST_F(BlackBoxTest, OldestBagsAreRemovedBeyondTheirNumber) {
