@@ -14,8 +14,10 @@
 #include "doppel/lab/recording/run_journal.h"
 #include "doppel/lab/resimulation/detail/message_comparison.h"
 #include "doppel/ros/bus/parameter_services.h"
+#include "doppel/ros/bus/rosout.h"
 #include "doppel/ros/record/recorder_services.h"
 #include "doppel/twin/journal/input_journal.h"
+#include "doppel/twin/loop/state_publisher.h"
 
 namespace doppel {
 namespace {
@@ -29,10 +31,13 @@ constexpr std::chrono::seconds kOutcomeTime{60};  // in which work on another th
   throw InputError("bag.no_run", {}, "the recording cannot be run again: " + why, fix);
 }
 
-// Recorders and validations do not act on the run, and the repeated run does not offer them.
+// Services of what is around a twin: recorders, validations, measurements, files. They do not act on the
+// run (the overlay that a calibration writes is an edit), and the repeated run does not offer them.
 bool acts_on_run(const std::string& service) {
-  return !service.starts_with(std::string(kRecorderNode) + "/") && service != "/doppel/snapshot" &&
-         !service.starts_with("/doppel/validate");
+  constexpr std::string_view kAround[] = {"/doppel/snapshot", "/doppel/validate", "/doppel/calibrate/",
+                                          "/rviz/get_resource"};
+  return !service.starts_with(std::string(kRecorderNode) + "/") && !service.ends_with(kResourceService) &&
+         std::ranges::none_of(kAround, [&](std::string_view name) { return service.starts_with(name); });
 }
 
 constexpr const char* kHowToRecord = "record the run from its start with: doppel up TARGET --record FOLDER";
@@ -198,6 +203,7 @@ void run_again(Twin& twin, const RecordedRun& run, const ResimulationOptions& op
   std::optional<MessageComparison> messages;
   if (options.compare_with != nullptr)
     messages.emplace(twin.bus(), *options.compare_with, run.scenario.sensors.lockstep, run.first_step);
+  const Rosout standard(twin.bus());  // makes /doppel a node as ROS 2's, whose services tools of ROS call
   twin.keep_states(run.keeps_states);
   Replay replay(twin, run, out);
   const std::uint64_t last = run.hashes.back().step;

@@ -14,6 +14,7 @@
 #include "doppel/lab/recording/run_files.h"
 #include "doppel/lab/recording/run_recording.h"
 #include "doppel/ros/bus/parameter_services.h"
+#include "doppel/ros/bus/rosout.h"
 #include "doppel/ros/messages/control_msgs.h"
 #include "doppel/ros/messages/doppel_msgs.h"
 #include "doppel/ros/messages/gazebo_msgs.h"
@@ -279,6 +280,40 @@ TEST_F(ResimulationTest, OtherDampingIsFoundAtItsFirstMessage) {
   ASSERT_TRUE(other.wrong_after);
   ASSERT_TRUE(other.first);
   EXPECT_LT(other.first->step, 100U);
+}
+
+TEST_F(ResimulationTest, CallsThatOnlyReadLeaveRunsEqual) {
+  std::optional<Rosout> rosout;
+  std::optional<Node> around;
+  record(scenario_of("lab_arm"), 1500, [&](Twin& twin, Edge& edge, std::uint64_t step) {
+    if (step == 0) {
+      rosout.emplace(twin.bus());  // as of a twin with a session
+      around.emplace(twin.bus(), "/doppel");
+      for (const char* const name : {"/doppel/calibrate/undo", "/rviz/get_resource", "/resource_provider"})
+        around->serve<std_srvs::srv::Trigger>(name, [](const auto&, const auto& respond) { respond({}); });
+    }
+    const auto call = [&edge](const char* service, const Bytes& request) {
+      edge.call(service, request,
+                [](const Status& status, const Bytes&) { EXPECT_TRUE(status) << status.why(); });
+    };
+    using namespace rcl_interfaces::srv;
+    if (step == 200) call("/doppel/list_parameters", to_cdr(ListParameters::Request{}));
+    if (step == 300)
+      call("/doppel/get_parameters", to_cdr(GetParameters::Request{.names = {"use_sim_time"}}));
+    if (step == 400)
+      call("/doppel/describe_parameters", to_cdr(DescribeParameters::Request{.names = {"use_sim_time"}}));
+    if (step == 500) call("/doppel/get_parameter_types", to_cdr(GetParameterTypes::Request{}));
+    if (step == 600) call("/controller_manager/list_controllers", {});
+    if (step == 700) call("/robot_state_publisher/list_parameters", to_cdr(ListParameters::Request{}));
+    for (const char* const name : {"/doppel/calibrate/undo", "/rviz/get_resource", "/resource_provider"}) {
+      if (step == 800) call(name, to_cdr(std_srvs::srv::Trigger::Request{}));
+    }
+    if (step < 1499) return;
+    around.reset();
+    rosout.reset();
+  });
+  expect_equal();
+  EXPECT_GE(inputs_, 9U);
 }
 
 TEST_F(ResimulationTest, EditOfRecordingStaysInItsFolder) {
