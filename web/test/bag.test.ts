@@ -111,6 +111,14 @@ test('a jump shows the state of its time, forwards and backwards; play continues
   near(source.time, 3.1);
 });
 
+test('before its first message a robot has the state of that message', async () => {
+  const { twin, source } = follow(await open({ from: 0.005 }));
+  await until('the description', () => twin.tree !== null && !source.isJumping);
+  near(source.time, 0);
+  near(jointOf(twin, 'shoulder'), shoulderAt(0.02));
+  near(jointOf(twin, 'elbow'), elbowAt(0.02));
+});
+
 test('of several jumps the newest is shown', async () => {
   const { twin, source } = follow(await open());
   await until('the description', () => twin.tree !== null);

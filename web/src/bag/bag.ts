@@ -36,8 +36,10 @@ export interface BagEvent {
 const MOST_BYTES = 96e6; // of decompressed pieces that are kept
 const byTime = (a: BagMessage, b: BagMessage): number => a.time - b.time;
 
-const STARTING = 1; // s: what was latched before the recording began is in its beginning
+const STARTING = 1; // s: what was latched before the recording began, and the first poses, are in its beginning
 const DESCRIPTION = /(^|\/)(robot_description|robot_description_semantic|tf_static|map)$/;
+// Until its first message, milliseconds after the start, a robot would be drawn with all joints at 0.
+const POSES = /(^|\/)(JointState|TFMessage)$/;
 
 // The publisher keeps its last message for later subscribers, as rosbag2 writes it; names are for writers that do not.
 function isLatched(name: string, qos: string): boolean {
@@ -238,8 +240,8 @@ export class Bag {
   }
 
   // The newest `most` messages of a topic until `time`, but none before `since` except the newest one, the oldest
-  // first. At most `pieces` pieces are read. A latched topic without any has the first one, if it was latched before
-  // the recording began.
+  // first. At most `pieces` pieces are read. A latched topic or one of poses without any has the first one, if that is
+  // in the beginning of the recording.
   async latest(
     topic: Topic,
     time: number,
@@ -257,7 +259,7 @@ export class Bag {
       for (const one of messages) if (one.topic === topic && one.time <= time) found.push(one);
       found = found.sort(byTime).slice(-most);
     }
-    if (found.length === 0 && topic.isLatched)
+    if (found.length === 0 && (topic.isLatched || POSES.test(topic.type)))
       return (await this.first(topic)).filter((one) => one.time <= STARTING || DESCRIPTION.test(topic.name));
     return found.filter((one, i) => one.time >= since || i === found.length - 1);
   }
