@@ -14,6 +14,7 @@ constexpr std::size_t kMinLength = 3;  // instruction and CRC
 // Bytes of a frame, when every third of its parameters is stuffed.
 constexpr std::size_t kMaxSize = kAround + kDynamixelMaxParameters + kDynamixelMaxParameters / 3 + 1;
 static_assert(kMaxSize <= FrameBytes::kCapacity);
+constexpr std::string_view kParameters = "the parameters of a Dynamixel frame";
 
 std::size_t word(std::span<const std::uint8_t> bytes, std::size_t index) {
   return static_cast<std::size_t>(bytes[index] | (bytes[index + 1] << 8));
@@ -44,6 +45,7 @@ bool is_fast(std::uint8_t id, std::uint8_t instruction) {
 }  // namespace
 
 void add_dynamixel_frame(const DynamixelFrame& frame, FrameBytes& out) {
+  check_frame_size(kParameters, frame.parameters.size(), kDynamixelMaxParameters);
   const std::size_t begin = out.size();
   begin_frame(frame.id, out);
   const std::size_t stuffed = out.size();
@@ -57,6 +59,7 @@ void add_dynamixel_frame(const DynamixelFrame& frame, FrameBytes& out) {
 }
 
 void add_fast_answer(std::span<const std::uint8_t> parameters, FrameBytes& out) {
+  check_frame_size(kParameters, parameters.size(), kMaxSize - kAround);
   const std::size_t begin = out.size();
   begin_frame(kDynamixelBroadcast, out);
   out.add(static_cast<std::uint8_t>(DynamixelInstruction::status));
@@ -120,7 +123,7 @@ std::optional<DynamixelFrame> DynamixelReader::next() {
     DynamixelFrame out{id, instruction, body.subspan(1)};
     if (!is_fast(id, instruction)) {
       const std::optional<std::size_t> plain = unstuff(body);
-      if (!plain) {
+      if (!plain || *plain > kDynamixelMaxParameters + 1) {
         skip(1);
         continue;
       }

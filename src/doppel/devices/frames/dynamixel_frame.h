@@ -48,7 +48,7 @@ struct DynamixelFrame {
   std::span<const std::uint8_t> parameters;
 };
 
-// Precondition: at most kDynamixelMaxParameters, and room for the frame when every third of them is stuffed.
+// Throws std::length_error beyond kDynamixelMaxParameters, and where `out` has no room.
 DOPPEL_API void add_dynamixel_frame(const DynamixelFrame& frame, FrameBytes& out);
 // Without stuffing, as the answer to a fast sync read; the CRCs within it are the caller's.
 DOPPEL_API void add_fast_answer(std::span<const std::uint8_t> parameters, FrameBytes& out);

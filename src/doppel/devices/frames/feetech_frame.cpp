@@ -15,6 +15,7 @@ constexpr std::size_t kMinFrameLength = 2;  // of a frame without parameters
 }  // namespace
 
 void add_feetech_frame(const FeetechFrame& frame, FrameBytes& out) {
+  check_frame_size("the parameters of a Feetech frame", frame.parameters.size(), kFeetechMaxParameters);
   const std::size_t begin = out.size() + kBeforeId;
   out.add(kStartByte);
   out.add(kStartByte);

@@ -36,7 +36,7 @@ struct FeetechFrame {
   std::span<const std::uint8_t> parameters;
 };
 
-// Precondition: at most kFeetechMaxParameters, and room.
+// Throws std::length_error beyond kFeetechMaxParameters, and where `out` has no room.
 DOPPEL_API void add_feetech_frame(const FeetechFrame& frame, FrameBytes& out);
 
 class DOPPEL_API FeetechReader {

@@ -7,12 +7,20 @@
 #include <cstdint>
 #include <cstring>
 #include <span>
+#include <string_view>
 
 #include "doppel/export.h"
 
 namespace doppel {
 
 inline constexpr double kBitsPerByte = 10;  // on the line, with start and stop bit
+
+// Throws std::length_error with the numbers if a part of a frame has more bytes than it may have: a length
+// that does not fit its field would become another one in silence.
+DOPPEL_API void refuse_frame_size(std::string_view part, std::size_t size, std::size_t limit);
+inline void check_frame_size(std::string_view part, std::size_t size, std::size_t limit) {
+  if (size > limit) refuse_frame_size(part, size, limit);
+}
 
 class DOPPEL_API FrameBytes {
  public:
@@ -24,14 +32,18 @@ class DOPPEL_API FrameBytes {
   [[nodiscard]] std::size_t room() const { return kCapacity - size_; }
   void clear() { size_ = 0; }
 
-  // Preconditions of all: there is room.
-  void add(std::uint8_t byte) { bytes_[size_++] = byte; }
+  // They throw std::length_error where there is no room.
+  void add(std::uint8_t byte) {
+    check_frame_size("the bytes of a frame", size_ + 1, kCapacity);
+    bytes_[size_++] = byte;
+  }
   void add_word(std::uint16_t word) {  // little endian, as in all of these protocols
     add(static_cast<std::uint8_t>(word & 0xFF));
     add(static_cast<std::uint8_t>(word >> 8));
   }
   void add(std::span<const std::uint8_t> bytes) {
     if (bytes.empty()) return;
+    check_frame_size("the bytes of a frame", size_ + bytes.size(), kCapacity);
     std::memcpy(bytes_.data() + size_, bytes.data(), bytes.size());
     size_ += bytes.size();
   }

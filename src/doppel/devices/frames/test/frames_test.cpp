@@ -6,6 +6,8 @@
 #include <array>
 #include <cstdint>
 #include <random>
+#include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -322,6 +324,35 @@ TEST(Frames, DamagedFramesAreRefused) {
   EXPECT_LT(taken_sts, kTries / 100);
   EXPECT_LT(taken_xl, kTries / 5000);
   EXPECT_LT(taken_text, kTries / 5000);
+}
+
+// The length of a Feetech frame is one byte: one parameter more would be read as another frame.
+TEST(Frames, PartsThatDoNotFitAreRefusedWithTheirSizes) {
+  FrameBytes out;
+  const Bytes many(kDynamixelMaxParameters + 1);
+  const auto refusal_of = [&](auto add) -> std::string {
+    out.clear();
+    try {
+      add();
+    } catch (const std::length_error& error) {
+      return error.what();
+    }
+    return "accepted";
+  };
+  EXPECT_EQ(refusal_of([&] { add_feetech_frame({1, 3, std::span(many).first(253)}, out); }), "accepted");
+  EXPECT_THAT(refusal_of([&] {
+                add_feetech_frame({1, 3, std::span(many).first(254)}, out);
+              }),
+              testing::AllOf(testing::HasSubstr("254"), testing::HasSubstr("253")));
+  EXPECT_EQ(refusal_of([&] { add_dynamixel_frame({1, 3, std::span(many).first(900)}, out); }), "accepted");
+  EXPECT_THAT(refusal_of([&] {
+                add_dynamixel_frame({1, 3, many}, out);
+              }),
+              testing::AllOf(testing::HasSubstr("901"), testing::HasSubstr("900")));
+  EXPECT_THAT(refusal_of([&] {
+                while (true) out.add(many);
+              }),
+              testing::HasSubstr("2048"));
 }
 
 }  // namespace
