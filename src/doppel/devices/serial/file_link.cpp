@@ -4,9 +4,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <ctime>
+#include <utility>
 
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/devices/serial/detail/terminal_rate.h"
@@ -72,9 +74,13 @@ bool FileLink::write(std::span<const std::uint8_t> bytes) {
 std::size_t FileLink::read(std::span<std::uint8_t> out, Time deadline) {
   while (!is_lost()) {
     const ssize_t count = ::read(file_, out.data(), out.size());
-    if (count > 0) return static_cast<std::size_t>(count);
+    if (count > 0) {
+      other_end_open_ = true;
+      return static_cast<std::size_t>(count);
+    }
     if (count < 0 && errno == EINTR) continue;
     if (count < 0 && (errno == EAGAIN || errno == EWOULDBLOCK)) {
+      other_end_open_ = true;
       if (!wait_for(POLLIN, deadline)) return 0;
       continue;
     }
@@ -82,6 +88,7 @@ std::size_t FileLink::read(std::span<std::uint8_t> out, Time deadline) {
       close_file();
       return 0;
     }
+    if (std::exchange(other_end_open_, false)) on_other_end_closed();
     // Nobody has the other end open: poll() returns at once, so that the wait is by time.
     const Time now_ = now();
     if (now_ >= deadline) return 0;
@@ -91,8 +98,15 @@ std::size_t FileLink::read(std::span<std::uint8_t> out, Time deadline) {
   return 0;
 }
 
+// A socket is no terminal, and refuses to be flushed. Of a partner that never ends only so much is read.
 void FileLink::discard() {
-  if (file_ >= 0) flush_terminal(file_, false);
+  if (file_ < 0 || flush_terminal(file_, false)) return;
+  constexpr int kMaxReads = 256;
+  std::array<std::uint8_t, 4096> bytes{};
+  for (int i = 0; i < kMaxReads; ++i) {
+    const ssize_t count = ::read(file_, bytes.data(), bytes.size());
+    if (count == 0 || (count < 0 && errno != EINTR)) return;  // the next call reports a lost link
+  }
 }
 
 void FileLink::wait_until(Time when) {

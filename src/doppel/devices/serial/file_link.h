@@ -42,12 +42,15 @@ class DOPPEL_API FileLink : public ByteLink {
   virtual int open_file() = 0;
   // True: an end of file or an error is not the end of the link.
   [[nodiscard]] virtual bool stays_open() const { return false; }
+  // The last program that had the other end of a file that stays open has closed it.
+  virtual void on_other_end_closed() {}
   void close_file();
 
   std::string name_;
   int file_ = -1;
 
  private:
+  bool other_end_open_ = false;
   bool wait_for(short events, Time deadline);
 };
 
@@ -62,6 +65,7 @@ class DOPPEL_API PseudoTerminal final : public FileLink {
  private:
   int open_file() override;
   [[nodiscard]] bool stays_open() const override { return true; }
+  void on_other_end_closed() override;
 };
 
 }  // namespace doppel

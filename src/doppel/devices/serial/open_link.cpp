@@ -180,6 +180,15 @@ int PseudoTerminal::open_file() {
   return file;
 }
 
+// A program that has stopped the output of its end (tcflow) leaves it stopped for the next one, which could
+// not write. Only that end can start it again.
+void PseudoTerminal::on_other_end_closed() {
+  const int other_end = ::open(name_.c_str(), O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
+  if (other_end < 0) return;
+  start_output(other_end);
+  ::close(other_end);
+}
+
 int PseudoTerminal::rate() const {
   return terminal_rate(file_);
 }

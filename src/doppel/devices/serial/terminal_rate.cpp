@@ -29,8 +29,12 @@ int set_raw_terminal(int file, int bits_per_second) {
   return difference * kTolerance > wanted_rate ? EINVAL : 0;
 }
 
-void flush_terminal(int file, bool sent) {
-  static_cast<void>(::ioctl(file, TCFLSH, sent ? TCIOFLUSH : TCIFLUSH));
+bool flush_terminal(int file, bool sent) {
+  return ::ioctl(file, TCFLSH, sent ? TCIOFLUSH : TCIFLUSH) == 0;
+}
+
+void start_output(int file) {
+  static_cast<void>(::ioctl(file, TCXONC, TCOON));
 }
 
 int terminal_rate(int file) {

@@ -9,7 +9,11 @@ int set_raw_terminal(int file, int bits_per_second);
 // The output rate, bit/s; 0: unknown.
 int terminal_rate(int file);
 
-// Forgets bytes that have been received and not read; `sent`: also those that are not sent yet.
-void flush_terminal(int file, bool sent);
+// Output that was stopped (TCOOFF) continues.
+void start_output(int file);
+
+// Forgets bytes that have been received and not read; `sent`: also those that are not sent yet. False: the
+// file is no terminal.
+bool flush_terminal(int file, bool sent);
 
 }  // namespace doppel

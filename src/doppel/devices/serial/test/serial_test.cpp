@@ -1,12 +1,16 @@
 // Links over pseudo-terminals and TCP: bytes both ways, deadlines, loss, and what is said of ports that
 // cannot be opened.
 #include <arpa/inet.h>
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <sys/socket.h>
+#include <termios.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -30,7 +34,8 @@ Bytes read_some(ByteLink& link, std::size_t count, Duration patience = kLong) {
   std::array<std::uint8_t, 64> buffer{};
   const Time deadline = link.now() + patience;
   while (out.size() < count) {
-    const std::size_t got = link.read(buffer, deadline);
+    const std::size_t got =
+        link.read(std::span(buffer).first(std::min(buffer.size(), count - out.size())), deadline);
     if (got == 0) break;
     out.insert(out.end(), buffer.begin(), buffer.begin() + static_cast<std::ptrdiff_t>(got));
   }
@@ -89,6 +94,19 @@ TEST(SerialLink, TerminalWithoutClientStaysOpen) {
   EXPECT_EQ(read_some(device, 1), Bytes{7});
 }
 
+TEST(SerialLink, OutputThatLastClientHasStoppedContinuesForTheNext) {
+  PseudoTerminal device;
+  const int client = ::open(device.name().c_str(), O_RDWR | O_NOCTTY);
+  ASSERT_GE(client, 0);
+  EXPECT_TRUE(read_some(device, 1, kShort).empty());
+  ASSERT_EQ(::tcflow(client, TCOOFF), 0);
+  ::close(client);
+  EXPECT_TRUE(read_some(device, 1, kShort).empty());
+  const auto host = open_link(device.name());
+  ASSERT_TRUE(host->write(Bytes{7}));
+  EXPECT_EQ(read_some(device, 1), Bytes{7});
+}
+
 TEST(SerialLink, SecondOpeningNamesProcessThatHasPort) {
   PseudoTerminal device;
   const auto host = open_link(device.name());
@@ -121,6 +139,10 @@ TEST(SerialLink, TcpConnectionCarriesBytes) {
     EXPECT_EQ(::read(device, received.data(), received.size()), 3);
     EXPECT_EQ(::write(device, "ok", 2), 2);
     EXPECT_EQ(read_some(*host, 2), (Bytes{'o', 'k'}));
+    EXPECT_EQ(::write(device, "late", 4), 4);
+    EXPECT_EQ(read_some(*host, 1), Bytes{'l'});  // all of it has arrived
+    host->discard();
+    EXPECT_TRUE(read_some(*host, 1, kShort).empty()) << "expected a socket to forget what has come, too";
     ::close(device);
     EXPECT_TRUE(read_some(*host, 1).empty());
     EXPECT_TRUE(host->is_lost());
