@@ -58,6 +58,12 @@ class RegisterCodec : public PacketCodec {
 
 class FeetechCodec final : public RegisterCodec {
  public:
+  [[nodiscard]] std::size_t max_read(std::size_t /*size*/, bool /*fast*/) const override {
+    return kFeetechMaxParameters - kBlock;
+  }
+  [[nodiscard]] std::size_t max_written(std::size_t size) const override {
+    return (kFeetechMaxParameters - kBlock) / (1 + size);
+  }
   bool add_reboot(int /*id*/, FrameBytes& /*out*/) const override { return false; }
 
   std::size_t push(std::span<const std::uint8_t> bytes) override { return reader_.push(bytes); }
@@ -78,11 +84,18 @@ class FeetechCodec final : public RegisterCodec {
   void add_number(std::size_t number, FrameBytes& out) const override {
     out.add(static_cast<std::uint8_t>(number & 0xFF));
   }
+  static constexpr std::size_t kBlock = 2;  // bytes of an address and a size
   FeetechReader reader_;
 };
 
 class DynamixelCodec final : public RegisterCodec {
  public:
+  [[nodiscard]] std::size_t max_read(std::size_t size, bool fast) const override {
+    return fast ? kDynamixelMaxParameters / (kFastAround + size) : kDynamixelMaxParameters - kBlock;
+  }
+  [[nodiscard]] std::size_t max_written(std::size_t size) const override {
+    return (kDynamixelMaxParameters - kBlock) / (1 + size);
+  }
   bool add_reboot(int id, FrameBytes& out) const override {
     add_frame(id, static_cast<std::uint8_t>(DynamixelInstruction::reboot), {}, out);
     return true;
@@ -132,6 +145,8 @@ class DynamixelCodec final : public RegisterCodec {
     return Status{part->id, part->error, part->data};
   }
 
+  static constexpr std::size_t kBlock = 4;       // bytes of an address and a size
+  static constexpr std::size_t kFastAround = 4;  // of one servo's part of a fast answer: errors, id, CRC
   DynamixelReader reader_;
   std::size_t fast_size_ = 0, part_ = 0;
   bool in_parts_ = false;

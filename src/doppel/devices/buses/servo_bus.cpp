@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "doppel/devices/buses/detail/missing_answers.h"
 #include "doppel/devices/buses/detail/packet_codec.h"
 
 namespace doppel {
@@ -52,7 +53,8 @@ ServoBus::ServoBus(ByteLink& link, ServoProtocol protocol, int rate)
       protocol_(protocol),
       rate_(rate),
       patience_(kDefaultPatience),
-      codec_(make_packet_codec(protocol)) {}
+      codec_(make_packet_codec(protocol)),
+      missing_(std::make_unique<MissingAnswers>()) {}
 
 ServoBus::~ServoBus() = default;
 
@@ -70,6 +72,7 @@ bool ServoBus::send() {
   ++counts_.requests;
   codec_->clear();
   link_.discard();
+  sent_ = link_.now();
   if (!link_.write(request_.bytes())) return false;
   if (echo_) drop_echo(answer_deadline(0, 0));
   return true;
@@ -100,21 +103,54 @@ void ServoBus::finish_counts() {
 }
 
 std::optional<ServoBus::Answer> ServoBus::transact(int id, std::size_t answer_bytes) {
-  std::optional<Answer> out;
+  const bool in_doubt = missing_->has(id, answer_bytes), can_refuse = !missing_->has(id, 0);
+  newest_.reset();
+  if (!in_doubt) newest_ = {id, answer_bytes};
   if (send()) {
     const Time deadline = answer_deadline(codec_->answer_size(answer_bytes), 1);
-    while (!out) {
-      out = receive(deadline);
-      if (!out) break;
-      if (out->id == id) break;
-      ++counts_.strangers;
-      out.reset();
+    while (const auto answer = receive(deadline)) {
+      const bool refuses = can_refuse && answer->data.empty() && answer->error != 0;
+      if (answer->id != id || (answer->data.size() != answer_bytes && !refuses)) {
+        ++counts_.strangers;
+        continue;
+      }
+      if (!in_doubt) missing_->forget();
+      finish_counts();
+      last_error_ = answer->error;
+      return answer;
     }
   }
   finish_counts();
-  if (!out) ++counts_.lost;
-  if (out) last_error_ = out->error;
-  return out;
+  ++counts_.lost;
+  missing_->add(id, answer_bytes);
+  return {};
+}
+
+std::optional<std::size_t> ServoBus::extra_bytes(std::span<const std::uint8_t> ids, std::size_t size) {
+  const std::optional<std::size_t> out = missing_->extra(ids, size);
+  if (out || !settle()) return out;
+  return 0;
+}
+
+// So many answers are missing that the link stands still, or the servos are gone. More requests would only
+// make the queue of late answers longer: they wait until it has come to the last one, or will not come any
+// more.
+bool ServoBus::settle() {
+  constexpr Duration kGivenUp{1'000'000'000};
+  while (const auto answer = receive(link_.now() + patience_)) {
+    heard_ = link_.now();
+    if (newest_ && newest_->size == answer->data.size() && newest_->id == answer->id) return end_doubt();
+  }
+  return link_.now() - std::max(sent_, heard_) >= kGivenUp && end_doubt();
+}
+
+bool ServoBus::end_doubt() {
+  missing_->forget();
+  return true;
+}
+
+bool ServoBus::catch_up(int id, const ServoRegister& any) {
+  return !missing_->has(id, 0) || read_block(id, any.address, any.size).has_value();
 }
 
 void ServoBus::notice_echo() {
@@ -129,19 +165,19 @@ void ServoBus::notice_echo() {
 }
 
 std::optional<PingAnswer> ServoBus::ping(int id, int tries) {
-  constexpr std::size_t kPingData = 3;
+  // Feetech's answer to a ping has no data.
+  const std::size_t data = protocol_ == ServoProtocol::dynamixel ? 3 : 0;
   for (int i = 0; i < tries; ++i) {
     request_.clear();
     codec_->add_ping(id, request_);
-    const auto answer = transact(id, kPingData);
+    const auto answer = transact(id, data);
     if (!answer) continue;
     PingAnswer out{id, 0, 0, answer->error, 1};
-    if (answer->data.size() >= kPingData) {
+    if (!answer->data.empty()) {
       out.number = static_cast<std::uint16_t>(answer->data[0] | (answer->data[1] << 8));
       out.firmware = answer->data[2];
       return out;
     }
-    // Feetech's answer to a ping has no data.
     const ServoModel* const any = find_servo_model("STS3215");
     const auto number = read(id, *any->find("Model_Number"), tries);
     out.number = static_cast<std::uint16_t>(number.value_or(0));
@@ -194,11 +230,15 @@ bool ServoBus::is_shared(const PingAnswer& servo) {
 
 std::optional<std::span<const std::uint8_t>> ServoBus::read_block(int id, std::size_t address,
                                                                   std::size_t size) {
+  const std::array<std::uint8_t, 1> ids{static_cast<std::uint8_t>(id)};
+  const std::optional<std::size_t> extra = extra_bytes(ids, size);
+  if (!extra) return {};
+  const std::size_t front = std::min(*extra, address);
   request_.clear();
-  codec_->add_read(id, address, size, request_);
-  const auto answer = transact(id, size);
-  if (!answer || answer->data.size() != size) return {};
-  return answer->data;
+  codec_->add_read(id, address - front, size + *extra, request_);
+  const auto answer = transact(id, size + *extra);
+  if (!answer || answer->data.size() != size + *extra) return {};
+  return answer->data.subspan(front, size);
 }
 
 std::optional<std::int64_t> ServoBus::read(int id, const ServoRegister& which, int tries) {
@@ -212,10 +252,12 @@ bool ServoBus::write(int id, const ServoRegister& which, std::int64_t value, int
   std::array<std::uint8_t, 8> bytes{};
   encode_register(which, value, bytes);
   for (int i = 0; i < tries; ++i) {
+    // The write is sent in any case: it may be the one that switches a torque off.
+    const bool in_step = id == kBroadcast || catch_up(id, which);
     request_.clear();
     codec_->add_write(id, which.address, std::span(bytes).first(which.size), request_);
     if (id == kBroadcast) return send();
-    if (transact(id, 0)) return true;
+    if (transact(id, 0) && in_step) return true;
   }
   return false;
 }
@@ -250,9 +292,10 @@ void ServoBus::begin_cycle(std::span<const BusServo> servos, bool fast) {
   health_ = 0;
 }
 
-void ServoBus::decode_motion(const Answer& answer, std::size_t index, ServoReading& reading) const {
+void ServoBus::decode_motion(std::span<const std::uint8_t> block, unsigned error, std::size_t index,
+                             ServoReading& reading) const {
   const ServoModel& model = *servos_[index].model;
-  const auto value = [&](ServoRole role) { return value_in(answer.data, read_begin_, model.find(role)); };
+  const auto value = [&](ServoRole role) { return value_in(block, read_begin_, model.find(role)); };
   if (const auto ticks = value(ServoRole::present_position)) reading.position = model.angle(*ticks);
   if (const auto speed = value(ServoRole::present_velocity))
     reading.velocity = static_cast<double>(*speed) * model.velocity_unit;
@@ -263,38 +306,57 @@ void ServoBus::decode_motion(const Answer& answer, std::size_t index, ServoReadi
     if (model.load_unit == 0 && model.stall_current > 0) reading.load = reading.current / model.stall_current;
   }
   // Dynamixel's error byte only says that the register of errors has something to say.
-  if (protocol_ == ServoProtocol::feetech) reading.faults = model.faults(answer.error);
+  if (protocol_ == ServoProtocol::feetech) reading.faults = model.faults(error);
 }
 
 std::size_t ServoBus::read_all(std::span<ServoReading> readings) {
   for (ServoReading& one : readings) one.fresh = false;
-  request_.clear();
-  codec_->add_sync_read(ids_, read_begin_, read_size_, fast_, request_);
-  if (ids_.empty() || !send()) return 0;
+  if (ids_.empty()) return 0;
+  const std::optional<std::size_t> extra = extra_bytes(ids_, read_size_);
   std::size_t fresh = 0;
-  const Time deadline = answer_deadline(ids_.size() * codec_->answer_size(read_size_), ids_.size());
-  while (fresh < servos_.size()) {
-    const auto answer = receive(deadline);
-    if (!answer) break;
-    const auto servo = std::ranges::find(servos_, answer->id, &BusServo::id);
-    const auto index = static_cast<std::size_t>(servo - servos_.begin());
-    if (servo == servos_.end() || answer->data.size() != read_size_) {
-      ++counts_.strangers;
-      continue;
-    }
-    // One of two answers with the same id is another servo's, and nothing says which.
-    if (readings[index].fresh) {
-      counts_.strangers += 2;
-      readings[index].fresh = false;
-      --fresh;
-      continue;
-    }
-    decode_motion(*answer, index, readings[index]);
-    readings[index].when = link_.now();
-    readings[index].fresh = true;
-    ++fresh;
-  }
+  const std::size_t step = codec_->max_read(read_size_ + MissingAnswers::kMaxExtra, fast_);
+  for (std::size_t begin = 0; extra && begin < servos_.size(); begin += step)
+    fresh += read_some(begin, std::min(step, servos_.size() - begin), *extra, readings);
   counts_.lost += servos_.size() - fresh;
+  return fresh;
+}
+
+std::size_t ServoBus::read_some(std::size_t begin, std::size_t count, std::size_t extra,
+                                std::span<ServoReading> readings) {
+  const std::span<const std::uint8_t> ids = std::span(ids_).subspan(begin, count);
+  const std::size_t size = read_size_ + extra, front = std::min(extra, read_begin_);
+  request_.clear();
+  codec_->add_sync_read(ids, read_begin_ - front, size, fast_, request_);
+  newest_ = {ids.back(), size};
+  std::size_t fresh = 0;
+  if (send()) {
+    const Time deadline = answer_deadline(count * codec_->answer_size(size), count);
+    while (fresh < count) {
+      const auto answer = receive(deadline);
+      if (!answer) break;
+      const auto place = std::ranges::find(ids, static_cast<std::uint8_t>(answer->id));
+      if (place == ids.end() || answer->data.size() != size) {
+        ++counts_.strangers;
+        continue;
+      }
+      missing_->forget();
+      const std::size_t index = begin + static_cast<std::size_t>(place - ids.begin());
+      // One of two answers with the same id is another servo's, and nothing says which.
+      if (readings[index].fresh) {
+        counts_.strangers += 2;
+        readings[index].fresh = false;
+        --fresh;
+        continue;
+      }
+      decode_motion(answer->data.subspan(front, read_size_), answer->error, index, readings[index]);
+      readings[index].when = link_.now();
+      readings[index].fresh = true;
+      ++fresh;
+    }
+  }
+  for (std::size_t i = begin; i < begin + count; ++i) {
+    if (!readings[i].fresh) missing_->add(servos_[i].id, size);
+  }
   finish_counts();
   return fresh;
 }
@@ -325,33 +387,39 @@ bool ServoBus::read_health(std::span<ServoReading> readings) {
   return status.has_value();
 }
 
+void ServoBus::encode_goal(const ServoGoal& goal, std::size_t index, std::span<std::uint8_t> block) const {
+  const ServoModel& model = *servos_[index].model;
+  block[0] = ids_[index];
+  const auto put = [&](ServoRole role, std::int64_t value) {
+    const ServoRegister* const one = model.find(role);
+    if (one == nullptr || one->address < write_begin_ ||
+        one->address + one->size > write_begin_ + write_size_)
+      return;
+    encode_register(*one, value, block.subspan(1 + one->address - write_begin_, one->size));
+  };
+  // One turn: the drivers' joints have no more.
+  put(ServoRole::goal_position,
+      clamped(model.ticks(goal.position), 0, static_cast<double>(model.ticks_per_turn - 1)));
+  constexpr double kMaxSpeed = 32767;
+  put(ServoRole::goal_velocity, clamped(goal.velocity / model.velocity_unit, 0, kMaxSpeed));
+}
+
 bool ServoBus::write_goals(std::span<const ServoGoal> goals) {
-  if (servos_.empty()) return !link_.is_lost();
+  const std::size_t part = write_size_ + 1;  // bytes of one servo
   std::size_t written = 0;
   for (std::size_t i = 0; i < servos_.size(); ++i) {
-    if (!std::isfinite(goals[i].position)) continue;
-    const ServoModel& model = *servos_[i].model;
-    const std::span<std::uint8_t> block =
-        std::span(goals_).subspan(written++ * (write_size_ + 1), write_size_ + 1);
-    block[0] = ids_[i];
-    const auto put = [&](ServoRole role, std::int64_t value) {
-      const ServoRegister* const one = model.find(role);
-      if (one == nullptr || one->address < write_begin_ ||
-          one->address + one->size > write_begin_ + write_size_)
-        return;
-      encode_register(*one, value, block.subspan(1 + one->address - write_begin_, one->size));
-    };
-    // One turn: the drivers' joints have no more.
-    put(ServoRole::goal_position,
-        clamped(model.ticks(goals[i].position), 0, static_cast<double>(model.ticks_per_turn - 1)));
-    constexpr double kMaxSpeed = 32767;
-    put(ServoRole::goal_velocity, clamped(goals[i].velocity / model.velocity_unit, 0, kMaxSpeed));
+    if (std::isfinite(goals[i].position))
+      encode_goal(goals[i], i, std::span(goals_).subspan(written++ * part, part));
   }
   if (written == 0) return !link_.is_lost();
-  request_.clear();
-  codec_->add_sync_write(std::span(goals_).first(written * (write_size_ + 1)), write_begin_, write_size_,
-                         request_);
-  return send();
+  const std::size_t step = codec_->max_written(write_size_);
+  for (std::size_t begin = 0; begin < written; begin += step) {
+    request_.clear();
+    codec_->add_sync_write(std::span(goals_).subspan(begin * part, std::min(step, written - begin) * part),
+                           write_begin_, write_size_, request_);
+    if (!send()) return false;
+  }
+  return true;
 }
 
 }  // namespace doppel

@@ -1,7 +1,10 @@
 #pragma once
 // The host of a bus of servos with registers: Feetech's or Dynamixel's protocol on a link of bytes. Single
 // transactions set servos up; the cycle reads all of them with one request and writes their goals with
-// another one. No function allocates once begin_cycle() has been called, and none throws.
+// another one, or with as many as their frames need. No function allocates once begin_cycle() has been
+// called, and none throws.
+//
+// An answer that comes after its deadline is taken for no other request's (detail/missing_answers.h).
 
 #include <cstdint>
 #include <memory>
@@ -17,7 +20,8 @@
 
 namespace doppel {
 
-class PacketCodec;  // detail/packet_codec.h
+class PacketCodec;     // detail/packet_codec.h
+class MissingAnswers;  // detail/missing_answers.h
 
 struct BusServo {
   int id = 0;
@@ -56,7 +60,7 @@ struct BusCounts {
   std::uint64_t lost = 0;        // answers that did not come
   std::uint64_t bad_checks = 0;  // frames that were damaged
   std::uint64_t noise = 0;       // bytes outside of frames
-  std::uint64_t strangers = 0;   // answers of servos that were not asked
+  std::uint64_t strangers = 0;   // answers that no request was for, or that came too late for theirs
 };
 
 class DOPPEL_API ServoBus {
@@ -82,7 +86,7 @@ class DOPPEL_API ServoBus {
   // All servos of the bus. Takes some seconds with Feetech's protocol.
   [[nodiscard]] std::vector<PingAnswer> ping_all(int last_id = 252);
   [[nodiscard]] std::optional<std::int64_t> read(int id, const ServoRegister& which, int tries = 3);
-  // True: the servo has confirmed it. A write to the broadcast id has no answer.
+  // True: the servo has confirmed this write. A write to the broadcast id has no answer.
   bool write(int id, const ServoRegister& which, std::int64_t value, int tries = 3);
   // Dynamixel only; false: no answer, or the protocol has no reboot.
   bool reboot(int id);
@@ -114,11 +118,25 @@ class DOPPEL_API ServoBus {
   void drop_echo(Time deadline);
   // The next answer before the deadline; nullopt: none.
   std::optional<Answer> receive(Time deadline);
-  // Sends the request and waits for the answer of one servo.
+  // Sends the request and waits for the answer of one servo, which has this many bytes of data, or none where
+  // it refuses the request.
   std::optional<Answer> transact(int id, std::size_t answer_bytes);
+  // How many more bytes to ask these servos for, so that their answers are those of this request; nullopt:
+  // the line is not quiet yet.
+  std::optional<std::size_t> extra_bytes(std::span<const std::uint8_t> ids, std::size_t size);
+  bool settle();
+  bool end_doubt();  // true
+  // The servo's next answer without data is that of the next request. False: an earlier one may still come.
+  bool catch_up(int id, const ServoRegister& any);
   std::optional<std::span<const std::uint8_t>> read_block(int id, std::size_t address, std::size_t size);
   [[nodiscard]] bool is_shared(const PingAnswer& servo);
-  void decode_motion(const Answer& answer, std::size_t index, ServoReading& reading) const;
+  // The servos from `begin` on, with one request.
+  std::size_t read_some(std::size_t begin, std::size_t count, std::size_t extra,
+                        std::span<ServoReading> readings);
+  // The block of registers in an answer, which begins with `front` bytes more.
+  void decode_motion(std::span<const std::uint8_t> block, unsigned error, std::size_t index,
+                     ServoReading& reading) const;
+  void encode_goal(const ServoGoal& goal, std::size_t index, std::span<std::uint8_t> block) const;
   void finish_counts();
 
   ByteLink& link_;
@@ -127,6 +145,13 @@ class DOPPEL_API ServoBus {
   Duration patience_;
   bool echo_ = false;
   std::unique_ptr<PacketCodec> codec_;
+  const std::unique_ptr<MissingAnswers> missing_;
+  struct Expected {
+    int id = 0;
+    std::size_t size = 0;
+  };
+  std::optional<Expected> newest_;  // the last answer to the last request, where no missing one is like it
+  Time sent_{}, heard_{};           // the last request, and the last answer to an earlier one
   FrameBytes request_;
   BusCounts counts_;
   unsigned last_error_ = 0;

@@ -31,6 +31,9 @@ class PacketCodec {
   // `blocks`: for each servo its id and `size` bytes.
   virtual void add_sync_write(std::span<const std::uint8_t> blocks, std::size_t address, std::size_t size,
                               FrameBytes& out) const = 0;
+  // The servos that one sync read of `size` bytes, or one sync write, can have.
+  [[nodiscard]] virtual std::size_t max_read(std::size_t size, bool fast) const = 0;
+  [[nodiscard]] virtual std::size_t max_written(std::size_t size) const = 0;
   // False: the protocol has none.
   virtual bool add_reboot(int id, FrameBytes& out) const = 0;
 

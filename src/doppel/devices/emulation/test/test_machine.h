@@ -13,7 +13,7 @@ namespace doppel::test {
 class TestMachine {
  public:
   TestMachine(DeviceEmulator& devices, std::size_t motors)
-      : devices_(devices), states(motors), drives(motors) {}
+      : devices_(devices), states(motors), drives(motors), loads(motors) {}
 
   // Runs in steps of a millisecond until the link's clock and the motors' have both reached `seconds` later.
   void run(EmulatedLink& link, double seconds) {
@@ -41,7 +41,7 @@ class TestMachine {
  public:
   std::vector<MotorState> states;
   std::vector<MotorDrive> drives;
-  std::vector<double> loads = std::vector<double>(64);
+  std::vector<double> loads;
   Time now{};
 };
 
