@@ -16,6 +16,7 @@ constexpr Duration kBoardPatience{300'000'000};  // a board answers when its loo
 // The board at the other end of the line; nullopt: none.
 std::optional<FoundDevice> find_board(ByteLink& link, int rate) {
   FrameBytes hello;
+  hello.add('\n');  // the end of what other protocols have sent before, which would damage the hello's line
   add_servo_line("H 1 5CA7", hello);
   link.discard();
   if (!link.write(hello.bytes())) return {};

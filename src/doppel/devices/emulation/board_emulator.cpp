@@ -65,6 +65,7 @@ void BoardEmulator::send(std::span<const char> bytes) {
   const std::size_t bad =
       faults_.draw(FaultKind::corrupt, kAll, now_) ? faults_.random() % bytes.size() : bytes.size();
   Time when = std::max(now_, line_free_);
+  if (when > now_ + line_buffer(rate_)) return;
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     when += from_seconds(kBitsPerByte / rate_);
     const auto byte = static_cast<std::uint8_t>(bytes[i]);
@@ -74,11 +75,17 @@ void BoardEmulator::send(std::span<const char> bytes) {
 }
 
 void BoardEmulator::receive(std::span<const std::uint8_t> bytes, Time when, int rate) {
+  // The firmware's clock does not go back.
+  if (rate != rate_) host_free_ = line_free_ = std::min(line_free_, when);
   now_ = std::max(now_, when);
   if (!plugged_) return;
   rate_ = rate;
+  Time end = std::max(when, host_free_);
   for (const std::uint8_t byte : bytes) {
-    now_ += from_seconds(kBitsPerByte / rate);
+    end += from_seconds(kBitsPerByte / rate);
+    if (end > when + line_buffer(rate)) break;
+    host_free_ = end;
+    now_ = std::max(now_, end);
     pins_->firmware.receive(byte);
   }
 }

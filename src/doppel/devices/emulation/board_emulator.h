@@ -48,7 +48,8 @@ class DOPPEL_API BoardEmulator : public DeviceEmulator {
   std::vector<std::optional<double>> blocked_;  // rad, by the servos: since a fault blocks them
   FaultPlan faults_;
   ArrivingBytes sent_;
-  Time now_{}, line_free_{};
+  Time now_{};
+  Time line_free_{}, host_free_{};  // when the last byte to and from the host ends
   int rate_ = 115200;
   bool plugged_ = true;
   std::unique_ptr<Pins> pins_;

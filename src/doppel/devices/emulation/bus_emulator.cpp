@@ -10,9 +10,13 @@ namespace {
 
 constexpr int kBroadcast = 0xFE;
 constexpr Duration kRestartTime{200'000'000};
+constexpr Duration kPauseEndsFrame{100'000'000};  // longer than those that a busy host makes
 // The two protocols share these instructions.
-constexpr std::uint8_t kPing = 1, kRead = 2, kWrite = 3, kReboot = 8, kSyncRead = 0x82, kSyncWrite = 0x83,
-                       kFastSyncRead = 0x8A;
+constexpr std::uint8_t kPing = 1, kRead = 2, kWrite = 3, kRegisteredWrite = 4, kAction = 5, kReboot = 8,
+                       kSyncRead = 0x82, kSyncWrite = 0x83;
+// Dynamixel's alone.
+constexpr std::uint8_t kFastSyncRead = 0x8A, kBulkRead = 0x92, kBulkWrite = 0x93;
+constexpr std::size_t kBulkHead = 5;  // id, address and size
 
 Duration byte_time(int rate) {
   return from_seconds(kBitsPerByte / std::max(rate, 1));
@@ -65,6 +69,7 @@ void BusEmulator::answer(RegisterServo& servo, int id, AccessError error,
 // Each servo adds its part to the one frame; a servo that is missing ends it for those after it.
 void BusEmulator::answer_fast(std::span<const std::uint8_t> ids, std::size_t address, std::size_t size) {
   const std::size_t part = size + 4, length = 1 + ids.size() * part;
+  if (length > kDynamixelMaxParameters) return;  // no servo has room for it
   FrameBytes frame;
   for (const std::uint8_t byte : {std::uint8_t{0xFF}, std::uint8_t{0xFF}, std::uint8_t{0xFD},
                                   std::uint8_t{0x00}, std::uint8_t{kBroadcast}})
@@ -91,10 +96,29 @@ bool BusEmulator::hears(const RegisterServo& servo) const {
   return servo.rate() == rate_ && now_ >= silent_until_;
 }
 
+// What is on its way at the former rate cannot be read at the new one.
+void BusEmulator::start_line(Time when) {
+  now_ = std::min(now_, when);
+  line_free_ = std::min(line_free_, when);
+  sent_.bytes().clear();
+  clear_readers();
+}
+
+void BusEmulator::clear_readers() {
+  feetech_.clear();
+  dynamixel_.clear();
+}
+
 void BusEmulator::receive(std::span<const std::uint8_t> bytes, Time when, int rate) {
+  if (rate != rate_) start_line(when);
+  // Servos take the rest of a frame for a new one after a pause.
+  if (when > line_free_ + kPauseEndsFrame) clear_readers();
   now_ = std::max(now_, when);
   rate_ = rate;
-  if (!plugged_) return;
+  const Duration room = when + line_buffer(rate) - std::max(now_, line_free_);
+  const auto fitting = static_cast<std::size_t>(std::max(room, Duration{}) / byte_time(rate));
+  bytes = bytes.first(std::min(bytes.size(), fitting));
+  if (!plugged_ || bytes.empty()) return;
   const bool collides = !sent_.bytes().empty();
   if (faults_.find(FaultKind::echo, kBroadcast, now_) != nullptr) {
     Time arrival = std::max(now_, line_free_);
@@ -135,6 +159,12 @@ void BusEmulator::serve(const Request& request) {
       return;
     case kSyncWrite:
       return serve_sync_write(request);
+    case kBulkRead:
+      if (dynamixel) serve_bulk_read(request);
+      return;
+    case kBulkWrite:
+      if (dynamixel) serve_bulk_write(request);
+      return;
     default:
       break;
   }
@@ -193,6 +223,16 @@ void BusEmulator::serve_one(RegisterServo& servo, const Request& request) {
       if (!broadcast && servo.answers_writes()) answer(servo, id, error, {});
       return;
     }
+    case kRegisteredWrite:
+      if (request.parameters.size() <= width) return;
+      servo.keep_write(number(0), request.parameters.subspan(width));
+      if (!broadcast && servo.answers_writes()) answer(servo, id, AccessError::none, {});
+      return;
+    case kAction: {
+      const AccessError error = servo.do_kept_write();
+      if (!broadcast && servo.answers_writes()) answer(servo, id, error, {});
+      return;
+    }
     case kReboot:
       if (feetech) return;
       if (!broadcast) answer(servo, id, AccessError::none, {});
@@ -231,6 +271,28 @@ void BusEmulator::serve_sync_write(const Request& request) {
       if (servo.id() == blocks[0] && hears(servo))
         static_cast<void>(servo.write(address, blocks.subspan(1, size)));
     }
+  }
+}
+
+void BusEmulator::serve_bulk_read(const Request& request) {
+  for (auto rest = request.parameters; rest.size() >= kBulkHead; rest = rest.subspan(kBulkHead)) {
+    for (RegisterServo& servo : servos_) {
+      if (servo.id() != rest[0] || !hears(servo)) continue;
+      if (const auto data = servo.bytes(word(rest, 1), word(rest, 3)); !data.empty())
+        answer(servo, servo.id(), AccessError::none, data);
+    }
+  }
+}
+
+void BusEmulator::serve_bulk_write(const Request& request) {
+  for (auto rest = request.parameters; rest.size() >= kBulkHead;) {
+    const std::size_t size = word(rest, 3);
+    if (rest.size() < kBulkHead + size) return;
+    for (RegisterServo& servo : servos_) {
+      if (servo.id() == rest[0] && hears(servo))
+        static_cast<void>(servo.write(word(rest, 1), rest.subspan(kBulkHead, size)));
+    }
+    rest = rest.subspan(kBulkHead + size);
   }
 }
 

@@ -47,12 +47,16 @@ class DOPPEL_API BusEmulator : public DeviceEmulator {
   void serve_one(RegisterServo& servo, const Request& request);
   void serve_sync_read(const Request& request, bool fast);
   void serve_sync_write(const Request& request);
+  void serve_bulk_read(const Request& request);
+  void serve_bulk_write(const Request& request);
   // id: the servo's before the request, which may have written another one.
   void answer(RegisterServo& servo, int id, AccessError error, std::span<const std::uint8_t> data);
   void answer_fast(std::span<const std::uint8_t> ids, std::size_t address, std::size_t size);
   // Puts bytes on the line, after `delay` of a free line.
   void put_on_line(std::span<const std::uint8_t> bytes, int servo, Duration delay);
   [[nodiscard]] bool hears(const RegisterServo& servo) const;
+  void start_line(Time when);
+  void clear_readers();
   void restart_all(Time now);
 
   const ServoProtocol protocol_;

@@ -3,6 +3,7 @@
 // caller's, and answer after the time that a real bus needs. All times are those of the caller's clock,
 // simulated or not, and do not decrease. Not for several threads.
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 
 #include "doppel/base/core/time.h"
 #include "doppel/devices/emulation/emulated_faults.h"
+#include "doppel/devices/frames/frame_bytes.h"
 #include "doppel/export.h"
 
 namespace doppel {
@@ -30,11 +32,19 @@ struct MotorDrive {
   double gain = 1;      // of the stiffness that it is delivered with
 };
 
+// How long the bytes that wait for a line may take: 100 ms, or a long frame.
+[[nodiscard]] inline Duration line_buffer(int rate) {
+  constexpr Duration kBuffer{100'000'000};
+  constexpr double kFrame = 512 * kBitsPerByte;
+  return std::max(kBuffer, from_seconds(kFrame / std::max(rate, 1)));
+}
+
 class DOPPEL_API DeviceEmulator {
  public:
   virtual ~DeviceEmulator() = default;
 
-  // Bytes that the host begins to send at `when`, at `rate` bit/s.
+  // Bytes that the host begins to send at `when`, at `rate` bit/s. A pipe is faster than a line: what does
+  // not fit into line_buffer() is lost, as in a UART. A new rate begins with a free line.
   virtual void receive(std::span<const std::uint8_t> bytes, Time when, int rate) = 0;
   // The bytes of the devices that have arrived by `until`; how many. They do not arrive twice.
   virtual std::size_t take(std::span<std::uint8_t> out, Time until) = 0;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace doppel {
 namespace {
@@ -104,6 +105,23 @@ AccessError RegisterServo::write(std::size_t address, std::span<const std::uint8
   return out;
 }
 
+void RegisterServo::keep_write(std::size_t address, std::span<const std::uint8_t> bytes) {
+  kept_address_ = address;
+  kept_write_.assign(bytes.begin(), bytes.end());
+  show_kept_write();
+}
+
+AccessError RegisterServo::do_kept_write() {
+  const std::vector<std::uint8_t> kept = std::exchange(kept_write_, {});
+  show_kept_write();
+  return kept.empty() ? AccessError::none : write(kept_address_, kept);
+}
+
+void RegisterServo::show_kept_write() {
+  constexpr std::string_view kRegister = "Registered_Instruction";  // Dynamixel's alone
+  if (model_->find(kRegister) != nullptr) set(kRegister, kept_write_.empty() ? 0 : 1);
+}
+
 void RegisterServo::written(const ServoRegister& which) {
   const ServoRegister* const torque = model_->find(ServoRole::torque_enable);
   const ServoRegister* const watchdog = model_->find(ServoRole::watchdog);
@@ -127,6 +145,7 @@ void RegisterServo::restart() {
   set(ServoRole::goal_position, actual_ - value(ServoRole::homing_offset));
   latched_ = silenced_ = false;
   overloaded_ = Duration{};
+  kept_write_.clear();
 }
 
 std::uint8_t RegisterServo::error_byte(AccessError access) const {

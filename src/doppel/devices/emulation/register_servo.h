@@ -51,6 +51,9 @@ class DOPPEL_API RegisterServo {
   [[nodiscard]] std::span<const std::uint8_t> bytes(std::size_t address, std::size_t size) const;
   // Writes what the rules permit; the error of the first register that they do not.
   AccessError write(std::size_t address, std::span<const std::uint8_t> bytes);
+  // Keeps a write for the next action, in place of the one before.
+  void keep_write(std::size_t address, std::span<const std::uint8_t> bytes);
+  AccessError do_kept_write();  // none: there is none
   // Every frame that the servo has seen feeds its watchdog.
   void notice_host(Time now) { host_seen_ = now; }
   void set_supply(double volts) { supply_ = volts; }
@@ -77,6 +80,7 @@ class DOPPEL_API RegisterServo {
   void put(const ServoRegister& which, std::int64_t value);
   [[nodiscard]] AccessError check(const ServoRegister& which, std::int64_t value) const;
   void written(const ServoRegister& which);
+  void show_kept_write();
   void guard_load(double load, Duration period, bool overload);
   void guard_silence(Time now);
   void report(const MotorState& state, double load, Duration period, std::optional<double> temperature);
@@ -85,12 +89,14 @@ class DOPPEL_API RegisterServo {
 
   const ServoModel* model_;
   std::vector<std::uint8_t> table_;
-  std::optional<double> blocked_;  // rad, of the motor, since a fault blocks it
-  double goal_shaft_ = 0;          // rad, as the servo counts
-  std::int64_t actual_ = 0;        // ticks, without the homing offset
-  double temperature_;             // degrees Celsius
-  double supply_;                  // V, without a load
-  Duration overloaded_{};          // how long the load has been above the threshold
+  std::size_t kept_address_ = 0;
+  std::vector<std::uint8_t> kept_write_;  // empty: none
+  std::optional<double> blocked_;         // rad, of the motor, since a fault blocks it
+  double goal_shaft_ = 0;                 // rad, as the servo counts
+  std::int64_t actual_ = 0;               // ticks, without the homing offset
+  double temperature_;                    // degrees Celsius
+  double supply_;                         // V, without a load
+  Duration overloaded_{};                 // how long the load has been above the threshold
   bool latched_ = false;
   bool silenced_ = false;  // by the bus watchdog
   std::int64_t held_ = 0;  // ticks, the goal since the watchdog has stopped it

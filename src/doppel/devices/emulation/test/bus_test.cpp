@@ -2,12 +2,17 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <numbers>
+#include <vector>
 
 #include "doppel/devices/buses/servo_bus.h"
+#include "doppel/devices/emulation/board_emulator.h"
 #include "doppel/devices/emulation/bus_emulator.h"
 #include "doppel/devices/emulation/emulated_link.h"
 #include "doppel/devices/emulation/test/test_machine.h"
+#include "doppel/devices/frames/servo_line.h"
 
 namespace doppel {
 namespace {
@@ -36,6 +41,26 @@ struct Bench {
       out.back().set(ServoRole::return_delay, 0);
     }
     return out;
+  }
+  // The bytes that answer a frame within 50 ms.
+  std::vector<std::uint8_t> answer_to(std::uint8_t id, std::uint8_t instruction,
+                                      const std::vector<std::uint8_t>& parameters) {
+    FrameBytes frame;
+    if (model.protocol == ServoProtocol::feetech) {
+      add_feetech_frame({id, instruction, parameters}, frame);
+    } else {
+      add_dynamixel_frame({id, instruction, parameters}, frame);
+    }
+    EXPECT_TRUE(link.write(frame.bytes()));
+    std::vector<std::uint8_t> out;
+    std::array<std::uint8_t, 256> bytes{};
+    const Time deadline = link.now() + from_seconds(0.05);
+    while (const std::size_t count = link.read(bytes, deadline))
+      out.insert(out.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(count));
+    return out;
+  }
+  bool exchange(std::uint8_t id, std::uint8_t instruction, const std::vector<std::uint8_t>& parameters) {
+    return !answer_to(id, instruction, parameters).empty();
   }
   bool set_torque(int id, bool on) {
     return bus.write(id, *model.find(ServoRole::torque_enable), on ? 1 : 0);
@@ -245,6 +270,118 @@ TEST(DynamixelBus, OverloadLatchesUntilReboot) {
   bench.machine.run(bench.link, 0.1);
   EXPECT_TRUE(bench.set_torque(1, true));
   EXPECT_EQ(bench.bus.last_error(), 0U);
+}
+
+// 31 goals of Feetech's servos fit into one frame.
+TEST_P(EveryBus, GoalsOfManyServosTakeSeveralFrames) {
+  for (const std::size_t count : {31U, 32U, 33U, 100U, 252U}) {
+    Bench bench(GetParam(), count);
+    std::vector<ServoReading> readings(count);
+    std::vector<ServoGoal> goals(count);
+    for (const bool fast : {false, true}) {
+      bench.bus.begin_cycle(bench.servos, fast);
+      EXPECT_EQ(bench.bus.read_all(readings), count) << count << (fast ? " servos, fast" : " servos");
+    }
+    for (std::size_t i = 0; i < count; ++i) goals[i].position = 0.001 * static_cast<double>(i + 1);
+    ASSERT_TRUE(bench.bus.write_goals(goals));
+    for (std::size_t i = 0; i < count; ++i)
+      EXPECT_EQ(bench.devices.servos()[i].value(ServoRole::goal_position),
+                std::llround(bench.model.ticks(goals[i].position)))
+          << "id " << i + 1 << " of " << count;
+  }
+}
+
+// An answer of more bytes than needed shows that it is not a late one: every register can be read so.
+TEST_P(EveryBus, LostAnswersChangeNoValue) {
+  Bench bench(GetParam(), 3);
+  bench.bus.begin_cycle(bench.servos, true);
+  bench.devices.servos()[1].set(ServoRole::present_temperature, 40);
+  std::vector<ServoReading> readings(3);
+  const ServoRegister& number = *bench.model.find("Model_Number");
+  const Time begin = bench.link.now();
+  for (int losses = 1; losses <= 20; ++losses) {
+    bench.devices.set_faults({{.kind = FaultKind::drop, .begin = begin}});
+    for (int i = 0; i < losses; ++i) EXPECT_EQ(bench.bus.read_all(readings), 0U);
+    bench.link.wait_until(bench.link.now() + from_seconds(1));
+    bench.devices.set_faults({});
+    EXPECT_EQ(bench.bus.read(1, number), bench.model.number);
+    EXPECT_EQ(bench.bus.read_all(readings), 3U) << "after " << losses << " losses";
+    EXPECT_NEAR(readings[1].position, 0, 0.002);
+    EXPECT_TRUE(bench.set_torque(1, true));
+    for (int i = 0; i < 3; ++i) EXPECT_TRUE(bench.bus.read_health(readings));
+    EXPECT_EQ(readings[1].temperature, 40);
+  }
+}
+
+TEST_P(EveryBus, NoiseThatNoLineCanCarryIsLost) {
+  for (const int rate : {kRate, 50}) {
+    Bench bench(GetParam(), 1);
+    const Time begin = bench.link.now();
+    const std::vector<std::uint8_t> noise(512, 0xFF);
+    for (int i = 0; i < 12'000; ++i) bench.devices.receive(noise, begin, rate);  // 6 MB, by a pipe
+    bench.machine.run(bench.link, 0.3);
+    EXPECT_TRUE(bench.bus.ping(1)) << "after noise at " << rate << " bit/s";
+  }
+}
+
+TEST_P(EveryBus, RegisteredWritesActTogether) {
+  Bench bench(GetParam(), 2);
+  const bool feetech = bench.model.protocol == ServoProtocol::feetech;
+  const ServoRegister& goal = *bench.model.find(ServoRole::goal_position);
+  for (std::uint8_t id = 1; id <= 2; ++id) {
+    std::vector<std::uint8_t> parameters{static_cast<std::uint8_t>(goal.address)};
+    if (!feetech) parameters.push_back(0);
+    parameters.resize(parameters.size() + goal.size);
+    encode_register(goal, 3000, std::span(parameters).last(goal.size));
+    EXPECT_TRUE(bench.exchange(id, 4, parameters)) << "expected a status of servo " << int{id};
+    EXPECT_NE(bench.devices.servos()[id - 1].value(ServoRole::goal_position), 3000);
+    if (!feetech) {
+      EXPECT_EQ(bench.devices.servos()[id - 1].value("Registered_Instruction"), 1);
+    }
+  }
+  EXPECT_FALSE(bench.exchange(0xFE, 5, {})) << "an action of all has no answer";
+  for (const RegisterServo& servo : bench.devices.servos())
+    EXPECT_EQ(servo.value(ServoRole::goal_position), 3000);
+}
+
+TEST(BusEmulator, BulkReadIsAnsweredByEachServoInTurn) {
+  Bench bench("XL430-W250", 2);
+  const std::vector<std::uint8_t> parameters{2, 7, 0, 1, 0, 1, 0, 0, 2, 0};  // its id; the number of a model
+  const std::vector<std::uint8_t> answer = bench.answer_to(0xFE, 0x92, parameters);
+  DynamixelReader reader;
+  ASSERT_EQ(reader.push(answer), answer.size());
+  auto frame = reader.next();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->id, 2);
+  EXPECT_THAT(frame->parameters, ElementsAre(0, 2));
+  frame = reader.next();
+  ASSERT_TRUE(frame);
+  EXPECT_EQ(frame->id, 1);
+  EXPECT_THAT(frame->parameters, ElementsAre(0, 1060 & 0xFF, 1060 >> 8));
+}
+
+TEST(BusEmulator, FastSyncReadThatNoServoHasRoomForIsSilent) {
+  Bench bench("XL430-W250", 100);
+  std::vector<std::uint8_t> parameters{100, 0, 20, 0};
+  for (std::uint8_t id = 1; id <= 100; ++id) parameters.push_back(id);
+  EXPECT_TRUE(bench.answer_to(0xFE, 0x8A, parameters).empty());
+}
+
+TEST(BoardEmulator, NoiseThatNoLineCanCarryIsLost) {
+  BoardEmulator board(std::vector<HobbyServo>{{.channel = 0}});
+  test::TestMachine machine(board, 1);
+  EmulatedLink link(board, "emulated", 115200);
+  machine.run(link, 0.1);
+  FrameBytes questions, question;
+  question.add('\n');  // ends the line that the noise has begun
+  add_servo_line("Q", question);
+  while (questions.room() > question.size()) questions.add(question.bytes());
+  for (int i = 0; i < 1000; ++i) board.receive(questions.bytes(), link.now(), 115200);  // 2 MB, by a pipe
+  machine.run(link, 1);
+  link.discard();
+  ASSERT_TRUE(link.write(question.bytes()));
+  std::array<std::uint8_t, 200> bytes{};
+  EXPECT_GT(link.read(bytes, link.now() + from_seconds(0.2)), 0U);
 }
 
 TEST(BusEmulator, SameSeedGivesSameBytes) {
