@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <system_error>
+#include <utility>
 
 #include "doppel/control/hardware/nan.h"
 #include "doppel/devices/drivers/detail/servo_group.h"
@@ -21,7 +22,7 @@ constexpr Duration kBoardPatience{50'000'000};
 constexpr Duration kBetweenServos{150'000'000};  // a servo that wakes draws its greatest current
 constexpr double kSpeedMargin = 1.2;             // of the joint's speed limit
 constexpr double kAccelerationTime = 0.2;        // s, to the speed limit
-constexpr std::uint32_t kNonce = 0xD0;
+constexpr std::uint32_t kFirstNonce = 0xD0;
 constexpr unsigned kLastRefusal = 19;  // codes from 20 on are events
 
 class LineGroup final : public ServoGroup {
@@ -126,10 +127,18 @@ class LineGroup final : public ServoGroup {
 
   // -- lines
   bool send(std::string_view body) {
-    request_.clear();
+    begin_request();
     add_servo_line(body, request_);
-    ++counts_.requests;
     return link_.write(request_.bytes());
+  }
+
+  // A board answers in the order of the lines. After an answer that has not come in time, a hello with a new
+  // nonce goes ahead, so that what comes before its answer belongs to earlier lines.
+  void begin_request() {
+    request_.clear();
+    ++counts_.requests;
+    awaits_hello_ = behind_;
+    if (behind_) add_servo_line(fmt::format("H 1 {:X}", ++nonce_), request_);
   }
 
   bool send_targets() {
@@ -140,9 +149,8 @@ class LineGroup final : public ServoGroup {
       if (setup_.joints[i].enabled) targets[channel] = static_cast<std::uint16_t>(std::lround(pose_[i]));
       count = std::max(count, channel + 1);
     }
-    request_.clear();
+    begin_request();
     add_servo_targets(++sequence_, std::span(targets).first(count), request_);
-    ++counts_.requests;
     outstanding_ = link_.write(request_.bytes());
     return outstanding_;
   }
@@ -157,9 +165,11 @@ class LineGroup final : public ServoGroup {
           continue;
         if (const auto* const identity = std::get_if<ServoLineIdentity>(&reply)) {
           restarted_ = restarted_ || (identity_.boot != 0 && identity->boot != identity_.boot);
-          if (identity->nonce != kNonce) continue;
+          if (identity->nonce != nonce_) continue;
+          behind_ = false;
+          if (std::exchange(awaits_hello_, false)) continue;
         }
-        if (!std::holds_alternative<std::monostate>(reply)) return reply;
+        if (!awaits_hello_ && !std::holds_alternative<std::monostate>(reply)) return reply;
       }
       std::array<std::uint8_t, 256> bytes{};
       const std::size_t count = link_.read(bytes, deadline);
@@ -170,15 +180,18 @@ class LineGroup final : public ServoGroup {
     }
   }
 
+  Status lose(std::string why) {
+    ++counts_.lost;
+    behind_ = true;
+    return Status::refused(std::move(why));
+  }
+
   Status await_state() {
     const Time deadline = link_.now() + kBoardPatience;
     outstanding_ = false;
     for (;;) {
       const ServoLineReply reply = receive(deadline);
-      if (std::holds_alternative<std::monostate>(reply)) {
-        ++counts_.lost;
-        return Status::refused("the board does not answer");
-      }
+      if (std::holds_alternative<std::monostate>(reply)) return lose("the board does not answer");
       if (const auto* const state = std::get_if<ServoLineState>(&reply)) {
         state_ = *state;
         return {};
@@ -188,14 +201,13 @@ class LineGroup final : public ServoGroup {
 
   // Sends a line and waits for what it is answered with.
   Status ask(const std::string& body) {
+    behind_ = behind_ || std::exchange(outstanding_, false);
     if (!send(body)) return Status::refused("the link is lost");
     const Time deadline = link_.now() + kBoardPatience;
     for (;;) {
       const ServoLineReply reply = receive(deadline);
-      if (std::holds_alternative<std::monostate>(reply)) {
-        ++counts_.lost;
-        return Status::refused(fmt::format("the board does not answer '{}'", body));
-      }
+      if (std::holds_alternative<std::monostate>(reply))
+        return lose(fmt::format("the board does not answer '{}'", body));
       if (const auto* const fault = std::get_if<ServoLineFault>(&reply))
         return Status::refused(fmt::format("the board refuses '{}': {}", body, fault->text));
       if (const auto* const state = std::get_if<ServoLineState>(&reply)) {
@@ -208,13 +220,13 @@ class LineGroup final : public ServoGroup {
 
   Status greet() {
     identity_ = {};
-    restarted_ = false;
+    restarted_ = behind_ = awaits_hello_ = outstanding_ = false;
     link_.discard();
     reader_.clear();
     // A board that has just got its power needs a moment.
     constexpr int kTries = 20;
     for (int i = 0; i < kTries; ++i) {
-      if (!send(fmt::format("H 1 {:X}", kNonce))) return Status::refused("the link is lost");
+      if (!send(fmt::format("H 1 {:X}", ++nonce_))) return Status::refused("the link is lost");
       const ServoLineReply reply = receive(link_.now() + kBoardPatience);
       if (const auto* const fault = std::get_if<ServoLineFault>(&reply))
         return Status::refused(fmt::format("the board refuses the hello: {}", fault->text));
@@ -288,7 +300,10 @@ class LineGroup final : public ServoGroup {
   bool pose_known_ = false;
   bool started_ = false;
   bool outstanding_ = false;  // a request whose state has not come
-  bool restarted_ = false;    // the board has lost its power since the hello
+  bool behind_ = false;       // an answer has not come in time, and may still come
+  bool awaits_hello_ = false;
+  std::uint32_t nonce_ = kFirstNonce;  // of the last hello
+  bool restarted_ = false;             // the board has lost its power since the hello
   std::uint32_t sequence_ = 0;
 };
 
