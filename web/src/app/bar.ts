@@ -48,7 +48,7 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
   }, { class: 'icon', id: 'theme' });
   const more = button(icon('settings'), 'Settings and keys', openSettings, { class: 'icon', id: 'settings' });
   const readOnly = h('span', { class: 'tag', hidden: true, title: 'This is a recording: nothing in it can be commanded, and STOP has nothing to stop.' }, 'read only');
-  const stop = h('button', { type: 'button', class: 'stop', id: 'stop', title: `Emergency stop (${settings.stopKeys.join(', ')})`, onclick: () => void (commander.stopped ? commander.release() : commander.stop()) }, 'STOP');
+  const stop = h('button', { type: 'button', class: 'stop', id: 'stop', title: `Emergency stop (${settings.stopKeys.join(', ')})`, onclick: () => void (commander.stopped ? commander.resetStop() : commander.stop()) }, 'STOP');
   const clock = h('div', { class: 'group clock', role: 'group', 'aria-label': 'Time' }, reset, play, step, speed, time, factor);
   const element = h('header', { class: 'bar' },
     h('div', { class: 'brand' }, name, robot, link), clock, h('span', { class: 'spacer' }), h('div', { class: 'group last' }, readOnly, theme, more), stop);
@@ -58,12 +58,12 @@ export function makeBar(app: App, openSettings: () => void): { element: HTMLElem
     const lost = twin.client.phase === 'lost';
     stop.classList.toggle('offline', lost);
     stop.title = lost ? (commander.stopped ? 'Do not send the stop' : 'Stop the twin as soon as the connection is back')
-      : commander.stopped ? 'Release the emergency stop' : `Emergency stop (${settings.stopKeys.join(', ')})`;
+      : commander.stopped ? 'Reset the emergency stop' : `Emergency stop (${settings.stopKeys.join(', ')})`;
   };
   twin.phaseChanged.on(nameStop);
   settingsChanged.on(nameStop);
   commander.stopChanged.on((stopped) => {
-    say(stop, stopped ? 'Release' : 'STOP');
+    say(stop, stopped ? 'Reset STOP' : 'STOP');
     stop.classList.toggle('pressed', stopped);
     stop.setAttribute('aria-pressed', String(stopped));
     document.body.classList.toggle('stopped', stopped);

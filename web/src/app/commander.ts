@@ -32,8 +32,6 @@ export class Commander {
   readonly stopChanged = new Signal<boolean>();
   stopped = false;
   unsent = false; // the stop waits for a connection
-  private stoppedControllers: string[] = [];
-  private stoppedSpace = ''; // the robot of the stopped controllers
   private stoppedManagers: string[] = []; // controller managers in their emergency stop
   private latched = false; // the selected robot's emergency stop is on
   private readonly owners = new Map<string, Controller>(); // by joint
@@ -131,7 +129,7 @@ export class Commander {
   private command(values: Iterable<[TreeJoint, number]>, seconds: number): void {
     const { twin } = this;
     if (this.stopped) {
-      if (performance.now() - this.refusedAt > 3000) toast('Stopped. Release the stop first.', 'warning');
+      if (performance.now() - this.refusedAt > 3000) toast('Stopped. Reset STOP first.', 'warning');
       this.refusedAt = performance.now();
       return;
     }
@@ -286,10 +284,10 @@ export class Commander {
     }
   }
 
-  // The emergency stop of every robot, as `doppel stop` does it: no client can command them. With the other setting the
-  // controllers of the selected robot are deactivated instead. Without a connection it is sent with the next one.
+  // The emergency stop of every robot, as `doppel stop` does it: its joints hold, and no client can command them. Without
+  // a connection it is sent with the next one.
   async stop(): Promise<void> {
-    if (this.stopped || this.twin.isReadOnly) return; // what was stopped first is what is released
+    if (this.stopped || this.twin.isReadOnly) return; // what was stopped first is what is reset
     this.stopped = true;
     this.unsent = this.twin.client.phase !== 'open';
     this.stopChanged.emit(true);
@@ -301,30 +299,24 @@ export class Commander {
     this.unsent = false;
     const own = `${twin.space}/controller_manager`;
     const managers = twin.robots.map((space) => `${space}/controller_manager`).filter((manager) => twin.client.services.has(`${manager}/emergency_stop`));
-    const holds = settings.stopDoes === 'hold' && managers.includes(own);
-    this.stoppedManagers = managers.filter((manager) => manager !== own || holds);
-    const calls = this.stoppedManagers.map((manager) => twin.client.call(`${manager}/emergency_stop`)
+    this.stoppedManagers = managers;
+    const calls = managers.map((manager) => twin.client.call(`${manager}/emergency_stop`)
       .catch((problem: Error) => toast(`${manager} does not stop: ${problem.message}`, 'error')));
-    if (holds) this.endGlide();
-    else await this.stopControllers();
+    if (managers.includes(own)) this.endGlide();
+    else this.endGoals();
     await Promise.all(calls);
   }
 
-  // Cancels goals and holds; then, if that setting is on, deactivates the controllers that command joints.
-  private async stopControllers(): Promise<void> {
+  // Of a controller manager without an emergency stop, as on a ROS 2 graph: the joints hold, and goals end. The
+  // controllers stay active: without one an arm may fall.
+  private endGoals(): void {
     const { twin } = this;
     this.hold();
-    this.stoppedSpace = twin.space;
-    const movers = twin.controllers.filter((c) => c.state === 'active' && c.joints.length > 0);
-    for (const { name } of movers) {
+    for (const { name } of twin.controllers.filter((c) => c.state === 'active' && c.joints.length > 0)) {
       for (const action of ['follow_joint_trajectory', 'gripper_cmd']) {
         const cancel = twin.own(`/${name}/${action}/_action/cancel_goal`);
         if (twin.client.services.has(cancel)) void twin.client.call(cancel).catch(() => {});
       }
-    }
-    if (settings.stopDoes === 'deactivate' && movers.length > 0) {
-      this.stoppedControllers = movers.map(({ name }) => name);
-      await this.switchControllers([], this.stoppedControllers, this.stoppedSpace);
     }
   }
 
@@ -340,18 +332,15 @@ export class Commander {
     this.stopChanged.emit(this.stopped);
   }
 
-  async release(): Promise<void> {
+  async resetStop(): Promise<void> {
     const { twin } = this;
-    const again = this.stoppedControllers;
     const managers = new Set(this.stoppedManagers);
     if (this.latched) managers.add(`${twin.space}/controller_manager`);
-    this.stoppedControllers = [];
     this.stoppedManagers = [];
     if (!this.unsent) {
       const calls = [...managers].map((manager) => twin.client.call(`${manager}/reset_emergency_stop`)
         .catch((problem: Error) => toast(`${manager} remains stopped: ${problem.message}`, 'error')));
       await Promise.all(calls);
-      if (again.length > 0) await this.switchControllers(again, [], this.stoppedSpace);
     }
     this.stopped = this.unsent = this.latched = false;
     twin.target.set(twin.q);

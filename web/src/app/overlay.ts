@@ -62,7 +62,7 @@ export function makeOverlay(app: App): { elements: HTMLElement[]; update: () => 
   const diverged = makeDivergedBanner(app);
   const undrawn = h('div', { class: 'undrawn', role: 'status', hidden: world.stage.drawable }, h('strong', {}, 'This browser does not draw WebGL 2.'),
     h('p', {}, 'The panels and STOP work; only the picture is missing. Turn on hardware acceleration in the settings of the browser, or use another browser.'));
-  const stopped = h('div', { class: 'stopped-note', role: 'alert' }, 'Stopped. Commands of this page are rejected until the stop is released.');
+  const stopped = h('div', { class: 'stopped-note', role: 'alert' }, 'Stopped. Commands of this page are rejected until STOP is reset.');
 
   function update(): void {
     details.update();

@@ -5,7 +5,6 @@ export interface Settings {
   theme: 'system' | 'light' | 'dark';
   degrees: boolean;
   layers: Record<string, boolean>;
-  stopDoes: 'deactivate' | 'hold';
   stopKeys: string[];
   speedShare: number; // of the joints' velocity limits, for commands of the page
   rightWidth: number;
@@ -24,7 +23,6 @@ const DEFAULTS: Settings = {
   theme: 'system',
   degrees: true,
   layers: { visual: true, grid: true, shadows: true, ghost: true, cameras: true, keep_out: true },
-  stopDoes: 'hold',  // a joint without an active controller is passive, and the arm would fall
   stopKeys: ['Escape'],
   speedShare: 0.5,
   rightWidth: 430,

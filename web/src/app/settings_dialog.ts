@@ -11,7 +11,6 @@ export function openSettings(version: string, openRecording: () => void): void {
   };
   fill(dialog, h('h2', {}, 'Settings'),
     choice('Theme', settings.theme, [['system', 'as the system'], ['light', 'light'], ['dark', 'dark']], (v) => set('theme', v as typeof settings.theme)),
-    choice('Emergency stop', settings.stopDoes, [['deactivate', 'cancel goals and deactivate the controllers: an arm may fall'], ['hold', 'hold every joint and refuse all clients, as doppel stop']], (v) => set('stopDoes', v as typeof settings.stopDoes)),
     choice('Key of the stop', settings.stopKeys.join(), [['Escape', 'Escape'], ['Space', 'Space'], ['Escape,Space', 'Escape and Space']], (v) => set('stopKeys', v.split(','))),
     h('h2', { style: 'margin-top:16px' }, 'Keys'),
     h('table', {}, KEYS.map(([key, what]) => h('tr', {}, h('td', {}, key.split(' ').map((k) => (k ? [h('kbd', {}, k), ' '] : ' '))), h('td', {}, what)))),

@@ -62,7 +62,7 @@ export class ToolDriver {
 
   // Why the tool cannot be moved; '' if it can.
   refusal(): string {
-    if (this.app.commander.stopped) return 'Stopped: release the stop to move the tool.';
+    if (this.app.commander.stopped) return 'Stopped: reset STOP to move the tool.';
     return this.hasMover() || this.app.twin.recording ? this.kinematics.missing : 'No active controller moves this link.';
   }
 

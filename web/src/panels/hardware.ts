@@ -101,10 +101,10 @@ export function hardwarePanel(app: App, devices: Devices, ghost: EvidenceGhost):
       why.hidden = refused === '';
       if (refused !== '') return;
       ghost.show(null);
-      toast('The pose is confirmed until the device loses its power. Activate it to turn the torque on.');
+      toast('The pose is confirmed until the device loses its power. A start that waited for it turns the torque on; otherwise activate it.');
     }
     const confirm = button('Confirm this pose …', 'The arm stands as the picture shows it', () =>
-      app.hardware.confirm('Confirm this pose', 'Does the arm stand as the picture shows it? Where it does not, it jumps when its torque goes on.', () => void send(), true), { class: 'on device-confirm' });
+      app.hardware.confirm('Confirm this pose', 'Does the arm stand as the picture shows it? Its torque goes on; where it stands otherwise, it jumps.', () => void send(), true), { class: 'on device-confirm' });
     return h('section', { class: 'device-pose', 'aria-label': `Pose of ${device.name}` },
       h('p', {}, h('strong', {}, 'Where does the arm stand?'), ' It has been without power, and its servos report no position. Enter the pose in which you see it, and compare it with the picture.'),
       h('div', { class: 'device-joints' }, joints.map((joint, i) => h('label', {}, h('span', {}, joint.name), inputs[i]!, h('span', { class: 'muted' }, unitOf(joint))))),

@@ -78,7 +78,7 @@ export function posesPanel(app: App): Panel {
     const points = waypoints();
     const time = points[points.length - 1]?.time;
     if (time === undefined || commander.stopped) {
-      toast(commander.stopped ? 'Stopped. Release the stop first.' : 'Add a pose to the sequence first.', 'warning');
+      toast(commander.stopped ? 'Stopped. Reset STOP first.' : 'Add a pose to the sequence first.', 'warning');
       return;
     }
     commander.play(points);

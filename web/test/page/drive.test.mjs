@@ -119,6 +119,6 @@ test('STOP ends driving, and the pad does nothing until it is released', async (
   await page.mouse.down();
   assert.equal(await page.evaluate(() => doppel.drive.live), false);
   await page.mouse.up();
-  await page.evaluate(() => doppel.commander.release());
+  await page.evaluate(() => doppel.commander.resetStop());
   assert.deepEqual(page.problems, []);
 });

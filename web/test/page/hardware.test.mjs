@@ -199,9 +199,7 @@ check(believed, 'hardware', 'a pose that nobody knows is entered, shown in the p
   await page.click('.device-confirm');
   assert.match(await textOf(page, 'dialog.confirm'), /Does the arm stand as the picture shows it/);
   await agree(page);
-  await waitFor(page, () => doppel.devices.all[0].state === 'connected');
-  await page.locator('.device-activate').click();
-  await waitFor(page, () => doppel.devices.all[0].state === 'holding');
+  await waitFor(page, () => ['holding', 'active'].includes(doppel.devices.all[0].state)); // the start has waited for it
   const cells = await page.locator('.devices tbody tr').nth(1).locator('td').allTextContents();
   assert.match(cells[1], /^\(30\.\d °\)$/);
   assert.match(await textOf(page, '.device-facts'), /believed, not measured/);

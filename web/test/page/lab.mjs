@@ -132,7 +132,7 @@ export class Lab {
     await page.evaluate(async () => {
       const { twin, commander, driver, layout } = doppel;
       driver.drop();
-      if (commander.stopped) await commander.release();
+      if (commander.stopped) await commander.resetStop();
       const idle = twin.controllers.filter((c) => c.state === 'inactive').map((c) => c.name);
       if (idle.length > 0) await commander.switchControllers(idle, []);
       for (const [name, request] of [['set_speed', { factor: 1 }], ['unpause_physics', {}], ['reset_simulation', {}]]) await twin.client.call(`/gazebo/${name}`, request);

@@ -145,7 +145,7 @@ test('STOP holds every robot, and its release resets them', async () => {
   await page.evaluate(() => doppel.commander.stop());
   await page.selectOption('#robot', '/left');
   await waitFor(page, () => doppel.twin.space === '/left');
-  await page.evaluate(() => doppel.commander.release());
+  await page.evaluate(() => doppel.commander.resetStop());
   for (let i = 0; i < 100 && await active('/right') < before; i += 1) await new Promise((done) => setTimeout(done, 50));
   assert.equal(await active('/right'), before);
 });

@@ -114,7 +114,7 @@ test('a picture is enlarged and reduced by keys, and stays live; Escape stops as
   await page.keyboard.press('Escape');
   await page.locator('.sensor[aria-label$="/camera"] .picture canvas').waitFor();
   assert.equal(await page.evaluate(() => doppel.commander.stopped), true);
-  await page.evaluate(() => doppel.commander.release());
+  await page.evaluate(() => doppel.commander.resetStop());
   await waitFor(page, () => !doppel.commander.stopped);
 });
 

@@ -17,7 +17,7 @@ after(() => lab.stop());
 const shell = (...args) => promisify(execFile)(program, [...args, '--port', String(lab.twinPort)]).then(({ stdout }) => ({ code: 0, text: stdout }), (e) => ({ code: e.code, text: e.stderr + e.stdout }));
 const stopped = (on, one = page) => waitFor(one, (wanted) => doppel.commander.stopped === wanted, on);
 const check = (name, body) => test(name, { timeout: 180000 }, async () => {
-  await page.evaluate(() => doppel.commander.stopped && doppel.commander.release());
+  await page.evaluate(() => doppel.commander.stopped && doppel.commander.resetStop());
   await stopped(false);
   page.problems.length = 0;
   await lab.watched(name, page, body);
@@ -146,7 +146,7 @@ check('the label of STOP is legible after a tap', async () => {
   await waitFor(phone, () => window.doppel?.ready);
   await phone.tap('#stop');
   await stopped(true, phone);
-  assert.equal(await phone.locator('#stop').textContent(), 'Release');
+  assert.equal(await phone.locator('#stop').textContent(), 'Reset STOP');
   assert.ok((await contrast(phone)) >= 4.5);
   await phone.tap('#stop');
   await stopped(false, phone);
@@ -162,7 +162,7 @@ check('STOP refuses the commands of other clients, and the page shows the stop o
   await stopped(false);
   assert.equal((await shell('stop')).code, 0);
   await stopped(true);
-  assert.equal(await page.locator('#stop').textContent(), 'Release');
+  assert.equal(await page.locator('#stop').textContent(), 'Reset STOP');
   await page.click('#stop');
   await stopped(false);
   await waitFor(page, () => doppel.twin.controllers.some((c) => c.state === 'active' && c.joints.length > 0));
