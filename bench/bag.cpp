@@ -106,7 +106,8 @@ Loop run_loop(double duration, const fs::path& folder, bool record) {
     constexpr double kMaxWhole = 900;
     if (duration > kMaxWhole) {
       options.bag.max_file_size = 1'000'000'000;
-      options.keep_files = 8;
+      options.keep = std::chrono::hours(24);
+      options.keep_bytes = 8'000'000'000;
     }
     recorder.emplace(bus, std::move(options), log);
   }

@@ -71,6 +71,13 @@ fs::path unused_path(const fs::path& preferred) {
   return out;
 }
 
+// Before anything is looked for in a folder that another user may have made.
+fs::path rolling_folder(const fs::path& scratch) {
+  if (const std::string problem = make_private_folder(scratch); !problem.empty())
+    throw InputError("black_box.folder", {}, problem, "remove it, or set XDG_RUNTIME_DIR");
+  return unused_path(scratch / fmt::format("{}{}", kRolling, getpid()));
+}
+
 // The manager's sentences about commands that it has limited.
 bool is_limit_episode(std::string_view text) {
   const bool is_command = text.find(": command ") != std::string_view::npos ||
@@ -189,11 +196,9 @@ BlackBox::BlackBox(Twin& twin, BlackBoxOptions options, const Log& log)
     : twin_(twin),
       options_(std::move(options)),
       log_(log),
-      rolling_(unused_path(options_.scratch / fmt::format("{}{}", kRolling, getpid()))),
+      rolling_(rolling_folder(options_.scratch)),
       node_(twin.bus(), "/doppel"),
       parameters_(twin.bus()) {
-  if (const std::string problem = make_private_folder(options_.scratch); !problem.empty())
-    throw InputError("black_box.folder", {}, problem, "remove it, or set XDG_RUNTIME_DIR");
   node_.serve<std_srvs::srv::Trigger>(
       "~/snapshot", [this](const auto&, const Responder<std_srvs::srv::Trigger::Response>& respond) {
         write(kSnapshot, [this, respond](const fs::path& bag, const std::string& failure) {
@@ -285,7 +290,8 @@ void BlackBox::salvage() {
 void BlackBox::copy_killed(const fs::path& rolling) {
   try {
     const fs::path bag = recovered(rolling, options_.folder);
-    fs::remove_all(rolling);
+    std::error_code none;
+    fs::remove_all(rolling, none);
     if (!bag.empty())
       log_.note(kBlackBox,
                 fmt::format("an earlier twin was killed; its last seconds are in {}", bag.string()));

@@ -1,6 +1,7 @@
 // The recorder of a bus: what it takes, what it has lost, and what it leaves behind when the disk is full.
 #include "doppel/ros/record/bus_recorder.h"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -215,7 +216,10 @@ TEST_F(BusRecorderTest, FilesAreKeptBySpanAlsoWhereTimeIsSetBack) {
   for (int run = 0; run < 30; ++run) {
     for (int i = 0; i <= 20; ++i) topic.publish({"x"}, time_from_seconds(0.01 * i));
   }
-  for (int i = 0; i < 400 && fs::exists(folder_ / (folder_.filename().string() + "_0.mcap")); ++i)
+  const auto is_there = [this](int file) {
+    return fs::exists(folder_ / fmt::format("{}_{}.mcap", folder_.filename().string(), file));
+  };
+  for (int i = 0; i < 3000 && (recorder.messages() < 30 * 21 || is_there(19)); ++i)
     std::this_thread::sleep_for(10ms);
   EXPECT_THAT(recorder.stop().lost, IsEmpty());
   const std::size_t files = BagReader(folder_.string()).contents().files.size();

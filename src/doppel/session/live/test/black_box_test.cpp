@@ -278,6 +278,7 @@ TEST_F(BlackBoxTest, BagHasEveryMeshOfItsRobot) {
   Scenario scenario;
   scenario.bundled_robots = DOPPEL_SOURCE_DIR "/robots";
   scenario.robots = {{.target = "omarm_one"}};
+  rosout_.reset();  // of the other twin
   twin_.emplace(scenario, log_, diagnostics_);
   const BlackBox box(*twin_, options_, log_);
   run_headless(*twin_, {.duration = from_seconds(0.2)});
