@@ -131,5 +131,15 @@ TEST_F(UnrulyPlugins, FailingHardwareDoesNotEndTwin) {
   }
 }
 
+// The network starts with the first step, which takes long on a busy machine; nothing was commanded yet.
+TEST_F(UnrulyPlugins, SlowStartDoesNotStopRealHardware) {
+  with_hardware("wrong");
+  const std::atomic<bool> stop{false};
+  Runner runner(*twin_, {.speed = 1.0, .duration = std::chrono::milliseconds(5)});
+  runner.on_first_step([] { std::this_thread::sleep_for(std::chrono::milliseconds(400)); });
+  runner.run(stop);
+  EXPECT_FALSE(twin_->robot().controller_manager().is_stopped()) << logged();
+}
+
 }  // namespace
 }  // namespace doppel::test

@@ -149,6 +149,12 @@ void print_twin_banner(Twin& twin, const std::string& engine, bool verbose) {
 namespace {
 
 // Notes about a robot that comes with doppel, such as the choice of its base, are printed on request
+void print_stop(const Twin& twin) {
+  const bool stopped = std::ranges::any_of(
+      twin.robots(), [](const auto& robot) { return robot->controller_manager().is_stopped(); });
+  if (stopped) print_stderr("  stopped      the emergency stop is on: doppel stop --reset\n");
+}
+
 // only.
 bool is_note_about_bundled_robot(const Diagnostic& diagnostic) {
   static const std::string kFolder = (data_folder() / "robots").string() + "/";

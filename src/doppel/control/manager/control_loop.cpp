@@ -173,6 +173,10 @@ void ControlLoop::count(Clock::time_point begun, Clock::time_point ended) {
 }
 
 void ControlLoop::attend() {
+  if (watched_since_ == 0) {
+    watched_since_ = Clock::now().time_since_epoch().count();
+    overruns_logged_ = statistics_.overruns;
+  }
   manager_.settle(now_);
   std::string thrown;
   {
@@ -201,8 +205,12 @@ void ControlLoop::watch() {
   std::unique_lock lock(watch_mutex_);
   bool still = false;
   while (!watch_ends_.wait_for(lock, stall_ / 4, [this] { return ends_.load(); })) {
-    const std::int64_t since =
-        Clock::now().time_since_epoch().count() - last_tick_.load(std::memory_order_relaxed);
+    const std::int64_t now = Clock::now().time_since_epoch().count();
+    std::int64_t begun = watched_since_.load(std::memory_order_relaxed);
+    if (begun == 0) continue;
+    // Nothing moves before an activation, which may hold the gate for long: servos wake one after another.
+    if (!manager_.has_active_hardware()) watched_since_.store(begun = now, std::memory_order_relaxed);
+    const std::int64_t since = now - std::max(begun, last_tick_.load(std::memory_order_relaxed));
     if (since <= stall_.count()) {
       still = false;
     } else {

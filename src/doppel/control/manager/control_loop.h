@@ -57,6 +57,8 @@ class DOPPEL_API ControlLoop {
 
   // Called regularly by the other thread, with the gate: handles failures and stalls, logs overruns at most
   // once a second, passes the statistics to the manager. An exception in the loop is an emergency stop.
+  // Stalls and overruns count from the first call on: until then the other thread starts the program, and
+  // holds the gate for as long as that takes. Stalls count while hardware is active.
   void attend();
   // These require the gate.
   [[nodiscard]] Time now() const { return now_; }  // of the next tick
@@ -76,8 +78,9 @@ class DOPPEL_API ControlLoop {
   const Duration period_, stall_;
   Time now_;
   std::atomic<bool> ends_{false};
-  std::atomic<std::int64_t> last_tick_;       // ns of Clock
-  std::atomic<std::int64_t> stood_still_{0};  // ns, of a stall that attend() has not handled; 0: none
+  std::atomic<std::int64_t> last_tick_;         // ns of Clock
+  std::atomic<std::int64_t> stood_still_{0};    // ns, of a stall that attend() has not handled; 0: none
+  std::atomic<std::int64_t> watched_since_{0};  // ns of Clock; 0: not yet
 
   // Under the gate.
   LoopStatistics statistics_;

@@ -541,6 +541,11 @@ void ControllerManager::stall_hardware() noexcept {
   for (const auto& component : impl_->resources.components()) component->hardware->on_stall();
 }
 
+bool ControllerManager::has_active_hardware() const noexcept {
+  return std::ranges::any_of(impl_->resources.components(),
+                             [](const auto& one) { return one->state == HardwareState::active; });
+}
+
 LoopSettings ControllerManager::loop_settings() const {
   LoopSettings settings;
   if (const ParameterOverride* priority = impl_->own.find("thread_priority")) {

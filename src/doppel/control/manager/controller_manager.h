@@ -180,6 +180,8 @@ class DOPPEL_API ControllerManager {
   // Any thread: calls on_stall() of every component.
   void stall_hardware() noexcept;
   // Between ticks: the statistics of a loop with a separate thread, for /diagnostics.
+  // Any thread: false: no component takes commands, so that nothing moves by them.
+  [[nodiscard]] bool has_active_hardware() const noexcept;
   void report_loop(const LoopStatistics& statistics);
   // The last report; nullptr: a simulation ticks the manager.
   [[nodiscard]] const LoopStatistics* loop_statistics() const;

@@ -50,13 +50,13 @@ void ControllerManager::Impl::stop(const std::string& by) {
   deactivate_all(commanding);
   settle(now);
   stop_topic.publish({stopped}, bus.now());
-  log.warning(
-      options.name,
-      fmt::format("emergency stop by {}: no commands until {}/reset_emergency_stop is called; {} deactivated",
-                  by, node.name(),
-                  commanding.empty()       ? "no controllers were"
-                  : commanding.size() == 1 ? fmt::format("'{}' is", commanding.front()->name)
-                                           : fmt::format("{} controllers are", commanding.size())));
+  log.warning(options.name,
+              fmt::format("emergency stop by {}: no commands until it is reset (doppel stop --reset, or "
+                          "{}/reset_emergency_stop); {} deactivated",
+                          by, node.name(),
+                          commanding.empty()       ? "no controllers were"
+                          : commanding.size() == 1 ? fmt::format("'{}' is", commanding.front()->name)
+                                                   : fmt::format("{} controllers are", commanding.size())));
 }
 
 Status ControllerManager::Impl::reset_stop() {

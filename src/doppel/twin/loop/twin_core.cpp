@@ -265,7 +265,11 @@ void TwinCore::between_steps() {
   bus_.set_now(control_time());
   follow_wall(now());
   settle_divergence();
-  for (const auto& robot : robots_) robot->settle(now());
+  // The start ends with the first step, after which clients are served; until then the loop of real hardware
+  // waits for its gate without being blocked.
+  for (const auto& robot : robots_) {
+    if (steps_taken_ > 0 || !robot->has_loop()) robot->settle(now());
+  }
   bus_.spin();
   settle_divergence();
   notice_instances();

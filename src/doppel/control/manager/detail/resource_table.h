@@ -4,6 +4,7 @@
 // exception of a component is caught here and becomes a fault of that component.
 
 #include <array>
+#include <atomic>
 #include <functional>
 #include <map>
 #include <memory>
@@ -50,7 +51,7 @@ class ResourceTable {
     std::string name, type, plugin;  // type: "system", "actuator", "sensor"
     bool is_async = false;
     std::unique_ptr<HardwareComponent> hardware;
-    HardwareState state = HardwareState::unconfigured;
+    std::atomic<HardwareState> state{HardwareState::unconfigured};  // also read by the loop's watchdog
     std::vector<InterfaceDescription> state_descriptions, command_descriptions;
     std::vector<std::string> state_names, command_names;  // full names
     std::vector<double> states, asked, applied;           // asked: by controllers; applied: to the hardware

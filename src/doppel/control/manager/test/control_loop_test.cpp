@@ -145,11 +145,40 @@ TEST(ControlLoopTest, SlowReadIsReportedAsOverrun) {
 TEST(ControlLoopTest, StalledLoopStopsHardware) {
   ControlLoopOptions options;
   options.stall = milliseconds(60);
-  LoopRig rig(loopback({{"fault", "late"}, {"fault_size", "0.3"}, {"fault_at", "20"}, {"fault_for", "1"}}),
+  LoopRig rig(loopback({{"fault", "late"}, {"fault_size", "0.3"}, {"fault_at", "100"}, {"fault_for", "1"}}),
               options);
   EXPECT_TRUE(rig.attend_until([&] { return rig.manager->is_stopped(); }));
   const std::lock_guard lock(rig.mutex);
   EXPECT_THAT(rig.said, HasSubstr("emergency stop by watchdog: the control loop was blocked for"));
+}
+
+// What the program does after it has started the loop, such as joining the network, may take long.
+TEST(ControlLoopTest, GateHeldDuringStartIsNoStall) {
+  ControlLoopOptions options;
+  options.stall = milliseconds(1000);
+  LoopRig rig(loopback({}), options);
+  rig.look([] { std::this_thread::sleep_for(milliseconds(1600)); });
+  rig.attend_for(milliseconds(50));
+  EXPECT_FALSE(rig.look([&] { return rig.manager->is_stopped(); })) << rig.said;
+  EXPECT_THAT(rig.said, testing::Not(HasSubstr("Overrun")));
+  rig.look([] { std::this_thread::sleep_for(milliseconds(1600)); });
+  EXPECT_TRUE(rig.attend_until([&] { return rig.manager->is_stopped(); })) << "later it is one";
+}
+
+// Hobby servos get their torque one after another.
+TEST(ControlLoopTest, LongActivationIsNoStall) {
+  ControlLoopOptions options;
+  options.stall = milliseconds(1000);
+  LoopRig rig(loopback({}), options);
+  rig.attend_for(milliseconds(50));
+  rig.look([&] {
+    EXPECT_TRUE(rig.manager->switch_controllers({}, Names{"g"}, Strictness::strict));
+    EXPECT_TRUE(rig.manager->set_hardware_state("Loop", HardwareState::inactive));
+    std::this_thread::sleep_for(milliseconds(1600));
+    EXPECT_TRUE(rig.manager->set_hardware_state("Loop", HardwareState::active));
+  });
+  rig.attend_for(milliseconds(50));
+  EXPECT_FALSE(rig.look([&] { return rig.manager->is_stopped(); })) << rig.said;
 }
 
 TEST(ControlLoopTest, ErrorInLoopIsHandledOnOtherThread) {
