@@ -21,40 +21,39 @@ if TYPE_CHECKING:
 class TwinJoint:
     """One scalar joint of a running robot; its values are the present ones."""
 
-    def __init__(self, views: Mapping[str, Any], name: str, q_index: int, v_index: int, driven_index: int | None):
-        self._views, self.name = views, name
+    def __init__(self, robot: TwinRobot, name: str, q_index: int, v_index: int, driven_index: int | None):
+        self._robot, self.name = robot, name
         self._q, self._v, self._driven = q_index, v_index, driven_index
 
     @property
     def q(self) -> float:
         """rad or m"""
-        return float(self._views["q"][self._q])
+        return float(self._robot.q[self._q])
 
     @property
     def v(self) -> float:
         """rad/s or m/s"""
-        return float(self._views["v"][self._v])
+        return float(self._robot.v[self._v])
 
     @property
     def effort(self) -> float:
         """N m or N, of the drive in the last step"""
-        return float(self._views["effort"][self._v])
+        return float(self._robot.effort[self._v])
 
     @property
     def command(self) -> float:
         """The position in rad or m that the drive holds, if no controller commands the joint; NaN: none."""
-        self._check_driven()
-        return float(self._views["command"][self._driven])
+        return float(self._robot.command[self._command_index()])
 
     @command.setter
     def command(self, value: float) -> None:
-        self._check_driven()
-        self._views["command"][self._driven] = value
+        self._robot.command[self._command_index()] = value
 
-    def _check_driven(self):
+    def _command_index(self) -> int:
         if self._driven is None:
             refuse("python.not_driven", f"the joint '{self.name}' mimics another one and has no drive",
                    "command the joint that it follows")
+        return self._driven
 
     def __repr__(self):
         return f"<joint {self.name}: q {self.q:.6g}, v {self.v:.6g}, effort {self.effort:.6g}>"
@@ -62,21 +61,41 @@ class TwinJoint:
 
 class TwinRobot:
     """One robot of a twin. q [nq], v [nv], effort [nv] and command [driven] are views that step() updates in place: rad, m,
-    their rates, N m, N; only command may be written."""
+    their rates, N m, N; only command may be written. If the robot is deleted, all but its names raise InputError."""
 
     def __init__(self, running: _doppel.SteppedTwin, number: int, description: Mapping[str, Any]):
         self._t, self._number = running, number
         self.name: str = description["name"]
         self.namespace: str = description["namespace"]
-        views = running.arrays(number)
-        self.q: NDArray[numpy.float64] = views["q"]
-        self.v: NDArray[numpy.float64] = views["v"]
-        self.effort: NDArray[numpy.float64] = views["effort"]
-        self.command: NDArray[numpy.float64] = views["command"]
+        self._views: dict[str, NDArray[numpy.float64]] = running.arrays(number)
         self.driven: list[str] = description["driven"]
-        joints = [TwinJoint(views, name, q, v, self.driven.index(name) if name in self.driven else None)
+        joints = [TwinJoint(self, name, q, v, self.driven.index(name) if name in self.driven else None)
                   for name, q, v in description["joints"]]
         self.joints: Named[TwinJoint] = Named("joint", [joint.name for joint in joints], joints)
+
+    def _view(self, name: str) -> NDArray[numpy.float64]:
+        self._t.check_present(self._number)
+        return self._views[name]
+
+    @property
+    def q(self) -> NDArray[numpy.float64]:
+        """[nq] rad, m"""
+        return self._view("q")
+
+    @property
+    def v(self) -> NDArray[numpy.float64]:
+        """[nv] rad/s, m/s"""
+        return self._view("v")
+
+    @property
+    def effort(self) -> NDArray[numpy.float64]:
+        """[nv] N m, N, of the drives in the last step"""
+        return self._view("effort")
+
+    @property
+    def command(self) -> NDArray[numpy.float64]:
+        """[driven] rad, m, to be written; NaN: none"""
+        return self._view("command")
 
     def link_poses(self) -> dict[str, NDArray[numpy.float64]]:
         """X_WL [4, 4] of each link in the world, m."""
@@ -299,8 +318,6 @@ class Twin:
         robots = [TwinRobot(self._t, number, robot) for number, robot in enumerate(self._t.robots())]
         self._robots: Named[TwinRobot] = Named("robot", [robot.namespace or robot.name for robot in robots], robots)
         self._goals = 0
-        if robots:
-            self.q, self.v, self.effort, self.command = robots[0].q, robots[0].v, robots[0].effort, robots[0].command
 
     def __enter__(self) -> Twin:
         return self
@@ -333,6 +350,32 @@ class Twin:
         return self._t.state_hash
 
     @property
+    def q(self) -> NDArray[numpy.float64]:
+        """[nq] rad, m, of the first robot"""
+        return self._first.q
+
+    @property
+    def v(self) -> NDArray[numpy.float64]:
+        """[nv] rad/s, m/s, of the first robot"""
+        return self._first.v
+
+    @property
+    def effort(self) -> NDArray[numpy.float64]:
+        """[nv] N m, N, of the drives of the first robot in the last step"""
+        return self._first.effort
+
+    @property
+    def command(self) -> NDArray[numpy.float64]:
+        """[driven] rad, m, of the first robot, to be written; NaN: none"""
+        return self._first.command
+
+    @property
+    def _first(self) -> TwinRobot:
+        if not self._robots:
+            refuse("python.no_robot", "the twin has no robot", "pass a model, or a world with one")
+        return self._robots[0]
+
+    @property
     def robots(self) -> Named[TwinRobot]:
         """By number, and by namespace or name."""
         return self._robots
@@ -345,7 +388,7 @@ class Twin:
     @property
     def joints(self) -> Named[TwinJoint]:
         """The scalar joints of the first robot."""
-        return self._robots[0].joints
+        return self._first.joints
 
     @property
     def warnings(self) -> list[dict[str, Any]]:
@@ -388,7 +431,7 @@ class Twin:
 
     def set_state(self, q: ArrayLike, v: ArrayLike | None = None) -> None:
         """Writes q [nq] and v [nv] (None: at rest) of the first robot; controllers hold the new pose."""
-        self._robots[0].set_state(q, v)
+        self._first.set_state(q, v)
 
     def save(self) -> _doppel.SavedState:
         """The whole state, for restore(): physics, controllers, sensors, time. It has `time` and `steps`."""

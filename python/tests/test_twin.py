@@ -1,5 +1,6 @@
 """Twin: stepping, state, controllers, the bus, sensors, recordings, rollouts."""
 import gc
+import json
 import os
 import tempfile
 import threading
@@ -144,6 +145,52 @@ class StepTest(unittest.TestCase):
             self.assertEqual(len(twin.robots[names[1]].q), 8)
             self.assertEqual(set(twin.controllers()) & {f"{name}/omarm_arm_controller" for name in names},
                              {f"{name}/omarm_arm_controller" for name in names})
+
+
+class RemovedRobotTest(unittest.TestCase):
+    """The first of two robots is deleted by a service, which any client of the twin may call."""
+
+    def setUp(self):
+        self.twin = doppel.Twin([PENDULUM, PENDULUM], namespaces=["left", "right"], controllers=False)
+        self.addCleanup(self.twin.close)
+        self.left, self.right = self.twin.robots["left"], self.twin.robots["right"]
+
+    def check_left_is_refused(self):
+        hinge = self.left.joints["hinge"]
+        for request in (lambda: self.left.q, lambda: self.left.effort, lambda: hinge.v, lambda: self.left.set_state([0.0]),
+                        self.left.link_poses, lambda: self.twin.command, lambda: setattr(hinge, "command", 0.1),
+                        lambda: doppel.rollout(self.twin, None, np.zeros((1, 1, 1)))):
+            with self.assertRaisesRegex(doppel.InputError, r"the robot 'left' was removed \[python.robot_removed\]"):
+                request()
+
+    def test_OtherRobotsGoOnAfterDeletion(self):
+        self.right.set_state([0.5])
+        self.left.command[:] = 0.2
+        self.twin.call("/delete_entity", {"name": "left"})
+        self.twin.step(100)
+        self.assertLess(self.right.q[0], 0.499)
+        self.right.joints["hinge"].command = 0.3
+        self.twin.run_for(3)
+        self.assertAlmostEqual(self.right.joints["hinge"].q, 0.3, delta=0.01)
+        self.assertIn("rod", self.right.link_poses())
+        self.check_left_is_refused()
+
+    def test_RobotSpawnedInSameNamespaceIsAnotherOne(self):
+        joints = "".join(f"""<link name="l{i}"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/>
+          </inertial></link><joint name="j{i}" type="continuous"><parent link="{f'l{i - 1}' if i else 'rod'}"/><child link="l{i}"/>
+          <limit effort="1" velocity="1"/></joint>""" for i in range(3))
+        longer = PENDULUM.replace("</robot>", joints + "</robot>")
+        # Both are requested before the twin is stepped, so that no call sees the twin without a robot 'left'.
+        self.twin._t.begin_call("/delete_entity", json.dumps({"name": "left"}))
+        self.twin._t.begin_call("/spawn_entity", json.dumps({"name": "left", "robot_namespace": "left", "xml": longer}))
+        for _ in range(100_000):
+            self.twin.step(10)
+            if len(self.twin._t.robots()) == 2:
+                break
+        self.twin.step()
+        self.assertEqual([len(one["joints"]) for one in self.twin._t.robots()], [1, 4])
+        self.check_left_is_refused()
+        self.assertEqual(len(self.right.q), 1)
 
 
 class MemoryTest(unittest.TestCase):

@@ -31,7 +31,7 @@ Numbers rollout(SteppedTwin& twin, const Numbers& state0, const Numbers& command
   RolloutInputs inputs;
   const std::shared_ptr<const CompiledWorld> world = twin.twin().engine().compiled();
   inputs.world = world.get();
-  inputs.instance = twin.twin().robot().instance().index();
+  inputs.instance = twin.robot(0).instance().index();
   inputs.starts = {state0.data(), static_cast<std::size_t>(state0.size())};
   inputs.commands = {commands.data(), static_cast<std::size_t>(commands.size())};
   inputs.runs = static_cast<std::size_t>(commands.shape(0));

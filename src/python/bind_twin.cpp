@@ -54,7 +54,7 @@ py::object view_of(std::vector<double>& values, const py::object& owner, bool wr
 
 py::dict arrays(const py::object& self, std::size_t robot) {
   auto& twin = self.cast<SteppedTwin&>();
-  RobotArrays& values = twin.robots().at(robot);
+  RobotArrays& values = twin.arrays(robot);
   py::dict out;
   out["q"] = view_of(values.q, self, false);
   out["v"] = view_of(values.v, self, false);
@@ -90,13 +90,12 @@ py::list robots(SteppedTwin& self) {
 }
 
 py::dict link_poses(SteppedTwin& self, std::size_t robot) {
-  const TwinRobot* const found = self.twin().find_robot(self.robots().at(robot).name_space);
+  const TwinRobot& shown = self.robot(robot);
   py::dict out;
-  if (found == nullptr) return out;
-  const Model& model = found->model();
+  const Model& model = shown.model();
   for (std::size_t i = 0; i < model.links.size(); ++i) {
     Numbers pose(std::vector<py::ssize_t>{4, 4});
-    write_pose(found->instance().link_pose(static_cast<int>(i)), pose.mutable_data());
+    write_pose(shown.instance().link_pose(static_cast<int>(i)), pose.mutable_data());
     out[py::str(model.links[i].name)] = pose;
   }
   return out;
@@ -224,6 +223,7 @@ void bind_twin(py::module_& module) {
       .def_property_readonly("state_hash", &SteppedTwin::state_hash)
       .def_property_readonly("diagnostics",
                              [](const SteppedTwin& self) { return to_list(self.diagnostics()); })
+      .def("check_present", &SteppedTwin::check_present)
       .def("arrays", [](const py::object& self, std::size_t robot) { return arrays(self, robot); })
       .def("robots", &robots)
       .def("link_poses", &link_poses)

@@ -22,22 +22,25 @@ bool same_bits(double a, double b) {
   return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
 }
 
-RobotArrays arrays_of(const TwinRobot& robot) {
-  const Model& model = robot.model();
-  RobotArrays out;
-  out.name_space = robot.name_space();
-  out.q.resize(static_cast<std::size_t>(model.nq));
-  out.v.resize(static_cast<std::size_t>(model.nv));
-  out.effort.resize(out.v.size());
-  for (std::size_t i = 0; i < model.joints.size(); ++i) {
-    if (model.joints[i].scalar() && !model.joints[i].mimics()) out.driven.push_back(static_cast<int>(i));
-  }
-  out.command.assign(out.driven.size(), kNone);
-  out.applied = out.command;
-  return out;
+[[noreturn]] void refuse_removed(const RobotArrays& arrays) {
+  throw InputError("python.robot_removed", {}, fmt::format("the robot '{}' was removed", arrays.name_space),
+                   "make a new Twin, which has the robots of its start, or do not delete this one");
 }
 
 }  // namespace
+
+RobotArrays::RobotArrays(const TwinRobot& robot)
+    : name_space(robot.name_space()), machine(robot.shared_machine()) {
+  const Model& model = robot.model();
+  q.resize(static_cast<std::size_t>(model.nq));
+  v.resize(static_cast<std::size_t>(model.nv));
+  effort.resize(v.size());
+  for (std::size_t i = 0; i < model.joints.size(); ++i) {
+    if (model.joints[i].scalar() && !model.joints[i].mimics()) driven.push_back(static_cast<int>(i));
+  }
+  command.assign(driven.size(), kNone);
+  applied = command;
+}
 
 SteppedTwin::SteppedTwin(const Scenario& scenario) {
   log_.add_sink([this](const LogLine& line) {
@@ -48,7 +51,7 @@ SteppedTwin::SteppedTwin(const Scenario& scenario) {
   Diagnostics diagnostics;
   twin_ = std::make_unique<Twin>(scenario, log_, diagnostics);
   diagnostics_ = diagnostics.all();
-  for (const auto& robot : twin().robots()) robots_.push_back(arrays_of(*robot));
+  for (const auto& robot : twin().robots()) robots_.emplace_back(*robot);
   edge_ = twin().bus().attach("python", {.receives_own = false, .listed = false});
   copy_state();
 }
@@ -83,17 +86,24 @@ std::vector<LogLine> SteppedTwin::take_log() {
   return out;
 }
 
-TwinRobot& SteppedTwin::robot(const RobotArrays& arrays) const {
+void SteppedTwin::check_present(std::size_t robot) const {
+  if (robots_.at(robot).removed) refuse_removed(robots_[robot]);
+}
+
+TwinRobot* SteppedTwin::find(const RobotArrays& arrays) const {
   TwinRobot* const found = twin().find_robot(arrays.name_space);
-  if (found == nullptr)
-    throw InputError("python.robot_removed", {}, fmt::format("the robot '{}' was removed", arrays.name_space),
-                     "make a new Twin, or do not delete it");
+  return found != nullptr && found->shared_machine() == arrays.machine.lock() ? found : nullptr;
+}
+
+TwinRobot& SteppedTwin::robot_of(const RobotArrays& arrays) const {
+  TwinRobot* const found = find(arrays);
+  if (found == nullptr) refuse_removed(arrays);
   return *found;
 }
 
 // A controller writes its command in each of its ticks, so that both would take turns.
 void SteppedTwin::check_command(const RobotArrays& arrays, std::size_t joint) const {
-  TwinRobot& commanded = robot(arrays);
+  TwinRobot& commanded = robot_of(arrays);
   const std::string& name = commanded.model().joints[static_cast<std::size_t>(arrays.driven[joint])].name;
   for (const InterfaceView& interface : commanded.controller_manager().command_interfaces()) {
     if (interface.claimed_by.empty() || !interface.full_name.starts_with(name + "/")) continue;
@@ -108,12 +118,14 @@ void SteppedTwin::check_command(const RobotArrays& arrays, std::size_t joint) co
 
 void SteppedTwin::apply_commands() {
   for (RobotArrays& arrays : robots_) {
+    TwinRobot* const commanded = find(arrays);
+    if (commanded == nullptr) continue;
+    Instance& instance = commanded->instance();
     for (std::size_t i = 0; i < arrays.command.size(); ++i) {
       const double command = arrays.command[i];
       const bool changed = !same_bits(command, arrays.applied[i]);
       if (std::isnan(command) && !changed) continue;
       if (changed && !std::isnan(command)) check_command(arrays, i);
-      Instance& instance = robot(arrays).instance();
       const DriveMode mode = std::isnan(command) ? DriveMode::passive : DriveMode::position;
       if (instance.drive(arrays.driven[i]) != mode) instance.set_drive(arrays.driven[i], mode);
       if (mode == DriveMode::position) instance.set_target(arrays.driven[i], command);
@@ -124,12 +136,14 @@ void SteppedTwin::apply_commands() {
 
 void SteppedTwin::copy_state() {
   for (RobotArrays& arrays : robots_) {
-    const TwinRobot& shown = robot(arrays);
-    const Instance& instance = shown.instance();
+    const TwinRobot* const shown = find(arrays);
+    arrays.removed = shown == nullptr;
+    if (shown == nullptr) continue;
+    const Instance& instance = shown->instance();
     std::ranges::copy(instance.q(), arrays.q.begin());
     std::ranges::copy(instance.v(), arrays.v.begin());
     const auto effort = instance.drive_effort();
-    for (const ModelJoint& joint : shown.model().joints) {
+    for (const ModelJoint& joint : shown->model().joints) {
       if (joint.scalar())
         arrays.effort[static_cast<std::size_t>(joint.v)] =
             effort[static_cast<std::size_t>(joint.child_link - 1)];
@@ -170,7 +184,7 @@ void SteppedTwin::reset() {
 void SteppedTwin::set_state(std::size_t robot_index, const std::vector<double>& q,
                             const std::vector<double>& v) {
   const std::lock_guard lock(mutex_);
-  TwinRobot& changed = robot(robots_[robot_index]);
+  TwinRobot& changed = robot(robot_index);
   changed.instance().set_state(q, v);
   changed.state_written(twin().now());
   twin().publish_state();

@@ -2,6 +2,7 @@
 // A twin as Python's Twin holds it: stepped on the thread that asks for it, with its state in arrays that
 // keep their place in memory, and an edge to its bus.
 
+#include <atomic>
 #include <cstdint>
 #include <deque>
 #include <map>
@@ -20,9 +21,14 @@
 
 namespace doppel::python {
 
-// The state of one robot, copied from the engine after each step() and each jump. Sizes never change.
+// The state of one robot, copied from the engine after each step() and each jump. Sizes never change, because
+// a robot that is spawned later under the same namespace is another one.
 struct RobotArrays {
+  explicit RobotArrays(const TwinRobot& robot);
+
   std::string name_space;
+  std::weak_ptr<const CompiledRobot> machine;
+  std::atomic<bool> removed{false};  // any thread reads it
   std::vector<double> q, v;     // [nq] [nv] rad, m and their rates
   std::vector<double> effort;   // [nv] N m, N: of the drives in the last step
   std::vector<double> command;  // [driven] rad, m: written by Python; NaN: none
@@ -62,7 +68,12 @@ class SteppedTwin {
   [[nodiscard]] Twin& twin() const;
   [[nodiscard]] const std::vector<Diagnostic>& diagnostics() const { return diagnostics_; }
   [[nodiscard]] std::vector<LogLine> take_log();
-  [[nodiscard]] std::vector<RobotArrays>& robots() { return robots_; }
+  [[nodiscard]] RobotArrays& arrays(std::size_t robot) { return robots_.at(robot); }
+  // Throws InputError "python.robot_removed" if the robot was deleted before the end of the last call that
+  // changed the state. Any thread, without a lock.
+  void check_present(std::size_t robot) const;
+  // Throws InputError "python.robot_removed".
+  [[nodiscard]] TwinRobot& robot(std::size_t robot) const { return robot_of(robots_.at(robot)); }
 
   // -- the bus; messages are JSON
   void publish(const std::string& topic, const std::string& type, const std::string& json);
@@ -111,7 +122,8 @@ class SteppedTwin {
   void take_step();
   void copy_state();
   void receive();
-  [[nodiscard]] TwinRobot& robot(const RobotArrays& arrays) const;
+  [[nodiscard]] TwinRobot* find(const RobotArrays& arrays) const;  // nullptr: it was removed
+  [[nodiscard]] TwinRobot& robot_of(const RobotArrays& arrays) const;
   [[nodiscard]] Subscription& subscription(const std::string& topic);
 
   mutable std::recursive_mutex mutex_;
@@ -120,7 +132,7 @@ class SteppedTwin {
   std::mutex lines_mutex_;
   std::vector<Diagnostic> diagnostics_;
   std::unique_ptr<Twin> twin_;
-  std::vector<RobotArrays> robots_;
+  std::deque<RobotArrays> robots_;
   std::unique_ptr<Edge> edge_;
   std::map<std::string, Subscription> subscriptions_;
   std::map<std::uint32_t, std::shared_ptr<Answer>> answers_;
