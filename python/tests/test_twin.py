@@ -128,6 +128,44 @@ class StepTest(unittest.TestCase):
             thread.join()
             self.assertGreater(counted, 10_000)
 
+    def test_ThreadsReadTwinThatAnotherOneSteps(self):
+        with doppel.Twin("omarm_one") as twin:
+            robot, seen, failures, done = twin.robots[0], set(), [], threading.Event()
+
+            def read():
+                try:
+                    while not done.is_set():
+                        seen.add((twin.steps, twin.step_size))
+                        self.assertGreaterEqual(twin.time, 0)
+                        self.assertIsNotNone(twin.state_hash)
+                        self.assertEqual((len(robot.link_poses()), len(twin.controllers())), (len(twin.model.links), 3))
+                        self.assertIn("/joint_states", twin.topics())
+                        self.assertIn("/controller_manager/list_controllers", twin.services())
+                        self.assertEqual((twin.sensors(), repr(twin)[:20]), ([], "<doppel.Twin omarm: "))
+                except BaseException as error:
+                    failures.append(error)
+            readers = [threading.Thread(target=read) for _ in range(3)]
+            for reader in readers:
+                reader.start()
+            twin.step(50_000)
+            done.set()
+            for reader in readers:
+                reader.join()
+            self.assertEqual(failures, [])
+            # All threads get the twin between parts of one call; what they see are the ends of such parts.
+            self.assertGreater(len(seen), 5)
+
+    def test_LongWaitForAnswerIsSharedWithOtherThreads(self):
+        with doppel.Twin("omarm_one") as twin:
+            goal = twin.controller("arm").follow([50.0], [np.full(6, 0.5)], wait=False)
+            waiting = threading.Thread(target=goal.wait)
+            waiting.start()
+            times = set()
+            while waiting.is_alive():
+                times.add(twin.time)
+            waiting.join()
+            self.assertGreater(len(times), 5)
+
     def test_EnginesAndWorldsAreChosenByName(self):
         with doppel.Twin("omarm_one", engine="bullet") as twin:
             twin.run_for(0.2)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include "doppel/base/core/names.h"
 #include "doppel/scenario/compile/compiled_scenario.h"
@@ -29,9 +30,14 @@ DriveMode mode_of(const std::string& name) {
 Numbers rollout(SteppedTwin& twin, const Numbers& state0, const Numbers& commands, std::size_t threads,
                 const std::string& mode, std::uint64_t steps_per_row) {
   RolloutInputs inputs;
-  const std::shared_ptr<const CompiledWorld> world = twin.twin().engine().compiled();
+  std::shared_ptr<const CompiledWorld> world;
+  {
+    const py::gil_scoped_release released;
+    std::tie(world, inputs.instance) = twin.read_robot(0, [](const TwinRobot& robot) {
+      return std::pair(robot.instance().engine().compiled(), robot.instance().index());
+    });
+  }
   inputs.world = world.get();
-  inputs.instance = twin.robot(0).instance().index();
   inputs.starts = {state0.data(), static_cast<std::size_t>(state0.size())};
   inputs.commands = {commands.data(), static_cast<std::size_t>(commands.size())};
   inputs.runs = static_cast<std::size_t>(commands.shape(0));

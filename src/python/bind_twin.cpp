@@ -5,6 +5,10 @@
 #include <algorithm>
 #include <cstring>
 #include <span>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
 
 #include "doppel/base/core/installation.h"
 #include "doppel/ros/messages/sensor_msgs.h"
@@ -63,40 +67,74 @@ py::dict arrays(const py::object& self, std::size_t robot) {
   return out;
 }
 
-py::dict robot_dict(const TwinRobot& robot) {
+// What `function` reads from the twin, locked; the interpreter's lock is released meanwhile, because another
+// thread may hold the twin for many steps.
+template <class Function>
+auto read(const SteppedTwin& self, Function function) {
+  const py::gil_scoped_release released;
+  return self.read(function);
+}
+
+struct RobotListing {
+  std::string name, name_space;
+  std::vector<std::tuple<std::string, int, int>> joints = {};  // scalar: name, indices in q and v
+  std::vector<std::string> driven = {};
+  std::vector<ControllerView> controllers = {};
+};
+
+RobotListing listing_of(const TwinRobot& robot) {
   const Model& model = robot.model();
-  py::dict out;
-  out["name"] = robot.name();
-  out["namespace"] = robot.name_space();
-  py::list joints;
+  RobotListing out{.name = robot.name(), .name_space = robot.name_space()};
   for (const ModelJoint& joint : model.joints) {
-    if (!joint.scalar()) continue;
-    joints.append(py::make_tuple(joint.name, joint.q, joint.v));
+    if (joint.scalar()) out.joints.emplace_back(joint.name, joint.q, joint.v);
   }
-  out["joints"] = joints;
-  out["driven"] = model.driven_joint_names();
+  out.driven = model.driven_joint_names();
+  out.controllers = robot.controller_manager().controllers();
+  return out;
+}
+
+py::dict to_dict(const RobotListing& robot) {
+  py::dict out;
+  out["name"] = robot.name;
+  out["namespace"] = robot.name_space;
+  out["joints"] = robot.joints;
+  out["driven"] = robot.driven;
   py::list controllers;
-  for (const ControllerView& controller : robot.controller_manager().controllers())
+  for (const ControllerView& controller : robot.controllers)
     controllers.append(py::make_tuple(controller.name, controller.type,
                                       std::string(to_string(controller.state)), controller.claimed));
   out["controllers"] = controllers;
   return out;
 }
 
-py::list robots(SteppedTwin& self) {
+py::list robots(const SteppedTwin& self) {
+  const auto listed = read(self, [](Twin& twin) {
+    std::vector<RobotListing> out;
+    for (const auto& robot : twin.robots()) out.push_back(listing_of(*robot));
+    return out;
+  });
   py::list out;
-  for (const auto& robot : self.twin().robots()) out.append(robot_dict(*robot));
+  for (const RobotListing& robot : listed) out.append(to_dict(robot));
   return out;
 }
 
-py::dict link_poses(SteppedTwin& self, std::size_t robot) {
-  const TwinRobot& shown = self.robot(robot);
+py::dict link_poses(const SteppedTwin& self, std::size_t robot) {
+  std::vector<std::pair<std::string, Pose>> poses;
+  {
+    const py::gil_scoped_release released;
+    poses = self.read_robot(robot, [](const TwinRobot& shown) {
+      std::vector<std::pair<std::string, Pose>> found;
+      const std::vector<ModelLink>& links = shown.model().links;
+      for (std::size_t i = 0; i < links.size(); ++i)
+        found.emplace_back(links[i].name, shown.instance().link_pose(static_cast<int>(i)));
+      return found;
+    });
+  }
   py::dict out;
-  const Model& model = shown.model();
-  for (std::size_t i = 0; i < model.links.size(); ++i) {
+  for (const auto& [name, X_WL] : poses) {
     Numbers pose(std::vector<py::ssize_t>{4, 4});
-    write_pose(shown.instance().link_pose(static_cast<int>(i)), pose.mutable_data());
-    out[py::str(model.links[i].name)] = pose;
+    write_pose(X_WL, pose.mutable_data());
+    out[py::str(name)] = pose;
   }
   return out;
 }
@@ -117,9 +155,9 @@ py::object newest_image(SteppedTwin& self, const std::string& topic) {
   return py::make_tuple(time, image.encoding, image.height, image.width, image.step, data);
 }
 
-py::list sensors(SteppedTwin& self) {
+py::list sensors(const SteppedTwin& self) {
   py::list out;
-  for (const RigStatus& status : self.twin().sensors()) {
+  for (const RigStatus& status : read(self, [](Twin& twin) { return twin.sensors(); })) {
     py::dict sensor;
     sensor["name"] = status.sensor.name;
     sensor["type"] = status.sensor.type;
@@ -171,27 +209,53 @@ py::list take_messages(SteppedTwin& self, const std::string& topic) {
   return out;
 }
 
-// Ctrl-C ends a long call between two parts of it.
-void step(SteppedTwin& self, std::uint64_t steps) {
+// Ctrl-C ends a long call between two parts of it, and another thread can use the twin there. `run`: takes so
+// many steps; true ends the call.
+template <class Run>
+void in_parts(std::uint64_t steps, Run run) {
   constexpr std::uint64_t kPart = 5000;
   for (std::uint64_t count = 0; count < steps || count == 0; count += kPart) {
-    self.step(std::min(kPart, steps - count));
-    if (steps <= kPart) return;
+    if (run(std::min(kPart, steps - count)) || steps <= kPart) return;
     const py::gil_scoped_acquire locked;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
   }
 }
 
+void step(SteppedTwin& self, std::uint64_t steps) {
+  in_parts(steps, [&](std::uint64_t part) {
+    self.step(part);
+    return false;
+  });
+}
+
+bool step_until_answered(SteppedTwin& self, std::uint32_t call, std::uint64_t steps) {
+  bool is_there = false;
+  in_parts(steps, [&](std::uint64_t part) { return is_there = self.step_until_answered(call, part); });
+  return is_there;
+}
+
+// A property of the twin that takes the lock.
+template <class Function>
+py::cpp_function locked(Function function) {
+  return py::cpp_function([function](const SteppedTwin& self) { return self.read(function); }, Unlocked());
+}
+
 void bind_bus(py::class_<SteppedTwin, std::shared_ptr<SteppedTwin>>& twin) {
-  twin.def("topics", [](SteppedTwin& self) { return names_and_types(self.twin().bus().topics()); })
-      .def("services", [](SteppedTwin& self) { return names_and_types(self.twin().bus().services()); })
+  twin.def("topics",
+           [](const SteppedTwin& self) {
+             return names_and_types(read(self, [](Twin& running) { return running.bus().topics(); }));
+           })
+      .def("services",
+           [](const SteppedTwin& self) {
+             return names_and_types(read(self, [](Twin& running) { return running.bus().services(); }));
+           })
       .def("publish", &SteppedTwin::publish, Unlocked())
       .def("subscribe", &SteppedTwin::subscribe, Unlocked())
       .def("unsubscribe", &SteppedTwin::unsubscribe, Unlocked())
       .def("take_messages", &take_messages)
       .def("newest_image", &newest_image)
       .def("begin_call", &SteppedTwin::begin_call, Unlocked())
-      .def("step_until_answered", &SteppedTwin::step_until_answered, Unlocked())
+      .def("step_until_answered", &step_until_answered, Unlocked())
       .def("take_answer", &SteppedTwin::take_answer, Unlocked())
       .def("parameters", &parameters)
       .def("set_parameter", &SteppedTwin::set_parameter, Unlocked());
@@ -208,7 +272,7 @@ void bind_twin(py::module_& module) {
   twin.def("step", &step, Unlocked())
       .def("view", &SteppedTwin::view, Unlocked())
       .def("close", &SteppedTwin::close, Unlocked())
-      .def_property_readonly("closed", &SteppedTwin::is_closed)
+      .def_property_readonly("closed", py::cpp_function(&SteppedTwin::is_closed, Unlocked()))
       .def("reset", &SteppedTwin::reset, Unlocked())
       .def("set_state", &SteppedTwin::set_state, Unlocked())
       .def("save",
@@ -217,10 +281,11 @@ void bind_twin(py::module_& module) {
              return std::const_pointer_cast<SavedState>(self.save());
            })
       .def("restore", &SteppedTwin::restore, Unlocked())
-      .def_property_readonly("time", &SteppedTwin::time)
-      .def_property_readonly("step_size", &SteppedTwin::step_size)
-      .def_property_readonly("steps", &SteppedTwin::steps)
-      .def_property_readonly("state_hash", &SteppedTwin::state_hash)
+      .def_property_readonly("time", locked([](Twin& running) { return to_seconds(running.now()); }))
+      .def_property_readonly("step_size",
+                             locked([](Twin& running) { return to_seconds(running.step_size()); }))
+      .def_property_readonly("steps", locked([](Twin& running) { return running.steps(); }))
+      .def_property_readonly("state_hash", locked([](Twin& running) { return running.state_hash(); }))
       .def_property_readonly("diagnostics",
                              [](const SteppedTwin& self) { return to_list(self.diagnostics()); })
       .def("check_present", &SteppedTwin::check_present)

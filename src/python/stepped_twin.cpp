@@ -72,6 +72,11 @@ void SteppedTwin::close() {
   twin_.reset();
 }
 
+bool SteppedTwin::is_closed() const {
+  const std::lock_guard lock(mutex_);
+  return twin_ == nullptr;
+}
+
 Twin& SteppedTwin::twin() const {
   if (!twin_)
     throw InputError("python.closed", {}, "the twin is closed",
@@ -151,24 +156,26 @@ void SteppedTwin::copy_state() {
   }
 }
 
-void SteppedTwin::take_step() {
-  twin().between_steps();
-  twin().step();
-  if (!subscriptions_.empty()) receive();
-}
-
-void SteppedTwin::step(std::uint64_t steps) {
-  const std::lock_guard lock(mutex_);
+// `enough`: true ends them early.
+void SteppedTwin::take_steps(std::uint64_t steps, const bool* enough) {
   apply_commands();
-  const Twin& running = twin();
-  for (std::uint64_t i = 0; i < steps && !running.diverged(); ++i) {
-    take_step();
+  Twin& running = twin();
+  for (std::uint64_t i = 0; i < steps && !running.diverged() && !(enough != nullptr && *enough); ++i) {
+    running.between_steps();
+    running.step();
+    if (!subscriptions_.empty()) receive();
     if (recorder_) recorder_->let_catch_up();
   }
   copy_state();
   if (running.diverged())
-    throw InputError("run.diverged", {}, fmt::format("the physics diverged at t = {:.3f} s", time()),
+    throw InputError("run.diverged", {},
+                     fmt::format("the physics diverged at t = {:.3f} s", to_seconds(running.now())),
                      "look for small masses on strong joints, or pass a smaller step");
+}
+
+void SteppedTwin::step(std::uint64_t steps) {
+  const std::lock_guard lock(mutex_);
+  take_steps(steps);
 }
 
 void SteppedTwin::reset() {
@@ -184,7 +191,7 @@ void SteppedTwin::reset() {
 void SteppedTwin::set_state(std::size_t robot_index, const std::vector<double>& q,
                             const std::vector<double>& v) {
   const std::lock_guard lock(mutex_);
-  TwinRobot& changed = robot(robot_index);
+  TwinRobot& changed = robot_of(robots_.at(robot_index));
   changed.instance().set_state(q, v);
   changed.state_written(twin().now());
   twin().publish_state();

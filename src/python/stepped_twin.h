@@ -10,6 +10,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "doppel/base/core/log.h"
@@ -18,6 +19,7 @@
 #include "doppel/ros/record/bus_recorder.h"
 #include "doppel/session/live/session.h"
 #include "doppel/twin/assembly/twin.h"
+#include "python/fair_mutex.h"
 
 namespace doppel::python {
 
@@ -29,11 +31,11 @@ struct RobotArrays {
   std::string name_space;
   std::weak_ptr<const CompiledRobot> machine;
   std::atomic<bool> removed{false};  // any thread reads it
-  std::vector<double> q, v;     // [nq] [nv] rad, m and their rates
-  std::vector<double> effort;   // [nv] N m, N: of the drives in the last step
-  std::vector<double> command;  // [driven] rad, m: written by Python; NaN: none
-  std::vector<int> driven;      // joints of the model
-  std::vector<double> applied;  // [driven] the commands of the last step
+  std::vector<double> q, v;          // [nq] [nv] rad, m and their rates
+  std::vector<double> effort;        // [nv] N m, N: of the drives in the last step
+  std::vector<double> command;       // [driven] rad, m: written by Python; NaN: none
+  std::vector<int> driven;           // joints of the model
+  std::vector<double> applied;       // [driven] the commands of the last step
 };
 
 struct TextMessage {
@@ -49,11 +51,13 @@ class SteppedTwin {
   SteppedTwin(const SteppedTwin&) = delete;
   SteppedTwin& operator=(const SteppedTwin&) = delete;
 
+  // All functions lock the twin, unless they say otherwise, so that several threads of Python may use it.
+  // Callers do not hold the interpreter's lock.
+  //
   // Ends everything but the arrays. The functions below throw InputError "python.closed" afterwards.
   void close();
-  [[nodiscard]] bool is_closed() const { return twin_ == nullptr; }
+  [[nodiscard]] bool is_closed() const;
 
-  // The functions below lock the twin, so that several threads of Python may use it.
   // `steps` steps with the present commands. Ends early if the physics diverges, and throws InputError.
   void step(std::uint64_t steps);
   void reset();
@@ -61,19 +65,25 @@ class SteppedTwin {
   [[nodiscard]] std::shared_ptr<const SavedState> save();
   void restore(const SavedState& state);
 
-  [[nodiscard]] double time() const { return to_seconds(twin().now()); }
-  [[nodiscard]] double step_size() const { return to_seconds(twin().step_size()); }
-  [[nodiscard]] std::uint64_t steps() const { return twin().steps(); }
-  [[nodiscard]] std::uint64_t state_hash() const { return twin().state_hash(); }
-  [[nodiscard]] Twin& twin() const;
+  // A copy of what `function` reads from the twin, or from one of its robots.
+  template <class Function>
+  [[nodiscard]] auto read(Function function) const {
+    const std::lock_guard lock(mutex_);
+    return function(twin());
+  }
+  template <class Function>
+  [[nodiscard]] auto read_robot(std::size_t robot, Function function) const {
+    const std::lock_guard lock(mutex_);
+    return function(std::as_const(robot_of(robots_.at(robot))));
+  }
+
+  // Without a lock: what does not change, and the log, which has a lock of its own.
   [[nodiscard]] const std::vector<Diagnostic>& diagnostics() const { return diagnostics_; }
-  [[nodiscard]] std::vector<LogLine> take_log();
   [[nodiscard]] RobotArrays& arrays(std::size_t robot) { return robots_.at(robot); }
+  [[nodiscard]] std::vector<LogLine> take_log();
   // Throws InputError "python.robot_removed" if the robot was deleted before the end of the last call that
-  // changed the state. Any thread, without a lock.
+  // changed the state. Without a lock.
   void check_present(std::size_t robot) const;
-  // Throws InputError "python.robot_removed".
-  [[nodiscard]] TwinRobot& robot(std::size_t robot) const { return robot_of(robots_.at(robot)); }
 
   // -- the bus; messages are JSON
   void publish(const std::string& topic, const std::string& type, const std::string& json);
@@ -87,7 +97,7 @@ class SteppedTwin {
   // The number of a request, whose answer take_answer() gives. Throws InputError: no such service, or a
   // request that is not of its type.
   std::uint32_t begin_call(const std::string& service, const std::string& json);
-  // Steps until the answer is there, at most `steps` times. False: it is not.
+  // Steps until the answer is there, at most `steps` times. False: it is not. Throws as step().
   bool step_until_answered(std::uint32_t call, std::uint64_t steps);
   // nullopt: not yet. Throws InputError "service.refused" with the reason.
   std::optional<std::string> take_answer(std::uint32_t call);
@@ -117,16 +127,18 @@ class SteppedTwin {
     Bytes cdr;
   };
 
+  // The functions below: `mutex_` is held.
+  [[nodiscard]] Twin& twin() const;
   void check_command(const RobotArrays& arrays, std::size_t joint) const;
   void apply_commands();
-  void take_step();
+  void take_steps(std::uint64_t steps, const bool* enough = nullptr);
   void copy_state();
   void receive();
   [[nodiscard]] TwinRobot* find(const RobotArrays& arrays) const;  // nullptr: it was removed
   [[nodiscard]] TwinRobot& robot_of(const RobotArrays& arrays) const;
   [[nodiscard]] Subscription& subscription(const std::string& topic);
 
-  mutable std::recursive_mutex mutex_;
+  mutable FairMutex mutex_;
   Log log_;
   std::deque<LogLine> lines_;
   std::mutex lines_mutex_;

@@ -163,7 +163,7 @@ std::uint32_t SteppedTwin::begin_call(const std::string& service, const std::str
 bool SteppedTwin::step_until_answered(std::uint32_t call, std::uint64_t steps) {
   const std::lock_guard lock(mutex_);
   const std::shared_ptr<const Answer> answer = answers_.at(call);
-  for (std::uint64_t i = 0; i < steps && !answer->is_there; ++i) step(1);
+  take_steps(steps, &answer->is_there);
   twin().between_steps();
   return answer->is_there;
 }
