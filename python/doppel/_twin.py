@@ -289,7 +289,8 @@ class Twin:
     """A twin of one robot or several, in one world with one clock; it runs only while it is stepped.
 
     q [nq], v [nv], effort [nv] and command [driven] are those of the first robot: views that step() updates in place. Calls
-    that run the twin release the interpreter's lock; each is for one thread at a time.
+    release the interpreter's lock. Several threads may use a twin: they take turns, within a long call too. A process that
+    os.fork() makes may read the arrays of its parent's twins and close them, which has no effect on the parent.
     """
 
     def __init__(self, model: Model | str | os.PathLike[str] | Sequence[Model | str | os.PathLike[str]] = (), *, world: str | os.PathLike[str] | None = None,

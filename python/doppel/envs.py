@@ -298,6 +298,7 @@ class ReachVectorEnv(VectorEnv):
         count = min(threads or os.cpu_count() or 1, num_envs)
         self._parts = [range(num_envs)[part::count] for part in range(count)]
         self._pool = ThreadPoolExecutor(count) if count > 1 else None
+        self._process = os.getpid()  # of the threads, which a fork does not have
         self._observations = numpy.zeros(self.observation_space.shape)
         self._rewards = numpy.zeros(num_envs)
         self._terminated, self._truncated = numpy.zeros((2, num_envs), dtype=bool)
@@ -314,6 +315,9 @@ class ReachVectorEnv(VectorEnv):
 
     def _each(self, function, numbers):
         """function(number) of each environment, by the threads; the infos in the order of the environments."""
+        if os.getpid() != self._process:
+            refuse("python.forked", "the environments belong to the process that made them, and this one is a fork of it",
+                   "make them in this process, or start processes by multiprocessing's 'spawn'")
         infos: list[dict] = [{} for _ in self.envs]
 
         def run(part):

@@ -10,6 +10,7 @@
 #include "doppel/ros/client/websocket_client.h"
 #include "doppel/ros/server/announcement.h"
 #include "python/conversions.h"
+#include "python/process_owned.h"
 #include "python/tools_bindings.h"
 
 namespace doppel::python {
@@ -55,7 +56,8 @@ std::unique_ptr<Client> join_twin(const std::string& host, int port, const std::
   return std::make_unique<WebSocketClient>(std::move(options));
 }
 
-// The functions lock it, because a Client is for one thread.
+// The functions lock it, because a Client is for one thread. In a fork of the process all but unsubscribe(),
+// which has no effect there, throw InputError "python.forked".
 class GraphAccess {
  public:
   GraphAccess(const std::string& host, int port, const std::string& token, bool ros)
@@ -68,35 +70,36 @@ class GraphAccess {
     return out;
   }
   std::map<std::string, std::string> topics() {
-    const std::lock_guard lock(mutex_);
+    const auto lock = hold();
     return types_of(client_->topics());
   }
   std::map<std::string, std::string> services() {
-    const std::lock_guard lock(mutex_);
+    const auto lock = hold();
     return types_of(client_->services());
   }
   std::vector<std::string> nodes() {
-    const std::lock_guard lock(mutex_);
+    const auto lock = hold();
     return client_->nodes();
   }
 
   void publish(const std::string& topic, const std::string& type, const std::string& json) {
-    const std::lock_guard lock(mutex_);
+    const auto lock = hold();
     const TypeSupport& support = type.empty() ? client_->message_type(topic) : type_named(type);
     client_->publish(topic, support.name, encode(support, json, topic));
     client_->sync();
   }
   void subscribe(const std::string& topic) {
-    const std::lock_guard lock(mutex_);
+    const auto lock = hold();
     client_->subscribe(topic);
   }
   void unsubscribe(const std::string& topic) {
-    const std::lock_guard lock(mutex_);
+    if (!process_.is_this_one()) return;
+    const auto lock = hold();
     client_->unsubscribe(topic);
   }
   // The next message of any subscribed topic: (topic, JSON).
   std::optional<std::pair<std::string, std::string>> next(double seconds) {
-    const std::lock_guard lock(mutex_);
+    const auto lock = hold();
     Client::Received received;
     if (!client_->next(received, after(seconds))) return std::nullopt;
     std::string json;
@@ -106,7 +109,7 @@ class GraphAccess {
   }
 
   std::string call(const std::string& service, const std::string& json, double seconds) {
-    const std::lock_guard lock(mutex_);
+    const auto lock = hold();
     const std::string& type = client_->find_service(service).type;
     const ServiceSupport* const support = find_service(type);
     if (support == nullptr) throw ClientError(fmt::format("the type {} of {} is not known", type, service));
@@ -120,16 +123,20 @@ class GraphAccess {
   }
 
   std::vector<NamedParameter> parameters(const std::string& node) {
-    const std::lock_guard lock(mutex_);
+    const auto lock = hold();
     return node.empty() ? client_->parameters() : client_->parameters(node);
   }
   void set_parameter(const std::string& node, const std::string& name, const ParameterValue& value) {
-    const std::lock_guard lock(mutex_);
+    const auto lock = hold();
     if (const Status set = client_->set_parameter(node, name, value); !set)
       throw InputError("python.parameter", {}, fmt::format("{} of {}: {}", name, node, set.why()));
   }
 
  private:
+  [[nodiscard]] std::unique_lock<std::mutex> hold() {
+    process_.check("the client");
+    return std::unique_lock(mutex_);
+  }
   static const TypeSupport& type_named(const std::string& name) {
     const TypeSupport* const found = find_type(name);
     if (found == nullptr)
@@ -145,8 +152,9 @@ class GraphAccess {
     return out;
   }
 
+  OwningProcess process_;
   std::mutex mutex_;
-  std::unique_ptr<Client> client_;
+  ProcessOwned<Client> client_;
 };
 
 py::dict parameters(GraphAccess& self, const std::string& node) {

@@ -113,6 +113,7 @@ TemporaryFolder::TemporaryFolder() {
 }
 
 TemporaryFolder::~TemporaryFolder() {
+  if (!process_.is_this_one()) return;
   std::error_code ignored;
   fs::remove_all(path_, ignored);
 }

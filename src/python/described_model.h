@@ -12,10 +12,12 @@
 #include "doppel/description/urdf/load.h"
 #include "doppel/description/urdf/robot_description.h"
 #include "doppel/robot/kinematics/model.h"
+#include "python/process_owned.h"
 
 namespace doppel::python {
 
-// A folder for files that other parts of the program read by path; removed with the last model that uses it.
+// A folder for files that other parts of the program read by path; removed with the last model that uses it,
+// in the process that made it.
 class TemporaryFolder {
  public:
   TemporaryFolder();
@@ -25,6 +27,7 @@ class TemporaryFolder {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:
+  OwningProcess process_;
   std::filesystem::path path_;
 };
 

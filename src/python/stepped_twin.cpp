@@ -62,7 +62,8 @@ SteppedTwin::~SteppedTwin() {
 
 // The recorder and the edge end before the bus.
 void SteppedTwin::close() {
-  const std::lock_guard lock(mutex_);
+  if (!process_.is_this_one()) return;
+  const auto lock = hold();
   if (session_) session_->end();
   session_.reset();
   recorder_.reset();
@@ -73,8 +74,15 @@ void SteppedTwin::close() {
 }
 
 bool SteppedTwin::is_closed() const {
-  const std::lock_guard lock(mutex_);
+  if (!process_.is_this_one()) return true;
+  const auto lock = hold();
   return twin_ == nullptr;
+}
+
+// A thread of the parent may have held the mutex when the process was forked; nothing releases it here.
+std::unique_lock<FairMutex> SteppedTwin::hold() const {
+  process_.check("the twin");
+  return std::unique_lock(mutex_);
 }
 
 Twin& SteppedTwin::twin() const {
@@ -85,6 +93,7 @@ Twin& SteppedTwin::twin() const {
 }
 
 std::vector<LogLine> SteppedTwin::take_log() {
+  process_.check("the twin");
   const std::lock_guard lock(lines_mutex_);
   std::vector<LogLine> out(lines_.begin(), lines_.end());
   lines_.clear();
@@ -174,12 +183,12 @@ void SteppedTwin::take_steps(std::uint64_t steps, const bool* enough) {
 }
 
 void SteppedTwin::step(std::uint64_t steps) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   take_steps(steps);
 }
 
 void SteppedTwin::reset() {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   twin().reset();
   for (RobotArrays& arrays : robots_) {
     std::ranges::fill(arrays.command, kNone);
@@ -190,7 +199,7 @@ void SteppedTwin::reset() {
 
 void SteppedTwin::set_state(std::size_t robot_index, const std::vector<double>& q,
                             const std::vector<double>& v) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   TwinRobot& changed = robot_of(robots_.at(robot_index));
   changed.instance().set_state(q, v);
   changed.state_written(twin().now());
@@ -199,12 +208,12 @@ void SteppedTwin::set_state(std::size_t robot_index, const std::vector<double>& 
 }
 
 std::shared_ptr<const SavedState> SteppedTwin::save() {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   return twin().save();
 }
 
 void SteppedTwin::restore(const SavedState& state) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   if (const Status restored = twin().restore(state); !restored)
     throw InputError("state.restore", {}, "the state cannot be restored: " + restored.why(),
                      "restore it into the twin that it was saved from");
@@ -212,7 +221,7 @@ void SteppedTwin::restore(const SavedState& state) {
 }
 
 std::string SteppedTwin::view(int port) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   if (!session_) {
     SessionOptions options;
     options.server.port = port;
@@ -228,7 +237,7 @@ std::string SteppedTwin::view(int port) {
 }
 
 void SteppedTwin::record(const std::string& file) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   if (recorder_)
     throw InputError("python.recording", {},
                      fmt::format("'{}' is still recorded", recorder_->folder().string()),
@@ -249,7 +258,8 @@ void SteppedTwin::record(const std::string& file) {
 }
 
 std::uint64_t SteppedTwin::stop_recording() {
-  const std::lock_guard lock(mutex_);
+  if (!process_.is_this_one()) return 0;
+  const auto lock = hold();
   if (!recorder_) return 0;
   const RecorderReport report = recorder_->stop();
   recorder_.reset();

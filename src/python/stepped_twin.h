@@ -20,6 +20,7 @@
 #include "doppel/session/live/session.h"
 #include "doppel/twin/assembly/twin.h"
 #include "python/fair_mutex.h"
+#include "python/process_owned.h"
 
 namespace doppel::python {
 
@@ -52,7 +53,8 @@ class SteppedTwin {
   SteppedTwin& operator=(const SteppedTwin&) = delete;
 
   // All functions lock the twin, unless they say otherwise, so that several threads of Python may use it.
-  // Callers do not hold the interpreter's lock.
+  // Callers do not hold the interpreter's lock. In a fork of the process all but close(), unsubscribe() and
+  // stop_recording(), which have no effect there, throw InputError "python.forked".
   //
   // Ends everything but the arrays. The functions below throw InputError "python.closed" afterwards.
   void close();
@@ -68,12 +70,12 @@ class SteppedTwin {
   // A copy of what `function` reads from the twin, or from one of its robots.
   template <class Function>
   [[nodiscard]] auto read(Function function) const {
-    const std::lock_guard lock(mutex_);
+    const auto lock = hold();
     return function(twin());
   }
   template <class Function>
   [[nodiscard]] auto read_robot(std::size_t robot, Function function) const {
-    const std::lock_guard lock(mutex_);
+    const auto lock = hold();
     return function(std::as_const(robot_of(robots_.at(robot))));
   }
 
@@ -127,6 +129,7 @@ class SteppedTwin {
     Bytes cdr;
   };
 
+  [[nodiscard]] std::unique_lock<FairMutex> hold() const;
   // The functions below: `mutex_` is held.
   [[nodiscard]] Twin& twin() const;
   void check_command(const RobotArrays& arrays, std::size_t joint) const;
@@ -138,20 +141,21 @@ class SteppedTwin {
   [[nodiscard]] TwinRobot& robot_of(const RobotArrays& arrays) const;
   [[nodiscard]] Subscription& subscription(const std::string& topic);
 
+  OwningProcess process_;
   mutable FairMutex mutex_;
   Log log_;
   std::deque<LogLine> lines_;
   std::mutex lines_mutex_;
   std::vector<Diagnostic> diagnostics_;
-  std::unique_ptr<Twin> twin_;
+  ProcessOwned<Twin> twin_;
   std::deque<RobotArrays> robots_;
-  std::unique_ptr<Edge> edge_;
+  ProcessOwned<Edge> edge_;
   std::map<std::string, Subscription> subscriptions_;
   std::map<std::uint32_t, std::shared_ptr<Answer>> answers_;
   std::uint32_t next_call_ = 1;
-  std::unique_ptr<McapFileSink> sink_;
-  std::unique_ptr<BusRecorder> recorder_;
-  std::unique_ptr<TwinSession> session_;  // nullptr: no page is served
+  ProcessOwned<McapFileSink> sink_;
+  ProcessOwned<BusRecorder> recorder_;
+  ProcessOwned<TwinSession> session_;  // nullptr: no page is served
 };
 
 }  // namespace doppel::python

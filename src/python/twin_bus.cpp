@@ -48,7 +48,7 @@ const TypeSupport& type_named(const std::string& name) {
 }  // namespace
 
 void SteppedTwin::publish(const std::string& topic, const std::string& type, const std::string& json) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   const std::vector<TopicInfo> topics = twin().bus().topics();
   std::string type_name = type;
   if (type_name.empty()) {
@@ -66,7 +66,7 @@ void SteppedTwin::publish(const std::string& topic, const std::string& type, con
 }
 
 void SteppedTwin::subscribe(const std::string& topic, std::size_t depth) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   const std::vector<TopicInfo> topics = twin().bus().topics();
   for (const TopicInfo& topic_info : topics) {
     if (topic_info.name != topic) continue;
@@ -85,7 +85,8 @@ void SteppedTwin::subscribe(const std::string& topic, std::size_t depth) {
 }
 
 void SteppedTwin::unsubscribe(const std::string& topic) {
-  const std::lock_guard lock(mutex_);
+  if (!process_.is_this_one()) return;
+  const auto lock = hold();
   const auto found = subscriptions_.find(topic);
   if (found == subscriptions_.end()) return;
   edge_->unsubscribe(found->second.topic);
@@ -117,7 +118,7 @@ void SteppedTwin::receive() {
 }
 
 std::vector<TextMessage> SteppedTwin::take_messages(const std::string& topic) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   Subscription& source = subscription(topic);
   const TypeSupport& type = type_named(source.type);
   std::vector<TextMessage> out;
@@ -127,14 +128,14 @@ std::vector<TextMessage> SteppedTwin::take_messages(const std::string& topic) {
 }
 
 Bytes SteppedTwin::newest(const std::string& topic, double& time) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   const Subscription& source = subscription(topic);
   time = to_seconds(source.newest.first);
   return source.newest.second;
 }
 
 std::uint32_t SteppedTwin::begin_call(const std::string& service, const std::string& json) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   const std::vector<ServiceInfo> services = twin().bus().services();
   for (const ServiceInfo& info : services) {
     if (info.name != service) continue;
@@ -161,7 +162,7 @@ std::uint32_t SteppedTwin::begin_call(const std::string& service, const std::str
 }
 
 bool SteppedTwin::step_until_answered(std::uint32_t call, std::uint64_t steps) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   const std::shared_ptr<const Answer> answer = answers_.at(call);
   take_steps(steps, &answer->is_there);
   twin().between_steps();
@@ -169,7 +170,7 @@ bool SteppedTwin::step_until_answered(std::uint32_t call, std::uint64_t steps) {
 }
 
 std::optional<std::string> SteppedTwin::take_answer(std::uint32_t call) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   twin().between_steps();
   const std::shared_ptr<const Answer> answer = answers_.at(call);
   if (!answer->is_there) return std::nullopt;
@@ -180,7 +181,7 @@ std::optional<std::string> SteppedTwin::take_answer(std::uint32_t call) {
 }
 
 std::vector<NamedParameter> SteppedTwin::parameters() {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   twin().between_steps();
   const auto out = std::make_shared<Edge::SharedParameters>();
   edge_->get_parameters([out](const Edge::SharedParameters& list) { *out = list; });
@@ -193,7 +194,7 @@ std::vector<NamedParameter> SteppedTwin::parameters() {
 
 void SteppedTwin::set_parameter(const std::string& node, const std::string& name,
                                 const ParameterValue& value) {
-  const std::lock_guard lock(mutex_);
+  const auto lock = hold();
   const auto out = std::make_shared<std::optional<Status>>();
   edge_->set_parameter(node, name, value, [out](Status status) { *out = std::move(status); });
   for (const auto until = std::chrono::steady_clock::now() + kMaxWait;
