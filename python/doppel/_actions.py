@@ -1,4 +1,5 @@
 """Trajectories as goals of FollowJointTrajectory, for Twin and Client."""
+import math
 import os
 
 from ._errors import ServiceError, refuse
@@ -15,8 +16,13 @@ def plain(value):
 
 def send_goal(call, action, joints, times, positions, goal_id=None, reason=lambda: ""):
     """Sends a trajectory; returns the goal's id and the duration in s. Raises ServiceError if it is refused."""
-    rows = [list(map(float, row)) for row in positions]
-    times = list(map(float, times))
+    try:
+        rows = [list(map(float, row)) for row in positions]
+        times = list(map(float, times))
+    except (TypeError, ValueError):
+        refuse("python.numbers", "times and positions are not numbers", "pass times [n] in s and positions [n, joints] in rad or m")
+    if not all(map(math.isfinite, times)):
+        refuse("python.range", f"times are {times}; they must be finite", "pass times [n] in s from now")
     if not times or len(rows) != len(times) or any(len(row) != len(joints) for row in rows):
         refuse("python.shape", f"positions must have {len(times)} rows of {len(joints)} numbers", f"one for each of {', '.join(joints)}")
     points = []

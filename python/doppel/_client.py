@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from ._actions import plain, read_result, send_goal
-from ._errors import refuse
+from ._errors import refuse, seconds, whole
 from ._names import Named, matches
 
 if TYPE_CHECKING:
@@ -20,14 +20,14 @@ class ClientSubscription:
 
     def __init__(self, client: Client, topic: str, depth: int):
         self._client, self.topic = client, topic
-        self._kept: deque[dict[str, Any]] = deque(maxlen=depth)
+        self._kept: deque[dict[str, Any]] = deque(maxlen=whole("depth", depth, 1))
         self._latest: dict[str, Any] | None = None
         client._heard.setdefault(topic, []).append(self)
         client._c.subscribe(topic)
 
     def wait(self, timeout: float = 10.0) -> dict[str, Any]:
         """The next message; raises TimeoutError if none comes in `timeout` s."""
-        until = time.monotonic() + timeout
+        until = time.monotonic() + seconds("timeout", timeout)
         while not self._kept:
             if not self._client._receive(until):
                 raise TimeoutError(f"{self.topic}: no message in {timeout} s")
@@ -85,7 +85,7 @@ class Client:
         Raises InputError or ServiceError if there is none.
         """
         from . import _doppel_tools
-        self._c: Any = _doppel_tools.GraphAccess(host, port, token, ros)
+        self._c: Any = _doppel_tools.GraphAccess(host, whole("port", port, 0, 65535), token, ros)
         self._heard: dict[str, list[ClientSubscription]] = {}
 
     def __enter__(self) -> Client:
@@ -120,7 +120,7 @@ class Client:
 
     def call(self, service: str, request: Mapping[str, Any] | None = None, timeout: float = 10.0) -> dict[str, Any]:
         """Calls a service and returns its response, which comes within `timeout` s. Raises ServiceError."""
-        return json.loads(self._c.call(service, json.dumps(request or {}, default=plain), timeout))
+        return json.loads(self._c.call(service, json.dumps(request or {}, default=plain), seconds("timeout", timeout)))
 
     def parameters(self, node: str | None = None) -> dict[str, Any]:
         """{node: {name: value}}, or {name: value} of one node."""

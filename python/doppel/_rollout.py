@@ -5,7 +5,7 @@ import os
 from typing import TYPE_CHECKING
 
 from . import _doppel
-from ._errors import refuse
+from ._errors import numbers, refuse, whole
 
 if TYPE_CHECKING:
     import numpy
@@ -34,8 +34,8 @@ def rollout(model: Model | Twin | str, state0: ArrayLike | None, commands: Array
 
     from ._twin import Twin
     twin = model if isinstance(model, Twin) else Twin(model, world=world, engine=engine, step=step, controllers=False)
-    start = numpy.concatenate([twin.q, twin.v]) if state0 is None else numpy.asarray(state0, dtype=float)
-    commands = numpy.asarray(commands, dtype=float)
+    start = numpy.concatenate([twin.q, twin.v]) if state0 is None else numbers("state0", state0)
+    commands = numbers("commands", commands)
     single = commands.ndim == 2
     commands = commands[None] if single else commands
     driven, size = len(twin.command), len(twin.q) + len(twin.v)
@@ -46,7 +46,6 @@ def rollout(model: Model | Twin | str, state0: ArrayLike | None, commands: Array
     if start.shape != (len(commands), size):
         refuse("python.shape", f"state0 has the shape {list(start.shape)}, and [{len(commands)}, {size}] is needed",
                "pass q and v of each run, one behind the other")
-    if steps_per_row < 1:
-        refuse("python.range", f"steps_per_row is {steps_per_row}; it must be at least 1")
-    states = _doppel.rollout(twin._t, start, commands, threads or os.cpu_count() or 1, mode, steps_per_row)
+    states = _doppel.rollout(twin._t, start, commands, whole("threads", threads) or os.cpu_count() or 1, mode,
+                             whole("steps_per_row", steps_per_row, 1))
     return states[0] if single else states

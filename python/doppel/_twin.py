@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import time
 from collections.abc import Mapping, Sequence
@@ -9,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Literal, overload
 
 from . import _doppel
 from ._actions import plain, read_result, send_goal
-from ._errors import ServiceError, refuse
+from ._errors import ServiceError, numbers, refuse, seconds, single, whole
 from ._model import Model
 from ._names import Named, matches
 
@@ -42,12 +43,16 @@ class TwinJoint:
 
     @property
     def command(self) -> float:
-        """The position in rad or m that the drive holds, if no controller commands the joint; NaN: none."""
+        """The position in rad or m that the drive holds; NaN: none. Setting it raises InputError if a controller commands the
+        joint."""
         return float(self._robot.command[self._command_index()])
 
     @command.setter
     def command(self, value: float) -> None:
-        self._robot.command[self._command_index()] = value
+        index, number = self._command_index(), single("command", value)
+        if not math.isnan(number):
+            self._robot._t.check_command(self._robot._number, index)
+        self._robot.command[index] = number
 
     def _command_index(self) -> int:
         if self._driven is None:
@@ -104,8 +109,8 @@ class TwinRobot:
     def set_state(self, q: ArrayLike, v: ArrayLike | None = None) -> None:
         """Writes q [nq] and v [nv] (None: at rest). Controllers hold the new pose."""
         import numpy
-        positions = numpy.asarray(q, dtype=float)
-        rates = numpy.zeros(len(self.v)) if v is None else numpy.asarray(v, dtype=float)
+        positions = numbers("q", q)
+        rates = numpy.zeros(len(self.v)) if v is None else numbers("v", v)
         if positions.shape != self.q.shape or rates.shape != self.v.shape:
             refuse("python.shape", f"q and v have the shapes {list(positions.shape)} and {list(rates.shape)}, and "
                    f"{list(self.q.shape)} and {list(self.v.shape)} are needed")
@@ -118,7 +123,7 @@ class Subscription:
     def __init__(self, running: _doppel.SteppedTwin, topic: str, depth: int):
         self._t, self.topic = running, topic
         self._latest: dict[str, Any] | None = None
-        running.subscribe(topic, depth)
+        running.subscribe(topic, whole("depth", depth, 1))
 
     def messages(self) -> list[dict[str, Any]]:
         """Those since the last call, the oldest first."""
@@ -211,7 +216,7 @@ class Goal:
         """Steps the twin until the goal ends, for at most `timeout` s of simulated time; returns the result. Raises
         ServiceError if it was aborted, cancelled or is not done."""
         if not self.done:
-            self._twin._t.step_until_answered(self._call, round(timeout / self._twin.step_size))
+            self._twin._t.step_until_answered(self._call, self._twin._steps_of("timeout", timeout))
             if not self.done:
                 raise ServiceError(f"{self._action}: the goal is not done after {timeout} s")
         return read_result(self._action, self._result)
@@ -312,7 +317,9 @@ class Twin:
         models = [model] if isinstance(model, (Model, str, os.PathLike)) else list(model)
         self._models = [one if isinstance(one, Model) else Model.load(one) for one in models]
         files = [] if isinstance(controllers, bool) else [controllers] if isinstance(controllers, (str, os.PathLike)) else controllers
-        options = dict(world=None if world is None else os.fspath(world), engine=engine, seed=seed, step=step, ideal=ideal,
+        if step is not None and not 0 < seconds("step", step) <= 1:
+            refuse("python.range", f"step is {step!r}; it must be a time in s above 0, and at most 1")
+        options = dict(world=None if world is None else os.fspath(world), engine=engine, seed=whole("seed", seed, 0, 2**64 - 1), step=step, ideal=ideal,
                        controllers=controllers is not False, controller_files=[os.fspath(file) for file in files],
                        activate=list(activate))
         self._t = _doppel.make_twin([one._m for one in self._models], list(namespaces), options)
@@ -403,24 +410,29 @@ class Twin:
 
     def step(self, n: int = 1) -> None:
         """n steps of step_size with the present commands. Raises InputError if the physics diverges."""
-        self._t.step(n)
+        self._t.step(whole("n", n))
 
     def run_for(self, seconds: float, speed: float | None = None) -> None:
         """As many steps as this simulated time has, rounded. speed: simulated s per s of wall-clock time, for a person who looks
         on; None: as fast as possible."""
-        steps = round(seconds / self.step_size)
+        steps = self._steps_of("seconds", seconds)
         if speed is None:
             return self._t.step(steps)
+        if not single("speed", speed) > 0:
+            refuse("python.range", f"speed is {speed!r}; it must be above zero, or None")
         part, start, taken = max(1, round(0.01 * speed / self.step_size)), time.monotonic(), 0
         while taken < steps:
             self._t.step(min(part, steps - taken))
             taken += part
             time.sleep(max(0.0, start + min(taken, steps) * self.step_size / speed - time.monotonic()))
 
+    def _steps_of(self, name: str, time: float) -> int:
+        return round(seconds(name, time) / self.step_size)
+
     def view(self, port: int = 0, open: bool = False) -> Page:
         """Serves the page of doppel, which shows what steps do; it also answers `doppel topic` and the other verbs while the twin is
         stepped. port: 0: 8700 or the next that is free. open: in the desktop's browser."""
-        page = Page(self._t.view(port))
+        page = Page(self._t.view(whole("port", port, 0, 65535)))
         if open:
             import webbrowser
             webbrowser.open(page.url)
@@ -488,10 +500,11 @@ class Twin:
     def call(self, service: str, request: Mapping[str, Any] | None = None, timeout: float = 10.0) -> dict[str, Any]:
         """Calls a service and returns its response. Time does not pass unless the service needs steps, then at most `timeout` s of
         simulated time. Raises ServiceError if it is refused."""
+        steps = self._steps_of("timeout", timeout)
         number = self._t.begin_call(service, json.dumps(request or {}, default=plain))
         text = self._answer(service, number)
         if text is None:
-            self._t.step_until_answered(number, round(timeout / self.step_size))
+            self._t.step_until_answered(number, steps)
             text = self._answer(service, number)
         if text is None:
             raise ServiceError(f"{service} has not answered in {timeout} s")

@@ -151,7 +151,7 @@ class ReachEnv(Env):
         self.twin.restore(self._start)
         q = self._rest.copy()
         q[self._q] = arm
-        for joint in self.model.joints:
+        for joint in self.model.joints.values():
             if joint.mimics is not None:
                 leader = q[self.twin.joint(joint.mimics)._q]
                 q[self.twin.joint(joint.name)._q] = joint.multiplier * leader + joint.offset

@@ -80,6 +80,36 @@ class PendulumTest(unittest.TestCase):
         self.assertIn("elbow", self.model.joints)
         self.assertEqual(self.model.links.names, ["base", "upper", "lower", "tip"])
 
+    def test_JointsAreMappingOfNamesInOrder(self):
+        joints = self.model.joints
+        self.assertEqual((list(joints), joints.names), (["shoulder", "elbow", "end"],) * 2)
+        self.assertEqual([joint.name for joint in joints.values()], joints.names)
+        self.assertEqual({name: joint.effort for name, joint in joints.items() if joint.nq}, {"shoulder": 100, "elbow": 50})
+        self.assertIs(dict(joints)["elbow"], joints[1])
+        self.assertIs(joints[-1], joints["end"])
+        self.assertEqual([joint.name for joint in joints[:2]], ["shoulder", "elbow"])
+        self.assertEqual((joints.get("elbow").name, joints.get("knee"), "knee" in joints, len(joints)), ("elbow", None, False, 3))
+
+    def test_LimitsAreArraysInOrderOfConfiguration(self):
+        floating = doppel.Model.load(PENDULUM, base="floating")
+        np.testing.assert_array_equal(floating.lower_limits, [-np.inf] * 7 + [-3, -3])
+        np.testing.assert_array_equal(floating.upper_limits, [np.inf] * 7 + [3, 3])
+        np.testing.assert_array_equal(self.model.velocity_limits, [10, 10])
+        np.testing.assert_array_equal(self.model.effort_limits, [100, 50])
+        self.model.upper_limits[0] = 0  # of a copy
+        self.assertEqual(self.model.upper_limits[0], 3)
+
+    def test_ForwardDynamicsIsInverseOfRnea(self):
+        np.testing.assert_allclose(self.model.forward_dynamics(Q, V, closed_form(Q, V, A)[1]), A, atol=1e-6)
+        np.testing.assert_allclose(self.model.forward_dynamics(Q, 0 * V, self.model.gravity(Q)), [0, 0], atol=1e-9)
+        light = doppel.Model.load(PENDULUM.replace(f'<mass value="{M2}"/>', '<mass value="0"/>').replace("1e-9", "0"))
+        self.assertTrue(np.isfinite(light.forward_dynamics(Q, V, A)).all())  # a mass was estimated
+
+    def test_CentreOfMassIsThatOfClosedForm(self):
+        p1 = -L1 * np.array([math.sin(Q[0]), 0, math.cos(Q[0])])
+        p2 = p1 - L2 * np.array([math.sin(Q.sum()), 0, math.cos(Q.sum())])
+        np.testing.assert_allclose(self.model.com(Q), (M1 * p1 + M2 * p2) / (M1 + M2), atol=1e-12)
+
     def test_FloatingBaseHasSevenPositionsAndSixVelocities(self):
         floating = doppel.Model.load(PENDULUM, base="floating")
         self.assertEqual((floating.nq, floating.nv), (9, 8))
@@ -98,6 +128,38 @@ class OmarmTest(unittest.TestCase):
             bias = self.model.rnea(q, v, np.zeros(8))
             np.testing.assert_allclose(self.model.rnea(q, v, a), self.model.mass_matrix(q) @ a + bias, atol=1e-10)
             np.testing.assert_allclose(self.model.rnea(q, 0 * v, 0 * a), self.model.gravity(q), atol=1e-12)
+
+    def test_RandomConfigurationsAreWithinLimitsAndRepeatable(self):
+        rows = self.model.random_configuration(5, 500)
+        self.assertEqual(rows.shape, (500, 8))
+        self.assertTrue(((rows >= self.model.lower_limits) & (rows <= self.model.upper_limits)).all())
+        self.assertGreater(rows[:, 0].max() - rows[:, 0].min(), 0.9 * (self.model.upper_limits - self.model.lower_limits)[0])
+        np.testing.assert_array_equal(self.model.random_configuration(5), rows[0])
+        self.assertFalse((self.model.random_configuration(6) == rows[0]).all())
+        follower = next(joint for joint in self.model.joints.values() if joint.mimics)
+        leader = self.model.joints[follower.mimics]
+        np.testing.assert_allclose(rows[:, follower.q_index], follower.multiplier * rows[:, leader.q_index] + follower.offset)
+
+    def test_JointsThatMimicFollowInForwardDynamics(self):
+        follower = next(joint for joint in self.model.joints.values() if joint.mimics)
+        leader = self.model.joints[follower.mimics]
+        random = np.random.default_rng(11)
+        q, v, a = self.model.random_configuration(1), random.normal(size=8), random.normal(size=8)
+        for rates in (v, a):
+            rates[follower.v_index] = follower.multiplier * rates[leader.v_index]
+        np.testing.assert_allclose(self.model.forward_dynamics(q, v, self.model.rnea(q, v, a)), a, atol=1e-6)
+
+    def test_FoldedArmCollidesAndStretchedOneDoesNot(self):
+        free = self.model.neutral()
+        self.assertEqual(self.model.collisions(free), [])
+        metres, links = self.model.distance(free)
+        self.assertGreater(metres, 0)
+        self.assertEqual(self.model.collisions(free, clearance=metres + 1e-4), [links])
+        folded = next(q for q in self.model.random_configuration(1, 1000) if self.model.collisions(q))
+        self.assertLess(self.model.distance(folded)[0], 1e-3)
+        for pair in self.model.collisions(folded):
+            self.assertLessEqual(set(pair), set(self.model.links))
+        self.assertEqual(doppel.Model.load(PENDULUM).distance(Q), (np.inf, None))
 
     def test_IkFindsPoseOfConfiguration(self):
         q = self.model.neutral() + 0.3
@@ -159,6 +221,15 @@ class RotationTest(unittest.TestCase):
         np.testing.assert_allclose(doppel.pose([0, 0, 0], rpy=[0.1, 0, 0])[1:3, 1], [math.cos(0.1), math.sin(0.1)])
 
 
+    def test_NumbersThatAreNoRotationAreRefused(self):
+        for request in (lambda: doppel.quat_wxyz([1]), lambda: doppel.quat_xyzw(np.zeros((3, 3))), lambda: doppel.quat_xyzw("turn"),
+                        lambda: doppel.pose([1, 2]), lambda: doppel.pose([0, 0, 0], quat_wxyz=[1, 0, 0]),
+                        lambda: doppel.pose([0, 0, 0], quat_xyzw=[0, 0, 0, 0]), lambda: doppel.pose([0, 0, 0], rpy=0.1),
+                        lambda: doppel.pose([0, 0, 0], rpy=[0, 0, 0], quat_xyzw=[0, 0, 0, 1])):
+            with self.assertRaisesRegex(doppel.InputError, r"\[python\.(shape|numbers|pose)\]"):
+                request()
+
+
 class ErrorTest(unittest.TestCase):
     def test_FaultyTextIsRefusedWithEveryPlaceAndFix(self):
         with self.assertRaises(doppel.InputError) as raised:
@@ -185,6 +256,10 @@ class ErrorTest(unittest.TestCase):
             model.ik(np.eye(3), "tip")
         with self.assertRaisesRegex(doppel.InputError, "no rotation"):
             model.ik(2 * np.eye(4), "tip")
+        for request in (lambda: model.fk("up"), lambda: model.rnea(Q, V, [[1], [2, 3]]),
+                        lambda: model.collisions({}), lambda: model.forward_dynamics(Q, V, [1])):
+            with self.assertRaisesRegex(doppel.InputError, "(q|a) is .*must be an array of numbers|has the shape"):
+                request()
 
 
 class ImportTest(unittest.TestCase):

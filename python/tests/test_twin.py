@@ -82,11 +82,38 @@ class StepTest(unittest.TestCase):
             with self.assertRaisesRegex(doppel.InputError, "is closed"):
                 request()
 
-    def test_CommandOfControlledJointIsRefused(self):
+    def test_CommandOfControlledJointIsRefusedAtOnce(self):
         with doppel.Twin("omarm_one") as twin:
-            twin.command[0] = 1.0
-            with self.assertRaisesRegex(doppel.InputError, "omarm_arm_controller"):
+            with self.assertRaisesRegex(doppel.InputError, "'omarm_arm_controller' commands this joint"):
+                twin.joint("Revolute 2").command = 1.0
+            self.assertTrue(np.isnan(twin.command).all())
+            twin.joint("Revolute 2").command = np.nan
+            twin.step()
+
+    def test_CommandsOfControlledJointsAreRefusedOnceAndDiscarded(self):
+        with doppel.Twin("omarm_one") as twin:
+            twin.command[:] = 0.3
+            with self.assertRaisesRegex(doppel.InputError, "'Revolute 1', 'Revolute 2'.*'omarm_arm_controller' commands these") as raised:
                 twin.step()
+            self.assertEqual(len(raised.exception.diagnostics), 2)  # of the controllers of arm and gripper
+            self.assertEqual((twin.steps, np.isnan(twin.command).all()), (0, True))
+            twin.step()
+            self.assertEqual(twin.controller("arm").follow([0.5], [np.full(6, 0.1)])["error_code"], 0)
+
+    def test_NumbersOutOfRangeAreRefusedByName(self):
+        with doppel.Twin(PENDULUM, controllers=False) as twin:
+            for name, request in (("n", lambda: twin.step(-1)), ("n", lambda: twin.step(1.5)), ("n", lambda: twin.step(2**64)),
+                                  ("seconds", lambda: twin.run_for(-1)), ("seconds", lambda: twin.run_for(float("nan"))),
+                                  ("seconds", lambda: twin.run_for("long")), ("speed", lambda: twin.run_for(1, speed=0)),
+                                  ("timeout", lambda: twin.call("/get_entities", timeout=-1)),
+                                  ("depth", lambda: twin.subscribe("/clock", depth=-1)), ("port", lambda: twin.view(port=70000)),
+                                  ("seed", lambda: doppel.Twin(PENDULUM, seed=-1)), ("step", lambda: doppel.Twin(PENDULUM, step=-1)),
+                                  ("threads", lambda: doppel.rollout(twin, None, np.zeros((1, 1, 1)), threads=-1)),
+                                  ("command", lambda: setattr(twin.joint("hinge"), "command", "up")),
+                                  ("q", lambda: twin.set_state("up"))):
+                with self.assertRaisesRegex(doppel.InputError, f"error: {name} is .*it must be"):
+                    request()
+            self.assertEqual((twin.steps, twin.time), (0, 0))
 
     def test_ResetStartsSameRunAgain(self):
         with doppel.Twin("omarm_one", controllers=False) as twin:

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
+#include <cstdint>
 #include <cstdlib>
 #include <mutex>
 
@@ -113,8 +114,9 @@ class GraphAccess {
     const std::string& type = client_->find_service(service).type;
     const ServiceSupport* const support = find_service(type);
     if (support == nullptr) throw ClientError(fmt::format("the type {} of {} is not known", type, service));
-    const Client::Answer answer = client_->call(service, encode(*support->request, json, service),
-                                                std::chrono::milliseconds(static_cast<int>(seconds * 1e3)));
+    const Client::Answer answer =
+        client_->call(service, encode(*support->request, json, service),
+                      std::chrono::milliseconds(static_cast<std::int64_t>(seconds * 1e3)));
     if (!answer.ok) throw ClientError(fmt::format("{}: {}", service, answer.why));
     std::string out;
     if (const Status read = support->response->cdr_to_json(answer.response, out); !read)

@@ -5,12 +5,15 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
+#include <utility>
 
 #include "doppel/base/core/installation.h"
 #include "doppel/base/core/names.h"
 #include "doppel/robot/ik/ik_failure.h"
 #include "doppel/robot/ik/ik_solver.h"
 #include "doppel/robot/kinematics/dynamics.h"
+#include "doppel/robot/semantics/self_collision.h"
 #include "doppel/session/live/audit_result.h"
 #include "python/bindings.h"
 #include "python/conversions.h"
@@ -71,6 +74,52 @@ Numbers gravity_of(const DescribedModel& self, const Numbers& q, const Numbers& 
   Data data(*self.model);
   gravity_torques(*self.model, data, to_vector(q, self.model->nq, "q"), to_vector(gravity, 3, "gravity"));
   return to_array(data.tau);
+}
+
+Numbers random_configurations(const DescribedModel& self, std::uint64_t seed, std::size_t count) {
+  Eigen::MatrixXd rows(static_cast<Eigen::Index>(count), self.model->nq);
+  for (Eigen::Index row = 0; row < rows.rows(); ++row)
+    rows.row(row) = random_configuration(*self.model, seed).transpose();
+  return to_matrix(rows);
+}
+
+// Runs `measure` with the robot's links at `q`, without the interpreter's lock.
+template <class Measure>
+auto at_configuration(const DescribedModel& self, const Numbers& q, Measure measure) {
+  const Eigen::VectorXd positions = to_vector(q, self.model->nq, "q");
+  const py::gil_scoped_release released;
+  CollisionContext context(self.scene());
+  context.set_configuration(0, positions);
+  return measure(context);
+}
+
+using LinkNames = std::pair<std::string, std::string>;
+
+LinkNames names_of(const Model& model, BodyId a, BodyId b) {
+  return {model.links[static_cast<std::size_t>(a.link)].name,
+          model.links[static_cast<std::size_t>(b.link)].name};
+}
+
+std::vector<LinkNames> collisions(const DescribedModel& self, const Numbers& q, double clearance) {
+  return at_configuration(self, q, [&](CollisionContext& context) {
+    std::vector<LinkNames> out;
+    const auto& pairs = context.scene().tested_pairs();
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      if (context.tested_closer(i, clearance + kTouching))
+        out.push_back(names_of(*self.model, pairs[i].first, pairs[i].second));
+    }
+    return out;
+  });
+}
+
+// m, and the links; none if no two links can touch.
+std::pair<double, std::optional<LinkNames>> distance(const DescribedModel& self, const Numbers& q) {
+  return at_configuration(self, q, [&](CollisionContext& context) {
+    const PairDistance nearest = context.distance();
+    std::optional<LinkNames> links;
+    if (nearest.distance < kFarAway) links = names_of(*self.model, nearest.a, nearest.b);
+    return std::pair(nearest.distance, links);
+  });
 }
 
 IkTask task_of(const std::string& name) {
@@ -246,6 +295,9 @@ void bind_model(py::module_& module) {
       .def("rnea", &rnea)
       .def("mass_matrix", &mass_matrix_of)
       .def("gravity", &gravity_of)
+      .def("random_configurations", &random_configurations)
+      .def("collisions", &collisions)
+      .def("distance", &distance)
       .def("ik",
            [](const DescribedModel& self, const Numbers& target, const Numbers& seed, const std::string& tip,
               const std::string& base, const std::string& task, double position_tolerance,

@@ -288,6 +288,7 @@ void bind_twin(py::module_& module) {
       .def_property_readonly("state_hash", locked([](Twin& running) { return running.state_hash(); }))
       .def_property_readonly("diagnostics",
                              [](const SteppedTwin& self) { return to_list(self.diagnostics()); })
+      .def("check_command", &SteppedTwin::check_command, Unlocked())
       .def("check_present", &SteppedTwin::check_present)
       .def("arrays", [](const py::object& self, std::size_t robot) { return arrays(self, robot); })
       .def("robots", &robots)

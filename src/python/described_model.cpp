@@ -10,6 +10,7 @@
 
 #include "doppel/base/core/installation.h"
 #include "doppel/description/overlay/overlay.h"
+#include "doppel/robot/reach/arm_reach.h"
 #include "doppel/scenario/resolve/open_target.h"
 
 namespace doppel::python {
@@ -116,6 +117,14 @@ TemporaryFolder::~TemporaryFolder() {
   if (!process_.is_this_one()) return;
   std::error_code ignored;
   fs::remove_all(path_, ignored);
+}
+
+std::shared_ptr<const CollisionScene> DescribedModel::scene() const {
+  std::call_once(scene_once_, [this] {
+    Diagnostics notes;
+    scene_ = reach_scene(*robot, model, nullptr, {}, notes);
+  });
+  return scene_;
 }
 
 std::shared_ptr<DescribedModel> load_model(const std::string& source, XacroArguments arguments,

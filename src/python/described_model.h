@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "doppel/base/core/diagnostic.h"
 #include "doppel/description/urdf/load.h"
 #include "doppel/description/urdf/robot_description.h"
+#include "doppel/robot/collision/collision_scene.h"
 #include "doppel/robot/kinematics/model.h"
 #include "python/process_owned.h"
 
@@ -42,6 +44,13 @@ struct DescribedModel {
   std::vector<std::filesystem::path> files;
   std::vector<Diagnostic> diagnostics;
   std::shared_ptr<const TemporaryFolder> folder;  // nullptr: nothing was written
+
+  // The robot alone (reach_scene), made by the first call. Any thread.
+  [[nodiscard]] std::shared_ptr<const CollisionScene> scene() const;
+
+ private:
+  mutable std::once_flag scene_once_;
+  mutable std::shared_ptr<const CollisionScene> scene_;
 };
 
 // `source`: a bundled robot, a file, a folder of a package, or the text of a URDF or xacro. `overlay`: a

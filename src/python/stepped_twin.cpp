@@ -27,6 +27,31 @@ bool same_bits(double a, double b) {
                    "make a new Twin, which has the robots of its start, or do not delete this one");
 }
 
+const std::string& joint_name(const TwinRobot& robot, int joint) {
+  return robot.model().joints[static_cast<std::size_t>(joint)].name;
+}
+
+// Empty: no controller commands the joint.
+std::string controller_of(const TwinRobot& robot, const std::string& joint) {
+  for (const InterfaceView& interface : robot.controller_manager().command_interfaces()) {
+    if (interface.full_name.starts_with(joint + "/") && !interface.claimed_by.empty())
+      return interface.claimed_by;
+  }
+  return "";
+}
+
+Diagnostic claimed(const std::string& controller, const std::vector<std::string>& joints) {
+  return {
+      Severity::error,
+      "python.claimed",
+      fmt::format("command of '{}' is refused, because the controller '{}' commands {}; it has its former "
+                  "value again (NaN: none)",
+                  fmt::join(joints, "', '"), controller, joints.size() == 1 ? "this joint" : "these joints"),
+      {},
+      fmt::format("send the command to twin.controller(\"{}\"), or start the twin with controllers=False",
+                  controller)};
+}
+
 }  // namespace
 
 RobotArrays::RobotArrays(const TwinRobot& robot)
@@ -115,22 +140,38 @@ TwinRobot& SteppedTwin::robot_of(const RobotArrays& arrays) const {
   return *found;
 }
 
-// A controller writes its command in each of its ticks, so that both would take turns.
-void SteppedTwin::check_command(const RobotArrays& arrays, std::size_t joint) const {
-  TwinRobot& commanded = robot_of(arrays);
-  const std::string& name = commanded.model().joints[static_cast<std::size_t>(arrays.driven[joint])].name;
-  for (const InterfaceView& interface : commanded.controller_manager().command_interfaces()) {
-    if (interface.claimed_by.empty() || !interface.full_name.starts_with(name + "/")) continue;
-    throw InputError("python.claimed", {},
-                     fmt::format("command of '{}' was set, but the controller '{}' commands this joint", name,
-                                 interface.claimed_by),
-                     fmt::format("start the twin with controllers=False, or send the command to "
-                                 "twin.controller(\"{}\")",
-                                 interface.claimed_by));
+void SteppedTwin::check_command(std::size_t robot, std::size_t driven) const {
+  const auto lock = hold();
+  const RobotArrays& arrays = robots_.at(robot);
+  const TwinRobot& commanded = robot_of(arrays);
+  const std::string& joint = joint_name(commanded, arrays.driven.at(driven));
+  if (const std::string controller = controller_of(commanded, joint); !controller.empty())
+    throw InputError({claimed(controller, {joint})});
+}
+
+// A controller writes its command in each of its ticks, so that both would take turns. A command that stayed
+// in the array would refuse every later call, too.
+void SteppedTwin::discard_claimed_commands() {
+  std::map<std::string, std::vector<std::string>> refused;  // joints by controllers
+  for (RobotArrays& arrays : robots_) {
+    const TwinRobot* const commanded = find(arrays);
+    for (std::size_t i = 0; commanded != nullptr && i < arrays.command.size(); ++i) {
+      if (std::isnan(arrays.command[i]) || same_bits(arrays.command[i], arrays.applied[i])) continue;
+      const std::string& joint = joint_name(*commanded, arrays.driven[i]);
+      const std::string controller = controller_of(*commanded, joint);
+      if (controller.empty()) continue;
+      refused[controller].push_back(joint);
+      arrays.command[i] = arrays.applied[i];
+    }
   }
+  if (refused.empty()) return;
+  std::vector<Diagnostic> why;
+  for (const auto& [controller, joints] : refused) why.push_back(claimed(controller, joints));
+  throw InputError(std::move(why));
 }
 
 void SteppedTwin::apply_commands() {
+  discard_claimed_commands();
   for (RobotArrays& arrays : robots_) {
     TwinRobot* const commanded = find(arrays);
     if (commanded == nullptr) continue;
@@ -139,7 +180,6 @@ void SteppedTwin::apply_commands() {
       const double command = arrays.command[i];
       const bool changed = !same_bits(command, arrays.applied[i]);
       if (std::isnan(command) && !changed) continue;
-      if (changed && !std::isnan(command)) check_command(arrays, i);
       const DriveMode mode = std::isnan(command) ? DriveMode::passive : DriveMode::position;
       if (instance.drive(arrays.driven[i]) != mode) instance.set_drive(arrays.driven[i], mode);
       if (mode == DriveMode::position) instance.set_target(arrays.driven[i], command);

@@ -60,9 +60,13 @@ class SteppedTwin {
   void close();
   [[nodiscard]] bool is_closed() const;
 
-  // `steps` steps with the present commands. Ends early if the physics diverges, and throws InputError.
+  // `steps` steps with the present commands. Ends early if the physics diverges, and throws InputError. A
+  // new command of a joint that a controller commands is discarded, and InputError "python.claimed" thrown
+  // before the first step.
   void step(std::uint64_t steps);
   void reset();
+  // Throws InputError "python.claimed" if a controller commands this one of RobotArrays::driven.
+  void check_command(std::size_t robot, std::size_t driven) const;
   void set_state(std::size_t robot, const std::vector<double>& q, const std::vector<double>& v);
   [[nodiscard]] std::shared_ptr<const SavedState> save();
   void restore(const SavedState& state);
@@ -132,7 +136,7 @@ class SteppedTwin {
   [[nodiscard]] std::unique_lock<FairMutex> hold() const;
   // The functions below: `mutex_` is held.
   [[nodiscard]] Twin& twin() const;
-  void check_command(const RobotArrays& arrays, std::size_t joint) const;
+  void discard_claimed_commands();
   void apply_commands();
   void take_steps(std::uint64_t steps, const bool* enough = nullptr);
   void copy_state();
