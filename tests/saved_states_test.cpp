@@ -513,6 +513,8 @@ TEST_F(SavedStates, ServicesSaveListRestoreAndDeleteByName) {
               HasSubstr("t = 0.250 s"));
   run(0.5);
   EXPECT_THAT(call("/doppel/list_states", "doppel_msgs/srv/ListStates", "{}"), HasSubstr("home"));
+  EXPECT_THAT(call("/doppel/save_state", "doppel_msgs/srv/SaveState", named("\"a\\x07b\"")),
+              HasSubstr("the name of a state is text in UTF-8 without control characters"));
   EXPECT_THAT(call("/doppel/restore_state", "doppel_msgs/srv/RestoreState", named("hom")),
               HasSubstr("did you mean 'home'?"));
   EXPECT_THAT(call("/doppel/restore_state", "doppel_msgs/srv/RestoreState", named("home")),

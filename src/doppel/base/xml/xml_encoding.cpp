@@ -1,7 +1,9 @@
-#include "doppel/base/xml/xml_encoding.h"
+#include "doppel/base/xml/detail/xml_encoding.h"
 
 #include <algorithm>
 #include <charconv>
+
+#include "doppel/base/core/utf8.h"
 
 namespace doppel {
 namespace {
@@ -60,15 +62,6 @@ std::string_view as_utf8(std::string_view text, std::string& converted) {
   return converted;
 }
 
-bool is_utf8(std::string_view text) {
-  while (!text.empty()) {
-    const std::size_t length = utf8_length(text);
-    if (length == 0) return false;
-    text.remove_prefix(length);
-  }
-  return true;
-}
-
 TolerantText tolerant_text(std::string_view bytes) {
   TolerantText out;
   bytes = bytes.substr(bytes.starts_with("\xEF\xBB\xBF") ? 3 : 0);
@@ -89,43 +82,6 @@ TolerantText tolerant_text(std::string_view bytes) {
   }
   if (nul != std::string_view::npos) changed();
   return out;
-}
-
-std::size_t utf8_length(std::string_view text) {
-  const auto byte = [&](std::size_t i) {
-    return i < text.size() ? static_cast<unsigned char>(text[i]) : static_cast<unsigned char>(0);
-  };
-  const auto more = [&](std::size_t i) { return (byte(i) & 0xC0) == 0x80; };
-  const unsigned first = byte(0);
-  if (first < 0x80) return 1;
-  if (first >= 0xC2 && first < 0xE0) return more(1) ? 2 : 0;
-  if (first >= 0xE0 && first < 0xF0) {
-    const bool overlong = first == 0xE0 && byte(1) < 0xA0, surrogate = first == 0xED && byte(1) >= 0xA0;
-    return more(1) && more(2) && !overlong && !surrogate ? 3 : 0;
-  }
-  if (first >= 0xF0 && first < 0xF5) {
-    const bool overlong = first == 0xF0 && byte(1) < 0x90, beyond = first == 0xF4 && byte(1) >= 0x90;
-    return more(1) && more(2) && more(3) && !overlong && !beyond ? 4 : 0;
-  }
-  return 0;
-}
-
-void append_utf8(std::string& out, char32_t code) {
-  if (code < 0x80) {
-    out += static_cast<char>(code);
-  } else if (code < 0x800) {
-    out += static_cast<char>(0xC0 | code >> 6);
-    out += static_cast<char>(0x80 | (code & 0x3F));
-  } else if (code < 0x10000) {
-    out += static_cast<char>(0xE0 | code >> 12);
-    out += static_cast<char>(0x80 | (code >> 6 & 0x3F));
-    out += static_cast<char>(0x80 | (code & 0x3F));
-  } else {
-    out += static_cast<char>(0xF0 | code >> 18);
-    out += static_cast<char>(0x80 | (code >> 12 & 0x3F));
-    out += static_cast<char>(0x80 | (code >> 6 & 0x3F));
-    out += static_cast<char>(0x80 | (code & 0x3F));
-  }
 }
 
 char32_t character_reference(std::string_view digits) {

@@ -7,8 +7,9 @@
 #include <memory>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/utf8.h"
 #include "doppel/base/xml/detail/xml_characters.h"
-#include "doppel/base/xml/xml_encoding.h"
+#include "doppel/base/xml/detail/xml_encoding.h"
 #include "doppel/base/xml/xml_tree.h"
 
 namespace doppel {
@@ -540,8 +541,7 @@ class Parser {
     if (key[0] == '#') {
       const char32_t code = character_reference(key.substr(1));
       if (code == 0) fail(offset, fmt::format("&{}; is not a character", key));
-      append_utf8(out, code);
-      return end + 1;
+      return append_utf8(out, code), end + 1;
     }
     const auto found = entities_.find(key);
     if (found == entities_.end()) {

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 
-#include "doppel/base/xml/xml_encoding.h"
 #include "doppel/description/xacro/detail/expression_functions.h"
 #include "doppel/description/xacro/detail/expression_operators.h"
 

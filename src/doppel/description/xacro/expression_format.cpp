@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "doppel/base/xml/xml_encoding.h"
+#include "doppel/base/core/utf8.h"
 #include "doppel/description/xacro/detail/expression_operators.h"
 
 namespace doppel {

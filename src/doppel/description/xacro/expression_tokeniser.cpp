@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "doppel/base/xml/xml_encoding.h"
+#include "doppel/base/core/utf8.h"
 #include "doppel/description/xacro/detail/characters.h"
 #include "doppel/description/xacro/detail/expression_parser.h"
 #include "doppel/description/xacro/detail/powers_of_ten.h"

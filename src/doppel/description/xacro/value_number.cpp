@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstring>
 
-#include "doppel/base/xml/xml_encoding.h"
+#include "doppel/base/core/utf8.h"
 #include "doppel/description/xacro/detail/characters.h"
 #include "doppel/description/xacro/detail/powers_of_ten.h"
 #include "doppel/description/xacro/detail/value.h"

@@ -2,7 +2,7 @@
 
 #include "doppel/ros/messages/detail/cdr_rewriter.h"
 
-#include "doppel/ros/messages/utf8.h"
+#include "doppel/base/core/utf8.h"
 
 namespace doppel {
 namespace {

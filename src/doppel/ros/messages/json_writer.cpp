@@ -4,8 +4,8 @@
 
 #include <cmath>
 
+#include "doppel/base/core/utf8.h"
 #include "doppel/ros/messages/type_description.h"
-#include "doppel/ros/messages/utf8.h"
 
 namespace doppel {
 namespace {

@@ -1,6 +1,6 @@
 #include "doppel/ros/messages/printable.h"
 
-#include "doppel/ros/messages/utf8.h"
+#include "doppel/base/core/utf8.h"
 
 namespace doppel {
 
@@ -13,6 +13,11 @@ std::string printable(std::string_view text) {
     at += c.size;
   }
   return out;
+}
+
+bool is_printable_name(std::string_view name) {
+  return printable(name) == name && name.find('\n') == std::string_view::npos &&
+         name.find_first_not_of(' ') != std::string_view::npos;
 }
 
 }  // namespace doppel

@@ -6,8 +6,8 @@
 #include <charconv>
 #include <cmath>
 
+#include "doppel/base/core/utf8.h"
 #include "doppel/ros/messages/detail/cdr.h"
-#include "doppel/ros/messages/utf8.h"
 
 namespace doppel {
 namespace {

@@ -11,10 +11,10 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/base/core/text.h"
+#include "doppel/base/core/utf8.h"
 #include "doppel/ros/messages/detail/cdr.h"
 #include "doppel/ros/messages/detail/limits.h"
 #include "doppel/ros/messages/type_description.h"
-#include "doppel/ros/messages/utf8.h"
 
 namespace doppel {
 namespace {

@@ -8,6 +8,7 @@
 
 #include "doppel/base/core/names.h"
 #include "doppel/ros/messages/doppel_msgs.h"
+#include "doppel/ros/messages/printable.h"
 
 namespace doppel {
 namespace {
@@ -48,6 +49,8 @@ Status SavedStates::restore_state(const SavedState& state) {
 
 Status SavedStates::save_named(const std::string& name, bool strict, std::string& done) {
   if (name.empty()) return Status::refused("a saved state needs a name");
+  if (!is_printable_name(name))
+    return Status::refused("the name of a state is text in UTF-8 without control characters");
   if (name.size() > kMaxStateName)
     return Status::refused(fmt::format("the name of a state has at most {} characters", kMaxStateName));
   if (!named_.contains(name) && named_.size() >= kMaxSavedStates)

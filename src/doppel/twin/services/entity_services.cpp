@@ -6,7 +6,7 @@
 
 #include "doppel/description/gazebo/model_plugins.h"
 #include "doppel/robot/collision/size_limits.h"
-#include "doppel/ros/messages/utf8.h"
+#include "doppel/ros/messages/printable.h"
 #include "doppel/scenario/compile/compiled_scenario.h"
 #include "doppel/sensors/rigs/pose_messages.h"
 #include "doppel/twin/loop/divergence.h"
@@ -16,17 +16,6 @@
 
 namespace doppel {
 namespace {
-
-bool is_printable(const std::string& name) {
-  bool blank = true;
-  for (std::size_t at = 0; at < name.size();) {
-    const Utf8Char c = next_utf8(name, at);
-    if (!c.valid || c.code < 0x20 || (c.code >= 0x7F && c.code < 0xA0)) return false;
-    blank = blank && c.code == ' ';
-    at += c.size;
-  }
-  return !blank;
-}
 
 // The base link in links[0].
 Pose base_at_start(const ModelInstance& made) {
@@ -100,7 +89,7 @@ EntityServices::EntityServices(TwinCore& core) : core_(core), node_(core.bus(), 
 
 Status EntityServices::check_name(const std::string& name) const {
   if (name.empty()) return Status::refused("the entity has no name, neither in the request nor in the xml");
-  if (name.size() > kMaxNameLength || !is_printable(name) || name.find("::") != std::string::npos) {
+  if (name.size() > kMaxNameLength || !is_printable_name(name) || name.find("::") != std::string::npos) {
     return Status::refused(
         fmt::format("a name has at most {} bytes of UTF-8, printable, not only spaces, and without '::'",
                     kMaxNameLength));

@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
+#include "doppel/base/core/utf8.h"
 #include "doppel/ros/messages/codec.h"
 #include "doppel/ros/messages/detail/cdr.h"
 #include "doppel/ros/messages/type_description.h"
-#include "doppel/ros/messages/utf8.h"
 
 namespace doppel::messages_testing {
 

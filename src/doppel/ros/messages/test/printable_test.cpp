@@ -14,5 +14,11 @@ TEST(Printable, ControlCharactersAreEscaped) {
   EXPECT_EQ(printable("cut \xc3"), "cut ?");
 }
 
+TEST(Printable, NameOfBytesThatAreNoTextIsNone) {
+  for (const char* name : {"home", "Größe?", " a "}) EXPECT_TRUE(is_printable_name(name)) << name;
+  for (const char* name : {"", "  ", "a\nb", "a\x1b", "\xff", "cut \xc3"})
+    EXPECT_FALSE(is_printable_name(name)) << name;
+}
+
 }  // namespace
 }  // namespace doppel

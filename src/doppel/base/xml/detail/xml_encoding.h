@@ -18,7 +18,6 @@ class DOPPEL_API UnknownEncoding : public std::runtime_error {
 // ASCII by declaration. Valid UTF-8 is read as such regardless of the declaration, as in ros/xacro and
 // urdfdom. Throws UnknownEncoding.
 DOPPEL_API std::string_view as_utf8(std::string_view text, std::string& converted);
-DOPPEL_API bool is_utf8(std::string_view text);
 
 // The text as read by a parser without encodings: bytes that are not UTF-8 are Latin-1 characters, control
 // characters are blanks, a NUL ends the text.
@@ -28,9 +27,6 @@ struct TolerantText {
 };
 DOPPEL_API TolerantText tolerant_text(std::string_view bytes);
 
-// The number of bytes of the first character; 0: not valid UTF-8.
-DOPPEL_API std::size_t utf8_length(std::string_view text);
-DOPPEL_API void append_utf8(std::string& out, char32_t code);
 // "65", "x41"; 0 if it is not a valid character of XML.
 DOPPEL_API char32_t character_reference(std::string_view digits);
 

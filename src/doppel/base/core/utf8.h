@@ -1,8 +1,11 @@
 #pragma once
-// UTF-8 one character at a time (RFC 3629), for writers that treat characters differently, and UTF-16.
+// UTF-8 one character at a time (RFC 3629), and UTF-16.
 
+#include <cstddef>
 #include <string>
 #include <string_view>
+
+#include "doppel/export.h"
 
 namespace doppel {
 
@@ -29,16 +32,10 @@ inline Utf8Char next_utf8(std::string_view text, std::size_t at) {
   return {code, size, true};
 }
 
-inline void append_utf8(std::string& out, char32_t code) {
-  if (code < 0x80) {
-    out += static_cast<char>(code);
-    return;
-  }
-  const int more = code < 0x800 ? 1 : code < 0x10000 ? 2 : 3;
-  constexpr unsigned char kLead[] = {0, 0xC0, 0xE0, 0xF0};
-  out += static_cast<char>(kLead[more] | code >> (6 * more));
-  for (int i = more - 1; i >= 0; --i) out += static_cast<char>(0x80 | (code >> (6 * i) & 0x3F));
-}
+// The number of bytes of the first character; 0: it is not valid, or there is none.
+DOPPEL_API std::size_t utf8_length(std::string_view text);
+DOPPEL_API bool is_utf8(std::string_view text);
+DOPPEL_API void append_utf8(std::string& out, char32_t code);
 
 constexpr char32_t kReplacementCharacter = 0xFFFD;
 
