@@ -14,17 +14,10 @@ namespace doppel::app {
 
 void deliver(std::string_view text, const std::string& file) {
   if (!file.empty() && file != "-") return write_whole(file, text);
-  while (!text.empty()) {
-    const ssize_t written = ::write(STDOUT_FILENO, text.data(), text.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written < 0 && errno == EPIPE) return;
-    if (written < 0) {
-      throw InputError("output.unwritable", make_location("stdout"),
-                       fmt::format("cannot write the output: {}", std::strerror(errno)),
-                       "free disk space, or write elsewhere");
-    }
-    text.remove_prefix(static_cast<std::size_t>(written));
-  }
+  if (write_all(STDOUT_FILENO, text) || errno == EPIPE) return;
+  throw InputError("output.unwritable", make_location("stdout"),
+                   fmt::format("cannot write the output: {}", std::strerror(errno)),
+                   "free disk space, or write elsewhere");
 }
 
 void check_output(const std::string& file) {

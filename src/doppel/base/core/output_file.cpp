@@ -11,6 +11,7 @@
 #include <string>
 
 #include "doppel/base/core/diagnostic.h"
+#include "doppel/base/core/file_descriptor.h"
 
 namespace doppel {
 namespace {
@@ -65,12 +66,7 @@ class TemporaryFile {
   }
 
   void write(std::string_view content) {
-    while (!content.empty()) {
-      const ssize_t written = ::write(descriptor_, content.data(), content.size());
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) refuse(file_, errno);
-      content.remove_prefix(static_cast<std::size_t>(written));
-    }
+    if (!write_all(descriptor_, content)) refuse(file_, errno);
   }
 
   void put_in_place() {
@@ -128,6 +124,16 @@ fs::path behind_link(const fs::path& file) {
 
 }  // namespace
 
+bool write_all(int fd, std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t written = ::write(fd, text.data(), text.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written < 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return true;
+}
+
 void check_writable(const fs::path& file) {
   if (!is_replaceable(file)) {
     if (access(file.c_str(), W_OK) != 0) refuse(file, errno);
@@ -144,10 +150,8 @@ void write_whole(const fs::path& file, std::string_view content) {
   if (!is_replaceable(file)) {
     const int descriptor = open(file.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor < 0) refuse(file, errno);
-    const ssize_t written = ::write(descriptor, content.data(), content.size());
-    const int reason = errno;
-    close(descriptor);
-    if (written < 0 || static_cast<std::size_t>(written) != content.size()) refuse(file, reason);
+    const FileDescriptor opened(descriptor);
+    if (!write_all(descriptor, content)) refuse(file, errno);
     return;
   }
   TemporaryFile temporary(behind_link(file));

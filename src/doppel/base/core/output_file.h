@@ -17,4 +17,7 @@ DOPPEL_API void write_whole(const std::filesystem::path& file, std::string_view 
 // folder does not exist or cannot be written to.
 DOPPEL_API void check_writable(const std::filesystem::path& file);
 
+// Writes all of the text to what is open. False: failed, with errno; a part of it may have been written.
+[[nodiscard]] DOPPEL_API bool write_all(int fd, std::string_view text);
+
 }  // namespace doppel

@@ -121,7 +121,9 @@ void EmulatedPort::serve() {
 void EmulatedPort::trace(char direction, std::span<const std::uint8_t> bytes, Time when) {
   if (!trace_.is_open() || bytes.empty()) return;
   trace_ << fmt::format("{:.6f} {} {:02X}\n", to_seconds(when - start_), direction, fmt::join(bytes, " "));
-  trace_.flush();
+  if (trace_.flush()) return;
+  trace_.close();
+  log_->error(setup_.component, fmt::format("{} cannot be written; the trace ends", options_.trace.string()));
 }
 
 HardwareReturn EmulatedPort::write(Time /*now*/, Duration /*period*/, std::span<const double> commands) {

@@ -1,6 +1,9 @@
 // The pose of a robot at the start, and that it stays there.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <csignal>
 
 #include "doppel/physics/contract/test/engine_fixture.h"
 
@@ -57,6 +60,25 @@ TEST(SimulationStart, FixedRobotInsideGroundStaysAtRest) {
   EXPECT_EQ(shank->link_a, "shank");
   EXPECT_EQ(shank->reason, "inside at the start");
   EXPECT_NEAR(shank->depth, 0.8, 1e-6);
+}
+
+// MuJoCo reads a file in memory, which a full machine or a limit cuts off.
+TEST(SimulationStart, DescriptionThatDoesNotFitIsRefusedWithReason) {
+  constexpr rlim_t kMaxFile = 1000;
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto handler = std::signal(SIGXFSZ, SIG_IGN);
+  const rlimit limit{kMaxFile, before.rlim_max};
+  ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &limit), 0);
+  std::string problem;
+  try {
+    const Rig rig(make_leg(), on_ground());
+  } catch (const InputError& error) {
+    problem = error.what();
+  }
+  setrlimit(RLIMIT_FSIZE, &before);
+  std::signal(SIGXFSZ, handler);
+  EXPECT_THAT(problem, testing::HasSubstr("for the physics engine cannot be written: File too large"));
 }
 
 TEST(SimulationStart, FloatingRobotIsSetOnGround) {

@@ -1,16 +1,21 @@
 #include "doppel/physics/engines/mujoco/compiled.h"
 
+#include <fmt/format.h>
 #include <sys/mman.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <mutex>
 #include <new>
 #include <string>
 
+#include "doppel/base/core/file_descriptor.h"
+#include "doppel/base/core/output_file.h"
 #include "doppel/physics/engines/mujoco/box_contacts.h"
 #include "doppel/physics/engines/mujoco/cylinder_contacts.h"
 #include "doppel/physics/engines/mujoco/terrain_geoms.h"
@@ -54,33 +59,35 @@ namespace {
 // A file with a text, in memory if the kernel supports it; MuJoCo 2 and 3 both read files by name only.
 class TextFile {
  public:
-  explicit TextFile(const std::string& text) {
-    descriptor_ = memfd_create("doppel.mjcf", MFD_CLOEXEC);
-    if (descriptor_ >= 0) {
-      path_ = "/proc/self/fd/" + std::to_string(descriptor_);
-    } else {
+  // Throws InputError "physics.no_room".
+  explicit TextFile(const std::string& text) : descriptor_(memfd_create("doppel.mjcf", MFD_CLOEXEC)) {
+    path_ = fmt::format("/proc/self/fd/{}", descriptor_.get());
+    if (!descriptor_.is_open()) {
       const char* folder = std::getenv("TMPDIR");
       path_ = std::string(folder != nullptr ? folder : "/tmp") + "/doppel-XXXXXX";
-      descriptor_ = mkstemp(path_.data());
-      on_disk_ = true;
+      descriptor_ = FileDescriptor(mkstemp(path_.data()));
+      on_disk_ = descriptor_.is_open();
     }
-    for (std::size_t done = 0; descriptor_ >= 0 && done < text.size();) {
-      const ssize_t n = write(descriptor_, text.data() + done, text.size() - done);
-      if (n <= 0) break;
-      done += static_cast<std::size_t>(n);
-    }
+    if (descriptor_.is_open() && write_all(descriptor_.get(), text)) return;
+    const int reason = errno;
+    remove();
+    throw InputError("physics.no_room", {},
+                     fmt::format("{} bytes for the physics engine cannot be written: {}", text.size(),
+                                 std::strerror(reason)),
+                     "free memory, or raise the limit of the size of files (ulimit -f)");
   }
-  ~TextFile() {
-    if (on_disk_) unlink(path_.c_str());
-    if (descriptor_ >= 0) close(descriptor_);
-  }
+  ~TextFile() { remove(); }
   TextFile(const TextFile&) = delete;
   TextFile& operator=(const TextFile&) = delete;
 
   [[nodiscard]] const char* path() const { return path_.c_str(); }
 
  private:
-  int descriptor_ = -1;
+  void remove() const {
+    if (on_disk_) unlink(path_.c_str());
+  }
+
+  FileDescriptor descriptor_;
   bool on_disk_ = false;
   std::string path_;
 };

@@ -17,7 +17,8 @@ struct ModelDeleter {
 };
 using ModelHandle = std::unique_ptr<mjModel, ModelDeleter>;
 
-// nullptr on failure, with MuJoCo's text in `message`; a warning also leaves its text there.
+// nullptr on failure, with MuJoCo's text in `message`; a warning also leaves its text there. Throws
+// InputError "physics.no_room".
 ModelHandle compile_mjcf(const std::string& mjcf, std::string& message);
 
 // An error that MuJoCo raised (mju_error).
